@@ -1,0 +1,1 @@
+//! Fixed-point formats, configuration and data layouts that generator and oracle share.

@@ -1,0 +1,1 @@
+//! Golden renderers, unit twins and traces.

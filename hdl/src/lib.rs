@@ -1,0 +1,1 @@
+//! Netlist, printer and hardware units.

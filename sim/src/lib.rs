@@ -1,0 +1,1 @@
+//! Runs traces on generated hardware and predicts its cycles.

@@ -1,0 +1,1 @@
+//! Builds, loads and drives Verilator models at run time.

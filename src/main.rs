@@ -1,0 +1,2 @@
+//! The `potamoi` command line.
+fn main() {}
