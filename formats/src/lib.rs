@@ -1,1 +1,10 @@
-//! Fixed-point formats, configuration and data layouts that generator and oracle share.
+//! Fixed-point formats, the configuration and the data layouts on which the
+//! generator (`potamoi-hdl`) and the oracle (`potamoi-golden`) have to agree.
+//!
+//! Nothing else is shared between those two: each computes its own constants
+//! and its own arithmetic, so that a mistake in one shows against the other.
+
+pub mod fixed;
+pub mod record;
+pub mod rit;
+pub mod units;

@@ -1,1 +1,13 @@
-//! Golden renderers, unit twins and traces.
+//! Golden renderers, unit twins and traces: the oracle that the generated
+//! hardware is proven equal to.
+//!
+//! Nothing here knows the netlist. What both sides must agree on (formats,
+//! layouts, the configuration) lives in `potamoi-formats`.
+
+pub mod camera;
+pub mod picture;
+pub mod scene;
+pub mod splats;
+pub mod trace;
+pub mod units;
+pub mod voxels;

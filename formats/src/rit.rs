@@ -1,0 +1,239 @@
+//! The ray index table (RIT): what one entry says and how it is packed.
+//!
+//! An entry tells the gathering unit which rows of the MVoxel feature table
+//! make one feature vector (paper, Sec. "Hardware Support"). A structured
+//! entry is `V` words of {32-bit id, 16-bit weight}; an unstructured one is a
+//! single id. An id is {tag 16, row 16}: the tag of word 0 is opaque to the
+//! unit and comes back with the features, so that they can be attributed.
+
+use thiserror::Error;
+
+/// Bytes of one {id, weight} word of a structured entry.
+pub const WORD_BYTES: usize = 6;
+/// Bytes of an unstructured entry: one id.
+pub const ID_BYTES: usize = 4;
+/// The most vertices an entry has.
+pub const MAX_VERTICES: usize = 8;
+
+/// How many vertices an entry has, hence how it is packed and for how many
+/// cycles it is issued.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
+#[serde(try_from = "u8", into = "u8")]
+pub enum Vertices {
+    /// One id, no weight: a Gaussian. Skips the reduction.
+    One,
+    /// A line of a factorised tensor.
+    Two,
+    /// A plane of a factorised tensor.
+    Four,
+    /// A voxel.
+    Eight,
+}
+
+impl Vertices {
+    /// All, fewest first.
+    pub const ALL: [Self; 4] = [Self::One, Self::Two, Self::Four, Self::Eight];
+
+    /// The number, 1, 2, 4 or 8; the cycles an entry takes as well.
+    #[must_use]
+    pub const fn count(self) -> usize {
+        match self {
+            Self::One => 1,
+            Self::Two => 2,
+            Self::Four => 4,
+            Self::Eight => 8,
+        }
+    }
+
+    /// Base-2 logarithm of the number: the code on `cfg_vertices`.
+    #[must_use]
+    pub const fn log2(self) -> u32 {
+        self.count().trailing_zeros()
+    }
+
+    /// Whether entries carry weights (everything but a single id).
+    #[must_use]
+    pub const fn is_structured(self) -> bool {
+        !matches!(self, Self::One)
+    }
+
+    /// Bytes of one entry.
+    #[must_use]
+    pub const fn entry_bytes(self) -> usize {
+        match self {
+            Self::One => ID_BYTES,
+            _ => self.count() * WORD_BYTES,
+        }
+    }
+}
+
+impl TryFrom<u8> for Vertices {
+    type Error = String;
+    fn try_from(count: u8) -> Result<Self, String> {
+        Self::ALL
+            .into_iter()
+            .find(|v| v.count() == usize::from(count))
+            .ok_or_else(|| format!("{count} vertices an entry: expected 1, 2, 4 or 8"))
+    }
+}
+
+impl From<Vertices> for u8 {
+    fn from(v: Vertices) -> Self {
+        v.count() as Self
+    }
+}
+
+/// One entry: the rows to read and their weights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct RitEntry {
+    /// Where the features belong: the ray sample's slot, or the tile number.
+    /// Bits 15..0 travel in the tag of word 0, bits 31..16 in that of word 1.
+    pub slot: u32,
+    /// Rows of the MVoxel feature table; the first `V` count.
+    pub rows: [u16; MAX_VERTICES],
+    /// Weights, right-aligned U1.W codes; the first `V` count, none for `V = 1`.
+    pub weights: [u16; MAX_VERTICES],
+}
+
+/// Bytes that are no whole entry.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum RitError {
+    /// The length is not a multiple of the entry.
+    #[error("{bytes} bytes are no whole number of {entry}-byte RIT entries")]
+    Ragged {
+        /// Bytes given.
+        bytes: usize,
+        /// Bytes of an entry.
+        entry: usize,
+    },
+    /// A slot needs bits that the entry does not carry.
+    #[error(
+        "slot {slot} does not fit the 16-bit tag of a single-id RIT entry: \
+         unstructured groups hold at most 65536 slots, use a smaller ray group"
+    )]
+    Slot {
+        /// The slot.
+        slot: u32,
+    },
+}
+
+impl RitEntry {
+    /// Appends the entry's bytes, little-endian.
+    ///
+    /// # Errors
+    /// A slot above 65,535 in an unstructured entry.
+    pub fn pack(&self, vertices: Vertices, bytes: &mut Vec<u8>) -> Result<(), RitError> {
+        if !vertices.is_structured() && self.slot > 0xffff {
+            return Err(RitError::Slot { slot: self.slot });
+        }
+        for v in 0..vertices.count() {
+            let tag = match v {
+                0 => self.slot & 0xffff,
+                1 => self.slot >> 16,
+                _ => 0,
+            };
+            let id = tag << 16 | u32::from(self.rows[v]);
+            bytes.extend_from_slice(&id.to_le_bytes());
+            if vertices.is_structured() {
+                bytes.extend_from_slice(&self.weights[v].to_le_bytes());
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads back what [`RitEntry::pack`] wrote.
+    ///
+    /// # Errors
+    /// A length that is no whole number of entries.
+    pub fn unpack_all(vertices: Vertices, bytes: &[u8]) -> Result<Vec<Self>, RitError> {
+        let size = vertices.entry_bytes();
+        if !bytes.len().is_multiple_of(size) {
+            return Err(RitError::Ragged {
+                bytes: bytes.len(),
+                entry: size,
+            });
+        }
+        let word = if vertices.is_structured() {
+            WORD_BYTES
+        } else {
+            ID_BYTES
+        };
+        Ok(bytes
+            .chunks_exact(size)
+            .map(|entry| {
+                let mut out = Self {
+                    slot: 0,
+                    rows: [0; MAX_VERTICES],
+                    weights: [0; MAX_VERTICES],
+                };
+                for (v, w) in entry.chunks_exact(word).enumerate() {
+                    out.rows[v] = u16::from_le_bytes([w[0], w[1]]);
+                    let tag = u32::from(u16::from_le_bytes([w[2], w[3]]));
+                    match v {
+                        0 => out.slot |= tag,
+                        1 => out.slot |= tag << 16,
+                        _ => {}
+                    }
+                    if vertices.is_structured() {
+                        out.weights[v] = u16::from_le_bytes([w[4], w[5]]);
+                    }
+                }
+                out
+            })
+            .collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn entry_sizes_are_the_papers() {
+        let sizes: Vec<_> = Vertices::ALL.iter().map(|v| v.entry_bytes()).collect();
+        assert_eq!(sizes, [4, 12, 24, 48]);
+        assert_eq!(6144 / Vertices::Eight.entry_bytes(), 128);
+        assert_eq!(6144 / Vertices::One.entry_bytes(), 1536);
+    }
+
+    #[test]
+    fn the_id_holds_the_row_low_and_the_tag_high() {
+        let mut e = RitEntry {
+            slot: 0x1_beef,
+            rows: [0; 8],
+            weights: [0; 8],
+        };
+        e.rows[0] = 0x0123;
+        e.weights[0] = 0x8000;
+        let mut bytes = Vec::new();
+        e.pack(Vertices::Two, &mut bytes).unwrap();
+        assert_eq!(
+            bytes,
+            [0x23, 0x01, 0xef, 0xbe, 0x00, 0x80, 0, 0, 0x01, 0, 0, 0]
+        );
+        assert_eq!(
+            e.pack(Vertices::One, &mut bytes),
+            Err(RitError::Slot { slot: 0x1_beef })
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn entries_read_back(slot in any::<u32>(), rows in any::<[u16; 8]>(), weights in any::<[u16; 8]>(), which in 0usize..4) {
+            let vertices = Vertices::ALL[which];
+            let mut entry = RitEntry { slot, rows, weights };
+            for v in vertices.count()..8 { entry.rows[v] = 0; entry.weights[v] = 0; }
+            if !vertices.is_structured() { entry.slot &= 0xffff; entry.weights = [0; 8]; }
+            let mut bytes = Vec::new();
+            entry.pack(vertices, &mut bytes).unwrap();
+            prop_assert_eq!(bytes.len(), vertices.entry_bytes());
+            prop_assert_eq!(RitEntry::unpack_all(vertices, &bytes).unwrap(), vec![entry]);
+            bytes.pop();
+            prop_assert!(RitEntry::unpack_all(vertices, &bytes).is_err());
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! Names of the hardware units, the vector unit's operations and their codes.
+
+use serde::{Deserialize, Serialize};
+
+use crate::fixed::Rounding;
+
+/// Top module of the gathering unit.
+pub const GATHERING_UNIT: &str = "gathering_unit";
+/// Top module of the vector unit.
+pub const VECTOR_UNIT: &str = "vector_unit";
+
+/// What a lane computes from its two signed 32-bit operands `a` and `b`.
+///
+/// All but the exponentials compute an exact integer, shift it right by the
+/// operation's `shift` with its rounding, and saturate to a signed 32-bit
+/// result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OpCode {
+    /// `a`.
+    Pass,
+    /// `max(a, 0)`.
+    Relu,
+    /// `a + b`.
+    Add,
+    /// `a * b`.
+    Multiply,
+    /// `a^2 + b^2`: with a shift, the exponent of a splat from the two affine
+    /// forms of its Cholesky factors.
+    SquareSum,
+    /// `exp(-a)` in the alpha configuration, `a` clamped to the input format;
+    /// `exp(a)` as exponent and mantissa in the general one. Ignores `b`, shift
+    /// and rounding.
+    Exp,
+    /// `1 - exp(-a)`, `a` with `one_minus_frac_bits` fraction bits and clamped
+    /// to 0..16; exactly 0 at 0. Ignores `b`, shift and rounding.
+    OneMinusExp,
+}
+
+impl OpCode {
+    /// All, by code.
+    pub const ALL: [Self; 7] = [
+        Self::Pass,
+        Self::Relu,
+        Self::Add,
+        Self::Multiply,
+        Self::SquareSum,
+        Self::Exp,
+        Self::OneMinusExp,
+    ];
+
+    /// The code on the operation port, 4 bits.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// Whether the shift-register engine computes it.
+    #[must_use]
+    pub const fn is_exponential(self) -> bool {
+        matches!(self, Self::Exp | Self::OneMinusExp)
+    }
+}
+
+/// Bits of the operation field, low first: code 4, shift 6, rounding 2.
+pub const OP_BITS: u32 = 12;
+
+/// One operation, for all lanes of a vector alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct VectorOp {
+    /// What to compute.
+    pub code: OpCode,
+    /// Bits dropped from the exact result, 0 to 63.
+    pub shift: u8,
+    /// How they are dropped.
+    pub rounding: Rounding,
+}
+
+impl VectorOp {
+    /// An operation that drops no bits.
+    #[must_use]
+    pub const fn new(code: OpCode) -> Self {
+        Self {
+            code,
+            shift: 0,
+            rounding: Rounding::Floor,
+        }
+    }
+
+    /// The operation field of `s_axis_vec_tuser`.
+    #[must_use]
+    pub const fn field(self) -> u16 {
+        let rounding = match self.rounding {
+            Rounding::Floor => 0,
+            Rounding::HalfUp => 1,
+            Rounding::HalfEven => 2,
+        };
+        self.code.code() as u16 | ((self.shift & 63) as u16) << 4 | rounding << 10
+    }
+}

@@ -1,0 +1,106 @@
+//! Linear RGB pictures, how far two of them differ, and PNG files of them.
+
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// A picture in linear RGB, unquantised.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Pixels a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green, blue, row by row from the top left.
+    pub rgb: Vec<[f32; 3]>,
+}
+
+/// A picture that could not be written.
+#[derive(Debug, Error)]
+pub enum PictureError {
+    /// The file system or the encoder refused.
+    #[error("cannot write picture {path}: {source}; name a folder that exists and is writable")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+impl Picture {
+    /// A picture of one colour.
+    #[must_use]
+    pub fn filled(width: u32, height: u32, colour: [f32; 3]) -> Self {
+        Self {
+            width,
+            height,
+            rgb: vec![colour; width as usize * height as usize],
+        }
+    }
+
+    /// Mean squared error over the pixels that `counts` picks, all channels
+    /// alike; `None` where it picks none or the sizes differ.
+    #[must_use]
+    pub fn mean_squared_error(&self, other: &Self, counts: impl Fn(usize) -> bool) -> Option<f64> {
+        if (self.width, self.height) != (other.width, other.height) {
+            return None;
+        }
+        let mut sum = 0.0;
+        let mut pixels = 0usize;
+        for (i, (a, b)) in self.rgb.iter().zip(&other.rgb).enumerate() {
+            if counts(i) {
+                pixels += 1;
+                for (x, y) in a.iter().zip(b) {
+                    sum += (f64::from(*x) - f64::from(*y)).powi(2);
+                }
+            }
+        }
+        (pixels > 0).then(|| sum / (3 * pixels) as f64)
+    }
+
+    /// Peak signal-to-noise ratio in dB against `other`, peak 1, unquantised;
+    /// infinite for equal pictures.
+    #[must_use]
+    pub fn psnr(&self, other: &Self, counts: impl Fn(usize) -> bool) -> Option<f64> {
+        self.mean_squared_error(other, counts)
+            .map(|mse| -10.0 * mse.log10())
+    }
+
+    /// Writes an 8-bit PNG; values are clamped to 0..1 and rounded, with no
+    /// transfer curve, as radiance fields are trained on display values.
+    ///
+    /// # Errors
+    /// The folder does not exist or cannot be written.
+    pub fn write_png(&self, path: &Path) -> Result<(), PictureError> {
+        let fail = |source: Box<dyn std::error::Error + Send + Sync>| PictureError::Write {
+            path: path.to_owned(),
+            source,
+        };
+        let bytes: Vec<u8> = self
+            .rgb
+            .iter()
+            .flatten()
+            .map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8)
+            .collect();
+        let folder = match path.parent() {
+            Some(p) if !p.as_os_str().is_empty() => p,
+            _ => Path::new("."),
+        };
+        let mut file = tempfile::Builder::new()
+            .prefix(".picture")
+            .tempfile_in(folder)
+            .map_err(|e| fail(e.into()))?;
+        image::write_buffer_with_format(
+            file.as_file_mut(),
+            &bytes,
+            self.width,
+            self.height,
+            image::ExtendedColorType::Rgb8,
+            image::ImageFormat::Png,
+        )
+        .map_err(|e| fail(e.into()))?;
+        file.persist(path).map_err(|e| fail(e.error.into()))?;
+        Ok(())
+    }
+}

@@ -1,0 +1,1 @@
+//! Scenes: built-in ones, model files and scene descriptions.

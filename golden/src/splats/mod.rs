@@ -1,0 +1,1 @@
+//! Splat scenes: loading, projection and rendering of 3D Gaussians.

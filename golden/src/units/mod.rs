@@ -1,0 +1,45 @@
+//! The units that the renderers compute with: the [`Units`] trait, and twins
+//! that do in Rust, bit by bit, what the hardware does.
+
+use potamoi_formats::rit::{RitEntry, Vertices};
+use potamoi_formats::units::VectorOp;
+
+/// What the gathering unit does for one MVoxel: the rows that are loaded and
+/// the entries that read them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GatherTask {
+    /// Vertices an entry.
+    pub vertices: Vertices,
+    /// Channels of a feature, `C`. More than `B` of them take several segments.
+    pub channels: usize,
+    /// Features, `rows.len() / channels` rows of `channels` codes each.
+    pub rows: Vec<i16>,
+    /// Entries, in issue order. At least one.
+    pub entries: Vec<RitEntry>,
+}
+
+/// A unit refused its input or failed.
+pub type UnitError = Box<dyn std::error::Error + Send + Sync>;
+
+/// Units that gather features and compute element by element. The twins are
+/// one implementation, the Verilated hardware another.
+pub trait Units {
+    /// Gathers MVoxel after MVoxel. Appends, for every task and every entry in
+    /// order, `channels` feature codes to `features`.
+    ///
+    /// # Errors
+    /// The unit refused a task or failed.
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError>;
+
+    /// Computes `out[i] = op(a[i], b[i])`. All slices have one length.
+    ///
+    /// # Errors
+    /// The unit refused the operation or failed.
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError>;
+}

@@ -1,0 +1,1 @@
+//! Voxel-grid scenes: baking, MVoxels and rendering.
