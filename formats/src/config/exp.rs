@@ -1,0 +1,164 @@
+//! The exponential engine's knobs and the widths they imply.
+
+use serde::{Deserialize, Serialize};
+
+use crate::fixed::Format;
+
+/// How exponentials are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExpForm {
+    /// Restoring, right for negative powers: four digits of `k ln 2` first,
+    /// then `ln(1 + 2^-i)`, `i = 1..n`.
+    Restoring,
+    /// The recurrence as the paper prints it: `i = 0..n-1` on a signed power
+    /// in [-1, 1). Every constant is positive, so negative powers come out
+    /// as 1. Kept to show that.
+    Literal,
+}
+
+/// What a result looks like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExpOutput {
+    /// Unsigned input `u`, result `exp(-u)` in `U0.F`, 1 saturating to the
+    /// largest code.
+    Alpha,
+    /// Signed input `x`, result `exp(x)` as {exponent, mantissa}: bits F..0
+    /// are a mantissa U1.F in [1, 2), the bits above a signed exponent.
+    General,
+}
+
+/// Knobs of the exponential engine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ExpConfig {
+    /// How exponentials are found.
+    pub form: ExpForm,
+    /// What a result looks like.
+    pub output: ExpOutput,
+    /// Iterations `n` past the exponent's digits.
+    pub iterations: u32,
+    /// Finish with one multiply by 1 + the residual.
+    pub tail: bool,
+    /// Iterations a clock, `r`.
+    pub iterations_per_clock: u32,
+    /// One result a clock: a stage for every clock's worth of iterations.
+    pub pipelined: bool,
+    /// Input format: unsigned for alpha, signed for general.
+    pub input: Format,
+    /// Fraction bits `F` of the result.
+    pub output_bits: u32,
+    /// Fraction bits of the input of `1 - exp(-s)`, whose range is 0..16.
+    pub one_minus_frac_bits: u32,
+    /// Fraction bits of `R_accum`; the default follows n, F and tail.
+    pub accumulator_bits: Option<u32>,
+    /// Fraction bits of `R_remain` and its constants; the default follows n, F
+    /// and tail.
+    pub constant_bits: Option<u32>,
+    /// `R_accum` starts at 1 plus this many units of its last bit.
+    pub offset: Option<i32>,
+}
+
+impl Default for ExpConfig {
+    fn default() -> Self {
+        Self {
+            form: ExpForm::Restoring,
+            output: ExpOutput::Alpha,
+            iterations: 16,
+            tail: false,
+            iterations_per_clock: 1,
+            pipelined: false,
+            input: Format::unsigned(3, 13),
+            output_bits: 16,
+            one_minus_frac_bits: 20,
+            accumulator_bits: None,
+            constant_bits: None,
+            offset: None,
+        }
+    }
+}
+
+/// Every derived width of the engine. Both sides build from these numbers and
+/// compute their own constants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Engine {
+    /// Fraction bits of `R_accum`.
+    pub accumulator_bits: u32,
+    /// Fraction bits of `R_remain` and of the constants.
+    pub constant_bits: u32,
+    /// Start of `R_accum`, in units of its last bit above 1.
+    pub offset: i32,
+    /// Whether the truncation is centred: `2^-(n+1)` is added at the start.
+    /// Without tail only, and where the constants reach that far.
+    pub centred: bool,
+    /// Exponent digits `ln 2 * 2^j`, `j = digits-1 .. 0`.
+    pub digits: u32,
+    /// Start of `R_remain` in units of `ln 2`.
+    pub bias: u32,
+    /// Steps in all: `digits + n`.
+    pub steps: u32,
+    /// Clocks that the steps and the tail take: the initiation interval of the
+    /// iterative form, and the stages of the pipelined one.
+    pub interval: u32,
+}
+
+impl ExpConfig {
+    /// The engine that these knobs describe.
+    #[must_use]
+    pub fn engine(&self) -> Engine {
+        let (n, f) = (self.iterations, self.output_bits);
+        let (digits, bias) = match (self.form, self.output) {
+            (ExpForm::Literal, _) => (0, 0),
+            (ExpForm::Restoring, ExpOutput::Alpha) => (4, 12),
+            (ExpForm::Restoring, ExpOutput::General) => {
+                // x in [-2^I, 2^I): a bias of ceil(2^I / ln 2) makes the start
+                // non-negative, and the digits must reach twice as far.
+                let reach = 2f64.powi(self.input.int_bits() as i32) / std::f64::consts::LN_2;
+                let bias = reach.ceil() as u32;
+                ((2 * bias + 1).ilog2() + 1, bias)
+            }
+        };
+        let known = known_widths(n, f, self.tail);
+        // Past the table: guard bits that keep every term of the error budget
+        // but the truncation below a quarter unit.
+        let guard = (2 * (n + 4)).ilog2() + 1;
+        let accumulator_bits = self
+            .accumulator_bits
+            .unwrap_or(known.map_or(f + guard, |k| k.0));
+        let constant_bits = self
+            .constant_bits
+            .unwrap_or(known.map_or((f + guard).max(n + 1), |k| k.1))
+            .max(self.input.frac_bits());
+        let steps = digits + n;
+        let interval = steps.div_ceil(self.iterations_per_clock.max(1)) + u32::from(self.tail);
+        Engine {
+            accumulator_bits,
+            constant_bits,
+            offset: self.offset.unwrap_or(known.map_or(0, |k| k.2)),
+            centred: !self.tail && self.form == ExpForm::Restoring && constant_bits > n,
+            digits,
+            bias,
+            steps,
+            interval,
+        }
+    }
+}
+
+/// Smallest widths found by exhaustive search over the 65,536 inputs of U3.13:
+/// accumulator bits, constant bits, offset.
+fn known_widths(n: u32, f: u32, tail: bool) -> Option<(u32, u32, i32)> {
+    match (f, n, tail) {
+        (8, 8, false) => Some((10, 13, 0)),
+        (12, 12, false) => Some((15, 13, 2)),
+        (16, 16, false) => Some((19, 19, -2)),
+        (16, 27, false) => Some((27, 29, 0)),
+        (24, 24, false) => Some((27, 27, -1)),
+        (8, 4, true) => Some((8, 13, 0)),
+        (12, 6, true) => Some((12, 15, 0)),
+        (16, 8, true) => Some((16, 19, 0)),
+        (16, 9, true) => Some((18, 19, 0)),
+        (16, 14, true) => Some((27, 28, 0)),
+        _ => None,
+    }
+}

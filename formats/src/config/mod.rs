@@ -1,0 +1,184 @@
+//! The configuration: every parameter of the generated hardware, from TOML.
+//!
+//! Unknown fields are refused. A configuration that parses is checked against
+//! the rules of [`rules`]; a broken one is refused with the rule's name, the
+//! field, the value and what would be right.
+
+mod exp;
+mod gu;
+pub mod rules;
+mod vu;
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+pub use exp::{Engine, ExpConfig, ExpForm, ExpOutput};
+pub use gu::{GuConfig, Modes, MvoxelConfig, RitConfig, WeightTrust};
+pub use rules::{RuleBreach, RuleBreaches};
+pub use vu::VuConfig;
+
+/// The paper's sizes; what every command uses unless told otherwise.
+pub const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
+
+/// Everything that shapes the hardware.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Clock in MHz: turns cycles into time. The paper states none; 1000 is a
+    /// named assumption.
+    pub clock_mhz: u32,
+    /// The macro voxel that the gathering unit holds.
+    pub mvoxel: MvoxelConfig,
+    /// The ray index table's buffer and stream.
+    pub rit: RitConfig,
+    /// The gathering unit.
+    pub gu: GuConfig,
+    /// The vector unit.
+    pub vu: VuConfig,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            clock_mhz: 1000,
+            mvoxel: MvoxelConfig::default(),
+            rit: RitConfig::default(),
+            gu: GuConfig::default(),
+            vu: VuConfig::default(),
+        }
+    }
+}
+
+/// A configuration that cannot be used.
+#[derive(Debug, Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("cannot read configuration {path}: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not TOML, an unknown field, or a value of the wrong kind.
+    #[error("{origin}: field `{field}`: {message}")]
+    Parse {
+        /// The file, or the preset's name.
+        origin: String,
+        /// Path of the field.
+        field: String,
+        /// What the reader says, with the place in the file.
+        message: String,
+    },
+    /// One or more rules are broken.
+    #[error("{origin}: {breaches}")]
+    Rules {
+        /// The file, or the preset's name.
+        origin: String,
+        /// Every rule that is broken.
+        breaches: RuleBreaches,
+    },
+}
+
+impl Config {
+    /// Parses and checks a configuration; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// Not TOML, unknown fields, wrong kinds, or broken rules.
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, ConfigError> {
+        let parse = |field: String, message: String| ConfigError::Parse {
+            origin: origin.to_owned(),
+            field,
+            message,
+        };
+        let reader = toml::Deserializer::parse(text)
+            .map_err(|e| parse("(the file)".to_owned(), e.to_string().trim_end().to_owned()))?;
+        let config: Self = serde_path_to_error::deserialize(reader).map_err(|e| {
+            let field = e.path().to_string();
+            parse(field, e.into_inner().to_string().trim_end().to_owned())
+        })?;
+        let breaches = rules::check(&config);
+        if breaches.is_empty() {
+            Ok(config)
+        } else {
+            Err(ConfigError::Rules {
+                origin: origin.to_owned(),
+                breaches,
+            })
+        }
+    }
+
+    /// Reads, parses and checks a configuration file.
+    ///
+    /// # Errors
+    /// As [`Config::from_toml`], or the file cannot be read.
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        Self::from_toml(&text, &path.display().to_string())
+    }
+
+    /// The paper's configuration.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self::default()
+    }
+
+    /// A stable hash of every parameter: 12 hexadecimal digits that name the
+    /// configuration in headers, traces and results.
+    #[must_use]
+    pub fn hash(&self) -> String {
+        // The debug form names every field, defaults included, in order.
+        let digest = blake3::hash(format!("{self:?}").as_bytes());
+        digest.to_hex()[..12].to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic)]
+    use super::*;
+
+    #[test]
+    fn the_paper_preset_is_the_default() {
+        let preset = Config::from_toml(PAPER_PRESET, "paper").unwrap();
+        assert_eq!(preset, Config::default());
+        assert_eq!(Config::from_toml("", "empty").unwrap(), preset);
+    }
+
+    #[test]
+    fn every_field_survives_a_round_trip() {
+        let config = Config::default();
+        let text = toml::to_string(&config).unwrap();
+        assert_eq!(Config::from_toml(&text, "again").unwrap(), config, "{text}");
+    }
+
+    #[test]
+    fn the_hash_follows_every_field() {
+        let base = Config::default();
+        let other = Config::from_toml("[vu.exp]\niterations = 17\n", "t").unwrap();
+        assert_ne!(base.hash(), other.hash());
+        assert_eq!(base.hash(), Config::default().hash());
+        assert_eq!(base.hash().len(), 12);
+    }
+
+    #[test]
+    fn bad_text_names_the_field() {
+        for (text, field) in [
+            ("[gu]\nbnks = 32\n", "gu.bnks"),
+            ("[gu]\nbanks = \"many\"\n", "gu.banks"),
+            ("[vu.exp]\ninput = \"3.13\"\n", "vu.exp.input"),
+            ("[gu]\nvertices = [3]\n", "gu.vertices[0]"),
+            ("[gu\n", "(the file)"),
+        ] {
+            match Config::from_toml(text, "bad.toml").unwrap_err() {
+                ConfigError::Parse { field: found, .. } => assert_eq!(found, field),
+                other => panic!("{text}: {other}"),
+            }
+        }
+    }
+}

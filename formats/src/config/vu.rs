@@ -1,0 +1,31 @@
+//! The vector unit's part of the configuration.
+
+use serde::{Deserialize, Serialize};
+
+use super::ExpConfig;
+use crate::units::OpCode;
+
+/// The vector unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct VuConfig {
+    /// Lanes. The paper states none; 24, one a MAC column, is a named assumption.
+    pub lanes: u32,
+    /// Operations that are built.
+    pub ops: Vec<OpCode>,
+    /// Results that the output FIFO holds.
+    pub fifo_depth: u32,
+    /// The exponential engine.
+    pub exp: ExpConfig,
+}
+
+impl Default for VuConfig {
+    fn default() -> Self {
+        Self {
+            lanes: 24,
+            ops: OpCode::ALL.to_vec(),
+            fifo_depth: 4,
+            exp: ExpConfig::default(),
+        }
+    }
+}
