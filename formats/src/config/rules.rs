@@ -242,9 +242,9 @@ fn vector(config: &Config, out: &mut RuleBreaches) {
         "vu-fifo-depth",
         "vu.fifo_depth",
         vu.fifo_depth,
-        2,
+        3,
         64,
-        "results that wait for the sink; 2 sustain full rate",
+        "results that wait for the sink; fewer than 3 stall element-wise operations",
     );
     let mut unique = vu.ops.clone();
     unique.sort();
