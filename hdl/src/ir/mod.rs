@@ -1,0 +1,117 @@
+//! The netlist: built at run time by ordinary Rust, because every parameter
+//! comes from a file.
+//!
+//! Each node has an explicit width and signedness and operands must agree, so
+//! that none of Verilog's context rules ever applies. Registers have reset
+//! values, memories are explicit, modules are shared by identity.
+
+mod builder;
+mod check;
+mod node;
+mod print;
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use thiserror::Error;
+
+pub use builder::ModuleBuilder;
+pub use node::{Instance, MemId, Signal, Ty};
+pub use print::{Header, verilog};
+
+use node::{Contract, Inst, Memory, Node, Op, Port};
+
+/// A finished module.
+#[derive(Debug)]
+pub struct Module {
+    pub(crate) name: String,
+    pub(crate) doc: String,
+    /// Operands always come before the nodes that use them, but for the
+    /// inputs of registers and memories.
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) ports: Vec<Port>,
+    pub(crate) memories: Vec<Memory>,
+    pub(crate) instances: Vec<Inst>,
+    pub(crate) contracts: Vec<Contract>,
+    pub(crate) sections: Vec<String>,
+    pub(crate) unused: BTreeMap<usize, String>,
+}
+
+/// A port as the outside sees it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PortInfo {
+    /// Name.
+    pub name: String,
+    /// Type.
+    pub ty: Ty,
+    /// Output or input.
+    pub output: bool,
+    /// What it is for.
+    pub doc: String,
+}
+
+impl Module {
+    /// The module's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Ports in order of declaration, without `clk` and `rst_n`.
+    #[must_use]
+    pub fn ports(&self) -> Vec<PortInfo> {
+        self.ports
+            .iter()
+            .map(|p| PortInfo {
+                name: p.name.clone(),
+                ty: self.nodes[p.node].ty,
+                output: p.output,
+                doc: p.doc.clone(),
+            })
+            .collect()
+    }
+
+    /// Whether the module or anything below it holds state: it then has a
+    /// `clk` port.
+    #[must_use]
+    pub fn is_clocked(&self) -> bool {
+        self.has_registers()
+            || self.nodes.iter().any(|n| matches!(n.op, Op::ReadSync(..)))
+            || self.memories.iter().any(|m| !m.writes.is_empty())
+            || self.instances.iter().any(|i| i.module.is_clocked())
+    }
+
+    /// Whether there is a register here or below: it then has an `rst_n` port.
+    #[must_use]
+    pub fn has_registers(&self) -> bool {
+        self.nodes.iter().any(|n| matches!(n.op, Op::Reg { .. })) || self.instances.iter().any(|i| i.module.has_registers())
+    }
+}
+
+/// A mistake in a netlist.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("module {module}: {node}: {problem}")]
+pub struct IrError {
+    /// The module.
+    pub module: String,
+    /// The node, port, memory or instance.
+    pub node: String,
+    /// What is wrong with it, and what was expected.
+    pub problem: String,
+}
+
+/// Every mistake found in a netlist.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub struct IrErrors(pub Vec<IrError>);
+
+impl fmt::Display for IrErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, e) in self.0.iter().enumerate() {
+            if i > 0 {
+                f.write_str("\n")?;
+            }
+            write!(f, "{e}")?;
+        }
+        Ok(())
+    }
+}
