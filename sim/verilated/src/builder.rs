@@ -1,0 +1,319 @@
+//! Describes a model and builds it.
+
+use crate::{
+    Direction, Error, Library, Port, Toolchain,
+    compile::{self, Spec},
+};
+use std::{collections::BTreeMap, path::PathBuf};
+
+/// Whether a model can write traces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Trace {
+    /// It cannot; the fastest.
+    #[default]
+    Off,
+    /// It can write a value change dump (IEEE 1364-2005, section 18).
+    Vcd,
+}
+
+/// How much the C++ compiler optimises the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Opt {
+    /// `-O0`: builds fastest, runs about eight times slower.
+    O0,
+    /// `-O1`: within a few percent of the fastest, and builds soonest of those.
+    #[default]
+    O1,
+    /// `-O2`.
+    O2,
+    /// `-O3`.
+    O3,
+}
+
+impl Opt {
+    fn flag(self) -> &'static str {
+        match self {
+            Opt::O0 => "-O0",
+            Opt::O1 => "-O1",
+            Opt::O2 => "-O2",
+            Opt::O3 => "-O3",
+        }
+    }
+}
+
+/// What Verilator's warnings do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Warnings {
+    /// All warnings are on (`-Wall`) and any of them fails the build.
+    #[default]
+    Deny,
+    /// Warnings are no errors; for Verilog that is not one's own.
+    Allow,
+}
+
+/// Describes a model: its top module, Verilog text, and what is expected of its ports.
+#[derive(Debug, Clone)]
+pub struct ModelBuilder {
+    top: String,
+    sources: Vec<(String, String)>,
+    ports: Vec<Port>,
+    trace: Trace,
+    optimise: Opt,
+    warnings: Warnings,
+    cache: Option<PathBuf>,
+    keep_objects: bool,
+}
+
+impl ModelBuilder {
+    /// A model of the module `top`.
+    pub fn new(top: impl Into<String>) -> Self {
+        ModelBuilder {
+            top: top.into(),
+            sources: Vec::new(),
+            ports: Vec::new(),
+            trace: Trace::default(),
+            optimise: Opt::default(),
+            warnings: Warnings::default(),
+            cache: None,
+            keep_objects: false,
+        }
+    }
+
+    /// Adds a source file. Names ending in `.vh` or `.svh` are for `` `include `` only.
+    ///
+    /// A missing newline at the end is added. The Verilog is trusted as the Rust program is: Verilator's `$c` and `` `systemc_ ``
+    /// texts are C++ that becomes part of the process.
+    #[must_use]
+    pub fn source(mut self, file_name: impl Into<String>, text: impl Into<String>) -> Self {
+        let mut text = text.into();
+        if !text.ends_with('\n') {
+            text.push('\n');
+        }
+        self.sources.push((file_name.into(), text));
+        self
+    }
+
+    /// States a port that the top module must have, with its width in bits and its direction.
+    ///
+    /// Ports that are not stated can be used as well.
+    #[must_use]
+    pub fn port(mut self, name: impl Into<String>, bits: u32, dir: Direction) -> Self {
+        self.ports.push(Port {
+            name: name.into(),
+            bits,
+            dir,
+        });
+        self
+    }
+
+    /// Whether the model can write traces; [`Trace::Off`] unless set.
+    #[must_use]
+    pub fn trace(mut self, trace: Trace) -> Self {
+        self.trace = trace;
+        self
+    }
+
+    /// How much the model is optimised; [`Opt::O1`] unless set.
+    #[must_use]
+    pub fn optimise(mut self, optimise: Opt) -> Self {
+        self.optimise = optimise;
+        self
+    }
+
+    /// What warnings do; [`Warnings::Deny`] unless set.
+    #[must_use]
+    pub fn warnings(mut self, warnings: Warnings) -> Self {
+        self.warnings = warnings;
+        self
+    }
+
+    /// Where built models are kept. Unless set: `POTAMOI_CACHE`, or `potamoi/models` in
+    /// `XDG_CACHE_HOME` or in `.cache` of `HOME`.
+    #[must_use]
+    pub fn cache_dir(mut self, path: impl Into<PathBuf>) -> Self {
+        self.cache = Some(path.into());
+        self
+    }
+
+    pub(crate) fn keep_objects(mut self) -> Self {
+        self.keep_objects = true;
+        self
+    }
+
+    pub(crate) fn is_traced(&self) -> bool {
+        self.trace == Trace::Vcd
+    }
+
+    pub(crate) fn cache_folder(&self) -> Result<PathBuf, Error> {
+        match &self.cache {
+            Some(path) => Ok(path.clone()),
+            None => default_cache(&|name| std::env::var_os(name).filter(|v| !v.is_empty())),
+        }
+    }
+
+    pub(crate) fn optimise_flag(&self) -> &'static str {
+        self.optimise.flag()
+    }
+
+    /// Builds the model and loads it, or loads what an earlier build of the same content left.
+    ///
+    /// The same model may be built by many threads and processes at once. A cached model whose
+    /// files are damaged is built again.
+    ///
+    /// # Errors
+    /// [`Error::Tool`] with Verilator's text for Verilog it refuses, [`Error::NoSuchPort`] and
+    /// [`Error::PortMismatch`] for ports that are not as stated, [`Error::BadName`] and
+    /// [`Error::NoSource`] for a description that cannot be built, and [`Error::Io`].
+    pub fn build(&self, tools: &Toolchain) -> Result<Library, Error> {
+        let (entry, ports) = self.entry(tools)?;
+        let id = self.spec()?.key(tools).hex();
+        Library::load(&entry, id, &self.top, ports, self.is_traced())
+    }
+
+    pub(crate) fn entry(
+        &self,
+        tools: &Toolchain,
+    ) -> Result<(crate::store::Entry, Vec<Port>), Error> {
+        let entry = compile::model(&self.cache_folder()?, tools, &self.spec()?)?;
+        let ports: Vec<Port> = entry
+            .notes
+            .iter()
+            .filter_map(|n| compile::parse_note(n))
+            .collect();
+        self.check_ports(&ports)?;
+        Ok((entry, ports))
+    }
+
+    fn spec(&self) -> Result<Spec, Error> {
+        check_identifier("module", &self.top)?;
+        if self.sources.is_empty() {
+            return Err(Error::NoSource {
+                top: self.top.clone(),
+            });
+        }
+        let mut seen = BTreeMap::new();
+        for (name, _) in &self.sources {
+            check_file(name)?;
+            if seen.insert(name, ()).is_some() {
+                return Err(Error::BadName {
+                    what: "source file",
+                    name: name.clone(),
+                    expected: "each source file needs a name of its own",
+                });
+            }
+        }
+        Ok(Spec {
+            top: self.top.clone(),
+            sources: self.sources.clone(),
+            vcd: self.is_traced(),
+            optimise: self.optimise.flag(),
+            deny_warnings: self.warnings == Warnings::Deny,
+            keep_objects: self.keep_objects,
+        })
+    }
+
+    fn check_ports(&self, found: &[Port]) -> Result<(), Error> {
+        for stated in &self.ports {
+            let Some(port) = found.iter().find(|p| p.name == stated.name) else {
+                return Err(crate::library::no_such_port(&self.top, &stated.name, found));
+            };
+            if port != stated {
+                return Err(Error::PortMismatch {
+                    top: self.top.clone(),
+                    port: stated.name.clone(),
+                    declared: stated.to_string(),
+                    found: port.to_string(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_identifier(what: &'static str, name: &str) -> Result<(), Error> {
+    let mut chars = name.chars();
+    let first = chars.next();
+    let good = first.is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+        && chars.all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && name.len() <= 200;
+    if good {
+        return Ok(());
+    }
+    Err(Error::BadName {
+        what,
+        name: name.to_string(),
+        expected: "it must be a Verilog identifier of letters, digits and _, of at most 200 \
+                   characters",
+    })
+}
+
+fn check_file(name: &str) -> Result<(), Error> {
+    let good = name.rsplit_once('.').is_some_and(|(stem, ending)| {
+        ["v", "sv", "vh", "svh"].contains(&ending)
+            && stem.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_')
+            && stem
+                .chars()
+                .all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c))
+    });
+    if good && name.len() <= 200 {
+        return Ok(());
+    }
+    Err(Error::BadName {
+        what: "source file",
+        name: name.to_string(),
+        expected: "it must be a plain name without folders that ends in .v, .sv, .vh or .svh",
+    })
+}
+
+fn default_cache(set: &dyn Fn(&str) -> Option<std::ffi::OsString>) -> Result<PathBuf, Error> {
+    if let Some(cache) = set("POTAMOI_CACHE") {
+        return Ok(cache.into());
+    }
+    let base = set("XDG_CACHE_HOME")
+        .map(PathBuf::from)
+        .filter(|p| p.is_absolute())
+        .or_else(|| set("HOME").map(|h| PathBuf::from(h).join(".cache")));
+    base.map(|b| b.join("potamoi/models"))
+        .ok_or(Error::NoCacheDir)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn names_that_could_leave_the_folder_are_refused() {
+        for good in ["a.v", "gu_top.sv", "x-1.2.vh"] {
+            assert!(check_file(good).is_ok(), "{good}");
+        }
+        for bad in [
+            "../a.v", "a/b.v", "", ".v", "-o.v", "a.cpp", "a", "a b.v", "obj",
+        ] {
+            assert!(check_file(bad).is_err(), "{bad:?}");
+        }
+        for bad in ["", "1a", "a-b", "a b", "--x", "a\"", "é"] {
+            assert!(check_identifier("module", bad).is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn the_cache_folder_follows_the_environment() {
+        let with = |pairs: &'static [(&str, &str)]| {
+            default_cache(&|n| pairs.iter().find(|p| p.0 == n).map(|p| p.1.into()))
+        };
+        let all = &[
+            ("POTAMOI_CACHE", "/c"),
+            ("XDG_CACHE_HOME", "/x"),
+            ("HOME", "/h"),
+        ];
+        assert_eq!(with(all).unwrap(), PathBuf::from("/c"));
+        let xdg = &[("XDG_CACHE_HOME", "/x"), ("HOME", "/h")];
+        assert_eq!(with(xdg).unwrap(), PathBuf::from("/x/potamoi/models"));
+        assert_eq!(
+            with(&[("HOME", "/h")]).unwrap(),
+            PathBuf::from("/h/.cache/potamoi/models")
+        );
+        assert_eq!(with(&[]).unwrap_err(), Error::NoCacheDir);
+    }
+}

@@ -1,0 +1,335 @@
+//! Runs Verilator and the C++ compiler.
+
+use crate::{
+    Error, Toolchain,
+    ports::{Member, Port, parse_header},
+    store::{self, Entry, Key, Product, SCRATCH},
+};
+use std::{
+    fmt::Write as _,
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+const SHIM: &str = include_str!("cpp/shim.cpp");
+const PRELUDE: &str = include_str!("cpp/prelude.h");
+const PRELUDE_FILE: &str = "potamoi_prelude.h";
+
+/// Longest part of a tool's output kept in an error.
+const OUTPUT_LIMIT: usize = 8192;
+
+/// Names of the files in a product that this crate reads.
+pub(crate) const LIBRARY: &str = "model.so";
+pub(crate) const MODEL_OBJECT: &str = "model.o";
+pub(crate) const OBJ: &str = "obj";
+
+/// All that decides what is compiled, except the tools.
+#[derive(Debug, Clone)]
+pub(crate) struct Spec {
+    pub(crate) top: String,
+    pub(crate) sources: Vec<(String, String)>,
+    pub(crate) vcd: bool,
+    pub(crate) optimise: &'static str,
+    pub(crate) deny_warnings: bool,
+    pub(crate) keep_objects: bool,
+}
+
+/// Flags for every C++ file; `-fno-gnu-unique` lets a library be unloaded, and hidden symbols
+/// keep the run-time code of two models apart.
+fn common_flags(vcd: bool) -> Vec<&'static str> {
+    let mut flags = vec![
+        "-std=gnu++17",
+        "-fPIC",
+        "-w",
+        "-pthread",
+        "-fvisibility=hidden",
+        "-DVL_TIME_CONTEXT",
+        "-DVL_USER_FATAL",
+        "-DVL_USER_STOP",
+        "-DVL_USER_FINISH",
+        "-DVM_SC=0",
+        "-DVM_COVERAGE=0",
+        "-DVM_TIMING=0",
+        "-DVM_TRACE_FST=0",
+        "-DVM_TRACE_SAIF=0",
+        "-include",
+        PRELUDE_FILE,
+    ];
+    flags.extend(if vcd {
+        ["-DVM_TRACE=1", "-DVM_TRACE_VCD=1"]
+    } else {
+        ["-DVM_TRACE=0", "-DVM_TRACE_VCD=0"]
+    });
+    flags
+}
+
+fn verilator_flags(spec: &Spec) -> Vec<&'static str> {
+    let mut flags = vec![
+        "--cc",
+        "--assert",
+        "--x-initial",
+        "unique",
+        "--x-assign",
+        "unique",
+        "--prefix",
+        "Vm",
+        "--Mdir",
+        OBJ,
+    ];
+    flags.push(if spec.deny_warnings {
+        "-Wall"
+    } else {
+        "-Wno-fatal"
+    });
+    if spec.vcd {
+        flags.push("--trace");
+    }
+    flags
+}
+
+impl Spec {
+    pub(crate) fn key(&self, tools: &Toolchain) -> Key {
+        let mut key = tools_key("model", tools, &common_flags(self.vcd))
+            .with(SHIM)
+            .with(&verilator_flags(self).join(" "))
+            .with(self.optimise)
+            .with(if self.keep_objects { "objects" } else { "" })
+            .with(&self.top);
+        for (name, text) in &self.sources {
+            key = key.with(name).with(text);
+        }
+        key
+    }
+}
+
+/// Key of something compiled with these tools and flags.
+pub(crate) fn tools_key(kind: &str, tools: &Toolchain, flags: &[&str]) -> Key {
+    Key::new(kind)
+        .with(std::env::consts::ARCH)
+        .with(tools.verilator_version())
+        .with(&tools.verilator_root().to_string_lossy())
+        .with(tools.cxx_version())
+        .with(&format!("{:?}", tools.cxx()))
+        .with(PRELUDE)
+        .with(&flags.join(" "))
+}
+
+/// Verilator's own objects, compiled once for these tools and flags.
+pub(crate) fn runtime(cache: &Path, tools: &Toolchain, vcd: bool) -> Result<Vec<PathBuf>, Error> {
+    let mut units = vec!["verilated", "verilated_threads"];
+    if vcd {
+        units.push("verilated_vcd_c");
+    }
+    let flags = [common_flags(vcd), vec!["-O2"]].concat();
+    let key = tools_key("runtime", tools, &flags);
+    let entry = store::fetch(cache, "runtime", &key, &|folder| {
+        let scratch = folder.join(SCRATCH);
+        write(&scratch.join(PRELUDE_FILE), PRELUDE)?;
+        let jobs = units.iter().map(|unit| {
+            let mut command = compiler(tools, &scratch, vcd);
+            command.args(["-O2", "-c", "-o"]);
+            command.arg(folder.join(format!("{unit}.o")));
+            command.arg(tools.verilator_root().join(format!("include/{unit}.cpp")));
+            command
+        });
+        all(jobs.collect(), "compiling Verilator's run-time code")?;
+        Ok(Product {
+            files: units.iter().map(|u| format!("{u}.o")).collect(),
+            notes: Vec::new(),
+        })
+    })?;
+    Ok(units
+        .iter()
+        .map(|u| entry.folder.join(format!("{u}.o")))
+        .collect())
+}
+
+/// Builds the model of `spec`, or finds it in the cache.
+pub(crate) fn model(cache: &Path, tools: &Toolchain, spec: &Spec) -> Result<Entry, Error> {
+    let key = spec.key(tools);
+    store::fetch(cache, &spec.top, &key, &|folder| {
+        make(cache, tools, spec, folder)
+    })
+}
+
+fn make(cache: &Path, tools: &Toolchain, spec: &Spec, folder: &Path) -> Result<Product, Error> {
+    let scratch = folder.join(SCRATCH);
+    for (name, text) in &spec.sources {
+        write(&scratch.join(name), text)?;
+    }
+    let mut verilator = tools.verilator();
+    verilator.current_dir(&scratch).args(verilator_flags(spec));
+    verilator.args(["--top-module", &spec.top]);
+    let is_header = |name: &str| name.ends_with(".vh") || name.ends_with(".svh");
+    verilator.args(spec.sources.iter().map(|s| &s.0).filter(|n| !is_header(n)));
+    run(verilator, &format!("reading the Verilog of {}", spec.top))?;
+
+    let obj = scratch.join(OBJ);
+    let header = obj.join("Vm.h");
+    let header = fs::read_to_string(&header).map_err(|e| Error::io("read", &header, &e))?;
+    let members = parse_header(&header);
+    write(&scratch.join(PRELUDE_FILE), PRELUDE)?;
+    write(&scratch.join("shim.cpp"), &shim(&members))?;
+    write(&scratch.join("unit.cpp"), &unit(&obj)?)?;
+    let object = |name: &str| folder.join(SCRATCH).join(name);
+    let jobs = [("unit.cpp", MODEL_OBJECT), ("shim.cpp", "shim.o")].map(|(from, to)| {
+        let mut command = compiler(tools, &scratch, spec.vcd);
+        command
+            .args([spec.optimise, "-Iobj", "-c", from, "-o"])
+            .arg(object(to));
+        command
+    });
+    all(jobs.into(), &format!("compiling the model of {}", spec.top))?;
+
+    let mut link = compiler(tools, &scratch, spec.vcd);
+    link.args(["-shared", "-Wl,-Bsymbolic", "-Wl,-z,defs", "-Wl,-z,now"]);
+    link.args([object(MODEL_OBJECT), object("shim.o")]);
+    link.args(runtime(cache, tools, spec.vcd)?);
+    link.arg("-o").arg(folder.join(LIBRARY));
+    run(link, &format!("linking the model of {}", spec.top))?;
+
+    let mut files = vec![LIBRARY.to_string()];
+    if spec.keep_objects {
+        files.extend(keep(folder)?);
+    }
+    Ok(Product {
+        files,
+        notes: members.iter().map(|m| note(&m.port)).collect(),
+    })
+}
+
+/// Moves the object file and the headers out of the scratch folder.
+fn keep(folder: &Path) -> Result<Vec<String>, Error> {
+    let to = folder.join(OBJ);
+    fs::create_dir(&to).map_err(|e| Error::io("create the folder", &to, &e))?;
+    let mut kept = vec![MODEL_OBJECT.to_string()];
+    let move_to = |from: PathBuf, to: PathBuf| {
+        fs::rename(&from, &to).map_err(|e| Error::io("move", &from, &e))
+    };
+    let scratch = folder.join(SCRATCH);
+    move_to(scratch.join(MODEL_OBJECT), folder.join(MODEL_OBJECT))?;
+    for name in names(&scratch.join(OBJ), ".h")? {
+        move_to(scratch.join(OBJ).join(&name), to.join(&name))?;
+        kept.push(format!("{OBJ}/{name}"));
+    }
+    Ok(kept)
+}
+
+/// One translation unit of all that Verilator generated.
+fn unit(obj: &Path) -> Result<String, Error> {
+    Ok(names(obj, ".cpp")?
+        .iter()
+        .fold(String::new(), |s, n| s + &format!("#include \"{n}\"\n")))
+}
+
+fn names(folder: &Path, ending: &str) -> Result<Vec<String>, Error> {
+    let fail = |e: std::io::Error| Error::io("list", folder, &e);
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).map_err(fail)? {
+        let name = entry.map_err(fail)?.file_name();
+        if let Some(name) = name.to_str().filter(|n| n.ends_with(ending)) {
+            names.push(name.to_string());
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+fn shim(members: &[Member]) -> String {
+    let mut cases = String::new();
+    for (i, m) in members.iter().enumerate() {
+        let (cpp, bytes) = (&m.cpp, m.port.bytes());
+        let _ = writeln!(
+            cases,
+            "    case {i}: static_assert(sizeof(t.{cpp}) == {bytes}, \"storage of {cpp}\"); \
+             return (void*)&t.{cpp};"
+        );
+    }
+    SHIM.replace("@PORTS@", &cases)
+}
+
+fn note(port: &Port) -> String {
+    format!("{} {} {}", port.dir, port.bits, port.name)
+}
+
+/// A port as [`note`] wrote it.
+pub(crate) fn parse_note(note: &str) -> Option<Port> {
+    let mut words = note.splitn(3, ' ');
+    Some(Port {
+        dir: crate::Direction::parse(words.next()?)?,
+        bits: words.next()?.parse().ok()?,
+        name: words.next()?.to_string(),
+    })
+}
+
+/// The compiler in `folder`, with the flags that every C++ file of a model has.
+pub(crate) fn compiler(tools: &Toolchain, folder: &Path, vcd: bool) -> Command {
+    let mut command = tools.cxx();
+    let include = tools.verilator_root().join("include");
+    command
+        .current_dir(folder)
+        .args(common_flags(vcd))
+        .arg("-I.");
+    // clang has no unique symbols to turn off and does not know the flag.
+    if !tools.cxx_version().contains("clang") {
+        command.arg("-fno-gnu-unique");
+    }
+    for folder in [include.join("vltstd"), include] {
+        command.arg("-I").arg(folder);
+    }
+    command
+}
+
+pub(crate) fn write_prelude(folder: &Path) -> Result<(), Error> {
+    write(&folder.join(PRELUDE_FILE), PRELUDE)
+}
+
+pub(crate) fn write(path: &Path, text: &str) -> Result<(), Error> {
+    fs::write(path, text).map_err(|e| Error::io("write", path, &e))
+}
+
+/// Runs all commands at once and reports the first that failed.
+fn all(commands: Vec<Command>, doing: &str) -> Result<(), Error> {
+    std::thread::scope(|scope| {
+        let jobs: Vec<_> = commands
+            .into_iter()
+            .map(|c| scope.spawn(move || run(c, doing)))
+            .collect();
+        let results: Vec<_> = jobs.into_iter().map(|j| j.join()).collect();
+        results
+            .into_iter()
+            .try_for_each(|r| r.unwrap_or_else(|p| std::panic::resume_unwind(p)))
+    })
+}
+
+pub(crate) fn run(mut command: Command, doing: &str) -> Result<(), Error> {
+    let tool = command.get_program().to_string_lossy().into_owned();
+    let fail = |status: String, output: String| Error::Tool {
+        tool: tool.clone(),
+        doing: doing.to_string(),
+        status,
+        output,
+    };
+    let out = command
+        .output()
+        .map_err(|e| fail("it did not start".into(), e.to_string()))?;
+    if out.status.success() {
+        return Ok(());
+    }
+    let said = [out.stderr, out.stdout].concat();
+    let said = String::from_utf8_lossy(&said);
+    Err(fail(out.status.to_string(), shorten(said.trim())))
+}
+
+/// The start and the end of a long text: the first error is what matters, the last says how
+/// many there were.
+fn shorten(text: &str) -> String {
+    if text.len() <= OUTPUT_LIMIT {
+        return text.to_string();
+    }
+    let head: String = text.chars().take(OUTPUT_LIMIT * 3 / 4 / 4).collect();
+    let tail: String = text.chars().rev().take(OUTPUT_LIMIT / 4 / 4).collect();
+    let tail: String = tail.chars().rev().collect();
+    format!("{head}\n[...]\n{tail}")
+}

@@ -1,0 +1,252 @@
+//! A folder of build products, found by the content they were made from.
+//!
+//! A product is made in a temporary folder beside its place and then renamed, so that it is
+//! there whole or not at all. Its manifest lists the hash of every file: a damaged product is
+//! moved away and made again.
+
+use crate::Error;
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+const FORMAT: &str = "potamoi-verilated 1";
+const MANIFEST: &str = "manifest";
+const ATTEMPTS: usize = 8;
+
+/// Folder inside the temporary one whose content is thrown away.
+pub(crate) const SCRATCH: &str = "scratch";
+
+/// What a maker leaves: files by relative name, and lines to remember.
+pub(crate) struct Product {
+    pub(crate) files: Vec<String>,
+    pub(crate) notes: Vec<String>,
+}
+
+/// A whole product in its place.
+#[derive(Debug, Clone)]
+pub(crate) struct Entry {
+    pub(crate) folder: PathBuf,
+    pub(crate) notes: Vec<String>,
+    pub(crate) cached: bool,
+}
+
+/// Key of a product: a hash over fields, each with its length.
+pub(crate) struct Key(blake3::Hasher);
+
+impl Key {
+    pub(crate) fn new(kind: &str) -> Self {
+        Key(blake3::Hasher::new()).with(FORMAT).with(kind)
+    }
+
+    pub(crate) fn with(mut self, field: &str) -> Self {
+        self.0.update(&(field.len() as u64).to_le_bytes());
+        self.0.update(field.as_bytes());
+        self
+    }
+
+    pub(crate) fn hex(&self) -> String {
+        self.0.finalize().to_hex().as_str()[..32].to_string()
+    }
+}
+
+/// Finds the product of `key`, or makes it.
+pub(crate) fn fetch(
+    cache: &Path,
+    name: &str,
+    key: &Key,
+    make: &dyn Fn(&Path) -> Result<Product, Error>,
+) -> Result<Entry, Error> {
+    fs::create_dir_all(cache).map_err(|e| Error::io("create the folder", cache, &e))?;
+    let cache = &fs::canonicalize(cache).map_err(|e| Error::io("find the folder", cache, &e))?;
+    let place = cache.join(format!("{name}-{}", key.hex()));
+    let lock = lock_of(&place);
+    let _held = lock.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(notes) = verified(&place) {
+        return Ok(entry(place, notes, true));
+    }
+    let temporary = tempfile::Builder::new()
+        .prefix(".building-")
+        .tempdir_in(cache)
+        .map_err(|e| Error::io("create a temporary folder in", cache, &e))?;
+    let folder = temporary.path();
+    let scratch = folder.join(SCRATCH);
+    fs::create_dir(&scratch).map_err(|e| Error::io("create the folder", &scratch, &e))?;
+    let product = make(folder)?;
+    fs::remove_dir_all(&scratch).map_err(|e| Error::io("remove", &scratch, &e))?;
+    let manifest = folder.join(MANIFEST);
+    fs::write(&manifest, describe(folder, &product)?)
+        .map_err(|e| Error::io("write", &manifest, &e))?;
+    settle(cache, folder, place)
+}
+
+fn entry(folder: PathBuf, notes: Vec<String>, cached: bool) -> Entry {
+    Entry {
+        folder,
+        notes,
+        cached,
+    }
+}
+
+/// Renames the new product into place, unless another process was first with a whole one.
+fn settle(cache: &Path, made: &Path, place: PathBuf) -> Result<Entry, Error> {
+    let mut last = None;
+    for _ in 0..ATTEMPTS {
+        match fs::rename(made, &place) {
+            Ok(()) => {
+                if let Some(notes) = verified(&place) {
+                    return Ok(entry(place, notes, false));
+                }
+                break;
+            }
+            Err(e) => last = Some(e),
+        }
+        if let Some(notes) = verified(&place) {
+            return Ok(entry(place, notes, false));
+        }
+        // What is in the way is damaged. Another process may move it first, which is as good.
+        if let Ok(trash) = tempfile::Builder::new().prefix(".trash-").tempdir_in(cache) {
+            let _ = fs::rename(&place, trash.path().join("damaged"));
+        }
+    }
+    let reason = last.unwrap_or_else(|| std::io::Error::other("it does not stay whole"));
+    Err(Error::io("put a built model at", &place, &reason))
+}
+
+fn lock_of(place: &Path) -> Arc<Mutex<()>> {
+    static LOCKS: Mutex<BTreeMap<PathBuf, Arc<Mutex<()>>>> = Mutex::new(BTreeMap::new());
+    let mut locks = LOCKS.lock().unwrap_or_else(PoisonError::into_inner);
+    locks.entry(place.to_path_buf()).or_default().clone()
+}
+
+fn hash_file(path: &Path) -> std::io::Result<String> {
+    Ok(blake3::hash(&fs::read(path)?).to_hex().to_string())
+}
+
+fn describe(folder: &Path, product: &Product) -> Result<String, Error> {
+    let mut text = format!("{FORMAT}\n");
+    for name in &product.files {
+        let path = folder.join(name);
+        let hash = hash_file(&path).map_err(|e| Error::io("read", &path, &e))?;
+        text += &format!("file {hash} {name}\n");
+    }
+    for note in &product.notes {
+        text += &format!("note {note}\n");
+    }
+    let hash = blake3::hash(text.as_bytes()).to_hex();
+    text += &format!("end {hash}\n");
+    Ok(text)
+}
+
+/// The notes of the product at `place`, if all of it is there and unchanged.
+fn verified(place: &Path) -> Option<Vec<String>> {
+    let text = fs::read_to_string(place.join(MANIFEST)).ok()?;
+    let (body, end) = text.split_at(text.rfind("end ")?);
+    let hash = blake3::hash(body.as_bytes()).to_hex();
+    if end != format!("end {hash}\n") {
+        return None;
+    }
+    let mut lines = body.lines();
+    if lines.next()? != FORMAT {
+        return None;
+    }
+    let mut notes = Vec::new();
+    for line in lines {
+        match line.split_once(' ')? {
+            ("file", rest) => {
+                let (hash, name) = rest.split_once(' ')?;
+                if hash_file(&place.join(name)).ok()? != hash {
+                    return None;
+                }
+            }
+            ("note", note) => notes.push(note.to_string()),
+            _ => return None,
+        }
+    }
+    Some(notes)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    fn make(count: &AtomicUsize) -> impl Fn(&Path) -> Result<Product, Error> {
+        move |folder| {
+            count.fetch_add(1, Ordering::Relaxed);
+            fs::write(folder.join("a"), "alpha").unwrap();
+            Ok(Product {
+                files: vec!["a".into()],
+                notes: vec!["one two".into()],
+            })
+        }
+    }
+
+    #[test]
+    fn any_damage_is_found_and_repaired() {
+        let cache = tempfile::tempdir().unwrap();
+        let key = Key::new("test").with("x");
+        let count = AtomicUsize::new(0);
+        let first = fetch(cache.path(), "n", &key, &make(&count)).unwrap();
+        let damage: [&dyn Fn(); 6] = [
+            &|| fs::write(first.folder.join("a"), "alphb").unwrap(),
+            &|| fs::write(first.folder.join("a"), "").unwrap(),
+            &|| fs::remove_file(first.folder.join("a")).unwrap(),
+            &|| fs::remove_file(first.folder.join(MANIFEST)).unwrap(),
+            &|| fs::write(first.folder.join(MANIFEST), "potamoi-verilated 1\n").unwrap(),
+            &|| fs::write(first.folder.join(MANIFEST), [0xff, 0]).unwrap(),
+        ];
+        for (i, harm) in damage.iter().enumerate() {
+            harm();
+            let again = fetch(cache.path(), "n", &key, &make(&count)).unwrap();
+            assert!(!again.cached);
+            assert_eq!(count.load(Ordering::Relaxed), i + 2);
+            assert_eq!(again.notes, ["one two"]);
+            assert_eq!(fs::read(again.folder.join("a")).unwrap(), b"alpha");
+            assert!(
+                fetch(cache.path(), "n", &key, &make(&count))
+                    .unwrap()
+                    .cached
+            );
+        }
+        let left = fs::read_dir(cache.path()).unwrap().count();
+        assert_eq!(left, 1, "temporary folders are removed");
+    }
+
+    #[test]
+    fn a_failed_maker_leaves_nothing() {
+        let cache = tempfile::tempdir().unwrap();
+        let fail = |_: &Path| Err(Error::Trace("no".into()));
+        assert!(fetch(cache.path(), "n", &Key::new("test"), &fail).is_err());
+        assert_eq!(fs::read_dir(cache.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn one_of_two_makers_that_race_loses_quietly() {
+        let cache = tempfile::tempdir().unwrap();
+        let place = cache.path().join("n-0");
+        let whole = |name: &str| {
+            let folder = cache.path().join(name);
+            fs::create_dir(&folder).unwrap();
+            let count = AtomicUsize::new(0);
+            let product = make(&count)(&folder).unwrap();
+            let text = describe(&folder, &product).unwrap();
+            fs::write(folder.join(MANIFEST), text).unwrap();
+            folder
+        };
+        for name in ["first", "second"] {
+            settle(cache.path(), &whole(name), place.clone()).unwrap();
+        }
+        assert!(verified(&place).is_some());
+    }
+
+    #[test]
+    fn fields_do_not_run_together() {
+        let a = Key::new("k").with("ab").with("c").hex();
+        let b = Key::new("k").with("a").with("bc").hex();
+        assert_ne!(a, b);
+    }
+}
