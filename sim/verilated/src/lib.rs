@@ -4,7 +4,7 @@
 //! [`Toolchain::detect`] finds Verilator 5 and a C++ compiler. [`ModelBuilder`] turns Verilog
 //! text into a [`Library`], which is kept in a cache by its content, and [`Library::model`]
 //! makes instances of it. Ports of any width are read and written through [`PortId`] handles
-//! at the speed of a C++ test bench. Assertions are on, and registers and
+//! at the speed of a C++ test bench (see [`peer`]). Assertions are on, and registers and
 //! unknown values begin with values drawn from a seed, so that a missing reset shows. A design
 //! that stops itself (`$fatal`, `$stop`, `$finish`, a failed assertion) gives an error and
 //! leaves the process alone. Linux and other systems with ELF libraries are supported.
@@ -46,6 +46,7 @@ mod compile;
 mod error;
 mod library;
 mod model;
+pub mod peer;
 mod ports;
 mod store;
 mod toolchain;

@@ -33,6 +33,15 @@ pub(crate) struct Entry {
     pub(crate) cached: bool,
 }
 
+impl Entry {
+    /// The ports with their C++ names, from the header that a product with objects keeps.
+    pub(crate) fn members(&self) -> Result<Vec<crate::ports::Member>, Error> {
+        let header = self.folder.join("obj/Vm.h");
+        let text = fs::read_to_string(&header).map_err(|e| Error::io("read", &header, &e))?;
+        Ok(crate::ports::parse_header(&text))
+    }
+}
+
 /// Key of a product: a hash over fields, each with its length.
 pub(crate) struct Key(blake3::Hasher);
 

@@ -1,0 +1,347 @@
+//! Measures a Rust-driven model against a C++ test bench of the same stimulus.
+//!
+//! The C++ program is what one would write by hand for the module: it assigns every input
+//! member, evaluates the two halves of the clock, and reads every output, cycle by cycle. It is
+//! linked with the very object file of the model that the Rust side loads, and compiled with
+//! the same flags. Both sides fold all outputs of all cycles into a checksum, which must agree.
+//!
+//! ```no_run
+//! use potamoi_verilated::{ModelBuilder, Toolchain, peer::Peer};
+//!
+//! # fn main() -> Result<(), potamoi_verilated::Error> {
+//! # let verilog = "";
+//! let builder = ModelBuilder::new("mac").source("mac.v", verilog);
+//! let peer = Peer::build(builder, &Toolchain::detect()?, "clk")?;
+//! let words = peer.words_per_cycle();
+//! let stimulus: Vec<u32> = (0..1000 * words as u32).collect();
+//! let report = peer.compare(&stimulus, 15)?;
+//! println!("{:.2} of the speed of C++", report.ratio);
+//! # Ok(())
+//! # }
+//! ```
+
+use crate::{
+    Clock, Direction, Error, Library, Model, ModelBuilder, Port, PortId, Toolchain, compile,
+    store::{self, SCRATCH},
+};
+use std::{
+    fmt::Write as _,
+    path::{Path, PathBuf},
+    process::Command,
+    time::Instant,
+};
+
+const PROGRAM: &str = "peer";
+const SOURCE: &str = include_str!("cpp/peer.cpp");
+const SEED: u32 = 1;
+const PRIME: u64 = 0x0000_0100_0000_01b3;
+
+/// A model with its C++ twin.
+#[derive(Debug)]
+pub struct Peer {
+    library: Library,
+    clock: String,
+    inputs: Vec<Port>,
+    outputs: Vec<Port>,
+    program: PathBuf,
+}
+
+/// Two drivers' times for the same cycles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// Cycles in each round.
+    pub cycles: usize,
+    /// Median time of a cycle driven from Rust, in nanoseconds.
+    pub rust_ns: f64,
+    /// Median time of a cycle driven from C++, in nanoseconds.
+    pub cpp_ns: f64,
+    /// Speed of the Rust side relative to C++: `cpp_ns / rust_ns`.
+    pub ratio: f64,
+    /// What both sides read, folded.
+    pub checksum: u64,
+}
+
+impl Peer {
+    /// Builds the model of `builder` and a C++ program that drives it by the input `clock`.
+    ///
+    /// # Errors
+    /// As [`ModelBuilder::build`], and as [`Model::clock`] for `clock`.
+    pub fn build(builder: ModelBuilder, tools: &Toolchain, clock: &str) -> Result<Self, Error> {
+        let builder = builder.keep_objects();
+        let library = builder.build(tools)?;
+        library.model(SEED)?.clock(clock)?;
+        let (entry, ports) = builder.entry(tools)?;
+        let members = entry.members()?;
+        let pick = |dir: Direction| -> Vec<Port> {
+            let wanted = |p: &&Port| p.dir == dir && p.name != clock;
+            ports.iter().filter(wanted).cloned().collect()
+        };
+        let (inputs, outputs) = (pick(Direction::Input), pick(Direction::Output));
+        let cpp = |name: &str| {
+            let member = members.iter().find(|m| m.port.name == name);
+            member.map_or_else(String::new, |m| m.cpp.clone())
+        };
+        let source = source(&inputs, &outputs, &cpp, &cpp(clock));
+        let cache = builder.cache_folder()?;
+        let optimise = builder.optimise_flag();
+        let key = compile::tools_key(PROGRAM, tools, &[optimise])
+            .with(library.key())
+            .with(&source);
+        let twin = store::fetch(&cache, PROGRAM, &key, &|folder| {
+            let scratch = folder.join(SCRATCH);
+            compile::write_prelude(&scratch)?;
+            compile::write(&scratch.join("peer.cpp"), &source)?;
+            let mut command = compile::compiler(tools, &scratch, builder.is_traced());
+            command
+                .arg(optimise)
+                .arg("-I")
+                .arg(entry.folder.join(compile::OBJ));
+            command.arg("peer.cpp");
+            command.arg(entry.folder.join(compile::MODEL_OBJECT));
+            command.args(compile::runtime(&cache, tools, builder.is_traced())?);
+            command.arg("-o").arg(folder.join(PROGRAM));
+            compile::run(command, "compiling the C++ test bench")?;
+            Ok(store::Product {
+                files: vec![PROGRAM.into()],
+                notes: Vec::new(),
+            })
+        })?;
+        Ok(Peer {
+            library,
+            clock: clock.to_string(),
+            inputs,
+            outputs,
+            program: twin.folder.join(PROGRAM),
+        })
+    }
+
+    /// The inputs that a cycle of stimulus sets, in order; the clock is none of them.
+    pub fn inputs(&self) -> &[Port] {
+        &self.inputs
+    }
+
+    /// The outputs that are read every cycle, in order.
+    pub fn outputs(&self) -> &[Port] {
+        &self.outputs
+    }
+
+    /// The loaded model.
+    pub fn library(&self) -> &Library {
+        &self.library
+    }
+
+    /// 32-bit words of stimulus for one cycle: the words of each input, the low word first, one
+    /// input after another.
+    pub fn words_per_cycle(&self) -> usize {
+        self.inputs.iter().map(Port::words).sum()
+    }
+
+    /// Runs `stimulus` on both sides in turn, `rounds` times each, and reports the medians.
+    ///
+    /// Bits above a port's width are dropped on both sides.
+    ///
+    /// # Errors
+    /// [`Error::Peer`] when the stimulus is empty or no whole number of cycles, when `rounds` is
+    /// 0, or when the two sides do not read the same; [`Error::Stopped`] when the model stops.
+    pub fn compare(&self, stimulus: &[u32], rounds: usize) -> Result<Report, Error> {
+        let stimulus = self.masked(stimulus)?;
+        if rounds == 0 {
+            return Err(Error::Peer(
+                "0 rounds were asked for; 1 is the least".into(),
+            ));
+        }
+        let cycles = stimulus.len() / self.words_per_cycle();
+        let folder =
+            tempfile::tempdir().map_err(|e| Error::io("create", &std::env::temp_dir(), &e))?;
+        let file = folder.path().join("stimulus");
+        let bytes: Vec<u8> = stimulus.iter().flat_map(|w| w.to_le_bytes()).collect();
+        std::fs::write(&file, bytes).map_err(|e| Error::io("write", &file, &e))?;
+        let (mut rust, mut cpp) = (Vec::new(), Vec::new());
+        let mut checksum = 0;
+        for round in 0..rounds {
+            // Whichever goes first may find the machine in another state, so they take turns.
+            let (ours, theirs) = if round % 2 == 0 {
+                let ours = self.run_rust(&stimulus)?;
+                (ours, self.run_cpp(&file)?)
+            } else {
+                let theirs = self.run_cpp(&file)?;
+                (self.run_rust(&stimulus)?, theirs)
+            };
+            if ours.checksum != theirs.checksum {
+                return Err(Error::Peer(format!(
+                    "Rust and C++ read different outputs over {cycles} cycles: checksums \
+                     {:016x} and {:016x}",
+                    ours.checksum, theirs.checksum
+                )));
+            }
+            checksum = ours.checksum;
+            rust.push(ours.ns);
+            cpp.push(theirs.ns);
+        }
+        let per_cycle = |times: Vec<f64>| median(times) / cycles as f64;
+        let (rust_ns, cpp_ns) = (per_cycle(rust), per_cycle(cpp));
+        Ok(Report {
+            cycles,
+            rust_ns,
+            cpp_ns,
+            ratio: cpp_ns / rust_ns,
+            checksum,
+        })
+    }
+
+    /// Drives a new model with the stimulus of [`Peer::compare`] and returns the checksum.
+    ///
+    /// # Errors
+    /// As [`Peer::compare`].
+    pub fn drive(&self, stimulus: &[u32]) -> Result<u64, Error> {
+        Ok(self.run_rust(&self.masked(stimulus)?)?.checksum)
+    }
+
+    fn masked(&self, stimulus: &[u32]) -> Result<Vec<u32>, Error> {
+        let words = self.words_per_cycle();
+        if words == 0 || stimulus.is_empty() || stimulus.len() % words != 0 {
+            return Err(Error::Peer(format!(
+                "the stimulus has {} words, which is not a positive multiple of the {words} \
+                 words that the inputs take in a cycle",
+                stimulus.len()
+            )));
+        }
+        let masks: Vec<u32> = self.inputs.iter().flat_map(masks).collect();
+        let cut = |(i, word): (usize, &u32)| word & masks.get(i % words).copied().unwrap_or(0);
+        Ok(stimulus.iter().enumerate().map(cut).collect())
+    }
+
+    fn run_rust(&self, stimulus: &[u32]) -> Result<Round, Error> {
+        let mut model = self.library.model(SEED)?;
+        let clock = model.clock(&self.clock)?;
+        let ids = |ports: &[Port]| -> Result<Vec<PortId>, Error> {
+            ports.iter().map(|p| self.library.port(&p.name)).collect()
+        };
+        let (inputs, outputs) = (ids(&self.inputs)?, ids(&self.outputs)?);
+        let cycles = stimulus.chunks_exact(self.words_per_cycle());
+        let start = Instant::now();
+        let mut checksum = 0;
+        for cycle in cycles {
+            checksum = one_cycle(&mut model, clock, &inputs, &outputs, cycle, checksum)?;
+        }
+        Ok(Round {
+            ns: start.elapsed().as_nanos() as f64,
+            checksum,
+        })
+    }
+
+    fn run_cpp(&self, stimulus: &Path) -> Result<Round, Error> {
+        let fail = |reason: String| Error::Peer(format!("the C++ test bench {reason}"));
+        let out = Command::new(&self.program)
+            .arg(stimulus)
+            .output()
+            .map_err(|e| fail(format!("did not start: {e}")))?;
+        let text = String::from_utf8_lossy(&out.stdout);
+        let mut words = text.split_whitespace();
+        let ns = words.next().and_then(|w| w.parse().ok());
+        let checksum = words.next().and_then(|w| u64::from_str_radix(w, 16).ok());
+        match (out.status.success(), ns, checksum) {
+            (true, Some(ns), Some(checksum)) => Ok(Round { ns, checksum }),
+            _ => Err(fail(format!(
+                "ended with {}: {}",
+                out.status,
+                String::from_utf8_lossy(&out.stderr).trim()
+            ))),
+        }
+    }
+}
+
+struct Round {
+    ns: f64,
+    checksum: u64,
+}
+
+#[inline]
+fn one_cycle(
+    model: &mut Model,
+    clock: Clock,
+    inputs: &[PortId],
+    outputs: &[PortId],
+    cycle: &[u32],
+    mut checksum: u64,
+) -> Result<u64, Error> {
+    let mut rest = cycle;
+    for &port in inputs {
+        let (words, after) = rest.split_at(port.words());
+        model.set_words(port, words)?;
+        rest = after;
+    }
+    model.tick(clock)?;
+    for &port in outputs {
+        if port.bits() > 64 {
+            for &word in model.wide(port)? {
+                checksum = fold(checksum, u64::from(word));
+            }
+        } else {
+            checksum = fold(checksum, model.get_u64(port)?);
+        }
+    }
+    Ok(checksum)
+}
+
+#[inline]
+fn fold(checksum: u64, value: u64) -> u64 {
+    (checksum ^ value).wrapping_mul(PRIME)
+}
+
+fn masks(port: &Port) -> impl Iterator<Item = u32> + use<> {
+    let (words, over) = (port.words(), port.bits % 32);
+    (0..words).map(move |i| {
+        if i + 1 == words && over > 0 {
+            (1 << over) - 1
+        } else {
+            u32::MAX
+        }
+    })
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let at = |i: usize| values.get(i).copied().unwrap_or(f64::NAN);
+    let n = values.len();
+    (at(n.saturating_sub(1) / 2) + at(n / 2)) / 2.0
+}
+
+fn source(inputs: &[Port], outputs: &[Port], cpp: &dyn Fn(&str) -> String, clock: &str) -> String {
+    let (mut set, mut read) = (String::new(), String::new());
+    let mut at = 0;
+    for port in inputs {
+        let name = cpp(&port.name);
+        let _ = match port.bits {
+            0..=32 => writeln!(set, "        top.{name} = in[{at}];"),
+            33..=64 => writeln!(
+                set,
+                "        top.{name} = in[{at}] | uint64_t{{in[{}]}} << 32;",
+                at + 1
+            ),
+            _ => writeln!(
+                set,
+                "        memcpy(&top.{name}[0], in + {at}, sizeof top.{name});"
+            ),
+        };
+        at += port.words();
+    }
+    for port in outputs {
+        let name = cpp(&port.name);
+        let _ = if port.bits <= 64 {
+            writeln!(read, "        sum = (sum ^ top.{name}) * PRIME;")
+        } else {
+            writeln!(
+                read,
+                "        for (int i = 0; i < {}; ++i) sum = (sum ^ top.{name}[i]) * PRIME;",
+                port.words()
+            )
+        };
+    }
+    SOURCE
+        .replace("@WORDS@", &at.to_string())
+        .replace("@SET@", &set)
+        .replace("@READ@", &read)
+        .replace("@CLOCK@", clock)
+        .replace("@PRIME@", &format!("{PRIME:#x}"))
+}
