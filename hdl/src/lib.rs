@@ -1,1 +1,3 @@
-//! Netlist, printer and hardware units.
+//! Run-time netlist, Verilog printer and Potamoi's hardware units.
+
+pub mod ir;

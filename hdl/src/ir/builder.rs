@@ -6,7 +6,9 @@ use std::sync::Arc;
 use num_bigint::BigInt;
 use potamoi_formats::fixed::Rounding;
 
-use super::node::{Binary, Contract, Inst, Instance, MemId, Memory, Node, Op, Port, Signal, Ty, Unary};
+use super::node::{
+    Binary, Contract, Inst, Instance, MemId, Memory, Node, Op, Port, Signal, Ty, Unary,
+};
 use super::{IrError, IrErrors, Module, check};
 
 /// Builds one module. Misuse never panics: it is recorded, a well-typed
@@ -95,7 +97,10 @@ impl ModuleBuilder {
             return true;
         }
         let (a, b) = (self.describe(a), self.describe(b));
-        self.fail(what, format!("operands differ: {a} and {b}; extend, truncate or reinterpret one"));
+        self.fail(
+            what,
+            format!("operands differ: {a} and {b}; extend, truncate or reinterpret one"),
+        );
         false
     }
 
@@ -173,7 +178,11 @@ impl ModuleBuilder {
     }
 
     fn binary(&mut self, what: &str, op: Binary, a: Signal, b: Signal, ty: Ty) -> Signal {
-        if self.agree(what, a, b) { self.node(Op::Binary(op, a.id, b.id), ty) } else { self.zero(ty) }
+        if self.agree(what, a, b) {
+            self.node(Op::Binary(op, a.id, b.id), ty)
+        } else {
+            self.zero(ty)
+        }
     }
 
     /// Bitwise and.
@@ -228,7 +237,10 @@ impl ModuleBuilder {
 
     /// Full product: the widths add up. Both signed or both unsigned.
     pub fn mul(&mut self, a: Signal, b: Signal) -> Signal {
-        let ty = Ty { width: a.ty.width + b.ty.width, signed: a.ty.signed };
+        let ty = Ty {
+            width: a.ty.width + b.ty.width,
+            signed: a.ty.signed,
+        };
         if a.ty.signed == b.ty.signed {
             self.node(Op::Binary(Binary::Mul, a.id, b.id), ty)
         } else {
@@ -303,7 +315,11 @@ impl ModuleBuilder {
         if by == 0 {
             return a;
         }
-        let by = if a.signed() { by.min(a.width() - 1) } else { by };
+        let by = if a.signed() {
+            by.min(a.width() - 1)
+        } else {
+            by
+        };
         if by >= a.width() {
             return self.zero(a.ty);
         }
@@ -360,7 +376,10 @@ impl ModuleBuilder {
         }
         if width < a.width() {
             let of = self.describe(a);
-            self.fail("extend", format!("{of} to {width} bits is narrower: truncate, round or saturate"));
+            self.fail(
+                "extend",
+                format!("{of} to {width} bits is narrower: truncate, round or saturate"),
+            );
             return self.zero(Ty { width, ..a.ty });
         }
         self.node(Op::Extend(a.id), Ty { width, ..a.ty })
@@ -403,7 +422,10 @@ impl ModuleBuilder {
             self.fail("round", format!("{bits} bits off {of}"));
             return self.zero(Ty { width: 1, ..a.ty });
         }
-        let ty = Ty { width: a.width() - bits + 1, ..a.ty };
+        let ty = Ty {
+            width: a.width() - bits + 1,
+            ..a.ty
+        };
         self.node(Op::Round(a.id, bits, rounding), ty)
     }
 
@@ -466,10 +488,18 @@ impl ModuleBuilder {
         if options.iter().all(|o| *o == first) {
             return first;
         }
-        self.node(Op::Select(index.id, options.iter().map(|o| o.id).collect()), first.ty)
+        self.node(
+            Op::Select(index.id, options.iter().map(|o| o.id).collect()),
+            first.ty,
+        )
     }
 
-    fn fold(&mut self, bits: &[Signal], empty: u8, op: fn(&mut Self, Signal, Signal) -> Signal) -> Signal {
+    fn fold(
+        &mut self,
+        bits: &[Signal],
+        empty: u8,
+        op: fn(&mut Self, Signal, Signal) -> Signal,
+    ) -> Signal {
         let mut all = bits.iter().copied();
         match all.next() {
             None => self.lit(empty, Ty::bit()),
@@ -494,7 +524,14 @@ impl ModuleBuilder {
             self.fail(name, format!("reset value {reset} does not fit {ty}"));
             reset = BigInt::ZERO;
         }
-        let s = self.node(Op::Reg { reset, next: None, enable: None }, ty);
+        let s = self.node(
+            Op::Reg {
+                reset,
+                next: None,
+                enable: None,
+            },
+            ty,
+        );
         self.module.nodes[s.id].name = Some(name.to_owned());
         s
     }
@@ -510,7 +547,10 @@ impl ModuleBuilder {
             self.drive(reg, Some(enable.id), value);
         } else {
             let of = self.describe(enable);
-            self.fail("set_next_if", format!("enable {of} is not one unsigned bit"));
+            self.fail(
+                "set_next_if",
+                format!("enable {of} is not one unsigned bit"),
+            );
         }
     }
 
@@ -534,14 +574,17 @@ impl ModuleBuilder {
     /// A plain inferable array.
     pub fn memory(&mut self, name: &str, depth: u32, width: u32, doc: &str) -> MemId {
         if depth < 2 || width == 0 {
-            self.fail(name, format!("memory of {depth} x {width}: expected 2 rows and 1 bit at least"));
+            self.fail(
+                name,
+                format!("memory of {depth} x {width}: expected 2 rows and 1 bit at least"),
+            );
         }
         self.module.memories.push(Memory {
             name: name.to_owned(),
             depth: depth.max(2),
             width: width.max(1),
             doc: doc.to_owned(),
-            section: self.section,
+            at: self.module.nodes.len(),
             writes: vec![],
         });
         MemId(self.module.memories.len() - 1)
@@ -563,10 +606,15 @@ impl ModuleBuilder {
     pub fn mem_write(&mut self, mem: MemId, en: Signal, addr: Signal, data: Signal) {
         let width = self.module.memories[mem.0].width;
         if self.address(mem, addr) && data.ty == Ty::u(width) && en.ty == Ty::bit() {
-            self.module.memories[mem.0].writes.push((en.id, addr.id, data.id));
+            self.module.memories[mem.0]
+                .writes
+                .push((en.id, addr.id, data.id));
         } else if data.ty != Ty::u(width) || en.ty != Ty::bit() {
             let of = self.describe(data);
-            self.fail("mem_write", format!("data {of} (expected u{width}) or enable is of the wrong type"));
+            self.fail(
+                "mem_write",
+                format!("data {of} (expected u{width}) or enable is of the wrong type"),
+            );
         }
     }
 
@@ -592,29 +640,46 @@ impl ModuleBuilder {
     }
 
     /// An instance of a module, its inputs connected by port name.
-    pub fn instance(&mut self, name: &str, module: &Arc<Module>, inputs: &[(&str, Signal)]) -> Instance {
+    pub fn instance(
+        &mut self,
+        name: &str,
+        module: &Arc<Module>,
+        inputs: &[(&str, Signal)],
+    ) -> Instance {
         let mut connected = vec![];
         for (port, s) in inputs {
-            match module.ports.iter().position(|p| p.name == *port && !p.output) {
-                None => self.fail(name, format!("module {} has no input `{port}`", module.name)),
+            match module
+                .ports
+                .iter()
+                .position(|p| p.name == *port && !p.output)
+            {
+                None => self.fail(
+                    name,
+                    format!("module {} has no input `{port}`", module.name),
+                ),
                 Some(i) if module.nodes[module.ports[i].node].ty != s.ty => {
                     let (want, got) = (module.nodes[module.ports[i].node].ty, self.describe(*s));
                     self.fail(name, format!("port `{port}` is {want}, connected to {got}"));
                 }
-                Some(i) if connected.iter().any(|(p, _)| *p == i) => self.fail(name, format!("port `{port}` is connected twice")),
+                Some(i) if connected.iter().any(|(p, _)| *p == i) => {
+                    self.fail(name, format!("port `{port}` is connected twice"))
+                }
                 Some(i) => connected.push((i, s.id)),
             }
         }
         for (i, p) in module.ports.iter().enumerate() {
             if !p.output && !connected.iter().any(|(c, _)| *c == i) {
-                self.fail(name, format!("port `{}` of {} is not connected", p.name, module.name));
+                self.fail(
+                    name,
+                    format!("port `{}` of {} is not connected", p.name, module.name),
+                );
             }
         }
         self.module.instances.push(Inst {
             name: name.to_owned(),
             module: module.clone(),
             inputs: connected,
-            section: self.section,
+            at: self.module.nodes.len(),
         });
         Instance(self.module.instances.len() - 1)
     }
@@ -624,10 +689,17 @@ impl ModuleBuilder {
         let inst = &self.module.instances[instance.0];
         let (name, module) = (inst.name.clone(), inst.module.clone());
         let Some(i) = module.ports.iter().position(|p| p.name == port && p.output) else {
-            self.fail(&name, format!("module {} has no output `{port}`", module.name));
+            self.fail(
+                &name,
+                format!("module {} has no output `{port}`", module.name),
+            );
             return self.zero(Ty::bit());
         };
-        let known = self.module.nodes.iter().position(|n| matches!(n.op, Op::InstanceOut(a, b) if a == instance.0 && b == i));
+        let known = self
+            .module
+            .nodes
+            .iter()
+            .position(|n| matches!(n.op, Op::InstanceOut(a, b) if a == instance.0 && b == i));
         let ty = module.nodes[module.ports[i].node].ty;
         if let Some(id) = known {
             return Signal { id, ty };
@@ -638,7 +710,13 @@ impl ModuleBuilder {
     }
 
     /// Declares bounds of an input.
-    pub fn assume_range(&mut self, s: Signal, low: impl Into<BigInt>, high: impl Into<BigInt>, why: &str) {
+    pub fn assume_range(
+        &mut self,
+        s: Signal,
+        low: impl Into<BigInt>,
+        high: impl Into<BigInt>,
+        why: &str,
+    ) {
         self.module.contracts.push(Contract::Range {
             node: s.id,
             low: low.into(),
@@ -659,7 +737,13 @@ impl ModuleBuilder {
 
     /// Declares that a register holds features weighted by non-negative codes
     /// that sum to at most `total`.
-    pub fn weighted_accumulator(&mut self, reg: Signal, feature: Signal, total: impl Into<BigInt>, why: &str) {
+    pub fn weighted_accumulator(
+        &mut self,
+        reg: Signal,
+        feature: Signal,
+        total: impl Into<BigInt>,
+        why: &str,
+    ) {
         self.module.contracts.push(Contract::Weighted {
             reg: reg.id,
             feature: feature.id,
@@ -677,6 +761,10 @@ impl ModuleBuilder {
         if errors.is_empty() {
             errors = check::check(&self.module);
         }
-        if errors.is_empty() { Ok(Arc::new(self.module)) } else { Err(IrErrors(errors)) }
+        if errors.is_empty() {
+            Ok(Arc::new(self.module))
+        } else {
+            Err(IrErrors(errors))
+        }
     }
 }

@@ -84,7 +84,8 @@ impl Module {
     /// Whether there is a register here or below: it then has an `rst_n` port.
     #[must_use]
     pub fn has_registers(&self) -> bool {
-        self.nodes.iter().any(|n| matches!(n.op, Op::Reg { .. })) || self.instances.iter().any(|i| i.module.has_registers())
+        self.nodes.iter().any(|n| matches!(n.op, Op::Reg { .. }))
+            || self.instances.iter().any(|i| i.module.has_registers())
     }
 }
 

@@ -21,13 +21,19 @@ impl Ty {
     /// An unsigned type.
     #[must_use]
     pub const fn u(width: u32) -> Self {
-        Self { width, signed: false }
+        Self {
+            width,
+            signed: false,
+        }
     }
 
     /// A two's complement type.
     #[must_use]
     pub const fn s(width: u32) -> Self {
-        Self { width, signed: true }
+        Self {
+            width,
+            signed: true,
+        }
     }
 
     /// One unsigned bit.
@@ -144,7 +150,11 @@ pub(crate) enum Op {
     Mux(usize, usize, usize),
     /// Index, options; past the list the last one.
     Select(usize, Vec<usize>),
-    Reg { reset: BigInt, next: Option<usize>, enable: Option<usize> },
+    Reg {
+        reset: BigInt,
+        next: Option<usize>,
+        enable: Option<usize>,
+    },
     /// Memory, enable, address.
     ReadSync(usize, usize, usize),
     ReadAsync(usize, usize),
@@ -155,7 +165,11 @@ impl Op {
     /// Nodes whose value this one needs in the same cycle.
     pub(crate) fn operands(&self) -> Vec<usize> {
         match self {
-            Self::Input | Self::Lit(_) | Self::Reg { .. } | Self::ReadSync(..) | Self::InstanceOut(..) => vec![],
+            Self::Input
+            | Self::Lit(_)
+            | Self::Reg { .. }
+            | Self::ReadSync(..)
+            | Self::InstanceOut(..) => vec![],
             Self::Unary(_, a)
             | Self::Slice(a, _)
             | Self::Repeat(a, _)
@@ -212,7 +226,8 @@ pub(crate) struct Memory {
     pub(crate) depth: u32,
     pub(crate) width: u32,
     pub(crate) doc: String,
-    pub(crate) section: usize,
+    /// Nodes that stood before it.
+    pub(crate) at: usize,
     /// Enable, address, data.
     pub(crate) writes: Vec<(usize, usize, usize)>,
 }
@@ -223,16 +238,32 @@ pub(crate) struct Inst {
     pub(crate) module: Arc<Module>,
     /// Port index of the module -> node here, for inputs.
     pub(crate) inputs: Vec<(usize, usize)>,
-    pub(crate) section: usize,
+    /// Nodes that stood before it.
+    pub(crate) at: usize,
 }
 
 /// A declared bound that the range analysis builds on.
 #[derive(Debug, Clone)]
 pub(crate) enum Contract {
     /// The signal stays within these bounds.
-    Range { node: usize, low: BigInt, high: BigInt, why: String },
+    Range {
+        node: usize,
+        low: BigInt,
+        high: BigInt,
+        why: String,
+    },
     /// The register holds at most this many terms.
-    Terms { reg: usize, term: usize, most: u32, why: String },
+    Terms {
+        reg: usize,
+        term: usize,
+        most: u32,
+        why: String,
+    },
     /// The register holds features weighted by codes that sum to `total`.
-    Weighted { reg: usize, feature: usize, total: BigInt, why: String },
+    Weighted {
+        reg: usize,
+        feature: usize,
+        total: BigInt,
+        why: String,
+    },
 }

@@ -1,0 +1,283 @@
+//! What a module must keep before it is used.
+//!
+//! Combinational loops need no search: a node, an instance's inputs and its
+//! outputs can only name what was built before them, so only registers and
+//! memories close a loop. [`check`] asserts that order.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::node::Op;
+use super::{IrError, Module};
+
+/// Every node that reaches an output, an instance or a memory.
+pub(crate) fn live(module: &Module) -> Vec<bool> {
+    let mut live = vec![false; module.nodes.len()];
+    let mut queue: Vec<usize> = module
+        .ports
+        .iter()
+        .filter(|p| p.output)
+        .map(|p| p.node)
+        .collect();
+    for inst in &module.instances {
+        queue.extend(inst.inputs.iter().map(|(_, n)| *n));
+    }
+    for memory in &module.memories {
+        for (en, addr, data) in &memory.writes {
+            queue.extend([*en, *addr, *data]);
+        }
+    }
+    while let Some(id) = queue.pop() {
+        if !std::mem::replace(&mut live[id], true) {
+            let op = &module.nodes[id].op;
+            queue.extend(op.operands());
+            queue.extend(op.edge_operands());
+        }
+    }
+    live
+}
+
+pub(crate) fn check(module: &Module) -> Vec<IrError> {
+    let mut errors = vec![];
+    let mut fail = |node: &str, problem: String| {
+        errors.push(IrError {
+            module: module.name.clone(),
+            node: node.to_owned(),
+            problem,
+        });
+    };
+    let live = live(module);
+    for (id, node) in module.nodes.iter().enumerate() {
+        let name = node.name.as_deref().unwrap_or("an unnamed node");
+        if matches!(node.op, Op::Reg { next: None, .. }) {
+            fail(
+                name,
+                "register is never driven: call set_next or set_next_if".to_owned(),
+            );
+        }
+        if node.op.operands().iter().any(|o| *o >= id) {
+            fail(name, "reads a later node: a combinational loop".to_owned());
+        }
+        if matches!(node.op, Op::Input) && !live[id] && !module.unused.contains_key(&id) {
+            fail(
+                name,
+                "input is not read: use it, or say why with unused()".to_owned(),
+            );
+        }
+    }
+    let mut names: BTreeMap<&str, &str> = BTreeMap::new();
+    let mut claim = |name: &'static str, found: String| fail(name, found);
+    let all = module
+        .memories
+        .iter()
+        .map(|m| (m.name.as_str(), "memory"))
+        .chain(
+            module
+                .instances
+                .iter()
+                .map(|i| (i.name.as_str(), "instance")),
+        )
+        .chain(module.ports.iter().map(|p| (p.name.as_str(), "port")))
+        .chain(std::iter::once((module.name.as_str(), "module")));
+    for (name, kind) in all {
+        if !legal(name) {
+            claim(
+                "a name",
+                format!("{kind} `{name}` is no plain Verilog identifier, or a keyword"),
+            );
+        } else if let Some(other) = names.insert(name, kind) {
+            claim("a name", format!("`{name}` names a {other} and a {kind}"));
+        }
+    }
+    let mut named: BTreeMap<&str, usize> = BTreeMap::new();
+    for (id, node) in module.nodes.iter().enumerate() {
+        let Some(name) = node.name.as_deref() else {
+            continue;
+        };
+        let own_port = module.ports.iter().any(|p| p.name == name && p.node == id);
+        if !legal(name) {
+            claim(
+                "a name",
+                format!("signal `{name}` is no plain Verilog identifier, or a keyword"),
+            );
+        } else if named.insert(name, id).is_some() || (names.contains_key(name) && !own_port) {
+            claim("a name", format!("`{name}` is given twice"));
+        }
+    }
+    let mut modules = BTreeMap::new();
+    same_names(module, &mut modules, &mut |name| {
+        claim(
+            "a name",
+            format!("two different modules are called `{name}`"),
+        );
+    });
+    errors
+}
+
+fn same_names(
+    module: &Module,
+    seen: &mut BTreeMap<String, Arc<Module>>,
+    clash: &mut dyn FnMut(&str),
+) {
+    for inst in &module.instances {
+        match seen.get(&inst.module.name) {
+            Some(other) if Arc::ptr_eq(other, &inst.module) => continue,
+            Some(_) => clash(&inst.module.name),
+            None => {}
+        }
+        seen.insert(inst.module.name.clone(), inst.module.clone());
+        same_names(&inst.module, seen, clash);
+    }
+}
+
+fn legal(name: &str) -> bool {
+    let mut bytes = name.bytes();
+    let start = bytes
+        .next()
+        .is_some_and(|b| b.is_ascii_alphabetic() || b == b'_');
+    start
+        && bytes.all(|b| b.is_ascii_alphanumeric() || b == b'_')
+        && !KEYWORDS.contains(&name)
+        && name != "clk"
+        && name != "rst_n"
+}
+
+/// Verilog-2005 and the words of SystemVerilog that tools reserve.
+const KEYWORDS: &[&str] = &[
+    "always",
+    "and",
+    "assign",
+    "automatic",
+    "begin",
+    "bit",
+    "buf",
+    "byte",
+    "case",
+    "casex",
+    "casez",
+    "cell",
+    "checker",
+    "class",
+    "config",
+    "const",
+    "context",
+    "cover",
+    "deassign",
+    "default",
+    "defparam",
+    "design",
+    "disable",
+    "do",
+    "edge",
+    "else",
+    "end",
+    "endcase",
+    "endmodule",
+    "enum",
+    "event",
+    "expect",
+    "export",
+    "extends",
+    "final",
+    "for",
+    "force",
+    "forever",
+    "fork",
+    "function",
+    "generate",
+    "genvar",
+    "global",
+    "if",
+    "ifnone",
+    "import",
+    "include",
+    "initial",
+    "inout",
+    "input",
+    "inside",
+    "instance",
+    "int",
+    "integer",
+    "interface",
+    "join",
+    "large",
+    "library",
+    "local",
+    "localparam",
+    "logic",
+    "macromodule",
+    "matches",
+    "medium",
+    "modport",
+    "module",
+    "nand",
+    "negedge",
+    "new",
+    "nor",
+    "not",
+    "null",
+    "or",
+    "output",
+    "package",
+    "packed",
+    "parameter",
+    "posedge",
+    "primitive",
+    "priority",
+    "program",
+    "property",
+    "protected",
+    "pull0",
+    "pull1",
+    "pure",
+    "rand",
+    "real",
+    "realtime",
+    "ref",
+    "reg",
+    "release",
+    "repeat",
+    "return",
+    "scalared",
+    "sequence",
+    "showcancelled",
+    "signed",
+    "small",
+    "specify",
+    "static",
+    "string",
+    "strong",
+    "strong0",
+    "strong1",
+    "struct",
+    "super",
+    "supply0",
+    "supply1",
+    "table",
+    "tagged",
+    "task",
+    "this",
+    "time",
+    "timescale",
+    "tri",
+    "type",
+    "typedef",
+    "union",
+    "unique",
+    "unsigned",
+    "use",
+    "var",
+    "vectored",
+    "virtual",
+    "void",
+    "wait",
+    "wand",
+    "weak",
+    "while",
+    "wire",
+    "with",
+    "within",
+    "wor",
+    "xnor",
+    "xor",
+];
