@@ -19,6 +19,9 @@ const PRELUDE_FILE: &str = "potamoi_prelude.h";
 /// Longest part of a tool's output kept in an error.
 const OUTPUT_LIMIT: usize = 8192;
 
+/// The shim is small and on the path of every evaluation.
+const SHIM_OPTIMISE: &str = "-O2";
+
 /// Names of the files in a product that this crate reads.
 pub(crate) const LIBRARY: &str = "model.so";
 pub(crate) const MODEL_OBJECT: &str = "model.o";
@@ -173,11 +176,14 @@ fn make(cache: &Path, tools: &Toolchain, spec: &Spec, folder: &Path) -> Result<P
     write(&scratch.join("shim.cpp"), &shim(&members))?;
     write(&scratch.join("unit.cpp"), &unit(&obj)?)?;
     let object = |name: &str| folder.join(SCRATCH).join(name);
-    let jobs = [("unit.cpp", MODEL_OBJECT), ("shim.cpp", "shim.o")].map(|(from, to)| {
+    let jobs = [
+        ("unit.cpp", MODEL_OBJECT, spec.optimise),
+        ("shim.cpp", "shim.o", SHIM_OPTIMISE),
+    ]
+    .map(|(from, to, optimise)| {
         let mut command = compiler(tools, &scratch, spec.vcd);
-        command
-            .args([spec.optimise, "-Iobj", "-c", from, "-o"])
-            .arg(object(to));
+        command.args([optimise, "-Iobj", "-c", from, "-o"]);
+        command.arg(object(to));
         command
     });
     all(jobs.into(), &format!("compiling the model of {}", spec.top))?;

@@ -29,7 +29,9 @@ pub struct Clock(PortId);
 #[derive(Debug)]
 pub struct Model {
     sim: Sim,
+    /// Empty once the model is dead, so that one check of a handle finds that out too.
     slots: Box<[Slot]>,
+    id: u64,
     dead: Option<Box<Error>>,
     loaded: Arc<Loaded>,
 }
@@ -54,6 +56,7 @@ impl Model {
         let mut model = Model {
             sim,
             slots: Box::default(),
+            id: loaded.id,
             dead: None,
             loaded,
         };
@@ -340,28 +343,46 @@ impl Model {
 
     #[inline]
     fn alive(&self) -> Result<(), Error> {
-        match &self.dead {
-            None => Ok(()),
-            Some(error) => Err(error.as_ref().clone()),
+        if self.dead.is_some() {
+            return Err(self.unusable());
         }
+        Ok(())
     }
 
-    #[inline]
-    fn slot(&self, port: PortId) -> Result<Slot, Error> {
-        self.alive()?;
+    /// The storage of `port`, or nothing for a handle that this model does not know.
+    #[inline(always)]
+    fn find(&self, port: PortId) -> Option<Slot> {
         match self.slots.get(port.index as usize) {
-            Some(slot) if port.library == self.loaded.id => Ok(*slot),
-            _ => Err(Error::ForeignPort),
+            Some(slot) if port.library == self.id => Some(*slot),
+            _ => None,
         }
     }
 
-    #[inline]
-    fn input(&self, port: PortId) -> Result<Slot, Error> {
-        let slot = self.slot(port)?;
-        if slot.output {
-            return Err(self.not_an_input(port.index));
+    #[inline(always)]
+    fn slot(&self, port: PortId) -> Result<Slot, Error> {
+        match self.find(port) {
+            Some(slot) => Ok(slot),
+            None => Err(self.unusable()),
         }
-        Ok(slot)
+    }
+
+    #[inline(always)]
+    fn input(&self, port: PortId) -> Result<Slot, Error> {
+        match self.find(port) {
+            Some(slot) if !slot.output => Ok(slot),
+            Some(_) => Err(self.not_an_input(port.index)),
+            None => Err(self.unusable()),
+        }
+    }
+
+    /// Why a handle or a call is of no use.
+    #[cold]
+    #[inline(never)]
+    fn unusable(&self) -> Error {
+        match &self.dead {
+            Some(error) => error.as_ref().clone(),
+            None => Error::ForeignPort,
+        }
     }
 
     #[inline]
@@ -373,6 +394,7 @@ impl Model {
     }
 
     #[cold]
+    #[inline(never)]
     fn died(&mut self, cause: c_int) -> Error {
         // SAFETY: `sim` is live, and the text is copied.
         let reason = unsafe { copy((self.loaded.error)(self.sim)) };
@@ -394,6 +416,7 @@ impl Model {
             text,
         };
         self.dead = Some(Box::new(error.clone()));
+        self.slots = Box::default();
         error
     }
 
@@ -403,6 +426,7 @@ impl Model {
     }
 
     #[cold]
+    #[inline(never)]
     fn not_an_input(&self, index: u32) -> Error {
         Error::NotAnInput {
             port: self.name(index),
@@ -410,6 +434,7 @@ impl Model {
     }
 
     #[cold]
+    #[inline(never)]
     fn wrong_width(
         &self,
         index: u32,
@@ -427,11 +452,13 @@ impl Model {
     }
 
     #[cold]
+    #[inline(never)]
     fn too_wide(&self, port: PortId, call: &'static str, instead: &'static str) -> Error {
         self.wrong_width(port.index, call, "up to 64 bits".into(), instead)
     }
 
     #[cold]
+    #[inline(never)]
     fn wrong_count(&self, port: PortId, call: &'static str, count: usize) -> Error {
         let expected = format!("{} words for it, not {count}", port.words());
         self.wrong_width(port.index, call, expected, "PortId::words for the number")

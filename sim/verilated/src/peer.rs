@@ -199,7 +199,7 @@ impl Peer {
 
     fn masked(&self, stimulus: &[u32]) -> Result<Vec<u32>, Error> {
         let words = self.words_per_cycle();
-        if words == 0 || stimulus.is_empty() || stimulus.len() % words != 0 {
+        if words == 0 || stimulus.is_empty() || !stimulus.len().is_multiple_of(words) {
             return Err(Error::Peer(format!(
                 "the stimulus has {} words, which is not a positive multiple of the {words} \
                  words that the inputs take in a cycle",

@@ -85,6 +85,8 @@ fn a_cached_model_is_not_built_again_unless_damaged() {
         .iter()
         .enumerate()
     {
+        // A library may stay mapped until its thread ends, so its file is replaced and not written.
+        fs::remove_file(&file).unwrap();
         fs::write(&file, bytes).unwrap();
         let again = builder(cache.path()).build(&tools).unwrap();
         assert!(!again.was_cached());
