@@ -1,3 +1,5 @@
 //! Run-time netlist, Verilog printer and Potamoi's hardware units.
 
+pub mod gu;
 pub mod ir;
+pub mod parts;

@@ -7,108 +7,83 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::config::{Config, RitConfig};
-use potamoi_formats::rit::Vertices;
+use potamoi_formats::config::Config;
 
-use super::ram;
+use super::rit_reader::Reader;
+use super::rit_shape::{Halves, Shape};
+use super::rit_writer::Writer;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
-use crate::parts::{popcount, select_by};
-
-/// Geometry of the buffer that both of its sides share.
-struct Shape {
-    ports: u32,
-    banks: u32,
-    lanes: u32,
-    phases: u32,
-    rows: u32,
-    row_bits: u32,
-    vertices: Vec<Vertices>,
-}
-
-impl Shape {
-    fn of(config: &Config) -> Self {
-        let banks = config.rit_row_bits() / 16;
-        let lanes = config.rit_stream_bits() / 16;
-        let rows = config.rit_rows();
-        Self {
-            ports: config.gu.ports,
-            banks,
-            lanes,
-            phases: banks / lanes,
-            rows,
-            row_bits: bits_for(rows),
-            vertices: config.supported_vertices(),
-        }
-    }
-
-    fn entry_halfwords(vertices: Vertices) -> u32 {
-        (vertices.entry_bytes() / 2) as u32
-    }
-
-    /// Groups of M entries in a row.
-    fn groups(&self, vertices: Vertices) -> u32 {
-        self.banks / (self.ports * Self::entry_halfwords(vertices))
-    }
-
-    fn most_groups(&self) -> u32 {
-        self.vertices.iter().map(|v| self.groups(*v)).max().unwrap_or(1)
-    }
-}
-
-/// Bits that hold 0..=n.
-fn bits_for(n: u32) -> u32 {
-    n.ilog2() + 1
-}
-
-/// What the writer tells the reader about each half.
-struct Halves {
-    closed: [Signal; 2],
-    row: [Signal; 2],
-    group: [Signal; 2],
-    last: [Signal; 2],
-    streamed: [Signal; 2],
-    keep: [Signal; 2],
-}
+use crate::parts::ram;
 
 /// Builds `rit_buffer`.
 ///
 /// # Errors
 /// The netlist's own checks; none for a configuration that keeps its rules.
-pub fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
+pub(super) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let shape = Shape::of(config);
-    let mut m = ModuleBuilder::new("rit_buffer");
-    m.doc("Double-buffered ray index table. Takes packed entries, gives one vertex of M entries a cycle.");
-    let m = &mut m;
+    let bank = ram("rit_bank", shape.depth(), 16, 1)?;
+    let mut builder = ModuleBuilder::new("rit_buffer");
+    let m = &mut builder;
+    m.doc(
+        "double-buffered ray index table. Takes packed entries, gives one vertex of M entries a \
+         cycle. A row of the banks holds M eight-vertex entries, two of four, four of two \
+         vertices, or 12 M single ids.",
+    );
     let bit = Ty::bit();
     let vertices = m.input("cfg_vertices", Ty::u(2), "log2 of the vertices an entry");
     let segments = m.input("cfg_segments", Ty::u(7), "channel segments, 1 and up");
-    let tvalid = m.input("s_axis_rit_tvalid", bit, "");
-    let tdata = m.input("s_axis_rit_tdata", Ty::u(shape.lanes * 16), "packed entries, little-endian");
-    let tkeep = m.input("s_axis_rit_tkeep", Ty::u(shape.lanes * 2), "bytes that belong to the MVoxel");
-    let tlast = m.input("s_axis_rit_tlast", bit, "ends the MVoxel");
-    let tuser = m.input("s_axis_rit_tuser", bit, "streamed once for every segment");
+    let writer = Writer {
+        valid: m.input("s_axis_rit_tvalid", bit, ""),
+        data: m.input(
+            "s_axis_rit_tdata",
+            Ty::u(shape.lanes * 16),
+            "packed entries, little-endian",
+        ),
+        keep: m.input(
+            "s_axis_rit_tkeep",
+            Ty::u(shape.lanes * 2),
+            "bytes that belong to the MVoxel",
+        ),
+        last: m.input("s_axis_rit_tlast", bit, "ends the MVoxel"),
+        user: m.input("s_axis_rit_tuser", bit, "streamed once for every segment"),
+    };
     let take = m.input("p_take", bit, "the vertex in P is issued");
 
-    m.section("State of each half");
-    let place = Ty::u(shape.row_bits);
-    let group_ty = Ty::u(bits_for(shape.most_groups()));
-    let pair = |m: &mut ModuleBuilder, name: &str, ty: Ty| [0, 1].map(|h| m.reg(&format!("{name}_{h}"), ty, 0));
-    let halves = Halves {
-        closed: pair(m, "closed", bit),
-        row: pair(m, "end_row", place),
-        group: pair(m, "end_group", group_ty),
-        last: pair(m, "ends_mvoxel", bit),
-        streamed: pair(m, "streamed", bit),
-        keep: pair(m, "last_keep", Ty::u(shape.ports)),
-    };
+    m.section("Each half: what the writer tells the reader. A group of M entries can be read");
+    m.section("once it lies before (end_row, end_group).");
+    let halves = Halves::declare(m, &shape);
 
-    m.section("Reader: position");
-    let reader = Reader::declare(m, &shape, group_ty);
-    let release = reader.build(m, &shape, &halves, vertices, segments, take);
+    m.section("Reader: the next vertex to read");
+    let reader = Reader::declare(m, &shape);
+    let read = reader.advance(m, &shape, &halves, vertices, segments, take);
 
     m.section("Writer");
-    let write = Writer { tvalid, tdata, tkeep, tlast, tuser };
-    let errors = write.build(m, &shape, &halves, vertices, segments, &release, &reader, &config.rit)?;
-    m.output("errors", errors, "ragged entries, bytes missing, MVoxel too large to keep");
-    std::mem::replace(m, ModuleBuilder::new("done")).finish()
+    let write = writer.build(m, &shape, &halves, vertices, segments, read.release);
+
+    m.section("Banks: a row is read with vertex 0 of a group and held for the others");
+    let mut words: Vec<Signal> = vec![];
+    for k in 0..shape.banks {
+        let lane = m.slice(writer.data, 16 * (k % shape.lanes), 16);
+        let inputs = [
+            ("we", write.enables[(k / shape.lanes) as usize]),
+            ("waddr", write.address),
+            ("wdata", lane),
+            ("re", read.row_enable),
+            ("raddr", read.address),
+        ];
+        let inst = m.instance(&format!("bank{k}"), &bank, &inputs);
+        words.push(m.out(inst, "rdata"));
+    }
+
+    m.section("Stage P: id and weight of the vertex, picked and registered");
+    reader.pick(m, &shape, &read, vertices, &words, take);
+
+    m.section("Stream and error outputs");
+    m.output("s_axis_rit_tready", write.ready, "");
+    m.output(
+        "errors",
+        write.errors,
+        "5: too large to keep, 4: gap in a beat, 3: ragged entries",
+    );
+    builder.finish()
 }

@@ -639,49 +639,58 @@ impl ModuleBuilder {
         self.node(Op::ReadAsync(mem.0, addr.id), Ty::u(width))
     }
 
-    /// An instance of a module, its inputs connected by port name.
+    /// An instance of a module, its inputs connected by port name. Inputs that
+    /// depend on its own outputs are connected later, with
+    /// [`ModuleBuilder::connect`].
     pub fn instance(
         &mut self,
         name: &str,
         module: &Arc<Module>,
         inputs: &[(&str, Signal)],
     ) -> Instance {
-        let mut connected = vec![];
-        for (port, s) in inputs {
-            match module
-                .ports
-                .iter()
-                .position(|p| p.name == *port && !p.output)
-            {
-                None => self.fail(
-                    name,
-                    format!("module {} has no input `{port}`", module.name),
-                ),
-                Some(i) if module.nodes[module.ports[i].node].ty != s.ty => {
-                    let (want, got) = (module.nodes[module.ports[i].node].ty, self.describe(*s));
-                    self.fail(name, format!("port `{port}` is {want}, connected to {got}"));
-                }
-                Some(i) if connected.iter().any(|(p, _)| *p == i) => {
-                    self.fail(name, format!("port `{port}` is connected twice"))
-                }
-                Some(i) => connected.push((i, s.id)),
-            }
-        }
-        for (i, p) in module.ports.iter().enumerate() {
-            if !p.output && !connected.iter().any(|(c, _)| *c == i) {
-                self.fail(
-                    name,
-                    format!("port `{}` of {} is not connected", p.name, module.name),
-                );
-            }
-        }
         self.module.instances.push(Inst {
             name: name.to_owned(),
             module: module.clone(),
-            inputs: connected,
+            inputs: vec![],
             at: self.module.nodes.len(),
         });
-        Instance(self.module.instances.len() - 1)
+        let instance = Instance(self.module.instances.len() - 1);
+        for (port, s) in inputs {
+            self.connect(instance, port, *s);
+        }
+        instance
+    }
+
+    /// Connects an input of an instance.
+    pub fn connect(&mut self, instance: Instance, port: &str, s: Signal) {
+        let inst = &self.module.instances[instance.0];
+        let (name, module) = (inst.name.clone(), inst.module.clone());
+        match module
+            .ports
+            .iter()
+            .position(|p| p.name == port && !p.output)
+        {
+            None => self.fail(
+                &name,
+                format!("module {} has no input `{port}`", module.name),
+            ),
+            Some(i) if module.nodes[module.ports[i].node].ty != s.ty => {
+                let (want, got) = (module.nodes[module.ports[i].node].ty, self.describe(s));
+                self.fail(
+                    &name,
+                    format!("port `{port}` is {want}, connected to {got}"),
+                );
+            }
+            Some(i)
+                if self.module.instances[instance.0]
+                    .inputs
+                    .iter()
+                    .any(|(p, _)| *p == i) =>
+            {
+                self.fail(&name, format!("port `{port}` is connected twice"));
+            }
+            Some(i) => self.module.instances[instance.0].inputs.push((i, s.id)),
+        }
     }
 
     /// An output of an instance.

@@ -1,10 +1,11 @@
 //! What a module must keep before it is used.
 //!
-//! Combinational loops need no search: a node, an instance's inputs and its
-//! outputs can only name what was built before them, so only registers and
-//! memories close a loop. [`check`] asserts that order.
+//! A node can only name what was built before it, so within a module only
+//! registers and memories close a loop. Instances can be connected later;
+//! what of their outputs depends on what of their inputs in the same cycle is
+//! followed through the hierarchy.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::node::Op;
@@ -65,6 +66,23 @@ pub(crate) fn check(module: &Module) -> Vec<IrError> {
             );
         }
     }
+    for inst in &module.instances {
+        for (i, p) in inst.module.ports.iter().enumerate() {
+            if !p.output && !inst.inputs.iter().any(|(c, _)| *c == i) {
+                fail(
+                    &inst.name,
+                    format!("port `{}` of {} is not connected", p.name, inst.module.name),
+                );
+            }
+        }
+    }
+    if let Err(name) = same_cycle_inputs(module) {
+        fail(
+            &name,
+            "is part of a combinational loop through an instance: put a register on the way"
+                .to_owned(),
+        );
+    }
     let mut names: BTreeMap<&str, &str> = BTreeMap::new();
     let mut claim = |name: &'static str, found: String| fail(name, found);
     let all = module
@@ -112,6 +130,67 @@ pub(crate) fn check(module: &Module) -> Vec<IrError> {
         );
     });
     errors
+}
+
+/// For every output port, by port index, the input ports that it depends on in
+/// the same cycle. The error names a node of a combinational loop.
+pub(crate) fn same_cycle_inputs(
+    module: &Module,
+) -> Result<BTreeMap<usize, BTreeSet<usize>>, String> {
+    let below: Vec<_> = module
+        .instances
+        .iter()
+        .map(|i| same_cycle_inputs(&i.module))
+        .collect::<Result<_, _>>()?;
+    let sources = |id: usize| -> Vec<usize> {
+        match &module.nodes[id].op {
+            Op::InstanceOut(i, port) => {
+                let wanted = below[*i].get(port);
+                let inputs = module.instances[*i].inputs.iter();
+                inputs
+                    .filter(|(p, _)| wanted.is_some_and(|w| w.contains(p)))
+                    .map(|(_, n)| *n)
+                    .collect()
+            }
+            op => op.operands(),
+        }
+    };
+    // Depth first, with an explicit stack: 0 unseen, 1 on the way, 2 done.
+    let mut state = vec![0u8; module.nodes.len()];
+    let mut inputs: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); module.nodes.len()];
+    for start in 0..module.nodes.len() {
+        let mut stack = vec![(start, false)];
+        while let Some((id, finished)) = stack.pop() {
+            if finished {
+                state[id] = 2;
+                let mut all = BTreeSet::new();
+                if let Some(port) = module.ports.iter().position(|p| !p.output && p.node == id) {
+                    all.insert(port);
+                }
+                for s in sources(id) {
+                    all.extend(inputs[s].iter().copied());
+                }
+                inputs[id] = all;
+            } else if state[id] == 0 {
+                state[id] = 1;
+                stack.push((id, true));
+                for s in sources(id) {
+                    match state[s] {
+                        0 => stack.push((s, false)),
+                        1 => {
+                            return Err(module.nodes[s]
+                                .name
+                                .clone()
+                                .unwrap_or_else(|| "an unnamed node".to_owned()));
+                        }
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+    let outputs = module.ports.iter().enumerate().filter(|(_, p)| p.output);
+    Ok(outputs.map(|(i, p)| (i, inputs[p.node].clone())).collect())
 }
 
 fn same_names(

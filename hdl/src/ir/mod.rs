@@ -7,6 +7,7 @@
 
 mod builder;
 mod check;
+mod interpret;
 mod node;
 mod print;
 
@@ -16,6 +17,7 @@ use std::fmt;
 use thiserror::Error;
 
 pub use builder::ModuleBuilder;
+pub use interpret::{InterpretError, Interpreter, PortHandle};
 pub use node::{Instance, MemId, Signal, Ty};
 pub use print::{Header, verilog};
 

@@ -274,15 +274,54 @@ impl<'a> Printer<'a> {
             }
         }
         for i in 0..self.module.instances.len() {
-            if self.module.instances[i].at == id {
+            let inst = &self.module.instances[i];
+            if inst.at == id {
+                self.instance_wires(i);
+            }
+            // Once all that it reads is declared.
+            let last = inst.inputs.iter().map(|(_, n)| n + 1).max().unwrap_or(0);
+            if last.max(inst.at) == id {
                 self.instance(i);
+            }
+        }
+    }
+
+    /// The name that an output of an instance goes by, and whether it is an
+    /// output port of this module.
+    fn instance_output(&self, index: usize, port: usize) -> (String, bool) {
+        let inst = &self.module.instances[index];
+        let mut nodes = self.module.nodes.iter().enumerate();
+        let out = nodes.find(|(id, n)| {
+            self.exprs.live[*id] && matches!(n.op, Op::InstanceOut(a, b) if a == index && b == port)
+        });
+        match out {
+            Some((id, _)) => (
+                self.exprs.ident(id).unwrap_or_default().to_owned(),
+                self.is_own_port(id),
+            ),
+            None => (
+                format!("unused_{}_{}", inst.name, inst.module.ports[port].name),
+                false,
+            ),
+        }
+    }
+
+    fn instance_wires(&mut self, index: usize) {
+        let child = self.module.instances[index].module.clone();
+        for (i, port) in child.ports.iter().enumerate().filter(|(_, p)| p.output) {
+            let (name, own) = self.instance_output(index, i);
+            if !own {
+                self.line(
+                    1,
+                    &format!("wire {}{name};", spaced(child.nodes[port.node].ty.width)),
+                );
             }
         }
     }
 
     fn instance(&mut self, index: usize) {
         let inst = &self.module.instances[index];
-        let child = &inst.module;
+        let child = inst.module.clone();
         let mut connections = vec![];
         if child.is_clocked() {
             connections.push(("clk".to_owned(), "clk".to_owned()));
@@ -290,22 +329,9 @@ impl<'a> Printer<'a> {
         if child.has_registers() {
             connections.push(("rst_n".to_owned(), "rst_n".to_owned()));
         }
-        let mut wires = vec![];
         for (i, port) in child.ports.iter().enumerate() {
-            let width = child.nodes[port.node].ty.width;
             let value = if port.output {
-                let out = self.module.nodes.iter().enumerate().find(|(id, n)| {
-                    self.exprs.live[*id]
-                        && matches!(n.op, Op::InstanceOut(a, b) if a == index && b == i)
-                });
-                let name = match out {
-                    Some((id, _)) => self.exprs.ident(id).unwrap_or_default().to_owned(),
-                    None => format!("unused_{}_{}", inst.name, port.name),
-                };
-                if !out.is_some_and(|(id, _)| self.is_own_port(id)) {
-                    wires.push(format!("wire {}{name};", spaced(width)));
-                }
-                name
+                self.instance_output(index, i).0
             } else {
                 inst.inputs
                     .iter()
@@ -314,11 +340,8 @@ impl<'a> Printer<'a> {
             };
             connections.push((port.name.clone(), value));
         }
-        let (child, name) = (child.name.clone(), inst.name.clone());
-        for wire in wires {
-            self.line(1, &wire);
-        }
-        self.line(1, &format!("{child} {name} ("));
+        let name = inst.name.clone();
+        self.line(1, &format!("{} {name} (", child.name));
         let width = connections.iter().map(|c| c.0.len()).max().unwrap_or(0);
         let count = connections.len();
         for (i, (port, value)) in connections.into_iter().enumerate() {

@@ -1,0 +1,163 @@
+//! The MVoxel feature table: double buffered and channel-major. Bank `b` holds
+//! channel `b` of every row, so that M rows are read across all banks without
+//! a conflict and without a crossbar.
+
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+
+use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use crate::parts::{bits_for, plus_one, ram, suffix};
+
+/// Builds `mft`.
+///
+/// # Errors
+/// The netlist's own checks.
+pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
+    let (banks, ports, rows) = (config.gu.banks, config.gu.ports, config.mvoxel.rows);
+    let bits = config.gu.feature_bits;
+    let index_bits = bits_for(rows - 1);
+    let bank = ram("mft_bank", (1 << index_bits) + rows, bits, ports)?;
+    let mut builder = ModuleBuilder::new("mft");
+    let m = &mut builder;
+    m.doc(
+        "double-buffered, channel-major MVoxel feature table. Bank b holds channel b of every row.",
+    );
+    let bit = Ty::bit();
+    let valid = m.input("s_axis_mft_tvalid", bit, "");
+    let data = m.input(
+        "s_axis_mft_tdata",
+        Ty::u(16 * banks),
+        "one row, channel 0 lowest",
+    );
+    let last = m.input(
+        "s_axis_mft_tlast",
+        bit,
+        "ends the MVoxel's rows of this segment",
+    );
+    let read = m.input("read", bit, "reads the rows at the clock edge");
+    let read_rows = m.input("read_row", Ty::u(16 * ports), "row of each port");
+    let keep = m.input("read_keep", Ty::u(ports), "ports that hold an entry");
+    let release = m.input("done", bit, "the half that is read is done with");
+    if bits < 16 {
+        m.unused(
+            data,
+            "Lanes are 16 bits wide; features fill their low bits.",
+        );
+    }
+
+    let count_ty = Ty::u(bits_for(rows));
+    m.section("State of each half");
+    let loaded = [0, 1].map(|h| m.reg(&format!("loaded_{h}"), bit, 0));
+    let count = [0, 1].map(|h| m.reg(&format!("rows_{h}"), count_ty, 0));
+
+    m.section("Writer");
+    let write_half = m.reg("write_half", bit, 0);
+    let write_row = m.reg("write_row", count_ty, 0);
+    let read_half = m.reg("read_half", bit, 0);
+    let full = m.mux(write_half, loaded[1], loaded[0]);
+    let ready = m.not(full);
+    let ready = m.name(ready, "write_ready");
+    let accept = m.and(valid, ready);
+    let accept = m.name(accept, "write_accept");
+    let limit = m.lit(rows, count_ty);
+    let room = m.lt(write_row, limit);
+    let room = m.name(room, "write_room");
+    let write = m.and(accept, room);
+    let write = m.name(write, "write");
+    let next = plus_one(m, write_row);
+    let rows_after = m.mux(room, next, write_row);
+    let rows_after = m.name(rows_after, "rows_after");
+    let zero = m.lit(0, count_ty);
+    let row_after = m.mux(last, zero, rows_after);
+    m.set_next_if(write_row, accept, row_after);
+    let done = m.and(accept, last);
+    let done = m.name(done, "write_done");
+    let other = m.not(write_half);
+    m.set_next_if(write_half, done, other);
+    let no_room = m.not(room);
+    let overflow = m.and(accept, no_room);
+    for (h, mine) in [(0, other), (1, write_half)] {
+        let loads = m.and(done, mine);
+        let loads = m.name(loads, &format!("load_{h}"));
+        let reading = if h == 1 { read_half } else { m.not(read_half) };
+        let frees = m.and(release, reading);
+        let stays = m.not(frees);
+        let kept = m.and(loaded[h], stays);
+        let next = m.or(loads, kept);
+        m.set_next(loaded[h], next);
+        m.set_next_if(count[h], loads, rows_after);
+    }
+
+    m.section("Reader");
+    let other_read = m.not(read_half);
+    m.set_next_if(read_half, release, other_read);
+    let is_loaded = m.mux(read_half, loaded[1], loaded[0]);
+    let read_count = m.mux(read_half, count[1], count[0]);
+    let read_count = m.name(read_count, "read_count");
+    let mut in_range = vec![];
+    let mut read_ports = vec![];
+    for p in 0..ports {
+        let row = m.slice(read_rows, 16 * p, 16);
+        let row = m.name(row, &format!("row{p}"));
+        let row_wide = m.extend(row, 17);
+        let count_wide = m.extend(read_count, 17);
+        let ok = m.lt(row_wide, count_wide);
+        let ok = m.name(ok, &format!("row{p}_in_range"));
+        in_range.insert(0, ok);
+        let kept = m.bit(keep, p);
+        let en = m.all_of(&[read, kept, ok]);
+        let en = m.name(en, &format!("read{p}"));
+        let index = m.slice(row, 0, index_bits.min(16));
+        let address = m.cat(&[read_half, index]);
+        let address = m.name(address, &format!("address{p}"));
+        read_ports.push((en, address));
+    }
+    let write_index = m.slice(write_row, 0, index_bits);
+    let write_address = m.cat(&[write_half, write_index]);
+    let write_address = m.name(write_address, "write_address");
+
+    m.section("Banks, one a channel");
+    let mut words: Vec<Vec<Signal>> = vec![vec![]; ports as usize];
+    for b in 0..banks {
+        let lane = m.slice(data, 16 * b, bits);
+        let names: Vec<_> = (0..ports)
+            .map(|p| {
+                (
+                    format!("re{}", suffix(p, ports)),
+                    format!("raddr{}", suffix(p, ports)),
+                )
+            })
+            .collect();
+        let mut inputs = vec![("we", write), ("waddr", write_address), ("wdata", lane)];
+        for ((re, raddr), (en, address)) in names.iter().zip(&read_ports) {
+            inputs.push((re, *en));
+            inputs.push((raddr, *address));
+        }
+        let inst = m.instance(&format!("bank{b}"), &bank, &inputs);
+        for p in 0..ports {
+            let word = m.out(inst, &format!("rdata{}", suffix(p, ports)));
+            words[p as usize].insert(0, word);
+        }
+    }
+
+    m.section("Outputs");
+    m.output("s_axis_mft_tready", ready, "");
+    m.output("is_loaded", is_loaded, "the half to read holds its MVoxel");
+    let joined = m.cat(&in_range);
+    m.output("in_range", joined, "ports whose row was loaded");
+    for (p, parts) in words.iter().enumerate() {
+        let joined = m.cat(parts);
+        m.output(
+            &format!("feature{p}"),
+            joined,
+            "features of the rows read last, channel 0 lowest",
+        );
+    }
+    m.output(
+        "overflow",
+        overflow,
+        "a row past the MVoxel's rows is dropped",
+    );
+    builder.finish()
+}

@@ -1,0 +1,11 @@
+//! The gathering unit. Its interface and timing: `docs/gathering-unit.md`.
+
+mod mft;
+mod reducer;
+mod rit_buffer;
+mod rit_reader;
+mod rit_shape;
+mod rit_writer;
+mod top;
+
+pub use top::gathering_unit;

@@ -1,0 +1,304 @@
+//! The read side of the RIT buffer: stages Q (the banks' output) and P.
+
+use super::rit_shape::{Halves, Shape, of_half};
+use crate::ir::{ModuleBuilder, Signal, Ty};
+use crate::parts::{is, ones, plus_one};
+
+/// Registers of the reader.
+pub(super) struct Reader {
+    half: Signal,
+    row: Signal,
+    group: Signal,
+    vertex: Signal,
+    segment: Signal,
+    start_half: Signal,
+    q: Stage,
+    p: Stage,
+}
+
+/// What travels with a vertex.
+#[derive(Clone, Copy)]
+struct Stage {
+    valid: Signal,
+    vertex: Signal,
+    group: Signal,
+    /// Vertex 0 and V-1 of the group.
+    first: Signal,
+    last: Signal,
+    /// The group is the last of its MVoxel and segment.
+    end: Signal,
+    keep: Signal,
+}
+
+/// What the rest of the buffer needs of a read.
+pub(super) struct Read {
+    pub(super) row_enable: Signal,
+    pub(super) address: Signal,
+    pub(super) release: [Signal; 2],
+    take_q: Signal,
+}
+
+impl Stage {
+    fn declare(m: &mut ModuleBuilder, shape: &Shape, name: &str) -> Self {
+        let mut reg = |what: &str, ty: Ty| m.reg(&format!("{name}_{what}"), ty, 0);
+        Self {
+            valid: reg("valid", Ty::bit()),
+            vertex: reg("vertex", Ty::u(3)),
+            group: reg("group", shape.group_ty()),
+            first: reg("first", Ty::bit()),
+            last: reg("last", Ty::bit()),
+            end: reg("end", Ty::bit()),
+            keep: reg("keep", Ty::u(shape.ports)),
+        }
+    }
+
+    fn fields(self) -> [Signal; 6] {
+        [
+            self.vertex,
+            self.group,
+            self.first,
+            self.last,
+            self.end,
+            self.keep,
+        ]
+    }
+}
+
+impl Reader {
+    pub(super) fn declare(m: &mut ModuleBuilder, shape: &Shape) -> Self {
+        let half = m.reg("read_half", Ty::bit(), 0);
+        let row = m.reg("read_row", Ty::u(shape.row_index_bits()), 0);
+        let group = m.reg("read_group", shape.group_ty(), 0);
+        let vertex = m.reg("read_vertex", Ty::u(3), 0);
+        let segment = m.reg("read_segment", Ty::u(7), 0);
+        let start_half = m.reg("read_start_half", Ty::bit(), 0);
+        m.note(start_half, "half in which the MVoxel begins");
+        Self {
+            half,
+            row,
+            group,
+            vertex,
+            segment,
+            start_half,
+            q: Stage::declare(m, shape, "q"),
+            p: Stage::declare(m, shape, "p"),
+        }
+    }
+
+    /// Moves the reader and stage Q.
+    pub(super) fn advance(
+        &self,
+        m: &mut ModuleBuilder,
+        shape: &Shape,
+        halves: &Halves,
+        vertices: Signal,
+        segments: Signal,
+        take: Signal,
+    ) -> Read {
+        let p_empty = m.not(self.p.valid);
+        let take_q = m.or(p_empty, take);
+        let take_q = m.name(take_q, "p_free");
+        let q_empty = m.not(self.q.valid);
+        let q_free = m.or(q_empty, take_q);
+        let q_free = m.name(q_free, "q_free");
+
+        let end_row = of_half(m, self.half, halves.end_row);
+        let end_row = m.name(end_row, "end_row");
+        let end_group = of_half(m, self.half, halves.end_group);
+        let end_group = m.name(end_group, "end_group");
+        let row = m.extend(self.row, end_row.width());
+        let next_row = plus_one(m, row);
+        let next_group = plus_one(m, self.group);
+        let groups = shape.by_vertices(m, vertices, |m, v| {
+            m.lit(shape.groups(v) - 1, shape.group_ty())
+        });
+        let row_ends = m.eq(self.group, groups);
+        let row_ends = m.name(row_ends, "read_ends_row");
+        let readable = before(m, (row, self.group), (end_row, end_group));
+        let readable = m.name(readable, "readable");
+        let zero_group = m.lit(0, shape.group_ty());
+        let then_row = m.mux(row_ends, next_row, row);
+        let then_group = m.mux(row_ends, zero_group, next_group);
+        let more = before(m, (then_row, then_group), (end_row, end_group));
+        let more = m.name(more, "more_groups");
+
+        let fire = m.and(readable, q_free);
+        let fire = m.name(fire, "read_fire");
+        let first = is(m, self.vertex, 0);
+        let first = m.name(first, "read_first");
+        let top = shape.by_vertices(m, vertices, |m, v| m.lit(v.count() as u32 - 1, Ty::u(3)));
+        let last = m.eq(self.vertex, top);
+        let last = m.name(last, "read_last");
+
+        let closed = of_half(m, self.half, halves.closed);
+        let no_more = m.not(more);
+        let half_ends = m.and(closed, no_more);
+        let half_ends = m.name(half_ends, "read_ends_half");
+        let ends_mvoxel = of_half(m, self.half, halves.ends_mvoxel);
+        let pass_ends = m.and(half_ends, ends_mvoxel);
+        let pass_ends = m.name(pass_ends, "read_ends_pass");
+        let streamed = of_half(m, self.half, halves.streamed);
+        let kept = m.not(streamed);
+        let later = plus_one(m, self.segment);
+        let again = m.lt(later, segments);
+        let retain = m.and(kept, again);
+        let retain = m.name(retain, "retain");
+        m.note(retain, "another segment reads this half from the buffer");
+
+        let step = m.and(fire, last);
+        let step = m.name(step, "read_step");
+        let leave = m.and(step, half_ends);
+        let leave = m.name(leave, "read_leave_half");
+        let let_go = m.not(retain);
+        let free = m.and(leave, let_go);
+        let in_lower = m.not(self.half);
+        let release = [m.and(free, in_lower), m.and(free, self.half)];
+        let release = [
+            m.name(release[0], "release_0"),
+            m.name(release[1], "release_1"),
+        ];
+
+        let next_vertex = plus_one(m, self.vertex);
+        let zero_vertex = m.lit(0, Ty::u(3));
+        let vertex_after = m.mux(last, zero_vertex, next_vertex);
+        m.set_next_if(self.vertex, fire, vertex_after);
+        let group_after = m.mux(half_ends, zero_group, then_group);
+        m.set_next_if(self.group, step, group_after);
+        let narrow = m.truncate(then_row, self.row.width());
+        let zero_row = m.lit(0, self.row.ty());
+        let row_after = m.mux(half_ends, zero_row, narrow);
+        m.set_next_if(self.row, step, row_after);
+        let other = m.not(self.half);
+        let repeat = m.and(pass_ends, retain);
+        let half_after = m.mux(repeat, self.start_half, other);
+        m.set_next_if(self.half, leave, half_after);
+        let zero_segment = m.lit(0, self.segment.ty());
+        let segment_after = m.mux(retain, later, zero_segment);
+        let pass_done = m.and(leave, ends_mvoxel);
+        m.set_next_if(self.segment, pass_done, segment_after);
+        let mvoxel_done = m.and(pass_done, let_go);
+        m.set_next_if(self.start_half, mvoxel_done, other);
+
+        // An MVoxel's last group may be partly filled; every other one is full.
+        let all_ports = m.lit(ones(shape.ports), Ty::u(shape.ports));
+        let last_keep = of_half(m, self.half, halves.last_keep);
+        let keep = m.mux(half_ends, last_keep, all_ports);
+
+        let q = self.q;
+        let still = m.not(q_free);
+        let q_stays = m.and(q.valid, still);
+        let q_valid = m.or(fire, q_stays);
+        m.set_next(q.valid, q_valid);
+        let values = [self.vertex, self.group, first, last, pass_ends, keep];
+        for (reg, value) in q.fields().into_iter().zip(values) {
+            m.set_next_if(reg, fire, value);
+        }
+
+        let row_enable = m.and(fire, first);
+        let row_enable = m.name(row_enable, "read_row_enable");
+        let address = m.cat(&[self.half, self.row]);
+        let address = m.name(address, "read_address");
+        Read {
+            row_enable,
+            address,
+            release,
+            take_q,
+        }
+    }
+
+    /// Picks id and weight of Q's vertex for every port and registers them.
+    pub(super) fn pick(
+        &self,
+        m: &mut ModuleBuilder,
+        shape: &Shape,
+        read: &Read,
+        vertices: Signal,
+        words: &[Signal],
+        take: Signal,
+    ) {
+        let (q, p) = (self.q, self.p);
+        let fill = m.and(read.take_q, q.valid);
+        let fill = m.name(fill, "p_fill");
+        let idle = m.not(take);
+        let p_stays = m.and(p.valid, idle);
+        let p_valid = m.or(fill, p_stays);
+        m.set_next(p.valid, p_valid);
+        for (reg, value) in p.fields().into_iter().zip(q.fields()) {
+            m.set_next_if(reg, fill, value);
+        }
+        let vertex_0 = m.and(fill, q.first);
+        let vertex_0 = m.name(vertex_0, "p_fill_vertex_0");
+        let vertex_is_1 = is(m, q.vertex, 1);
+        let vertex_1 = m.and(fill, vertex_is_1);
+        let mut outputs: [Vec<Signal>; 3] = Default::default();
+        for port in 0..shape.ports {
+            let names = ["row", "tag", "weight"];
+            let halfword = |m: &mut ModuleBuilder, j: u32| {
+                let s = shape.by_vertices(m, vertices, |m, v| {
+                    let size = Shape::entry_halfwords(v);
+                    let (count, groups) = (v.count() as u32, shape.groups(v));
+                    let word = if v.is_structured() { 3 } else { 2 };
+                    if j >= word {
+                        return m.lit(0, Ty::u(16));
+                    }
+                    let of_group: Vec<_> = (0..groups)
+                        .map(|g| {
+                            let options: Vec<_> = (0..count)
+                                .map(|x| {
+                                    words[(g * shape.ports * size + port * size + x * word + j)
+                                        as usize]
+                                })
+                                .collect();
+                            m.select(q.vertex, &options)
+                        })
+                        .collect();
+                    m.select(q.group, &of_group)
+                });
+                m.name(s, &format!("q_{}{port}", names[j as usize]))
+            };
+            let (row, tag, weight) = (halfword(m, 0), halfword(m, 1), halfword(m, 2));
+            let ty = Ty::u(16);
+            let p_row = m.reg(&format!("p_row{port}"), ty, 0);
+            m.set_next_if(p_row, fill, row);
+            let p_weight = m.reg(&format!("p_weight{port}"), ty, 0);
+            m.set_next_if(p_weight, fill, weight);
+            let p_tag = m.reg(&format!("p_tag{port}"), ty, 0);
+            m.set_next_if(p_tag, vertex_0, tag);
+            outputs[0].insert(0, p_row);
+            outputs[1].insert(0, p_weight);
+            outputs[2].insert(0, p_tag);
+            if shape.slot_bits == 32 {
+                let p_high = m.reg(&format!("p_high_tag{port}"), ty, 0);
+                m.set_next_if(p_high, vertex_1, tag);
+                outputs[2].insert(0, p_high);
+            }
+        }
+        m.output("p_valid", p.valid, "a vertex is offered");
+        m.output("p_first", p.first, "vertex 0 of its group");
+        m.output("p_last", p.last, "vertex V-1 of its group");
+        m.output("p_end", p.end, "last group of its MVoxel and segment");
+        m.output("p_keep", p.keep, "ports that hold an entry");
+        for (name, parts) in [
+            ("p_row", &outputs[0]),
+            ("p_weight", &outputs[1]),
+            ("p_slot", &outputs[2]),
+        ] {
+            let joined = m.cat(parts);
+            let doc = if name == "p_slot" {
+                "slots, complete with vertex 1"
+            } else {
+                "one a port"
+            };
+            m.output(name, joined, doc);
+        }
+    }
+}
+
+/// Whether `place` lies before `end`, both (row, group).
+fn before(m: &mut ModuleBuilder, place: (Signal, Signal), end: (Signal, Signal)) -> Signal {
+    let row_below = m.lt(place.0, end.0);
+    let row_same = m.eq(place.0, end.0);
+    let group_below = m.lt(place.1, end.1);
+    let within = m.and(row_same, group_below);
+    m.or(row_below, within)
+}

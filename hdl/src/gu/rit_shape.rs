@@ -1,0 +1,130 @@
+//! Geometry of the RIT buffer, and the state of its halves.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::rit::Vertices;
+
+use crate::ir::{ModuleBuilder, Signal, Ty};
+use crate::parts::bits_for;
+
+/// Geometry that both sides of the buffer share.
+pub(super) struct Shape {
+    pub(super) ports: u32,
+    /// 16-bit banks: halfwords of a row.
+    pub(super) banks: u32,
+    /// Halfwords of a beat.
+    pub(super) lanes: u32,
+    /// Beats of a row.
+    pub(super) phases: u32,
+    pub(super) rows: u32,
+    pub(super) slot_bits: u32,
+    pub(super) vertices: Vec<Vertices>,
+}
+
+impl Shape {
+    pub(super) fn of(config: &Config) -> Self {
+        let banks = config.rit_row_bits() / 16;
+        let lanes = config.rit_stream_bits() / 16;
+        Self {
+            ports: config.gu.ports,
+            banks,
+            lanes,
+            phases: banks / lanes,
+            rows: config.rit_rows(),
+            slot_bits: config.rit.slot_bits,
+            vertices: config.supported_vertices(),
+        }
+    }
+
+    pub(super) fn entry_halfwords(vertices: Vertices) -> u32 {
+        (vertices.entry_bytes() / 2) as u32
+    }
+
+    /// Groups of M entries in a row.
+    pub(super) fn groups(&self, vertices: Vertices) -> u32 {
+        self.banks / (self.ports * Self::entry_halfwords(vertices))
+    }
+
+    fn most_groups(&self) -> u32 {
+        self.vertices
+            .iter()
+            .map(|v| self.groups(*v))
+            .max()
+            .unwrap_or(1)
+    }
+
+    /// A row number, one past the last included.
+    pub(super) fn row_ty(&self) -> Ty {
+        Ty::u(bits_for(self.rows))
+    }
+
+    /// A group of a row, one past the last included.
+    pub(super) fn group_ty(&self) -> Ty {
+        Ty::u(bits_for(self.most_groups()))
+    }
+
+    /// Bits of a row within a half.
+    pub(super) fn row_index_bits(&self) -> u32 {
+        bits_for((self.rows - 1).max(1))
+    }
+
+    /// Rows of a bank: half 1 starts at a power of two.
+    pub(super) fn depth(&self) -> u32 {
+        (1 << self.row_index_bits()) + self.rows.max(2)
+    }
+
+    /// One value for each entry size, picked by `cfg_vertices`.
+    pub(super) fn by_vertices(
+        &self,
+        m: &mut ModuleBuilder,
+        cfg: Signal,
+        mut value: impl FnMut(&mut ModuleBuilder, Vertices) -> Signal,
+    ) -> Signal {
+        let built: Vec<(Vertices, Signal)> =
+            self.vertices.iter().map(|v| (*v, value(m, *v))).collect();
+        // Entry sizes that are not built read as the largest one.
+        let fallback = built[built.len() - 1].1;
+        let options: Vec<Signal> = Vertices::ALL
+            .into_iter()
+            .map(|v| {
+                built
+                    .iter()
+                    .find(|(b, _)| *b == v)
+                    .map_or(fallback, |(_, s)| *s)
+            })
+            .collect();
+        m.select(cfg, &options)
+    }
+}
+
+/// State of the two halves, written by the writer.
+pub(super) struct Halves {
+    /// No more is written until it is released.
+    pub(super) closed: [Signal; 2],
+    pub(super) end_row: [Signal; 2],
+    pub(super) end_group: [Signal; 2],
+    /// Holds the last entry of its MVoxel.
+    pub(super) ends_mvoxel: [Signal; 2],
+    /// Belongs to an MVoxel that is streamed once for every segment.
+    pub(super) streamed: [Signal; 2],
+    /// Entries of its last group.
+    pub(super) last_keep: [Signal; 2],
+}
+
+impl Halves {
+    pub(super) fn declare(m: &mut ModuleBuilder, shape: &Shape) -> Self {
+        let mut pair = |name: &str, ty: Ty| [0, 1].map(|h| m.reg(&format!("{name}_{h}"), ty, 0));
+        Self {
+            closed: pair("closed", Ty::bit()),
+            end_row: pair("end_row", shape.row_ty()),
+            end_group: pair("end_group", shape.group_ty()),
+            ends_mvoxel: pair("ends_mvoxel", Ty::bit()),
+            streamed: pair("streamed", Ty::bit()),
+            last_keep: pair("last_keep", Ty::u(shape.ports)),
+        }
+    }
+}
+
+/// `pair[half]`.
+pub(super) fn of_half(m: &mut ModuleBuilder, half: Signal, pair: [Signal; 2]) -> Signal {
+    m.mux(half, pair[1], pair[0])
+}

@@ -1,0 +1,255 @@
+//! The write side of the RIT buffer.
+
+use potamoi_formats::rit::Vertices;
+
+use super::rit_shape::{Halves, Shape, of_half};
+use crate::ir::{ModuleBuilder, Signal, Ty};
+use crate::parts::{bits_for, is, ones, plus_one, popcount, wrapping};
+
+/// The stream.
+pub(super) struct Writer {
+    pub(super) valid: Signal,
+    pub(super) data: Signal,
+    pub(super) keep: Signal,
+    pub(super) last: Signal,
+    pub(super) user: Signal,
+}
+
+/// What the banks and the top need of it.
+pub(super) struct Written {
+    pub(super) ready: Signal,
+    /// Write enable of the banks of each phase.
+    pub(super) enables: Vec<Signal>,
+    pub(super) address: Signal,
+    /// Ragged entries, gap in a beat, too large to keep.
+    pub(super) errors: Signal,
+}
+
+/// What a beat completes, for one entry size.
+struct Progress {
+    full_groups: Signal,
+    all_groups: Signal,
+    last_keep: Signal,
+    whole: Signal,
+}
+
+impl Writer {
+    pub(super) fn build(
+        &self,
+        m: &mut ModuleBuilder,
+        shape: &Shape,
+        halves: &Halves,
+        vertices: Signal,
+        segments: Signal,
+        release: [Signal; 2],
+    ) -> Written {
+        let bit = Ty::bit();
+        let half = m.reg("write_half", bit, 0);
+        let row = m.reg("write_row", Ty::u(shape.row_index_bits()), 0);
+        let phase = m.reg("write_phase", Ty::u(bits_for(shape.phases.max(2) - 1)), 0);
+        let second = m.reg("write_second", bit, 0);
+        m.note(second, "the MVoxel has filled a half already");
+
+        let half_closed = of_half(m, half, halves.closed);
+        let ready = m.not(half_closed);
+        let ready = m.name(ready, "write_ready");
+        let accept = m.and(self.valid, ready);
+        let accept = m.name(accept, "write_accept");
+
+        // Position in the row behind this beat, in halfwords.
+        let (count, keep_is_right) = self.kept(m, shape);
+        let position_ty = Ty::u(bits_for(shape.banks));
+        let starts: Vec<_> = (0..shape.phases)
+            .map(|p| m.lit(p * shape.lanes, position_ty))
+            .collect();
+        let start = m.select(phase, &starts);
+        let count = m.extend(count, position_ty.width);
+        let position = m.add(start, count);
+        let position = m.name(position, "write_position");
+        m.note(
+            position,
+            "halfwords of the row that hold entries, this beat included",
+        );
+
+        let built: Vec<(Vertices, Progress)> = shape
+            .vertices
+            .iter()
+            .map(|v| (*v, progress(m, shape, *v, position)))
+            .collect();
+        let pick = |m: &mut ModuleBuilder, name: &str, what: fn(&Progress) -> Signal| {
+            let s = shape.by_vertices(m, vertices, |_, v| {
+                built
+                    .iter()
+                    .find(|(b, _)| *b == v)
+                    .map_or(what(&built[0].1), |(_, p)| what(p))
+            });
+            m.name(s, name)
+        };
+        let full_groups = pick(m, "full_groups", |p| p.full_groups);
+        let all_groups = pick(m, "all_groups", |p| p.all_groups);
+        let last_keep = pick(m, "keep_of_last_group", |p| p.last_keep);
+        let whole = pick(m, "whole_entries", |p| p.whole);
+
+        let row_done = is(m, phase, shape.phases - 1);
+        let row_done = m.name(row_done, "row_done");
+        let last_row = is(m, row, shape.rows - 1);
+        let half_full = m.and(row_done, last_row);
+        let closes = m.or(self.last, half_full);
+        let close = m.and(accept, closes);
+        let close = m.name(close, "write_close");
+
+        // The end of what can be read: a full row counts as the start of the next.
+        let row_wide = m.extend(row, shape.row_ty().width);
+        let next_row = plus_one(m, row_wide);
+        let no_group = m.lit(0, shape.group_ty());
+        let middle_group = m.mux(row_done, no_group, full_groups);
+        let middle_row = m.mux(row_done, next_row, row_wide);
+        let end_group = m.mux(self.last, all_groups, middle_group);
+        let end_row = m.mux(self.last, row_wide, middle_row);
+        let all_ports = m.lit(ones(shape.ports), Ty::u(shape.ports));
+        let keep = m.mux(self.last, last_keep, all_ports);
+
+        let upper = half;
+        let lower = m.not(half);
+        for (h, mine) in [(0, lower), (1, upper)] {
+            let here = m.and(accept, mine);
+            let here = m.name(here, &format!("write_half_{h}"));
+            let closes_here = m.and(close, mine);
+            // Released halves start empty.
+            let zero_row = m.lit(0, shape.row_ty());
+            let zero_group = m.lit(0, shape.group_ty());
+            let touched = m.or(here, release[h]);
+            let touched = m.name(touched, &format!("touch_half_{h}"));
+            let to_row = m.mux(here, end_row, zero_row);
+            m.set_next_if(halves.end_row[h], touched, to_row);
+            let to_group = m.mux(here, end_group, zero_group);
+            m.set_next_if(halves.end_group[h], touched, to_group);
+            m.set_next_if(halves.closed[h], touched, closes_here);
+            m.set_next_if(halves.ends_mvoxel[h], here, self.last);
+            m.set_next_if(halves.streamed[h], here, self.user);
+            m.set_next_if(halves.last_keep[h], here, keep);
+        }
+
+        let other = m.not(half);
+        m.set_next_if(half, close, other);
+        let next_phase = wrapping(m, phase, shape.phases);
+        let zero_phase = m.lit(0, phase.ty());
+        let phase_after = m.mux(closes, zero_phase, next_phase);
+        m.set_next_if(phase, accept, phase_after);
+        let row_step = m.or(row_done, closes);
+        let row_steps = m.and(accept, row_step);
+        let row_plus_one = plus_one(m, row);
+        let zero = m.lit(0, row.ty());
+        let row_after = m.mux(closes, zero, row_plus_one);
+        m.set_next_if(row, row_steps, row_after);
+        let not_last = m.not(self.last);
+        m.set_next_if(second, close, not_last);
+
+        let enables = (0..shape.phases)
+            .map(|p| {
+                let here = is(m, phase, p);
+                let en = m.and(accept, here);
+                m.name(en, &format!("write_phase_{p}"))
+            })
+            .collect();
+        let address = m.cat(&[half, row]);
+        let address = m.name(address, "write_address");
+
+        let not_whole = m.not(whole);
+        let ragged = m.and(self.last, not_whole);
+        let gap = m.not(keep_is_right);
+        let one = m.lit(1, segments.ty());
+        let several = m.gt(segments, one);
+        let kept = m.not(self.user);
+        let too_large = m.all_of(&[closes, not_last, second, kept, several]);
+        let errors: Vec<_> = [too_large, gap, ragged]
+            .into_iter()
+            .map(|e| m.and(accept, e))
+            .collect();
+        let errors = m.cat(&errors);
+        Written {
+            ready,
+            enables,
+            address,
+            errors,
+        }
+    }
+
+    /// Halfwords of the beat that hold entries, and whether `keep` is all ones,
+    /// or on the last beat contiguous whole halfwords from byte 0.
+    fn kept(&self, m: &mut ModuleBuilder, shape: &Shape) -> (Signal, Signal) {
+        let low: Vec<_> = (0..shape.lanes).map(|i| m.bit(self.keep, 2 * i)).collect();
+        let high: Vec<_> = (0..shape.lanes)
+            .map(|i| m.bit(self.keep, 2 * i + 1))
+            .collect();
+        let count = popcount(m, &low);
+        let count = m.name(count, "kept_halfwords");
+        let mut right = vec![];
+        for i in 0..shape.lanes as usize {
+            right.push(m.eq(low[i], high[i]));
+            if i > 0 {
+                let gap = m.not(low[i]);
+                right.push(m.or(gap, low[i - 1]));
+            }
+        }
+        let contiguous = m.all_of(&right);
+        let full = m.all(self.keep);
+        let right = m.mux(self.last, contiguous, full);
+        (count, right)
+    }
+}
+
+/// What lies before `position` when entries have `vertices` vertices.
+fn progress(
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    vertices: Vertices,
+    position: Signal,
+) -> Progress {
+    let size = Shape::entry_halfwords(vertices);
+    let groups = shape.groups(vertices);
+    let name = |what: &str| format!("{what}_v{}", vertices.count());
+    // has[e]: entry e of the row is complete.
+    let has: Vec<Signal> = (1..=groups * shape.ports)
+        .map(|e| {
+            let end = m.lit(size * e, position.ty());
+            m.ge(position, end)
+        })
+        .collect();
+    let entry = |g: u32, p: u32| has[(g * shape.ports + p) as usize];
+    let ends: Vec<_> = (0..groups).map(|g| entry(g, shape.ports - 1)).collect();
+    let starts: Vec<_> = (0..groups).map(|g| entry(g, 0)).collect();
+    let width = shape.group_ty().width;
+    let full_groups = popcount(m, &ends);
+    let full_groups = m.extend(full_groups, width);
+    let all_groups = popcount(m, &starts);
+    let all_groups = m.extend(all_groups, width);
+    let mut keep = vec![];
+    for p in (0..shape.ports).rev() {
+        let mut any = vec![];
+        for g in 0..groups {
+            let mut all = vec![entry(g, p)];
+            if g + 1 < groups {
+                all.push(m.not(entry(g + 1, 0)));
+            }
+            any.push(m.all_of(&all));
+        }
+        keep.push(m.any_of(&any));
+    }
+    let last_keep = m.cat(&keep);
+    let last_keep = m.name(last_keep, &name("keep"));
+    let exact: Vec<_> = (1..=groups * shape.ports)
+        .map(|e| {
+            let end = m.lit(size * e, position.ty());
+            m.eq(position, end)
+        })
+        .collect();
+    let whole = m.any_of(&exact);
+    let whole = m.name(whole, &name("whole"));
+    Progress {
+        full_groups,
+        all_groups,
+        last_keep,
+        whole,
+    }
+}

@@ -1,0 +1,407 @@
+//! The unit's top: issue, reducers, output FIFO, counters and flags.
+
+use std::sync::Arc;
+
+use potamoi_formats::config::{Config, Modes, WeightTrust};
+use potamoi_formats::units::GATHERING_UNIT;
+
+use super::mft::mft;
+use super::reducer::reducer;
+use super::rit_buffer::rit_buffer;
+use crate::ir::{Instance, IrErrors, Module, ModuleBuilder, Signal, Ty};
+use crate::parts::{bits_for, counter, fifo, is, popcount, sticky};
+
+/// Ports of the top.
+struct Ports {
+    vertices: Signal,
+    segments: Signal,
+    clear: Signal,
+    ready: Signal,
+}
+
+/// A register stage behind the MFT's read.
+struct Stage {
+    valid: Signal,
+    first: Signal,
+    last: Signal,
+    end: Signal,
+    keep: Signal,
+    in_range: Signal,
+    weight: Signal,
+    slot: Signal,
+}
+
+/// Builds the gathering unit for a configuration.
+///
+/// # Errors
+/// The netlist's own checks; none for a configuration that keeps its rules.
+pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
+    let gu = &config.gu;
+    let (banks, ports, bits) = (gu.banks, gu.ports, gu.feature_bits);
+    let (rit_module, mft_module, reducer_module) =
+        (rit_buffer(config)?, mft(config)?, reducer(config)?);
+    let mut builder = ModuleBuilder::new(GATHERING_UNIT);
+    let m = &mut builder;
+    m.doc(&format!(
+        "reads ray index tables and returns one feature vector an entry. B = {banks} banks, M = {ports} ports, \
+         {bits}-bit features, U1.{} weights.",
+        gu.weight_bits
+    ));
+    let bit = Ty::bit();
+    let vertices = m.input(
+        "cfg_vertices",
+        Ty::u(2),
+        "log2 of the vertices an entry; 0 is a single id",
+    );
+    let segments = m.input("cfg_segments", Ty::u(7), "channel segments, 1 and up");
+    let clear = m.input("cfg_clear", bit, "clears counters and flags");
+    let stream = config.rit_stream_bits();
+    let rit_in = [
+        (
+            "s_axis_rit_tvalid",
+            m.input("s_axis_rit_tvalid", bit, "ray index table"),
+        ),
+        (
+            "s_axis_rit_tdata",
+            m.input("s_axis_rit_tdata", Ty::u(stream), ""),
+        ),
+        (
+            "s_axis_rit_tkeep",
+            m.input("s_axis_rit_tkeep", Ty::u(stream / 8), ""),
+        ),
+        (
+            "s_axis_rit_tlast",
+            m.input("s_axis_rit_tlast", bit, "ends the MVoxel"),
+        ),
+        (
+            "s_axis_rit_tuser",
+            m.input("s_axis_rit_tuser", bit, "streamed once for every segment"),
+        ),
+    ];
+    let mft_in = [
+        (
+            "s_axis_mft_tvalid",
+            m.input("s_axis_mft_tvalid", bit, "MVoxel features, a row a beat"),
+        ),
+        (
+            "s_axis_mft_tdata",
+            m.input("s_axis_mft_tdata", Ty::u(16 * banks), ""),
+        ),
+        (
+            "s_axis_mft_tlast",
+            m.input(
+                "s_axis_mft_tlast",
+                bit,
+                "ends the MVoxel's rows of this segment",
+            ),
+        ),
+    ];
+    let ready = m.input("m_axis_feat_tready", bit, "");
+    let io = Ports {
+        vertices,
+        segments,
+        clear,
+        ready,
+    };
+
+    m.section("Issue: registers");
+    let flight_ty = Ty::u(bits_for(gu.fifo_depth));
+    let in_flight = m.reg("in_flight", flight_ty, 0);
+    m.note(in_flight, "groups issued and not yet taken by the sink");
+    let limit = m.lit(gu.fifo_depth, flight_ty);
+    let credit = m.lt(in_flight, limit);
+    let credit = m.name(credit, "credit");
+    let mut rit_inputs = rit_in.to_vec();
+    rit_inputs.extend([("cfg_vertices", vertices), ("cfg_segments", segments)]);
+    let rit = m.instance("rit", &rit_module, &rit_inputs);
+    let table = m.instance("mft", &mft_module, &mft_in);
+    let mut of_rit = |name: &str| m.out(rit, name);
+    let [p_valid, p_first, p_last, p_end, p_keep] =
+        ["p_valid", "p_first", "p_last", "p_end", "p_keep"].map(&mut of_rit);
+    let [p_row, p_weight, p_slot] = ["p_row", "p_weight", "p_slot"].map(&mut of_rit);
+    let loaded = m.out(table, "is_loaded");
+    // A group, once begun, is never held up: only its first vertex asks.
+    let may_start = m.and(credit, loaded);
+    let may_start = m.name(may_start, "may_start");
+    let goes_on = m.not(p_first);
+    let may = m.or(goes_on, may_start);
+    let fire = m.and(p_valid, may);
+    let fire = m.name(fire, "fire");
+    m.note(fire, "a vertex is issued");
+    let release = m.all_of(&[fire, p_last, p_end]);
+    let release = m.name(release, "release_table");
+    m.connect(rit, "p_take", fire);
+    m.connect(table, "read", fire);
+    m.connect(table, "read_row", p_row);
+    m.connect(table, "read_keep", p_keep);
+    m.connect(table, "done", release);
+    let group_start = m.and(fire, p_first);
+    let group_start = m.name(group_start, "group_start");
+
+    m.section("Stage 1: features of the rows that were read");
+    let in_range = m.out(table, "in_range");
+    let s1 = Stage {
+        valid: m.reg("s1_valid", bit, 0),
+        first: m.reg("s1_first", bit, 0),
+        last: m.reg("s1_last", bit, 0),
+        end: m.reg("s1_end", bit, 0),
+        keep: m.reg("s1_keep", Ty::u(ports), 0),
+        in_range: m.reg("s1_in_range", Ty::u(ports), 0),
+        weight: m.reg("s1_weight", Ty::u(16 * ports), 0),
+        slot: m.reg("s1_slot", Ty::u(config.rit.slot_bits * ports), 0),
+    };
+    m.set_next(s1.valid, fire);
+    for (reg, value) in [
+        (s1.first, p_first),
+        (s1.last, p_last),
+        (s1.end, p_end),
+        (s1.keep, p_keep),
+        (s1.in_range, in_range),
+        (s1.weight, p_weight),
+        (s1.slot, p_slot),
+    ] {
+        m.set_next_if(reg, fire, value);
+    }
+    let single = is(m, vertices, 0);
+    let single = m.name(single, "single_ids");
+
+    m.section("Reducers: one a channel and port");
+    let mut results = vec![];
+    for port in 0..ports {
+        let table_out = m.out(table, &format!("feature{port}"));
+        let ok = m.bit(s1.in_range, port);
+        let mask = m.repeat(ok, bits * banks);
+        let features = m.and(table_out, mask);
+        let features = m.name(features, &format!("s1_features{port}"));
+        let weight = m.slice(s1.weight, 16 * port, gu.weight_bits + 1);
+        for b in 0..banks {
+            let feature = m.slice(features, b * bits, bits);
+            let feature = m.as_signed(feature);
+            let mut inputs = vec![("valid", s1.valid), ("feature", feature)];
+            if gu.modes != Modes::Unstructured {
+                inputs.extend([("first", s1.first), ("weight", weight)]);
+            }
+            if gu.modes == Modes::Both {
+                inputs.push(("skip", single));
+            }
+            let inst = m.instance(&format!("reducer{port}_{b}"), &reducer_module, &inputs);
+            let result = m.out(inst, "result");
+            let result = m.as_signed(result);
+            let lane = m.extend(result, 16);
+            results.push(m.as_unsigned(lane));
+        }
+    }
+
+    m.section("Stage 2: results into the FIFO");
+    let s2_push = m.reg("s2_push", bit, 0);
+    let push = m.and(s1.valid, s1.last);
+    m.set_next(s2_push, push);
+    let tail = [
+        ("s2_end", s1.end, bit),
+        ("s2_keep", s1.keep, Ty::u(ports)),
+        ("s2_slot", s1.slot, s1.slot.ty()),
+    ]
+    .map(|(name, from, ty)| {
+        let reg = m.reg(name, ty, 0);
+        m.set_next_if(reg, push, from);
+        reg
+    });
+    results.reverse();
+    let data = m.cat(&results);
+    let word = m.cat(&[tail[0], tail[1], tail[2], data]);
+    let fifo_module = fifo("feature_fifo", gu.fifo_depth, word.width())?;
+    let offered = m.reg("offered", flight_ty, 0);
+    m.note(offered, "results in the FIFO");
+    let valid = m.any(offered);
+    let valid = m.name(valid, "m_axis_feat_tvalid");
+    let pop = m.and(valid, io.ready);
+    let pop = m.name(pop, "pop");
+    let inst = m.instance(
+        "results",
+        &fifo_module,
+        &[("push", s2_push), ("push_data", word), ("pop", pop)],
+    );
+    let out = m.out(inst, "data");
+    count_both(m, offered, s2_push, pop);
+    count_both(m, in_flight, group_start, pop);
+
+    let group_done = m.and(fire, p_last);
+    let group_done = m.name(group_done, "group_done");
+    let stats = Stats {
+        fire,
+        group_done,
+        keep: p_keep,
+        credit,
+        loaded,
+    };
+    let errors = errors(m, config, &io, &s1, single, [rit, table]);
+    m.section("Outputs");
+    m.output("m_axis_feat_tvalid", valid, "features, M entries a beat");
+    let width = 16 * banks * ports;
+    let features = m.slice(out, 0, width);
+    m.output(
+        "m_axis_feat_tdata",
+        features,
+        "port 0 lowest, channel 0 lowest",
+    );
+    let slots = config.rit.slot_bits * ports;
+    let keep = m.slice(out, width + slots, ports);
+    let mut bytes = vec![];
+    for port in (0..ports).rev() {
+        let kept = m.bit(keep, port);
+        bytes.push(m.repeat(kept, 2 * banks));
+    }
+    let bytes = m.cat(&bytes);
+    m.output("m_axis_feat_tkeep", bytes, "ports that hold an entry");
+    let last = m.bit(out, width + slots + ports);
+    m.output("m_axis_feat_tlast", last, "ends the MVoxel and segment");
+    let user = m.slice(out, width, slots);
+    m.output("m_axis_feat_tuser", user, "slot of each entry");
+    let rit_ready = m.out(rit, "s_axis_rit_tready");
+    m.output("s_axis_rit_tready", rit_ready, "");
+    let mft_ready = m.out(table, "s_axis_mft_tready");
+    m.output("s_axis_mft_tready", mft_ready, "");
+    statistics(m, config, &io, &stats);
+    m.output(
+        "stat_errors",
+        errors,
+        "sticky; docs/gathering-unit.md names the bits",
+    );
+    builder.finish()
+}
+
+/// Signals that the counters watch.
+struct Stats {
+    fire: Signal,
+    group_done: Signal,
+    keep: Signal,
+    credit: Signal,
+    loaded: Signal,
+}
+
+/// `count` goes up with `up`, down with `down`.
+fn count_both(m: &mut ModuleBuilder, count: Signal, up: Signal, down: Signal) {
+    let one = m.lit(1, count.ty());
+    let more = m.add(count, one);
+    let less = m.sub(count, one);
+    let next = m.mux(up, more, less);
+    let changes = m.xor(up, down);
+    m.set_next_if(count, changes, next);
+}
+
+/// Stalls are counted as they happen, and shown as they stood at the last
+/// issue, so that idling at the end is none.
+fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats) {
+    m.section("Counters");
+    let (bits, clear) = (config.gu.counter_bits, io.clear);
+    let one = m.lit(1, Ty::bit());
+    let begun = sticky(m, "begun", clear, stats.fire);
+    let idle = m.not(stats.fire);
+    let stalled = m.and(begun, idle);
+    let stalled = m.name(stalled, "stalled");
+    let no_credit = m.not(stats.credit);
+    let not_loaded = m.not(stats.loaded);
+    let fifo = m.and(stalled, no_credit);
+    let mft = m.all_of(&[stalled, stats.credit, not_loaded]);
+    let rit = m.all_of(&[stalled, stats.credit, stats.loaded]);
+    let busy = counter(m, "stat_busy", bits, clear, stats.fire, one);
+    m.output("stat_busy", busy, "cycles in which a vertex was issued");
+    for (name, cause, doc) in [
+        ("fifo", fifo, "stalls: too many groups in flight"),
+        ("mft", mft, "stalls: MVoxel not loaded"),
+        ("rit", rit, "stalls: no entry"),
+    ] {
+        let running = counter(m, &format!("running_{name}"), bits, clear, cause, one);
+        let port = format!("stat_stall_{name}");
+        let shown = m.reg(&port, Ty::u(bits), 0);
+        let zero = m.lit(0, Ty::u(bits));
+        let next = m.mux(stats.fire, running, shown);
+        let next = m.mux(clear, zero, next);
+        m.set_next(shown, next);
+        m.output(&port, shown, doc);
+    }
+    let kept: Vec<_> = (0..config.gu.ports).map(|p| m.bit(stats.keep, p)).collect();
+    let entries = popcount(m, &kept);
+    let entries = m.extend(entries, bits);
+    let count = counter(m, "stat_entries", bits, clear, stats.group_done, entries);
+    m.output("stat_entries", count, "entries issued");
+}
+
+/// The sticky flags.
+fn errors(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    io: &Ports,
+    s1: &Stage,
+    single: Signal,
+    below: [Instance; 2],
+) -> Signal {
+    m.section("Errors");
+    let gu = &config.gu;
+    let (mut range, mut high, mut sums) = (vec![], vec![], vec![]);
+    let structured = m.not(single);
+    for p in 0..gu.ports {
+        let kept = m.bit(s1.keep, p);
+        let ok = m.bit(s1.in_range, p);
+        let outside = m.not(ok);
+        range.push(m.and(kept, outside));
+        if gu.modes == Modes::Unstructured {
+            continue;
+        }
+        let code = m.slice(s1.weight, 16 * p, 16);
+        if gu.weight_bits < 15 {
+            let above = m.slice(code, gu.weight_bits + 1, 15 - gu.weight_bits);
+            let above = m.any(above);
+            high.push(m.all_of(&[kept, structured, above]));
+        }
+        if gu.weights == WeightTrust::Trusted {
+            // Eight codes of W + 1 bits.
+            let ty = Ty::u(gu.weight_bits + 4);
+            let weight = m.slice(code, 0, gu.weight_bits + 1);
+            let weight = m.extend(weight, ty.width);
+            let total = m.reg(&format!("weight_total{p}"), ty, 0);
+            let more = m.add(total, weight);
+            let sum = m.mux(s1.first, weight, more);
+            let sum = m.name(sum, &format!("weight_sum{p}"));
+            m.set_next_if(total, s1.valid, sum);
+            let one = m.lit(1u32 << gu.weight_bits, ty);
+            let wrong = m.ne(sum, one);
+            sums.push(m.all_of(&[kept, structured, s1.last, wrong]));
+        }
+    }
+    let issued = |m: &mut ModuleBuilder, bits: &[Signal]| {
+        let any = m.any_of(bits);
+        m.and(s1.valid, any)
+    };
+    let (range, high, sums) = (issued(m, &range), issued(m, &high), issued(m, &sums));
+    let rit = m.out(below[0], "errors");
+    let (ragged, gap, large) = (m.bit(rit, 0), m.bit(rit, 1), m.bit(rit, 2));
+    let overflow = m.out(below[1], "overflow");
+    let supported: Vec<_> = config
+        .supported_vertices()
+        .into_iter()
+        .map(|v| is(m, io.vertices, v.log2()))
+        .collect();
+    let built = m.any_of(&supported);
+    let not_built = m.not(built);
+    let most = m.lit(gu.segments, Ty::u(7));
+    let too_many = m.gt(io.segments, most);
+    let none = is(m, io.segments, 0);
+    let settings = m.any_of(&[not_built, too_many, none]);
+    let settings = m.and(s1.valid, settings);
+    let flags: Vec<_> = [
+        ("row_not_loaded", range),
+        ("weight_too_large", high),
+        ("weights_off_one", sums),
+        ("ragged_entries", ragged),
+        ("gap_in_beat", gap),
+        ("rit_too_large", large),
+        ("mft_row_dropped", overflow),
+        ("bad_setting", settings),
+    ]
+    .into_iter()
+    .map(|(name, set)| sticky(m, name, io.clear, set))
+    .rev()
+    .collect();
+    m.cat(&flags)
+}

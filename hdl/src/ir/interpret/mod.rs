@@ -1,0 +1,282 @@
+//! Runs a netlist: a simulator that needs no tool.
+
+mod error;
+mod flatten;
+mod memory;
+mod step;
+#[cfg(test)]
+mod tests;
+mod words;
+
+use std::sync::Arc;
+
+use num_bigint::BigUint;
+
+use super::node::Ty;
+use super::Module;
+use flatten::{Flat, Layout, Next};
+use step::Slot;
+
+pub use error::InterpretError;
+
+/// A port of an interpreted module.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PortHandle {
+    module: usize,
+    index: usize,
+    width: u32,
+}
+
+impl PortHandle {
+    /// Bits.
+    #[must_use]
+    pub const fn width(self) -> u32 {
+        self.width
+    }
+
+    /// Words of 32 bits.
+    #[must_use]
+    pub const fn words(self) -> usize {
+        self.width.div_ceil(32) as usize
+    }
+}
+
+#[derive(Debug, Clone)]
+struct Pin {
+    name: String,
+    slot: Slot,
+    output: bool,
+}
+
+/// Runs a module and all below it.
+///
+/// Values are two's complement bits; ports are read and written as unsigned
+/// words, low word first, whatever their signedness. Inputs start at 0, so
+/// that a module with registers starts in reset (`rst_n` is a port like any
+/// other then). Registers, memories and the outputs of clocked reads start
+/// with values drawn from the seed: what depends on them before a reset or a
+/// write differs from seed to seed. A read past the depth of a memory gives 0,
+/// a write there does nothing, and of two writes to one row the later declared
+/// wins.
+#[derive(Debug, Clone)]
+pub struct Interpreter {
+    module: Arc<Module>,
+    flat: Flat,
+    layout: Layout,
+    pins: Vec<Pin>,
+    rst_n: Option<Slot>,
+    /// The states to come, in the order of the states.
+    pending: Vec<u64>,
+    cycle: u64,
+}
+
+impl Interpreter {
+    /// Flattens the module.
+    #[must_use]
+    pub fn new(module: &Arc<Module>, seed: u64) -> Self {
+        let mut flat = Flat::new(seed);
+        let mut pins = vec![];
+        let rst_n = module.has_registers().then(|| flat.allocate(Ty::bit()));
+        pins.extend(rst_n.map(|slot| Pin {
+            name: "rst_n".to_owned(),
+            slot,
+            output: false,
+        }));
+        let mut inputs = vec![];
+        for (i, port) in module.ports.iter().enumerate().filter(|(_, p)| !p.output) {
+            inputs.push((i, flat.allocate(module.nodes[port.node].ty)));
+        }
+        let layout = flat.add(module, &inputs);
+        pins.extend(module.ports.iter().map(|port| Pin {
+            name: port.name.clone(),
+            slot: layout.slots[port.node],
+            output: port.output,
+        }));
+        let kept = flat.states.iter().map(|s| s.slot.words()).sum();
+        Self {
+            module: module.clone(),
+            flat,
+            layout,
+            pins,
+            rst_n,
+            pending: vec![0; kept],
+            cycle: 0,
+        }
+    }
+
+    /// The port of this name; `rst_n` is one if there are registers.
+    ///
+    /// # Errors
+    /// [`InterpretError::NoSuchPort`].
+    pub fn port(&self, name: &str) -> Result<PortHandle, InterpretError> {
+        let found = self.pins.iter().position(|p| p.name == name);
+        let index = found.ok_or_else(|| InterpretError::NoSuchPort {
+            module: self.module.name.clone(),
+            name: name.to_owned(),
+            ports: self.pins.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", "),
+        })?;
+        Ok(PortHandle {
+            module: self.identity(),
+            index,
+            width: self.pins[index].slot.ty.width,
+        })
+    }
+
+    fn identity(&self) -> usize {
+        Arc::as_ptr(&self.module) as usize
+    }
+
+    fn pin(&self, port: PortHandle) -> Result<&Pin, InterpretError> {
+        let pin = self.pins.get(port.index).filter(|_| port.module == self.identity());
+        pin.ok_or(InterpretError::ForeignPort)
+    }
+
+    fn input(&self, port: PortHandle) -> Result<Slot, InterpretError> {
+        let pin = self.pin(port)?;
+        if pin.output { Err(InterpretError::NotAnInput(pin.name.clone())) } else { Ok(pin.slot) }
+    }
+
+    fn wrong(&self, port: PortHandle, got: String) -> InterpretError {
+        InterpretError::WrongWidth {
+            name: self.pins.get(port.index).map_or_else(String::new, |p| p.name.clone()),
+            bits: port.width,
+            words: port.words(),
+            got,
+        }
+    }
+
+    /// Sets an input of up to 64 bits; bits above its width are dropped.
+    ///
+    /// # Errors
+    /// [`InterpretError::WrongWidth`] above 64 bits,
+    /// [`InterpretError::NotAnInput`] or [`InterpretError::ForeignPort`].
+    pub fn set_u64(&mut self, port: PortHandle, value: u64) -> Result<(), InterpretError> {
+        let slot = self.input(port)?;
+        if port.width > 64 {
+            return Err(self.wrong(port, "set as 64 bits; use set_words".to_owned()));
+        }
+        self.flat.values[slot.at] = value & words::mask(port.width);
+        Ok(())
+    }
+
+    /// Reads a port of up to 64 bits.
+    ///
+    /// # Errors
+    /// [`InterpretError::WrongWidth`] above 64 bits, or
+    /// [`InterpretError::ForeignPort`].
+    pub fn get_u64(&self, port: PortHandle) -> Result<u64, InterpretError> {
+        let slot = self.pin(port)?.slot;
+        if port.width > 64 {
+            return Err(self.wrong(port, "read as 64 bits; use words".to_owned()));
+        }
+        Ok(self.flat.values[slot.at])
+    }
+
+    /// Sets an input of any width; bits above its width are dropped.
+    ///
+    /// # Errors
+    /// [`InterpretError::WrongWidth`] unless there are [`PortHandle::words`]
+    /// words, [`InterpretError::NotAnInput`] or
+    /// [`InterpretError::ForeignPort`].
+    pub fn set_words(&mut self, port: PortHandle, value: &[u32]) -> Result<(), InterpretError> {
+        let slot = self.input(port)?;
+        if value.len() != port.words() {
+            return Err(self.wrong(port, format!("set with {} words", value.len())));
+        }
+        let out = &mut self.flat.values[slot.at..slot.at + slot.words()];
+        for (o, pair) in out.iter_mut().zip(value.chunks(2)) {
+            *o = pair.iter().rev().fold(0, |all, w| all << 32 | u64::from(*w));
+        }
+        words::trim(out, port.width);
+        Ok(())
+    }
+
+    /// A port of any width, low word first.
+    ///
+    /// # Errors
+    /// [`InterpretError::ForeignPort`].
+    pub fn words(&self, port: PortHandle) -> Result<Vec<u32>, InterpretError> {
+        let slot = self.pin(port)?.slot;
+        let halves = slot.of(&self.flat.values).iter().flat_map(|w| [*w as u32, (w >> 32) as u32]);
+        Ok(halves.take(port.words()).collect())
+    }
+
+    /// The bits of a named signal, after the last [`eval`](Self::eval):
+    /// `instance.instance.signal`.
+    #[must_use]
+    pub fn peek(&self, path: &str) -> Option<BigUint> {
+        let (mut module, mut layout) = (&*self.module, &self.layout);
+        let mut parts: Vec<&str> = path.split('.').collect();
+        let name = parts.pop()?;
+        for part in parts {
+            let i = module.instances.iter().position(|i| i.name == part)?;
+            (module, layout) = (&*module.instances[i].module, &layout.instances[i]);
+        }
+        let named = module.nodes.iter().position(|n| n.name.as_deref() == Some(name));
+        let port = || module.ports.iter().find(|p| p.name == name).map(|p| p.node);
+        let slot = layout.slots[named.or_else(port)?];
+        let digits = slot.of(&self.flat.values).iter().flat_map(|w| [*w as u32, (w >> 32) as u32]);
+        Some(BigUint::new(digits.collect()))
+    }
+
+    /// Clock edges so far.
+    #[must_use]
+    pub const fn cycle(&self) -> u64 {
+        self.cycle
+    }
+
+    /// Computes all that follows from the inputs as they are.
+    ///
+    /// # Errors
+    /// [`InterpretError::OutOfRange`], if ranges are checked.
+    pub fn eval(&mut self) -> Result<(), InterpretError> {
+        let Flat { values, steps, memories, .. } = &mut self.flat;
+        for step in steps {
+            step.run(values, memories);
+        }
+        Ok(())
+    }
+
+    /// Computes, takes the rising edge, and computes again.
+    ///
+    /// # Errors
+    /// [`InterpretError::OutOfRange`], if ranges are checked.
+    pub fn clock(&mut self) -> Result<(), InterpretError> {
+        self.eval()?;
+        let in_reset = self.rst_n.is_some_and(|s| self.flat.values[s.at] == 0);
+        let Flat {
+            values,
+            states,
+            writes,
+            memories,
+            ..
+        } = &mut self.flat;
+        let mut at = 0;
+        for state in &*states {
+            let out = &mut self.pending[at..at + state.slot.words()];
+            at += out.len();
+            match &state.next {
+                Next::Value { reset, .. } if in_reset => out.copy_from_slice(reset),
+                Next::Value { from, enable, .. } if enable.is_none_or(|e| values[e.at] == 1) => out.copy_from_slice(from.of(values)),
+                Next::Row { memory, enable, address } if values[enable.at] == 1 => {
+                    memories[*memory].read(words::amount(address.of(values), u32::MAX), out);
+                }
+                _ => out.copy_from_slice(state.slot.of(values)),
+            }
+        }
+        for write in &*writes {
+            if values[write.enable.at] == 1 {
+                let row = words::amount(write.address.of(values), u32::MAX);
+                memories[write.memory].write(row, write.data.of(values));
+            }
+        }
+        let mut at = 0;
+        for state in &*states {
+            let count = state.slot.words();
+            values[state.slot.at..][..count].copy_from_slice(&self.pending[at..at + count]);
+            at += count;
+        }
+        self.cycle += 1;
+        self.eval()
+    }
+}

@@ -1,0 +1,335 @@
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use num_bigint::{BigInt, BigUint, Sign};
+use num_traits::Signed;
+use potamoi_formats::fixed::Rounding;
+use proptest::prelude::*;
+
+use super::{InterpretError, Interpreter};
+use crate::ir::{ModuleBuilder, Signal, Ty};
+
+fn value(words: &[u32], ty: Ty) -> BigInt {
+    let code = BigInt::from(BigUint::new(words.to_vec()));
+    if ty.signed && code.bit(u64::from(ty.width - 1)) { code - (BigInt::from(1) << ty.width) } else { code }
+}
+
+fn words_of(value: &BigInt, width: u32) -> Vec<u32> {
+    let modulus = BigInt::from(1) << width;
+    let code: BigInt = ((value % &modulus) + &modulus) % &modulus;
+    let mut words = code.magnitude().to_u32_digits();
+    words.resize(width.div_ceil(32) as usize, 0);
+    words
+}
+
+/// One unit of every operator over two operands of one type.
+fn every_operator(ty: Ty, amount: Ty, narrow: u32) -> std::sync::Arc<crate::ir::Module> {
+    let mut b = ModuleBuilder::new("ops");
+    let (x, y, n) = (b.input("x", ty, ""), b.input("y", ty, ""), b.input("n", amount, ""));
+    let mut out = |b: &mut ModuleBuilder, name: &str, s: Signal| b.output(name, s, "");
+    type Two = fn(&mut ModuleBuilder, Signal, Signal) -> Signal;
+    let two: [(&str, Two); 10] = [
+        ("and_", ModuleBuilder::and),
+        ("or_", ModuleBuilder::or),
+        ("xor_", ModuleBuilder::xor),
+        ("add", ModuleBuilder::add),
+        ("sub", ModuleBuilder::sub),
+        ("mul", ModuleBuilder::mul),
+        ("eq", ModuleBuilder::eq),
+        ("ne", ModuleBuilder::ne),
+        ("lt", ModuleBuilder::lt),
+        ("le", ModuleBuilder::le),
+    ];
+    for (name, op) in two {
+        let s = op(&mut b, x, y);
+        out(&mut b, name, s);
+    }
+    type One = fn(&mut ModuleBuilder, Signal) -> Signal;
+    let one: [(&str, One); 5] = [
+        ("not_", ModuleBuilder::not),
+        ("neg", ModuleBuilder::neg),
+        ("any", ModuleBuilder::any),
+        ("all", ModuleBuilder::all),
+        ("parity", ModuleBuilder::parity),
+    ];
+    for (name, op) in one {
+        let s = op(&mut b, x);
+        out(&mut b, name, s);
+    }
+    let s = b.shl(x, n);
+    out(&mut b, "shl", s);
+    let s = b.shr(x, n);
+    out(&mut b, "shr", s);
+    let s = b.extend(x, ty.width + 67);
+    out(&mut b, "extend", s);
+    let s = b.cat(&[x, n, y]);
+    out(&mut b, "cat", s);
+    let s = b.repeat(x, 3);
+    out(&mut b, "repeat", s);
+    if ty.width > narrow {
+        let s = b.slice(x, ty.width - narrow, narrow);
+        out(&mut b, "slice", s);
+        for (name, rounding) in ROUNDINGS {
+            let s = b.round(x, narrow, rounding);
+            out(&mut b, name, s);
+        }
+    }
+    for (name, to) in [("sat_u", Ty::u(narrow)), ("sat_s", Ty::s(narrow))] {
+        let s = b.saturate(x, to);
+        let s = if s == x { b.not(x) } else { s };
+        out(&mut b, name, s);
+    }
+    b.finish().unwrap()
+}
+
+const ROUNDINGS: [(&str, Rounding); 3] = [("floor", Rounding::Floor), ("half_up", Rounding::HalfUp), ("half_even", Rounding::HalfEven)];
+
+/// What each output should be, by integer arithmetic.
+fn expected(name: &str, x: &BigInt, y: &BigInt, n: &BigInt, ty: Ty, amount: Ty, narrow: u32) -> Option<BigInt> {
+    let unsigned = |v: &BigInt, w: u32| BigInt::from(BigUint::new(words_of(v, w)));
+    let ux = unsigned(x, ty.width);
+    let by = u32::try_from(n).unwrap_or(u32::MAX).min(ty.width);
+    let flag = BigInt::from;
+    let rounded = |rounding| {
+        let (unit, floor) = (BigInt::from(1) << narrow, x >> narrow);
+        let twice: BigInt = (x - (&floor << narrow)) * 2;
+        let up = match rounding {
+            Rounding::Floor => false,
+            Rounding::HalfUp => twice >= unit,
+            Rounding::HalfEven => twice > unit || (twice == unit && floor.bit(0)),
+        };
+        floor + u8::from(up)
+    };
+    let saturated = |to: Ty| if to == ty { !x } else { x.clone().clamp(to.min(), to.max()) };
+    Some(match name {
+        "and_" => x & y,
+        "or_" => x | y,
+        "xor_" => x ^ y,
+        "add" => x + y,
+        "sub" => x - y,
+        "mul" => x * y,
+        "eq" => flag(u8::from(x == y)),
+        "ne" => flag(u8::from(x != y)),
+        "lt" => flag(u8::from(x < y)),
+        "le" => flag(u8::from(x <= y)),
+        "not_" => !x,
+        "neg" => -x,
+        "any" => flag(u8::from(ux != BigInt::ZERO)),
+        "all" => flag(u8::from(ux == (BigInt::from(1) << ty.width) - 1)),
+        "parity" => flag((ux.magnitude().count_ones() & 1) as u8),
+        "shl" => x << by,
+        "shr" => x >> by,
+        "extend" => x.clone(),
+        "cat" => ((ux << amount.width) + n << ty.width) + unsigned(y, ty.width),
+        "repeat" => (&ux << (2 * ty.width)) + (&ux << ty.width) + &ux,
+        "slice" => ux >> (ty.width - narrow),
+        "floor" => rounded(Rounding::Floor),
+        "half_up" => rounded(Rounding::HalfUp),
+        "half_even" => rounded(Rounding::HalfEven),
+        "sat_u" => saturated(Ty::u(narrow)),
+        "sat_s" => saturated(Ty::s(narrow)),
+        _ => return None,
+    })
+}
+
+fn width() -> impl Strategy<Value = u32> {
+    prop_oneof![1..=8u32, 31..=34u32, 62..=66u32, 126..=130u32, Just(300)]
+}
+
+/// Values with long runs of equal bits, which is where carries and signs go wrong.
+fn bits() -> impl Strategy<Value = Vec<u32>> {
+    proptest::collection::vec(prop_oneof![Just(0u32), Just(u32::MAX), any::<u32>(), Just(0x8000_0000), Just(1)], 10)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(600))]
+    #[test]
+    fn operators_agree_with_integers(
+        width in width(), signed: bool, amount_width in prop_oneof![1..=9u32, Just(70)], narrow in width(),
+        x in bits(), y in bits(), n in bits(),
+    ) {
+        let (ty, amount) = (Ty { width, signed }, Ty::u(amount_width));
+        let module = every_operator(ty, amount, narrow);
+        let mut run = Interpreter::new(&module, 1);
+        let take = |raw: &[u32], ty: Ty| value(&words_of(&BigInt::from_biguint(Sign::Plus, BigUint::new(raw.to_vec())), ty.width), ty);
+        let (x, y, n) = (take(&x, ty), take(&y, ty), take(&n, amount));
+        for (name, v, ty) in [("x", &x, ty), ("y", &y, ty), ("n", &n, amount)] {
+            let port = run.port(name).unwrap();
+            run.set_words(port, &words_of(v, ty.width)).unwrap();
+        }
+        run.eval().unwrap();
+        for port in module.ports().iter().filter(|p| p.output) {
+            let handle = run.port(&port.name).unwrap();
+            let want = expected(&port.name, &x, &y, &n, ty, amount, narrow).unwrap();
+            prop_assert_eq!(
+                run.words(handle).unwrap(), words_of(&want, port.ty.width),
+                "{} of {} {} {} ({}, narrow {})", port.name, x, y, n, ty, narrow
+            );
+        }
+    }
+}
+
+#[test]
+fn a_register_resets_holds_and_takes_over() {
+    let mut b = ModuleBuilder::new("count");
+    let en = b.input("en", Ty::bit(), "");
+    let r = b.reg("r", Ty::s(70), -3);
+    let one = b.lit(1, Ty::s(70));
+    let next = b.add(r, one);
+    b.set_next_if(r, en, next);
+    b.output("q", r, "");
+    let module = b.finish().unwrap();
+    let mut run = Interpreter::new(&module, 7);
+    let (rst_n, en, q) = (run.port("rst_n").unwrap(), run.port("en").unwrap(), run.port("q").unwrap());
+    let read = |run: &Interpreter| value(&run.words(q).unwrap(), Ty::s(70));
+    let other = Interpreter::new(&module, 8);
+    assert_ne!(read(&run), read(&other), "registers start as the seed says");
+    run.clock().unwrap();
+    assert_eq!(read(&run), BigInt::from(-3));
+    run.set_u64(rst_n, 1).unwrap();
+    run.clock().unwrap();
+    assert_eq!(read(&run), BigInt::from(-3), "not enabled");
+    run.set_u64(en, 1).unwrap();
+    for want in -2..5 {
+        run.clock().unwrap();
+        assert_eq!(read(&run), BigInt::from(want));
+    }
+    run.set_u64(rst_n, 0).unwrap();
+    run.eval().unwrap();
+    assert_eq!(read(&run), BigInt::from(4), "reset is synchronous");
+    run.clock().unwrap();
+    assert_eq!(read(&run), BigInt::from(-3));
+    assert_eq!(run.peek("r").unwrap().count_ones(), 69);
+}
+
+#[test]
+fn memories_read_first_hold_and_ignore_what_is_past_them() {
+    let mut b = ModuleBuilder::new("store");
+    let (we, re) = (b.input("we", Ty::bit(), ""), b.input("re", Ty::bit(), ""));
+    let (addr, data) = (b.input("addr", Ty::u(3), ""), b.input("data", Ty::u(100), ""));
+    let mem = b.memory("rows", 6, 100, "");
+    b.mem_write(mem, we, addr, data);
+    let q = b.mem_read(mem, re, addr, "q_reg");
+    b.output("q", q, "");
+    let now = b.mem_read_async(mem, addr);
+    b.output("now", now, "");
+    let module = b.finish().unwrap();
+    let start = |seed| {
+        let mut run = Interpreter::new(&module, seed);
+        let names = ["we", "re", "addr", "data", "q", "now"];
+        let ports = names.map(|n| run.port(n).unwrap());
+        run.set_u64(ports[0], 0).unwrap();
+        (run, ports)
+    };
+    let (mut run, [we, re, addr, data, q, now]) = start(1);
+    run.eval().unwrap();
+    let (mut other, _) = start(2);
+    other.eval().unwrap();
+    assert_ne!(run.words(now).unwrap(), other.words(now).unwrap());
+    assert_ne!(run.words(q).unwrap(), other.words(q).unwrap());
+
+    run.set_u64(we, 1).unwrap();
+    run.set_u64(re, 1).unwrap();
+    let before = run.words(now).unwrap();
+    run.set_words(data, &[1, 2, 3, 0xf]).unwrap();
+    run.clock().unwrap();
+    assert_eq!(run.words(q).unwrap(), before, "what was there before the write");
+    assert_eq!(run.words(now).unwrap(), [1, 2, 3, 0xf]);
+    run.set_u64(re, 0).unwrap();
+    run.clock().unwrap();
+    assert_eq!(run.words(q).unwrap(), before, "holds");
+    for past in 6..8 {
+        run.set_u64(addr, past).unwrap();
+        run.set_words(data, &[9; 4]).unwrap();
+        run.clock().unwrap();
+        assert_eq!(run.words(now).unwrap(), [0; 4]);
+    }
+    run.set_u64(addr, 0).unwrap();
+    run.eval().unwrap();
+    assert_eq!(run.words(now).unwrap(), [1, 2, 3, 0xf]);
+}
+
+#[test]
+fn a_memory_of_any_size_costs_what_is_written() {
+    let mut b = ModuleBuilder::new("huge");
+    let (we, addr) = (b.input("we", Ty::bit(), ""), b.input("addr", Ty::u(32), ""));
+    let data = b.input("data", Ty::u(65_536), "");
+    let mem = b.memory("rows", u32::MAX, 65_536, "");
+    b.mem_write(mem, we, addr, data);
+    let now = b.mem_read_async(mem, addr);
+    b.output("now", now, "");
+    let mut run = Interpreter::new(&b.finish().unwrap(), 1);
+    let [we, addr, data, now] = ["we", "addr", "data", "now"].map(|n| run.port(n).unwrap());
+    run.set_u64(we, 1).unwrap();
+    for row in [0, 77, u64::from(u32::MAX) - 1] {
+        run.set_u64(addr, row).unwrap();
+        run.set_words(data, &[row as u32; 2048]).unwrap();
+        run.clock().unwrap();
+        assert_eq!(run.words(now).unwrap(), vec![row as u32; 2048]);
+    }
+    run.set_u64(addr, 78).unwrap();
+    run.eval().unwrap();
+    let first = run.words(now).unwrap();
+    run.eval().unwrap();
+    assert_eq!(run.words(now).unwrap(), first, "contents never written stay what they are");
+    assert_ne!(first, vec![0; 2048]);
+}
+
+#[test]
+fn instances_are_in_the_middle_of_their_parents() {
+    let mut b = ModuleBuilder::new("step");
+    let x = b.input("x", Ty::u(8), "");
+    let r = b.reg("kept", Ty::u(8), 0);
+    b.set_next(r, x);
+    let sum = b.add(x, r);
+    b.output("sum", sum, "");
+    let inner = b.finish().unwrap();
+    let mut b = ModuleBuilder::new("two");
+    let x = b.input("x", Ty::u(8), "");
+    let not = b.not(x);
+    let first = b.instance("first", &inner, &[("x", not)]);
+    let s = b.out(first, "sum");
+    let second = b.instance("second", &inner, &[("x", s)]);
+    let t = b.out(second, "sum");
+    let t = b.not(t);
+    b.output("y", t, "");
+    let mut run = Interpreter::new(&b.finish().unwrap(), 1);
+    let [rst_n, x, y] = ["rst_n", "x", "y"].map(|n| run.port(n).unwrap());
+    run.clock().unwrap();
+    run.set_u64(rst_n, 1).unwrap();
+    let (mut r1, mut r2) = (0u8, 0u8);
+    for value in [3u8, 200, 17, 0, 255] {
+        run.set_u64(x, u64::from(value)).unwrap();
+        run.eval().unwrap();
+        let s = (!value).wrapping_add(r1);
+        assert_eq!(run.get_u64(y).unwrap(), u64::from(!s.wrapping_add(r2)));
+        assert_eq!(run.peek("second.kept"), Some(BigUint::from(r2)));
+        assert_eq!(run.peek("second.x"), Some(BigUint::from(s)));
+        assert_eq!(run.peek("third.x"), None);
+        run.clock().unwrap();
+        (r1, r2) = (!value, s);
+    }
+}
+
+#[test]
+fn wrong_uses_are_refused() {
+    let mut b = ModuleBuilder::new("wide");
+    let x = b.input("x", Ty::u(65), "");
+    b.output("y", x, "");
+    let module = b.finish().unwrap();
+    let mut run = Interpreter::new(&module, 1);
+    let error = run.port("z").unwrap_err().to_string();
+    assert_eq!(error, "module wide has no port `z`; its ports are x, y");
+    assert!(run.port("rst_n").is_err(), "nothing to reset");
+    let [x, y] = ["x", "y"].map(|n| run.port(n).unwrap());
+    assert!(matches!(run.set_u64(x, 0), Err(InterpretError::WrongWidth { bits: 65, words: 3, .. })));
+    assert!(matches!(run.get_u64(y), Err(InterpretError::WrongWidth { .. })));
+    assert!(matches!(run.set_words(x, &[0; 2]), Err(InterpretError::WrongWidth { .. })));
+    assert_eq!(run.set_words(y, &[0; 3]), Err(InterpretError::NotAnInput("y".to_owned())));
+    let mut b = ModuleBuilder::new("other");
+    let a = b.input("a", Ty::u(65), "");
+    b.output("b", a, "");
+    let other = Interpreter::new(&b.finish().unwrap(), 1);
+    assert_eq!(other.words(x), Err(InterpretError::ForeignPort));
+    run.set_words(x, &[u32::MAX; 3]).unwrap();
+    assert_eq!(run.words(y).unwrap(), [u32::MAX, u32::MAX, 1], "bits above the width are dropped");
+}
