@@ -19,8 +19,16 @@ pub(super) struct Layout {
 /// What a register takes over at an edge.
 #[derive(Debug, Clone)]
 pub(super) enum Next {
-    Value { reset: Vec<u64>, from: Slot, enable: Option<Slot> },
-    Row { memory: usize, enable: Slot, address: Slot },
+    Value {
+        reset: Vec<u64>,
+        from: Slot,
+        enable: Option<Slot>,
+    },
+    Row {
+        memory: usize,
+        enable: Slot,
+        address: Slot,
+    },
 }
 
 /// A value that is kept from one cycle to the next.
@@ -72,7 +80,10 @@ impl Flat {
 
     /// Room for a value past all others, which is 0.
     pub(super) fn allocate(&mut self, ty: Ty) -> Slot {
-        let slot = Slot { at: self.values.len(), ty };
+        let slot = Slot {
+            at: self.values.len(),
+            ty,
+        };
         self.values.resize(slot.at + slot.words(), 0);
         slot
     }
@@ -95,7 +106,8 @@ impl Flat {
         let first_memory = self.memories.len();
         for memory in &module.memories {
             let seed = scramble(self.seed, (self.memories.len() as u64) << 40);
-            self.memories.push(Rows::new(memory.depth, memory.width, seed));
+            self.memories
+                .push(Rows::new(memory.depth, memory.width, seed));
         }
         for (id, node) in module.nodes.iter().enumerate() {
             self.instances_before(module, id, &mut layout);
@@ -104,7 +116,9 @@ impl Flat {
                 Op::Input => {
                     let port = inputs.iter().find(|(p, _)| module.ports[*p].node == id);
                     let given = port.map(|(_, s)| *s);
-                    layout.slots.push(given.unwrap_or_else(|| self.allocate(node.ty)));
+                    layout
+                        .slots
+                        .push(given.unwrap_or_else(|| self.allocate(node.ty)));
                     continue;
                 }
                 Op::Lit(value) => {
@@ -123,7 +137,10 @@ impl Flat {
                     continue;
                 }
                 Op::Cast(a) => {
-                    let s = Slot { at: slot(a).at, ty: node.ty };
+                    let s = Slot {
+                        at: slot(a).at,
+                        ty: node.ty,
+                    };
                     layout.slots.push(s);
                     continue;
                 }
@@ -151,8 +168,16 @@ impl Flat {
     }
 
     fn instances_before(&mut self, module: &Module, id: usize, layout: &mut Layout) {
-        while let Some(inst) = module.instances.get(layout.instances.len()).filter(|i| i.at <= id) {
-            let inputs: Vec<_> = inst.inputs.iter().map(|(port, n)| (*port, layout.slots[*n])).collect();
+        while let Some(inst) = module
+            .instances
+            .get(layout.instances.len())
+            .filter(|i| i.at <= id)
+        {
+            let inputs: Vec<_> = inst
+                .inputs
+                .iter()
+                .map(|(port, n)| (*port, layout.slots[*n]))
+                .collect();
             layout.instances.push(self.add(&inst.module, &inputs));
         }
     }
@@ -162,7 +187,11 @@ impl Flat {
         let slot = |n: &usize| layout.slots[*n];
         for (id, node) in module.nodes.iter().enumerate() {
             let next = match &node.op {
-                Op::Reg { reset, next, enable } => Next::Value {
+                Op::Reg {
+                    reset,
+                    next,
+                    enable,
+                } => Next::Value {
                     reset: code(reset, node.ty.width),
                     // A register that nothing drives, which the checks refuse, holds.
                     from: next.as_ref().map_or(slot(&id), slot),
@@ -175,15 +204,19 @@ impl Flat {
                 },
                 _ => continue,
             };
-            self.states.push(State { slot: slot(&id), next });
+            self.states.push(State {
+                slot: slot(&id),
+                next,
+            });
         }
         for (i, memory) in module.memories.iter().enumerate() {
-            self.writes.extend(memory.writes.iter().map(|(en, addr, data)| Write {
-                memory: first_memory + i,
-                enable: slot(en),
-                address: slot(addr),
-                data: slot(data),
-            }));
+            self.writes
+                .extend(memory.writes.iter().map(|(en, addr, data)| Write {
+                    memory: first_memory + i,
+                    enable: slot(en),
+                    address: slot(addr),
+                    data: slot(data),
+                }));
         }
     }
 }

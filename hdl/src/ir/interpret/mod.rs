@@ -12,8 +12,8 @@ use std::sync::Arc;
 
 use num_bigint::BigUint;
 
-use super::node::Ty;
 use super::Module;
+use super::node::Ty;
 use flatten::{Flat, Layout, Next};
 use step::Slot;
 
@@ -113,7 +113,12 @@ impl Interpreter {
         let index = found.ok_or_else(|| InterpretError::NoSuchPort {
             module: self.module.name.clone(),
             name: name.to_owned(),
-            ports: self.pins.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", "),
+            ports: self
+                .pins
+                .iter()
+                .map(|p| p.name.as_str())
+                .collect::<Vec<_>>()
+                .join(", "),
         })?;
         Ok(PortHandle {
             module: self.identity(),
@@ -127,18 +132,28 @@ impl Interpreter {
     }
 
     fn pin(&self, port: PortHandle) -> Result<&Pin, InterpretError> {
-        let pin = self.pins.get(port.index).filter(|_| port.module == self.identity());
+        let pin = self
+            .pins
+            .get(port.index)
+            .filter(|_| port.module == self.identity());
         pin.ok_or(InterpretError::ForeignPort)
     }
 
     fn input(&self, port: PortHandle) -> Result<Slot, InterpretError> {
         let pin = self.pin(port)?;
-        if pin.output { Err(InterpretError::NotAnInput(pin.name.clone())) } else { Ok(pin.slot) }
+        if pin.output {
+            Err(InterpretError::NotAnInput(pin.name.clone()))
+        } else {
+            Ok(pin.slot)
+        }
     }
 
     fn wrong(&self, port: PortHandle, got: String) -> InterpretError {
         InterpretError::WrongWidth {
-            name: self.pins.get(port.index).map_or_else(String::new, |p| p.name.clone()),
+            name: self
+                .pins
+                .get(port.index)
+                .map_or_else(String::new, |p| p.name.clone()),
             bits: port.width,
             words: port.words(),
             got,
@@ -185,7 +200,10 @@ impl Interpreter {
         }
         let out = &mut self.flat.values[slot.at..slot.at + slot.words()];
         for (o, pair) in out.iter_mut().zip(value.chunks(2)) {
-            *o = pair.iter().rev().fold(0, |all, w| all << 32 | u64::from(*w));
+            *o = pair
+                .iter()
+                .rev()
+                .fold(0, |all, w| all << 32 | u64::from(*w));
         }
         words::trim(out, port.width);
         Ok(())
@@ -197,7 +215,10 @@ impl Interpreter {
     /// [`InterpretError::ForeignPort`].
     pub fn words(&self, port: PortHandle) -> Result<Vec<u32>, InterpretError> {
         let slot = self.pin(port)?.slot;
-        let halves = slot.of(&self.flat.values).iter().flat_map(|w| [*w as u32, (w >> 32) as u32]);
+        let halves = slot
+            .of(&self.flat.values)
+            .iter()
+            .flat_map(|w| [*w as u32, (w >> 32) as u32]);
         Ok(halves.take(port.words()).collect())
     }
 
@@ -212,10 +233,16 @@ impl Interpreter {
             let i = module.instances.iter().position(|i| i.name == part)?;
             (module, layout) = (&*module.instances[i].module, &layout.instances[i]);
         }
-        let named = module.nodes.iter().position(|n| n.name.as_deref() == Some(name));
+        let named = module
+            .nodes
+            .iter()
+            .position(|n| n.name.as_deref() == Some(name));
         let port = || module.ports.iter().find(|p| p.name == name).map(|p| p.node);
         let slot = layout.slots[named.or_else(port)?];
-        let digits = slot.of(&self.flat.values).iter().flat_map(|w| [*w as u32, (w >> 32) as u32]);
+        let digits = slot
+            .of(&self.flat.values)
+            .iter()
+            .flat_map(|w| [*w as u32, (w >> 32) as u32]);
         Some(BigUint::new(digits.collect()))
     }
 
@@ -230,7 +257,12 @@ impl Interpreter {
     /// # Errors
     /// [`InterpretError::OutOfRange`], if ranges are checked.
     pub fn eval(&mut self) -> Result<(), InterpretError> {
-        let Flat { values, steps, memories, .. } = &mut self.flat;
+        let Flat {
+            values,
+            steps,
+            memories,
+            ..
+        } = &mut self.flat;
         for step in steps {
             step.run(values, memories);
         }
@@ -257,8 +289,14 @@ impl Interpreter {
             at += out.len();
             match &state.next {
                 Next::Value { reset, .. } if in_reset => out.copy_from_slice(reset),
-                Next::Value { from, enable, .. } if enable.is_none_or(|e| values[e.at] == 1) => out.copy_from_slice(from.of(values)),
-                Next::Row { memory, enable, address } if values[enable.at] == 1 => {
+                Next::Value { from, enable, .. } if enable.is_none_or(|e| values[e.at] == 1) => {
+                    out.copy_from_slice(from.of(values))
+                }
+                Next::Row {
+                    memory,
+                    enable,
+                    address,
+                } if values[enable.at] == 1 => {
                     memories[*memory].read(words::amount(address.of(values), u32::MAX), out);
                 }
                 _ => out.copy_from_slice(state.slot.of(values)),

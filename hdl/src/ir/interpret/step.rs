@@ -60,8 +60,14 @@ impl Step {
     pub(super) fn new(code: Code, out: Slot) -> Self {
         let narrow = out.is_narrow()
             && match &code {
-                Code::Unary(_, a) | Code::Extract(a, _) | Code::Round(a, ..) | Code::Repeat(a, _) | Code::Saturate(a) => a.is_narrow(),
-                Code::Binary(_, a, b) | Code::Shl(a, b) | Code::Shr(a, b) => a.is_narrow() && b.is_narrow(),
+                Code::Unary(_, a)
+                | Code::Extract(a, _)
+                | Code::Round(a, ..)
+                | Code::Repeat(a, _)
+                | Code::Saturate(a) => a.is_narrow(),
+                Code::Binary(_, a, b) | Code::Shl(a, b) | Code::Shr(a, b) => {
+                    a.is_narrow() && b.is_narrow()
+                }
                 Code::Mux(..) | Code::Cat(_) => true,
                 Code::Select(index, _) => index.is_narrow(),
                 Code::Read(..) => false,
@@ -81,7 +87,13 @@ impl Step {
     /// The result where everything fits in a word, before it is cut to width.
     fn word(&self, v: &[u64]) -> u64 {
         let raw = |s: &Slot| v[s.at];
-        let value = |s: &Slot| if s.ty.signed { sign_extended(v[s.at], s.ty.width) } else { v[s.at] };
+        let value = |s: &Slot| {
+            if s.ty.signed {
+                sign_extended(v[s.at], s.ty.width)
+            } else {
+                v[s.at]
+            }
+        };
         match &self.code {
             Code::Unary(op, a) => match op {
                 Unary::Not => !raw(a),
@@ -107,29 +119,64 @@ impl Step {
                     Binary::Le => u64::from(x <= y),
                 }
             }
-            Code::Shl(a, n) => if raw(n) < 64 { raw(a) << raw(n) } else { 0 },
+            Code::Shl(a, n) => {
+                if raw(n) < 64 {
+                    raw(a) << raw(n)
+                } else {
+                    0
+                }
+            }
             Code::Shr(a, n) => shifted(value(a), a.ty.signed, raw(n)),
             Code::Extract(a, low) => shifted(value(a), a.ty.signed, u64::from(*low)),
-            Code::Cat(parts) => parts.iter().fold(0, |all, p| if p.ty.width < 64 { all << p.ty.width | raw(p) } else { raw(p) }),
-            Code::Repeat(a, n) => (0..*n).fold(0, |all, _| if a.ty.width < 64 { all << a.ty.width | raw(a) } else { raw(a) }),
+            Code::Cat(parts) => parts.iter().fold(0, |all, p| {
+                if p.ty.width < 64 {
+                    all << p.ty.width | raw(p)
+                } else {
+                    raw(p)
+                }
+            }),
+            Code::Repeat(a, n) => (0..*n).fold(0, |all, _| {
+                if a.ty.width < 64 {
+                    all << a.ty.width | raw(a)
+                } else {
+                    raw(a)
+                }
+            }),
             Code::Round(a, bits, rounding) => {
                 let floor = shifted(value(a), a.ty.signed, u64::from(*bits));
                 let guard = raw(a) >> (bits - 1) & 1 == 1;
                 let sticky = raw(a) & words::mask(bits - 1) != 0;
-                floor.wrapping_add(u64::from(rounds_up(*rounding, guard, sticky, floor & 1 == 1)))
+                floor.wrapping_add(u64::from(rounds_up(
+                    *rounding,
+                    guard,
+                    sticky,
+                    floor & 1 == 1,
+                )))
             }
             Code::Saturate(a) => {
                 let to = self.out.ty;
                 let max = words::mask(to.width - u32::from(to.signed));
                 if a.ty.signed && (value(a) as i64) < 0 {
                     let min = if to.signed { !max } else { 0 };
-                    if (value(a) as i64) < min as i64 { min } else { value(a) }
+                    if (value(a) as i64) < min as i64 {
+                        min
+                    } else {
+                        value(a)
+                    }
                 } else {
                     raw(a).min(max)
                 }
             }
-            Code::Mux(c, t, e) => if raw(c) == 1 { raw(t) } else { raw(e) },
-            Code::Select(index, options) => raw(&options[raw(index).min(options.len() as u64 - 1) as usize]),
+            Code::Mux(c, t, e) => {
+                if raw(c) == 1 {
+                    raw(t)
+                } else {
+                    raw(e)
+                }
+            }
+            Code::Select(index, options) => {
+                raw(&options[raw(index).min(options.len() as u64 - 1) as usize])
+            }
             Code::Read(..) => 0,
         }
     }
@@ -147,7 +194,9 @@ impl Step {
                 let by = words::amount(n.of(v), width);
                 words::extract(out, width, a.of(v), a.ty.width, a.ty.signed, by);
             }
-            Code::Extract(a, low) => words::extract(out, width, a.of(v), a.ty.width, a.ty.signed, *low),
+            Code::Extract(a, low) => {
+                words::extract(out, width, a.of(v), a.ty.width, a.ty.signed, *low)
+            }
             Code::Cat(parts) => {
                 out.fill(0);
                 let mut at = 0;
@@ -166,7 +215,8 @@ impl Step {
                 let from = a.of(v);
                 words::extract(out, width, from, a.ty.width, a.ty.signed, *bits);
                 let below = bits - 1;
-                let sticky = (0..below.div_ceil(64)).any(|i| from[i as usize] & words::mask((below - i * 64).min(64)) != 0);
+                let sticky = (0..below.div_ceil(64))
+                    .any(|i| from[i as usize] & words::mask((below - i * 64).min(64)) != 0);
                 if rounds_up(*rounding, words::bit(from, below), sticky, out[0] & 1 == 1) {
                     words::increment(out);
                 }
@@ -219,7 +269,11 @@ fn unary(op: Unary, a: &[u64], width: u32, out: &mut [u64]) {
 
 fn binary(op: Binary, (sa, a): (&Slot, &[u64]), (sb, b): (&Slot, &[u64]), out: &mut [u64]) {
     let order = || words::compare(a, b, sa.ty.width, sa.ty.signed);
-    let mut bitwise = |f: fn(u64, u64) -> u64| out.iter_mut().zip(a.iter().zip(b)).for_each(|(o, (x, y))| *o = f(*x, *y));
+    let mut bitwise = |f: fn(u64, u64) -> u64| {
+        out.iter_mut()
+            .zip(a.iter().zip(b))
+            .for_each(|(o, (x, y))| *o = f(*x, *y))
+    };
     match op {
         Binary::And => bitwise(|x, y| x & y),
         Binary::Or => bitwise(|x, y| x | y),

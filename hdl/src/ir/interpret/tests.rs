@@ -1,7 +1,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use num_bigint::{BigInt, BigUint, Sign};
-use num_traits::Signed;
 use potamoi_formats::fixed::Rounding;
 use proptest::prelude::*;
 
@@ -10,7 +9,11 @@ use crate::ir::{ModuleBuilder, Signal, Ty};
 
 fn value(words: &[u32], ty: Ty) -> BigInt {
     let code = BigInt::from(BigUint::new(words.to_vec()));
-    if ty.signed && code.bit(u64::from(ty.width - 1)) { code - (BigInt::from(1) << ty.width) } else { code }
+    if ty.signed && code.bit(u64::from(ty.width - 1)) {
+        code - (BigInt::from(1) << ty.width)
+    } else {
+        code
+    }
 }
 
 fn words_of(value: &BigInt, width: u32) -> Vec<u32> {
@@ -24,8 +27,12 @@ fn words_of(value: &BigInt, width: u32) -> Vec<u32> {
 /// One unit of every operator over two operands of one type.
 fn every_operator(ty: Ty, amount: Ty, narrow: u32) -> std::sync::Arc<crate::ir::Module> {
     let mut b = ModuleBuilder::new("ops");
-    let (x, y, n) = (b.input("x", ty, ""), b.input("y", ty, ""), b.input("n", amount, ""));
-    let mut out = |b: &mut ModuleBuilder, name: &str, s: Signal| b.output(name, s, "");
+    let (x, y, n) = (
+        b.input("x", ty, ""),
+        b.input("y", ty, ""),
+        b.input("n", amount, ""),
+    );
+    let out = |b: &mut ModuleBuilder, name: &str, s: Signal| b.output(name, s, "");
     type Two = fn(&mut ModuleBuilder, Signal, Signal) -> Signal;
     let two: [(&str, Two); 10] = [
         ("and_", ModuleBuilder::and),
@@ -64,7 +71,7 @@ fn every_operator(ty: Ty, amount: Ty, narrow: u32) -> std::sync::Arc<crate::ir::
     let s = b.cat(&[x, n, y]);
     out(&mut b, "cat", s);
     let s = b.repeat(x, 3);
-    out(&mut b, "repeat", s);
+    out(&mut b, "repeated", s);
     if ty.width > narrow {
         let s = b.slice(x, ty.width - narrow, narrow);
         out(&mut b, "slice", s);
@@ -81,10 +88,22 @@ fn every_operator(ty: Ty, amount: Ty, narrow: u32) -> std::sync::Arc<crate::ir::
     b.finish().unwrap()
 }
 
-const ROUNDINGS: [(&str, Rounding); 3] = [("floor", Rounding::Floor), ("half_up", Rounding::HalfUp), ("half_even", Rounding::HalfEven)];
+const ROUNDINGS: [(&str, Rounding); 3] = [
+    ("floor", Rounding::Floor),
+    ("half_up", Rounding::HalfUp),
+    ("half_even", Rounding::HalfEven),
+];
 
 /// What each output should be, by integer arithmetic.
-fn expected(name: &str, x: &BigInt, y: &BigInt, n: &BigInt, ty: Ty, amount: Ty, narrow: u32) -> Option<BigInt> {
+fn expected(
+    name: &str,
+    x: &BigInt,
+    y: &BigInt,
+    n: &BigInt,
+    ty: Ty,
+    amount: Ty,
+    narrow: u32,
+) -> Option<BigInt> {
     let unsigned = |v: &BigInt, w: u32| BigInt::from(BigUint::new(words_of(v, w)));
     let ux = unsigned(x, ty.width);
     let by = u32::try_from(n).unwrap_or(u32::MAX).min(ty.width);
@@ -99,7 +118,13 @@ fn expected(name: &str, x: &BigInt, y: &BigInt, n: &BigInt, ty: Ty, amount: Ty, 
         };
         floor + u8::from(up)
     };
-    let saturated = |to: Ty| if to == ty { !x } else { x.clone().clamp(to.min(), to.max()) };
+    let saturated = |to: Ty| {
+        if to == ty {
+            !x
+        } else {
+            x.clone().clamp(to.min(), to.max())
+        }
+    };
     Some(match name {
         "and_" => x & y,
         "or_" => x | y,
@@ -120,7 +145,7 @@ fn expected(name: &str, x: &BigInt, y: &BigInt, n: &BigInt, ty: Ty, amount: Ty, 
         "shr" => x >> by,
         "extend" => x.clone(),
         "cat" => ((ux << amount.width) + n << ty.width) + unsigned(y, ty.width),
-        "repeat" => (&ux << (2 * ty.width)) + (&ux << ty.width) + &ux,
+        "repeated" => (&ux << (2 * ty.width)) + (&ux << ty.width) + &ux,
         "slice" => ux >> (ty.width - narrow),
         "floor" => rounded(Rounding::Floor),
         "half_up" => rounded(Rounding::HalfUp),
@@ -137,7 +162,16 @@ fn width() -> impl Strategy<Value = u32> {
 
 /// Values with long runs of equal bits, which is where carries and signs go wrong.
 fn bits() -> impl Strategy<Value = Vec<u32>> {
-    proptest::collection::vec(prop_oneof![Just(0u32), Just(u32::MAX), any::<u32>(), Just(0x8000_0000), Just(1)], 10)
+    proptest::collection::vec(
+        prop_oneof![
+            Just(0u32),
+            Just(u32::MAX),
+            any::<u32>(),
+            Just(0x8000_0000),
+            Just(1)
+        ],
+        10,
+    )
 }
 
 proptest! {
@@ -179,7 +213,11 @@ fn a_register_resets_holds_and_takes_over() {
     b.output("q", r, "");
     let module = b.finish().unwrap();
     let mut run = Interpreter::new(&module, 7);
-    let (rst_n, en, q) = (run.port("rst_n").unwrap(), run.port("en").unwrap(), run.port("q").unwrap());
+    let (rst_n, en, q) = (
+        run.port("rst_n").unwrap(),
+        run.port("en").unwrap(),
+        run.port("q").unwrap(),
+    );
     let read = |run: &Interpreter| value(&run.words(q).unwrap(), Ty::s(70));
     let other = Interpreter::new(&module, 8);
     assert_ne!(read(&run), read(&other), "registers start as the seed says");
@@ -205,7 +243,10 @@ fn a_register_resets_holds_and_takes_over() {
 fn memories_read_first_hold_and_ignore_what_is_past_them() {
     let mut b = ModuleBuilder::new("store");
     let (we, re) = (b.input("we", Ty::bit(), ""), b.input("re", Ty::bit(), ""));
-    let (addr, data) = (b.input("addr", Ty::u(3), ""), b.input("data", Ty::u(100), ""));
+    let (addr, data) = (
+        b.input("addr", Ty::u(3), ""),
+        b.input("data", Ty::u(100), ""),
+    );
     let mem = b.memory("rows", 6, 100, "");
     b.mem_write(mem, we, addr, data);
     let q = b.mem_read(mem, re, addr, "q_reg");
@@ -232,7 +273,11 @@ fn memories_read_first_hold_and_ignore_what_is_past_them() {
     let before = run.words(now).unwrap();
     run.set_words(data, &[1, 2, 3, 0xf]).unwrap();
     run.clock().unwrap();
-    assert_eq!(run.words(q).unwrap(), before, "what was there before the write");
+    assert_eq!(
+        run.words(q).unwrap(),
+        before,
+        "what was there before the write"
+    );
     assert_eq!(run.words(now).unwrap(), [1, 2, 3, 0xf]);
     run.set_u64(re, 0).unwrap();
     run.clock().unwrap();
@@ -270,7 +315,11 @@ fn a_memory_of_any_size_costs_what_is_written() {
     run.eval().unwrap();
     let first = run.words(now).unwrap();
     run.eval().unwrap();
-    assert_eq!(run.words(now).unwrap(), first, "contents never written stay what they are");
+    assert_eq!(
+        run.words(now).unwrap(),
+        first,
+        "contents never written stay what they are"
+    );
     assert_ne!(first, vec![0; 2048]);
 }
 
@@ -321,15 +370,35 @@ fn wrong_uses_are_refused() {
     assert_eq!(error, "module wide has no port `z`; its ports are x, y");
     assert!(run.port("rst_n").is_err(), "nothing to reset");
     let [x, y] = ["x", "y"].map(|n| run.port(n).unwrap());
-    assert!(matches!(run.set_u64(x, 0), Err(InterpretError::WrongWidth { bits: 65, words: 3, .. })));
-    assert!(matches!(run.get_u64(y), Err(InterpretError::WrongWidth { .. })));
-    assert!(matches!(run.set_words(x, &[0; 2]), Err(InterpretError::WrongWidth { .. })));
-    assert_eq!(run.set_words(y, &[0; 3]), Err(InterpretError::NotAnInput("y".to_owned())));
+    assert!(matches!(
+        run.set_u64(x, 0),
+        Err(InterpretError::WrongWidth {
+            bits: 65,
+            words: 3,
+            ..
+        })
+    ));
+    assert!(matches!(
+        run.get_u64(y),
+        Err(InterpretError::WrongWidth { .. })
+    ));
+    assert!(matches!(
+        run.set_words(x, &[0; 2]),
+        Err(InterpretError::WrongWidth { .. })
+    ));
+    assert_eq!(
+        run.set_words(y, &[0; 3]),
+        Err(InterpretError::NotAnInput("y".to_owned()))
+    );
     let mut b = ModuleBuilder::new("other");
     let a = b.input("a", Ty::u(65), "");
     b.output("b", a, "");
     let other = Interpreter::new(&b.finish().unwrap(), 1);
     assert_eq!(other.words(x), Err(InterpretError::ForeignPort));
     run.set_words(x, &[u32::MAX; 3]).unwrap();
-    assert_eq!(run.words(y).unwrap(), [u32::MAX, u32::MAX, 1], "bits above the width are dropped");
+    assert_eq!(
+        run.words(y).unwrap(),
+        [u32::MAX, u32::MAX, 1],
+        "bits above the width are dropped"
+    );
 }

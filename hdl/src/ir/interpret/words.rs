@@ -7,7 +7,11 @@ pub(super) const fn count(width: u32) -> usize {
 
 /// Ones in the low `width` bits, 64 at most.
 pub(super) const fn mask(width: u32) -> u64 {
-    if width >= 64 { u64::MAX } else { (1 << width) - 1 }
+    if width >= 64 {
+        u64::MAX
+    } else {
+        (1 << width) - 1
+    }
 }
 
 /// Clears what lies above `width`.
@@ -47,12 +51,27 @@ fn bits_at(a: &[u64], width: u32, fill: u64, at: u32) -> u64 {
         }
     };
     let (i, shift) = (at / 64, at % 64);
-    if shift == 0 { word(i) } else { word(i) >> shift | word(i + 1) << (64 - shift) }
+    if shift == 0 {
+        word(i)
+    } else {
+        word(i) >> shift | word(i + 1) << (64 - shift)
+    }
 }
 
 /// `out = a >> low`, of `out_width` bits, with the sign or zeros above `a`.
-pub(super) fn extract(out: &mut [u64], out_width: u32, a: &[u64], width: u32, signed: bool, low: u32) {
-    let fill = if negative(a, width, signed) { u64::MAX } else { 0 };
+pub(super) fn extract(
+    out: &mut [u64],
+    out_width: u32,
+    a: &[u64],
+    width: u32,
+    signed: bool,
+    low: u32,
+) {
+    let fill = if negative(a, width, signed) {
+        u64::MAX
+    } else {
+        0
+    };
     for (i, o) in out.iter_mut().enumerate() {
         *o = bits_at(a, width, fill, low + 64 * i as u32);
     }
@@ -166,5 +185,9 @@ pub(super) fn compare(a: &[u64], b: &[u64], width: u32, signed: bool) -> std::cm
 
 /// A shift amount, at most `limit`.
 pub(super) fn amount(a: &[u64], limit: u32) -> u32 {
-    if a[1..].iter().any(|w| *w != 0) { limit } else { a[0].min(u64::from(limit)) as u32 }
+    if a[1..].iter().any(|w| *w != 0) {
+        limit
+    } else {
+        a[0].min(u64::from(limit)) as u32
+    }
 }
