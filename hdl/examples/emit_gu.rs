@@ -14,13 +14,18 @@ fn main() {
             return;
         }
     };
-    match gu::gathering_unit(&config) {
-        Ok(m) => {
-            std::fs::create_dir_all(&dir).unwrap();
-            for (name, text) in ir::verilog(&m, &ir::Header::default()) {
-                std::fs::write(format!("{dir}/{name}"), text).unwrap();
+    for unit in [
+        gu::gathering_unit(&config),
+        potamoi_hdl::vu::vector_unit(&config),
+    ] {
+        match unit {
+            Ok(m) => {
+                std::fs::create_dir_all(&dir).unwrap();
+                for (name, text) in ir::verilog(&m, &ir::Header::default()) {
+                    std::fs::write(format!("{dir}/{name}"), text).unwrap();
+                }
             }
+            Err(e) => eprintln!("{e}"),
         }
-        Err(e) => eprintln!("{e}"),
     }
 }

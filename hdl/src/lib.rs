@@ -3,3 +3,4 @@
 pub mod gu;
 pub mod ir;
 pub mod parts;
+pub mod vu;

@@ -49,8 +49,9 @@ pub(super) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     };
     let take = m.input("p_take", bit, "the vertex in P is issued");
 
-    m.section("Each half: what the writer tells the reader. A group of M entries can be read");
-    m.section("once it lies before (end_row, end_group).");
+    m.section(
+        "Each half, as the writer leaves it: what lies before (end_row, end_group) can be read",
+    );
     let halves = Halves::declare(m, &shape);
 
     m.section("Reader: the next vertex to read");

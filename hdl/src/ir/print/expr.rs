@@ -476,13 +476,20 @@ impl<'a> Exprs<'a> {
         let sign = self.part(a, w - 1, 1);
         let max = literal(&to.max(), to);
         let min = literal(&to.min(), to);
+        // A reduction of one bit is that bit.
+        let reduce = |operator: &str, low: u32, width: u32| {
+            let part = self.part(a, low, width);
+            if width == 1 {
+                part
+            } else {
+                format!("({operator}{part})")
+            }
+        };
         let text = match (from.signed, to.signed) {
             (true, true) => {
-                let high = self.part(a, t - 1, w - t);
-                format!(
-                    "(!{sign} & (|{high})) ? {max} : ({sign} & !(&{high})) ? {min} : {}",
-                    self.part(a, 0, t)
-                )
+                let (any, all) = (reduce("|", t - 1, w - t), reduce("&", t - 1, w - t));
+                let low = self.part(a, 0, t);
+                format!("(~{sign} & {any}) ? {max} : (({sign} & ~{all}) ? {min} : {low})")
             }
             (true, false) if t >= w - 1 => {
                 let low = if w > 1 {
@@ -492,30 +499,25 @@ impl<'a> Exprs<'a> {
                 };
                 let wide = if t > w - 1 && w > 1 {
                     format!("{{{}'d0, {low}}}", t - (w - 1))
+                } else if w == 1 {
+                    format!("{t}'d0")
                 } else {
                     low
                 };
                 format!("{sign} ? {min} : {wide}")
             }
             (true, false) => {
-                let high = self.part(a, t, w - 1 - t);
-                format!(
-                    "{sign} ? {min} : (|{high}) ? {max} : {}",
-                    self.part(a, 0, t)
-                )
+                let any = reduce("|", t, w - 1 - t);
+                format!("{sign} ? {min} : ({any} ? {max} : {})", self.part(a, 0, t))
             }
-            (false, false) => format!(
-                "(|{}) ? {max} : {}",
-                self.part(a, t, w - t),
-                self.part(a, 0, t)
-            ),
+            (false, false) => format!("{} ? {max} : {}", reduce("|", t, w - t), self.part(a, 0, t)),
             (false, true) => {
                 let low = if t > 1 {
                     format!("{{1'b0, {}}}", self.part(a, 0, t - 1))
                 } else {
                     "1'b0".to_owned()
                 };
-                format!("(|{}) ? {max} : {low}", self.part(a, t - 1, w - t + 1))
+                format!("{} ? {max} : {low}", reduce("|", t - 1, w - t + 1))
             }
         };
         Text {

@@ -1,0 +1,307 @@
+//! The exponential engine's datapath: start, steps, tail and output.
+
+use num_bigint::BigInt;
+use potamoi_formats::config::{Engine, ExpConfig, ExpForm, ExpOutput};
+use potamoi_formats::fixed::Rounding;
+
+use super::constants::ln_two_times;
+use crate::ir::{ModuleBuilder, Signal, Ty};
+use crate::parts::bits_for;
+
+/// Widths of the engine's registers.
+#[derive(Debug, Clone)]
+pub(super) struct Widths {
+    pub(super) exp: ExpConfig,
+    pub(super) engine: Engine,
+    pub(super) remain: Ty,
+    pub(super) accum: Ty,
+    pub(super) digits: Ty,
+    pub(super) shift: Ty,
+    /// `1 - exp(-s)` is built.
+    pub(super) one_minus: bool,
+}
+
+/// The state that a step takes and gives.
+#[derive(Clone, Copy)]
+pub(super) struct State {
+    pub(super) remain: Signal,
+    pub(super) accum: Signal,
+    pub(super) digits: Signal,
+}
+
+/// One place of the shift registers, as signals.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) constant: Signal,
+    pub(super) shift: Signal,
+    pub(super) digit: Signal,
+}
+
+impl Widths {
+    pub(super) fn of(exp: &ExpConfig, one_minus: bool) -> Self {
+        let engine = exp.engine();
+        // Integer bits of the start, 12 ln 2 = 8.3 or 24 ln 2 - 8 = 8.6 in the
+        // alpha configuration, x + Z ln 2 in the general one.
+        let (remain, integer) = match (exp.form, exp.output) {
+            (ExpForm::Literal, _) => (Ty::s(engine.constant_bits + 2), 3),
+            (_, ExpOutput::Alpha) => (Ty::u(engine.constant_bits + 4), 2),
+            (_, ExpOutput::General) => (Ty::u(engine.constant_bits + exp.input.int_bits() + 2), 2),
+        };
+        Self {
+            exp: exp.clone(),
+            engine,
+            remain,
+            accum: Ty::u(engine.accumulator_bits + integer),
+            digits: Ty::u(engine.digits.max(1)),
+            shift: Ty::u(5),
+            one_minus,
+        }
+    }
+
+    fn literal(&self) -> bool {
+        self.exp.form == ExpForm::Literal
+    }
+
+    /// `Z ln 2` as the sum of its rounded digits, centred.
+    fn bias(&self, z: u32) -> BigInt {
+        let bits = self.engine.constant_bits;
+        let digits = (0..32)
+            .filter(|j| z >> j & 1 == 1)
+            .map(|j| ln_two_times(j, bits));
+        let sum: BigInt = digits.sum();
+        if self.engine.centred {
+            sum + (BigInt::from(1) << (bits - self.exp.iterations - 1))
+        } else {
+            sum
+        }
+    }
+
+    /// The state before the first step, and whether the larger bias was taken.
+    pub(super) fn start(
+        &self,
+        m: &mut ModuleBuilder,
+        a: Signal,
+        one_minus: Signal,
+    ) -> (State, Signal) {
+        let bits = self.engine.constant_bits;
+        let zero = m.lit(0, Ty::bit());
+        let format = self.exp.input;
+        let input_ty = Ty {
+            width: format.width(),
+            signed: format.is_signed(),
+        };
+        let power = m.saturate(a, input_ty);
+        let power = m.name(power, "power");
+        m.note(power, &format!("the operand, held within {format}"));
+        let wide = m.extend(power, self.remain.width.max(input_ty.width));
+        let wide = m.truncate(wide, self.remain.width);
+        let aligned = m.shl_const(wide, bits - format.frac_bits());
+        let aligned = m.name(aligned, "power_aligned");
+        let one = (BigInt::from(1) << self.engine.accumulator_bits) + self.engine.offset;
+        let one = if self.literal() {
+            BigInt::from(1) << self.engine.accumulator_bits
+        } else {
+            one
+        };
+        let accum = m.param("ACCUM_START", one, self.accum, "1 and the offset");
+        let digits = m.lit(0, self.digits);
+        let (remain, large) = match (self.exp.form, self.exp.output) {
+            (ExpForm::Literal, _) => (aligned, zero),
+            (_, ExpOutput::General) => {
+                let bias = m.param("BIAS", self.bias(self.engine.bias), self.remain, "Z ln 2");
+                let x = m.as_unsigned(aligned);
+                (m.add(bias, x), zero)
+            }
+            (_, ExpOutput::Alpha) => {
+                let bias = m.param("BIAS", self.bias(12), self.remain, "12 ln 2, centred");
+                let plain = m.sub(bias, aligned);
+                if self.one_minus {
+                    let (remain, large) = self.start_one_minus(m, a, bias);
+                    let large = m.and(large, one_minus);
+                    (m.mux(one_minus, remain, plain), m.name(large, "rescaled"))
+                } else {
+                    (plain, zero)
+                }
+            }
+        };
+        let remain = m.name(remain, "remain_start");
+        (
+            State {
+                remain,
+                accum,
+                digits,
+            },
+            large,
+        )
+    }
+
+    fn start_one_minus(&self, m: &mut ModuleBuilder, a: Signal, bias: Signal) -> (Signal, Signal) {
+        let (bits, frac) = (self.engine.constant_bits, self.exp.one_minus_frac_bits);
+        let s = m.saturate(a, Ty::u(4 + frac));
+        let s = m.name(s, "depth");
+        m.note(
+            s,
+            &format!("the operand of 1 - exp(-s), held within U4.{frac}"),
+        );
+        let large = m.bit(s, 3 + frac);
+        let width = self.remain.width + 1;
+        let aligned = if frac > bits {
+            let rounded = m.round(s, frac - bits, Rounding::HalfUp);
+            m.extend(rounded, width)
+        } else {
+            let wide = m.extend(s, width);
+            m.shl_const(wide, bits - frac)
+        };
+        let far = m.param("FAR_BIAS", self.bias(24), Ty::u(width), "24 ln 2, centred");
+        let near = m.extend(bias, width);
+        let from = m.mux(large, far, near);
+        let remain = m.sub(from, aligned);
+        let remain = m.name(remain, "depth_remain");
+        (m.truncate(remain, self.remain.width), large)
+    }
+
+    /// One step: compare, subtract, shift and add.
+    pub(super) fn step(&self, m: &mut ModuleBuilder, s: State, place: Place, index: u32) -> State {
+        let take = m.ge(s.remain, place.constant);
+        let take = m.name(take, &format!("take{index}"));
+        let less = m.sub(s.remain, place.constant);
+        let remain = m.mux(take, less, s.remain);
+        let remain = m.name(remain, &format!("remain{index}"));
+        // One more bit below: the dropped bit rounds.
+        let none = m.lit(0, Ty::bit());
+        let doubled = m.cat(&[s.accum, none]);
+        let shifted = m.shr(doubled, place.shift);
+        let shifted = m.name(shifted, &format!("accum_shifted{index}"));
+        let whole = m.slice(shifted, 1, self.accum.width);
+        let mut sum = m.add(s.accum, whole);
+        if !self.literal() {
+            let up = m.bit(shifted, 0);
+            let up = m.extend(up, self.accum.width);
+            sum = m.add(sum, up);
+        }
+        if self.engine.digits == 0 {
+            let accum = m.mux(take, sum, s.accum);
+            let accum = m.name(accum, &format!("accum{index}"));
+            return State {
+                remain,
+                accum,
+                digits: s.digits,
+            };
+        }
+        let multiply = m.not(place.digit);
+        let multiply = m.and(take, multiply);
+        let accum = m.mux(multiply, sum, s.accum);
+        let accum = m.name(accum, &format!("accum{index}"));
+        let rest = m.slice(s.digits, 0, self.digits.width - 1);
+        let pushed = m.cat(&[rest, take]);
+        let digits = m.mux(place.digit, pushed, s.digits);
+        let digits = m.name(digits, &format!("digits{index}"));
+        State {
+            remain,
+            accum,
+            digits,
+        }
+    }
+
+    /// `R_accum (1 + R_remain)`, truncated.
+    pub(super) fn tail(&self, m: &mut ModuleBuilder, s: State) -> State {
+        // What is left is below 2^-n.
+        let left = m.truncate(s.remain, self.engine.constant_bits);
+        let left = m.name(left, "residual");
+        let product = m.mul(s.accum, left);
+        let product = m.name(product, "tail_product");
+        let more = m.slice(product, self.engine.constant_bits, self.accum.width);
+        let accum = m.add(s.accum, more);
+        State {
+            accum: m.name(accum, "accum_tail"),
+            ..s
+        }
+    }
+
+    /// The 32-bit result from the final state.
+    pub(super) fn result(
+        &self,
+        m: &mut ModuleBuilder,
+        s: State,
+        one_minus: Signal,
+        large: Signal,
+    ) -> Signal {
+        let (wa, f) = (self.engine.accumulator_bits, self.exp.output_bits);
+        if self.literal() {
+            let rounded = m.round(s.accum, wa - f, Rounding::HalfUp);
+            return self.word(m, rounded);
+        }
+        if self.exp.output == ExpOutput::General {
+            return self.general(m, s);
+        }
+        let bias = m.lit(12, Ty::u(5));
+        let bias = if self.one_minus {
+            let far = m.lit(24, Ty::u(5));
+            m.mux(large, far, bias)
+        } else {
+            bias
+        };
+        let digits = m.extend(s.digits, 5);
+        let k = m.sub(bias, digits);
+        let k = m.name(k, "exponent");
+        m.note(k, "the result is R_accum 2^-exponent");
+        let none = m.lit(0, Ty::bit());
+        let doubled = m.cat(&[s.accum, none]);
+        let fixed = m.slice(doubled, wa - f, doubled.width() - (wa - f));
+        let fixed_width = fixed.width();
+        let scaled = m.shr(fixed, k);
+        let scaled = m.name(scaled, "scaled");
+        let whole = m.slice(scaled, 1, fixed_width - 1);
+        let up = m.bit(scaled, 0);
+        let up = m.extend(up, whole.width());
+        let e = m.add(whole, up);
+        let e = m.name(e, "rounded");
+        let top = m.saturate(e, Ty::u(f));
+        let alpha = self.word(m, top);
+        if !self.one_minus {
+            return alpha;
+        }
+        let one = m.lit(BigInt::from(1) << f, e.ty());
+        let rest = m.sub(one, e);
+        let past = m.gt(e, one);
+        let zero = m.lit(0, rest.ty());
+        let rest = m.mux(past, zero, rest);
+        let rest = m.name(rest, "one_minus_power");
+        let held = m.saturate(rest, Ty::u(f));
+        let other = self.word(m, held);
+        m.mux(one_minus, other, alpha)
+    }
+
+    fn general(&self, m: &mut ModuleBuilder, s: State) -> Signal {
+        let (wa, f) = (self.engine.accumulator_bits, self.exp.output_bits);
+        let m_rounded = m.round(s.accum, wa - f, Rounding::HalfUp);
+        let m_rounded = m.name(m_rounded, "mantissa_rounded");
+        let two = m.lit(BigInt::from(2) << f, m_rounded.ty());
+        let over = m.ge(m_rounded, two);
+        let over = m.name(over, "mantissa_over");
+        let low = m.slice(m_rounded, 0, f + 1);
+        let one = m.lit(BigInt::from(1) << f, low.ty());
+        let mantissa = m.mux(over, one, low);
+        let width = 32 - (f + 1);
+        let room = width
+            .max(bits_for(self.engine.bias) + 2)
+            .max(self.digits.width + 1);
+        let digits = m.extend(s.digits, room);
+        let bias = m.lit(self.engine.bias, Ty::u(room));
+        let over = m.extend(over, room);
+        let e = m.sub(digits, bias);
+        let e = m.add(e, over);
+        let e = m.name(e, "exponent");
+        let e = m.truncate(e, width);
+        m.cat(&[e, mantissa])
+    }
+
+    fn word(&self, m: &mut ModuleBuilder, s: Signal) -> Signal {
+        let s = m.as_unsigned(s);
+        if s.width() > 32 {
+            m.truncate(s, 32)
+        } else {
+            m.extend(s, 32)
+        }
+    }
+}

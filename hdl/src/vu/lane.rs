@@ -1,0 +1,315 @@
+//! One lane: the element-wise operations and the exponential engine.
+
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::OpCode;
+
+use super::alu::{EXACT, exact, requantise};
+use super::constants::steps;
+use super::engine::{Place, State, Widths};
+use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+
+/// What every lane is told alike.
+struct Orders {
+    accept: Signal,
+    code: Signal,
+    one_minus: Signal,
+    shift: Signal,
+    rounding: Signal,
+    is_exp: Signal,
+    was_one_minus: Signal,
+}
+
+impl Orders {
+    fn declare(
+        m: &mut ModuleBuilder,
+        exp: bool,
+        one_minus: bool,
+        elementwise: bool,
+        multi_op: bool,
+    ) -> Self {
+        let bit = Ty::bit();
+        let none = m.lit(0, bit);
+        let unused = m.lit(0, Ty::u(6));
+        let mut port = |on: bool, name: &str, ty: Ty, doc: &str, or: Signal| {
+            if on { m.input(name, ty, doc) } else { or }
+        };
+        Self {
+            accept: port(
+                true,
+                "accept",
+                bit,
+                "takes the operands at the clock edge",
+                none,
+            ),
+            code: port(
+                elementwise,
+                "code",
+                Ty::u(4),
+                "operation of the operands",
+                unused,
+            ),
+            one_minus: port(
+                one_minus,
+                "one_minus",
+                bit,
+                "of the operands: 1 - exp(-s)",
+                none,
+            ),
+            shift: port(
+                elementwise,
+                "shift",
+                Ty::u(6),
+                "of the result stage: bits dropped",
+                unused,
+            ),
+            rounding: port(
+                elementwise,
+                "rounding",
+                Ty::u(2),
+                "of the result stage",
+                unused,
+            ),
+            is_exp: port(
+                exp && multi_op,
+                "result_is_exp",
+                bit,
+                "of the result stage",
+                none,
+            ),
+            was_one_minus: port(
+                one_minus,
+                "result_is_one_minus",
+                bit,
+                "of the result stage",
+                none,
+            ),
+        }
+    }
+}
+
+/// Which kinds of operation a configuration builds.
+pub(super) struct Kinds {
+    pub(super) exp: bool,
+    pub(super) one_minus: bool,
+    pub(super) elementwise: bool,
+}
+
+impl Kinds {
+    pub(super) fn of(config: &Config) -> Self {
+        let ops = &config.vu.ops;
+        Self {
+            exp: ops.iter().any(|o| o.is_exponential()),
+            one_minus: ops.contains(&OpCode::OneMinusExp),
+            elementwise: ops.iter().any(|o| !o.is_exponential()),
+        }
+    }
+}
+
+/// Builds `vector_lane`.
+///
+/// # Errors
+/// The netlist's own checks.
+pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
+    let exp = &config.vu.exp;
+    let kinds = Kinds::of(config);
+    let widths = Widths::of(exp, kinds.one_minus);
+    let mut builder = ModuleBuilder::new("vector_lane");
+    let m = &mut builder;
+    m.doc("one lane of the vector unit: element-wise operations and the exponential engine.");
+    let orders = Orders::declare(
+        m,
+        kinds.exp,
+        kinds.one_minus,
+        kinds.elementwise,
+        kinds.elementwise,
+    );
+    let a = m.input("a", Ty::s(32), "");
+    let b = m.input("b", Ty::s(32), "");
+    let reads_b = config
+        .vu
+        .ops
+        .iter()
+        .any(|o| matches!(o, OpCode::Add | OpCode::Multiply | OpCode::SquareSum));
+    if !reads_b {
+        m.unused(b, "No operation that is built takes a second operand.");
+    }
+    if !kinds.elementwise && exp.pipelined {
+        m.unused(orders.accept, "Every stage moves on in every cycle.");
+    }
+    let plain = kinds.elementwise.then(|| {
+        m.section("Element-wise operations");
+        let next = exact(m, &config.vu.ops, orders.code, a, b);
+        let held = m.reg("exact", EXACT, 0);
+        m.set_next_if(held, orders.accept, next);
+        held
+    });
+    let powers = kinds.exp.then(|| {
+        if exp.pipelined {
+            pipelined(m, config, &widths, &orders, a)
+        } else {
+            iterative(m, config, &widths, &orders, a)
+        }
+    });
+    m.section("Result stage");
+    let value = plain.map(|held| requantise(m, held, orders.shift, orders.rounding));
+    let value = match (value, exp.pipelined && kinds.exp) {
+        (Some(v), true) => Some(delay(m, v, config.vu.exp.engine().interval - 1)),
+        (v, _) => v,
+    };
+    let power = powers.map(|(state, large)| widths.result(m, state, orders.was_one_minus, large));
+    let result = match (value, power) {
+        (Some(v), Some(p)) => m.mux(orders.is_exp, p, v),
+        (Some(only), None) | (None, Some(only)) => only,
+        (None, None) => m.lit(0, Ty::u(32)),
+    };
+    m.output("result", result, "of the result stage");
+    builder.finish()
+}
+
+/// The value, `cycles` later.
+fn delay(m: &mut ModuleBuilder, value: Signal, cycles: u32) -> Signal {
+    (0..cycles).fold(value, |from, i| {
+        let reg = m.reg(&format!("value_{i}"), from.ty(), 0);
+        m.set_next(reg, from);
+        reg
+    })
+}
+
+/// Registers that the steps run in, r a clock. The first steps take the
+/// operand itself, so that loading costs no cycle.
+fn iterative(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    widths: &Widths,
+    orders: &Orders,
+    a: Signal,
+) -> (State, Signal) {
+    m.section("Exponential: start");
+    let exp = &config.vu.exp;
+    let step = m.input("step", Ty::bit(), "takes steps this cycle");
+    let begin = m.input(
+        "begin_power",
+        Ty::bit(),
+        "this cycle's steps start from the operand",
+    );
+    let tail = exp.tail.then(|| {
+        m.input(
+            "tail",
+            Ty::bit(),
+            "multiplies by 1 + the residual this cycle",
+        )
+    });
+    let places: Vec<Place> = (0..exp.iterations_per_clock)
+        .map(|i| place(m, widths, i))
+        .collect();
+    let (start, large) = widths.start(m, a, orders.one_minus);
+    m.section("Exponential: steps");
+    let regs = State {
+        remain: m.reg("r_remain", widths.remain, 0),
+        accum: m.reg("r_accum", widths.accum, 0),
+        digits: m.reg("r_digits", widths.digits, 0),
+    };
+    let mut state = State {
+        remain: m.mux(begin, start.remain, regs.remain),
+        accum: m.mux(begin, start.accum, regs.accum),
+        digits: m.mux(begin, start.digits, regs.digits),
+    };
+    for (i, place) in places.iter().enumerate() {
+        state = widths.step(m, state, *place, i as u32);
+    }
+    if let Some(now) = tail {
+        let end = widths.tail(m, regs);
+        state = State {
+            accum: m.mux(now, end.accum, state.accum),
+            ..state
+        };
+        // The residual and the digits stay as they are for the last clock.
+        state.digits = m.mux(now, regs.digits, state.digits);
+    }
+    m.set_next_if(regs.remain, step, state.remain);
+    m.set_next_if(regs.accum, step, state.accum);
+    m.set_next_if(regs.digits, step, state.digits);
+    if widths.one_minus {
+        let held = m.reg("r_rescaled", Ty::bit(), 0);
+        m.set_next_if(held, begin, large);
+        return (regs, held);
+    }
+    (regs, large)
+}
+
+fn place(m: &mut ModuleBuilder, widths: &Widths, i: u32) -> Place {
+    let none = m.lit(0, Ty::bit());
+    Place {
+        constant: m.input(
+            &format!("sub{i}"),
+            widths.remain,
+            "what is compared and subtracted",
+        ),
+        shift: m.input(&format!("mul{i}"), widths.shift, "shift amount of r_accum"),
+        digit: if widths.engine.digits > 0 {
+            m.input(
+                &format!("digit{i}"),
+                Ty::bit(),
+                "an exponent digit: r_accum stays",
+            )
+        } else {
+            none
+        },
+    }
+}
+
+/// A register stage for every clock's worth of steps.
+fn pipelined(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    widths: &Widths,
+    orders: &Orders,
+    a: Signal,
+) -> (State, Signal) {
+    m.section("Exponential: start");
+    let exp = &config.vu.exp;
+    let r = exp.iterations_per_clock as usize;
+    let (mut state, mut large) = widths.start(m, a, orders.one_minus);
+    let all = steps(exp, widths.remain.width);
+    let mut stage = 0;
+    let mut hold = |m: &mut ModuleBuilder, s: State, large: Signal| {
+        let mut reg = |name: &str, value: Signal| {
+            let reg = m.reg(&format!("{name}_{stage}"), value.ty(), 0);
+            m.set_next(reg, value);
+            reg
+        };
+        let held = State {
+            remain: reg("s_remain", s.remain),
+            accum: reg("s_accum", s.accum),
+            digits: reg("s_digits", s.digits),
+        };
+        let large = if widths.one_minus {
+            reg("s_rescaled", large)
+        } else {
+            large
+        };
+        stage += 1;
+        (held, large)
+    };
+    for (s, chunk) in all.chunks(r).enumerate() {
+        m.section(&format!("Exponential: stage {s}"));
+        for (i, step) in chunk.iter().enumerate() {
+            let index = (s * r + i) as u32;
+            let place = Place {
+                constant: m.lit(step.constant.clone(), widths.remain),
+                shift: m.lit(step.shift, widths.shift),
+                digit: m.lit(u8::from(step.digit), Ty::bit()),
+            };
+            state = widths.step(m, state, place, index);
+        }
+        (state, large) = hold(m, state, large);
+    }
+    if exp.tail {
+        m.section("Exponential: tail");
+        state = widths.tail(m, state);
+        (state, large) = hold(m, state, large);
+    }
+    (state, large)
+}

@@ -1,0 +1,11 @@
+//! The vector unit. Its interface and timing: `docs/vector-unit.md`.
+
+mod alu;
+mod constants;
+mod control;
+mod engine;
+mod lane;
+mod top;
+
+pub use constants::{ln_one_plus, ln_two_times};
+pub use top::vector_unit;

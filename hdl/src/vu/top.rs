@@ -1,0 +1,369 @@
+//! The unit's top: acceptance, sequencing, lanes, output FIFO, counters.
+
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{OpCode, VECTOR_UNIT};
+
+use super::control::exp_constants;
+use super::engine::Widths;
+use super::lane::{Kinds, lane};
+use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use crate::parts::{bits_for, counter, fifo, is, plus_one, sticky};
+
+/// What is known of the vector in the result stage.
+struct Tag {
+    valid: Signal,
+    is_exp: Signal,
+    one_minus: Signal,
+    shift: Signal,
+    rounding: Signal,
+    keep: Signal,
+    last: Signal,
+}
+
+/// Sequencing of the engine.
+struct Sequence {
+    /// Nothing is mid-way: a vector can be accepted.
+    free: Signal,
+    /// The result is complete at the end of this cycle.
+    done: Signal,
+    step: Signal,
+    begin: Signal,
+    tail: Signal,
+    rotate: Signal,
+    busy: Signal,
+}
+
+/// Builds the vector unit for a configuration.
+///
+/// # Errors
+/// The netlist's own checks; none for a configuration that keeps its rules.
+pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
+    let vu = &config.vu;
+    let lanes = vu.lanes;
+    let kinds = Kinds::of(config);
+    let interval = if kinds.exp {
+        vu.exp.engine().interval
+    } else {
+        1
+    };
+    let pipelined = kinds.exp && vu.exp.pipelined;
+    let lane_module = lane(config)?;
+    let mut builder = ModuleBuilder::new(VECTOR_UNIT);
+    let m = &mut builder;
+    m.doc(&format!(
+        "{lanes} lanes of element-wise operations and shift-register exponentials, in lockstep."
+    ));
+    let bit = Ty::bit();
+    let clear = m.input("cfg_clear", bit, "clears counters and flags");
+    let valid = m.input("s_axis_vec_tvalid", bit, "operands");
+    let data = m.input(
+        "s_axis_vec_tdata",
+        Ty::u(64 * lanes),
+        "lane i: a in bits 64 i + 31 .. 64 i, b above",
+    );
+    let keep = m.input("s_axis_vec_tkeep", Ty::u(lanes), "lanes that hold elements");
+    let last = m.input("s_axis_vec_tlast", bit, "passed on");
+    let user = m.input(
+        "s_axis_vec_tuser",
+        Ty::u(12),
+        "operation 4, shift 6, rounding 2 bits",
+    );
+    let sink = m.input("m_axis_vec_tready", bit, "");
+
+    m.section("Acceptance");
+    let code = m.slice(user, 0, 4);
+    let code = m.name(code, "code");
+    let shift = m.slice(user, 4, 6);
+    let rounding = m.slice(user, 10, 2);
+    let depth = vu.fifo_depth + if pipelined { interval + 1 } else { 0 };
+    let inside_ty = Ty::u(bits_for(depth));
+    let inside = m.reg("in_flight", inside_ty, 0);
+    m.note(inside, "vectors accepted and not yet taken by the sink");
+    let limit = m.lit(depth, inside_ty);
+    let room = m.lt(inside, limit);
+    let room = m.name(room, "room");
+    let phase = (kinds.exp && !pipelined && interval > 1)
+        .then(|| m.reg("phase", Ty::u(bits_for(interval - 1)), 0));
+    let free = match phase {
+        Some(p) => is(m, p, 0),
+        None => m.lit(1, bit),
+    };
+    let free = m.name(free, "engine_free");
+    let ready = m.and(room, free);
+    let ready = m.name(ready, "s_axis_vec_tready");
+    let accept = m.and(valid, ready);
+    let accept = m.name(accept, "accept");
+    let power = named_op(m, vu.ops.contains(&OpCode::Exp), code, OpCode::Exp);
+    let one_minus = named_op(m, kinds.one_minus, code, OpCode::OneMinusExp);
+    let one_minus = m.name(one_minus, "is_one_minus");
+    let is_exp = m.or(power, one_minus);
+    let is_exp = m.name(is_exp, "is_exp");
+
+    m.section("Sequence of an exponential");
+    let sequence = sequence(m, config, phase, free, accept, is_exp, interval);
+    let tag = Tag::follow(
+        m,
+        &sequence,
+        accept,
+        interval,
+        pipelined,
+        [is_exp, one_minus, shift, rounding, keep, last],
+    );
+
+    let mut inputs: Vec<(String, Signal)> = vec![("accept".into(), accept)];
+    if kinds.elementwise {
+        inputs.extend([("code".into(), code)]);
+        let (shift, rounding) = if pipelined {
+            let early = |m: &mut ModuleBuilder, name: &str, from: Signal| {
+                let reg = m.reg(name, from.ty(), 0);
+                m.set_next(reg, from);
+                reg
+            };
+            (
+                early(m, "shift_next", shift),
+                early(m, "rounding_next", rounding),
+            )
+        } else {
+            (tag.shift, tag.rounding)
+        };
+        inputs.extend([("shift".into(), shift), ("rounding".into(), rounding)]);
+        if kinds.exp {
+            inputs.push(("result_is_exp".into(), tag.is_exp));
+        }
+    }
+    if kinds.one_minus {
+        inputs.extend([
+            ("one_minus".into(), one_minus),
+            ("result_is_one_minus".into(), tag.one_minus),
+        ]);
+    }
+    if kinds.exp && !pipelined {
+        m.section("Constants, shared by the lanes");
+        let widths = Widths::of(&vu.exp, kinds.one_minus);
+        let module = exp_constants(config, &widths)?;
+        let constants = m.instance("constants", &module, &[("rotate", sequence.rotate)]);
+        for i in 0..vu.exp.iterations_per_clock {
+            for name in ["sub", "mul", "digit"]
+                .into_iter()
+                .take(if widths.engine.digits > 0 { 3 } else { 2 })
+            {
+                let port = format!("{name}{i}");
+                let value = m.out(constants, &port);
+                inputs.push((port, value));
+            }
+        }
+        inputs.extend([
+            ("step".into(), sequence.step),
+            ("begin_power".into(), sequence.begin),
+        ]);
+        if vu.exp.tail {
+            inputs.push(("tail".into(), sequence.tail));
+        }
+    }
+
+    m.section("Lanes");
+    let mut results = vec![];
+    for i in 0..lanes {
+        let a = m.slice(data, 64 * i, 32);
+        let a = m.as_signed(a);
+        let b = m.slice(data, 64 * i + 32, 32);
+        let b = m.as_signed(b);
+        let mut io: Vec<(&str, Signal)> = inputs.iter().map(|(n, s)| (n.as_str(), *s)).collect();
+        io.extend([("a", a), ("b", b)]);
+        let inst = m.instance(&format!("lane{i}"), &lane_module, &io);
+        let result = m.out(inst, "result");
+        let kept = m.bit(tag.keep, i);
+        let mask = m.repeat(kept, 32);
+        results.push(m.and(result, mask));
+    }
+
+    m.section("Results");
+    results.reverse();
+    let joined = m.cat(&results);
+    let word = m.cat(&[tag.last, tag.keep, joined]);
+    let module = fifo("result_fifo", depth, word.width())?;
+    let fifo = m.instance("fifo", &module, &[("push", tag.valid), ("push_data", word)]);
+    let offered = m.out(fifo, "valid");
+    let pop = m.and(offered, sink);
+    let pop = m.name(pop, "pop");
+    m.connect(fifo, "pop", pop);
+    let out = m.out(fifo, "data");
+    let one = m.lit(1, inside_ty);
+    let (more, less) = (m.add(inside, one), m.sub(inside, one));
+    let next = m.mux(accept, more, less);
+    let changes = m.xor(accept, pop);
+    m.set_next_if(inside, changes, next);
+
+    m.section("Counters and flags");
+    let step = m.lit(1, bit);
+    let vectors = counter(m, "stat_vectors", 32, clear, accept, step);
+    let active = m.or(accept, sequence.busy);
+    let busy = counter(m, "stat_busy", 32, clear, active, step);
+    let no_room = m.not(room);
+    let refused = m.all_of(&[valid, free, no_room]);
+    let stall = counter(m, "stat_stall_out", 32, clear, refused, step);
+    let built: Vec<_> = vu
+        .ops
+        .iter()
+        .map(|op| is(m, code, u32::from(op.code())))
+        .collect();
+    let built = m.any_of(&built);
+    let not_built = m.not(built);
+    let unknown = m.and(accept, not_built);
+    let unknown = sticky(m, "operation_not_built", clear, unknown);
+    let reserved = is(m, rounding, 3);
+    let reserved = m.and(accept, reserved);
+    let reserved = sticky(m, "rounding_reserved", clear, reserved);
+
+    m.section("Outputs");
+    m.output("s_axis_vec_tready", ready, "does not depend on tvalid");
+    m.output("m_axis_vec_tvalid", offered, "results");
+    let width = 32 * lanes;
+    let values = m.slice(out, 0, width);
+    m.output(
+        "m_axis_vec_tdata",
+        values,
+        "lane i in bits 32 i + 31 .. 32 i; lanes not kept are 0",
+    );
+    let kept = m.slice(out, width, lanes);
+    m.output("m_axis_vec_tkeep", kept, "");
+    let ends = m.bit(out, width + lanes);
+    m.output("m_axis_vec_tlast", ends, "");
+    m.output("stat_vectors", vectors, "vectors accepted");
+    m.output(
+        "stat_busy",
+        busy,
+        "cycles in which a vector is accepted or stepped",
+    );
+    m.output(
+        "stat_stall_out",
+        stall,
+        "cycles in which only the lack of room refuses a vector",
+    );
+    let flags = m.cat(&[reserved, unknown]);
+    m.output(
+        "stat_errors",
+        flags,
+        "sticky: 1 reserved rounding code, 0 operation not built",
+    );
+    builder.finish()
+}
+
+fn named_op(m: &mut ModuleBuilder, built: bool, code: Signal, op: OpCode) -> Signal {
+    if built {
+        is(m, code, u32::from(op.code()))
+    } else {
+        m.lit(0, Ty::bit())
+    }
+}
+
+fn sequence(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    phase: Option<Signal>,
+    free: Signal,
+    accept: Signal,
+    is_exp: Signal,
+    interval: u32,
+) -> Sequence {
+    let begin = m.and(accept, is_exp);
+    let begin = m.name(begin, "begin_power");
+    let never = m.lit(0, Ty::bit());
+    let Some(phase) = phase else {
+        return Sequence {
+            free,
+            done: accept,
+            step: begin,
+            begin,
+            tail: never,
+            rotate: begin,
+            busy: never,
+        };
+    };
+    let busy = m.not(free);
+    let busy = m.name(busy, "mid_power");
+    let step = m.or(begin, busy);
+    let step = m.name(step, "step");
+    let last = is(m, phase, interval - 1);
+    let last = m.name(last, "last_phase");
+    let next = plus_one(m, phase);
+    let zero = m.lit(0, phase.ty());
+    let next = m.mux(last, zero, next);
+    m.set_next_if(phase, step, next);
+    let plain = m.not(is_exp);
+    let plain = m.and(accept, plain);
+    let done = m.or(plain, last);
+    let done = m.name(done, "done");
+    let (tail, rotate) = if config.vu.exp.tail {
+        let early = m.not(last);
+        (last, m.and(step, early))
+    } else {
+        (never, step)
+    };
+    Sequence {
+        free,
+        done,
+        step,
+        begin,
+        tail,
+        rotate,
+        busy,
+    }
+}
+
+impl Tag {
+    /// Registers the tag beside the vector: once in the iterative form, through
+    /// every stage in the pipelined one.
+    fn follow(
+        m: &mut ModuleBuilder,
+        s: &Sequence,
+        accept: Signal,
+        interval: u32,
+        pipelined: bool,
+        values: [Signal; 6],
+    ) -> Self {
+        let names = ["is_exp", "one_minus", "shift", "rounding", "keep", "last"];
+        let valid = m.reg("result_valid", Ty::bit(), 0);
+        if !pipelined {
+            m.set_next(valid, s.done);
+            let held = std::array::from_fn(|i| {
+                let reg = m.reg(&format!("result_{}", names[i]), values[i].ty(), 0);
+                m.set_next_if(reg, accept, values[i]);
+                reg
+            });
+            return Self::of(valid, held);
+        }
+        let (mut from_valid, mut from) = (accept, values);
+        for stage in 1..interval {
+            let reg = m.reg(&format!("valid_{stage}"), Ty::bit(), 0);
+            m.set_next(reg, from_valid);
+            from_valid = reg;
+            from = std::array::from_fn(|i| {
+                let reg = m.reg(&format!("{}_{stage}", names[i]), from[i].ty(), 0);
+                m.set_next(reg, from[i]);
+                reg
+            });
+        }
+        m.set_next(valid, from_valid);
+        let held = std::array::from_fn(|i| {
+            let reg = m.reg(&format!("result_{}", names[i]), from[i].ty(), 0);
+            m.set_next(reg, from[i]);
+            reg
+        });
+        Self::of(valid, held)
+    }
+
+    fn of(valid: Signal, [is_exp, one_minus, shift, rounding, keep, last]: [Signal; 6]) -> Self {
+        Self {
+            valid,
+            is_exp,
+            one_minus,
+            shift,
+            rounding,
+            keep,
+            last,
+        }
+    }
+}
