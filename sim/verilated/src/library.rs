@@ -130,6 +130,7 @@ impl Loaded {
                 library: self.id,
                 index: index as u32,
                 bits: port.bits,
+                words: port.words() as u32,
                 dir: port.dir,
             }),
             None => Err(no_such_port(&self.top, name, &self.ports)),

@@ -1,7 +1,7 @@
 //! One running instance of a model.
 
 use crate::{
-    Direction, Error, PortId, Stop,
+    Direction, Error, Port, PortId, Stop,
     library::{Loaded, Sim},
 };
 use std::{
@@ -14,8 +14,21 @@ use std::{
 #[derive(Debug, Clone, Copy)]
 struct Slot {
     at: *mut u8,
-    bits: u32,
+    /// The bits of the value, or of its last word above 64 bits.
+    mask: u64,
+    words: u32,
+    store: Store,
     output: bool,
+}
+
+/// What Verilator keeps a port in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Store {
+    U8,
+    U16,
+    U32,
+    U64,
+    Words,
 }
 
 /// The clock input that [`Model::tick`] drives.
@@ -64,7 +77,7 @@ impl Model {
         for (index, port) in model.loaded.ports.iter().enumerate() {
             // SAFETY: `sim` is live.
             let at = unsafe { (model.loaded.port)(model.sim, index as u32) };
-            if at.is_null() || at.align_offset(align(port.bits)) != 0 {
+            if at.is_null() || at.align_offset(Store::of(port.bits).align()) != 0 {
                 return Err(Error::Load {
                     path: model.loaded.top.clone().into(),
                     reason: format!("the shim has no storage for {port}"),
@@ -74,11 +87,7 @@ impl Model {
                 // SAFETY: the shim asserts that the storage has this many bytes.
                 unsafe { at.write_bytes(0, port.bytes()) };
             }
-            slots.push(Slot {
-                at,
-                bits: port.bits,
-                output: port.dir == Direction::Output,
-            });
+            slots.push(Slot::new(at, port));
         }
         model.slots = slots.into();
         Ok(model)
@@ -115,7 +124,7 @@ impl Model {
     #[inline]
     pub fn set_u64(&mut self, port: PortId, value: u64) -> Result<(), Error> {
         let slot = self.input(port)?;
-        if slot.bits > 64 {
+        if slot.store == Store::Words {
             return Err(self.too_wide(port, "set_u64", "set_words"));
         }
         // SAFETY: an input of up to 64 bits, live and exclusively borrowed.
@@ -130,7 +139,7 @@ impl Model {
     #[inline]
     pub fn get_u64(&self, port: PortId) -> Result<u64, Error> {
         let slot = self.slot(port)?;
-        if slot.bits > 64 {
+        if slot.store == Store::Words {
             return Err(self.too_wide(port, "get_u64", "words, get_words or wide"));
         }
         // SAFETY: a port of up to 64 bits, live and not written while `self` is borrowed.
@@ -146,20 +155,25 @@ impl Model {
     #[inline]
     pub fn set_words(&mut self, port: PortId, value: &[u32]) -> Result<(), Error> {
         let slot = self.input(port)?;
-        if value.len() != slot.words() {
+        if value.len() != slot.words as usize {
             return Err(self.wrong_count(port, "set_words", value.len()));
         }
-        if slot.bits <= 64 {
-            // SAFETY: as in `set_u64`.
-            unsafe { slot.store(join(value)) };
-            return Ok(());
-        }
-        // SAFETY: storage above 64 bits is an aligned array of that many words, and `self` is
-        // exclusively borrowed.
-        let words = unsafe { std::slice::from_raw_parts_mut(slot.at.cast::<u32>(), value.len()) };
-        words.copy_from_slice(value);
-        if let (Some(last), 1..) = (words.last_mut(), slot.bits % 32) {
-            *last &= (1 << (slot.bits % 32)) - 1;
+        match *value {
+            // SAFETY: an input of up to 64 bits, as the number of words shows, live and
+            // exclusively borrowed.
+            [low] => unsafe { slot.store(u64::from(low)) },
+            // SAFETY: as above.
+            [low, high] => unsafe { slot.store(u64::from(low) | u64::from(high) << 32) },
+            _ => {
+                let at = slot.at.cast::<u32>();
+                // SAFETY: storage above 64 bits is an aligned array of that many words, and
+                // `self` is exclusively borrowed.
+                let words = unsafe { std::slice::from_raw_parts_mut(at, value.len()) };
+                copy_words(words, value);
+                if let Some(last) = words.last_mut() {
+                    *last &= slot.mask as u32;
+                }
+            }
         }
         Ok(())
     }
@@ -172,12 +186,12 @@ impl Model {
     #[inline]
     pub fn get_words(&self, port: PortId, value: &mut [u32]) -> Result<(), Error> {
         let slot = self.slot(port)?;
-        if value.len() != slot.words() {
+        if value.len() != slot.words as usize {
             return Err(self.wrong_count(port, "get_words", value.len()));
         }
-        if slot.bits > 64 {
+        if slot.store == Store::Words {
             // SAFETY: as in `wide`.
-            value.copy_from_slice(unsafe { slot.array() });
+            copy_words(value, unsafe { slot.array() });
         } else {
             // SAFETY: as in `get_u64`.
             let bits = unsafe { slot.load() };
@@ -193,7 +207,7 @@ impl Model {
     /// # Errors
     /// [`Error::ForeignPort`] or [`Error::Stopped`].
     pub fn words(&self, port: PortId) -> Result<Vec<u32>, Error> {
-        let mut value = vec![0; self.slot(port)?.words()];
+        let mut value = vec![0; self.slot(port)?.words as usize];
         self.get_words(port, &mut value)?;
         Ok(value)
     }
@@ -205,7 +219,7 @@ impl Model {
     #[inline]
     pub fn wide(&self, port: PortId) -> Result<&[u32], Error> {
         let slot = self.slot(port)?;
-        if slot.bits <= 64 {
+        if slot.store != Store::Words {
             let expected = "more than 64 bits".to_string();
             return Err(self.wrong_width(port.index, "wide", expected, "get_u64"));
         }
@@ -472,25 +486,55 @@ impl Drop for Model {
     }
 }
 
+impl Store {
+    fn of(bits: u32) -> Self {
+        match bits {
+            0..=8 => Store::U8,
+            9..=16 => Store::U16,
+            17..=32 => Store::U32,
+            33..=64 => Store::U64,
+            _ => Store::Words,
+        }
+    }
+
+    fn align(self) -> usize {
+        match self {
+            Store::U8 => 1,
+            Store::U16 => 2,
+            Store::U32 | Store::Words => 4,
+            Store::U64 => 8,
+        }
+    }
+}
+
 impl Slot {
-    #[inline]
-    fn words(self) -> usize {
-        self.bits.div_ceil(32) as usize
+    fn new(at: *mut u8, port: &Port) -> Self {
+        let last = match port.bits {
+            0..=64 => port.bits,
+            wide => (wide - 1) % 32 + 1,
+        };
+        Slot {
+            at,
+            mask: u64::MAX >> (64 - last.max(1)),
+            words: port.words() as u32,
+            store: Store::of(port.bits),
+            output: port.dir == Direction::Output,
+        }
     }
 
     /// # Safety
     /// The port has at most 64 bits, its model is live, and nothing else reaches it.
     #[inline]
     unsafe fn store(self, value: u64) {
-        let value = value & (u64::MAX >> (64 - self.bits));
+        let value = value & self.mask;
         // SAFETY: the caller's promise, with the size that the shim asserts for this width and
         // the alignment that `Model::new` checked.
         unsafe {
-            match self.bits {
-                0..=8 => self.at.write(value as u8),
-                9..=16 => self.at.cast::<u16>().write(value as u16),
-                17..=32 => self.at.cast::<u32>().write(value as u32),
-                _ => self.at.cast::<u64>().write(value),
+            match self.store {
+                Store::U8 => self.at.write(value as u8),
+                Store::U16 => self.at.cast::<u16>().write(value as u16),
+                Store::U32 => self.at.cast::<u32>().write(value as u32),
+                Store::U64 | Store::Words => self.at.cast::<u64>().write(value),
             }
         }
     }
@@ -501,11 +545,11 @@ impl Slot {
     unsafe fn load(self) -> u64 {
         // SAFETY: as in `store`.
         unsafe {
-            match self.bits {
-                0..=8 => u64::from(self.at.read()),
-                9..=16 => u64::from(self.at.cast::<u16>().read()),
-                17..=32 => u64::from(self.at.cast::<u32>().read()),
-                _ => self.at.cast::<u64>().read(),
+            match self.store {
+                Store::U8 => u64::from(self.at.read()),
+                Store::U16 => u64::from(self.at.cast::<u16>().read()),
+                Store::U32 => u64::from(self.at.cast::<u32>().read()),
+                Store::U64 | Store::Words => self.at.cast::<u64>().read(),
             }
         }
     }
@@ -515,25 +559,21 @@ impl Slot {
     #[inline]
     unsafe fn array<'a>(self) -> &'a [u32] {
         // SAFETY: the caller's promise, and the shim asserts that there are as many words.
-        unsafe { std::slice::from_raw_parts(self.at.cast::<u32>(), self.words()) }
+        unsafe { std::slice::from_raw_parts(self.at.cast::<u32>(), self.words as usize) }
     }
 }
 
-fn align(bits: u32) -> usize {
-    match bits {
-        0..=8 => 1,
-        9..=16 => 2,
-        33..=64 => 8,
-        _ => 4,
-    }
-}
-
+/// Copies without a call: most ports are too short to pay for one.
 #[inline]
-fn join(words: &[u32]) -> u64 {
-    match *words {
-        [low] => u64::from(low),
-        [low, high, ..] => u64::from(low) | u64::from(high) << 32,
-        [] => 0,
+fn copy_words(to: &mut [u32], from: &[u32]) {
+    const CHUNK: usize = 8;
+    let (to, to_rest) = to.as_chunks_mut::<CHUNK>();
+    let (from, from_rest) = from.as_chunks::<CHUNK>();
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
+    }
+    for (to, from) in to_rest.iter_mut().zip(from_rest) {
+        *to = *from;
     }
 }
 

@@ -77,6 +77,7 @@ pub struct PortId {
     pub(crate) library: u64,
     pub(crate) index: u32,
     pub(crate) bits: u32,
+    pub(crate) words: u32,
     pub(crate) dir: Direction,
 }
 
@@ -93,7 +94,7 @@ impl PortId {
 
     /// 32-bit words that hold a value of the port.
     pub fn words(self) -> usize {
-        self.bits.div_ceil(32) as usize
+        self.words as usize
     }
 }
 

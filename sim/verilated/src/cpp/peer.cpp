@@ -1,14 +1,14 @@
 // A C++ test bench: stimulus from a file, two evaluations a cycle, all outputs folded.
+// It waits for each round, so that another driver can take turns with it.
 #include "Vm.h"
 #include "verilated.h"
-#include <chrono>
 #include <cstdarg>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <fstream>
-#include <iterator>
 #include <vector>
 
 static constexpr uint64_t PRIME = @PRIME@;
@@ -29,19 +29,14 @@ extern "C" int potamoi_printf(const char* format, ...) {
     return n;
 }
 
-int main(int, char** argv) {
-    std::ifstream file{argv[1], std::ios::binary};
-    const std::vector<char> bytes{std::istreambuf_iterator<char>{file}, {}};
-    std::vector<uint32_t> stimulus(bytes.size() / 4);
-    std::memcpy(stimulus.data(), bytes.data(), stimulus.size() * 4);
-
+static uint64_t drive(const std::vector<uint32_t>& stimulus, long long& ns) {
     VerilatedContext ctx;
     ctx.randReset(2);
     ctx.randSeed(2);
     Vm top{&ctx, "top"};
-    const auto start = std::chrono::steady_clock::now();
-    uint64_t sum = 0;
     const uint32_t* const end = stimulus.data() + stimulus.size();
+    uint64_t sum = 0;
+    const std::clock_t start = std::clock();
     for (const uint32_t* in = stimulus.data(); in != end; in += WORDS) {
 @SET@
         top.@CLOCK@ = 0;
@@ -52,6 +47,21 @@ int main(int, char** argv) {
         top.eval();
 @READ@
     }
-    const auto ns = std::chrono::nanoseconds{std::chrono::steady_clock::now() - start}.count();
-    std::printf("%lld %016llx\n", static_cast<long long>(ns), static_cast<unsigned long long>(sum));
+    ns = static_cast<long long>(std::clock() - start) * (1000000000 / CLOCKS_PER_SEC);
+    return sum;
+}
+
+// One round for each line of input.
+int main(int, char** argv) {
+    std::ifstream file{argv[1], std::ios::binary | std::ios::ate};
+    std::vector<uint32_t> stimulus(static_cast<size_t>(file.tellg()) / 4);
+    file.seekg(0);
+    file.read(reinterpret_cast<char*>(stimulus.data()), stimulus.size() * 4);
+    if (!file) give_up(argv[1], 0, "cannot be read");
+    for (int c; (c = std::getchar()) != EOF;) {
+        long long ns = 0;
+        const uint64_t sum = drive(stimulus, ns);
+        std::printf("%lld %016llx\n", ns, static_cast<unsigned long long>(sum));
+        std::fflush(stdout);
+    }
 }

@@ -38,7 +38,10 @@ thread_local Sim* current = nullptr;
 // Verilator's seed is one per process, so models are built and first evaluated one at a time.
 std::mutex seeding;
 
+// Sets what Verilator keeps for each thread. Most calls come from the thread and the model of
+// the one before, and setting it anew would write to memory that all threads share.
 void enter(Sim* s) {
+    if (__builtin_expect(current == s, 1)) return;
     current = s;
     Verilated::threadContextp(&s->ctx);
 }
