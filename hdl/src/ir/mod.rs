@@ -10,6 +10,7 @@ mod check;
 mod interpret;
 mod node;
 mod print;
+mod range;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -20,6 +21,8 @@ pub use builder::ModuleBuilder;
 pub use interpret::{InterpretError, Interpreter, PortHandle};
 pub use node::{Instance, MemId, Signal, Ty};
 pub use print::{Header, verilog};
+pub(crate) use range::{Interval, ModuleRanges};
+pub use range::{Ranges, ranges};
 
 use node::{Contract, Inst, Memory, Node, Op, Port};
 

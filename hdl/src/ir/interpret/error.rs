@@ -39,18 +39,14 @@ pub enum InterpretError {
     #[error("the ranges are not of module {0}: derive them from the module that is interpreted")]
     ForeignRanges(String),
     /// A value outside the range that was declared or proven.
-    #[error("{signal} is {value} after {cycle} clock edges: expected {low} to {high}, {why}")]
+    #[error("{signal} is {value} after {cycle} clock edges: expected {expected}")]
     OutOfRange {
         /// The signal, by instances.
         signal: String,
         /// Its value.
         value: BigInt,
-        /// The least value expected.
-        low: BigInt,
-        /// The greatest value expected.
-        high: BigInt,
-        /// Where the bounds come from.
-        why: String,
+        /// The range, and where it comes from.
+        expected: String,
         /// Clock edges since the start.
         cycle: u64,
     },

@@ -6,16 +6,18 @@ mod memory;
 mod step;
 #[cfg(test)]
 mod tests;
+mod watch;
 mod words;
 
 use std::sync::Arc;
 
 use num_bigint::BigUint;
 
-use super::Module;
 use super::node::Ty;
+use super::{Module, Ranges};
 use flatten::{Flat, Layout, Next};
 use step::Slot;
+use watch::Watch;
 
 pub use error::InterpretError;
 
@@ -68,6 +70,8 @@ pub struct Interpreter {
     /// The states to come, in the order of the states.
     pending: Vec<u64>,
     cycle: u64,
+    was_reset: bool,
+    watch: Vec<Watch>,
 }
 
 impl Interpreter {
@@ -101,7 +105,19 @@ impl Interpreter {
             rst_n,
             pending: vec![0; kept],
             cycle: 0,
+            was_reset: false,
+            watch: vec![],
         }
+    }
+
+    /// Checks from now on that every value stays in its range, and every
+    /// declared bound holds, in cycles after the first reset.
+    ///
+    /// # Errors
+    /// [`InterpretError::ForeignRanges`].
+    pub fn with_ranges(mut self, ranges: &Ranges) -> Result<Self, InterpretError> {
+        self.watch = watch::all(&self.module, &self.layout, ranges)?;
+        Ok(self)
     }
 
     /// The port of this name; `rst_n` is one if there are registers.
@@ -266,7 +282,15 @@ impl Interpreter {
         for step in steps {
             step.run(values, memories);
         }
-        Ok(())
+        let in_reset = self
+            .rst_n
+            .is_some_and(|s| self.flat.values[s.at] == 0 || !self.was_reset);
+        if in_reset {
+            return Ok(());
+        }
+        self.watch
+            .iter()
+            .try_for_each(|w| w.check(&self.flat.values, self.cycle))
     }
 
     /// Computes, takes the rising edge, and computes again.
@@ -315,6 +339,7 @@ impl Interpreter {
             at += count;
         }
         self.cycle += 1;
+        self.was_reset |= in_reset;
         self.eval()
     }
 }
