@@ -35,6 +35,8 @@ impl ModuleBuilder {
                 contracts: vec![],
                 sections: vec![String::new()],
                 unused: BTreeMap::new(),
+                clocked: false,
+                registers: false,
             },
             errors: vec![],
             section: 0,
@@ -485,6 +487,8 @@ impl ModuleBuilder {
                 return first;
             }
         }
+        let reachable = 1usize.checked_shl(index.width()).unwrap_or(usize::MAX);
+        let options = &options[..options.len().min(reachable)];
         if options.iter().all(|o| *o == first) {
             return first;
         }
@@ -765,8 +769,9 @@ impl ModuleBuilder {
     ///
     /// # Errors
     /// Everything that was recorded, or that the checks find.
-    pub fn finish(self) -> Result<Arc<Module>, IrErrors> {
+    pub fn finish(mut self) -> Result<Arc<Module>, IrErrors> {
         let mut errors = self.errors;
+        (self.module.clocked, self.module.registers) = check::state(&self.module);
         if errors.is_empty() {
             errors = check::check(&self.module);
         }

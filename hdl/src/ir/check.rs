@@ -8,10 +8,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use super::keywords::is_keyword;
 use super::node::Op;
 use super::{IrError, Module};
 
-/// Every node that reaches an output, an instance or a memory.
+/// Every node that reaches an output or an instance, memories on the way
+/// included. The others are not printed, nor are memories that none of them
+/// reads.
 pub(crate) fn live(module: &Module) -> Vec<bool> {
     let mut live = vec![false; module.nodes.len()];
     let mut queue: Vec<usize> = module
@@ -23,19 +26,57 @@ pub(crate) fn live(module: &Module) -> Vec<bool> {
     for inst in &module.instances {
         queue.extend(inst.inputs.iter().map(|(_, n)| *n));
     }
-    for memory in &module.memories {
-        for (en, addr, data) in &memory.writes {
-            queue.extend([*en, *addr, *data]);
-        }
-    }
+    let mut read = vec![false; module.memories.len()];
     while let Some(id) = queue.pop() {
-        if !std::mem::replace(&mut live[id], true) {
-            let op = &module.nodes[id].op;
-            queue.extend(op.operands());
-            queue.extend(op.edge_operands());
+        if std::mem::replace(&mut live[id], true) {
+            continue;
+        }
+        let op = &module.nodes[id].op;
+        queue.extend(op.operands());
+        queue.extend(op.edge_operands());
+        if let Op::ReadSync(m, ..) | Op::ReadAsync(m, _) = op
+            && !std::mem::replace(&mut read[*m], true)
+        {
+            for (en, addr, data) in &module.memories[*m].writes {
+                queue.extend([*en, *addr, *data]);
+            }
         }
     }
     live
+}
+
+/// The memories that a live node reads.
+pub(crate) fn read_memories(module: &Module, live: &[bool]) -> Vec<bool> {
+    let mut read = vec![false; module.memories.len()];
+    for (node, _) in module.nodes.iter().zip(live).filter(|(_, live)| **live) {
+        if let Op::ReadSync(m, ..) | Op::ReadAsync(m, _) = node.op {
+            read[m] = true;
+        }
+    }
+    read
+}
+
+/// Whether the module, or anything below it, has a live clocked node, and
+/// whether it has a live register.
+pub(crate) fn state(module: &Module) -> (bool, bool) {
+    let live = live(module);
+    let nodes = || {
+        module
+            .nodes
+            .iter()
+            .zip(&live)
+            .filter(|(_, live)| **live)
+            .map(|(n, _)| n)
+    };
+    let read = read_memories(module, &live);
+    let mut memories = module.memories.iter().zip(&read);
+    let registers = nodes().any(|n| matches!(n.op, Op::Reg { .. }))
+        || module.instances.iter().any(|i| i.module.has_registers());
+    let clocked = registers
+        || nodes().any(|n| matches!(n.op, Op::ReadSync(..)))
+        || memories.any(|(m, read)| *read && !m.writes.is_empty())
+        || module.instances.iter().any(|i| i.module.is_clocked());
+    (clocked, registers)
 }
 
 pub(crate) fn check(module: &Module) -> Vec<IrError> {
@@ -216,147 +257,7 @@ fn legal(name: &str) -> bool {
         .is_some_and(|b| b.is_ascii_alphabetic() || b == b'_');
     start
         && bytes.all(|b| b.is_ascii_alphanumeric() || b == b'_')
-        && !KEYWORDS.contains(&name)
+        && !is_keyword(name)
         && name != "clk"
         && name != "rst_n"
 }
-
-/// Verilog-2005 and the words of SystemVerilog that tools reserve.
-const KEYWORDS: &[&str] = &[
-    "always",
-    "and",
-    "assign",
-    "automatic",
-    "begin",
-    "bit",
-    "buf",
-    "byte",
-    "case",
-    "casex",
-    "casez",
-    "cell",
-    "checker",
-    "class",
-    "config",
-    "const",
-    "context",
-    "cover",
-    "deassign",
-    "default",
-    "defparam",
-    "design",
-    "disable",
-    "do",
-    "edge",
-    "else",
-    "end",
-    "endcase",
-    "endmodule",
-    "enum",
-    "event",
-    "expect",
-    "export",
-    "extends",
-    "final",
-    "for",
-    "force",
-    "forever",
-    "fork",
-    "function",
-    "generate",
-    "genvar",
-    "global",
-    "if",
-    "ifnone",
-    "import",
-    "include",
-    "initial",
-    "inout",
-    "input",
-    "inside",
-    "instance",
-    "int",
-    "integer",
-    "interface",
-    "join",
-    "large",
-    "library",
-    "local",
-    "localparam",
-    "logic",
-    "macromodule",
-    "matches",
-    "medium",
-    "modport",
-    "module",
-    "nand",
-    "negedge",
-    "new",
-    "nor",
-    "not",
-    "null",
-    "or",
-    "output",
-    "package",
-    "packed",
-    "parameter",
-    "posedge",
-    "primitive",
-    "priority",
-    "program",
-    "property",
-    "protected",
-    "pull0",
-    "pull1",
-    "pure",
-    "rand",
-    "real",
-    "realtime",
-    "ref",
-    "reg",
-    "release",
-    "repeat",
-    "return",
-    "scalared",
-    "sequence",
-    "showcancelled",
-    "signed",
-    "small",
-    "specify",
-    "static",
-    "string",
-    "strong",
-    "strong0",
-    "strong1",
-    "struct",
-    "super",
-    "supply0",
-    "supply1",
-    "table",
-    "tagged",
-    "task",
-    "this",
-    "time",
-    "timescale",
-    "tri",
-    "type",
-    "typedef",
-    "union",
-    "unique",
-    "unsigned",
-    "use",
-    "var",
-    "vectored",
-    "virtual",
-    "void",
-    "wait",
-    "wand",
-    "weak",
-    "while",
-    "wire",
-    "with",
-    "within",
-    "wor",
-    "xnor",
-    "xor",
-];

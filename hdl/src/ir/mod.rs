@@ -8,6 +8,7 @@
 mod builder;
 mod check;
 mod interpret;
+mod keywords;
 mod node;
 mod print;
 mod range;
@@ -24,7 +25,7 @@ pub use print::{Header, verilog};
 pub(crate) use range::{Interval, ModuleRanges};
 pub use range::{Ranges, ranges};
 
-use node::{Contract, Inst, Memory, Node, Op, Port};
+use node::{Contract, Inst, Memory, Node, Port};
 
 /// A finished module.
 #[derive(Debug)]
@@ -40,6 +41,9 @@ pub struct Module {
     pub(crate) contracts: Vec<Contract>,
     pub(crate) sections: Vec<String>,
     pub(crate) unused: BTreeMap<usize, String>,
+    /// Known once the module is finished.
+    pub(crate) clocked: bool,
+    pub(crate) registers: bool,
 }
 
 /// A port as the outside sees it.
@@ -79,18 +83,14 @@ impl Module {
     /// Whether the module or anything below it holds state: it then has a
     /// `clk` port.
     #[must_use]
-    pub fn is_clocked(&self) -> bool {
-        self.has_registers()
-            || self.nodes.iter().any(|n| matches!(n.op, Op::ReadSync(..)))
-            || self.memories.iter().any(|m| !m.writes.is_empty())
-            || self.instances.iter().any(|i| i.module.is_clocked())
+    pub const fn is_clocked(&self) -> bool {
+        self.clocked
     }
 
     /// Whether there is a register here or below: it then has an `rst_n` port.
     #[must_use]
-    pub fn has_registers(&self) -> bool {
-        self.nodes.iter().any(|n| matches!(n.op, Op::Reg { .. }))
-            || self.instances.iter().any(|i| i.module.has_registers())
+    pub const fn has_registers(&self) -> bool {
+        self.registers
     }
 }
 

@@ -6,8 +6,11 @@ use num_bigint::BigInt;
 use potamoi_formats::fixed::Rounding;
 
 use crate::ir::Module;
-use crate::ir::check::live;
+use crate::ir::check::{live, read_memories};
 use crate::ir::node::{Binary, Op, Ty, Unary};
+
+/// Bits of the widest signed product that Verilator computes.
+const WIDEST_SIGNED_PRODUCT: u32 = 512;
 
 /// A piece of Verilog, and how tightly it binds.
 struct Text {
@@ -24,6 +27,8 @@ fn atom(text: String) -> Text {
 pub(super) struct Exprs<'a> {
     module: &'a Module,
     pub(super) live: Vec<bool>,
+    /// The memories that are printed.
+    pub(super) read: Vec<bool>,
     /// The identifier of every node that has one.
     names: Vec<Option<String>>,
     /// Bits of each node that something reads.
@@ -32,9 +37,11 @@ pub(super) struct Exprs<'a> {
 
 impl<'a> Exprs<'a> {
     pub(super) fn new(module: &'a Module) -> Self {
+        let live = live(module);
         let mut this = Self {
             module,
-            live: live(module),
+            read: read_memories(module, &live),
+            live,
             names: vec![None; module.nodes.len()],
             used: module
                 .nodes
@@ -50,6 +57,14 @@ impl<'a> Exprs<'a> {
     /// The identifier of a node, if it has one.
     pub(super) fn ident(&self, id: usize) -> Option<&str> {
         self.names[id].as_deref()
+    }
+
+    /// Writes to memories that are printed.
+    fn writes(&self) -> impl Iterator<Item = &'a (usize, usize, usize)> + use<'a> {
+        let memories = self.module.memories.iter().zip(self.read.clone());
+        memories
+            .filter(|(_, read)| *read)
+            .flat_map(|(m, _)| &m.writes)
     }
 
     fn find_names(&mut self) {
@@ -80,7 +95,7 @@ impl<'a> Exprs<'a> {
                 uses[*n] += 1;
             }
         }
-        for (en, addr, data) in self.module.memories.iter().flat_map(|m| &m.writes) {
+        for (en, addr, data) in self.writes() {
             for n in [en, addr, data] {
                 uses[*n] += 1;
             }
@@ -115,7 +130,7 @@ impl<'a> Exprs<'a> {
                 );
             let needed = match &node.op {
                 Op::Select(..) | Op::ReadAsync(..) => true,
-                Op::Binary(Binary::Mul, ..) | Op::Shr(..) => node.ty.signed,
+                Op::Binary(Binary::Mul, ..) | Op::Shr(..) => node.ty.signed || sliced[id],
                 Op::Lit(_) | Op::Cast(_) => false,
                 _ => sliced[id],
             };
@@ -228,7 +243,7 @@ impl<'a> Exprs<'a> {
                 .flat_map(|i| &i.inputs)
                 .map(|(_, n)| whole(*n)),
         );
-        for (en, addr, data) in self.module.memories.iter().flat_map(|m| &m.writes) {
+        for (en, addr, data) in self.writes() {
             reads.extend([whole(*en), whole(*addr), whole(*data)]);
         }
         reads.extend(
@@ -348,7 +363,9 @@ impl<'a> Exprs<'a> {
                     self.widened(*a, node.ty.width),
                     self.widened(*b, node.ty.width),
                 );
-                if node.ty.signed {
+                // Both forms give the same bits; the signed one synthesises to a
+                // multiplier of the operands' own widths.
+                if node.ty.signed && node.ty.width <= WIDEST_SIGNED_PRODUCT {
                     op(format!("$signed({x}) * $signed({y})"), "*")
                 } else {
                     op(format!("{x} * {y}"), "*")

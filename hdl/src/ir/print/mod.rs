@@ -193,6 +193,9 @@ impl<'a> Printer<'a> {
             }
         }
         for (i, memory) in self.module.memories.iter().enumerate() {
+            if !self.exprs.read[i] {
+                continue;
+            }
             let mut reads: Vec<usize> = memory
                 .writes
                 .iter()
@@ -257,7 +260,7 @@ impl<'a> Printer<'a> {
 
     fn stateful_parts_at(&mut self, id: usize) {
         for (i, memory) in self.module.memories.iter().enumerate() {
-            if memory.at == id {
+            if memory.at == id && self.exprs.read[i] {
                 let doc = if memory.doc.is_empty() {
                     String::new()
                 } else {
@@ -269,7 +272,6 @@ impl<'a> Printer<'a> {
                     memory.name,
                     memory.depth - 1
                 );
-                let _ = i;
                 self.line(1, &text);
             }
         }
