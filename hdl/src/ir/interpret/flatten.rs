@@ -1,5 +1,7 @@
 //! A hierarchy as one list of operations in the order of their dependence.
 
+use std::collections::BTreeMap;
+
 use num_bigint::BigInt;
 use num_traits::One;
 
@@ -97,95 +99,91 @@ impl Flat {
         slot
     }
 
-    /// Adds a module whose inputs come from `inputs`, by port.
-    pub(super) fn add(&mut self, module: &Module, inputs: &[(usize, Slot)]) -> Layout {
-        let mut layout = Layout {
-            slots: Vec::with_capacity(module.nodes.len()),
-            instances: vec![],
-        };
-        let first_memory = self.memories.len();
-        for memory in &module.memories {
-            let seed = scramble(self.seed, (self.memories.len() as u64) << 40);
-            self.memories
-                .push(Rows::new(memory.depth, memory.width, seed));
+    /// Adds a module whose inputs come from `inputs`, by node.
+    pub(super) fn add(&mut self, module: &Module, inputs: &BTreeMap<usize, Slot>) -> Layout {
+        let mut tree = Tree::default();
+        tree.add(module, None);
+        let mut slots: Vec<Option<Slot>> = vec![None; tree.unit_of.len()];
+        for unit in &tree.units {
+            for memory in &unit.module.memories {
+                let seed = scramble(self.seed, (self.memories.len() as u64) << 40);
+                let rows = Rows::new(memory.depth, memory.width, seed);
+                self.memories.push(rows);
+            }
         }
-        for (id, node) in module.nodes.iter().enumerate() {
-            self.instances_before(module, id, &mut layout);
-            let slot = |n: &usize| layout.slots[*n];
-            let step = match &node.op {
-                Op::Input => {
-                    let port = inputs.iter().find(|(p, _)| module.ports[*p].node == id);
-                    let given = port.map(|(_, s)| *s);
-                    layout
-                        .slots
-                        .push(given.unwrap_or_else(|| self.allocate(node.ty)));
+        // What a node needs comes before it, across the hierarchy: the checks
+        // left no loop.
+        let mut stack: Vec<(usize, bool)> = vec![];
+        for start in 0..slots.len() {
+            stack.push((start, false));
+            while let Some((node, ready)) = stack.pop() {
+                if slots[node].is_some() {
                     continue;
                 }
-                Op::Lit(value) => {
-                    let s = self.allocate(node.ty);
-                    self.values[s.at..].copy_from_slice(&code(value, node.ty.width));
-                    layout.slots.push(s);
-                    continue;
+                if ready {
+                    slots[node] = Some(self.place(&tree, node, inputs, &slots));
+                } else {
+                    stack.push((node, true));
+                    let needed = tree.needs(node).into_iter().rev();
+                    stack.extend(needed.map(|n| (n, false)));
                 }
-                Op::Reg { .. } | Op::ReadSync(..) => {
-                    layout.slots.push(self.random(node.ty));
-                    continue;
-                }
-                Op::InstanceOut(i, port) => {
-                    let inner = module.instances[*i].module.ports[*port].node;
-                    layout.slots.push(layout.instances[*i].slots[inner]);
-                    continue;
-                }
-                Op::Cast(a) => {
-                    let s = Slot {
-                        at: slot(a).at,
-                        ty: node.ty,
-                    };
-                    layout.slots.push(s);
-                    continue;
-                }
-                Op::Unary(op, a) => Code::Unary(*op, slot(a)),
-                Op::Binary(op, a, b) => Code::Binary(*op, slot(a), slot(b)),
-                Op::Shl(a, n) => Code::Shl(slot(a), slot(n)),
-                Op::Shr(a, n) => Code::Shr(slot(a), slot(n)),
-                Op::Slice(a, low) => Code::Extract(slot(a), *low),
-                Op::Extend(a) => Code::Extract(slot(a), 0),
-                Op::Cat(parts) => Code::Cat(parts.iter().map(slot).collect()),
-                Op::Repeat(a, n) => Code::Repeat(slot(a), *n),
-                Op::Round(a, bits, rounding) => Code::Round(slot(a), *bits, *rounding),
-                Op::Saturate(a) => Code::Saturate(slot(a)),
-                Op::Mux(c, t, e) => Code::Mux(slot(c), slot(t), slot(e)),
-                Op::Select(i, options) => Code::Select(slot(i), options.iter().map(slot).collect()),
-                Op::ReadAsync(m, addr) => Code::Read(first_memory + m, slot(addr)),
-            };
-            let out = self.allocate(node.ty);
-            self.steps.push(Step::new(step, out));
-            layout.slots.push(out);
+            }
         }
-        self.instances_before(module, module.nodes.len(), &mut layout);
-        self.connect(module, &layout, first_memory);
-        layout
+        let slots: Vec<Slot> = slots.into_iter().flatten().collect();
+        for unit in &tree.units {
+            self.connect(unit, &slots[unit.first_node..]);
+        }
+        tree.layout(0, &slots)
     }
 
-    fn instances_before(&mut self, module: &Module, id: usize, layout: &mut Layout) {
-        while let Some(inst) = module
-            .instances
-            .get(layout.instances.len())
-            .filter(|i| i.at <= id)
-        {
-            let inputs: Vec<_> = inst
-                .inputs
-                .iter()
-                .map(|(port, n)| (*port, layout.slots[*n]))
-                .collect();
-            layout.instances.push(self.add(&inst.module, &inputs));
-        }
+    /// Finds room for a node, and adds what computes it.
+    fn place(
+        &mut self,
+        tree: &Tree<'_>,
+        node: usize,
+        inputs: &BTreeMap<usize, Slot>,
+        slots: &[Option<Slot>],
+    ) -> Slot {
+        let (unit, id) = tree.find(node);
+        let ty = unit.module.nodes[id].ty;
+        let at = |n: usize| slots[n].unwrap_or(Slot { at: 0, ty });
+        let slot = |n: &usize| at(unit.first_node + n);
+        let code = match &unit.module.nodes[id].op {
+            Op::Input | Op::InstanceOut(..) => {
+                let source = tree.needs(node).first().map(|n| at(*n));
+                let given = source.or_else(|| inputs.get(&id).copied());
+                return given.unwrap_or_else(|| self.allocate(ty));
+            }
+            Op::Lit(value) => {
+                let s = self.allocate(ty);
+                self.values[s.at..].copy_from_slice(&code(value, ty.width));
+                return s;
+            }
+            Op::Reg { .. } | Op::ReadSync(..) => return self.random(ty),
+            Op::Cast(a) => return Slot { at: slot(a).at, ty },
+            Op::Unary(op, a) => Code::Unary(*op, slot(a)),
+            Op::Binary(op, a, b) => Code::Binary(*op, slot(a), slot(b)),
+            Op::Shl(a, n) => Code::Shl(slot(a), slot(n)),
+            Op::Shr(a, n) => Code::Shr(slot(a), slot(n)),
+            Op::Slice(a, low) => Code::Extract(slot(a), *low),
+            Op::Extend(a) => Code::Extract(slot(a), 0),
+            Op::Cat(parts) => Code::Cat(parts.iter().map(slot).collect()),
+            Op::Repeat(a, n) => Code::Repeat(slot(a), *n),
+            Op::Round(a, bits, rounding) => Code::Round(slot(a), *bits, *rounding),
+            Op::Saturate(a) => Code::Saturate(slot(a)),
+            Op::Mux(c, t, e) => Code::Mux(slot(c), slot(t), slot(e)),
+            Op::Select(i, options) => Code::Select(slot(i), options.iter().map(slot).collect()),
+            Op::ReadAsync(m, addr) => Code::Read(unit.first_memory + m, slot(addr)),
+        };
+        let out = self.allocate(ty);
+        self.steps.push(Step::new(code, out));
+        out
     }
 
     /// What happens at the edge.
-    fn connect(&mut self, module: &Module, layout: &Layout, first_memory: usize) {
-        let slot = |n: &usize| layout.slots[*n];
-        for (id, node) in module.nodes.iter().enumerate() {
+    fn connect(&mut self, unit: &Unit<'_>, slots: &[Slot]) {
+        let slot = |n: &usize| slots[*n];
+        for (id, node) in unit.module.nodes.iter().enumerate() {
             let next = match &node.op {
                 Op::Reg {
                     reset,
@@ -198,25 +196,108 @@ impl Flat {
                     enable: enable.as_ref().map(slot),
                 },
                 Op::ReadSync(m, en, addr) => Next::Row {
-                    memory: first_memory + m,
+                    memory: unit.first_memory + m,
                     enable: slot(en),
                     address: slot(addr),
                 },
                 _ => continue,
             };
-            self.states.push(State {
-                slot: slot(&id),
-                next,
-            });
+            let slot = slot(&id);
+            self.states.push(State { slot, next });
         }
-        for (i, memory) in module.memories.iter().enumerate() {
-            self.writes
-                .extend(memory.writes.iter().map(|(en, addr, data)| Write {
-                    memory: first_memory + i,
-                    enable: slot(en),
-                    address: slot(addr),
-                    data: slot(data),
-                }));
+        for (i, memory) in unit.module.memories.iter().enumerate() {
+            let writes = memory.writes.iter().map(|(en, addr, data)| Write {
+                memory: unit.first_memory + i,
+                enable: slot(en),
+                address: slot(addr),
+                data: slot(data),
+            });
+            self.writes.extend(writes);
+        }
+    }
+}
+
+/// A module in its place in the hierarchy.
+struct Unit<'a> {
+    module: &'a Module,
+    /// The unit it is in, and which of its instances it is.
+    parent: Option<(usize, usize)>,
+    children: Vec<usize>,
+    first_node: usize,
+    first_memory: usize,
+}
+
+/// All nodes of a hierarchy, numbered through.
+#[derive(Default)]
+struct Tree<'a> {
+    units: Vec<Unit<'a>>,
+    unit_of: Vec<usize>,
+    memories: usize,
+}
+
+impl<'a> Tree<'a> {
+    fn add(&mut self, module: &'a Module, parent: Option<(usize, usize)>) {
+        let index = self.units.len();
+        if let Some((parent, _)) = parent {
+            self.units[parent].children.push(index);
+        }
+        self.units.push(Unit {
+            module,
+            parent,
+            children: vec![],
+            first_node: self.unit_of.len(),
+            first_memory: self.memories,
+        });
+        let nodes = self.unit_of.len() + module.nodes.len();
+        self.unit_of.resize(nodes, index);
+        self.memories += module.memories.len();
+        for (i, inst) in module.instances.iter().enumerate() {
+            self.add(&inst.module, Some((index, i)));
+        }
+    }
+
+    fn find(&self, node: usize) -> (&Unit<'a>, usize) {
+        let unit = &self.units[self.unit_of[node]];
+        (unit, node - unit.first_node)
+    }
+
+    /// Nodes whose value this one needs in the same cycle.
+    fn needs(&self, node: usize) -> Vec<usize> {
+        let (unit, id) = self.find(node);
+        match &unit.module.nodes[id].op {
+            Op::Input => {
+                let Some((parent, instance)) = unit.parent else {
+                    return vec![];
+                };
+                let parent = &self.units[parent];
+                let inputs = parent.module.instances[instance].inputs.iter();
+                let mut here = inputs.filter(|(port, _)| unit.module.ports[*port].node == id);
+                here.next()
+                    .map(|(_, n)| parent.first_node + n)
+                    .into_iter()
+                    .collect()
+            }
+            Op::InstanceOut(instance, port) => {
+                let child = &self.units[unit.children[*instance]];
+                vec![child.first_node + child.module.ports[*port].node]
+            }
+            op => {
+                let operands = op.operands().into_iter();
+                operands.map(|n| unit.first_node + n).collect()
+            }
+        }
+    }
+
+    fn layout(&self, unit: usize, slots: &[Slot]) -> Layout {
+        let unit = &self.units[unit];
+        let nodes = unit.first_node..unit.first_node + unit.module.nodes.len();
+        Layout {
+            slots: slots[nodes].to_vec(),
+            instances: unit
+                .children
+                .iter()
+                .map(|c| self.layout(*c, slots))
+                .collect(),
         }
     }
 }

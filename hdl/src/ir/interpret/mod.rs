@@ -86,10 +86,10 @@ impl Interpreter {
             slot,
             output: false,
         }));
-        let mut inputs = vec![];
-        for (i, port) in module.ports.iter().enumerate().filter(|(_, p)| !p.output) {
-            inputs.push((i, flat.allocate(module.nodes[port.node].ty)));
-        }
+        let inputs = module.ports.iter().filter(|p| !p.output);
+        let inputs = inputs
+            .map(|p| (p.node, flat.allocate(module.nodes[p.node].ty)))
+            .collect();
         let layout = flat.add(module, &inputs);
         pins.extend(module.ports.iter().map(|port| Pin {
             name: port.name.clone(),

@@ -144,7 +144,7 @@ fn expected(
         "shl" => x << by,
         "shr" => x >> by,
         "extend" => x.clone(),
-        "cat" => ((ux << amount.width) + n << ty.width) + unsigned(y, ty.width),
+        "cat" => (((ux << amount.width) + n) << ty.width) + unsigned(y, ty.width),
         "repeated" => (&ux << (2 * ty.width)) + (&ux << ty.width) + &ux,
         "slice" => ux >> (ty.width - narrow),
         "floor" => rounded(Rounding::Floor),
@@ -356,6 +356,35 @@ fn instances_are_in_the_middle_of_their_parents() {
         assert_eq!(run.peek("third.x"), None);
         run.clock().unwrap();
         (r1, r2) = (!value, s);
+    }
+}
+
+#[test]
+fn an_instance_may_be_given_what_follows_from_its_outputs() {
+    let mut b = ModuleBuilder::new("stage");
+    let x = b.input("x", Ty::u(8), "");
+    let r = b.reg("kept", Ty::u(8), 9);
+    b.set_next(r, x);
+    let not = b.not(x);
+    b.output("q", r, "");
+    b.output("not_x", not, "");
+    let inner = b.finish().unwrap();
+    let mut b = ModuleBuilder::new("ring");
+    let stage = b.instance("stage_0", &inner, &[]);
+    let (q, not) = (b.out(stage, "q"), b.out(stage, "not_x"));
+    let one = b.lit(1, Ty::u(8));
+    let more = b.add(q, one);
+    b.connect(stage, "x", more);
+    b.output("count", q, "");
+    b.output("down", not, "");
+    let mut run = Interpreter::new(&b.finish().unwrap(), 1);
+    let [rst_n, count, down] = ["rst_n", "count", "down"].map(|n| run.port(n).unwrap());
+    run.clock().unwrap();
+    run.set_u64(rst_n, 1).unwrap();
+    for want in 10..30 {
+        run.clock().unwrap();
+        assert_eq!(run.get_u64(count).unwrap(), want);
+        assert_eq!(run.get_u64(down).unwrap(), 255 - (want + 1));
     }
 }
 

@@ -1,6 +1,6 @@
 //! Finds the intervals of a module's nodes, registers included.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::Interval;
@@ -39,6 +39,11 @@ struct Work<'a> {
     claim_of: BTreeMap<usize, usize>,
     assumed: BTreeMap<usize, Interval>,
     instances: Vec<Option<Arc<ModuleRanges>>>,
+    /// Nodes, each after those it needs.
+    order: Vec<usize>,
+    /// Inputs of instances that follow from outputs of the same instance, by
+    /// instance and port: taken to be anything.
+    looped: BTreeSet<(usize, usize)>,
     changed: Vec<bool>,
     /// Every node was looked at once.
     seen: bool,
@@ -96,6 +101,7 @@ impl<'a> Work<'a> {
         for (i, claim) in claims.iter().enumerate() {
             claim_of.extend(claim.sums.iter().map(|n| (*n, i)));
         }
+        let (order, looped) = order(module);
         let assumed = (0..module.nodes.len())
             .filter_map(|id| Some((id, assumption(module, id)?)))
             .collect();
@@ -109,6 +115,8 @@ impl<'a> Work<'a> {
             claim_of,
             assumed,
             instances: vec![None; module.instances.len()],
+            order,
+            looped,
             changed: vec![true; module.nodes.len()],
             seen: false,
             grown: BTreeMap::new(),
@@ -117,24 +125,20 @@ impl<'a> Work<'a> {
 
     /// Goes over all nodes whose operands changed; whether a register grew.
     fn pass(&mut self, all: &mut Analyser) -> bool {
-        let mut renewed = vec![false; self.instances.len()];
-        let mut next_instance = 0;
-        for (id, node) in self.module.nodes.iter().enumerate() {
-            while self
-                .module
-                .instances
-                .get(next_instance)
-                .is_some_and(|i| i.at <= id)
+        let mut renewed: Vec<Option<bool>> = vec![None; self.instances.len()];
+        for id in self.order.clone() {
+            let node = &self.module.nodes[id];
+            if let Op::InstanceOut(i, _) = &node.op
+                && renewed[*i].is_none()
             {
-                renewed[next_instance] = self.instance(next_instance, all);
-                next_instance += 1;
+                renewed[*i] = Some(self.instance(*i, all));
             }
             let claimed = self.claim_of.contains_key(&id);
             let due = match &node.op {
                 Op::Reg { .. } | Op::Input | Op::ReadSync(..) | Op::ReadAsync(..) | Op::Lit(_) => {
                     self.changed[id]
                 }
-                Op::InstanceOut(i, _) => renewed[*i],
+                Op::InstanceOut(i, _) => renewed[*i] == Some(true),
                 op => claimed || op.operands().iter().any(|o| self.changed[*o]),
             };
             if self.seen && !due {
@@ -168,9 +172,10 @@ impl<'a> Work<'a> {
             self.known.values[id] = value;
             self.known.whole[id] = whole;
         }
-        while next_instance < self.instances.len() {
-            self.instance(next_instance, all);
-            next_instance += 1;
+        for i in 0..renewed.len() {
+            if renewed[i].is_none() {
+                self.instance(i, all);
+            }
         }
         self.seen = true;
         self.edge()
@@ -190,7 +195,8 @@ impl<'a> Work<'a> {
             .enumerate()
             .filter(|(_, p)| !p.output)
             .map(|(i, port)| {
-                let source = inst.inputs.iter().find(|(p, _)| *p == i);
+                let looped = self.looped.contains(&(index, i));
+                let source = inst.inputs.iter().find(|(p, _)| *p == i && !looped);
                 let given = source.map(|(_, n)| self.known.values[*n].clone());
                 given.unwrap_or_else(|| Interval::all(inner.nodes[port.node].ty))
             })
@@ -356,6 +362,67 @@ impl<'a> Work<'a> {
             }
         }
     }
+}
+
+/// Nodes in an order in which each comes after what it needs, and the inputs of
+/// instances that this cannot be done for.
+fn order(module: &Module) -> (Vec<usize>, BTreeSet<(usize, usize)>) {
+    #[derive(Clone, Copy, PartialEq)]
+    enum Seen {
+        Not,
+        OnTheWay,
+        Done,
+    }
+    let mut seen = vec![Seen::Not; module.nodes.len()];
+    let (mut order, mut looped) = (vec![], BTreeSet::new());
+    let mut stack: Vec<(usize, bool)> = vec![];
+    for start in 0..seen.len() {
+        stack.push((start, false));
+        while let Some((id, ready)) = stack.pop() {
+            if ready {
+                // The outputs of an instance are on the way, and done, together.
+                if seen[id] != Seen::Done {
+                    seen[id] = Seen::Done;
+                    order.push(id);
+                }
+            } else if seen[id] == Seen::Not {
+                seen[id] = Seen::OnTheWay;
+                stack.push((id, true));
+                match &module.nodes[id].op {
+                    Op::InstanceOut(i, _) => {
+                        let inputs = module.instances[*i].inputs.iter();
+                        for (port, n) in inputs {
+                            if seen[*n] == Seen::OnTheWay || leads_to(module, *n, *i) {
+                                looped.insert((*i, *port));
+                            } else {
+                                stack.push((*n, false));
+                            }
+                        }
+                    }
+                    op => stack.extend(op.operands().into_iter().map(|n| (n, false))),
+                }
+            }
+        }
+    }
+    (order, looped)
+}
+
+/// Whether a node follows, in the same cycle and through whatever instances,
+/// from an output of this instance.
+fn leads_to(module: &Module, id: usize, instance: usize) -> bool {
+    let mut seen = vec![false; module.nodes.len()];
+    let mut stack = vec![id];
+    while let Some(n) = stack.pop() {
+        if std::mem::replace(&mut seen[n], true) {
+            continue;
+        }
+        match &module.nodes[n].op {
+            Op::InstanceOut(i, _) if *i == instance => return true,
+            Op::InstanceOut(i, _) => stack.extend(module.instances[*i].inputs.iter().map(|p| p.1)),
+            op => stack.extend(op.operands()),
+        }
+    }
+    false
 }
 
 /// A node for messages: its name, or what it is made of.

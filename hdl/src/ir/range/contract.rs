@@ -241,11 +241,18 @@ fn zero(module: &Module, id: usize) -> bool {
 fn dependents(module: &Module, id: usize) -> Vec<bool> {
     let mut on = vec![false; module.nodes.len()];
     on[id] = true;
-    for (n, node) in module.nodes.iter().enumerate().skip(id + 1) {
-        on[n] = match &node.op {
-            Op::InstanceOut(i, _) => module.instances[*i].inputs.iter().any(|(_, s)| on[*s]),
-            op => op.operands().iter().any(|o| on[*o]),
-        };
+    // Again while something was found, because instances may be connected to
+    // nodes that stand after them.
+    let mut found = true;
+    while std::mem::take(&mut found) {
+        for (n, node) in module.nodes.iter().enumerate().filter(|(n, _)| *n != id) {
+            let now = match &node.op {
+                Op::InstanceOut(i, _) => module.instances[*i].inputs.iter().any(|(_, s)| on[*s]),
+                op => op.operands().iter().any(|o| on[*o]),
+            };
+            found |= now && !on[n];
+            on[n] |= now;
+        }
     }
     on
 }
