@@ -4,10 +4,11 @@
 //! [`Toolchain::detect`] finds Verilator 5 and a C++ compiler. [`ModelBuilder`] turns Verilog
 //! text into a [`Library`], which is kept in a cache by its content, and [`Library::model`]
 //! makes instances of it. Ports of any width are read and written through [`PortId`] handles
-//! at the speed of a C++ test bench (see [`peer`]). Assertions are on, and registers and
-//! unknown values begin with values drawn from a seed, so that a missing reset shows. A design
-//! that stops itself (`$fatal`, `$stop`, `$finish`, a failed assertion) gives an error and
-//! leaves the process alone. Linux and other systems with ELF libraries are supported.
+//! for a few nanoseconds each; [`peer`] measures what that comes to beside a C++ test bench.
+//! Assertions are on, and registers and unknown values begin with values drawn from a seed, so
+//! that a missing reset shows. A design that stops itself (`$fatal`, `$stop`, `$finish`, a
+//! failed assertion) gives an error and leaves the process alone. Linux and other systems with
+//! ELF libraries are supported.
 //!
 //! ```
 //! use potamoi_verilated::{Direction, ModelBuilder, Toolchain};

@@ -3,7 +3,7 @@
 
 use potamoi_verilated::{
     Direction::{Input, Output},
-    Error, ModelBuilder, Toolchain, Warnings,
+    Error, ModelBuilder, Opt, Toolchain, Warnings,
 };
 use std::{
     ffi::OsString,
@@ -34,7 +34,10 @@ fn fresh_cache() -> tempfile::TempDir {
 }
 
 fn builder(cache: &Path) -> ModelBuilder {
-    ModelBuilder::new("m").source("m.v", GOOD).cache_dir(cache)
+    ModelBuilder::new("m")
+        .source("m.v", GOOD)
+        .optimise(Opt::O0)
+        .cache_dir(cache)
 }
 
 /// A Verilator that writes a line to `log` for every design it reads.
