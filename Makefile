@@ -1,0 +1,59 @@
+# Each target first sees to it that the tools it needs are here (tools/setup).
+
+export PATH := $(CURDIR)/.tools/bin:$(PATH)
+export CARGO_TERM_COLOR ?= auto
+
+step = @printf '\n==> %s\n' '$(1)'
+
+.PHONY: help demo test test-full refresh lint bench setup
+
+help:
+	@printf '%s\n' \
+	  'make demo       emit, verify and render the built-in scenes on simulated hardware' \
+	  'make test       all checks of a change: formatting, lints, tests, checked-in Verilog' \
+	  'make test-full  also the exhaustive tests, the rust-hdl bridge, and that the benches build' \
+	  'make refresh    regenerate rtl_out/ and the snapshots, to be reviewed with git diff' \
+	  'make lint       formatting and lints alone' \
+	  'make bench      the benchmarks' \
+	  'make setup      install what is missing (tools/setup --check only reports)'
+
+setup:
+	@tools/setup
+
+demo:
+	@tools/setup demo
+	@tools/demo
+
+test: setup
+	@$(MAKE) --no-print-directory lint-only
+	$(call step,tests)
+	cargo test --locked
+
+test-full: setup
+	@$(MAKE) --no-print-directory lint-only
+	$(call step,tests with the exhaustive ones)
+	cargo test --locked -- --include-ignored
+	$(call step,rust-hdl bridge)
+	cargo test --locked -p potamoi-rust-hdl -- --include-ignored
+	$(call step,benches build)
+	cargo bench --locked --no-run
+
+.PHONY: lint-only
+lint-only:
+	$(call step,formatting)
+	cargo fmt --all --check
+	$(call step,lints)
+	cargo clippy --locked --all-targets -- -D warnings
+
+lint: setup
+	@$(MAKE) --no-print-directory lint-only
+
+refresh: setup
+	$(call step,Verilog of the presets)
+	cargo run --locked --release --quiet -- emit --out rtl_out
+	$(call step,snapshots)
+	INSTA_UPDATE=always INSTA_FORCE_PASS=1 TRYCMD=overwrite cargo test --locked --quiet
+	@git status --short -- rtl_out ':(glob)**/*.snap' ':(glob)tests/**'
+
+bench: setup
+	cargo bench --locked
