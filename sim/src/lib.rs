@@ -1,1 +1,3 @@
-//! Runs traces on generated hardware and predicts its cycles.
+//! Runs golden traces on generated hardware and predicts its cycles.
+
+pub mod rtl;

@@ -135,8 +135,11 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     if !reads_b {
         m.unused(b, "No operation that is built takes a second operand.");
     }
-    if !kinds.elementwise && exp.pipelined {
-        m.unused(orders.accept, "Every stage moves on in every cycle.");
+    if !kinds.elementwise {
+        m.unused(
+            orders.accept,
+            "The exponential engine is told when to begin instead.",
+        );
     }
     let plain = kinds.elementwise.then(|| {
         m.section("Element-wise operations");

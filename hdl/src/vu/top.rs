@@ -24,8 +24,6 @@ struct Tag {
 
 /// Sequencing of the engine.
 struct Sequence {
-    /// Nothing is mid-way: a vector can be accepted.
-    free: Signal,
     /// The result is complete at the end of this cycle.
     done: Signal,
     step: Signal,
@@ -273,7 +271,6 @@ fn sequence(
     let never = m.lit(0, Ty::bit());
     let Some(phase) = phase else {
         return Sequence {
-            free,
             done: accept,
             step: begin,
             begin,
@@ -303,7 +300,6 @@ fn sequence(
         (never, step)
     };
     Sequence {
-        free,
         done,
         step,
         begin,
