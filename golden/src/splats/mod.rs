@@ -1,1 +1,28 @@
 //! Splat scenes: loading, projection and rendering of 3D Gaussians.
+//!
+//! A [`Cloud`] of Gaussians is rendered in 64-bit floating point
+//! ([`render_float`]) or through the units in their own formats
+//! ([`render_fixed`]). Both start from the same [`View`]: the projected
+//! Gaussians in depth order and the tiles that each covers.
+
+mod cloud;
+mod coverage;
+mod depth;
+mod error;
+mod float;
+mod footprint;
+mod frame;
+pub mod ply;
+mod profile;
+mod project;
+pub mod sh;
+mod view;
+
+pub use cloud::{Cloud, CloudError, Field};
+pub use error::RenderError;
+pub use float::{FloatFrame, FloatOptions, FloatStats, render_float};
+pub use footprint::{Footprint, determinant_of_products};
+pub use frame::{Decisions, Flips};
+pub use profile::{Extent, Profile, Rules, UnknownProfile};
+pub use project::Projected;
+pub use view::{TILE, View};

@@ -1,0 +1,89 @@
+//! What a rendered frame tells beside its picture.
+
+use super::view::TILE_PIXELS;
+
+/// The decisions of one frame, so that those of two renderers can be compared.
+///
+/// The `n`th entry of a tile is the `n`th Gaussian composited there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Decisions {
+    /// Place of each tile's first entry in `drawn`; one more than tiles.
+    pub(crate) first: Vec<usize>,
+    /// For each entry, the pixels of the tile that it was added to, by bit.
+    pub(crate) drawn: Vec<[u64; TILE_PIXELS / 64]>,
+    /// For each pixel of each tile, the entry that stopped it; `u32::MAX` if
+    /// none did.
+    pub(crate) stop: Vec<[u32; TILE_PIXELS]>,
+}
+
+/// Decisions in which two renderers of the same view differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Flips {
+    /// (pixel, entry) pairs that one skipped as too faint and the other drew,
+    /// while the pixel had stopped in neither.
+    pub skip: u64,
+    /// Pixels that stopped at different entries, or only in one.
+    pub stop: u64,
+}
+
+impl Decisions {
+    pub(crate) fn new(first: Vec<usize>) -> Self {
+        let entries = first.last().copied().unwrap_or(0);
+        let tiles = first.len().saturating_sub(1);
+        Self {
+            first,
+            drawn: vec![[0; TILE_PIXELS / 64]; entries],
+            stop: vec![[u32::MAX; TILE_PIXELS]; tiles],
+        }
+    }
+
+    /// Counts what differs; `None` where the two are not of one view.
+    #[must_use]
+    pub fn flips(&self, other: &Self) -> Option<Flips> {
+        if self.first != other.first {
+            return None;
+        }
+        let mut flips = Flips::default();
+        for (tile, (mine, theirs)) in self.stop.iter().zip(&other.stop).enumerate() {
+            flips.stop += mine.iter().zip(theirs).filter(|(a, b)| a != b).count() as u64;
+            let range = self.first[tile]..self.first[tile + 1];
+            for (entry, place) in range.enumerate() {
+                for word in 0..TILE_PIXELS / 64 {
+                    let mut differ = self.drawn[place][word] ^ other.drawn[place][word];
+                    while differ != 0 {
+                        let pixel = word * 64 + differ.trailing_zeros() as usize;
+                        let both_live = (entry as u32) < mine[pixel].min(theirs[pixel]);
+                        flips.skip += u64::from(both_live);
+                        differ &= differ - 1;
+                    }
+                }
+            }
+        }
+        Some(flips)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_decisions_that_both_took_count() {
+        let a = {
+            let mut d = Decisions::new(vec![0, 3]);
+            d.drawn[0] = [0b11, 0, 0, 1];
+            d.drawn[1] = [0b11, 0, 0, 0];
+            d.stop[0][1] = 2;
+            d
+        };
+        assert_eq!(a.flips(&a), Some(Flips::default()));
+        let mut b = a.clone();
+        b.drawn[0] = [0b10, 0, 0, 0];
+        b.drawn[1] = [0b01, 0, 0, 0];
+        b.stop[0][1] = 1;
+        // Pixels 0 and 192 at entry 0 flip; pixel 1 had stopped in b at entry 1.
+        assert_eq!(a.flips(&b), Some(Flips { skip: 2, stop: 1 }));
+        assert_eq!(b.flips(&a), a.flips(&b));
+        assert_eq!(a.flips(&Decisions::new(vec![0, 2])), None);
+    }
+}

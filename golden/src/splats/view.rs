@@ -1,0 +1,280 @@
+//! A cloud as a camera sees it: what both renderers start from.
+
+use rayon::prelude::*;
+
+use super::cloud::Cloud;
+use super::coverage::{self, Grid};
+use super::depth;
+use super::error::RenderError;
+use super::profile::{Profile, Rules};
+use super::project::{Projected, project};
+use crate::camera::Camera;
+
+/// Pixels on a side of a tile.
+pub const TILE: u32 = 16;
+/// Pixels of a tile.
+pub(crate) const TILE_PIXELS: usize = (TILE * TILE) as usize;
+/// The largest picture side, in pixels.
+const MAX_SIDE: u32 = 1 << 15;
+/// (tile, Gaussian) pairs that are held at most: 1 GiB of tile numbers.
+const MAX_ENTRIES: u64 = 1 << 28;
+
+/// The Gaussians that a camera sees, front to back, and the tiles of each.
+#[derive(Debug, Clone)]
+pub struct View {
+    rules: Rules,
+    width: u32,
+    height: u32,
+    grid: Grid,
+    splats: Vec<Projected>,
+    culled: usize,
+    /// `first[r]..first[r + 1]` are the places of rank r's tiles in `tiles`.
+    first: Vec<usize>,
+    tiles: Vec<u32>,
+}
+
+impl View {
+    /// Projects, sorts and finds the tiles. Rank `r` is place `r` in
+    /// [`View::splats`]; Gaussians that touch no tile have none.
+    ///
+    /// # Errors
+    /// A camera that cannot be used, or more (tile, Gaussian) pairs than fit
+    /// in memory.
+    pub fn new(cloud: &Cloud, camera: &Camera, profile: Profile) -> Result<Self, RenderError> {
+        check(camera)?;
+        let rules = profile.rules();
+        let grid = Grid {
+            columns: camera.width.div_ceil(TILE),
+            rows: camera.height.div_ceil(TILE),
+        };
+        let mut splats = project(cloud, camera, &rules);
+        let culled = cloud.len() - splats.len();
+        depth::sort(cloud, &mut splats);
+        let counts: Vec<u64> = splats
+            .par_iter()
+            .map(|s| {
+                let mut n = 0;
+                coverage::tiles(s, grid, &rules, |_| n += 1);
+                n
+            })
+            .collect();
+        let entries = counts.iter().sum();
+        if entries > MAX_ENTRIES {
+            return Err(RenderError::TooManyEntries {
+                entries,
+                limit: MAX_ENTRIES,
+            });
+        }
+        let mut keep = counts.iter().map(|n| *n > 0);
+        splats.retain(|_| keep.next().unwrap_or(false));
+        let mut first = Vec::with_capacity(splats.len() + 1);
+        let mut tiles = Vec::with_capacity(entries as usize);
+        first.push(0);
+        for s in &splats {
+            coverage::tiles(s, grid, &rules, |t| tiles.push(t));
+            first.push(tiles.len());
+        }
+        Ok(Self {
+            rules,
+            width: camera.width,
+            height: camera.height,
+            grid,
+            splats,
+            culled,
+            first,
+            tiles,
+        })
+    }
+
+    /// The rules it was made by.
+    #[must_use]
+    pub fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    /// Pixels a row, and rows.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
+    /// Tile columns and rows.
+    #[must_use]
+    pub fn grid(&self) -> [u32; 2] {
+        [self.grid.columns, self.grid.rows]
+    }
+
+    /// Gaussians that touch a tile, front to back.
+    #[must_use]
+    pub fn splats(&self) -> &[Projected] {
+        &self.splats
+    }
+
+    /// Gaussians that the near plane culled.
+    #[must_use]
+    pub fn culled(&self) -> usize {
+        self.culled
+    }
+
+    /// The tiles of rank `rank`, ascending; tile numbers count row by row.
+    #[must_use]
+    pub fn tiles_of(&self, rank: usize) -> &[u32] {
+        &self.tiles[self.first[rank]..self.first[rank + 1]]
+    }
+
+    /// (tile, Gaussian) pairs.
+    #[must_use]
+    pub fn entries(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// Number of tiles.
+    #[must_use]
+    pub fn tile_count(&self) -> usize {
+        (self.grid.columns * self.grid.rows) as usize
+    }
+
+    /// Column and row of the first pixel of a tile, and how many columns and
+    /// rows of it lie in the picture.
+    #[must_use]
+    pub fn tile_pixels(&self, tile: usize) -> [[u32; 2]; 2] {
+        let x = tile as u32 % self.grid.columns * TILE;
+        let y = tile as u32 / self.grid.columns * TILE;
+        [
+            [x, y],
+            [TILE.min(self.width - x), TILE.min(self.height - y)],
+        ]
+    }
+
+    /// The ranks drawn in each tile, front to back: place of the first rank of
+    /// each tile (one more than there are tiles), and the ranks.
+    pub(crate) fn by_tile(&self) -> (Vec<usize>, Vec<u32>) {
+        let mut first = vec![0usize; self.tile_count() + 1];
+        for t in &self.tiles {
+            first[*t as usize + 1] += 1;
+        }
+        for t in 1..first.len() {
+            first[t] += first[t - 1];
+        }
+        let mut next = first.clone();
+        let mut ranks = vec![0u32; self.tiles.len()];
+        for rank in 0..self.splats.len() {
+            for t in self.tiles_of(rank) {
+                let place = &mut next[*t as usize];
+                ranks[*place] = rank as u32;
+                *place += 1;
+            }
+        }
+        (first, ranks)
+    }
+}
+
+fn check(camera: &Camera) -> Result<(), RenderError> {
+    let refuse = |field, value: String, expected| {
+        Err(RenderError::Camera {
+            field,
+            value,
+            expected,
+        })
+    };
+    for (field, value) in [("width", camera.width), ("height", camera.height)] {
+        if !(1..=MAX_SIDE).contains(&value) {
+            return refuse(field, value.to_string(), "1 to 32768 pixels");
+        }
+    }
+    let focal = camera.focal;
+    if !focal.is_finite() || focal.min_element() < 1e-3 || focal.max_element() > 1e7 {
+        return refuse("focal", focal.to_string(), "0.001 to 10000000 pixels");
+    }
+    if !camera.centre.is_finite() || camera.centre.abs().max_element() > 1e7 {
+        return refuse(
+            "centre",
+            camera.centre.to_string(),
+            "at most 10000000 pixels from the picture",
+        );
+    }
+    let m = camera.world_to_camera.matrix3;
+    let off = (m * m.transpose()).to_cols_array();
+    let identity = glam::DMat3::IDENTITY.to_cols_array();
+    let rigid = off.iter().zip(identity).all(|(a, b)| (a - b).abs() < 1e-3);
+    if !rigid || m.determinant() < 0.0 {
+        return refuse("world_to_camera", m.to_string(), "a rotation");
+    }
+    let t = camera.world_to_camera.translation;
+    if !t.is_finite() || t.abs().max_element() > 1e38 {
+        return refuse("world_to_camera", t.to_string(), "a finite translation");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use glam::{DMat3, DVec2, DVec3};
+
+    fn camera() -> Camera {
+        Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 1.0, 70, 40)
+    }
+
+    fn cloud() -> Cloud {
+        Cloud::new(
+            0,
+            vec![[0.0, 0.0, 2.0], [0.1, 0.0, 1.0], [0.0, 0.0, -1.0]],
+            vec![[-2.0; 3]; 3],
+            vec![[1.0, 0.0, 0.0, 0.0]; 3],
+            vec![1.0; 3],
+            vec![[0.0; 3]; 3],
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn ranks_run_front_to_back_and_tiles_agree_both_ways() {
+        let v = View::new(&cloud(), &camera(), Profile::Inria).unwrap();
+        assert_eq!(v.culled(), 1);
+        let order: Vec<_> = v.splats().iter().map(|s| s.index).collect();
+        assert_eq!(order, [1, 0]);
+        let (first, ranks) = v.by_tile();
+        assert_eq!(ranks.len(), v.entries());
+        for t in 0..v.tile_count() {
+            let list = &ranks[first[t]..first[t + 1]];
+            assert!(list.is_sorted());
+            for rank in 0..v.splats().len() {
+                let there = v.tiles_of(rank).contains(&(t as u32));
+                assert_eq!(there, list.contains(&(rank as u32)));
+            }
+        }
+        // 70 x 40 pixels: the last column of tiles is 6 wide, the last row 8.
+        assert_eq!(v.tile_pixels(14), [[64, 32], [6, 8]]);
+    }
+
+    #[test]
+    fn unusable_cameras_are_refused_by_field() {
+        let refused = |change: fn(&mut Camera), field: &str| {
+            let mut c = camera();
+            change(&mut c);
+            match View::new(&cloud(), &c, Profile::Inria) {
+                Err(RenderError::Camera { field: found, .. }) => assert_eq!(found, field),
+                other => assert!(other.is_err(), "{field}"),
+            }
+        };
+        refused(|c| c.width = 0, "width");
+        refused(|c| c.height = u32::MAX, "height");
+        refused(|c| c.focal.x = f64::NAN, "focal");
+        refused(|c| c.focal = DVec2::ZERO, "focal");
+        refused(|c| c.centre.y = f64::INFINITY, "centre");
+        refused(
+            |c| c.world_to_camera.matrix3 = DMat3::ZERO,
+            "world_to_camera",
+        );
+        refused(
+            |c| c.world_to_camera.matrix3.x_axis *= -1.0,
+            "world_to_camera",
+        );
+        refused(
+            |c| c.world_to_camera.translation.x = f64::NAN,
+            "world_to_camera",
+        );
+    }
+}
