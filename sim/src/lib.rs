@@ -1,3 +1,4 @@
 //! Runs golden traces on generated hardware and predicts its cycles.
 
+pub mod cycles;
 pub mod rtl;

@@ -1,0 +1,281 @@
+//! Cycles in closed form, a MVoxel: for data and sink that are always ready.
+//!
+//! With a ready sink the FIFO never holds anything up, so the times of a
+//! gathering unit obey recurrences of maxima and sums. The entries of one RIT
+//! half are summed up at once, since the groups of a stream that keeps up wait
+//! at most for the first of them, and those of one that does not, for the last.
+//! [`gather_cycles`] is therefore *exact*: it equals the stepwise model, stall
+//! by stall. [`overlapped_cycles`] is the plain formula of double buffering,
+//! with its error stated there.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::OpCode;
+
+use super::gather::LATENCY;
+use super::vector::VectorTiming;
+use super::work::{GatherRun, Mvoxel, WorkError};
+
+/// What a run of the gathering unit takes, data and sink ready from cycle 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GatherCycles {
+    /// Cycles from the first accepted RIT beat to the first issue.
+    pub fill: u64,
+    /// Issuing cycles.
+    pub busy: u64,
+    /// Cycles without issue because the MFT half was not loaded.
+    pub stall_mft: u64,
+    /// Cycles without issue because no entry had been read.
+    pub stall_rit: u64,
+    /// Cycles from the first accepted beat to the last accepted feature, both
+    /// included: fill, issue and latency.
+    pub elapsed: u64,
+}
+
+impl GatherCycles {
+    /// Cycles from the first to the last issue, both included.
+    #[must_use]
+    pub const fn issue_span(&self) -> u64 {
+        self.busy + self.stall_mft + self.stall_rit
+    }
+}
+
+/// What one RIT half holds of an MVoxel, and when it was written.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    bytes: u64,
+    groups: u64,
+    /// Cycle in which its first beat is accepted.
+    written: u64,
+}
+
+/// The reader and the issue, group by group.
+struct Chain {
+    vertices: u64,
+    beat: u64,
+    group_bytes: u64,
+    /// Of the latest group: first cycle in P, and cycle of issue, of vertex 0.
+    latest: Option<(u64, u64)>,
+    /// Cycle of the read of its last vertex.
+    read: u64,
+    out: GatherCycles,
+}
+
+impl Chain {
+    /// First cycle in which group `index` of a part can be read.
+    const fn readable(&self, part: &Part, index: u64) -> u64 {
+        let end = (index + 1) * self.group_bytes;
+        let end = if end < part.bytes { end } else { part.bytes };
+        part.written + end.div_ceil(self.beat)
+    }
+
+    /// One group that can be read from `readable` on and issued from `loaded`.
+    fn group(&mut self, readable: u64, loaded: u64) {
+        let v = self.vertices;
+        let (q, p, next) = match self.latest {
+            None => (readable, readable + 2, None),
+            Some((p, x)) => {
+                // Q is free when the vertex before moves to P.
+                let q = readable.max(if v == 1 { p - 1 } else { x + v - 2 });
+                (q, (q + 2).max(x + v), Some(x + v))
+            }
+        };
+        let x = p.max(loaded);
+        match next {
+            None => self.out.fill = x,
+            Some(next) => {
+                let mft = loaded.clamp(next, x) - next;
+                self.out.stall_mft += mft;
+                self.out.stall_rit += x - next - mft;
+            }
+        }
+        self.read = match v {
+            1 => q,
+            2 => p - 1,
+            _ => x + v - 3,
+        };
+        self.latest = Some((p, x));
+    }
+
+    /// Every group of a part, the first of which is issued from `loaded` on.
+    fn part(&mut self, part: &Part, loaded: u64) {
+        self.group(self.readable(part, 0), loaded);
+        if part.groups > 2 {
+            // Groups 1 to n, all full. Completion times are concave against
+            // V a group or convex, never both: an end decides.
+            let n = part.groups - 2;
+            if let Some((_, x)) = self.latest {
+                let at = (self.readable(part, 1) + 2 + (n - 1) * self.vertices)
+                    .max(self.readable(part, n) + 2);
+                let free = x + n * self.vertices;
+                let x = at.max(free);
+                self.out.stall_rit += x - free;
+                self.latest = Some((x, x));
+            }
+        }
+        if part.groups > 1 {
+            self.group(self.readable(part, part.groups - 1), 0);
+        }
+    }
+
+    /// Cycle in which the latest group's last vertex is issued.
+    fn last_issue(&self) -> u64 {
+        self.latest.map_or(0, |(_, x)| x + self.vertices - 1)
+    }
+}
+
+/// The two halves of a buffer that is filled ahead.
+#[derive(Default)]
+struct Halves {
+    /// First cycle in which the writer is through with what it has written.
+    writer: u64,
+    /// First free cycle of the half that is next, and of the one after.
+    free: [u64; 2],
+}
+
+impl Halves {
+    /// Starts writing something that takes `beats`; gives the first cycle.
+    fn write(&mut self, beats: u64) -> u64 {
+        let start = self.writer.max(self.free[0]);
+        self.writer = start + beats;
+        // Known to the caller before the half is written again.
+        self.free = [self.free[1], u64::MAX];
+        start
+    }
+
+    /// The half written longest ago is free from `cycle` on.
+    fn release(&mut self, cycle: u64) {
+        let oldest = usize::from(self.free[0] != u64::MAX);
+        self.free[oldest] = cycle;
+    }
+}
+
+/// Exact cycles of a run of the gathering unit with data and sink ready.
+///
+/// Takes time in proportion to the RIT halves that are read, not the entries.
+///
+/// # Errors
+/// Work that the unit cannot do.
+pub fn gather_cycles(config: &Config, run: &GatherRun<'_>) -> Result<GatherCycles, WorkError> {
+    run.check(config)?;
+    if run.mvoxels.is_empty() {
+        return Ok(GatherCycles::default());
+    }
+    let ports = u64::from(config.gu.ports);
+    let entry = run.vertices.entry_bytes() as u64;
+    let half = u64::from(config.rit_entries(run.vertices));
+    let mut chain = Chain {
+        vertices: run.vertices.count() as u64,
+        beat: u64::from(config.rit_stream_bits() / 8),
+        group_bytes: ports * entry,
+        latest: None,
+        read: 0,
+        out: GatherCycles {
+            busy: run.busy(config),
+            ..GatherCycles::default()
+        },
+    };
+    let (mut rit, mut mft) = (Halves::default(), Halves::default());
+    for &mvoxel in run.mvoxels {
+        let again = run.streamed_again(config, mvoxel);
+        let parts = u64::from(mvoxel.entries).div_ceil(half);
+        let mut kept: [Option<Part>; 2] = [None; 2];
+        for segment in 0..run.segments {
+            let mut loaded = mft.write(u64::from(mvoxel.rows)) + u64::from(mvoxel.rows);
+            for index in 0..parts {
+                let part = match kept[(index & 1) as usize].filter(|_| !again) {
+                    Some(part) => part,
+                    None => {
+                        let entries = (u64::from(mvoxel.entries) - index * half).min(half);
+                        let bytes = entries * entry;
+                        Part {
+                            bytes,
+                            groups: entries.div_ceil(ports),
+                            written: rit.write(bytes.div_ceil(chain.beat)),
+                        }
+                    }
+                };
+                if run.segments > 1 && !again {
+                    kept[(index & 1) as usize] = Some(part);
+                }
+                chain.part(&part, std::mem::take(&mut loaded));
+                if again || segment + 1 == run.segments {
+                    rit.release(chain.read + 1);
+                }
+            }
+            mft.release(chain.last_issue() + 1);
+        }
+    }
+    chain.out.elapsed = chain.last_issue() + LATENCY + 1;
+    Ok(chain.out)
+}
+
+/// Cycles from the first to the last issue by the plain formula of double
+/// buffering: each pass over an MVoxel takes the longer of its own issue and
+/// the load of the next pass's rows.
+///
+/// Exact if the RIT stream keeps up ([`rit_keeps_up`]) and the first MVoxel's
+/// rows take at least the RIT's own first fill of 2 cycles and its first
+/// group's beats. With fewer rows it is too high, by at most the difference.
+/// With a stream that does not keep up it is a lower bound less that
+/// difference.
+#[must_use]
+pub fn overlapped_cycles(config: &Config, run: &GatherRun<'_>) -> u64 {
+    let passes = |m: &Mvoxel| {
+        let pass = (run.issue_cycles(config, *m), u64::from(m.rows));
+        std::iter::repeat_n(pass, run.segments as usize)
+    };
+    let mut cycles = 0;
+    let mut issue = 0;
+    for (own, rows) in run.mvoxels.iter().flat_map(passes) {
+        if issue > 0 {
+            cycles += issue.max(rows);
+        }
+        issue = own;
+    }
+    cycles + issue
+}
+
+/// Whether the RIT stream brings a group in no more cycles than its issue
+/// takes, so that it never stalls a unit whose sources are ready.
+#[must_use]
+pub fn rit_keeps_up(config: &Config, run: &GatherRun<'_>) -> bool {
+    let group = u64::from(config.gu.ports) * run.vertices.entry_bytes() as u64;
+    group <= run.vertices.count() as u64 * u64::from(config.rit_stream_bits() / 8)
+}
+
+/// What a list of operations takes on the vector unit, data and sink ready.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct VectorCycles {
+    /// Vectors of L elements, the last of each operation partly filled.
+    pub vectors: u64,
+    /// Cycles in which a vector is accepted or stepped (`stat_busy`).
+    pub busy: u64,
+    /// Cycles from the first accepted vector to the last result, both included.
+    pub elapsed: u64,
+}
+
+/// Exact cycles of operations on so many elements each, one after the other.
+///
+/// # Errors
+/// A configuration that breaks its rules.
+pub fn vector_cycles(config: &Config, work: &[(OpCode, u64)]) -> Result<VectorCycles, WorkError> {
+    let timing = VectorTiming::new(config)?;
+    let lanes = u64::from(config.vu.lanes);
+    let mut out = VectorCycles::default();
+    let mut occupied = 0;
+    for &(op, elements) in work.iter().filter(|(_, elements)| *elements > 0) {
+        let (code, vectors) = (op.code(), elements.div_ceil(lanes));
+        out.vectors += vectors;
+        occupied += vectors * timing.occupancy(code);
+        out.elapsed = occupied - timing.occupancy(code) + timing.latency(code) + 1;
+    }
+    if out.vectors > 0 {
+        let drained = if timing.pipelined {
+            timing.interval - 1
+        } else {
+            0
+        };
+        out.busy = occupied + drained;
+    }
+    Ok(out)
+}

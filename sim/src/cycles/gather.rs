@@ -1,0 +1,405 @@
+//! The gathering unit, one clock cycle a call.
+//!
+//! Only occupancy and positions are kept, no data. Every field of
+//! [`GatherModel`] is a register: what a cycle sees is what the cycle before
+//! left (paper, Sec. "Hardware Support"; rules of `docs/gathering-unit.md`).
+
+use std::collections::VecDeque;
+
+use potamoi_formats::config::Config;
+use potamoi_formats::rit::{MAX_VERTICES, Vertices, WORD_BYTES};
+
+use super::work::WorkError;
+
+/// Cycles from the issue of a group's last vertex to its offer.
+pub const LATENCY: u64 = 3;
+
+/// One beat of the RIT stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RitBeat {
+    /// Valid halfwords, from the lowest.
+    pub halfwords: u32,
+    /// `tlast`: the MVoxel's last beat.
+    pub last: bool,
+    /// `tuser`: the MVoxel does not fit both halves and is streamed for every
+    /// segment.
+    pub again: bool,
+}
+
+/// What the environment drives in one cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GatherInputs {
+    /// The beat on the RIT stream, if valid.
+    pub rit: Option<RitBeat>,
+    /// `tlast` of the row on the MFT stream, if valid.
+    pub mft: Option<bool>,
+    /// The sink takes a beat of features.
+    pub feat_ready: bool,
+}
+
+/// The vertex that is issued in a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Issue {
+    /// Its number within the entries, 0 to V - 1.
+    pub vertex: u32,
+    /// The first of an MVoxel and segment.
+    pub first: bool,
+    /// The last of an MVoxel and segment.
+    pub last: bool,
+}
+
+/// Why nothing is issued.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// Too many groups in flight.
+    Fifo,
+    /// The MFT half is not loaded.
+    Mft,
+    /// No entry has been read.
+    Rit,
+}
+
+/// A beat offered to the sink.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Feature {
+    /// Ports that hold an entry, from port 0.
+    pub kept: u32,
+    /// The last of an MVoxel and segment.
+    pub last: bool,
+}
+
+/// The counters, as the `stat_*` ports show them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counters {
+    /// Issuing cycles.
+    pub busy: u64,
+    /// Stalls up to the last issue because of too many groups in flight.
+    pub stall_fifo: u64,
+    /// Stalls up to the last issue because the MFT half was not loaded.
+    pub stall_mft: u64,
+    /// Stalls up to the last issue because no entry had been read.
+    pub stall_rit: u64,
+    /// Entries issued, counted with their last vertex.
+    pub entries: u64,
+}
+
+impl Counters {
+    /// Cycles from the first to the last issue, both included.
+    #[must_use]
+    pub const fn cycles(&self) -> u64 {
+        self.busy + self.stall_fifo + self.stall_mft + self.stall_rit
+    }
+}
+
+/// What the unit shows during one cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GatherOutputs {
+    /// `s_axis_rit_tready`.
+    pub rit_ready: bool,
+    /// `s_axis_mft_tready`.
+    pub mft_ready: bool,
+    /// The beat on the feature stream, if valid.
+    pub feat: Option<Feature>,
+    /// The vertex issued, if any.
+    pub issue: Option<Issue>,
+    /// Why nothing is issued; none before the first issue.
+    pub stall: Option<Cause>,
+    /// The counters, up to the end of the cycle before.
+    pub counters: Counters,
+}
+
+/// One half of the RIT buffer. It is free until it is closed.
+#[derive(Debug, Clone, Copy, Default)]
+struct RitHalf {
+    bytes: u64,
+    closed: bool,
+    ends_mvoxel: bool,
+    again: bool,
+}
+
+/// A vertex of one group on its way from the RIT buffer to the MFT.
+#[derive(Debug, Clone, Copy)]
+struct Picked {
+    vertex: u32,
+    kept: u32,
+    first_group: bool,
+    last_group: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Group {
+    due: u64,
+    feature: Feature,
+}
+
+/// The reader's place in the RIT buffer.
+#[derive(Debug, Clone, Copy, Default)]
+struct Reader {
+    half: usize,
+    group: u64,
+    vertex: u32,
+    /// Passes over the MVoxel that are done.
+    pass: u32,
+    /// The MVoxel's first half, where every pass starts.
+    start: usize,
+    /// Something of this pass has been read.
+    under_way: bool,
+}
+
+/// The gathering unit between two clock edges.
+#[derive(Debug, Clone)]
+pub struct GatherModel {
+    half_bytes: u64,
+    ports: u64,
+    fifo_depth: u64,
+    counter_max: u64,
+    vertices: Vertices,
+    segments: u32,
+    cycle: u64,
+    rit: [RitHalf; 2],
+    rit_writer: usize,
+    reader: Reader,
+    q: Option<Picked>,
+    p: Option<Picked>,
+    mft_loaded: [bool; 2],
+    mft_rows: u64,
+    mft_writer: usize,
+    mft_reader: usize,
+    in_flight: u64,
+    output: VecDeque<Group>,
+    counting: bool,
+    /// Stalls so far, those after the last issue included.
+    running: Counters,
+    shown: Counters,
+}
+
+impl GatherModel {
+    /// The unit after reset, with `cfg_vertices` and `cfg_segments` as given.
+    ///
+    /// # Errors
+    /// A configuration that breaks its rules, an entry size that it leaves
+    /// out, or a number of segments that it does not allow.
+    pub fn new(config: &Config, vertices: Vertices, segments: u32) -> Result<Self, WorkError> {
+        super::work::check_setting(config, vertices, segments)?;
+        Ok(Self {
+            half_bytes: u64::from(config.rit.entries) * (MAX_VERTICES * WORD_BYTES) as u64,
+            ports: u64::from(config.gu.ports),
+            fifo_depth: u64::from(config.gu.fifo_depth),
+            counter_max: u64::MAX >> (64 - config.gu.counter_bits),
+            vertices,
+            segments,
+            cycle: 0,
+            rit: [RitHalf::default(); 2],
+            rit_writer: 0,
+            reader: Reader::default(),
+            q: None,
+            p: None,
+            mft_loaded: [false; 2],
+            mft_rows: 0,
+            mft_writer: 0,
+            mft_reader: 0,
+            in_flight: 0,
+            output: VecDeque::new(),
+            counting: false,
+            running: Counters::default(),
+            shown: Counters::default(),
+        })
+    }
+
+    /// `s_axis_rit_tready` of the coming cycle.
+    #[must_use]
+    pub fn rit_ready(&self) -> bool {
+        !self.rit[self.rit_writer].closed
+    }
+
+    /// `s_axis_mft_tready` of the coming cycle.
+    #[must_use]
+    pub fn mft_ready(&self) -> bool {
+        !self.mft_loaded[self.mft_writer]
+    }
+
+    /// The counters that the coming cycle shows.
+    #[must_use]
+    pub const fn counters(&self) -> Counters {
+        self.shown
+    }
+
+    /// Whether nothing is held anywhere, so that the settings may change.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.rit.iter().all(|h| h.bytes == 0)
+            && self.q.is_none()
+            && self.p.is_none()
+            && self.in_flight == 0
+            && self.mft_loaded == [false; 2]
+            && self.mft_rows == 0
+    }
+
+    /// A cycle with `cfg_clear` high: counting starts anew with the next issue.
+    /// For an idle unit.
+    pub fn clear(&mut self) {
+        self.counting = false;
+        self.running = Counters::default();
+        self.shown = Counters::default();
+        self.cycle += 1;
+    }
+
+    /// One clock cycle.
+    pub fn step(&mut self, inputs: &GatherInputs) -> GatherOutputs {
+        let room = self.in_flight < self.fifo_depth;
+        let loaded = self.mft_loaded[self.mft_reader];
+        let issued = self.p.filter(|p| p.vertex != 0 || (room && loaded));
+        let stall = match (issued.is_some() || !self.counting, room, loaded) {
+            (true, _, _) => None,
+            (_, false, _) => Some(Cause::Fifo),
+            (_, _, false) => Some(Cause::Mft),
+            _ => Some(Cause::Rit),
+        };
+        let last_vertex = self.vertices.count() as u32 - 1;
+        let outputs = GatherOutputs {
+            rit_ready: self.rit_ready(),
+            mft_ready: self.mft_ready(),
+            feat: self
+                .output
+                .front()
+                .filter(|g| g.due <= self.cycle)
+                .map(|g| g.feature),
+            issue: issued.map(|p| Issue {
+                vertex: p.vertex,
+                first: p.first_group && p.vertex == 0,
+                last: p.last_group && p.vertex == last_vertex,
+            }),
+            stall,
+            counters: self.shown,
+        };
+
+        // The reader looks at the halves as the cycle before left them, so it
+        // goes before the writer.
+        let q_moves = self.q.is_some() && (self.p.is_none() || issued.is_some());
+        if q_moves {
+            self.p = self.q.take();
+        } else if issued.is_some() {
+            self.p = None;
+        }
+        if self.q.is_none() {
+            self.q = self.read();
+        }
+        if let Some(beat) = inputs.rit.filter(|_| outputs.rit_ready) {
+            self.write_rit(beat);
+        }
+
+        self.count(issued, stall, last_vertex);
+        if let Some(last) = inputs.mft.filter(|_| outputs.mft_ready) {
+            self.mft_rows += 1;
+            if last {
+                self.mft_rows = 0;
+                self.mft_loaded[self.mft_writer] = true;
+                self.mft_writer ^= 1;
+            }
+        }
+        if outputs.issue.is_some_and(|i| i.last) {
+            self.mft_loaded[self.mft_reader] = false;
+            self.mft_reader ^= 1;
+        }
+
+        if outputs.feat.is_some() && inputs.feat_ready {
+            self.output.pop_front();
+            self.in_flight -= 1;
+        }
+        if let Some(p) = issued {
+            self.in_flight += u64::from(p.vertex == 0);
+            if p.vertex == last_vertex {
+                self.output.push_back(Group {
+                    due: self.cycle + LATENCY,
+                    feature: Feature {
+                        kept: p.kept,
+                        last: p.last_group,
+                    },
+                });
+            }
+        }
+        self.cycle += 1;
+        outputs
+    }
+
+    fn write_rit(&mut self, beat: RitBeat) {
+        let half = &mut self.rit[self.rit_writer];
+        half.bytes += 2 * u64::from(beat.halfwords);
+        half.again = beat.again;
+        if beat.last || half.bytes >= self.half_bytes {
+            half.closed = true;
+            half.ends_mvoxel = beat.last;
+            self.rit_writer ^= 1;
+        }
+    }
+
+    /// Reads the next vertex if its group can be read, and releases its half
+    /// after the last vertex that is needed of it.
+    fn read(&mut self) -> Option<Picked> {
+        let half = self.rit[self.reader.half];
+        let entries = half.bytes / self.vertices.entry_bytes() as u64;
+        let groups = if half.closed {
+            entries.div_ceil(self.ports)
+        } else {
+            entries / self.ports
+        };
+        let at = &mut self.reader;
+        if at.group >= groups {
+            return None;
+        }
+        let last_of_half = half.closed && at.group + 1 == groups;
+        let picked = Picked {
+            vertex: at.vertex,
+            kept: (entries - at.group * self.ports).min(self.ports) as u32,
+            first_group: !at.under_way,
+            last_group: last_of_half && half.ends_mvoxel,
+        };
+        at.vertex += 1;
+        if at.vertex < self.vertices.count() as u32 {
+            return Some(picked);
+        }
+        at.vertex = 0;
+        at.group += 1;
+        at.under_way = true;
+        if !last_of_half {
+            return Some(picked);
+        }
+        at.group = 0;
+        let last_pass = half.again || at.pass + 1 >= self.segments;
+        if last_pass {
+            self.rit[at.half] = RitHalf::default();
+        }
+        at.half ^= 1;
+        if half.ends_mvoxel {
+            at.under_way = false;
+            if last_pass {
+                at.pass = 0;
+                at.start = at.half;
+            } else {
+                at.pass += 1;
+                at.half = at.start;
+            }
+        }
+        Some(picked)
+    }
+
+    fn count(&mut self, issued: Option<Picked>, stall: Option<Cause>, last_vertex: u32) {
+        let max = self.counter_max;
+        let add = |counter: &mut u64, n: u64| *counter = counter.saturating_add(n).min(max);
+        match stall {
+            Some(Cause::Fifo) => add(&mut self.running.stall_fifo, 1),
+            Some(Cause::Mft) => add(&mut self.running.stall_mft, 1),
+            Some(Cause::Rit) => add(&mut self.running.stall_rit, 1),
+            None => {}
+        }
+        if let Some(p) = issued {
+            self.counting = true;
+            add(&mut self.running.busy, 1);
+            if p.vertex == last_vertex {
+                add(&mut self.running.entries, u64::from(p.kept));
+            }
+            // The ports follow only with an issue: idling at the end stays out.
+            self.shown = self.running;
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! Cycle models of the two units, written from their documented rules.
+//!
+//! [`gather`] and [`vector`] step one clock cycle a call and give every
+//! handshake, issue and counter of that cycle. [`closed`] gives the same
+//! totals a MVoxel, in time that does not depend on the number of entries, for
+//! an environment that is always ready. [`stimulus`] decides when sources and
+//! sink are willing, apart from any model, so that one plan can drive a model
+//! and hardware alike; [`drive`] plays a plan on a model.
+
+pub mod closed;
+pub mod drive;
+pub mod gather;
+pub mod stimulus;
+pub mod vector;
+pub mod work;
+
+#[cfg(test)]
+mod tests;
+
+pub use closed::{GatherCycles, VectorCycles, gather_cycles, vector_cycles};
+pub use drive::{CycleLog, run_gather, run_gather_watched};
+pub use gather::{GatherInputs, GatherModel, GatherOutputs};
+pub use stimulus::{Plan, Source, Stalls, StreamStalls, Willing};
+pub use vector::{VectorInputs, VectorModel, VectorOutputs};
+pub use work::{GatherRun, Mvoxel, WorkError};

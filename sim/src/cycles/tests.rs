@@ -1,0 +1,492 @@
+//! The gathering unit's models against the rules' consequences and each other.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use potamoi_formats::config::Config;
+use potamoi_formats::rit::Vertices;
+use proptest::prelude::*;
+use rand::{RngCore, SeedableRng};
+use rand_pcg::Pcg32;
+
+use super::closed::{overlapped_cycles, rit_keeps_up};
+use super::gather::{Cause, Counters, GatherInputs, GatherModel, RitBeat};
+use super::*;
+
+fn config(text: &str) -> Config {
+    Config::from_toml(text, "test").unwrap()
+}
+
+fn unit(banks: u32, ports: u32) -> Config {
+    config(&format!("[gu]\nbanks = {banks}\nports = {ports}"))
+}
+
+fn ready(config: &Config, run: &GatherRun<'_>) -> CycleLog {
+    run_gather(config, run, &Stalls::NONE, 0).unwrap()
+}
+
+/// MVoxels of very different sizes, most halves partly filled, each loading no
+/// more rows than the pass before it has cycles.
+fn hidden_loads(config: &Config, vertices: Vertices, segments: u32, least: u32) -> Vec<Mvoxel> {
+    let mut rng = Pcg32::seed_from_u64(u64::from(vertices.log2()) * 100 + u64::from(segments));
+    let half = config.rit_entries(vertices);
+    let mut list: Vec<Mvoxel> = Vec::new();
+    let mut total = 0;
+    while total < least || list.len() < 24 {
+        let entries = match list.len() % 8 {
+            0 | 1 => 1,
+            2 => 1 + rng.next_u32() % (2 * config.gu.ports),
+            3 => 2 * half,
+            4 => half + 1 + rng.next_u32() % half,
+            5 => 2 * half + 1 + rng.next_u32() % (2 * half),
+            6 => half,
+            _ => 1 + rng.next_u32() % half,
+        };
+        let mut mvoxel = Mvoxel {
+            entries,
+            rows: config.mvoxel.rows,
+        };
+        let one = |m: Mvoxel| {
+            let run = GatherRun {
+                vertices,
+                segments: 1,
+                mvoxels: &[],
+            };
+            run.issue_cycles(config, m) as u32
+        };
+        if let Some(&before) = list.last() {
+            mvoxel.rows = mvoxel.rows.min(one(before));
+        }
+        if segments > 1 {
+            mvoxel.rows = mvoxel.rows.min(one(mvoxel));
+        }
+        total += entries;
+        list.push(mvoxel);
+    }
+    list
+}
+
+#[test]
+fn no_bubble_between_entries_halves_and_mvoxels() {
+    for (banks, ports) in [(32, 2), (16, 1), (8, 4)] {
+        let config = unit(banks, ports);
+        for vertices in Vertices::ALL {
+            for segments in [1, 3] {
+                let mvoxels = hidden_loads(&config, vertices, segments, 10_001);
+                let run = GatherRun {
+                    vertices,
+                    segments,
+                    mvoxels: &mvoxels,
+                };
+                let entries: u64 = mvoxels.iter().map(|m| u64::from(m.entries)).sum();
+                assert!(entries > 10_000 && mvoxels.len() >= 20);
+                let log = ready(&config, &run);
+                let expected: u64 = mvoxels
+                    .iter()
+                    .map(|m| u64::from(m.entries.div_ceil(ports)) * vertices.count() as u64)
+                    .sum::<u64>()
+                    * u64::from(segments);
+                let what = format!("B {banks} M {ports} V {vertices:?} S {segments}");
+                assert_eq!(
+                    log.counters,
+                    Counters {
+                        busy: expected,
+                        entries: entries * u64::from(segments),
+                        ..Counters::default()
+                    },
+                    "{what}"
+                );
+                let span = log.last_issue.unwrap() - log.first_issue.unwrap() + 1;
+                assert_eq!(span, expected, "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_smallest_buffer_has_no_bubble_either() {
+    for ports in 1..=8 {
+        let config = config(&format!(
+            "[gu]\nports = {ports}\nfifo_depth = 4\n[rit]\nentries = {ports}"
+        ));
+        for vertices in Vertices::ALL {
+            let mvoxels = hidden_loads(&config, vertices, 2, 500);
+            let run = GatherRun {
+                vertices,
+                segments: 2,
+                mvoxels: &mvoxels,
+            };
+            let log = ready(&config, &run);
+            assert_eq!(
+                log.counters.cycles(),
+                run.busy(&config),
+                "M {ports} {vertices:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn first_fill_and_latency_are_three_cycles() {
+    let mvoxels = [Mvoxel {
+        entries: 1,
+        rows: 1,
+    }];
+    for (ports, vertices, beats) in [
+        (2, Vertices::One, 1),
+        (8, Vertices::Eight, 1),
+        (2, Vertices::Eight, 3),
+    ] {
+        let run = GatherRun {
+            vertices,
+            segments: 1,
+            mvoxels: &mvoxels,
+        };
+        let log = ready(&unit(32, ports), &run);
+        assert_eq!(log.first_beat, Some(0));
+        assert_eq!(log.first_issue, Some(beats + 2));
+        assert_eq!(log.groups[0].accepted, log.last_issue.unwrap() + 3);
+    }
+}
+
+#[test]
+fn a_load_longer_than_the_pass_before_stalls_by_the_difference() {
+    let config = unit(32, 2);
+    for (rows, stall) in [(400, 0), (401, 1), (512, 112)] {
+        let mvoxels = [
+            Mvoxel {
+                entries: 100,
+                rows: 27,
+            },
+            Mvoxel { entries: 7, rows },
+        ];
+        let run = GatherRun {
+            vertices: Vertices::Eight,
+            segments: 1,
+            mvoxels: &mvoxels,
+        };
+        let log = ready(&config, &run);
+        let c = log.counters;
+        assert_eq!((c.busy, c.stall_mft, c.stall_rit), (432, stall, 0));
+        assert_eq!(overlapped_cycles(&config, &run), 432 + stall);
+    }
+}
+
+#[test]
+fn a_narrow_rit_stream_stalls_single_ids_by_its_rate() {
+    // 4 bytes a cycle, 8 wanted.
+    let config = config("[rit]\nstream_bits = 32");
+    let mvoxels = [Mvoxel {
+        entries: 1000,
+        rows: 2,
+    }];
+    let run = GatherRun {
+        vertices: Vertices::One,
+        segments: 1,
+        mvoxels: &mvoxels,
+    };
+    assert!(!rit_keeps_up(&config, &run));
+    let c = ready(&config, &run).counters;
+    assert_eq!((c.busy, c.stall_rit, c.stall_mft), (500, 499, 0));
+}
+
+#[test]
+fn a_blocked_sink_stalls_after_the_fifo_is_full_and_says_so() {
+    let config = unit(32, 2);
+    let mut model = GatherModel::new(&config, Vertices::One, 1).unwrap();
+    let mut inputs = GatherInputs {
+        rit: Some(RitBeat {
+            halfwords: 8,
+            last: false,
+            again: false,
+        }),
+        mft: Some(true),
+        feat_ready: false,
+    };
+    let (mut issued, mut fifo) = (0, 0);
+    for _ in 0..100 {
+        let out = model.step(&inputs);
+        issued += u64::from(out.issue.is_some());
+        fifo += u64::from(out.stall == Some(Cause::Fifo));
+    }
+    // Issue starts in cycle 3; the stalls show with the next issue only.
+    assert_eq!((issued, fifo), (8, 89));
+    assert_eq!(model.counters().stall_fifo, 0);
+    inputs.feat_ready = true;
+    // Accepted in this cycle, counted from the next.
+    assert_eq!(model.step(&inputs).stall, Some(Cause::Fifo));
+    assert!(model.step(&inputs).issue.is_some());
+    assert_eq!(
+        model.counters(),
+        Counters {
+            busy: 9,
+            stall_fifo: 90,
+            entries: 18,
+            ..Counters::default()
+        }
+    );
+}
+
+#[test]
+fn counters_stop_at_their_maximum_and_clear() {
+    let config = config("[gu]\ncounter_bits = 16");
+    let mvoxels = [Mvoxel {
+        entries: 20_000,
+        rows: 1,
+    }];
+    let run = GatherRun {
+        vertices: Vertices::Eight,
+        segments: 1,
+        mvoxels: &mvoxels,
+    };
+    let c = ready(&config, &run).counters;
+    assert_eq!((c.busy, c.entries), (65_535, 20_000));
+    let mut model = GatherModel::new(&config, Vertices::Eight, 1).unwrap();
+    let mut rit = Source::new(run.rit_beats(&config));
+    for _ in 0..100 {
+        let inputs = GatherInputs {
+            rit: rit.offer(true).map(|p| p.beat),
+            mft: Some(true),
+            feat_ready: true,
+        };
+        if model.step(&inputs).rit_ready {
+            rit.accepted();
+        }
+    }
+    assert_ne!(model.counters(), Counters::default());
+    model.clear();
+    assert_eq!(model.counters(), Counters::default());
+}
+
+#[test]
+fn an_mvoxel_beyond_both_halves_is_streamed_for_every_segment() {
+    let config = unit(32, 2);
+    let half = config.rit_entries(Vertices::Eight);
+    for (entries, times) in [(half, 1), (2 * half, 1), (2 * half + 1, 3)] {
+        let mvoxels = [Mvoxel { entries, rows: 8 }];
+        let run = GatherRun {
+            vertices: Vertices::Eight,
+            segments: 3,
+            mvoxels: &mvoxels,
+        };
+        assert_eq!(run.streamed_again(&config, mvoxels[0]), times > 1);
+        let log = ready(&config, &run);
+        assert_eq!(log.rit_beats, times * u64::from(entries * 48).div_ceil(16));
+        assert_eq!(log.counters.entries, 3 * u64::from(entries));
+        assert_eq!(log.mft_rows, 24);
+    }
+}
+
+#[test]
+fn work_that_cannot_be_done_is_refused_by_name() {
+    let config = unit(32, 2);
+    let good = Mvoxel {
+        entries: 1,
+        rows: 1,
+    };
+    let bad = |vertices, segments, mvoxel: Mvoxel| {
+        let mvoxels = [good, mvoxel];
+        let run = GatherRun {
+            vertices,
+            segments,
+            mvoxels: &mvoxels,
+        };
+        let error = run_gather(&config, &run, &Stalls::NONE, 0).unwrap_err();
+        assert_eq!(gather_cycles(&config, &run).unwrap_err(), error);
+        error.to_string()
+    };
+    let v = Vertices::Eight;
+    assert!(bad(v, 1, Mvoxel { entries: 0, ..good }).contains("MVoxel 1 has no entries"));
+    assert!(bad(v, 1, Mvoxel { rows: 0, ..good }).contains("loads 0 rows"));
+    assert!(bad(v, 1, Mvoxel { rows: 513, ..good }).contains("mvoxel.rows = 512"));
+    assert!(bad(v, 0, good).contains("0 segments"));
+    assert!(bad(v, 9, good).contains("gu.segments = 8"));
+    let mut planes = config.clone();
+    planes.gu.vertices = vec![Vertices::Four];
+    let error = GatherModel::new(&planes, v, 1).err().unwrap();
+    assert!(error.to_string().contains("built for 1, 4"), "{error}");
+    planes.gu.ports = 0;
+    assert!(matches!(
+        GatherModel::new(&planes, v, 1),
+        Err(WorkError::Config(_))
+    ));
+}
+
+fn any_config() -> impl Strategy<Value = Config> {
+    (1u32..=8, 1u32..=12, 4u32..=12, 0usize..32).prop_map(|(ports, rows, depth, width)| {
+        let row = 384 * ports;
+        let widths: Vec<_> = (1..=row / 32)
+            .map(|n| 32 * n)
+            .filter(|w| row % w == 0)
+            .collect();
+        let stream = widths[width % widths.len()];
+        let entries = ports * rows;
+        config(&format!(
+            "[mvoxel]\nrows = 64\n[rit]\nentries = {entries}\nstream_bits = {stream}\n[gu]\nports = {ports}\nfifo_depth = {depth}"
+        ))
+    })
+}
+
+fn any_mvoxels() -> impl Strategy<Value = Vec<(u32, u32, u32)>> {
+    prop::collection::vec((0u32..6, 0u32..10_000, 1u32..=64), 1..14)
+}
+
+/// Sizes that lie on both sides of what a half, or both, hold.
+fn sized(config: &Config, vertices: Vertices, raw: &[(u32, u32, u32)]) -> Vec<Mvoxel> {
+    let half = config.rit_entries(vertices);
+    raw.iter()
+        .map(|&(kind, entries, rows)| Mvoxel {
+            entries: match kind {
+                0 => 1 + entries % config.gu.ports,
+                1 => half,
+                2 => 2 * half,
+                3 => 1 + entries % (2 * half),
+                4 => 1 + entries % (5 * half),
+                _ => 1 + entries % 30,
+            },
+            rows: if kind == 5 { 1 + rows % 4 } else { rows },
+        })
+        .collect()
+}
+
+fn any_stalls() -> impl Strategy<Value = Stalls> {
+    let one = || {
+        prop_oneof![
+            Just(StreamStalls::NONE),
+            (0u16..900, 1u16..6).prop_map(|(per_mille, burst)| StreamStalls { per_mille, burst }),
+            (0u16..30, 20u16..90).prop_map(|(per_mille, burst)| StreamStalls { per_mille, burst }),
+        ]
+    };
+    (one(), one(), one()).prop_map(|(rit, mft, sink)| Stalls { rit, mft, sink })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1500))]
+
+    #[test]
+    fn the_closed_form_is_exact(config in any_config(), which in 0usize..4, segments in 1u32..5, raw in any_mvoxels()) {
+        let vertices = Vertices::ALL[which];
+        let mvoxels = sized(&config, vertices, &raw);
+        let run = GatherRun { vertices, segments, mvoxels: &mvoxels };
+        let log = ready(&config, &run);
+        let c = log.counters;
+        let closed = gather_cycles(&config, &run).unwrap();
+        let stepped = GatherCycles {
+            fill: log.first_issue.unwrap(),
+            busy: c.busy,
+            stall_mft: c.stall_mft,
+            stall_rit: c.stall_rit,
+            elapsed: log.cycles,
+        };
+        prop_assert_eq!(closed, stepped);
+        prop_assert_eq!(c.stall_fifo, 0);
+        prop_assert_eq!(c.busy, run.busy(&config));
+
+        // The plain formula, within its stated error.
+        let plain = overlapped_cycles(&config, &run);
+        let first = u64::from(mvoxels[0].entries.min(config.gu.ports)) * vertices.entry_bytes() as u64;
+        let fill = 2 + first.div_ceil(u64::from(config.rit_stream_bits() / 8));
+        let slack = fill.saturating_sub(u64::from(mvoxels[0].rows));
+        prop_assert!(plain <= c.cycles() + slack, "{} {} {}", plain, c.cycles(), slack);
+        if rit_keeps_up(&config, &run) {
+            prop_assert_eq!(c.stall_rit, 0);
+            prop_assert!(plain >= c.cycles());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// Under any stalls: no deadlock, every group once and in order, every
+    /// entry counted, no more groups inside than the FIFO takes, and streams
+    /// that keep to AXI.
+    #[test]
+    fn stalls_lose_nothing(config in any_config(), which in 0usize..4, segments in 1u32..4, raw in any_mvoxels(), stalls in any_stalls(), seed in any::<u64>()) {
+        let vertices = Vertices::ALL[which];
+        let mvoxels = sized(&config, vertices, &raw);
+        let run = GatherRun { vertices, segments, mvoxels: &mvoxels };
+        let ports = config.gu.ports;
+        let mut expected = Vec::new();
+        for m in &mvoxels {
+            for _ in 0..segments {
+                let groups = m.entries.div_ceil(ports);
+                expected.extend((0..groups).map(|g| ((m.entries - g * ports).min(ports), g + 1 == groups)));
+            }
+        }
+        let plan = Plan::new(seed, &stalls).unwrap();
+        let mut waiting = None;
+        let mut broken = Vec::new();
+        let (mut next, mut fresh) = (0, true);
+        let mut stall_cycles = 0;
+        let mut issues = 0;
+        let log = run_gather_watched(&config, &run, plan, |cycle, inputs, out| {
+            if waiting.is_some() && waiting != out.feat {
+                broken.push((cycle, "features change while they wait"));
+            }
+            waiting = out.feat.filter(|_| !inputs.feat_ready);
+            if let Some(issue) = out.issue {
+                issues += 1;
+                if issue.vertex != next || issue.first != fresh {
+                    broken.push((cycle, "vertices out of order"));
+                }
+                next = (issue.vertex + 1) % vertices.count() as u32;
+                fresh = issue.last;
+            } else if next != 0 {
+                broken.push((cycle, "a bubble within a group"));
+            }
+            stall_cycles += u64::from(out.stall.is_some());
+        }).unwrap();
+        prop_assert!(broken.is_empty(), "{:?}", broken);
+        let groups: Vec<_> = log.groups.iter().map(|g| (g.kept, g.last)).collect();
+        prop_assert_eq!(&groups, &expected);
+        let entries: u64 = mvoxels.iter().map(|m| u64::from(m.entries)).sum();
+        let c = log.counters;
+        prop_assert_eq!(c.entries, entries * u64::from(segments));
+        prop_assert_eq!(c.busy, run.busy(&config));
+        prop_assert_eq!(c.busy, issues);
+        prop_assert_eq!(c.cycles(), log.last_issue.unwrap() - log.first_issue.unwrap() + 1);
+        // Idling after the last issue has a cause but is not counted.
+        prop_assert!(c.cycles() - c.busy <= stall_cycles);
+        for (i, g) in log.groups.iter().enumerate() {
+            prop_assert!(g.accepted >= g.issued + vertices.count() as u64 + 2);
+            if let Some(ahead) = log.groups.get(i + config.gu.fifo_depth as usize) {
+                prop_assert!(ahead.issued > g.accepted);
+            }
+        }
+        // Never faster than with data and sink ready.
+        prop_assert!(log.cycles >= gather_cycles(&config, &run).unwrap().elapsed);
+        // Bounded: every beat, row and group may wait its own stalls, no more.
+        let length = |s: &StreamStalls| u64::from(s.burst) * 1000 / u64::from(1000 - s.per_mille) + u64::from(s.burst) * 60;
+        let worst = log.rit_beats * length(&stalls.rit) + log.mft_rows * length(&stalls.mft)
+            + log.groups.len() as u64 * length(&stalls.sink) + c.busy + 20;
+        prop_assert!(log.cycles <= worst);
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_vector_units_closed_form_is_exact(
+        lanes in 1u32..9, pipelined in any::<bool>(), r in 1u32..21, tail in any::<bool>(),
+        depth in 3u32..6, built in any::<bool>(), work in prop::collection::vec((0usize..7, 0u64..60), 0..12),
+    ) {
+        use potamoi_formats::units::OpCode;
+        let ops = if built { "" } else { "ops = [\"pass\", \"relu\"]" };
+        let config = config(&format!(
+            "[vu]\nlanes = {lanes}\nfifo_depth = {depth}\n{ops}\n[vu.exp]\npipelined = {pipelined}\niterations_per_clock = {r}\ntail = {tail}"
+        ));
+        let work: Vec<_> = work.into_iter().map(|(op, n)| (OpCode::ALL[op], n)).collect();
+        let vectors = work.iter().flat_map(|&(op, n)| (0..n.div_ceil(u64::from(lanes))).map(move |_| op.code()));
+        let mut source = Source::new(vectors);
+        let mut unit = VectorModel::new(&config).unwrap();
+        let mut elapsed = 0;
+        while !source.is_done() || !unit.is_idle() {
+            let op = source.offer(true).copied();
+            let out = unit.step(&VectorInputs { op, ready: true });
+            if op.is_some() && out.ready { source.accepted(); }
+            prop_assert_eq!(out.stall_out, 0);
+            elapsed += 1;
+        }
+        let last = unit.step(&VectorInputs::default());
+        let stepped = VectorCycles { vectors: u64::from(last.vectors), busy: u64::from(last.busy), elapsed };
+        prop_assert_eq!(vector_cycles(&config, &work).unwrap(), stepped);
+    }
+}

@@ -1,0 +1,320 @@
+//! The vector unit, one clock cycle a call: occupancy only, no data (rules of
+//! `docs/vector-unit.md`).
+
+use std::collections::VecDeque;
+
+use potamoi_formats::config::{Config, rules};
+
+use super::work::WorkError;
+
+/// What the environment drives in one cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct VectorInputs {
+    /// The operation's code, bits 3..0 of `tuser`, if a vector is valid.
+    pub op: Option<u8>,
+    /// The sink takes a result.
+    pub ready: bool,
+}
+
+/// What the unit shows during one cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VectorOutputs {
+    /// `s_axis_vec_tready`.
+    pub ready: bool,
+    /// `m_axis_vec_tvalid`.
+    pub valid: bool,
+    /// `stat_vectors`: vectors accepted up to the end of the cycle before.
+    pub vectors: u32,
+    /// `stat_busy`: cycles in which a vector was accepted or stepped.
+    pub busy: u32,
+    /// `stat_stall_out`: cycles in which only the lack of room refused a vector.
+    pub stall_out: u32,
+}
+
+/// How long vectors take, from the configuration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VectorTiming {
+    /// Cycles that the iterative engine takes for an exponential, or stages of
+    /// the pipelined one: I.
+    pub interval: u64,
+    /// One vector of any operation a cycle.
+    pub pipelined: bool,
+    /// Vectors that may be inside.
+    pub room: u64,
+    /// By code: an exponential that is built.
+    exponential: [bool; 16],
+}
+
+impl VectorTiming {
+    /// The timing of a configuration.
+    ///
+    /// # Errors
+    /// A configuration that breaks its rules.
+    pub fn new(config: &Config) -> Result<Self, WorkError> {
+        let breaches = rules::check(config);
+        if !breaches.is_empty() {
+            return Err(WorkError::Config(breaches.to_string()));
+        }
+        let exp = &config.vu.exp;
+        let interval = u64::from(exp.engine().interval);
+        let mut exponential = [false; 16];
+        for op in config.vu.ops.iter().filter(|op| op.is_exponential()) {
+            exponential[usize::from(op.code() & 15)] = true;
+        }
+        let stages = if exp.pipelined { interval + 1 } else { 0 };
+        Ok(Self {
+            interval,
+            pipelined: exp.pipelined,
+            room: u64::from(config.vu.fifo_depth) + stages,
+            exponential,
+        })
+    }
+
+    /// Cycles from the acceptance of a vector to that of the next, at least.
+    /// An operation that is not built takes as long as an element-wise one.
+    #[must_use]
+    pub const fn occupancy(&self, code: u8) -> u64 {
+        if self.exponential[(code & 15) as usize] && !self.pipelined {
+            self.interval
+        } else {
+            1
+        }
+    }
+
+    /// Cycles from the acceptance of a vector to the offer of its result.
+    #[must_use]
+    pub const fn latency(&self, code: u8) -> u64 {
+        if self.pipelined {
+            self.interval + 1
+        } else {
+            self.occupancy(code) + 1
+        }
+    }
+}
+
+/// The vector unit between two clock edges.
+#[derive(Debug, Clone)]
+pub struct VectorModel {
+    timing: VectorTiming,
+    cycle: u64,
+    /// First cycle in which the engine takes a vector.
+    free: u64,
+    /// First cycle in which no vector is stepped any more.
+    rest: u64,
+    /// First cycle of offer, of every vector that is inside.
+    inside: VecDeque<u64>,
+    vectors: u32,
+    busy: u32,
+    stall_out: u32,
+}
+
+impl VectorModel {
+    /// The unit after reset.
+    ///
+    /// # Errors
+    /// A configuration that breaks its rules.
+    pub fn new(config: &Config) -> Result<Self, WorkError> {
+        Ok(Self {
+            timing: VectorTiming::new(config)?,
+            cycle: 0,
+            free: 0,
+            rest: 0,
+            inside: VecDeque::new(),
+            vectors: 0,
+            busy: 0,
+            stall_out: 0,
+        })
+    }
+
+    fn has_room(&self) -> bool {
+        (self.inside.len() as u64) < self.timing.room
+    }
+
+    /// `s_axis_vec_tready` of the coming cycle.
+    #[must_use]
+    pub fn ready(&self) -> bool {
+        self.cycle >= self.free && self.has_room()
+    }
+
+    /// Whether no vector is inside.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.inside.is_empty()
+    }
+
+    /// A cycle with `cfg_clear` high and no vector offered.
+    pub fn clear(&mut self) {
+        self.step(&VectorInputs::default());
+        (self.vectors, self.busy, self.stall_out) = (0, 0, 0);
+    }
+
+    /// One clock cycle.
+    pub fn step(&mut self, inputs: &VectorInputs) -> VectorOutputs {
+        let outputs = VectorOutputs {
+            ready: self.ready(),
+            valid: self.inside.front().is_some_and(|&due| due <= self.cycle),
+            vectors: self.vectors,
+            busy: self.busy,
+            stall_out: self.stall_out,
+        };
+        let refused = self.cycle >= self.free && !self.has_room();
+        if outputs.valid && inputs.ready {
+            self.inside.pop_front();
+        }
+        if let Some(code) = inputs.op {
+            if outputs.ready {
+                let occupancy = self.timing.occupancy(code);
+                self.free = self.cycle + occupancy;
+                self.rest = self.cycle
+                    + if self.timing.pipelined {
+                        self.timing.interval
+                    } else {
+                        occupancy
+                    };
+                self.inside
+                    .push_back(self.cycle + self.timing.latency(code));
+                self.vectors = self.vectors.saturating_add(1);
+            } else if refused {
+                self.stall_out = self.stall_out.saturating_add(1);
+            }
+        }
+        if self.cycle < self.rest {
+            self.busy = self.busy.saturating_add(1);
+        }
+        self.cycle += 1;
+        outputs
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use potamoi_formats::units::OpCode;
+    use proptest::prelude::*;
+
+    fn model(text: &str) -> VectorModel {
+        VectorModel::new(&Config::from_toml(text, "test").unwrap()).unwrap()
+    }
+
+    /// Offers the operations without pause; cycles of acceptance and result.
+    fn play(mut unit: VectorModel, ops: &[OpCode]) -> (Vec<u64>, Vec<u64>) {
+        let (mut taken, mut given) = (Vec::new(), Vec::new());
+        for cycle in 0..10_000 {
+            let op = ops.get(taken.len()).map(|op| op.code());
+            let out = unit.step(&VectorInputs { op, ready: true });
+            if op.is_some() && out.ready {
+                taken.push(cycle);
+            }
+            if out.valid {
+                given.push(cycle);
+            }
+        }
+        (taken, given)
+    }
+
+    #[test]
+    fn the_iterative_engine_takes_its_interval_and_element_wise_one_cycle() {
+        use OpCode::{Add, Exp, OneMinusExp, Pass};
+        let (taken, given) = play(model(""), &[Exp, Pass, Add, OneMinusExp, Exp]);
+        assert_eq!(taken, [0, 20, 21, 22, 42]);
+        assert_eq!(given, [21, 22, 23, 43, 63]);
+        let (taken, given) = play(
+            model("[vu.exp]\niterations_per_clock = 6\ntail = true"),
+            &[Exp, Exp, Pass],
+        );
+        assert_eq!(taken, [0, 5, 10]);
+        assert_eq!(given, [6, 11, 12]);
+    }
+
+    #[test]
+    fn the_pipelined_engine_takes_a_vector_a_cycle() {
+        use OpCode::{Exp, Pass};
+        let (taken, given) = play(model("[vu.exp]\npipelined = true"), &[Exp, Pass, Exp]);
+        assert_eq!(taken, [0, 1, 2]);
+        assert_eq!(given, [21, 22, 23]);
+        let ops = vec![Exp; 500];
+        let (taken, given) = play(
+            model("[vu]\nfifo_depth = 3\n[vu.exp]\npipelined = true"),
+            &ops,
+        );
+        assert_eq!((taken[499], given[499]), (499, 520));
+    }
+
+    #[test]
+    fn an_operation_left_out_takes_one_cycle() {
+        let (taken, _) = play(
+            model("[vu]\nops = [\"pass\"]"),
+            &[OpCode::Exp, OpCode::Exp, OpCode::Pass],
+        );
+        assert_eq!(taken, [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_blocked_sink_stops_the_unit_after_its_room_and_is_counted() {
+        for (text, room) in [("", 4), ("[vu.exp]\npipelined = true", 25)] {
+            let mut unit = model(text);
+            let blocked = VectorInputs {
+                op: Some(0),
+                ready: false,
+            };
+            for _ in 0..100 {
+                unit.step(&blocked);
+            }
+            let out = unit.step(&VectorInputs {
+                op: Some(0),
+                ready: true,
+            });
+            assert_eq!((out.vectors, out.stall_out), (room, 100 - room), "{text}");
+            assert!(!out.ready && out.valid);
+            // The place that was just given back counts from the next cycle.
+            assert!(unit.ready());
+        }
+    }
+
+    #[test]
+    fn busy_counts_steps() {
+        let mut unit = model("");
+        let mut last = None;
+        for cycle in 0..60 {
+            let op = [(0, 5), (20, 0), (30, 0)]
+                .iter()
+                .find(|(at, _)| *at == cycle)
+                .map(|&(_, code)| code);
+            last = Some(unit.step(&VectorInputs { op, ready: true }));
+        }
+        let last = last.unwrap();
+        assert_eq!((last.busy, last.vectors, last.stall_out), (22, 3, 0));
+        unit.clear();
+        assert_eq!(unit.step(&VectorInputs::default()).vectors, 0);
+    }
+
+    proptest! {
+        /// Whatever the stalls: nothing is lost, nothing is early, and the
+        /// result waits until it is taken.
+        #[test]
+        fn results_come_once_and_in_time(
+            pipelined in any::<bool>(), depth in 3u32..8, r in 1u32..20,
+            ops in prop::collection::vec((0u8..7, any::<bool>(), any::<bool>()), 1..400),
+        ) {
+            let text = format!("[vu]\nfifo_depth = {depth}\n[vu.exp]\npipelined = {pipelined}\niterations_per_clock = {r}");
+            let mut unit = model(&text);
+            let timing = unit.timing.clone();
+            let mut due = VecDeque::new();
+            let mut waits = false;
+            for (cycle, &(code, valid, ready)) in ops.iter().chain([&(0, false, true); 100]).enumerate() {
+                let out = unit.step(&VectorInputs { op: valid.then_some(code), ready });
+                prop_assert!(out.valid || !waits);
+                waits = out.valid && !ready;
+                if out.valid && ready {
+                    prop_assert!(due.pop_front().unwrap() <= cycle as u64);
+                }
+                if valid && out.ready {
+                    due.push_back(cycle as u64 + timing.latency(code));
+                }
+                prop_assert!(due.len() as u64 <= timing.room);
+            }
+            prop_assert!(due.is_empty() && unit.is_idle());
+        }
+    }
+}
