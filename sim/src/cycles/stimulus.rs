@@ -88,7 +88,7 @@ impl Stream {
             self.left -= 1;
             return false;
         }
-        let draw = u64::from(self.rng.next_u32()) * 1000 >> 32;
+        let draw = (u64::from(self.rng.next_u32()) * 1000) >> 32;
         let stalled = draw < u64::from(self.stalls.per_mille);
         if stalled {
             self.left = self.stalls.burst - 1;
