@@ -62,13 +62,17 @@ impl ModuleBuilder {
         });
     }
 
+    /// The type, or one bit if no node can have it.
+    fn legal(&mut self, ty: Ty) -> Ty {
+        if (1..=65_536).contains(&ty.width) {
+            return ty;
+        }
+        self.fail("a node", format!("width {}: expected 1 to 65536", ty.width));
+        Ty { width: 1, ..ty }
+    }
+
     fn node(&mut self, op: Op, ty: Ty) -> Signal {
-        let ty = if (1..=65_536).contains(&ty.width) {
-            ty
-        } else {
-            self.fail("a node", format!("width {}: expected 1 to 65536", ty.width));
-            Ty { width: 1, ..ty }
-        };
+        let ty = self.legal(ty);
         self.module.nodes.push(Node {
             op,
             ty,
@@ -135,7 +139,7 @@ impl ModuleBuilder {
 
     /// A constant.
     pub fn lit(&mut self, value: impl Into<BigInt>, ty: Ty) -> Signal {
-        let value = value.into();
+        let (value, ty) = (value.into(), self.legal(ty));
         if value < ty.min() || value > ty.max() {
             self.fail("a constant", format!("{value} does not fit {ty}"));
             return self.zero(ty);
@@ -357,7 +361,8 @@ impl ModuleBuilder {
             }
             [one] => self.as_unsigned(*one),
             _ => {
-                let width = parts.iter().map(|p| p.width()).sum();
+                let widths = parts.iter().map(|p| p.width());
+                let width = widths.fold(0, u32::saturating_add);
                 self.node(Op::Cat(parts.iter().map(|p| p.id).collect()), Ty::u(width))
             }
         }
@@ -368,7 +373,13 @@ impl ModuleBuilder {
         if count == 1 {
             return self.as_unsigned(a);
         }
-        self.node(Op::Repeat(a.id, count), Ty::u(a.width() * count.max(1)))
+        if count == 0 {
+            let of = self.describe(a);
+            self.fail("repeat", format!("0 copies of {of}: expected 1 at least"));
+            return self.as_unsigned(a);
+        }
+        let width = a.width().saturating_mul(count);
+        self.node(Op::Repeat(a.id, count), Ty::u(width))
     }
 
     /// Widens, by zeros or by the sign.
@@ -433,6 +444,7 @@ impl ModuleBuilder {
 
     /// The nearest value of another type.
     pub fn saturate(&mut self, a: Signal, ty: Ty) -> Signal {
+        let ty = self.legal(ty);
         if ty == a.ty {
             return a;
         }
@@ -445,6 +457,7 @@ impl ModuleBuilder {
 
     /// Whether saturating to `ty` changes the value.
     pub fn saturated(&mut self, a: Signal, ty: Ty) -> Signal {
+        let ty = self.legal(ty);
         let mut outside = vec![];
         if ty.max() < a.ty.max() {
             let max = self.lit(ty.max(), a.ty);
@@ -523,7 +536,7 @@ impl ModuleBuilder {
 
     /// A register with a reset value.
     pub fn reg(&mut self, name: &str, ty: Ty, reset: impl Into<BigInt>) -> Signal {
-        let mut reset = reset.into();
+        let (mut reset, ty) = (reset.into(), self.legal(ty));
         if reset < ty.min() || reset > ty.max() {
             self.fail(name, format!("reset value {reset} does not fit {ty}"));
             reset = BigInt::ZERO;
@@ -577,16 +590,18 @@ impl ModuleBuilder {
 
     /// A plain inferable array.
     pub fn memory(&mut self, name: &str, depth: u32, width: u32, doc: &str) -> MemId {
-        if depth < 2 || width == 0 {
+        let fits = (1..=65_536).contains(&width);
+        if depth < 2 || !fits {
+            let found = format!("memory of {depth} rows of {width} bits");
             self.fail(
                 name,
-                format!("memory of {depth} x {width}: expected 2 rows and 1 bit at least"),
+                format!("{found}: expected 2 rows at least, of 1 to 65536 bits"),
             );
         }
         self.module.memories.push(Memory {
             name: name.to_owned(),
             depth: depth.max(2),
-            width: width.max(1),
+            width: if fits { width } else { 1 },
             doc: doc.to_owned(),
             at: self.module.nodes.len(),
             writes: vec![],
@@ -626,6 +641,10 @@ impl ModuleBuilder {
     /// holds its output otherwise. No reset.
     pub fn mem_read(&mut self, mem: MemId, en: Signal, addr: Signal, name: &str) -> Signal {
         let width = self.module.memories[mem.0].width;
+        if en.ty != Ty::bit() {
+            let of = self.describe(en);
+            self.fail(name, format!("enable {of} is not one unsigned bit"));
+        }
         if !self.address(mem, addr) {
             return self.zero(Ty::u(width));
         }

@@ -7,6 +7,7 @@ use num_bigint::{BigInt, BigUint};
 use super::InterpretError;
 use super::flatten::Layout;
 use super::step::Slot;
+use crate::ir::check::live;
 use crate::ir::node::{Contract, Op};
 use crate::ir::{Interval, Module, ModuleRanges, Ranges};
 
@@ -117,7 +118,8 @@ fn add(
             break;
         }
     }
-    for (id, node) in module.nodes.iter().enumerate() {
+    let live = live(module);
+    for (id, node) in module.nodes.iter().enumerate().filter(|(id, _)| live[*id]) {
         let range = &ranges.values[id];
         if rests[id] || *range == Interval::all(node.ty) || matches!(node.op, Op::Lit(_)) {
             continue;
