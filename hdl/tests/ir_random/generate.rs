@@ -140,7 +140,7 @@ pub(crate) fn pool() -> Vec<(String, Ty)> {
             }
         }
     }
-    for bits in [1, 3, 9] {
+    for bits in [1, 3, 9, 40, 70] {
         all.push((format!("amount_{bits}"), Ty::u(bits)));
     }
     all.push(("init".to_owned(), Ty::bit()));
@@ -228,7 +228,7 @@ impl Making<'_> {
     }
 
     fn amount(&mut self) -> Signal {
-        let bits = self.random.of(&[1, 3, 9]);
+        let bits = self.random.of(&[1, 3, 9, 9, 40, 70]);
         self.input(&format!("amount_{bits}"), Ty::u(bits))
     }
 

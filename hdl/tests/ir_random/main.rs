@@ -201,4 +201,5 @@ fn all_simulators_agree() {
         panic!("the interpreter and Verilator differ: {found}{again}");
     }
     assert_ne!(own[INITIAL], own[INITIAL + 1], "nothing moves");
+    std::fs::remove_dir_all(&folder).unwrap();
 }
