@@ -35,6 +35,8 @@ test-full: setup
 	cargo test --locked -- --include-ignored
 	$(call step,rust-hdl bridge)
 	cargo test --locked -p potamoi-rust-hdl -- --include-ignored
+	$(call step,the crate verilated against Verilator 5)
+	tools/show-verilated-crate
 	$(call step,benches build)
 	cargo bench --locked --no-run
 
