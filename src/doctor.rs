@@ -230,7 +230,7 @@ fn text(report: &Report) -> String {
                 .map_or_else(|| "-".into(), |p| p.display().to_string()),
         ]);
     }
-    let mut text = table.trim_fmt() + "\n";
+    let mut text = format!("{table}\n");
     for tool in report.tools.iter().filter(|t| t.state != State::Found) {
         let need = if tool.required {
             "required"
@@ -435,5 +435,6 @@ fn numbers(version: &str) -> Vec<u64> {
         .collect()
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[path = "doctor_tests.rs"]
 mod tests;

@@ -1,2 +1,27 @@
 //! The `potamoi` command line.
-fn main() {}
+//!
+//! Exit codes: 0 right, 1 a check failed, 2 usage or configuration, 3 a tool
+//! is missing, 4 inconclusive.
+
+mod cli;
+mod emit;
+mod failure;
+mod files;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    let cli = cli::Cli::parse();
+    let done = match &cli.command {
+        cli::Command::Emit(args) => emit::run(&cli.common, args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            failure.exit_code()
+        }
+    }
+}

@@ -31,6 +31,9 @@ pub(super) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     );
     let bit = Ty::bit();
     let vertices = m.input("cfg_vertices", Ty::u(2), "log2 of the vertices an entry");
+    if shape.vertices.len() == 1 {
+        m.unused(vertices, "One entry size is built.");
+    }
     let segments = m.input("cfg_segments", Ty::u(7), "channel segments, 1 and up");
     let writer = Writer {
         valid: m.input("s_axis_rit_tvalid", bit, ""),

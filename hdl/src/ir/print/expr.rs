@@ -227,6 +227,13 @@ impl<'a> Exprs<'a> {
                 Op::Slice(a, low) => reads.push((*a, *low, node.ty.width)),
                 Op::Cast(_) if self.names[id].is_none() => {}
                 Op::InstanceOut(..) => {}
+                // Rounding down or half-up does not look below the dropped bit.
+                Op::Round(a, bits, Rounding::Floor) => {
+                    reads.push((*a, *bits, nodes[*a].ty.width - bits))
+                }
+                Op::Round(a, bits, Rounding::HalfUp) => {
+                    reads.push((*a, bits - 1, nodes[*a].ty.width - bits + 1))
+                }
                 op => reads.extend(
                     op.operands()
                         .into_iter()

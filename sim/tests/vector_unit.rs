@@ -1,0 +1,222 @@
+//! The Verilated vector unit: element-wise operations against exact integers,
+//! every one of the 65,536 exponentials against the mathematical function.
+//!
+//! Double precision stands in for the function here: its error, below 2^-50,
+//! is far under the third decimal of a unit of 2^-16 that is asserted.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use potamoi_formats::config::Config;
+use potamoi_formats::fixed::{Rounding, round_shift};
+use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_sim::rtl::{Stalls, VectorUnit};
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+fn config(text: &str) -> Config {
+    Config::from_toml(text, "test").unwrap_or_else(|e| panic!("{text}: {e}"))
+}
+
+/// Results for every code of a 16-bit operand, and the cycles they took.
+fn sweep(config: &Config, code: OpCode, codes: &[i32]) -> (Vec<i32>, u64) {
+    let unit = VectorUnit::build(config).unwrap();
+    let zeros = vec![0; codes.len()];
+    let run = unit
+        .run(&[(VectorOp::new(code), codes, &zeros)], Stalls::none())
+        .unwrap();
+    assert_eq!(run.errors, 0);
+    let first = run.vectors.first().unwrap().0;
+    let last = run.vectors.last().unwrap().0;
+    (run.results, last - first)
+}
+
+/// Largest error in units of the last place, against min(exp(-u) 2^F, 2^F - 1),
+/// and whether results never rise with u.
+fn alpha_error(results: &[i32], f: u32) -> (f64, bool) {
+    let scale = 2f64.powi(f as i32);
+    let error = results
+        .iter()
+        .enumerate()
+        .map(|(u, y)| {
+            (f64::from(*y) - ((-(u as f64) / 8192.0).exp() * scale).min(scale - 1.0)).abs()
+        })
+        .fold(0.0, f64::max);
+    (error, results.windows(2).all(|w| w[1] <= w[0]))
+}
+
+#[test]
+fn every_exponential_of_the_stated_widths() {
+    let codes: Vec<i32> = (0..65_536).collect();
+    // n, tail, r, pipelined, F, bound in ulp, interval.
+    let rows = [
+        (16, false, 1, false, 16, 0.973, 20),
+        (16, false, 1, true, 16, 0.973, 1),
+        (16, false, 4, false, 16, 0.973, 5),
+        (16, false, 20, false, 16, 0.973, 1),
+        (16, false, 3, true, 16, 0.973, 1),
+        (8, true, 1, false, 16, 0.999, 13),
+        (9, true, 1, true, 16, 0.684, 1),
+        (27, false, 1, false, 16, 0.5001, 31),
+        (14, true, 2, false, 16, 0.5001, 10),
+        (8, false, 1, false, 8, 1.0, 12),
+        (12, false, 1, false, 12, 1.0, 16),
+    ];
+    for (n, tail, r, pipelined, f, bound, interval) in rows {
+        let text = format!(
+            "[vu]\nlanes = 4\nops = [\"exp\"]\n[vu.exp]\niterations = {n}\ntail = {tail}\niterations_per_clock = {r}\n\
+             pipelined = {pipelined}\noutput_bits = {f}"
+        );
+        let (results, cycles) = sweep(&config(&text), OpCode::Exp, &codes);
+        let (error, monotone) = alpha_error(&results, f);
+        assert!(error <= bound, "{text}: {error} ulp");
+        assert!(monotone, "{text}");
+        assert_eq!(
+            cycles,
+            (65_536 / 4 - 1) * interval,
+            "{text}: no load or unload bubble"
+        );
+    }
+}
+
+/// Built as printed, the recurrence never subtracts for x < 0: everything
+/// below 0 comes out as 1.
+#[test]
+fn the_literal_recurrence_is_wrong_below_zero() {
+    let text = "[vu]\nlanes = 4\nops = [\"exp\"]\n[vu.exp]\nform = \"literal\"\ninput = \"S0.15\"\noutput_bits = 14";
+    let codes: Vec<i32> = (-32_768..32_768).collect();
+    let (results, _) = sweep(&config(text), OpCode::Exp, &codes);
+    let mut worst = [0.0f64; 2];
+    for (x, y) in codes.iter().zip(&results) {
+        let error = (f64::from(*y) - (f64::from(*x) / 32_768.0).exp() * 16_384.0).abs();
+        let side = usize::from(*x >= 0);
+        worst[side] = worst[side].max(error);
+    }
+    assert!(worst[0] > 10_000.0, "below 0: {} units of 2^-14", worst[0]);
+    assert!(worst[1] < 4.0, "from 0: {} units of 2^-14", worst[1]);
+}
+
+#[test]
+fn one_minus_exp_keeps_empty_space_empty() {
+    let text = "[vu]\nlanes = 8\n";
+    let mut codes: Vec<i32> = (0..=24).map(|e| 1 << e).collect();
+    codes.extend([
+        0,
+        -1,
+        i32::MIN,
+        i32::MAX,
+        (8 << 20) - 1,
+        8 << 20,
+        (8 << 20) + 1,
+        (16 << 20) - 1,
+        16 << 20,
+    ]);
+    codes.extend((0..40_000).map(|i| i * 419));
+    let (results, _) = sweep(&config(text), OpCode::OneMinusExp, &codes);
+    for (s, y) in codes.iter().zip(&results) {
+        let depth = f64::from((*s).clamp(0, (16 << 20) - 1)) / 2f64.powi(20);
+        let exact = (-(-depth).exp_m1() * 65_536.0).min(65_535.0);
+        assert!(
+            (f64::from(*y) - exact).abs() < 1.0,
+            "s = {depth}: {y}, exactly {exact}"
+        );
+        if *s <= 0 {
+            assert_eq!(*y, 0);
+        }
+    }
+    // What the saturated exponential would do to a ray through 1,000 empty samples.
+    let naive = (1.0 - 1.0f64 / 65_536.0).powi(1000);
+    assert!(naive < 0.986, "{naive}");
+}
+
+#[test]
+fn the_general_form_gives_exponent_and_mantissa() {
+    let text = "[vu]\nlanes = 8\nops = [\"exp\"]\n[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"\niterations = 18\n\
+                accumulator_bits = 24\nconstant_bits = 24";
+    let codes: Vec<i32> = (-32_768..32_768).collect();
+    let (results, _) = sweep(&config(text), OpCode::Exp, &codes);
+    for (x, y) in codes.iter().zip(&results) {
+        let (exponent, mantissa) = (y >> 17, y & 0x1_ffff);
+        assert!(
+            (65_536..131_072).contains(&mantissa),
+            "x = {x}: mantissa {mantissa}"
+        );
+        let found = f64::from(mantissa) * 2f64.powi(exponent - 16);
+        let exact = (f64::from(*x) / 4096.0).exp();
+        assert!(
+            ((found - exact) / exact).abs() < 2f64.powi(-16),
+            "x = {x}: {found} for {exact}"
+        );
+    }
+}
+
+#[test]
+fn element_wise_operations_are_exact_in_every_rounding() {
+    for pipelined in [false, true] {
+        let config = config(&format!(
+            "[vu]\nlanes = 5\n[vu.exp]\npipelined = {pipelined}"
+        ));
+        let unit = VectorUnit::build(&config).unwrap();
+        for seed in 0..8u64 {
+            let mut random = Pcg64Mcg::seed_from_u64(seed);
+            let mut work = vec![];
+            for _ in 0..60 {
+                let code = OpCode::ALL[random.random_range(0..6)];
+                let rounding = [Rounding::Floor, Rounding::HalfUp, Rounding::HalfEven]
+                    [random.random_range(0..3)];
+                let op = VectorOp {
+                    code,
+                    shift: random.random_range(0..64),
+                    rounding,
+                };
+                let count = random.random_range(1..20);
+                let mut operand = || -> Vec<i32> {
+                    (0..count)
+                        .map(|_| match random.random_range(0..8) {
+                            0 => i32::MIN,
+                            1 => i32::MAX,
+                            2 => 0,
+                            3 => 1 << random.random_range(0..31),
+                            _ => random.random::<i32>() >> random.random_range(0..31),
+                        })
+                        .collect()
+                };
+                let (a, b) = (operand(), operand());
+                work.push((op, a, b));
+            }
+            let batches: Vec<_> = work
+                .iter()
+                .map(|(op, a, b)| (*op, a.as_slice(), b.as_slice()))
+                .collect();
+            let stalls = Stalls {
+                sources: [40, 0],
+                sink: 40,
+                seed,
+            };
+            let run = unit.run(&batches, stalls).unwrap();
+            let mut results = run.results.iter();
+            for (op, a, b) in &work {
+                for (x, y) in a.iter().zip(b) {
+                    let found = *results.next().unwrap();
+                    let (x, y) = (i128::from(*x), i128::from(*y));
+                    let exact = match op.code {
+                        OpCode::Pass => x,
+                        OpCode::Relu => x.max(0),
+                        OpCode::Add => x + y,
+                        OpCode::Multiply => x * y,
+                        OpCode::SquareSum => x * x + y * y,
+                        _ => {
+                            let u = x.clamp(0, 65_535) as f64 / 8192.0;
+                            assert!(
+                                (f64::from(found) - ((-u).exp() * 65_536.0).min(65_535.0)).abs()
+                                    < 1.0
+                            );
+                            continue;
+                        }
+                    };
+                    let wanted = round_shift(exact, u32::from(op.shift), op.rounding)
+                        .clamp(i32::MIN.into(), i32::MAX.into());
+                    assert_eq!(i128::from(found), wanted, "seed {seed} {op:?} {x} {y}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! Arguments.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use potamoi_formats::config::{Config, PAPER_PRESET};
+
+use crate::failure::Failure;
+
+/// Hardware generator, golden models and simulation for neural rendering.
+#[derive(Debug, Parser)]
+#[command(name = "potamoi", version)]
+pub(crate) struct Cli {
+    #[command(flatten)]
+    pub(crate) common: Common,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// What every subcommand takes.
+#[derive(Debug, Args)]
+pub(crate) struct Common {
+    /// Configuration file; the paper's sizes unless given
+    #[arg(long, global = true, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Write the Verilog of the units
+    Emit(EmitArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct EmitArgs {
+    /// Folder that is made, or filled
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+}
+
+impl Common {
+    /// The configuration that was asked for.
+    pub(crate) fn read_config(&self) -> Result<Config, Failure> {
+        Ok(match &self.config {
+            Some(path) => Config::read(path)?,
+            None => Config::from_toml(PAPER_PRESET, "the paper preset")?,
+        })
+    }
+
+    /// How the configuration is named on a command line.
+    pub(crate) fn arguments(&self) -> String {
+        self.config
+            .as_ref()
+            .map_or_else(String::new, |path| format!(" --config {}", path.display()))
+    }
+}

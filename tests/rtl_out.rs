@@ -1,0 +1,112 @@
+//! The checked-in Verilog is what the generator makes, and tools accept it
+//! without a waiver.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn emit(out: &Path) {
+    let done = Command::new(env!("CARGO_BIN_EXE_potamoi"))
+        .args(["emit", "--out"])
+        .arg(out)
+        .output()
+        .unwrap();
+    assert!(
+        done.status.success(),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+}
+
+fn read(folder: &Path) -> BTreeMap<String, String> {
+    let mut files = BTreeMap::new();
+    for unit in std::fs::read_dir(folder).unwrap() {
+        let unit = unit.unwrap().path();
+        for file in std::fs::read_dir(&unit).unwrap() {
+            let path = file.unwrap().path();
+            let name = path.strip_prefix(folder).unwrap().display().to_string();
+            files.insert(name, std::fs::read_to_string(&path).unwrap());
+        }
+    }
+    files
+}
+
+#[test]
+fn the_checked_in_verilog_is_current() {
+    let made = tempfile::tempdir().unwrap();
+    emit(made.path());
+    let (made, kept) = (read(made.path()), read(&root().join("rtl_out")));
+    for (name, text) in &made {
+        assert!(
+            kept.get(name) == Some(text),
+            "rtl_out/{name} is not what the generator makes; refresh with `make refresh` and review the change"
+        );
+    }
+    assert_eq!(
+        made.len(),
+        kept.len(),
+        "rtl_out holds files that are no longer made; run `make refresh`"
+    );
+}
+
+fn accepts(tool: &str, args: &[&str], files: &[PathBuf]) {
+    let done = Command::new(tool).args(args).args(files).output();
+    let done = done.unwrap_or_else(|e| panic!("{tool}: {e}; tools/setup installs it"));
+    let text = format!(
+        "{}{}",
+        String::from_utf8_lossy(&done.stdout),
+        String::from_utf8_lossy(&done.stderr)
+    );
+    assert!(
+        done.status.success() && text.trim().is_empty(),
+        "{tool} {args:?} says:\n{text}"
+    );
+}
+
+#[test]
+fn verilator_icarus_and_yosys_accept_it_without_a_waiver() {
+    for unit in ["gathering_unit", "vector_unit"] {
+        let folder = root().join("rtl_out").join(unit);
+        let mut files: Vec<PathBuf> = std::fs::read_dir(&folder)
+            .unwrap()
+            .map(|f| f.unwrap().path())
+            .collect();
+        files.sort();
+        for file in &files {
+            let text = std::fs::read_to_string(file).unwrap();
+            assert!(
+                !text.contains("lint_off"),
+                "{} has a waiver",
+                file.display()
+            );
+        }
+        accepts(
+            "verilator",
+            &[
+                "--lint-only",
+                "-Wall",
+                "--language",
+                "1364-2005",
+                "--top-module",
+                unit,
+            ],
+            &files,
+        );
+        accepts(
+            "iverilog",
+            &["-g2005", "-Wall", "-o", "/dev/null", "-s", unit],
+            &files,
+        );
+        let list: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+        let script = format!(
+            "read_verilog {}; hierarchy -check -top {unit}; proc; check -assert",
+            list.join(" ")
+        );
+        accepts("yosys", &["-q", "-e", ".*", "-p", &script], &[]);
+    }
+}
