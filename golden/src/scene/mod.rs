@@ -1,1 +1,3 @@
 //! Scenes: built-in ones, model files and scene descriptions.
+
+pub mod camera_file;

@@ -5,24 +5,37 @@
 //! ([`render_fixed`]). Both start from the same [`View`]: the projected
 //! Gaussians in depth order and the tiles that each covers.
 
+mod array;
 mod cloud;
+mod composite;
 mod coverage;
 mod depth;
 mod error;
+mod fixed;
 mod float;
 mod footprint;
 mod frame;
+mod hold;
+mod partition;
 pub mod ply;
 mod profile;
 mod project;
+mod records;
+mod schedule;
 pub mod sh;
 mod view;
 
 pub use cloud::{Cloud, CloudError, Field};
+pub use composite::TRANSMITTANCE;
 pub use error::RenderError;
+pub use fixed::{FixedFrame, FixedOptions, FixedStats, render_fixed};
 pub use float::{FloatFrame, FloatOptions, FloatStats, render_float};
 pub use footprint::{Footprint, determinant_of_products};
 pub use frame::{Decisions, Flips};
+pub use hold::{HoldStats, Order};
+pub use partition::Partition;
 pub use profile::{Extent, Profile, Rules, UnknownProfile};
 pub use project::Projected;
+pub use records::{Saturations, record};
+pub use schedule::{Group, MVoxel, Schedule, ScheduleOptions, tasks};
 pub use view::{TILE, View};

@@ -1,0 +1,115 @@
+//! From projected Gaussians to the records that the gathering unit reads.
+
+use potamoi_formats::fixed::{Format, Rounding};
+use potamoi_formats::record::{COLOUR, FACTOR, MEAN, OPACITY, SplatRecord};
+
+use super::project::Projected;
+
+/// Values of records that were outside their format, and held at its limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Saturations {
+    /// Means farther than 524,288 pixels from the first pixel.
+    pub mean: u64,
+    /// Cholesky factors of 2 or more; the dilation rules them out.
+    pub factor: u64,
+    /// Opacities that round to 1.
+    pub opacity: u64,
+    /// Colour channels of 16 or more.
+    pub colour: u64,
+}
+
+impl Saturations {
+    /// All of them.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.mean + self.factor + self.opacity + self.colour
+    }
+}
+
+/// The code nearest to `value`, ties to even; counts it if held at a limit.
+fn code(format: Format, value: f64, saturated: &mut u64) -> i128 {
+    let scaled = (value / format.ulp()).round_ties_even();
+    let outside = scaled < format.min() as f64 || scaled > format.max() as f64;
+    *saturated += u64::from(outside);
+    // A projected Gaussian holds no NaN.
+    format
+        .quantise(value, Rounding::HalfEven)
+        .unwrap_or_default()
+}
+
+/// The record of a projected Gaussian of rank `rank`.
+#[must_use]
+pub fn record(splat: &Projected, rank: u32, saturations: &mut Saturations) -> SplatRecord {
+    SplatRecord {
+        mean: splat
+            .mean
+            .to_array()
+            .map(|v| code(MEAN, v, &mut saturations.mean) as i32),
+        factor: splat
+            .footprint
+            .factor
+            .map(|v| code(FACTOR, v, &mut saturations.factor) as i32),
+        opacity: code(OPACITY, splat.opacity, &mut saturations.opacity) as u16,
+        colour: splat
+            .colour
+            .to_array()
+            .map(|v| code(COLOUR, v, &mut saturations.colour) as u16),
+        rank,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::splats::Footprint;
+    use glam::{DVec2, DVec3};
+
+    fn splat() -> Projected {
+        Projected {
+            index: 0,
+            depth: 1.0,
+            mean: DVec2::new(-3.25, 1000.5),
+            footprint: Footprint::new(DVec3::new(2.0, 1.0, 0.0), DVec3::new(0.5, -3.0, 1.0), 0.3),
+            opacity: 0.75,
+            colour: DVec3::new(0.5, 2.83, 0.0),
+        }
+    }
+
+    #[test]
+    fn codes_are_the_nearest() {
+        let mut s = Saturations::default();
+        let r = record(&splat(), 7, &mut s);
+        assert_eq!(s, Saturations::default());
+        assert_eq!(r.mean, [-13312, 4_098_048]);
+        assert_eq!((r.opacity, r.rank), (49152, 7));
+        assert_eq!(r.colour, [2048, 11592, 0]);
+        for (code, value) in r.factor.into_iter().zip(splat().footprint.factor) {
+            let off = (FACTOR.value(i128::from(code)) - value).abs();
+            assert!(off <= FACTOR.ulp() / 2.0);
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_held_and_counted() {
+        let mut s = Saturations::default();
+        let far = Projected {
+            mean: DVec2::new(1e300, -524_288.0),
+            opacity: 1.0,
+            colour: DVec3::new(16.0, 15.9999, 1e30),
+            ..splat()
+        };
+        let r = record(&far, 0, &mut s);
+        assert_eq!(r.mean, [i32::MAX, i32::MIN]);
+        assert_eq!(r.opacity, u16::MAX);
+        assert_eq!(r.colour, [u16::MAX, 65536 - 1, u16::MAX]);
+        // 15.9999 rounds to 16, 65536 codes.
+        let expected = Saturations {
+            mean: 1,
+            factor: 0,
+            opacity: 1,
+            colour: 3,
+        };
+        assert_eq!(s, expected);
+        assert_eq!(s.total(), 5);
+    }
+}
