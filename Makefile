@@ -52,7 +52,10 @@ lint: setup
 
 refresh: setup
 	$(call step,Verilog of the presets)
-	cargo run --locked --release --quiet -- emit --out rtl_out
+	rm -rf out/refresh
+	cargo run --locked --release --quiet -- emit --out out/refresh
+	rm -rf rtl_out
+	mv out/refresh rtl_out
 	$(call step,snapshots)
 	INSTA_UPDATE=always INSTA_FORCE_PASS=1 TRYCMD=overwrite cargo test --locked --quiet
 	@git status --short -- rtl_out ':(glob)**/*.snap' ':(glob)tests/**'
