@@ -81,7 +81,8 @@ fn refuse_duplicates(text: &str) -> Result<(), String> {
                 }
             }
             (Some("property"), Some(name)) => {
-                if !properties.insert(name) {
+                let new = properties.insert(name);
+                if !new {
                     return Err(format!("line {}: a second property `{name}`", number + 1));
                 }
             }
