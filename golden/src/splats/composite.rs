@@ -313,7 +313,8 @@ mod tests {
         assert_eq!(Limits::new(&Profile::Gsplat.rules()).stop, inria.stop);
         assert_eq!(Limits::new(&Profile::Gsplat.rules()).alpha_cap, 65470);
         // 257 is below 1/255 and 258 is not.
-        assert!(257.0 / 65536.0 < 1.0 / 255.0 && 258.0 / 65536.0 >= 1.0 / 255.0);
+        let least = (65536.0f64 / 255.0).ceil();
+        assert_eq!(least, 258.0);
     }
 
     #[test]
