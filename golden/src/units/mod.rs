@@ -1,8 +1,17 @@
 //! The units that the renderers compute with: the [`Units`] trait, and twins
 //! that do in Rust, bit by bit, what the hardware does.
 
+pub mod exp;
+pub mod gather;
+mod logarithms;
+pub mod twins;
+pub mod vu;
+pub mod weights;
+
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::VectorOp;
+
+pub use twins::{Twins, UnitCounts};
 
 /// What the gathering unit does for one MVoxel: the rows that are loaded and
 /// the entries that read them.

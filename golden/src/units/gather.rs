@@ -1,0 +1,276 @@
+//! The gathering unit's arithmetic: weighted sums of feature rows.
+
+use potamoi_formats::config::{Config, WeightTrust};
+use potamoi_formats::fixed::{Format, Rounding, round_shift};
+use potamoi_formats::rit::{RitEntry, Vertices};
+use rayon::prelude::*;
+use thiserror::Error;
+
+use super::GatherTask;
+
+/// Bit of the flags: an issued id names a row that was not loaded.
+pub const FLAG_ROW: u8 = 1 << 0;
+/// Bit of the flags: a weight has a bit above bit W set.
+pub const FLAG_WEIGHT: u8 = 1 << 1;
+/// Bit of the flags: an entry's weights do not sum to 1 (`trusted` only).
+pub const FLAG_SUM: u8 = 1 << 2;
+/// Bit of the flags: more rows than the MVoxel feature table holds.
+pub const FLAG_TABLE: u8 = 1 << 6;
+
+/// A task that the gathering unit's streams cannot express.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum GatherError {
+    /// No channel at all.
+    #[error("gather task: 0 channels; a feature has at least 1")]
+    NoChannels,
+    /// More channels than segments.
+    #[error(
+        "gather task: {channels} channels are {segments} segments, \
+         but gu.segments allows {allowed}; raise gu.segments or gu.banks"
+    )]
+    Segments {
+        /// Channels of the task.
+        channels: usize,
+        /// Segments that they take.
+        segments: usize,
+        /// Segments that the unit was built for.
+        allowed: u32,
+    },
+    /// Nothing to gather.
+    #[error("gather task: no entries; leave an MVoxel without entries out")]
+    NoEntries,
+    /// Nothing to gather from.
+    #[error("gather task: no rows; the feature stream carries at least one")]
+    NoRows,
+    /// Feature codes that are no whole rows.
+    #[error("gather task: {codes} feature codes are no whole rows of {channels} channels")]
+    Ragged {
+        /// Feature codes given.
+        codes: usize,
+        /// Channels of a row.
+        channels: usize,
+    },
+    /// A feature needs more bits than the lanes have.
+    #[error(
+        "gather task: feature {code} in row {row}, channel {channel} does not fit \
+         gu.feature_bits = {bits}; quantise features to that width"
+    )]
+    Feature {
+        /// Row of the feature.
+        row: usize,
+        /// Channel of the feature.
+        channel: usize,
+        /// The feature.
+        code: i16,
+        /// Bits that it may have.
+        bits: u32,
+    },
+    /// An entry size that was not built.
+    #[error(
+        "gather task: entries of {vertices} vertices, but the unit was built for {built:?}; \
+         see gu.modes and gu.vertices"
+    )]
+    Vertices {
+        /// Vertices an entry of the task has.
+        vertices: usize,
+        /// Vertices that the unit was built for.
+        built: Vec<usize>,
+    },
+    /// A slot that a single id cannot carry.
+    #[error(
+        "gather task: entry {entry} has slot {slot}, but a single id carries 16 bits; \
+         use a smaller ray group"
+    )]
+    Slot {
+        /// The entry.
+        entry: usize,
+        /// Its slot.
+        slot: u32,
+    },
+}
+
+/// The gathering unit: what its reducers compute, no clock.
+#[derive(Debug, Clone)]
+pub struct GatherTwin {
+    feature: Format,
+    weight_bits: u32,
+    accumulator_bits: u32,
+    trusted: bool,
+    table_rows: usize,
+    banks: usize,
+    segments: u32,
+    built: Vec<Vertices>,
+}
+
+/// Sums that are worth handing to another thread.
+const PARALLEL: usize = 1 << 14;
+
+impl GatherTwin {
+    /// The unit that `config` describes. `config` has passed the rules of
+    /// `potamoi_formats::config`.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self {
+            feature: Format::signed(config.gu.feature_bits.clamp(2, 16) - 1, 0),
+            weight_bits: config.gu.weight_bits.min(15),
+            accumulator_bits: config.accumulator_bits().min(60),
+            trusted: config.gu.weights == WeightTrust::Trusted,
+            table_rows: config.mvoxel.rows as usize,
+            banks: config.gu.banks.max(1) as usize,
+            segments: config.gu.segments,
+            built: config.supported_vertices(),
+        }
+    }
+
+    /// Whether the unit's streams can express `task`.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn check(&self, task: &GatherTask) -> Result<(), GatherError> {
+        let channels = task.channels;
+        if channels == 0 {
+            return Err(GatherError::NoChannels);
+        }
+        let segments = channels.div_ceil(self.banks);
+        if segments > self.segments as usize {
+            return Err(GatherError::Segments {
+                channels,
+                segments,
+                allowed: self.segments,
+            });
+        }
+        if !self.built.contains(&task.vertices) {
+            return Err(GatherError::Vertices {
+                vertices: task.vertices.count(),
+                built: self.built.iter().map(|v| v.count()).collect(),
+            });
+        }
+        if task.entries.is_empty() {
+            return Err(GatherError::NoEntries);
+        }
+        if task.rows.is_empty() {
+            return Err(GatherError::NoRows);
+        }
+        if !task.rows.len().is_multiple_of(channels) {
+            return Err(GatherError::Ragged {
+                codes: task.rows.len(),
+                channels,
+            });
+        }
+        let outside = |&code: &i16| self.feature.saturate(i128::from(code)).1;
+        if let Some(at) = task.rows.iter().position(outside) {
+            return Err(GatherError::Feature {
+                row: at / channels,
+                channel: at % channels,
+                code: task.rows[at],
+                bits: self.feature.width(),
+            });
+        }
+        if !task.vertices.is_structured() {
+            let wide = |e: &RitEntry| e.slot > 0xffff;
+            if let Some(entry) = task.entries.iter().position(wide) {
+                return Err(GatherError::Slot {
+                    entry,
+                    slot: task.entries[entry].slot,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Appends `channels` feature codes for every entry; returns the error
+    /// flags that the task raises (bits 0, 1, 2 and 6 of `stat_errors`).
+    ///
+    /// A row that was not loaded counts as 0. Of a weight, bits W..0 count. The
+    /// sum wraps at the accumulator's width, which weights that keep their
+    /// promise never reach. Segments make no difference.
+    ///
+    /// # Errors
+    /// As [`GatherTwin::check`]; nothing is appended then.
+    pub fn gather(&self, task: &GatherTask, features: &mut Vec<i16>) -> Result<u8, GatherError> {
+        self.check(task)?;
+        let channels = task.channels;
+        let held = (task.rows.len() / channels).min(self.table_rows) * channels;
+        let rows = task.rows.get(..held).unwrap_or_default();
+        let begin = features.len();
+        features.resize(begin + task.entries.len() * channels, 0);
+        let out = &mut features[begin..];
+        if out.len() < PARALLEL {
+            for (out, entry) in out.chunks_exact_mut(channels).zip(&task.entries) {
+                self.reduce(task.vertices, rows, entry, out);
+            }
+        } else {
+            out.par_chunks_exact_mut(channels)
+                .zip(&task.entries)
+                .for_each(|(out, entry)| self.reduce(task.vertices, rows, entry, out));
+        }
+        let loaded = held / channels;
+        let mut flags = if held < task.rows.len() {
+            FLAG_TABLE
+        } else {
+            0
+        };
+        for entry in &task.entries {
+            flags |= self.flags(task.vertices, loaded, entry);
+        }
+        Ok(flags)
+    }
+
+    /// One entry: `out` holds 0 and gets a code for every channel.
+    fn reduce(&self, vertices: Vertices, rows: &[i16], entry: &RitEntry, out: &mut [i16]) {
+        let channels = out.len();
+        let row = |v: usize| {
+            let from = usize::from(entry.rows[v]) * channels;
+            rows.get(from..from + channels)
+        };
+        if !vertices.is_structured() {
+            if let Some(row) = row(0) {
+                out.copy_from_slice(row);
+            }
+            return;
+        }
+        let mut terms = [(0i64, [].as_slice()); potamoi_formats::rit::MAX_VERTICES];
+        let mut used = 0;
+        for v in 0..vertices.count() {
+            if let Some(row) = row(v) {
+                terms[used] = (self.weight(entry.weights[v]), row);
+                used += 1;
+            }
+        }
+        let spare = 64 - self.accumulator_bits;
+        for (channel, out) in out.iter_mut().enumerate() {
+            let products = terms[..used]
+                .iter()
+                .map(|(w, row)| w * i64::from(row[channel]));
+            let sum = products.sum::<i64>() << spare >> spare;
+            let rounded = round_shift(i128::from(sum), self.weight_bits, Rounding::HalfEven);
+            *out = self.feature.saturate(rounded).0 as i16;
+        }
+    }
+
+    fn weight(&self, code: u16) -> i64 {
+        i64::from(code) & ((2 << self.weight_bits) - 1)
+    }
+
+    fn flags(&self, vertices: Vertices, loaded: usize, entry: &RitEntry) -> u8 {
+        let count = vertices.count();
+        let mut flags = 0;
+        if entry.rows[..count]
+            .iter()
+            .any(|&r| usize::from(r) >= loaded)
+        {
+            flags |= FLAG_ROW;
+        }
+        if vertices.is_structured() {
+            let weights = &entry.weights[..count];
+            if weights.iter().any(|&w| self.weight(w) != i64::from(w)) {
+                flags |= FLAG_WEIGHT;
+            }
+            let sum: i64 = weights.iter().map(|&w| self.weight(w)).sum();
+            if self.trusted && sum != 1 << self.weight_bits {
+                flags |= FLAG_SUM;
+            }
+        }
+        flags
+    }
+}

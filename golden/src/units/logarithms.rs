@@ -1,0 +1,76 @@
+//! The engine's constants, `2^j ln 2` and `ln(1 + 2^-i)`, from integer series.
+
+/// Fraction bits of the series. Each of its at most 80 terms is cut off, so
+/// that a sum is below its limit by less than 2^-113.
+const SERIES_BITS: u32 = 120;
+
+/// `2 atanh(1 / m)` for `m >= 3`: the sum of `2 / ((2k + 1) m^(2k + 1))`.
+fn twice_atanh_of_inverse(m: u128) -> u128 {
+    let mut power = (2u128 << SERIES_BITS) / m;
+    let (mut sum, mut divisor) = (0, 1);
+    while power > 0 {
+        sum += power / divisor;
+        // `m * m` overflows nothing: m is at most 2^32 + 1.
+        power = power / m / m;
+        divisor += 2;
+    }
+    sum
+}
+
+fn nearest(value: u128, drop: u32) -> i64 {
+    ((value + (1 << (drop - 1))) >> drop) as i64
+}
+
+/// `2^j ln 2` with `bits` fraction bits, to nearest. `j + bits` is at most 60.
+pub(super) fn multiple_of_ln2(j: u32, bits: u32) -> i64 {
+    nearest(twice_atanh_of_inverse(3), SERIES_BITS - (j + bits).min(60))
+}
+
+/// `ln(1 + 2^-i)` with `bits` fraction bits, to nearest. `i` is at most 31,
+/// `bits` at most 60.
+pub(super) fn ln_one_plus_power(i: u32, bits: u32) -> i64 {
+    // ln((1 + z) / (1 - z)) = 2 atanh z, here with z = 1 / (2^(i+1) + 1).
+    let m = (2u128 << i.min(31)) + 1;
+    nearest(twice_atanh_of_inverse(m), SERIES_BITS - bits.min(60))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use astro_float::{BigFloat, Consts, RoundingMode};
+
+    /// Against an independent library: the scaled logarithm is within half a
+    /// unit of the constant, at every index and width.
+    #[test]
+    fn constants_are_rounded_to_nearest() {
+        let (p, rm) = (256, RoundingMode::ToEven);
+        let mut consts = Consts::new().unwrap();
+        let half = BigFloat::from_f64(0.5, p);
+        let mut check = |argument: BigFloat, scale: i32, found: i64| {
+            let exact = argument.ln(p, rm, &mut consts).mul(
+                &BigFloat::from_f64(2f64.powi(scale), p),
+                p,
+                rm,
+            );
+            let off = exact.sub(&BigFloat::from_f64(found as f64, p), p, rm).abs();
+            assert!(off < half, "scale {scale}: {found}");
+        };
+        for bits in 4..=40u32 {
+            for j in 0..8 {
+                check(
+                    BigFloat::from_f64(2.0, p),
+                    (j + bits) as i32,
+                    multiple_of_ln2(j, bits),
+                );
+            }
+            for i in 0..=31 {
+                check(
+                    BigFloat::from_f64(1.0 + 2f64.powi(-(i as i32)), p),
+                    bits as i32,
+                    ln_one_plus_power(i, bits),
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Both units' twins behind the [`Units`] trait, with counts of their work.
+
+use std::collections::BTreeMap;
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{OpCode, VectorOp};
+use thiserror::Error;
+
+use super::gather::{GatherError, GatherTwin};
+use super::vu::VectorTwin;
+use super::{GatherTask, UnitError, Units};
+
+/// Work that went through the units.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct UnitCounts {
+    /// Gathering tasks: MVoxels.
+    pub gathers: u64,
+    /// Entries gathered: feature vectors of all channels.
+    pub feature_vectors: u64,
+    /// Elements that each operation of the vector unit computed; operations
+    /// that were not used are absent.
+    pub elements: BTreeMap<OpCode, u64>,
+}
+
+/// One of several tasks is wrong.
+#[derive(Debug, Error)]
+#[error("task {index} of {count}: {source}")]
+struct TaskError {
+    index: usize,
+    count: usize,
+    source: GatherError,
+}
+
+/// The twins of both units.
+#[derive(Debug, Clone)]
+pub struct Twins {
+    gather: GatherTwin,
+    vector: VectorTwin,
+    counts: UnitCounts,
+    flags: u8,
+}
+
+impl Twins {
+    /// The units that `config` describes; it has passed the rules of
+    /// `potamoi_formats::config`.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self {
+            gather: GatherTwin::new(config),
+            vector: VectorTwin::new(&config.vu),
+            counts: UnitCounts::default(),
+            flags: 0,
+        }
+    }
+
+    /// What has been computed so far.
+    #[must_use]
+    pub fn counts(&self) -> &UnitCounts {
+        &self.counts
+    }
+
+    /// The gathering unit's error flags, sticky: bits 0, 1, 2 and 6 of its
+    /// `stat_errors`.
+    #[must_use]
+    pub fn gather_flags(&self) -> u8 {
+        self.flags
+    }
+
+    /// The gathering unit.
+    #[must_use]
+    pub fn gather_twin(&self) -> &GatherTwin {
+        &self.gather
+    }
+
+    /// The vector unit.
+    #[must_use]
+    pub fn vector_twin(&self) -> &VectorTwin {
+        &self.vector
+    }
+}
+
+impl Units for Twins {
+    /// Nothing is appended if any task is refused.
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        let begin = features.len();
+        let mut flags = 0;
+        for (index, task) in tasks.iter().enumerate() {
+            match self.gather.gather(task, features) {
+                Ok(raised) => flags |= raised,
+                Err(source) => {
+                    features.truncate(begin);
+                    let count = tasks.len();
+                    return Err(Box::new(TaskError {
+                        index,
+                        count,
+                        source,
+                    }));
+                }
+            }
+        }
+        self.flags |= flags;
+        self.counts.gathers += tasks.len() as u64;
+        self.counts.feature_vectors += tasks.iter().map(|t| t.entries.len() as u64).sum::<u64>();
+        Ok(())
+    }
+
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError> {
+        self.vector.slice(op, a, b, out)?;
+        *self.counts.elements.entry(op.code).or_default() += out.len() as u64;
+        Ok(())
+    }
+}

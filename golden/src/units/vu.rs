@@ -1,0 +1,267 @@
+//! The vector unit's arithmetic, element by element.
+
+use potamoi_formats::config::VuConfig;
+use potamoi_formats::fixed::round_shift;
+use potamoi_formats::units::{OpCode, VectorOp};
+use rayon::prelude::*;
+use thiserror::Error;
+
+use super::exp::ExpTwin;
+
+/// An operation that the vector unit cannot carry out.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum VectorError {
+    /// The operation was not built.
+    #[error(
+        "vector operation {op:?} is not built: vu.ops is {built:?}; \
+         add it to vu.ops in the configuration"
+    )]
+    NotBuilt {
+        /// The operation asked for.
+        op: OpCode,
+        /// The operations that were built.
+        built: Vec<OpCode>,
+    },
+    /// The operation field cannot hold the shift.
+    #[error("vector operation {op:?} with shift {shift}: expected 0 to 63")]
+    Shift {
+        /// The operation.
+        op: OpCode,
+        /// The shift asked for.
+        shift: u8,
+    },
+    /// The slices differ in length.
+    #[error(
+        "vector operation {op:?} on slices of unequal lengths: a has {a}, b has {b}, \
+         out has {out} elements"
+    )]
+    Lengths {
+        /// The operation.
+        op: OpCode,
+        /// Elements of `a`.
+        a: usize,
+        /// Elements of `b`.
+        b: usize,
+        /// Elements of `out`.
+        out: usize,
+    },
+}
+
+/// Elements that are worth handing to another thread.
+const CHUNK: usize = 4096;
+
+/// The vector unit: what each lane computes, no clock.
+#[derive(Debug, Clone)]
+pub struct VectorTwin {
+    ops: Vec<OpCode>,
+    exp: ExpTwin,
+}
+
+impl VectorTwin {
+    /// The unit that `config` describes; see [`ExpTwin::new`].
+    #[must_use]
+    pub fn new(config: &VuConfig) -> Self {
+        Self {
+            ops: config.ops.clone(),
+            exp: ExpTwin::new(&config.exp),
+        }
+    }
+
+    /// The exponential engine.
+    #[must_use]
+    pub fn exp(&self) -> &ExpTwin {
+        &self.exp
+    }
+
+    /// `op(a, b)` of one lane.
+    ///
+    /// # Errors
+    /// The operation was not built, or its shift is above 63.
+    pub fn element(&self, op: VectorOp, a: i32, b: i32) -> Result<i32, VectorError> {
+        self.check(op)?;
+        Ok(self.compute(op, a, b))
+    }
+
+    /// `out[i] = op(a[i], b[i])`.
+    ///
+    /// # Errors
+    /// As [`VectorTwin::element`], or the slices differ in length. `out` is
+    /// then as it was.
+    pub fn slice(
+        &self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), VectorError> {
+        self.check(op)?;
+        if a.len() != out.len() || b.len() != out.len() {
+            return Err(VectorError::Lengths {
+                op: op.code,
+                a: a.len(),
+                b: b.len(),
+                out: out.len(),
+            });
+        }
+        let fill = |out: &mut [i32], a: &[i32], b: &[i32]| {
+            for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
+                *out = self.compute(op, a, b);
+            }
+        };
+        if out.len() <= CHUNK {
+            fill(out, a, b);
+        } else {
+            out.par_chunks_mut(CHUNK)
+                .zip(a.par_chunks(CHUNK))
+                .zip(b.par_chunks(CHUNK))
+                .for_each(|((out, a), b)| fill(out, a, b));
+        }
+        Ok(())
+    }
+
+    fn check(&self, op: VectorOp) -> Result<(), VectorError> {
+        if !self.ops.contains(&op.code) {
+            return Err(VectorError::NotBuilt {
+                op: op.code,
+                built: self.ops.clone(),
+            });
+        }
+        if op.shift > 63 {
+            return Err(VectorError::Shift {
+                op: op.code,
+                shift: op.shift,
+            });
+        }
+        Ok(())
+    }
+
+    fn compute(&self, op: VectorOp, a: i32, b: i32) -> i32 {
+        let (x, y) = (i128::from(a), i128::from(b));
+        let exact = match op.code {
+            OpCode::Pass => x,
+            OpCode::Relu => x.max(0),
+            OpCode::Add => x + y,
+            OpCode::Multiply => x * y,
+            OpCode::SquareSum => x * x + y * y,
+            OpCode::Exp => return self.exp.exp(a),
+            OpCode::OneMinusExp => return self.exp.one_minus_exp(a),
+        };
+        let rounded = round_shift(exact, u32::from(op.shift), op.rounding);
+        rounded.clamp(i128::from(i32::MIN), i128::from(i32::MAX)) as i32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use potamoi_formats::fixed::Rounding;
+    use proptest::prelude::*;
+
+    fn twin() -> VectorTwin {
+        VectorTwin::new(&VuConfig::default())
+    }
+
+    fn op(code: OpCode, shift: u8, rounding: Rounding) -> VectorOp {
+        VectorOp {
+            code,
+            shift,
+            rounding,
+        }
+    }
+
+    #[test]
+    fn extremes_saturate_in_32_bits_and_not_before() {
+        let (min, max) = (i32::MIN, i32::MAX);
+        for (code, shift, rounding, a, b, expected) in [
+            (OpCode::Add, 0, Rounding::Floor, max, 1, max),
+            (OpCode::Add, 0, Rounding::Floor, min, -1, min),
+            // A sum that wraps at 32 bits would give 0 here.
+            (OpCode::Add, 1, Rounding::Floor, min, min, min),
+            (OpCode::Multiply, 31, Rounding::Floor, min, min, max),
+            (OpCode::Multiply, 32, Rounding::Floor, min, min, 1 << 30),
+            (OpCode::SquareSum, 33, Rounding::HalfUp, min, min, 1 << 30),
+            (OpCode::SquareSum, 0, Rounding::Floor, min, min, max),
+            (OpCode::Relu, 0, Rounding::Floor, min, 7, 0),
+            (OpCode::Pass, 1, Rounding::HalfEven, -3, 7, -2),
+            (OpCode::Pass, 1, Rounding::HalfUp, -3, 7, -1),
+            (OpCode::Pass, 1, Rounding::Floor, -3, 7, -2),
+            (OpCode::Pass, 63, Rounding::Floor, -3, 7, -1),
+            (OpCode::Pass, 63, Rounding::HalfUp, -3, 7, 0),
+        ] {
+            let found = twin().element(op(code, shift, rounding), a, b).unwrap();
+            assert_eq!(found, expected, "{code:?} >> {shift} {rounding:?} {a} {b}");
+        }
+    }
+
+    #[test]
+    fn what_was_not_built_is_named() {
+        let config = VuConfig {
+            ops: vec![OpCode::Pass, OpCode::Exp],
+            ..VuConfig::default()
+        };
+        let unit = VectorTwin::new(&config);
+        for code in OpCode::ALL {
+            let result = unit.element(VectorOp::new(code), 1, 1);
+            assert_eq!(result.is_ok(), config.ops.contains(&code), "{code:?}");
+            if let Err(error) = result {
+                assert!(
+                    error
+                        .to_string()
+                        .contains(&format!("{code:?} is not built"))
+                );
+            }
+        }
+        let shifted = op(OpCode::Pass, 64, Rounding::Floor);
+        assert_eq!(
+            unit.element(shifted, 1, 1),
+            Err(VectorError::Shift {
+                op: OpCode::Pass,
+                shift: 64
+            })
+        );
+        let mut out = [9; 2];
+        let pass = VectorOp::new(OpCode::Pass);
+        assert!(unit.slice(pass, &[1, 2], &[1], &mut out).is_err());
+        assert!(unit.slice(pass, &[1], &[1], &mut out).is_err());
+        assert_eq!(out, [9; 2]);
+    }
+
+    #[test]
+    fn long_slices_agree_with_single_elements() {
+        let n = 3 * CHUNK + 17;
+        let a: Vec<i32> = (0..n as i32)
+            .map(|i| i.wrapping_mul(0x9e37_79b1_u32 as i32))
+            .collect();
+        let b: Vec<i32> = a.iter().rev().copied().collect();
+        let unit = twin();
+        for code in OpCode::ALL {
+            let op = op(code, 20, Rounding::HalfEven);
+            let mut out = vec![0; n];
+            unit.slice(op, &a, &b, &mut out).unwrap();
+            for i in (0..n).step_by(97).chain([n - 1]) {
+                assert_eq!(out[i], unit.element(op, a[i], b[i]).unwrap());
+            }
+        }
+    }
+
+    proptest! {
+        /// Rounding to nearest never moves a result by more than half a unit
+        /// of its last bit from the quotient in floating point.
+        #[test]
+        fn results_are_the_rounded_quotients(a: i32, b: i32, shift in 0u8..40) {
+            for (code, exact) in [
+                (OpCode::Add, i128::from(a) + i128::from(b)),
+                (OpCode::Multiply, i128::from(a) * i128::from(b)),
+                (OpCode::SquareSum, i128::from(a).pow(2) + i128::from(b).pow(2)),
+            ] {
+                let found = twin().element(op(code, shift, Rounding::HalfEven), a, b).unwrap();
+                let unit = 1i128 << shift;
+                let within = (i128::from(found) * unit - exact).abs() * 2 <= unit;
+                let past_max = found == i32::MAX && exact > i128::from(i32::MAX) * unit;
+                let past_min = found == i32::MIN && exact < i128::from(i32::MIN) * unit;
+                prop_assert!(within || past_max || past_min);
+            }
+        }
+    }
+}
