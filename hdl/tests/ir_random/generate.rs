@@ -13,7 +13,7 @@ pub(crate) const WIDTHS: [u32; 15] = [
 ];
 
 /// Every kind of node.
-pub(crate) const KINDS: [&str; 32] = [
+pub(crate) const KINDS: [&str; 34] = [
     "lit",
     "not",
     "neg",
@@ -37,7 +37,9 @@ pub(crate) const KINDS: [&str; 32] = [
     "repeat",
     "extend",
     "cast",
-    "round",
+    "floor",
+    "half_up",
+    "half_even",
     "saturate",
     "mux",
     "select",
@@ -94,7 +96,7 @@ impl Random {
         let mut words: Vec<u32> = (0..width.div_ceil(32))
             .map(|_| self.next() as u32)
             .collect();
-        match self.below(8) {
+        match self.below(10) {
             0 => words.fill(0),
             1 => words.fill(u32::MAX),
             2 => {
@@ -107,6 +109,20 @@ impl Random {
                 words[(width as usize - 1) / 32] = !(1 << ((width - 1) % 32));
             }
             4 => words.iter_mut().for_each(|w| *w &= 0x8000_0001),
+            5 => {
+                words.fill(u32::MAX);
+                let bit = self.below(width as usize);
+                words[bit / 32] = !(1 << (bit % 32));
+            }
+            6 => {
+                // A narrower number with its sign, or none.
+                let from = self.below(width as usize);
+                let ones = self.flip();
+                for bit in from..width as usize {
+                    words[bit / 32] &= !(1 << (bit % 32));
+                    words[bit / 32] |= u32::from(ones) << (bit % 32);
+                }
+            }
             _ => {}
         }
         if !width.is_multiple_of(32)
@@ -157,6 +173,8 @@ struct Making<'a> {
     inputs: Vec<(String, Signal)>,
     /// Every value, in order.
     values: Vec<Signal>,
+    /// Values that something reads.
+    used: Vec<Signal>,
     registers: Vec<(Signal, bool)>,
     names: usize,
 }
@@ -189,7 +207,9 @@ impl Making<'_> {
             .filter(|s| s.ty() == ty)
             .collect();
         if !there.is_empty() && self.random.below(4) > 0 {
-            return self.random.of(&there);
+            let s = self.random.of(&there);
+            self.used.push(s);
+            return s;
         }
         let s = if self.random.below(5) == 0 {
             let value = self.random.value(ty);
@@ -285,7 +305,9 @@ impl Making<'_> {
             }
             "cast" if ty.signed => self.b.as_unsigned(a),
             "cast" => self.b.as_signed(a),
-            "round" => self.rounded(a),
+            "floor" => self.rounded(a, Rounding::Floor),
+            "half_up" => self.rounded(a, Rounding::HalfUp),
+            "half_even" => self.rounded(a, Rounding::HalfEven),
             "saturate" => self.saturated(a),
             "mux" => {
                 let (c, b) = (self.bit(), self.value(ty));
@@ -330,15 +352,20 @@ impl Making<'_> {
         self.b.slice(a, low, width)
     }
 
-    fn rounded(&mut self, a: Signal) -> Signal {
+    fn rounded(&mut self, a: Signal, how: Rounding) -> Signal {
         let a = if a.width() == 1 {
             self.b.extend(a, 2)
         } else {
             a
         };
-        let bits = 1 + self.random.below(a.width() as usize - 1) as u32;
-        let how = [Rounding::Floor, Rounding::HalfUp, Rounding::HalfEven];
-        let how = self.random.of(&how);
+        // Few bits mostly, so that there are ties.
+        let most = a.width() as usize - 1;
+        let most = if self.random.below(4) > 0 {
+            most.min(2)
+        } else {
+            most
+        };
+        let bits = 1 + self.random.below(most) as u32;
         self.b.round(a, bits, how)
     }
 
@@ -351,6 +378,19 @@ impl Making<'_> {
             self.random.flip()
         };
         let to = Ty { width, signed };
+        // Next to where it begins to saturate, every other time.
+        let near = if self.random.flip() {
+            to.max() + self.random.below(3)
+        } else {
+            to.min() - self.random.below(3)
+        };
+        let a = if near >= a.ty().min() && near <= a.ty().max() {
+            let near = self.b.lit(near, a.ty());
+            let pick = self.bit();
+            self.b.mux(pick, near, a)
+        } else {
+            a
+        };
         let flag = self.b.saturated(a, to);
         self.values.push(flag);
         self.b.saturate(a, to)
@@ -372,12 +412,14 @@ impl Making<'_> {
             &format!("in_{}_0", Ty::u(data.width())),
             Ty::u(data.width()),
         );
-        let data = self.b.mux(init, fixed, data);
+        let mut data = self.b.mux(init, fixed, data);
         for _ in 0..=self.random.below(2) {
             let addr = self.address(init, row, depth, bits);
             let en = self.bit();
             let en = self.b.or(init, en);
             self.b.mem_write(mem, en, addr, data);
+            // Two writes to one row are told apart.
+            data = self.b.not(data);
         }
         let addr = self.address(init, row, depth, bits);
         if sync {
@@ -442,10 +484,9 @@ impl Making<'_> {
                 self.b.set_next(reg, next);
             }
         }
-        // Not all of them, so that expressions are printed into others.
-        let last = self.values.len() - 1;
+        // Not all that is read, so that expressions are printed into others.
         for (i, s) in self.values.clone().into_iter().enumerate() {
-            if i == last || self.random.below(3) == 0 {
+            if !self.used.contains(&s) || self.random.below(4) == 0 {
                 self.b.output(&format!("out_{i}"), s, "");
             }
         }
@@ -471,6 +512,7 @@ pub(crate) fn module(
         made,
         inputs: vec![],
         values: vec![],
+        used: vec![],
         registers: vec![],
         names: 0,
     };
