@@ -319,9 +319,9 @@ mod tests {
 
     #[test]
     fn the_stop_needs_the_exact_product() {
-        // Two capped samples leave (1 - 0.99)^2 = 1e-4 in real arithmetic: in
-        // floats the product rounds above or below, here it is decided on the
-        // exact 36-bit product, and T rounded to U1.20 would say the opposite.
+        // Two samples capped at 0.99 leave just less than 1e-4 in the reference
+        // and so stop. The exact 36-bit product says so; rounded to U1.20 it
+        // says the opposite.
         let cap = i64::from(Limits::new(&Profile::Inria.rules()).alpha_cap);
         let left = 65536 - cap;
         let once = ((1i64 << 20) * left + (1 << 15)) >> 16;

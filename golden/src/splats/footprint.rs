@@ -10,8 +10,7 @@
 use glam::{DVec2, DVec3};
 
 /// `a b - c d` to within 1.5 units in the last place (Kahan's fused form).
-#[must_use]
-pub fn determinant_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
+fn determinant_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let product = c * d;
     let lost = (-c).mul_add(d, product);
     a.mul_add(b, -product) + lost

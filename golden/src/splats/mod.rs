@@ -30,7 +30,7 @@ pub use composite::TRANSMITTANCE;
 pub use error::RenderError;
 pub use fixed::{FixedFrame, FixedOptions, FixedStats, render_fixed};
 pub use float::{FloatFrame, FloatOptions, FloatStats, render_float};
-pub use footprint::{Footprint, determinant_of_products};
+pub use footprint::Footprint;
 pub use frame::{Decisions, Flips};
 pub use hold::{HoldStats, Order};
 pub use partition::Partition;

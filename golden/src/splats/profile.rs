@@ -48,9 +48,9 @@ impl Profile {
             guard: 1.3,
             dilation: 0.3,
             pixel_centre: 0.5,
-            alpha_cap: 0.999,
-            alpha_min: 1.0 / 255.0,
-            stop_below: 1e-4,
+            alpha_cap: 0.999_f32 as f64,
+            alpha_min: (1.0_f32 / 255.0) as f64,
+            stop_below: 1e-4_f32 as f64,
             stop_at_equal: true,
             extent: Extent::AxisBox,
         };
@@ -59,14 +59,14 @@ impl Profile {
                 near: 0.2,
                 near_is_visible: false,
                 pixel_centre: 0.0,
-                alpha_cap: 0.99,
+                alpha_cap: 0.99_f32 as f64,
                 stop_at_equal: false,
                 extent: Extent::Square,
                 ..gsplat
             },
             Self::Gsplat => gsplat,
             Self::GsplatCap99 => Rules {
-                alpha_cap: 0.99,
+                alpha_cap: 0.99_f32 as f64,
                 ..gsplat
             },
             Self::Brush => Rules {
@@ -108,6 +108,10 @@ pub enum Extent {
 }
 
 /// The constants and choices in which renderers differ.
+///
+/// Limits have the values that 32-bit floats give them: two samples capped at
+/// 0.99 leave just less than 1e-4 in the reference, and just more than that in
+/// 64-bit constants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
     /// Gaussians with a view depth below are culled.
@@ -166,7 +170,7 @@ mod tests {
         let (inria, gsplat) = (Profile::Inria.rules(), Profile::Gsplat.rules());
         assert!(!inria.sees(0.2) && inria.sees(0.200_000_1));
         assert!(gsplat.sees(0.01) && !gsplat.sees(0.009_999));
-        assert!(!inria.stops(1e-4) && inria.stops(0.999e-4));
-        assert!(gsplat.stops(1e-4) && !gsplat.stops(1.001e-4));
+        assert!(!inria.stops(inria.stop_below) && inria.stops(0.999e-4));
+        assert!(gsplat.stops(gsplat.stop_below) && !gsplat.stops(1.001e-4));
     }
 }

@@ -112,4 +112,59 @@ mod tests {
         assert_eq!(s, expected);
         assert_eq!(s.total(), 5);
     }
+
+    /// Alpha at an offset from the mean, from factors.
+    fn alpha(factor: [f64; 3], opacity: f64, d: DVec2) -> f64 {
+        let (p, q) = (factor[0] * d.x + factor[1] * d.y, factor[2] * d.y);
+        opacity * (-0.5 * (p * p + q * q)).exp()
+    }
+
+    #[test]
+    fn records_keep_needles_that_a_16_bit_conic_breaks() {
+        let (mut worst, mut worst_conic) = (0.0f64, 0.0f64);
+        for i in 0..400 {
+            let (s, c) = (f64::from(i) * 0.0393).sin_cos();
+            let length = 3.0 * 1.02f64.powi(i);
+            let footprint = Footprint::new(
+                DVec3::new(length * c, 0.02, 0.0),
+                DVec3::new(length * s, 0.0, 0.1),
+                0.3,
+            );
+            let splat = Projected {
+                footprint,
+                mean: DVec2::new(311.013_7, 97.77),
+                ..splat()
+            };
+            let r = record(&splat, 0, &mut Saturations::default());
+            let mean = DVec2::from(r.mean.map(|m| MEAN.value(m.into())));
+            let factor = r.factor.map(|l| FACTOR.value(l.into()));
+            // The conic in 16 bits, on the scale of its largest entry.
+            let [a, b, d] = footprint.factor;
+            let conic = [a * a, a * b, b * b + d * d];
+            let step = conic[0].max(conic[2]) / 32767.0;
+            let coarse = conic.map(|v| (v / step).round() * step);
+            for k in -40..=40 {
+                let along = length * f64::from(k) / 20.0;
+                let at = splat.mean + DVec2::new(along * c, along * s);
+                if (at - splat.mean).length() > 500.0 {
+                    continue;
+                }
+                let exact = splat.alpha(at - splat.mean);
+                let kept = alpha(factor, OPACITY.value(r.opacity.into()), at - mean);
+                worst = worst.max((kept - exact).abs());
+                let o = at - splat.mean;
+                let form =
+                    coarse[0] * o.x * o.x + 2.0 * coarse[1] * o.x * o.y + coarse[2] * o.y * o.y;
+                worst_conic = worst_conic.max((0.75 * (-0.5 * form).exp().min(1.0) - exact).abs());
+            }
+        }
+        // Half a unit of the mean in both axes, at the steepest slope of a
+        // Gaussian (e^-1/2 over the least sigma); 2^-31 x 500 of the factors;
+        // 2^-17 of the opacity.
+        let slope = (-0.5f64).exp() / 0.3f64.sqrt();
+        let bound =
+            slope * (2f64.sqrt() * 2f64.powi(-13) + 1500.0 * 2f64.powi(-31)) + 2f64.powi(-17);
+        assert!(worst < bound, "{worst} {bound}");
+        assert!(worst_conic > 0.3, "{worst_conic}");
+    }
 }

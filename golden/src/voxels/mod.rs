@@ -1,1 +1,24 @@
 //! Voxel-grid scenes: baking, MVoxels and rendering.
+//!
+//! A [`Grid`] of vertex features is rendered in 64-bit floating point, pixel by
+//! pixel ([`render_float`]), or through the units in their own formats, MVoxel
+//! by MVoxel ([`render_fixed`]).
+
+mod composite;
+mod error;
+mod fixed;
+mod float;
+mod formats;
+mod grid;
+mod mvoxels;
+mod ray;
+mod schedule;
+
+pub use error::VoxelError;
+pub use fixed::{FixedFrame, FixedOptions, FixedStats, render_fixed, tasks};
+pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float};
+pub use formats::{Formats, TRANSMITTANCE};
+pub use grid::{Grid, Layout, MAX_POINTS, MAX_VALUES};
+pub use mvoxels::{MVoxels, Place};
+pub use ray::Ray;
+pub use schedule::{GROUP_RAYS, Skip, default_group_side};

@@ -59,6 +59,14 @@ pub(super) fn read(reader: &mut impl BufRead, origin: &str) -> Result<Header, Pl
             let message = e.to_string();
             wrong(message.split_whitespace().collect::<Vec<_>>().join(" "))
         })?;
+    // Nothing in the file would bound their number.
+    if let Some((name, _)) = ply
+        .elements
+        .iter()
+        .find(|(_, e)| e.properties.is_empty() && e.count > 0)
+    {
+        return Err(wrong(format!("element `{name}` has no property")));
+    }
     Ok(Header {
         ply,
         bytes: text.len(),

@@ -177,6 +177,8 @@ fn headers_that_lie_or_lack_are_refused() {
     assert!(with("binary_little_endian", "binary").contains("header"));
     assert!(with("format binary_little_endian 1.0\n", "").contains("header"));
     assert!(with("comment c", "element vertex 1").contains("second element"));
+    let endless = with("comment c", "element nothing 9999999999999");
+    assert!(endless.contains("`nothing` has no property"));
     assert!(with("comment c", "nonsense").contains("header"));
     assert!(refusal(b"").contains("not a PLY"));
     assert!(refusal(b"ply\n").contains("end_header"));

@@ -1,0 +1,257 @@
+//! The renderer in the hardware's formats: every gather and every vector
+//! operation goes through the units.
+
+use std::collections::BTreeMap;
+
+use potamoi_formats::fixed::{Format, Rounding};
+use potamoi_formats::rit::Vertices;
+use potamoi_formats::units::OpCode;
+
+use super::composite::{Compositor, Work};
+use super::error::VoxelError;
+use super::formats::TRANSMITTANCE;
+use super::grid::Grid;
+use super::mvoxels::MVoxels;
+use super::ray::Rays;
+use super::schedule::{Group, Schedule, Skip};
+use crate::camera::Camera;
+use crate::picture::Picture;
+use crate::units::{GatherTask, Units};
+
+/// Format of the background.
+const BACKGROUND: Format = Format::signed(3, 12);
+/// Fraction bits of a finished pixel.
+const PIXEL_BITS: u32 = 32;
+
+/// How to render.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedOptions {
+    /// Voxel edges from sample to sample.
+    pub step: f64,
+    /// Whether rays stop at [`super::STOP_BELOW`].
+    pub terminate: bool,
+    /// Linear RGB behind everything, rounded to 12 fraction bits.
+    pub background: [f32; 3],
+    /// Pixels a side of a ray group; by default the largest whose rays are at
+    /// most [`super::GROUP_RAYS`].
+    pub group_side: Option<u32>,
+    /// Which samples of opacity 0 are left out.
+    pub skip: Skip,
+    /// Entries after which no more MVoxels join a batch.
+    pub batch_entries: usize,
+}
+
+impl Default for FixedOptions {
+    fn default() -> Self {
+        Self {
+            step: 0.5,
+            terminate: true,
+            background: [0.0; 3],
+            group_side: None,
+            skip: Skip::Cells,
+            batch_entries: 1 << 18,
+        }
+    }
+}
+
+/// Counts of a frame.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct FixedStats {
+    /// Ray groups.
+    pub groups: u64,
+    /// Rays, those that miss the volume included.
+    pub rays: u64,
+    /// Samples inside the volume, gathered or not.
+    pub samples: u64,
+    /// MVoxels loaded, over all ray groups.
+    pub tasks: u64,
+    /// Entries of the ray index table: samples gathered.
+    pub entries: u64,
+    /// Bytes of the ray index table.
+    pub rit_bytes: u64,
+    /// Bytes of rows loaded into the MVoxel feature table, 16 bits a channel.
+    pub mft_bytes: u64,
+    /// Feature codes out of the gathering unit.
+    pub features: u64,
+    /// Elements out of the vector unit, by operation.
+    pub vector_elements: BTreeMap<OpCode, u64>,
+    /// Colours towards a direction out of the MAC array, four products each.
+    pub direction_sums: u64,
+    /// Samples that added to a pixel.
+    pub composited: u64,
+    /// Rays that stopped early.
+    pub stopped: u64,
+}
+
+/// A rendered frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FixedFrame {
+    /// The picture, background included.
+    pub picture: Picture,
+    /// Transmittance left at each pixel, U1.20 codes.
+    pub transmittance: Vec<u32>,
+    /// Counts.
+    pub stats: FixedStats,
+}
+
+/// Renders a grid in the hardware's formats. `mvoxels` are the grid's. Sample
+/// positions are found in floating point, as the GPU does, and rounded to 12
+/// fraction bits; everything from there on goes through `units`, but for sums
+/// of products (MAC array) and additions to a pixel. The picture depends neither
+/// on ray groups, nor on batches, nor on [`Skip`].
+///
+/// # Errors
+/// A camera or an option that is not sensible, MVoxels of another grid, a unit
+/// that fails or returns another number of features than was asked for.
+pub fn render_fixed(
+    grid: &Grid,
+    mvoxels: &MVoxels,
+    camera: &Camera,
+    options: &FixedOptions,
+    units: &mut dyn Units,
+) -> Result<FixedFrame, VoxelError> {
+    let rays = check(grid, mvoxels, camera, options)?;
+    let schedule = Schedule::new(mvoxels, rays, options.group_side, options.skip)?;
+    let [width, height] = rays.size();
+    let mut frame = FixedFrame {
+        picture: Picture::filled(width, height, [0.0; 3]),
+        transmittance: vec![0; width as usize * height as usize],
+        stats: FixedStats::default(),
+    };
+    let mut work = Work::default();
+    for number in 0..schedule.groups() {
+        let group = schedule.group(number);
+        frame.stats.groups += 1;
+        frame.stats.rays += group.rays.len() as u64;
+        frame.stats.samples += Schedule::samples(&group);
+        let formats = mvoxels.formats();
+        let (step, stop) = (options.step, options.terminate);
+        let mut done = Compositor::new(grid.layout(), formats, step, stop, &group.rays);
+        let (mut tasks, mut spans, mut features) = (Vec::new(), Vec::new(), Vec::new());
+        let mut next = 0;
+        while next < group.crossings() {
+            let most = options.batch_entries;
+            let alive = |ray| done.is_alive(ray);
+            next = schedule.batch(&group, next, most, alive, &mut tasks, &mut spans);
+            gather(units, &tasks, &mut features, &mut frame.stats)?;
+            done.run(&features, &spans, units, &mut work)?;
+        }
+        place(&mut frame, &group, &done, mvoxels, options);
+    }
+    frame.stats.vector_elements = work.elements;
+    frame.stats.direction_sums = work.direction_sums;
+    frame.stats.composited = work.composited;
+    frame.stats.stopped = work.stopped;
+    Ok(frame)
+}
+
+/// The gathering tasks of a frame in the order in which they are visited, as if
+/// no ray stopped early, up to `most` entries (the last task may exceed it).
+///
+/// # Errors
+/// As [`render_fixed`].
+pub fn tasks(
+    grid: &Grid,
+    mvoxels: &MVoxels,
+    camera: &Camera,
+    options: &FixedOptions,
+    most: usize,
+) -> Result<Vec<GatherTask>, VoxelError> {
+    let rays = check(grid, mvoxels, camera, options)?;
+    let schedule = Schedule::new(mvoxels, rays, options.group_side, options.skip)?;
+    let mut all = Vec::new();
+    let mut entries = 0;
+    for number in 0..schedule.groups() {
+        let group = schedule.group(number);
+        let (mut batch, mut spans) = (Vec::new(), Vec::new());
+        let mut next = 0;
+        while next < group.crossings() && entries < most {
+            let left = most - entries;
+            next = schedule.batch(&group, next, left, |_| true, &mut batch, &mut spans);
+            entries += batch.iter().map(|t| t.entries.len()).sum::<usize>();
+            all.append(&mut batch);
+        }
+    }
+    Ok(all)
+}
+
+fn check(
+    grid: &Grid,
+    mvoxels: &MVoxels,
+    camera: &Camera,
+    options: &FixedOptions,
+) -> Result<Rays, VoxelError> {
+    let option = |field, value: String, expected| {
+        Err(VoxelError::Option {
+            field,
+            value,
+            expected,
+        })
+    };
+    if mvoxels.points() != grid.points() || mvoxels.channels() != grid.layout().channels() {
+        let value = format!("{:?} x {}", mvoxels.points(), mvoxels.channels());
+        return option("mvoxels", value, "the MVoxels of the grid that is rendered");
+    }
+    if options.batch_entries == 0 {
+        return option("batch_entries", "0".to_owned(), "1 or more");
+    }
+    let fits = |v: f32| v.is_finite() && v.abs() < 8.0;
+    if !options.background.iter().all(|v| fits(*v)) {
+        let value = format!("{:?}", options.background);
+        return option("background", value, "finite numbers below 8");
+    }
+    Rays::new(grid, camera, options.step)
+}
+
+fn gather(
+    units: &mut dyn Units,
+    tasks: &[GatherTask],
+    features: &mut Vec<i16>,
+    stats: &mut FixedStats,
+) -> Result<(), VoxelError> {
+    features.clear();
+    if tasks.is_empty() {
+        return Ok(());
+    }
+    units.gather(tasks, features).map_err(VoxelError::Unit)?;
+    let entries: usize = tasks.iter().map(|t| t.entries.len()).sum();
+    let expected: usize = tasks.iter().map(|t| t.entries.len() * t.channels).sum();
+    if features.len() != expected {
+        return Err(VoxelError::Features {
+            found: features.len(),
+            expected,
+        });
+    }
+    stats.tasks += tasks.len() as u64;
+    stats.entries += entries as u64;
+    stats.rit_bytes += (entries * Vertices::Eight.entry_bytes()) as u64;
+    stats.mft_bytes += tasks.iter().map(|t| 2 * t.rows.len() as u64).sum::<u64>();
+    stats.features += expected as u64;
+    Ok(())
+}
+
+fn place(
+    frame: &mut FixedFrame,
+    group: &Group,
+    done: &Compositor,
+    mvoxels: &MVoxels,
+    options: &FixedOptions,
+) {
+    let background = options.background.map(|v| {
+        let code = BACKGROUND.quantise(f64::from(v), Rounding::HalfEven);
+        code.unwrap_or_default() as i64
+    });
+    let up = PIXEL_BITS - mvoxels.formats().pixel_bits();
+    let behind_up = PIXEL_BITS - BACKGROUND.frac_bits() - TRANSMITTANCE.frac_bits();
+    for (slot, [x, y]) in group.pixels.iter().enumerate() {
+        let to = (y * frame.picture.width + x) as usize;
+        let left = done.transmittance[slot];
+        // Never negative, at most 1.
+        frame.transmittance[to] = left as u32;
+        for c in 0..3 {
+            let behind = (i64::from(left) * background[c]) << behind_up;
+            let sum = (done.colour[slot][c] << up) + behind;
+            frame.picture.rgb[to][c] = (sum as f64 * 2f64.powi(-(PIXEL_BITS as i32))) as f32;
+        }
+    }
+}

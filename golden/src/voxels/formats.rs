@@ -1,0 +1,149 @@
+//! The fixed-point formats of a scene and of the arithmetic on its samples.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::fixed::{Format, Rounding};
+use potamoi_formats::units::OpCode;
+
+use super::error::VoxelError;
+use super::grid::Grid;
+
+/// Fraction bits of the step.
+pub const STEP_BITS: u32 = 24;
+/// Fraction bits of a viewing direction.
+pub const DIRECTION_BITS: u32 = 14;
+/// Fraction bits of a position within its voxel: U1.12.
+pub const FRACTION_BITS: u32 = 12;
+/// Format of transmittances.
+pub const TRANSMITTANCE: Format = Format::unsigned(1, 20);
+
+/// The formats that follow from a grid and a configuration: power-of-two scales
+/// alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Formats {
+    /// Density codes: optical depth per voxel edge.
+    pub density: Format,
+    /// Colour coefficient codes.
+    pub colour: Format,
+    /// Weight fraction bits `W`.
+    pub weight_bits: u32,
+    /// Optical depth of a sample, the input of `1 - exp(-s)`.
+    pub depth: Format,
+    /// Opacity of a sample.
+    pub alpha: Format,
+}
+
+impl Formats {
+    /// The finest scales that hold every value of the grid.
+    ///
+    /// # Errors
+    /// A grid whose values need more integer bits than the formats leave, or a
+    /// configuration whose units lack what rendering needs.
+    pub fn new(grid: &Grid, config: &Config) -> Result<Self, VoxelError> {
+        let needs = |field, value: String, expected: &str| {
+            Err(VoxelError::Config {
+                field,
+                value,
+                expected: expected.to_owned(),
+            })
+        };
+        for op in [OpCode::Relu, OpCode::Multiply, OpCode::OneMinusExp] {
+            if !config.vu.ops.contains(&op) {
+                let expected = format!("{op:?} among the operations");
+                return needs("vu.ops", format!("{:?}", config.vu.ops), &expected);
+            }
+        }
+        let eight = potamoi_formats::rit::Vertices::Eight;
+        if !config.supported_vertices().contains(&eight) {
+            let value = format!("{:?}", config.gu.vertices);
+            return needs("gu.vertices", value, "entries of 8 vertices");
+        }
+        let exp = &config.vu.exp;
+        if !(8..=24).contains(&exp.output_bits) {
+            let value = exp.output_bits.to_string();
+            return needs("vu.exp.output_bits", value, "8 to 24 bits of opacity");
+        }
+        let channels = grid.layout().channels();
+        if config.segments(channels) > config.gu.segments as usize {
+            let expected = format!(
+                "{} segments for {channels} channels",
+                config.segments(channels)
+            );
+            return needs("gu.segments", config.gu.segments.to_string(), &expected);
+        }
+        let largest = |density: bool| {
+            let values = grid.features().chunks_exact(channels);
+            let picked = values.flat_map(|v| if density { &v[..1] } else { &v[1..] });
+            picked.fold(0f32, |m, v| m.max(v.abs()))
+        };
+        let bits = config.gu.feature_bits;
+        // Beyond these a sample's optical depth, or its colour times its weight,
+        // would leave the vector unit's 32 bits.
+        let density = fit(largest(true), bits, 12);
+        let colour = fit(largest(false), bits, 8);
+        let (Some(density), Some(colour)) = (density, colour) else {
+            return Err(VoxelError::Grid {
+                field: "features",
+                value: format!(
+                    "up to {} (density) and {} (colour)",
+                    largest(true),
+                    largest(false)
+                ),
+                expected: format!(
+                    "densities below 4096 and colours below 256 in {bits}-bit features"
+                ),
+            });
+        };
+        Ok(Self {
+            density,
+            colour,
+            weight_bits: config.gu.weight_bits,
+            depth: Format::unsigned(4, exp.one_minus_frac_bits),
+            alpha: Format::unsigned(0, exp.output_bits),
+        })
+    }
+
+    /// Fraction bits that are dropped from density times step.
+    #[must_use]
+    pub fn depth_shift(&self) -> u32 {
+        // At most 24 fraction bits of depth: rules of the configuration.
+        (self.density.frac_bits() + STEP_BITS).saturating_sub(self.depth.frac_bits())
+    }
+
+    /// Bits that are dropped from weight times colour: the product of 20 and 18
+    /// bits must fit 31, and 24 fraction bits are enough.
+    #[must_use]
+    pub fn colour_shift(&self) -> u32 {
+        (self.colour.frac_bits() + TRANSMITTANCE.frac_bits())
+            .saturating_sub(24)
+            .max(7)
+    }
+
+    /// Fraction bits of a pixel's colour: 13 to 24, 20 or more for colours with
+    /// at least 7 fraction bits.
+    #[must_use]
+    pub fn pixel_bits(&self) -> u32 {
+        self.colour.frac_bits() + TRANSMITTANCE.frac_bits() - self.colour_shift()
+    }
+
+    /// The step, in voxels, as a code with [`STEP_BITS`] fraction bits.
+    #[must_use]
+    pub fn step_code(step: f64) -> i32 {
+        (step * f64::from(1u32 << STEP_BITS)).round() as i32
+    }
+}
+
+/// The finest signed format of `bits` bits that holds `largest` once rounded.
+fn fit(largest: f32, bits: u32, most_int_bits: u32) -> Option<Format> {
+    (0..=most_int_bits.min(bits - 1))
+        .map(|int| Format::signed(int, bits - 1 - int))
+        .find(|format| {
+            let scaled = f64::from(largest) * 2f64.powi(format.frac_bits() as i32);
+            scaled.round_ties_even() <= Format::max(*format) as f64
+        })
+}
+
+/// A value's code; values are finite and fit by the format's choice.
+pub(crate) fn code(format: Format, value: f32) -> i16 {
+    let code = format.quantise(f64::from(value), Rounding::HalfEven);
+    code.unwrap_or_default() as i16
+}

@@ -1,0 +1,217 @@
+//! Vertex grids of a radiance field.
+
+use glam::DVec3;
+
+use super::error::VoxelError;
+
+/// The most vertices along an axis.
+pub const MAX_POINTS: usize = 2048;
+/// The most feature values of a grid.
+pub const MAX_VALUES: usize = 1 << 30;
+
+/// How the channels of a vertex are laid out.
+///
+/// Channel 0 is the density, an optical depth per voxel edge before its ReLU.
+/// Then, for red, green and blue in turn, the coefficients of the colour seen
+/// along the unit direction (x, y, z) from the camera into the scene:
+///
+/// - `Constant`, 4 channels in all: `c0`
+/// - `Linear`, 13 channels in all: `c0 + c1 x + c2 y + c3 z`, which are the
+///   spherical harmonics of degree 0 and 1 with their constant factors folded
+///   into the coefficients
+///
+/// Colours pass a ReLU and have no upper limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layout {
+    /// The same colour from everywhere.
+    Constant,
+    /// A colour that is linear in the viewing direction.
+    Linear,
+}
+
+impl Layout {
+    /// Coefficients of one colour.
+    #[must_use]
+    pub const fn coefficients(self) -> usize {
+        match self {
+            Self::Constant => 1,
+            Self::Linear => 4,
+        }
+    }
+
+    /// Channels `C` of a vertex.
+    #[must_use]
+    pub const fn channels(self) -> usize {
+        1 + 3 * self.coefficients()
+    }
+}
+
+/// A regular grid of vertices with features, in floating point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    points: [usize; 3],
+    corner: DVec3,
+    voxel: f64,
+    layout: Layout,
+    features: Vec<f32>,
+}
+
+impl Grid {
+    /// A grid of `points` vertices along x, y, z. Vertex (0, 0, 0) lies at
+    /// `corner`; cubic voxels have edges of `voxel`. `features` holds all
+    /// channels of a vertex side by side, vertices with x fastest, z slowest.
+    ///
+    /// # Errors
+    /// Fewer than 2 or more than [`MAX_POINTS`] vertices along an axis, more
+    /// than [`MAX_VALUES`] values, a wrong number of values, a voxel that is not
+    /// positive, or a value that is not finite.
+    pub fn new(
+        points: [usize; 3],
+        corner: DVec3,
+        voxel: f64,
+        layout: Layout,
+        features: Vec<f32>,
+    ) -> Result<Self, VoxelError> {
+        let refuse = |field, value: String, expected: String| {
+            Err(VoxelError::Grid {
+                field,
+                value,
+                expected,
+            })
+        };
+        if points.iter().any(|p| !(2..=MAX_POINTS).contains(p)) {
+            let expected = format!("2 to {MAX_POINTS} vertices along each axis");
+            return refuse("points", format!("{points:?}"), expected);
+        }
+        // Each factor is at most 2048: no overflow.
+        let values = points.iter().product::<usize>() * layout.channels();
+        if values > MAX_VALUES {
+            let expected = format!("at most {MAX_VALUES} feature values, here {values}");
+            return refuse("points", format!("{points:?}"), expected);
+        }
+        if features.len() != values {
+            let expected = format!("{values}: one a vertex and channel");
+            return refuse("features.len()", features.len().to_string(), expected);
+        }
+        if !(voxel.is_finite() && voxel > 0.0) {
+            return refuse("voxel", voxel.to_string(), "a positive length".to_owned());
+        }
+        if !corner.is_finite() {
+            return refuse("corner", corner.to_string(), "finite numbers".to_owned());
+        }
+        if let Some((i, v)) = features.iter().enumerate().find(|(_, v)| !v.is_finite()) {
+            let (vertex, channel) = (i / layout.channels(), i % layout.channels());
+            let value = format!("{v} at vertex {vertex}, channel {channel}");
+            return refuse("features", value, "finite numbers".to_owned());
+        }
+        Ok(Self {
+            points,
+            corner,
+            voxel,
+            layout,
+            features,
+        })
+    }
+
+    /// A grid sampled from a field: `field` writes the channels of the vertex at
+    /// a world position.
+    ///
+    /// # Errors
+    /// As [`Grid::new`].
+    pub fn bake(
+        points: [usize; 3],
+        corner: DVec3,
+        voxel: f64,
+        layout: Layout,
+        mut field: impl FnMut(DVec3, &mut [f32]),
+    ) -> Result<Self, VoxelError> {
+        let channels = layout.channels();
+        let empty = |value: &usize| !(2..=MAX_POINTS).contains(value);
+        let values = if points.iter().any(empty) {
+            0
+        } else {
+            points.iter().product::<usize>() * channels
+        };
+        let mut features = vec![0f32; if values > MAX_VALUES { 0 } else { values }];
+        for (i, vertex) in features.chunks_exact_mut(channels).enumerate() {
+            let (x, y, z) = (
+                i % points[0],
+                i / points[0] % points[1],
+                i / (points[0] * points[1]),
+            );
+            let at = corner + voxel * DVec3::new(x as f64, y as f64, z as f64);
+            field(at, vertex);
+        }
+        Self::new(points, corner, voxel, layout, features)
+    }
+
+    /// Vertices along x, y, z.
+    #[must_use]
+    pub fn points(&self) -> [usize; 3] {
+        self.points
+    }
+
+    /// World position of vertex (0, 0, 0).
+    #[must_use]
+    pub fn corner(&self) -> DVec3 {
+        self.corner
+    }
+
+    /// Edge of a voxel in the world.
+    #[must_use]
+    pub fn voxel(&self) -> f64 {
+        self.voxel
+    }
+
+    /// The layout of the channels.
+    #[must_use]
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// All values, channels fastest, then x, y, z.
+    #[must_use]
+    pub fn features(&self) -> &[f32] {
+        &self.features
+    }
+
+    /// A world position in vertex units, where vertex (x, y, z) lies at (x, y, z).
+    #[must_use]
+    pub fn to_grid(&self, world: DVec3) -> DVec3 {
+        (world - self.corner) / self.voxel
+    }
+
+    /// Interpolates all channels at a position in vertex units, held to the
+    /// volume, in 64-bit floating point.
+    pub fn sample(&self, at: DVec3, out: &mut [f64]) {
+        let channels = self.layout.channels();
+        let mut cell = [0usize; 3];
+        let mut fraction = [0f64; 3];
+        for axis in 0..3 {
+            let last = (self.points[axis] - 1) as f64;
+            let held = at[axis].clamp(0.0, last);
+            cell[axis] = (held as usize).min(self.points[axis] - 2);
+            fraction[axis] = held - cell[axis] as f64;
+        }
+        out.fill(0.0);
+        for corner in 0..8 {
+            let mut weight = 1.0;
+            let mut index = [0; 3];
+            for axis in 0..3 {
+                let far = corner >> axis & 1;
+                index[axis] = cell[axis] + far;
+                weight *= if far == 1 {
+                    fraction[axis]
+                } else {
+                    1.0 - fraction[axis]
+                };
+            }
+            let vertex = index[0] + self.points[0] * (index[1] + self.points[1] * index[2]);
+            let values = &self.features[vertex * channels..][..channels];
+            for (sum, v) in out.iter_mut().zip(values) {
+                *sum += weight * f64::from(*v);
+            }
+        }
+    }
+}

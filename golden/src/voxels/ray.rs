@@ -1,0 +1,142 @@
+//! Rays through a grid and the samples along them.
+
+use glam::DVec3;
+
+use super::error::VoxelError;
+use super::grid::Grid;
+use crate::camera::Camera;
+
+/// The most pixels of a picture.
+pub const MAX_PIXELS: u64 = 1 << 26;
+
+/// A ray in vertex units. Sample `k` lies at `start + k step` along it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ray {
+    /// The camera.
+    pub origin: DVec3,
+    /// Unit vector, the same in the world as all voxels are cubes.
+    pub direction: DVec3,
+    /// Where it enters the volume, or 0 if it starts inside.
+    pub start: f64,
+    /// Voxel edges from sample to sample.
+    pub step: f64,
+    /// Samples from there to where it leaves; 0 if it misses.
+    pub samples: u32,
+}
+
+impl Ray {
+    /// A ray from `origin` along the unit vector `direction`, both in vertex
+    /// units, through a volume of `points` vertices.
+    #[must_use]
+    pub fn new(points: [usize; 3], origin: DVec3, direction: DVec3, step: f64) -> Self {
+        let mut near = 0f64;
+        let mut far = f64::INFINITY;
+        for axis in 0..3 {
+            let (o, d, last) = (origin[axis], direction[axis], (points[axis] - 1) as f64);
+            if d == 0.0 {
+                // Parallel to these faces: inside all along, or never. Dividing
+                // would give 0 / 0 for a ray in a face.
+                if !(0.0..=last).contains(&o) {
+                    far = f64::NEG_INFINITY;
+                }
+                continue;
+            }
+            let (a, b) = ((0.0 - o) / d, (last - o) / d);
+            near = near.max(a.min(b));
+            far = far.min(a.max(b));
+        }
+        let samples = if far >= near && far.is_finite() {
+            ((far - near) / step) as u32 + 1
+        } else {
+            0
+        };
+        Self {
+            origin,
+            direction,
+            start: near,
+            step,
+            samples,
+        }
+    }
+
+    /// Position of a sample in vertex units. Every coordinate is monotone in
+    /// `k`, rounding included.
+    #[must_use]
+    pub fn at(&self, k: u32) -> DVec3 {
+        let t = self.start + f64::from(k) * self.step;
+        self.origin + self.direction * t
+    }
+}
+
+/// The rays of a camera, checked once.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rays {
+    camera: Camera,
+    points: [usize; 3],
+    pub(crate) origin: DVec3,
+    step: f64,
+}
+
+impl Rays {
+    pub(crate) fn new(grid: &Grid, camera: &Camera, step: f64) -> Result<Self, VoxelError> {
+        let refuse = |field, value: String, expected| {
+            Err(VoxelError::Camera {
+                field,
+                value,
+                expected,
+            })
+        };
+        let pixels = u64::from(camera.width) * u64::from(camera.height);
+        if pixels == 0 || pixels > MAX_PIXELS {
+            let value = format!("{} x {}", camera.width, camera.height);
+            return refuse("width x height", value, "1 to 67108864 pixels");
+        }
+        let focal = camera.focal;
+        if !(focal.is_finite() && focal.min_element() > 0.0) {
+            return refuse("focal", focal.to_string(), "positive lengths in pixels");
+        }
+        if !camera.centre.is_finite() {
+            return refuse("centre", camera.centre.to_string(), "finite numbers");
+        }
+        let pose = camera.world_to_camera;
+        let rotation = pose.matrix3;
+        let off = (rotation * rotation.transpose()).to_cols_array();
+        let unit = glam::DMat3::IDENTITY.to_cols_array();
+        let rigid = off.iter().zip(unit).all(|(a, b)| (a - b).abs() < 1e-4);
+        if !(pose.is_finite() && rigid) {
+            let value = rotation.to_string();
+            return refuse(
+                "world_to_camera",
+                value,
+                "a rotation and a finite translation",
+            );
+        }
+        let origin = grid.to_grid(camera.position());
+        if !(origin.is_finite() && origin.abs().max_element() < 1e9) {
+            let value = camera.position().to_string();
+            return refuse("position", value, "a place within 1e9 voxels of the grid");
+        }
+        if !(1.0 / 64.0..=8.0).contains(&step) {
+            return Err(VoxelError::Option {
+                field: "step",
+                value: step.to_string(),
+                expected: "1/64 to 8 voxel edges",
+            });
+        }
+        Ok(Self {
+            camera: *camera,
+            points: grid.points(),
+            origin,
+            step,
+        })
+    }
+
+    pub(crate) fn size(&self) -> [u32; 2] {
+        [self.camera.width, self.camera.height]
+    }
+
+    pub(crate) fn ray(&self, x: u32, y: u32) -> Ray {
+        let (_, direction) = self.camera.ray(x, y);
+        Ray::new(self.points, self.origin, direction, self.step)
+    }
+}

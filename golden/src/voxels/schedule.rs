@@ -1,0 +1,246 @@
+//! The memory-centric order: which ray samples need which MVoxel, and when.
+//!
+//! A frame is cut into square ray groups. Within a group, MVoxels are visited
+//! in the order of their distance from the camera's
+//! ([`MVoxels::distances`]), each once. Every ray meets them front to back, and
+//! none meets two at one distance, so that all MVoxels at one distance can be
+//! gathered together and rays still stop exactly where they would alone.
+
+use rayon::prelude::*;
+
+use potamoi_formats::rit::{RitEntry, Vertices};
+
+use super::error::VoxelError;
+use super::mvoxels::MVoxels;
+use super::ray::{Ray, Rays};
+use crate::units::{GatherTask, weights};
+
+/// Rays whose state, 16 B each, fills half of a 1.5 MB global feature buffer.
+pub const GROUP_RAYS: u32 = 49_152;
+
+/// Which samples are left out because their opacity is 0. None of these changes
+/// a bit of the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Skip {
+    /// None.
+    Nothing,
+    /// Those in MVoxels without a positive density.
+    MVoxels,
+    /// Those in cells without one.
+    Cells,
+}
+
+/// The samples that a ray has in one MVoxel, front to back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Crossing {
+    distance: u32,
+    mvoxel: u32,
+    ray: u32,
+    first: u32,
+    end: u32,
+}
+
+/// Entries that one ray has in a batch of tasks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Span {
+    pub(crate) ray: u32,
+    pub(crate) start: u32,
+    pub(crate) len: u32,
+}
+
+/// The ray groups of a frame.
+#[derive(Debug)]
+pub(crate) struct Schedule<'a> {
+    mvoxels: &'a MVoxels,
+    rays: Rays,
+    distances: Vec<u32>,
+    side: u32,
+    skip: Skip,
+}
+
+/// A ray group and where its rays go.
+#[derive(Debug)]
+pub(crate) struct Group {
+    /// Pixel of each slot.
+    pub(crate) pixels: Vec<[u32; 2]>,
+    pub(crate) rays: Vec<Ray>,
+    crossings: Vec<Crossing>,
+}
+
+/// The largest side of a square group of at most [`GROUP_RAYS`].
+#[must_use]
+pub fn default_group_side() -> u32 {
+    GROUP_RAYS.isqrt()
+}
+
+impl Group {
+    /// Crossings of all rays, the units of [`Schedule::batch`].
+    pub(crate) fn crossings(&self) -> usize {
+        self.crossings.len()
+    }
+}
+
+impl<'a> Schedule<'a> {
+    pub(crate) fn new(
+        mvoxels: &'a MVoxels,
+        rays: Rays,
+        side: Option<u32>,
+        skip: Skip,
+    ) -> Result<Self, VoxelError> {
+        let side = side.unwrap_or_else(default_group_side);
+        if side == 0 {
+            return Err(VoxelError::Option {
+                field: "group_side",
+                value: side.to_string(),
+                expected: "1 or more pixels",
+            });
+        }
+        Ok(Self {
+            mvoxels,
+            rays,
+            distances: mvoxels.distances(rays.origin.to_array()),
+            side,
+            skip,
+        })
+    }
+
+    fn across(&self) -> u32 {
+        self.rays.size()[0].div_ceil(self.side)
+    }
+
+    pub(crate) fn groups(&self) -> u32 {
+        self.across() * self.rays.size()[1].div_ceil(self.side)
+    }
+
+    /// Finds the rays of a group and all their crossings, in visiting order.
+    pub(crate) fn group(&self, number: u32) -> Group {
+        let size = self.rays.size();
+        let corner = [number % self.across(), number / self.across()].map(|v| v * self.side);
+        // Saturating: a side may exceed the picture by any amount.
+        let end = |axis: usize| corner[axis].saturating_add(self.side).min(size[axis]);
+        let pixels: Vec<[u32; 2]> = (corner[1]..end(1))
+            .flat_map(|y| (corner[0]..end(0)).map(move |x| [x, y]))
+            .collect();
+        let rays: Vec<Ray> = pixels
+            .par_iter()
+            .map(|[x, y]| self.rays.ray(*x, *y))
+            .collect();
+        let mut crossings: Vec<Crossing> = rays
+            .par_iter()
+            .enumerate()
+            .flat_map_iter(|(slot, ray)| self.cross(slot as u32, ray))
+            .collect();
+        crossings.par_sort_unstable_by_key(|c| (c.distance, c.mvoxel, c.ray));
+        Group {
+            pixels,
+            rays,
+            crossings,
+        }
+    }
+
+    /// The MVoxels in which a ray has samples that are not left out.
+    fn cross(&self, slot: u32, ray: &Ray) -> Vec<Crossing> {
+        let mut crossings: Vec<Crossing> = Vec::new();
+        for k in 0..ray.samples {
+            let place = self.mvoxels.locate(ray.at(k).to_array());
+            let called_for = match self.skip {
+                Skip::Nothing => true,
+                Skip::MVoxels => self.mvoxels.is_occupied(place.mvoxel),
+                Skip::Cells => self.mvoxels.is_cell_occupied(&place),
+            };
+            if !called_for {
+                continue;
+            }
+            let mvoxel = place.mvoxel as u32;
+            match crossings.last_mut() {
+                Some(last) if last.mvoxel == mvoxel => last.end = k + 1,
+                _ => crossings.push(Crossing {
+                    distance: self.distances[place.mvoxel],
+                    mvoxel,
+                    ray: slot,
+                    first: k,
+                    end: k + 1,
+                }),
+            }
+        }
+        crossings
+    }
+
+    /// Samples along the rays of a group, those left out included.
+    pub(crate) fn samples(group: &Group) -> u64 {
+        group.rays.iter().map(|r| u64::from(r.samples)).sum()
+    }
+
+    /// Cuts the next tasks of a group from crossing `next` on, for the rays that
+    /// are `alive`: MVoxels of one distance, one at least, and no more once
+    /// there are `most` entries. Returns the crossing to go on with.
+    pub(crate) fn batch(
+        &self,
+        group: &Group,
+        next: usize,
+        most: usize,
+        alive: impl Fn(u32) -> bool,
+        tasks: &mut Vec<GatherTask>,
+        spans: &mut Vec<Span>,
+    ) -> usize {
+        tasks.clear();
+        spans.clear();
+        let rest = &group.crossings[next..];
+        let Some(first) = rest.first() else {
+            return next;
+        };
+        let mut entries = 0;
+        let mut done = 0;
+        for same in rest.chunk_by(|a, b| a.mvoxel == b.mvoxel) {
+            if same[0].distance != first.distance || entries >= most {
+                break;
+            }
+            done += same.len();
+            let mut task = Vec::new();
+            for crossing in same.iter().filter(|c| alive(c.ray)) {
+                let start = entries + task.len();
+                self.entries(group, crossing, &mut task);
+                spans.push(Span {
+                    ray: crossing.ray,
+                    start: start as u32,
+                    len: (entries + task.len() - start) as u32,
+                });
+            }
+            if !task.is_empty() {
+                entries += task.len();
+                tasks.push(self.task(same[0].mvoxel as usize, task));
+            }
+        }
+        next + done
+    }
+
+    /// The entries of one ray in one MVoxel.
+    fn entries(&self, group: &Group, crossing: &Crossing, out: &mut Vec<RitEntry>) {
+        let ray = &group.rays[crossing.ray as usize];
+        for k in crossing.first..crossing.end {
+            let place = self.mvoxels.locate(ray.at(k).to_array());
+            if self.skip == Skip::Cells && !self.mvoxels.is_cell_occupied(&place) {
+                continue;
+            }
+            out.push(RitEntry {
+                slot: crossing.ray,
+                rows: self.mvoxels.corner_rows(&place),
+                weights: weights::trilinear(place.fraction, self.mvoxels.formats().weight_bits),
+            });
+        }
+    }
+
+    /// A task that loads the rows up to the last that its entries use.
+    fn task(&self, mvoxel: usize, entries: Vec<RitEntry>) -> GatherTask {
+        let last = entries.iter().map(|e| e.rows[7]).max().unwrap_or_default();
+        let channels = self.mvoxels.channels();
+        let used = (usize::from(last) + 1) * channels;
+        GatherTask {
+            vertices: Vertices::Eight,
+            channels,
+            rows: self.mvoxels.rows(mvoxel)[..used].to_vec(),
+            entries,
+        }
+    }
+}
