@@ -6,9 +6,13 @@ use potamoi_formats::config::Config;
 use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_golden::units::GatherTask;
-use potamoi_sim::rtl::{GatherRun, GatherUnit, Stalls};
+use potamoi_sim::cycles::{Stalls, StreamStalls};
+use potamoi_sim::rtl::{Check, GatherTotals, GatherUnit};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+
+/// The command that runs these tests again.
+const AGAIN: &str = "cargo test -p potamoi-sim --test gather_unit";
 
 /// Weights of `vertices` that sum to exactly 1: cuts of the unit interval.
 fn weights(random: &mut Pcg64Mcg, bits: u32, vertices: Vertices) -> [u16; 8] {
@@ -89,36 +93,31 @@ fn expected(config: &Config, task: &GatherTask) -> Vec<i16> {
     out
 }
 
-fn check(config: &Config, unit: &GatherUnit, tasks: &[GatherTask], stalls: Stalls) -> GatherRun {
-    let run = unit
-        .run(tasks, stalls)
-        .unwrap_or_else(|e| panic!("{stalls:?}: {e}"));
-    let features = run.features(config, tasks).unwrap();
+/// Every bit against plain arithmetic, every cycle against the cycle model.
+fn check(
+    config: &Config,
+    unit: &GatherUnit,
+    tasks: &[GatherTask],
+    stalls: Stalls,
+    seed: u64,
+) -> GatherTotals {
     let wanted: Vec<i16> = tasks.iter().flat_map(|t| expected(config, t)).collect();
-    if let Some(at) = features.iter().zip(&wanted).position(|(a, b)| a != b) {
-        panic!(
-            "{stalls:?}: feature {at} is {}, expected {}",
-            features[at], wanted[at]
-        );
-    }
-    assert_eq!(features.len(), wanted.len());
-    let mut slots = vec![];
+    let conditions = Check {
+        stalls,
+        seed,
+        flags: 0,
+        progress: &mut |_| {},
+    };
+    let totals = unit
+        .check(config, tasks, &wanted, conditions)
+        .unwrap_or_else(|e| panic!("seed {seed}, {stalls:?}: {e}\nagain: {AGAIN}"));
+    let groups = |t: &GatherTask| t.entries.len().div_ceil(config.gu.ports as usize);
     let segments = config.segments(tasks[0].channels).max(1);
-    for t in tasks {
-        for _ in 0..segments {
-            slots.extend(t.entries.iter().map(|e| e.slot & 0xffff));
-        }
-    }
-    let found: Vec<u32> = run
-        .beats
-        .iter()
-        .flat_map(|b| b.entries.iter().map(|e| e.0))
-        .collect();
-    assert_eq!(found, slots, "{stalls:?}");
-    assert_eq!(run.busy, run.issues, "{stalls:?}: issuing cycles");
-    assert_eq!(run.entries, slots.len() as u64);
-    assert_eq!(run.errors, 0, "{stalls:?}: flags");
-    run
+    let issues: usize = tasks.iter().map(|t| groups(t) * t.vertices.count()).sum();
+    let entries: usize = tasks.iter().map(|t| t.entries.len()).sum();
+    assert_eq!(totals.busy, (issues * segments) as u64, "issuing cycles");
+    assert_eq!(totals.entries, (entries * segments) as u64);
+    totals
 }
 
 /// MVoxels of which each loads no more rows than its predecessor has cycles.
@@ -180,14 +179,28 @@ fn no_bubble_between_entries_halves_or_mvoxels() {
                 sizes.extend([1; 9]);
                 let channels = banks * segments - usize::from(segments > 1);
                 let tasks = hidden_loads(&config, &mut random, vertices, channels, &sizes);
-                let run = check(&config, &unit, &tasks, Stalls::none());
+                let run = check(&config, &unit, &tasks, Stalls::NONE, seed);
                 let label = format!(
                     "B {banks} M {ports} V {} segments {segments} seed {seed}",
                     vertices.count()
                 );
                 assert_eq!(run.stalls, [0, 0, 0], "{label}");
+                assert_eq!(run.issue_span(), run.busy, "{label}");
             }
         }
+    }
+}
+
+/// Stalls of every stream, from none to nearly always, single or in bursts.
+fn held_up(random: &mut Pcg64Mcg) -> Stalls {
+    let mut stream = || StreamStalls {
+        per_mille: random.random_range(0..900),
+        burst: [1, 1, 2, 9][random.random_range(0..4)],
+    };
+    Stalls {
+        rit: stream(),
+        mft: stream(),
+        sink: stream(),
     }
 }
 
@@ -209,14 +222,9 @@ fn random_stalls_change_no_bit_and_every_cycle_has_one_cause() {
                 task(&mut random, &config, vertices, channels, rows, entries)
             })
             .collect();
-        let stalls = Stalls {
-            sources: [random.random_range(0..95), random.random_range(0..95)],
-            sink: random.random_range(0..95),
-            seed,
-        };
-        let run = check(&config, &unit, &tasks, stalls);
+        let run = check(&config, &unit, &tasks, held_up(&mut random), seed);
         // Latency and first fill lie outside what is counted.
-        let counted = run.busy + run.stalls.iter().sum::<u64>();
+        let counted = run.issue_span();
         assert!(
             counted < run.cycles,
             "seed {seed}: {counted} of {}",
@@ -250,16 +258,8 @@ fn narrow_and_untrusted_formats_agree() {
                     )
                 })
                 .collect();
-            check(
-                &config,
-                &unit,
-                &tasks,
-                Stalls {
-                    sources: [30, 30],
-                    sink: 30,
-                    seed: 1,
-                },
-            );
+            let stalls = held_up(&mut random);
+            check(&config, &unit, &tasks, stalls, 1);
         }
     }
 }

@@ -8,7 +8,8 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_sim::rtl::{Stalls, VectorUnit};
+use potamoi_sim::cycles::{Stalls, StreamStalls};
+use potamoi_sim::rtl::{VectorBatch, VectorUnit};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -20,10 +21,13 @@ fn config(text: &str) -> Config {
 fn sweep(config: &Config, code: OpCode, codes: &[i32]) -> (Vec<i32>, u64) {
     let unit = VectorUnit::build(config).unwrap();
     let zeros = vec![0; codes.len()];
-    let run = unit
-        .run(&[(VectorOp::new(code), codes, &zeros)], Stalls::none())
-        .unwrap();
-    assert_eq!(run.errors, 0);
+    let batch = VectorBatch {
+        op: VectorOp::new(code),
+        a: codes,
+        b: &zeros,
+    };
+    let run = unit.run(&[batch], &Stalls::NONE, 0).unwrap();
+    assert_eq!(run.totals.errors, 0);
     let first = run.vectors.first().unwrap().0;
     let last = run.vectors.last().unwrap().0;
     (run.results, last - first)
@@ -184,14 +188,18 @@ fn element_wise_operations_are_exact_in_every_rounding() {
             }
             let batches: Vec<_> = work
                 .iter()
-                .map(|(op, a, b)| (*op, a.as_slice(), b.as_slice()))
+                .map(|(op, a, b)| VectorBatch { op: *op, a, b })
                 .collect();
-            let stalls = Stalls {
-                sources: [40, 0],
-                sink: 40,
-                seed,
+            let often = StreamStalls {
+                per_mille: 400,
+                burst: 1,
             };
-            let run = unit.run(&batches, stalls).unwrap();
+            let stalls = Stalls {
+                rit: often,
+                sink: often,
+                ..Stalls::NONE
+            };
+            let run = unit.run(&batches, &stalls, seed).unwrap();
             let mut results = run.results.iter();
             for (op, a, b) in &work {
                 for (x, y) in a.iter().zip(b) {

@@ -7,6 +7,7 @@
 
 mod builder;
 mod check;
+mod fault;
 mod interpret;
 mod keywords;
 mod node;
@@ -19,6 +20,7 @@ use std::fmt;
 use thiserror::Error;
 
 pub use builder::ModuleBuilder;
+pub use fault::{Change, Fault, FaultError};
 pub use interpret::{InterpretError, Interpreter, PortHandle};
 pub use node::{Instance, MemId, Signal, Ty};
 pub use print::{Header, verilog};

@@ -1,65 +1,114 @@
-//! Drives the Verilated gathering unit.
+//! Drives the gathering unit on any engine.
 
 use potamoi_formats::config::Config;
+use potamoi_formats::units::GATHERING_UNIT;
 use potamoi_golden::units::GatherTask;
 use potamoi_hdl::gu::gathering_unit;
-use potamoi_verilated::{Clock, Library, Model, PortId};
 
-use super::model::{RtlError, compile};
-use super::stall::Stalls;
-use super::stream::{FeatureBeat, GatherStreams};
+use super::engine::{Engine, EngineKind, Runner, Running};
+use super::gather_work::{GatherWork, Group, Layout};
+use super::model::RtlError;
+use crate::cycles::{GatherInputs, Plan, Source, Stalls};
 
-/// Cycles without a handshake after which a unit is taken to hang. A willing
-/// moment of a stream that stalls 99 cycles of 100 is certain within it.
+/// Cycles without a handshake after which a unit is taken to hang: more than
+/// any plan's stalls are likely to last.
 const PATIENCE: u64 = 20_000;
 
-/// A Verilated gathering unit.
+/// A gathering unit, ready to run.
 pub struct GatherUnit {
     config: Config,
-    library: Library,
+    runner: Runner,
 }
 
-/// What a run gave.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GatherRun {
-    /// Features, beat by beat.
-    pub beats: Vec<FeatureBeat>,
+/// What the unit shows in one cycle.
+pub(super) struct GatherSeen<'a> {
+    pub(super) rit_ready: bool,
+    pub(super) mft_ready: bool,
+    /// The beat of features, if valid.
+    pub(super) beat: Option<BeatSeen<'a>>,
+    /// Busy; stalls for FIFO, MFT, RIT; entries.
+    pub(super) counters: [u64; 5],
+}
+
+/// A beat of features on the ports.
+#[derive(Clone, Copy)]
+pub(super) struct BeatSeen<'a> {
+    pub(super) data: &'a [u32],
+    /// Bits of `data` that are neither 0 nor 1.
+    pub(super) unknown: Option<&'a [u32]>,
+    pub(super) keep: &'a [u32],
+    pub(super) user: &'a [u32],
+    pub(super) last: bool,
+}
+
+/// What a run shows to whom it may concern.
+pub(super) trait GatherWatch {
+    fn cycle(
+        &mut self,
+        cycle: u64,
+        inputs: &GatherInputs,
+        seen: &GatherSeen<'_>,
+    ) -> Result<(), RtlError>;
+}
+
+/// What a run took.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct GatherTotals {
     /// Cycles until the last beat was accepted.
     pub cycles: u64,
-    /// For every cycle: RIT ready 1, MFT ready 2, features valid 4.
-    pub handshakes: Vec<u8>,
+    /// Cycle of the first accepted beat of the RIT stream.
+    pub first_beat: u64,
+    /// Cycle of the first issue, from the unit's counter.
+    pub first_issue: u64,
+    /// Cycle in which the first beat of features was offered.
+    pub first_feature: u64,
     /// Issuing cycles, from the unit's counter.
     pub busy: u64,
     /// Stalls for want of FIFO room, MVoxel, entries, from its counters.
     pub stalls: [u64; 3],
-    /// Entries issued, from its counter.
+    /// Entries issued, one for each segment, from its counter.
     pub entries: u64,
     /// Its sticky flags.
     pub errors: u64,
-    /// Issuing cycles that the tasks ask for.
-    pub issues: u64,
 }
 
-struct Ports {
-    clock: Clock,
-    reset: PortId,
-    rit: [PortId; 6],
-    mft: [PortId; 4],
-    feat: [PortId; 6],
-    config: [PortId; 3],
-    stat: [PortId; 6],
+impl GatherTotals {
+    /// Cycles from the first to the last issue, both included.
+    #[must_use]
+    pub fn issue_span(&self) -> u64 {
+        self.busy + self.stalls.iter().sum::<u64>()
+    }
 }
 
-impl Ports {
-    fn find(model: &Model) -> Result<Self, RtlError> {
-        let port = |name: &str| model.port(name);
-        let stream = |prefix: &str, name: &str| model.port(&format!("{prefix}_{name}"));
-        let rit = |name| stream("s_axis_rit", name);
-        let mft = |name| stream("s_axis_mft", name);
-        let feat = |name| stream("m_axis_feat", name);
+/// What a run gave.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GatherRun {
+    /// Features in task and entry order, all channels of an entry together.
+    pub features: Vec<i16>,
+    /// Slot of every entry of every segment, in the order in which they came.
+    pub slots: Vec<u32>,
+    /// What it took.
+    pub totals: GatherTotals,
+}
+
+struct Ports<P> {
+    /// valid, ready, data, keep, last, user
+    rit: [P; 6],
+    /// valid, ready, data, last
+    mft: [P; 4],
+    /// valid, ready, data, keep, last, user
+    feat: [P; 6],
+    counters: [P; 5],
+    errors: P,
+}
+
+impl<P: Copy> Ports<P> {
+    fn find(engine: &impl Engine<Port = P>) -> Result<Self, RtlError> {
+        let rit = |name: &str| engine.port(&format!("s_axis_rit_{name}"));
+        let mft = |name: &str| engine.port(&format!("s_axis_mft_{name}"));
+        let feat = |name: &str| engine.port(&format!("m_axis_feat_{name}"));
+        let stat = |name: &str| engine.port(&format!("stat_{name}"));
         Ok(Self {
-            clock: model.clock("clk")?,
-            reset: port("rst_n")?,
             rit: [
                 rit("tvalid")?,
                 rit("tready")?,
@@ -77,218 +126,289 @@ impl Ports {
                 feat("tlast")?,
                 feat("tuser")?,
             ],
-            config: [
-                port("cfg_vertices")?,
-                port("cfg_segments")?,
-                port("cfg_clear")?,
+            counters: [
+                stat("busy")?,
+                stat("stall_fifo")?,
+                stat("stall_mft")?,
+                stat("stall_rit")?,
+                stat("entries")?,
             ],
-            stat: [
-                port("stat_busy")?,
-                port("stat_stall_fifo")?,
-                port("stat_stall_mft")?,
-                port("stat_stall_rit")?,
-                port("stat_entries")?,
-                port("stat_errors")?,
-            ],
+            errors: stat("errors")?,
         })
     }
 }
 
 impl GatherUnit {
-    /// Builds the unit of a configuration, or finds it in the cache.
+    /// The Verilated unit of a configuration, built or found in the cache.
     ///
     /// # Errors
     /// A missing tool, or a failure of one.
     pub fn build(config: &Config) -> Result<Self, RtlError> {
-        let module = gathering_unit(config)?;
+        Self::on(EngineKind::Verilator, config)
+    }
+
+    /// The unit on an engine.
+    ///
+    /// # Errors
+    /// As [`GatherUnit::build`].
+    pub fn on(engine: EngineKind, config: &Config) -> Result<Self, RtlError> {
+        Self::of_module(engine, config, &gathering_unit(config)?)
+    }
+
+    pub(super) fn of_module(
+        engine: EngineKind,
+        config: &Config,
+        module: &std::sync::Arc<potamoi_hdl::ir::Module>,
+    ) -> Result<Self, RtlError> {
         Ok(Self {
             config: config.clone(),
-            library: compile(&module)?,
+            runner: Runner::new(engine, module)?,
         })
     }
 
     /// Sends tasks through the unit, from reset.
     ///
     /// # Errors
-    /// A malformed task, or a unit that hangs or fails.
-    pub fn run(&self, tasks: &[GatherTask], stalls: Stalls) -> Result<GatherRun, RtlError> {
-        let streams = GatherStreams::new(&self.config, tasks)?;
-        let mut model = self.library.model(stalls.seed as u32)?;
-        let p = Ports::find(&model)?;
-        for port in [p.reset, p.rit[0], p.mft[0], p.feat[1], p.config[2]] {
-            model.set_u64(port, 0)?;
-        }
-        model.set_u64(p.config[0], u64::from(streams.vertices.log2()))?;
-        model.set_u64(p.config[1], streams.segments as u64)?;
-        for _ in 0..3 {
-            model.tick(p.clock)?;
-        }
-        model.set_u64(p.reset, 1)?;
-        let run = self.cycles(&mut model, &p, &streams, stalls)?;
-        Ok(run)
+    /// A malformed task, or a unit that hangs, fails, or gives beats that do
+    /// not add up to the tasks.
+    pub fn run(
+        &self,
+        tasks: &[GatherTask],
+        stalls: &Stalls,
+        seed: u64,
+    ) -> Result<GatherRun, RtlError> {
+        let work = GatherWork::new(&self.config, tasks)?;
+        let mut collect = Collect::new(&work);
+        let totals = self.watch(&work, stalls, seed, 0, &mut collect)?;
+        Ok(GatherRun {
+            features: collect.features,
+            slots: collect.slots,
+            totals,
+        })
     }
 
-    fn cycles(
+    /// Runs under a watch, and `drain` cycles more after the last beat.
+    pub(super) fn watch(
         &self,
-        model: &mut Model,
-        p: &Ports,
-        streams: &GatherStreams,
-        stalls: Stalls,
-    ) -> Result<GatherRun, RtlError> {
-        let mut willing = stalls.start();
-        let (mut rit, mut mft) = (0, 0);
-        let (mut rit_on, mut mft_on, mut sink_on) = (false, false, false);
-        let (mut loaded_rit, mut loaded_mft) = (usize::MAX, usize::MAX);
-        let mut beats = Vec::with_capacity(streams.beats);
-        let mut handshakes = vec![];
-        let mut idle = 0;
-        let mut cycle = 0;
-        while beats.len() < streams.beats {
-            let [w_rit, w_mft, w_sink] = willing.next();
-            // Once offered, a beat stays until it is accepted.
-            rit_on = rit < streams.rit.len() && (rit_on || w_rit);
-            mft_on = mft < streams.mft.len() && (mft_on || w_mft);
-            if sink_on != w_sink || cycle == 0 {
-                sink_on = w_sink;
-                model.set_u64(p.feat[1], u64::from(sink_on))?;
+        work: &GatherWork<'_>,
+        stalls: &Stalls,
+        seed: u64,
+        drain: u64,
+        watch: &mut impl GatherWatch,
+    ) -> Result<GatherTotals, RtlError> {
+        work.run().check(&self.config)?;
+        let plan = Plan::new(seed, stalls)?;
+        match self.runner.start(seed)? {
+            Running::Verilator(mut e) => self.drive(&mut e, work, plan, drain, watch),
+            Running::Interpreter(mut e) => self.drive(&mut *e, work, plan, drain, watch),
+            Running::Icarus(mut e) => self.drive(&mut e, work, plan, drain, watch),
+        }
+    }
+
+    pub(super) fn drive<E: Engine>(
+        &self,
+        engine: &mut E,
+        work: &GatherWork<'_>,
+        mut plan: Plan,
+        drain: u64,
+        watch: &mut impl GatherWatch,
+    ) -> Result<GatherTotals, RtlError> {
+        let p = Ports::find(engine)?;
+        for port in [p.rit[0], p.mft[0], p.feat[1]] {
+            engine.set(port, 0)?;
+        }
+        for (name, value) in [
+            ("cfg_clear", 0),
+            ("cfg_vertices", u64::from(work.vertices.log2())),
+            ("cfg_segments", work.segments as u64),
+        ] {
+            let port = engine.port(name)?;
+            engine.set(port, value)?;
+        }
+        engine.reset()?;
+        let run = work.run();
+        let mut rit = Source::new(run.rit_beats(&self.config));
+        let mut mft = Source::new(run.mft_beats());
+        let mut layout = Layout::new(work);
+        let [mut data, mut keep, mut user] =
+            [p.feat[2], p.feat[3], p.feat[5]].map(|port| vec![0; engine.words(port)]);
+        let beats = work.beats();
+        let mut totals = GatherTotals::default();
+        let (mut sent, mut taken, mut idle, mut left) = (0u64, 0u64, 0, drain);
+        let (mut rit_shown, mut mft_shown) = (false, false);
+        for cycle in 0.. {
+            if taken == beats {
+                if left == 0 {
+                    break;
+                }
+                left -= 1;
             }
-            model.set_u64(p.rit[0], u64::from(rit_on))?;
-            model.set_u64(p.mft[0], u64::from(mft_on))?;
-            if rit_on && loaded_rit != rit {
-                let beat = &streams.rit[rit];
-                model.set_words(p.rit[2], &beat.data)?;
-                model.set_words(p.rit[3], &beat.keep)?;
-                model.set_u64(p.rit[4], u64::from(beat.last))?;
-                model.set_u64(p.rit[5], u64::from(beat.user))?;
-                loaded_rit = rit;
+            let willing = plan.step();
+            let rit_piece = rit.offer(willing.rit).copied();
+            let mft_piece = mft.offer(willing.mft).copied();
+            engine.set(p.rit[0], u64::from(rit_piece.is_some()))?;
+            engine.set(p.mft[0], u64::from(mft_piece.is_some()))?;
+            engine.set(p.feat[1], u64::from(willing.sink))?;
+            if let Some(piece) = rit_piece.filter(|_| !rit_shown) {
+                layout.rit(&piece)?;
+                engine.set_words(p.rit[2], &layout.data)?;
+                engine.set_words(p.rit[3], &layout.keep)?;
+                engine.set(p.rit[4], u64::from(piece.beat.last))?;
+                engine.set(p.rit[5], u64::from(piece.beat.again))?;
+                rit_shown = true;
             }
-            if mft_on && loaded_mft != mft {
-                let beat = &streams.mft[mft];
-                model.set_words(p.mft[2], &beat.data)?;
-                model.set_u64(p.mft[3], u64::from(beat.last))?;
-                loaded_mft = mft;
+            if let Some(piece) = mft_piece.filter(|_| !mft_shown) {
+                layout.mft(&piece);
+                engine.set_words(p.mft[2], &layout.row)?;
+                engine.set(p.mft[3], u64::from(piece.last))?;
+                mft_shown = true;
             }
-            model.fall(p.clock)?;
-            let ready = [model.get_u64(p.rit[1])? == 1, model.get_u64(p.mft[1])? == 1];
-            let valid = model.get_u64(p.feat[0])? == 1;
-            handshakes.push(u8::from(ready[0]) | u8::from(ready[1]) << 1 | u8::from(valid) << 2);
-            let moved = [rit_on && ready[0], mft_on && ready[1], valid && sink_on];
-            if moved[2] {
-                beats.push(self.beat(model, p, cycle)?);
+            engine.settle()?;
+            let inputs = GatherInputs {
+                rit: rit_piece.map(|piece| piece.beat),
+                mft: mft_piece.map(|piece| piece.last),
+                feat_ready: willing.sink,
+            };
+            let valid = engine.get(p.feat[0])? == 1;
+            let mut counters = [0; 5];
+            for (value, port) in counters.iter_mut().zip(p.counters) {
+                *value = engine.get(port)?;
             }
+            // A counter shows what happened up to the cycle before.
+            if counters[0] != 0 && totals.first_issue == 0 {
+                totals.first_issue = cycle - 1;
+            }
+            let beat = if valid {
+                engine.get_words(p.feat[2], &mut data)?;
+                engine.get_words(p.feat[3], &mut keep)?;
+                engine.get_words(p.feat[5], &mut user)?;
+                if totals.first_feature == 0 {
+                    totals.first_feature = cycle;
+                }
+                Some(BeatSeen {
+                    data: &data,
+                    unknown: engine.unknown(p.feat[2]),
+                    keep: &keep,
+                    user: &user,
+                    last: engine.get(p.feat[4])? == 1,
+                })
+            } else {
+                None
+            };
+            let seen = GatherSeen {
+                rit_ready: engine.get(p.rit[1])? == 1,
+                mft_ready: engine.get(p.mft[1])? == 1,
+                beat,
+                counters,
+            };
+            let moved = [
+                rit_piece.is_some() && seen.rit_ready,
+                mft_piece.is_some() && seen.mft_ready,
+                valid && willing.sink,
+            ];
+            watch.cycle(cycle, &inputs, &seen)?;
             if moved[0] {
-                rit += 1;
-                rit_on = false;
+                if sent == 0 {
+                    totals.first_beat = cycle;
+                }
+                rit.accepted();
+                rit_shown = false;
+                sent += 1;
             }
             if moved[1] {
-                mft += 1;
-                mft_on = false;
+                mft.accepted();
+                mft_shown = false;
             }
-            model.rise(p.clock)?;
-            cycle += 1;
+            if moved[2] {
+                taken += 1;
+                totals.cycles = cycle + 1;
+            }
+            engine.edge()?;
             idle = if moved.contains(&true) { 0 } else { idle + 1 };
-            if idle > PATIENCE {
+            if idle > PATIENCE.max(drain) {
                 return Err(RtlError::Hang {
-                    unit: potamoi_formats::units::GATHERING_UNIT,
+                    unit: GATHERING_UNIT,
                     cycles: idle,
-                    state: format!(
-                        "{rit} of {} RIT beats, {mft} of {} MFT beats, {} of {} feature beats",
-                        streams.rit.len(),
-                        streams.mft.len(),
-                        beats.len(),
-                        streams.beats
-                    ),
+                    state: format!("{sent} RIT beats accepted, {taken} of {beats} feature beats"),
                 });
             }
         }
-        model.fall(p.clock)?;
-        let mut stat = [0; 6];
-        for (value, port) in stat.iter_mut().zip(p.stat) {
-            *value = model.get_u64(port)?;
+        engine.settle()?;
+        let mut counters = [0; 5];
+        for (value, port) in counters.iter_mut().zip(p.counters) {
+            *value = engine.get(port)?;
         }
-        Ok(GatherRun {
-            beats,
-            cycles: cycle,
-            handshakes,
-            busy: stat[0],
-            stalls: [stat[1], stat[2], stat[3]],
-            entries: stat[4],
-            errors: stat[5],
-            issues: streams.issues,
-        })
-    }
-
-    fn beat(&self, model: &Model, p: &Ports, cycle: u64) -> Result<FeatureBeat, RtlError> {
-        let (banks, slot_bits) = (
-            self.config.gu.banks as usize,
-            self.config.rit.slot_bits as usize,
-        );
-        let (data, keep, user) = (
-            model.words(p.feat[2])?,
-            model.words(p.feat[3])?,
-            model.words(p.feat[5])?,
-        );
-        let half = |words: &[u32], i: usize| (words[i / 2] >> (16 * (i % 2))) as u16;
-        let mut entries = vec![];
-        for port in 0..self.config.gu.ports as usize {
-            let first = 2 * banks * port;
-            if keep[first / 32] >> (first % 32) & 1 == 0 {
-                continue;
-            }
-            let slot = if slot_bits == 32 {
-                user[port]
-            } else {
-                u32::from(half(&user, port))
-            };
-            let features = (0..banks)
-                .map(|b| half(&data, port * banks + b) as i16)
-                .collect();
-            entries.push((slot, features));
-        }
-        Ok(FeatureBeat {
-            entries,
-            last: model.get_u64(p.feat[4])? == 1,
-            cycle,
-        })
+        let [busy, stalls @ .., entries] = counters;
+        totals.busy = busy;
+        totals.stalls = stalls;
+        totals.entries = entries;
+        totals.errors = engine.get(p.errors)?;
+        Ok(totals)
     }
 }
 
-impl GatherRun {
-    /// Features in task and entry order, all `channels` of an entry together.
-    ///
-    /// # Errors
-    /// Beats that do not add up to the tasks.
-    pub fn features(&self, config: &Config, tasks: &[GatherTask]) -> Result<Vec<i16>, RtlError> {
-        let banks = config.gu.banks as usize;
-        let mut out = vec![];
-        let mut beats = self.beats.iter();
-        for task in tasks {
-            let segments = config.segments(task.channels).max(1);
-            let start = out.len();
-            out.resize(start + task.entries.len() * task.channels, 0);
-            for segment in 0..segments {
-                let mut entry = 0;
-                while entry < task.entries.len() {
-                    let short = || {
-                        RtlError::Usage(
-                            "the unit gave fewer features than the tasks have".to_owned(),
-                        )
-                    };
-                    let beat = beats.next().ok_or_else(short)?;
-                    for (_, features) in &beat.entries {
-                        let low = segment * banks;
-                        let count = banks.min(task.channels - low);
-                        let at = start + entry * task.channels + low;
-                        let place = out.get_mut(at..at + count).ok_or_else(short)?;
-                        place.copy_from_slice(&features[..count]);
-                        entry += 1;
-                    }
-                    if beat.entries.is_empty() {
-                        return Err(short());
-                    }
-                }
+/// Gathers the features of a run.
+struct Collect<'a> {
+    groups: Box<dyn Iterator<Item = Group> + 'a>,
+    channels: usize,
+    banks: usize,
+    slot_bits: u32,
+    features: Vec<i16>,
+    slots: Vec<u32>,
+}
+
+impl<'a> Collect<'a> {
+    fn new(work: &'a GatherWork<'a>) -> Self {
+        Self {
+            groups: Box::new(work.groups()),
+            channels: work.channels,
+            banks: work.banks,
+            slot_bits: work.slot_bits,
+            features: vec![0; work.entries() as usize * work.channels],
+            slots: Vec::with_capacity(work.entries() as usize * work.segments),
+        }
+    }
+}
+
+/// Halfword `i` of words.
+pub(super) const fn half(words: &[u32], i: usize) -> u16 {
+    (words[i / 2] >> (16 * (i % 2))) as u16
+}
+
+/// The slot of a port.
+pub(super) const fn slot(user: &[u32], port: usize, slot_bits: u32) -> u32 {
+    if slot_bits == 32 {
+        user[port]
+    } else {
+        half(user, port) as u32
+    }
+}
+
+impl GatherWatch for Collect<'_> {
+    fn cycle(
+        &mut self,
+        _: u64,
+        inputs: &GatherInputs,
+        seen: &GatherSeen<'_>,
+    ) -> Result<(), RtlError> {
+        let Some(beat) = seen.beat.filter(|_| inputs.feat_ready) else {
+            return Ok(());
+        };
+        let wrong = || RtlError::Usage("the unit gave other beats than the tasks have".to_owned());
+        let group = self.groups.next().ok_or_else(wrong)?;
+        let low = group.segment * self.banks;
+        let count = self.banks.min(self.channels - low);
+        for port in 0..group.kept {
+            let first = 2 * self.banks * port;
+            if beat.keep[first / 32] >> (first % 32) & 1 == 0 {
+                return Err(wrong());
+            }
+            self.slots.push(slot(beat.user, port, self.slot_bits));
+            let at = (group.ordinal + port) * self.channels + low;
+            for (b, code) in self.features[at..at + count].iter_mut().enumerate() {
+                *code = half(beat.data, port * self.banks + b) as i16;
             }
         }
-        Ok(out)
+        Ok(())
     }
 }

@@ -1,14 +1,24 @@
-//! Runs the generated hardware: netlist to Verilog to a Verilated model, and
-//! the streams of the units on its ports.
+//! Runs the generated hardware: netlist to Verilog to a Verilated model (or
+//! another engine), the streams of the units on its ports, and the comparison
+//! with golden values and cycle models.
 
+mod checked;
+mod engine;
 mod gather;
+mod gather_check;
+mod gather_work;
+mod icarus;
+mod mismatch;
 mod model;
-mod stall;
-mod stream;
+mod units;
 mod vector;
+mod vector_check;
 
-pub use gather::{GatherRun, GatherUnit};
+pub use checked::Check;
+pub use engine::EngineKind;
+pub use gather::{GatherRun, GatherTotals, GatherUnit};
+pub use gather_work::{GatherWork, StreamError};
+pub use mismatch::Mismatch;
 pub use model::{RtlError, compile};
-pub use stall::Stalls;
-pub use stream::{FeatureBeat, GatherStreams, StreamError};
-pub use vector::{VectorRun, VectorUnit};
+pub use units::{RtlCycles, RtlUnits};
+pub use vector::{VectorBatch, VectorRun, VectorTotals, VectorUnit};

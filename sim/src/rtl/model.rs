@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use potamoi_hdl::ir::{Header, IrErrors, Module, verilog};
-use potamoi_verilated::{Direction, Library, ModelBuilder, Toolchain};
+use potamoi_verilated::{Direction, Library, ModelBuilder, Toolchain, Trace};
 use thiserror::Error;
 
-use super::stream::StreamError;
+use super::gather_work::StreamError;
+use super::mismatch::Mismatch;
 
 /// The hardware could not be built or run.
 #[derive(Debug, Error)]
@@ -17,9 +18,34 @@ pub enum RtlError {
     /// The netlist is wrong.
     #[error("the generated netlist is wrong: {0}")]
     Netlist(#[from] IrErrors),
+    /// The interpreter was misused.
+    #[error(transparent)]
+    Interpreter(#[from] potamoi_hdl::ir::InterpretError),
+    /// A tool is not there.
+    #[error("{tool} is missing, which disables {disables}; {get}")]
+    MissingTool {
+        /// Its program.
+        tool: &'static str,
+        /// What cannot be done.
+        disables: &'static str,
+        /// How to get it.
+        get: &'static str,
+    },
+    /// Icarus Verilog failed.
+    #[error("Icarus Verilog: {0}")]
+    Icarus(String),
+    /// No temporary folder.
+    #[error("cannot write the folder for temporary files: {0}; set TMPDIR to one that can be")]
+    Folder(std::io::Error),
+    /// The work cannot be done, or its cycles not modelled.
+    #[error(transparent)]
+    Work(#[from] crate::cycles::WorkError),
     /// The work does not fit the unit.
     #[error(transparent)]
     Stream(#[from] StreamError),
+    /// Hardware and prediction differ.
+    #[error(transparent)]
+    Mismatch(#[from] Box<Mismatch>),
     /// The unit stopped moving.
     #[error("{unit} made no progress for {cycles} cycles: {state}")]
     Hang {
@@ -35,13 +61,15 @@ pub enum RtlError {
     Usage(String),
 }
 
-/// Verilates a module, or finds it in the cache.
+/// Verilates a module, or finds it in the cache. `traced` models can dump
+/// their values, and are slower for it.
 ///
 /// # Errors
 /// A missing tool, or a failure of one.
-pub fn compile(module: &Arc<Module>) -> Result<Library, RtlError> {
+pub fn compile(module: &Arc<Module>, traced: bool) -> Result<Library, RtlError> {
     let tools = Toolchain::detect()?;
-    let mut builder = ModelBuilder::new(module.name());
+    let trace = if traced { Trace::Vcd } else { Trace::Off };
+    let mut builder = ModelBuilder::new(module.name()).trace(trace);
     for (file, text) in verilog(module, &Header::default()) {
         builder = builder.source(file, text);
     }

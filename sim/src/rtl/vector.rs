@@ -1,173 +1,356 @@
-//! Drives the Verilated vector unit.
+//! Drives the vector unit on any engine.
 
 use potamoi_formats::config::Config;
-use potamoi_formats::units::VectorOp;
+use potamoi_formats::units::{VECTOR_UNIT, VectorOp};
 use potamoi_hdl::vu::vector_unit;
-use potamoi_verilated::{Clock, Library, Model, PortId};
 
-use super::model::{RtlError, compile};
-use super::stall::Stalls;
+use super::engine::{Engine, EngineKind, Runner, Running};
+use super::model::RtlError;
+use crate::cycles::{Plan, Source, Stalls, VectorInputs};
 
+/// Cycles without a handshake after which a unit is taken to hang.
 const PATIENCE: u64 = 20_000;
 
-/// A Verilated vector unit.
-pub struct VectorUnit {
-    lanes: usize,
-    library: Library,
+/// One operation on operands of one length; a new vector begins with it.
+#[derive(Debug, Clone, Copy)]
+pub struct VectorBatch<'a> {
+    /// The operation.
+    pub op: VectorOp,
+    /// First operands.
+    pub a: &'a [i32],
+    /// Second operands, as many.
+    pub b: &'a [i32],
 }
 
-/// What a run gave.
-#[derive(Debug, Clone, PartialEq)]
-pub struct VectorRun {
-    /// Results, one an element.
-    pub results: Vec<i32>,
-    /// Cycles until the last vector was accepted by the sink.
+/// A vector unit, ready to run.
+pub struct VectorUnit {
+    lanes: usize,
+    runner: Runner,
+}
+
+/// What the unit shows in one cycle.
+pub(super) struct VectorSeen<'a> {
+    pub(super) ready: bool,
+    /// Results and kept lanes, if valid.
+    pub(super) result: Option<ResultSeen<'a>>,
+    /// Vectors, busy, stalls.
+    pub(super) counters: [u64; 3],
+}
+
+/// A vector of results on the ports.
+#[derive(Clone, Copy)]
+pub(super) struct ResultSeen<'a> {
+    pub(super) data: &'a [u32],
+    pub(super) unknown: Option<&'a [u32]>,
+    pub(super) keep: &'a [u32],
+    pub(super) last: bool,
+}
+
+pub(super) trait VectorWatch {
+    fn cycle(
+        &mut self,
+        cycle: u64,
+        inputs: &VectorInputs,
+        seen: &VectorSeen<'_>,
+    ) -> Result<(), RtlError>;
+}
+
+/// What a run took.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct VectorTotals {
+    /// Cycles until the last results were accepted.
     pub cycles: u64,
-    /// For every cycle: operands ready 1, results valid 2.
-    pub handshakes: Vec<u8>,
-    /// Cycle in which each vector was accepted, and in which its results were.
-    pub vectors: Vec<(u64, u64)>,
+    /// Vectors accepted, from the unit's counter.
+    pub vectors: u64,
+    /// Cycles in which a vector was accepted or stepped, from its counter.
+    pub busy: u64,
+    /// Cycles in which only the lack of room refused one, from its counter.
+    pub stall_out: u64,
     /// Its sticky flags.
     pub errors: u64,
 }
 
+/// What a run gave.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VectorRun {
+    /// Results, one an element.
+    pub results: Vec<i32>,
+    /// Cycle in which each vector was accepted, and in which its results were.
+    pub vectors: Vec<(u64, u64)>,
+    /// What it took.
+    pub totals: VectorTotals,
+}
+
+/// Vectors of a run: at most L elements of one operation each.
+#[derive(Debug, Clone)]
+pub(super) struct Vectors<'a> {
+    pub(super) list: Vec<Vector<'a>>,
+    pub(super) lanes: usize,
+}
+
+/// One vector.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Vector<'a> {
+    pub(super) op: VectorOp,
+    pub(super) a: &'a [i32],
+    pub(super) b: &'a [i32],
+    /// First element, among those of all batches.
+    pub(super) ordinal: usize,
+    /// The batch's last.
+    pub(super) last: bool,
+}
+
+impl<'a> Vectors<'a> {
+    pub(super) fn new(batches: &[VectorBatch<'a>], lanes: usize) -> Result<Self, RtlError> {
+        let mut list = vec![];
+        let mut ordinal = 0;
+        for batch in batches {
+            let (a, b) = (batch.a.len(), batch.b.len());
+            if a != b {
+                let text = format!("{a} first and {b} second operands: expected as many");
+                return Err(RtlError::Usage(text));
+            }
+            let count = a.div_ceil(lanes);
+            let parts = batch.a.chunks(lanes).zip(batch.b.chunks(lanes));
+            for (i, (a, b)) in parts.enumerate() {
+                list.push(Vector {
+                    op: batch.op,
+                    a,
+                    b,
+                    ordinal,
+                    last: i + 1 == count,
+                });
+                ordinal += a.len();
+            }
+        }
+        Ok(Self { list, lanes })
+    }
+
+    pub(super) fn elements(&self) -> usize {
+        self.list.last().map_or(0, |v| v.ordinal + v.a.len())
+    }
+}
+
 impl VectorUnit {
-    /// Builds the unit of a configuration, or finds it in the cache.
+    /// The Verilated unit of a configuration, built or found in the cache.
     ///
     /// # Errors
     /// A missing tool, or a failure of one.
     pub fn build(config: &Config) -> Result<Self, RtlError> {
-        let module = vector_unit(config)?;
+        Self::on(EngineKind::Verilator, config)
+    }
+
+    /// The unit on an engine.
+    ///
+    /// # Errors
+    /// As [`VectorUnit::build`].
+    pub fn on(engine: EngineKind, config: &Config) -> Result<Self, RtlError> {
+        Self::of_module(engine, config, &vector_unit(config)?)
+    }
+
+    pub(super) fn of_module(
+        engine: EngineKind,
+        config: &Config,
+        module: &std::sync::Arc<potamoi_hdl::ir::Module>,
+    ) -> Result<Self, RtlError> {
         Ok(Self {
             lanes: config.vu.lanes as usize,
-            library: compile(&module)?,
+            runner: Runner::new(engine, module)?,
         })
     }
 
-    /// Computes element by element, from reset; a new vector begins with every
-    /// batch.
+    pub(super) const fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    /// Computes element by element, from reset.
     ///
     /// # Errors
     /// Operands of different lengths, or a unit that hangs or fails.
     pub fn run(
         &self,
-        batches: &[(VectorOp, &[i32], &[i32])],
-        stalls: Stalls,
+        batches: &[VectorBatch<'_>],
+        stalls: &Stalls,
+        seed: u64,
     ) -> Result<VectorRun, RtlError> {
-        let mut vectors: Vec<(VectorOp, &[i32], &[i32])> = vec![];
-        for (op, a, b) in batches {
-            if a.len() != b.len() {
-                return Err(RtlError::Usage(format!(
-                    "{} first and {} second operands: expected as many",
-                    a.len(),
-                    b.len()
-                )));
-            }
-            vectors.extend(
-                a.chunks(self.lanes)
-                    .zip(b.chunks(self.lanes))
-                    .map(|(a, b)| (*op, a, b)),
-            );
-        }
-        let mut model = self.library.model(stalls.seed as u32)?;
-        let clock = model.clock("clk")?;
-        let reset = model.port("rst_n")?;
-        for name in [
-            "rst_n",
-            "s_axis_vec_tvalid",
-            "m_axis_vec_tready",
-            "cfg_clear",
-        ] {
-            let port = model.port(name)?;
-            model.set_u64(port, 0)?;
-        }
-        for _ in 0..3 {
-            model.tick(clock)?;
-        }
-        model.set_u64(reset, 1)?;
-        self.cycles(&mut model, clock, &vectors, stalls)
+        let vectors = Vectors::new(batches, self.lanes)?;
+        let mut collect = Collect {
+            vectors: &vectors,
+            results: Vec::with_capacity(vectors.elements()),
+            times: Vec::with_capacity(vectors.list.len()),
+            taken: 0,
+        };
+        let totals = self.watch(&vectors, stalls, seed, 0, &mut collect)?;
+        Ok(VectorRun {
+            results: collect.results,
+            vectors: collect.times,
+            totals,
+        })
     }
 
-    fn cycles(
+    /// Runs under a watch, and `drain` cycles more after the last results.
+    pub(super) fn watch(
         &self,
-        model: &mut Model,
-        clock: Clock,
-        vectors: &[(VectorOp, &[i32], &[i32])],
-        stalls: Stalls,
-    ) -> Result<VectorRun, RtlError> {
-        let port =
-            |model: &Model, name: &str| -> Result<PortId, RtlError> { Ok(model.port(name)?) };
-        let [valid, ready, data, keep, last, user] =
-            ["tvalid", "tready", "tdata", "tkeep", "tlast", "tuser"]
-                .map(|n| port(model, &format!("s_axis_vec_{n}")));
-        let (valid, ready, data, keep, last, user) = (valid?, ready?, data?, keep?, last?, user?);
-        let [out_valid, out_ready, out_data] =
-            ["tvalid", "tready", "tdata"].map(|n| port(model, &format!("m_axis_vec_{n}")));
-        let (out_valid, out_ready, out_data) = (out_valid?, out_ready?, out_data?);
-        let errors = port(model, "stat_errors")?;
-        let mut willing = stalls.start();
-        let mut run = VectorRun {
-            results: Vec::with_capacity(vectors.iter().map(|v| v.1.len()).sum()),
-            cycles: 0,
-            handshakes: vec![],
-            vectors: Vec::with_capacity(vectors.len()),
-            errors: 0,
-        };
-        let (mut sent, mut taken, mut loaded, mut on, mut idle) = (0, 0, usize::MAX, false, 0);
-        let mut words = vec![0u32; 2 * self.lanes];
-        let mut results = vec![0u32; self.lanes];
-        model.set_u64(last, 0)?;
-        while taken < vectors.len() {
-            let [offers, _, takes] = willing.next();
-            on = sent < vectors.len() && (on || offers);
-            model.set_u64(valid, u64::from(on))?;
-            model.set_u64(out_ready, u64::from(takes))?;
-            if on && loaded != sent {
-                let (op, a, b) = vectors[sent];
-                words.fill(0);
-                let mut kept = vec![0u32; self.lanes.div_ceil(32)];
-                for (i, (x, y)) in a.iter().zip(b).enumerate() {
-                    words[2 * i] = *x as u32;
-                    words[2 * i + 1] = *y as u32;
-                    kept[i / 32] |= 1 << (i % 32);
-                }
-                model.set_words(data, &words)?;
-                model.set_words(keep, &kept)?;
-                model.set_u64(user, u64::from(op.field()))?;
-                loaded = sent;
-            }
-            model.fall(clock)?;
-            let is_ready = model.get_u64(ready)? == 1;
-            let offered = model.get_u64(out_valid)? == 1;
-            run.handshakes
-                .push(u8::from(is_ready) | u8::from(offered) << 1);
-            idle += 1;
-            if offered && takes {
-                model.get_words(out_data, &mut results)?;
-                let count = vectors[taken].1.len();
-                run.results
-                    .extend(results[..count].iter().map(|w| *w as i32));
-                run.vectors[taken].1 = run.cycles;
-                taken += 1;
-                idle = 0;
-            }
-            if on && is_ready {
-                run.vectors.push((run.cycles, 0));
-                sent += 1;
-                on = false;
-                idle = 0;
-            }
-            model.rise(clock)?;
-            run.cycles += 1;
-            if idle > PATIENCE {
-                return Err(RtlError::Hang {
-                    unit: potamoi_formats::units::VECTOR_UNIT,
-                    cycles: idle,
-                    state: format!("{sent} of {} vectors sent, {taken} taken", vectors.len()),
-                });
-            }
+        vectors: &Vectors<'_>,
+        stalls: &Stalls,
+        seed: u64,
+        drain: u64,
+        watch: &mut impl VectorWatch,
+    ) -> Result<VectorTotals, RtlError> {
+        let plan = Plan::new(seed, stalls)?;
+        match self.runner.start(seed)? {
+            Running::Verilator(mut e) => drive(&mut e, vectors, plan, drain, watch),
+            Running::Interpreter(mut e) => drive(&mut *e, vectors, plan, drain, watch),
+            Running::Icarus(mut e) => drive(&mut e, vectors, plan, drain, watch),
         }
-        run.errors = model.get_u64(errors)?;
-        Ok(run)
+    }
+}
+
+pub(super) fn drive<E: Engine>(
+    engine: &mut E,
+    vectors: &Vectors<'_>,
+    mut plan: Plan,
+    drain: u64,
+    watch: &mut impl VectorWatch,
+) -> Result<VectorTotals, RtlError> {
+    let input = |name: &str| engine.port(&format!("s_axis_vec_{name}"));
+    let output = |name: &str| engine.port(&format!("m_axis_vec_{name}"));
+    let [valid, ready, data, keep, last, user] = [
+        input("tvalid")?,
+        input("tready")?,
+        input("tdata")?,
+        input("tkeep")?,
+        input("tlast")?,
+        input("tuser")?,
+    ];
+    let [out_valid, out_ready, out_data, out_keep, out_last] = [
+        output("tvalid")?,
+        output("tready")?,
+        output("tdata")?,
+        output("tkeep")?,
+        output("tlast")?,
+    ];
+    let stat = |name: &str| engine.port(&format!("stat_{name}"));
+    let counters = [stat("vectors")?, stat("busy")?, stat("stall_out")?];
+    let errors = stat("errors")?;
+    let clear = engine.port("cfg_clear")?;
+    for port in [valid, out_ready, clear] {
+        engine.set(port, 0)?;
+    }
+    engine.reset()?;
+    let mut source = Source::new(vectors.list.iter());
+    let mut operands = vec![0u32; engine.words(data)];
+    let mut kept = vec![0u32; engine.words(keep)];
+    let mut results = vec![0u32; engine.words(out_data)];
+    let mut lanes = vec![0u32; engine.words(out_keep)];
+    let mut totals = VectorTotals::default();
+    let (mut taken, mut idle, mut left, mut shown) = (0, 0, drain, false);
+    for cycle in 0.. {
+        if taken == vectors.list.len() {
+            if left == 0 {
+                break;
+            }
+            left -= 1;
+        }
+        let willing = plan.step();
+        let vector = source.offer(willing.rit).map(|v| **v);
+        engine.set(valid, u64::from(vector.is_some()))?;
+        engine.set(out_ready, u64::from(willing.sink))?;
+        if let Some(v) = vector.filter(|_| !shown) {
+            operands.fill(0);
+            kept.fill(0);
+            for (i, (a, b)) in v.a.iter().zip(v.b).enumerate() {
+                operands[2 * i] = *a as u32;
+                operands[2 * i + 1] = *b as u32;
+                kept[i / 32] |= 1 << (i % 32);
+            }
+            engine.set_words(data, &operands)?;
+            engine.set_words(keep, &kept)?;
+            engine.set(last, u64::from(v.last))?;
+            engine.set(user, u64::from(v.op.field()))?;
+            shown = true;
+        }
+        engine.settle()?;
+        let offered = engine.get(out_valid)? == 1;
+        let mut counted = [0; 3];
+        for (value, port) in counted.iter_mut().zip(counters) {
+            *value = engine.get(port)?;
+        }
+        let result = if offered {
+            engine.get_words(out_data, &mut results)?;
+            engine.get_words(out_keep, &mut lanes)?;
+            Some(ResultSeen {
+                data: &results,
+                unknown: engine.unknown(out_data),
+                keep: &lanes,
+                last: engine.get(out_last)? == 1,
+            })
+        } else {
+            None
+        };
+        let seen = VectorSeen {
+            ready: engine.get(ready)? == 1,
+            result,
+            counters: counted,
+        };
+        let inputs = VectorInputs {
+            op: vector.map(|v| v.op.code.code()),
+            ready: willing.sink,
+        };
+        let moved = [vector.is_some() && seen.ready, offered && willing.sink];
+        watch.cycle(cycle, &inputs, &seen)?;
+        if moved[0] {
+            source.accepted();
+            shown = false;
+        }
+        if moved[1] {
+            taken += 1;
+            totals.cycles = cycle + 1;
+        }
+        engine.edge()?;
+        idle = if moved.contains(&true) { 0 } else { idle + 1 };
+        if idle > PATIENCE.max(drain) {
+            return Err(RtlError::Hang {
+                unit: VECTOR_UNIT,
+                cycles: idle,
+                state: format!("{taken} of {} vectors came back", vectors.list.len()),
+            });
+        }
+    }
+    engine.settle()?;
+    totals.vectors = engine.get(counters[0])?;
+    totals.busy = engine.get(counters[1])?;
+    totals.stall_out = engine.get(counters[2])?;
+    totals.errors = engine.get(errors)?;
+    Ok(totals)
+}
+
+/// Gathers the results of a run.
+struct Collect<'a> {
+    vectors: &'a Vectors<'a>,
+    results: Vec<i32>,
+    times: Vec<(u64, u64)>,
+    taken: usize,
+}
+
+impl VectorWatch for Collect<'_> {
+    fn cycle(
+        &mut self,
+        cycle: u64,
+        inputs: &VectorInputs,
+        seen: &VectorSeen<'_>,
+    ) -> Result<(), RtlError> {
+        if let Some(result) = seen.result.filter(|_| inputs.ready) {
+            let wrong = || RtlError::Usage("the unit gave more vectors than it got".to_owned());
+            let vector = self.vectors.list.get(self.taken).ok_or_else(wrong)?;
+            let results = &result.data[..vector.a.len()];
+            self.results.extend(results.iter().map(|w| *w as i32));
+            self.times.get_mut(self.taken).ok_or_else(wrong)?.1 = cycle;
+            self.taken += 1;
+        }
+        if inputs.op.is_some() && seen.ready {
+            self.times.push((cycle, 0));
+        }
+        Ok(())
     }
 }

@@ -1,0 +1,239 @@
+//! What runs a unit: the Verilated model, the netlist interpreter, or Icarus.
+
+use std::sync::Arc;
+
+use potamoi_hdl::ir::{Interpreter, Module, PortHandle};
+use potamoi_verilated::{Clock, Library, Model, PortId};
+
+use super::icarus::{Icarus, Pin};
+use super::model::{RtlError, compile};
+
+/// A simulator of one module with `clk` and `rst_n`.
+///
+/// A cycle is [`Engine::settle`], after which outputs follow the inputs that
+/// were set, and [`Engine::edge`].
+pub(super) trait Engine {
+    /// A port that was looked up.
+    type Port: Copy;
+
+    fn port(&self, name: &str) -> Result<Self::Port, RtlError>;
+    /// Words of 32 bits of a port.
+    fn words(&self, port: Self::Port) -> usize;
+    /// For inputs of up to 64 bits.
+    fn set(&mut self, port: Self::Port, value: u64) -> Result<(), RtlError>;
+    /// For ports of up to 64 bits.
+    fn get(&self, port: Self::Port) -> Result<u64, RtlError>;
+    /// Low word first.
+    fn set_words(&mut self, port: Self::Port, value: &[u32]) -> Result<(), RtlError>;
+    /// Low word first.
+    fn get_words(&self, port: Self::Port, value: &mut [u32]) -> Result<(), RtlError>;
+    /// The bits of a port that are neither 0 nor 1, where that can be.
+    fn unknown(&self, _: Self::Port) -> Option<&[u32]> {
+        None
+    }
+    fn settle(&mut self) -> Result<(), RtlError>;
+    fn edge(&mut self) -> Result<(), RtlError>;
+
+    /// Three clocks with `rst_n` low, then high.
+    fn reset(&mut self) -> Result<(), RtlError> {
+        let reset = self.port("rst_n")?;
+        self.set(reset, 0)?;
+        for _ in 0..3 {
+            self.settle()?;
+            self.edge()?;
+        }
+        self.set(reset, 1)
+    }
+}
+
+/// A Verilated model and its clock.
+pub(super) struct Verilated {
+    pub(super) model: Model,
+    clock: Clock,
+}
+
+impl Verilated {
+    pub(super) fn new(library: &Library, seed: u64) -> Result<Self, RtlError> {
+        let model = library.model(seed as u32)?;
+        let clock = model.clock("clk")?;
+        Ok(Self { model, clock })
+    }
+}
+
+impl Engine for Verilated {
+    type Port = PortId;
+
+    fn port(&self, name: &str) -> Result<PortId, RtlError> {
+        Ok(self.model.port(name)?)
+    }
+
+    fn words(&self, port: PortId) -> usize {
+        port.words()
+    }
+
+    #[inline]
+    fn set(&mut self, port: PortId, value: u64) -> Result<(), RtlError> {
+        Ok(self.model.set_u64(port, value)?)
+    }
+
+    #[inline]
+    fn get(&self, port: PortId) -> Result<u64, RtlError> {
+        Ok(self.model.get_u64(port)?)
+    }
+
+    #[inline]
+    fn set_words(&mut self, port: PortId, value: &[u32]) -> Result<(), RtlError> {
+        Ok(self.model.set_words(port, value)?)
+    }
+
+    #[inline]
+    fn get_words(&self, port: PortId, value: &mut [u32]) -> Result<(), RtlError> {
+        Ok(self.model.get_words(port, value)?)
+    }
+
+    #[inline]
+    fn settle(&mut self) -> Result<(), RtlError> {
+        Ok(self.model.fall(self.clock)?)
+    }
+
+    #[inline]
+    fn edge(&mut self) -> Result<(), RtlError> {
+        Ok(self.model.rise(self.clock)?)
+    }
+}
+
+impl Engine for Interpreter {
+    type Port = PortHandle;
+
+    fn port(&self, name: &str) -> Result<PortHandle, RtlError> {
+        Ok(Interpreter::port(self, name)?)
+    }
+
+    fn words(&self, port: PortHandle) -> usize {
+        port.words()
+    }
+
+    fn set(&mut self, port: PortHandle, value: u64) -> Result<(), RtlError> {
+        Ok(self.set_u64(port, value)?)
+    }
+
+    fn get(&self, port: PortHandle) -> Result<u64, RtlError> {
+        Ok(self.get_u64(port)?)
+    }
+
+    fn set_words(&mut self, port: PortHandle, value: &[u32]) -> Result<(), RtlError> {
+        Ok(Interpreter::set_words(self, port, value)?)
+    }
+
+    fn get_words(&self, port: PortHandle, value: &mut [u32]) -> Result<(), RtlError> {
+        value.copy_from_slice(&Interpreter::words(self, port)?);
+        Ok(())
+    }
+
+    fn settle(&mut self) -> Result<(), RtlError> {
+        Ok(self.eval()?)
+    }
+
+    fn edge(&mut self) -> Result<(), RtlError> {
+        Ok(self.clock()?)
+    }
+}
+
+/// Which simulator runs the units.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum EngineKind {
+    /// Verilator: the emitted Verilog as compiled C++.
+    Verilator,
+    /// The netlist's own interpreter: no tool, no Verilog.
+    Interpreter,
+    /// Icarus Verilog: the emitted Verilog, event by event.
+    Icarus,
+}
+
+impl std::fmt::Display for EngineKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Verilator => "verilator",
+            Self::Interpreter => "interpreter",
+            Self::Icarus => "icarus",
+        })
+    }
+}
+
+/// A module ready to run on an engine, as often as wanted.
+pub(super) enum Runner {
+    Verilator(Library),
+    Interpreter(Arc<Module>),
+    Icarus(super::icarus::Program),
+}
+
+/// A module that runs.
+pub(super) enum Running {
+    Verilator(Verilated),
+    Interpreter(Box<Interpreter>),
+    Icarus(Icarus),
+}
+
+impl Runner {
+    pub(super) fn new(kind: EngineKind, module: &Arc<Module>) -> Result<Self, RtlError> {
+        Ok(match kind {
+            EngineKind::Verilator => Self::Verilator(compile(module, false)?),
+            EngineKind::Interpreter => Self::Interpreter(module.clone()),
+            EngineKind::Icarus => Self::Icarus(super::icarus::Program::new(module)?),
+        })
+    }
+
+    /// Starts a run; uninitialised state is drawn from the seed.
+    pub(super) fn start(&self, seed: u64) -> Result<Running, RtlError> {
+        Ok(match self {
+            Self::Verilator(library) => Running::Verilator(Verilated::new(library, seed)?),
+            Self::Interpreter(module) => {
+                Running::Interpreter(Box::new(Interpreter::new(module, seed)))
+            }
+            Self::Icarus(program) => Running::Icarus(program.start()?),
+        })
+    }
+}
+
+impl Engine for Icarus {
+    type Port = Pin;
+
+    fn port(&self, name: &str) -> Result<Pin, RtlError> {
+        self.pin(name)
+    }
+
+    fn words(&self, port: Pin) -> usize {
+        port.words()
+    }
+
+    fn set(&mut self, port: Pin, value: u64) -> Result<(), RtlError> {
+        self.write(port, &[value as u32, (value >> 32) as u32])
+    }
+
+    fn get(&self, port: Pin) -> Result<u64, RtlError> {
+        self.read_known(port)
+    }
+
+    fn set_words(&mut self, port: Pin, value: &[u32]) -> Result<(), RtlError> {
+        self.write(port, value)
+    }
+
+    fn get_words(&self, port: Pin, value: &mut [u32]) -> Result<(), RtlError> {
+        self.read(port, value)
+    }
+
+    fn unknown(&self, port: Pin) -> Option<&[u32]> {
+        Icarus::unknown(self, port)
+    }
+
+    fn settle(&mut self) -> Result<(), RtlError> {
+        self.exchange()
+    }
+
+    fn edge(&mut self) -> Result<(), RtlError> {
+        Ok(())
+    }
+}

@@ -1,0 +1,248 @@
+//! Compares the gathering unit with its cycle model and its golden features,
+//! in every cycle and every bit.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::GATHERING_UNIT;
+
+use super::gather::{BeatSeen, GatherSeen, GatherWatch, half, slot};
+use super::gather_work::{GatherWork, Group};
+use super::mismatch::{Mismatch, first_difference, same};
+use super::model::RtlError;
+use crate::cycles::gather::Counters;
+use crate::cycles::{GatherInputs, GatherModel, WorkError};
+
+/// Names of the counters' ports.
+const COUNTERS: [&str; 5] = [
+    "stat_busy",
+    "stat_stall_fifo",
+    "stat_stall_mft",
+    "stat_stall_rit",
+    "stat_entries",
+];
+
+/// A watch that fails at the first difference.
+pub(super) struct GatherCheck<'a> {
+    work: &'a GatherWork<'a>,
+    /// Features in task and entry order.
+    features: &'a [i16],
+    model: GatherModel,
+    groups: Box<dyn Iterator<Item = Group> + 'a>,
+    beat: Option<Expected>,
+    cycles: u64,
+    every: &'a mut dyn FnMut(u64),
+}
+
+/// The beat that comes next.
+struct Expected {
+    group: Group,
+    data: Vec<u32>,
+    mask: Vec<u32>,
+    keep: Vec<u32>,
+    keep_mask: Vec<u32>,
+}
+
+/// Cycles between two calls of the progress function.
+const EVERY: u64 = 1 << 14;
+
+impl<'a> GatherCheck<'a> {
+    /// `every` is told, now and then, how many cycles went by since it was
+    /// last called.
+    ///
+    /// # Errors
+    /// Work that the model refuses.
+    pub(super) fn new(
+        config: &Config,
+        work: &'a GatherWork<'a>,
+        features: &'a [i16],
+        every: &'a mut dyn FnMut(u64),
+    ) -> Result<Self, WorkError> {
+        let run = work.run();
+        let mut groups: Box<dyn Iterator<Item = Group>> = Box::new(work.groups());
+        let beat = groups.next().map(|g| Expected::new(work, features, g));
+        Ok(Self {
+            work,
+            features,
+            model: GatherModel::new(config, run.vertices, run.segments)?,
+            groups,
+            beat,
+            cycles: 0,
+            every,
+        })
+    }
+
+    fn differs(&self, cycle: u64, signal: &str, found: String, expected: String) -> Mismatch {
+        let place = self.beat.as_ref().map_or_else(
+            || "after the last beat".to_owned(),
+            |b| {
+                let g = &b.group;
+                let last = g.entry + g.kept - 1;
+                format!(
+                    "next beat: MVoxel {}, segment {}, entries {} to {last}",
+                    g.task, g.segment, g.entry
+                )
+            },
+        );
+        Mismatch {
+            module: GATHERING_UNIT,
+            cycle,
+            signal: signal.to_owned(),
+            expected,
+            found,
+            place,
+        }
+    }
+
+    fn beat(
+        &self,
+        cycle: u64,
+        beat: &BeatSeen<'_>,
+        wanted: &Expected,
+    ) -> Result<(), Box<Mismatch>> {
+        let work = self.work;
+        let g = &wanted.group;
+        same(u8::from(beat.last), u8::from(g.last), |found, expected| {
+            self.differs(cycle, "m_axis_feat_tlast", found, expected)
+        })?;
+        let keep = first_difference(beat.keep, None, &wanted.keep, &wanted.keep_mask);
+        if keep.is_some() {
+            let hex = |words: &[u32]| words.iter().rev().map(|w| format!("{w:08x}")).collect();
+            let (found, expected) = (hex(beat.keep), hex(&wanted.keep));
+            return Err(Box::new(self.differs(
+                cycle,
+                "m_axis_feat_tkeep",
+                found,
+                expected,
+            )));
+        }
+        for port in 0..g.kept {
+            let expected = work.tasks[g.task].entries[g.entry + port].slot;
+            let wide = work.slot_bits == 32;
+            let expected = if wide { expected } else { expected & 0xffff };
+            same(slot(beat.user, port, work.slot_bits), expected, |f, e| {
+                self.differs(cycle, &format!("m_axis_feat_tuser of port {port}"), f, e)
+            })?;
+        }
+        if let Some(bit) = first_difference(beat.data, beat.unknown, &wanted.data, &wanted.mask) {
+            let lane = bit / 16;
+            let (port, bank) = (lane / work.banks, lane % work.banks);
+            let signal = format!("m_axis_feat_tdata of port {port}, bank {bank}");
+            let unknown = beat.unknown.is_some_and(|u| half(u, lane) != 0);
+            let found = if unknown {
+                "not known (x or z)".to_owned()
+            } else {
+                (half(beat.data, lane) as i16).to_string()
+            };
+            let expected = (half(&wanted.data, lane) as i16).to_string();
+            return Err(Box::new(self.differs(cycle, &signal, found, expected)));
+        }
+        Ok(())
+    }
+}
+
+const fn list(c: &Counters) -> [u64; 5] {
+    [c.busy, c.stall_fifo, c.stall_mft, c.stall_rit, c.entries]
+}
+
+impl Expected {
+    fn new(work: &GatherWork<'_>, features: &[i16], group: Group) -> Self {
+        let (banks, ports, channels) = (work.banks, work.ports, work.channels);
+        let halves = banks * ports;
+        let mut beat = Self {
+            group,
+            data: vec![0; halves.div_ceil(2)],
+            mask: vec![0; halves.div_ceil(2)],
+            keep: vec![0; (2 * halves).div_ceil(32)],
+            keep_mask: vec![0; (2 * halves).div_ceil(32)],
+        };
+        beat.fill(work, features, group, channels);
+        beat
+    }
+
+    fn fill(&mut self, work: &GatherWork<'_>, features: &[i16], group: Group, channels: usize) {
+        let banks = work.banks;
+        self.group = group;
+        for words in [&mut self.data, &mut self.mask, &mut self.keep] {
+            words.fill(0);
+        }
+        let low = group.segment * banks;
+        let count = banks.min(channels - low);
+        for port in 0..group.kept {
+            let at = (group.ordinal + port) * channels + low;
+            let mut codes = features[at..at + count].iter();
+            for lane in port * banks..(port + 1) * banks {
+                // Channels of the last segment past C come back as 0.
+                let code = codes.next().copied().unwrap_or(0);
+                self.data[lane / 2] |= u32::from(code as u16) << (16 * (lane % 2));
+                self.mask[lane / 2] |= 0xffff << (16 * (lane % 2));
+            }
+            for bit in 2 * banks * port..2 * banks * (port + 1) {
+                self.keep[bit / 32] |= 1 << (bit % 32);
+            }
+        }
+        for bit in 0..2 * banks * work.ports {
+            self.keep_mask[bit / 32] |= 1 << (bit % 32);
+        }
+    }
+}
+
+impl GatherWatch for GatherCheck<'_> {
+    fn cycle(
+        &mut self,
+        cycle: u64,
+        inputs: &GatherInputs,
+        seen: &GatherSeen<'_>,
+    ) -> Result<(), RtlError> {
+        let wanted = self.model.step(inputs);
+        for (name, found, expected) in [
+            ("s_axis_rit_tready", seen.rit_ready, wanted.rit_ready),
+            ("s_axis_mft_tready", seen.mft_ready, wanted.mft_ready),
+            (
+                "m_axis_feat_tvalid",
+                seen.beat.is_some(),
+                wanted.feat.is_some(),
+            ),
+        ] {
+            same(u8::from(found), u8::from(expected), |f, e| {
+                self.differs(cycle, name, f, e)
+            })?;
+        }
+        let counters = list(&wanted.counters);
+        if seen.counters != counters {
+            for (i, name) in COUNTERS.into_iter().enumerate() {
+                same(seen.counters[i], counters[i], |f, e| {
+                    self.differs(cycle, name, f, e)
+                })?;
+            }
+        }
+        if let (Some(beat), Some(feature)) = (&seen.beat, wanted.feat) {
+            if let Some(expected) = &self.beat {
+                same(feature.kept as usize, expected.group.kept, |f, e| {
+                    self.differs(cycle, "entries of the beat, by the cycle model", f, e)
+                })?;
+                self.beat(cycle, beat, expected)?;
+            } else {
+                let (found, expected) = ("1".to_owned(), "0".to_owned());
+                let signal = "m_axis_feat_tvalid";
+                return Err(Box::new(self.differs(cycle, signal, found, expected)).into());
+            }
+            if inputs.feat_ready {
+                let next = self.groups.next();
+                match (next, self.beat.take()) {
+                    (Some(group), Some(mut beat)) => {
+                        beat.fill(self.work, self.features, group, self.work.channels);
+                        self.beat = Some(beat);
+                    }
+                    (Some(group), None) => {
+                        self.beat = Some(Expected::new(self.work, self.features, group));
+                    }
+                    (None, _) => self.beat = None,
+                }
+            }
+        }
+        self.cycles += 1;
+        if self.cycles.is_multiple_of(EVERY) {
+            (self.every)(EVERY);
+        }
+        Ok(())
+    }
+}
