@@ -2,3 +2,4 @@
 
 pub mod cycles;
 pub mod rtl;
+pub mod verify;

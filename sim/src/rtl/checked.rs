@@ -1,11 +1,15 @@
 //! Runs under comparison: every bit and every cycle.
 
+use std::path::Path;
+
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_golden::units::GatherTask;
 
-use super::gather::{GatherTotals, GatherUnit};
+use super::excerpt::Window;
+use super::gather::GatherUnit;
 use super::gather_check::GatherCheck;
+use super::gather_drive::GatherTotals;
 use super::gather_work::GatherWork;
 use super::mismatch::Mismatch;
 use super::model::RtlError;
@@ -52,6 +56,60 @@ impl GatherUnit {
         let totals = self.watch(&work, &check.stalls, check.seed, DRAIN, &mut watch)?;
         flags(GATHERING_UNIT, totals.errors, check.flags, totals.cycles)?;
         Ok(totals)
+    }
+}
+
+impl GatherUnit {
+    /// Repeats a check that failed in `cycle` and dumps the window around it
+    /// into a VCD file; gives the time of that cycle in the file.
+    ///
+    /// # Errors
+    /// Anything but the mismatch.
+    pub fn excerpt(
+        &self,
+        config: &Config,
+        tasks: &[GatherTask],
+        features: &[i16],
+        check: Check<'_>,
+        cycle: u64,
+        path: &Path,
+    ) -> Result<u64, RtlError> {
+        let work = GatherWork::new(config, tasks)?;
+        let watch = GatherCheck::new(config, &work, features, check.progress)?;
+        let window = Window::around(cycle, path);
+        let time = window.time();
+        let done = self.dump(&work, &check.stalls, check.seed, DRAIN, watch, window);
+        dumped(done.err(), time)
+    }
+}
+
+impl VectorUnit {
+    /// As [`GatherUnit::excerpt`].
+    ///
+    /// # Errors
+    /// Anything but the mismatch.
+    pub fn excerpt(
+        &self,
+        config: &Config,
+        batches: &[VectorBatch<'_>],
+        results: &[i32],
+        check: Check<'_>,
+        cycle: u64,
+        path: &Path,
+    ) -> Result<u64, RtlError> {
+        let vectors = Vectors::new(batches, self.lanes())?;
+        let watch = VectorCheck::new(config, &vectors, results, check.progress)?;
+        let window = Window::around(cycle, path);
+        let time = window.time();
+        let done = self.dump(&vectors, &check.stalls, check.seed, DRAIN, watch, window);
+        dumped(done.err(), time)
+    }
+}
+
+fn dumped(error: Option<RtlError>, time: u64) -> Result<u64, RtlError> {
+    match error {
+        None | Some(RtlError::Mismatch(_)) => Ok(time),
+        Some(other) => Err(other),
     }
 }
 

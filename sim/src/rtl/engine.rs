@@ -5,6 +5,7 @@ use std::sync::Arc;
 use potamoi_hdl::ir::{Interpreter, Module, PortHandle};
 use potamoi_verilated::{Clock, Library, Model, PortId};
 
+use super::excerpt::{TracedModel, TracedPorts, Window};
 use super::icarus::{Icarus, Pin};
 use super::model::{RtlError, compile};
 
@@ -164,37 +165,70 @@ impl std::fmt::Display for EngineKind {
 }
 
 /// A module ready to run on an engine, as often as wanted.
-pub(super) enum Runner {
+pub(super) struct Runner {
+    module: Arc<Module>,
+    program: Program,
+}
+
+enum Program {
     Verilator(Library),
-    Interpreter(Arc<Module>),
+    Interpreter,
     Icarus(super::icarus::Program),
 }
 
-/// A module that runs.
-pub(super) enum Running {
-    Verilator(Verilated),
-    Interpreter(Box<Interpreter>),
-    Icarus(Icarus),
+/// What is to be done with a running engine, whichever it is.
+pub(super) trait Job {
+    type Output;
+
+    fn run<E: Engine>(self, engine: &mut E) -> Result<Self::Output, RtlError>;
 }
 
 impl Runner {
     pub(super) fn new(kind: EngineKind, module: &Arc<Module>) -> Result<Self, RtlError> {
-        Ok(match kind {
-            EngineKind::Verilator => Self::Verilator(compile(module, false)?),
-            EngineKind::Interpreter => Self::Interpreter(module.clone()),
-            EngineKind::Icarus => Self::Icarus(super::icarus::Program::new(module)?),
+        let program = match kind {
+            EngineKind::Verilator => Program::Verilator(compile(module, false)?),
+            EngineKind::Interpreter => Program::Interpreter,
+            EngineKind::Icarus => Program::Icarus(super::icarus::Program::new(module)?),
+        };
+        Ok(Self {
+            module: module.clone(),
+            program,
         })
     }
 
-    /// Starts a run; uninitialised state is drawn from the seed.
-    pub(super) fn start(&self, seed: u64) -> Result<Running, RtlError> {
-        Ok(match self {
-            Self::Verilator(library) => Running::Verilator(Verilated::new(library, seed)?),
-            Self::Interpreter(module) => {
-                Running::Interpreter(Box::new(Interpreter::new(module, seed)))
+    /// Runs a job on a new instance; what reset leaves open is drawn from the
+    /// seed.
+    pub(super) fn run<J: Job>(&self, seed: u64, job: J) -> Result<J::Output, RtlError> {
+        match &self.program {
+            Program::Verilator(library) => job.run(&mut Verilated::new(library, seed)?),
+            Program::Interpreter => job.run(&mut Interpreter::new(&self.module, seed)),
+            Program::Icarus(program) => job.run(&mut program.start()?),
+        }
+    }
+
+    /// The same, and dumps a window of it: of a Verilated model every signal,
+    /// else the ports.
+    pub(super) fn run_dumped<J: Job>(
+        &self,
+        seed: u64,
+        window: Window,
+        job: J,
+    ) -> Result<J::Output, RtlError> {
+        match &self.program {
+            Program::Verilator(_) => {
+                let library = compile(&self.module, true)?;
+                let model = Verilated::new(&library, seed)?;
+                job.run(&mut TracedModel::new(model, window))
             }
-            Self::Icarus(program) => Running::Icarus(program.start()?),
-        })
+            Program::Interpreter => {
+                let unit = Interpreter::new(&self.module, seed);
+                job.run(&mut TracedPorts::new(unit, &self.module, window)?)
+            }
+            Program::Icarus(program) => {
+                let unit = program.start()?;
+                job.run(&mut TracedPorts::new(unit, &self.module, window)?)
+            }
+        }
     }
 }
 

@@ -4,7 +4,8 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::units::GATHERING_UNIT;
 
-use super::gather::{BeatSeen, GatherSeen, GatherWatch, half, slot};
+use super::gather::{half, slot};
+use super::gather_drive::{BeatSeen, GatherSeen, GatherWatch};
 use super::gather_work::{GatherWork, Group};
 use super::mismatch::{Mismatch, first_difference, same};
 use super::model::RtlError;

@@ -4,8 +4,10 @@
 
 mod checked;
 mod engine;
+mod excerpt;
 mod gather;
 mod gather_check;
+mod gather_drive;
 mod gather_work;
 mod icarus;
 mod mismatch;
@@ -16,9 +18,11 @@ mod vector_check;
 
 pub use checked::Check;
 pub use engine::EngineKind;
-pub use gather::{GatherRun, GatherTotals, GatherUnit};
+pub use gather::{GatherRun, GatherUnit};
+pub use gather_drive::GatherTotals;
 pub use gather_work::{GatherWork, StreamError};
 pub use mismatch::Mismatch;
 pub use model::{RtlError, compile};
+pub(crate) use units::runs;
 pub use units::{RtlCycles, RtlUnits};
 pub use vector::{VectorBatch, VectorRun, VectorTotals, VectorUnit};

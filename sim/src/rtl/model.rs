@@ -40,6 +40,9 @@ pub enum RtlError {
     /// The work cannot be done, or its cycles not modelled.
     #[error(transparent)]
     Work(#[from] crate::cycles::WorkError),
+    /// A fault cannot be built in.
+    #[error(transparent)]
+    Fault(#[from] potamoi_hdl::ir::FaultError),
     /// The work does not fit the unit.
     #[error(transparent)]
     Stream(#[from] StreamError),

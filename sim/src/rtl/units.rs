@@ -133,7 +133,7 @@ fn elements(map: &mut BTreeMap<potamoi_formats::units::OpCode, u64>, op: VectorO
 }
 
 /// Tasks that can follow one another in one run.
-pub(super) fn runs(tasks: &[GatherTask]) -> impl Iterator<Item = &[GatherTask]> {
+pub(crate) fn runs(tasks: &[GatherTask]) -> impl Iterator<Item = &[GatherTask]> {
     tasks.chunk_by(|a, b| (a.vertices, a.channels) == (b.vertices, b.channels))
 }
 

@@ -4,12 +4,15 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::{VECTOR_UNIT, VectorOp};
 use potamoi_hdl::vu::vector_unit;
 
-use super::engine::{Engine, EngineKind, Runner, Running};
+use super::engine::{Engine, EngineKind, Job, Runner};
+use super::excerpt::{Linger, Window};
 use super::model::RtlError;
 use crate::cycles::{Plan, Source, Stalls, VectorInputs};
 
 /// Cycles without a handshake after which a unit is taken to hang.
 const PATIENCE: u64 = 20_000;
+/// More cycles than a dump goes on after a failure.
+const LINGER: u64 = 64;
 
 /// One operation on operands of one length; a new vector begins with it.
 #[derive(Debug, Clone, Copy)]
@@ -148,7 +151,11 @@ impl VectorUnit {
         Self::of_module(engine, config, &vector_unit(config)?)
     }
 
-    pub(super) fn of_module(
+    /// Another netlist with the unit's ports, such as a faulty one.
+    ///
+    /// # Errors
+    /// As [`VectorUnit::build`].
+    pub fn of_module(
         engine: EngineKind,
         config: &Config,
         module: &std::sync::Arc<potamoi_hdl::ir::Module>,
@@ -197,132 +204,165 @@ impl VectorUnit {
         drain: u64,
         watch: &mut impl VectorWatch,
     ) -> Result<VectorTotals, RtlError> {
-        let plan = Plan::new(seed, stalls)?;
-        match self.runner.start(seed)? {
-            Running::Verilator(mut e) => drive(&mut e, vectors, plan, drain, watch),
-            Running::Interpreter(mut e) => drive(&mut *e, vectors, plan, drain, watch),
-            Running::Icarus(mut e) => drive(&mut e, vectors, plan, drain, watch),
-        }
+        let drive = Drive {
+            vectors,
+            plan: Plan::new(seed, stalls)?,
+            drain,
+            watch,
+        };
+        self.runner.run(seed, drive)
+    }
+
+    /// The same run again, with a dump of a window of it. The watch's failure
+    /// comes back some cycles late.
+    pub(super) fn dump(
+        &self,
+        vectors: &Vectors<'_>,
+        stalls: &Stalls,
+        seed: u64,
+        drain: u64,
+        watch: impl VectorWatch,
+        window: Window,
+    ) -> Result<VectorTotals, RtlError> {
+        let drive = Drive {
+            vectors,
+            plan: Plan::new(seed, stalls)?,
+            drain: drain + LINGER,
+            watch: &mut Linger::new(watch),
+        };
+        self.runner.run_dumped(seed, window, drive)
     }
 }
 
-pub(super) fn drive<E: Engine>(
-    engine: &mut E,
-    vectors: &Vectors<'_>,
-    mut plan: Plan,
+/// One run, on whatever engine.
+struct Drive<'a, W> {
+    vectors: &'a Vectors<'a>,
+    plan: Plan,
     drain: u64,
-    watch: &mut impl VectorWatch,
-) -> Result<VectorTotals, RtlError> {
-    let input = |name: &str| engine.port(&format!("s_axis_vec_{name}"));
-    let output = |name: &str| engine.port(&format!("m_axis_vec_{name}"));
-    let [valid, ready, data, keep, last, user] = [
-        input("tvalid")?,
-        input("tready")?,
-        input("tdata")?,
-        input("tkeep")?,
-        input("tlast")?,
-        input("tuser")?,
-    ];
-    let [out_valid, out_ready, out_data, out_keep, out_last] = [
-        output("tvalid")?,
-        output("tready")?,
-        output("tdata")?,
-        output("tkeep")?,
-        output("tlast")?,
-    ];
-    let stat = |name: &str| engine.port(&format!("stat_{name}"));
-    let counters = [stat("vectors")?, stat("busy")?, stat("stall_out")?];
-    let errors = stat("errors")?;
-    let clear = engine.port("cfg_clear")?;
-    for port in [valid, out_ready, clear] {
-        engine.set(port, 0)?;
-    }
-    engine.reset()?;
-    let mut source = Source::new(vectors.list.iter());
-    let mut operands = vec![0u32; engine.words(data)];
-    let mut kept = vec![0u32; engine.words(keep)];
-    let mut results = vec![0u32; engine.words(out_data)];
-    let mut lanes = vec![0u32; engine.words(out_keep)];
-    let mut totals = VectorTotals::default();
-    let (mut taken, mut idle, mut left, mut shown) = (0, 0, drain, false);
-    for cycle in 0.. {
-        if taken == vectors.list.len() {
-            if left == 0 {
-                break;
-            }
-            left -= 1;
+    watch: &'a mut W,
+}
+
+impl<W: VectorWatch> Job for Drive<'_, W> {
+    type Output = VectorTotals;
+
+    fn run<E: Engine>(self, engine: &mut E) -> Result<VectorTotals, RtlError> {
+        let Self {
+            vectors,
+            mut plan,
+            drain,
+            watch,
+        } = self;
+        let input = |name: &str| engine.port(&format!("s_axis_vec_{name}"));
+        let output = |name: &str| engine.port(&format!("m_axis_vec_{name}"));
+        let [valid, ready, data, keep, last, user] = [
+            input("tvalid")?,
+            input("tready")?,
+            input("tdata")?,
+            input("tkeep")?,
+            input("tlast")?,
+            input("tuser")?,
+        ];
+        let [out_valid, out_ready, out_data, out_keep, out_last] = [
+            output("tvalid")?,
+            output("tready")?,
+            output("tdata")?,
+            output("tkeep")?,
+            output("tlast")?,
+        ];
+        let stat = |name: &str| engine.port(&format!("stat_{name}"));
+        let counters = [stat("vectors")?, stat("busy")?, stat("stall_out")?];
+        let errors = stat("errors")?;
+        let clear = engine.port("cfg_clear")?;
+        for port in [valid, out_ready, clear] {
+            engine.set(port, 0)?;
         }
-        let willing = plan.step();
-        let vector = source.offer(willing.rit).map(|v| **v);
-        engine.set(valid, u64::from(vector.is_some()))?;
-        engine.set(out_ready, u64::from(willing.sink))?;
-        if let Some(v) = vector.filter(|_| !shown) {
-            operands.fill(0);
-            kept.fill(0);
-            for (i, (a, b)) in v.a.iter().zip(v.b).enumerate() {
-                operands[2 * i] = *a as u32;
-                operands[2 * i + 1] = *b as u32;
-                kept[i / 32] |= 1 << (i % 32);
+        engine.reset()?;
+        let mut source = Source::new(vectors.list.iter());
+        let mut operands = vec![0u32; engine.words(data)];
+        let mut kept = vec![0u32; engine.words(keep)];
+        let mut results = vec![0u32; engine.words(out_data)];
+        let mut lanes = vec![0u32; engine.words(out_keep)];
+        let mut totals = VectorTotals::default();
+        let (mut taken, mut idle, mut left, mut shown) = (0, 0, drain, false);
+        for cycle in 0.. {
+            if taken == vectors.list.len() {
+                if left == 0 {
+                    break;
+                }
+                left -= 1;
             }
-            engine.set_words(data, &operands)?;
-            engine.set_words(keep, &kept)?;
-            engine.set(last, u64::from(v.last))?;
-            engine.set(user, u64::from(v.op.field()))?;
-            shown = true;
+            let willing = plan.step();
+            let vector = source.offer(willing.rit).map(|v| **v);
+            engine.set(valid, u64::from(vector.is_some()))?;
+            engine.set(out_ready, u64::from(willing.sink))?;
+            if let Some(v) = vector.filter(|_| !shown) {
+                operands.fill(0);
+                kept.fill(0);
+                for (i, (a, b)) in v.a.iter().zip(v.b).enumerate() {
+                    operands[2 * i] = *a as u32;
+                    operands[2 * i + 1] = *b as u32;
+                    kept[i / 32] |= 1 << (i % 32);
+                }
+                engine.set_words(data, &operands)?;
+                engine.set_words(keep, &kept)?;
+                engine.set(last, u64::from(v.last))?;
+                engine.set(user, u64::from(v.op.field()))?;
+                shown = true;
+            }
+            engine.settle()?;
+            let offered = engine.get(out_valid)? == 1;
+            let mut counted = [0; 3];
+            for (value, port) in counted.iter_mut().zip(counters) {
+                *value = engine.get(port)?;
+            }
+            let result = if offered {
+                engine.get_words(out_data, &mut results)?;
+                engine.get_words(out_keep, &mut lanes)?;
+                Some(ResultSeen {
+                    data: &results,
+                    unknown: engine.unknown(out_data),
+                    keep: &lanes,
+                    last: engine.get(out_last)? == 1,
+                })
+            } else {
+                None
+            };
+            let seen = VectorSeen {
+                ready: engine.get(ready)? == 1,
+                result,
+                counters: counted,
+            };
+            let inputs = VectorInputs {
+                op: vector.map(|v| v.op.code.code()),
+                ready: willing.sink,
+            };
+            let moved = [vector.is_some() && seen.ready, offered && willing.sink];
+            watch.cycle(cycle, &inputs, &seen)?;
+            if moved[0] {
+                source.accepted();
+                shown = false;
+            }
+            if moved[1] {
+                taken += 1;
+                totals.cycles = cycle + 1;
+            }
+            engine.edge()?;
+            idle = if moved.contains(&true) { 0 } else { idle + 1 };
+            if idle > PATIENCE.max(drain) {
+                return Err(RtlError::Hang {
+                    unit: VECTOR_UNIT,
+                    cycles: idle,
+                    state: format!("{taken} of {} vectors came back", vectors.list.len()),
+                });
+            }
         }
         engine.settle()?;
-        let offered = engine.get(out_valid)? == 1;
-        let mut counted = [0; 3];
-        for (value, port) in counted.iter_mut().zip(counters) {
-            *value = engine.get(port)?;
-        }
-        let result = if offered {
-            engine.get_words(out_data, &mut results)?;
-            engine.get_words(out_keep, &mut lanes)?;
-            Some(ResultSeen {
-                data: &results,
-                unknown: engine.unknown(out_data),
-                keep: &lanes,
-                last: engine.get(out_last)? == 1,
-            })
-        } else {
-            None
-        };
-        let seen = VectorSeen {
-            ready: engine.get(ready)? == 1,
-            result,
-            counters: counted,
-        };
-        let inputs = VectorInputs {
-            op: vector.map(|v| v.op.code.code()),
-            ready: willing.sink,
-        };
-        let moved = [vector.is_some() && seen.ready, offered && willing.sink];
-        watch.cycle(cycle, &inputs, &seen)?;
-        if moved[0] {
-            source.accepted();
-            shown = false;
-        }
-        if moved[1] {
-            taken += 1;
-            totals.cycles = cycle + 1;
-        }
-        engine.edge()?;
-        idle = if moved.contains(&true) { 0 } else { idle + 1 };
-        if idle > PATIENCE.max(drain) {
-            return Err(RtlError::Hang {
-                unit: VECTOR_UNIT,
-                cycles: idle,
-                state: format!("{taken} of {} vectors came back", vectors.list.len()),
-            });
-        }
+        totals.vectors = engine.get(counters[0])?;
+        totals.busy = engine.get(counters[1])?;
+        totals.stall_out = engine.get(counters[2])?;
+        totals.errors = engine.get(errors)?;
+        Ok(totals)
     }
-    engine.settle()?;
-    totals.vectors = engine.get(counters[0])?;
-    totals.busy = engine.get(counters[1])?;
-    totals.stall_out = engine.get(counters[2])?;
-    totals.errors = engine.get(errors)?;
-    Ok(totals)
 }
 
 /// Gathers the results of a run.

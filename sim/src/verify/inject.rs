@@ -1,0 +1,63 @@
+//! Faults that a verification must find.
+
+use std::sync::Arc;
+
+use potamoi_formats::config::{Config, Modes};
+use potamoi_formats::units::GATHERING_UNIT;
+use potamoi_hdl::ir::{Change, Fault, FaultError, Module};
+use serde::{Deserialize, Serialize};
+
+/// A fault of the gathering unit's netlist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Injection {
+    /// The reducers' accumulators take over one bit inverted: that of the
+    /// result's lowest bit.
+    Bit,
+    /// After reset the unit believes that all places of the feature FIFO but
+    /// one are taken: every value stays right, and cycles are lost.
+    Bubble,
+    /// The lowest bit of port 0's weights is inverted, so that the weights of
+    /// an entry no longer sum to 1.
+    Weight,
+}
+
+impl Injection {
+    /// The fault, for the unit of a configuration.
+    #[must_use]
+    pub fn fault(self, config: &Config) -> Fault {
+        let gu = &config.gu;
+        let (module, register, change) = match self {
+            Self::Bit if gu.modes == Modes::Unstructured => ("reducer", "held", Change::Invert(0)),
+            Self::Bit => ("reducer", "acc", Change::Invert(gu.weight_bits)),
+            Self::Weight => (GATHERING_UNIT, "s1_weight", Change::Invert(0)),
+            Self::Bubble => {
+                let taken = gu.fifo_depth.saturating_sub(1);
+                (GATHERING_UNIT, "in_flight", Change::Reset(taken.into()))
+            }
+        };
+        Fault {
+            module: module.to_owned(),
+            register: register.to_owned(),
+            change,
+        }
+    }
+
+    /// The faulty gathering unit.
+    ///
+    /// # Errors
+    /// A unit without what the fault is to hit.
+    pub fn apply(self, config: &Config, unit: &Arc<Module>) -> Result<Arc<Module>, FaultError> {
+        self.fault(config).inject(unit)
+    }
+}
+
+impl std::fmt::Display for Injection {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Bit => "bit",
+            Self::Bubble => "bubble",
+            Self::Weight => "weight",
+        })
+    }
+}

@@ -1,0 +1,77 @@
+//! The hardware in the renderers' place gives the twins' picture.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use potamoi_formats::config::Config;
+use potamoi_golden::scene::{garden, lantern};
+use potamoi_golden::splats::{self, Profile};
+use potamoi_golden::units::{Twins, Units};
+use potamoi_golden::voxels::{self, MVoxels};
+use potamoi_hdl::ir::{Change, Fault};
+use potamoi_hdl::vu::vector_unit;
+use potamoi_sim::rtl::RtlUnits;
+
+fn garden_picture(units: &mut dyn Units) -> splats::FixedFrame {
+    let camera = garden::camera().resized(96, 80);
+    let options = splats::FixedOptions {
+        background: garden::BACKGROUND,
+        ..splats::FixedOptions::default()
+    };
+    splats::render_fixed(&garden::cloud(), &camera, Profile::Inria, &options, units).unwrap()
+}
+
+#[test]
+fn splats_through_the_hardware_equal_the_twins_and_all_are_counted() {
+    let config = Config::paper();
+    let (mut twins, mut rtl) = (Twins::new(&config), RtlUnits::new(&config));
+    let expected = garden_picture(&mut twins);
+    let found = garden_picture(&mut rtl);
+    assert_eq!(found, expected);
+    assert_eq!(rtl.counts(), twins.counts());
+    assert_eq!(rtl.counts().feature_vectors, found.stats.gathers);
+    assert_eq!(rtl.counts().elements, found.stats.vector_elements);
+    assert!(found.stats.exponentials > 10_000);
+    assert_eq!(rtl.gather_flags(), 0);
+    assert!(rtl.cycles().gather >= found.stats.gathers / 2);
+}
+
+#[test]
+fn voxels_through_the_hardware_equal_the_twins_and_all_are_counted() {
+    let config = Config::paper();
+    let grid = lantern::lantern().unwrap();
+    let mvoxels = MVoxels::new(&grid, &config).unwrap();
+    let camera = lantern::camera(48, 48);
+    let render = |units: &mut dyn Units| {
+        let options = voxels::FixedOptions::default();
+        voxels::render_fixed(&grid, &mvoxels, &camera, &options, units).unwrap()
+    };
+    let (mut twins, mut rtl) = (Twins::new(&config), RtlUnits::new(&config));
+    let (expected, found) = (render(&mut twins), render(&mut rtl));
+    assert_eq!(found, expected);
+    assert_eq!(rtl.counts(), twins.counts());
+    assert_eq!(rtl.counts().elements, found.stats.vector_elements);
+    assert_eq!(rtl.gather_flags(), 0);
+}
+
+/// One bit of one constant in the Verilog is seen in the picture, so the
+/// picture does come from the hardware.
+#[test]
+fn one_flipped_constant_changes_the_picture() {
+    let config = Config::paper();
+    let right = vector_unit(&config).unwrap();
+    let picture = |units: &mut RtlUnits| garden_picture(units).picture;
+    let expected = picture(&mut RtlUnits::new(&config));
+    let flip = Fault {
+        module: "exp_constants".to_owned(),
+        // ln(1 + 2^-1), bit 12, woken from reset.
+        register: "sr_sub_4".to_owned(),
+        change: Change::Reset({
+            let exp = &config.vu.exp;
+            let bits = exp.engine().constant_bits;
+            let code = (1.5f64.ln() * 2f64.powi(bits as i32)).round() as u64;
+            (code ^ 1 << 12).into()
+        }),
+    };
+    let faulty = flip.inject(&right).unwrap();
+    let mut units = RtlUnits::new(&config).with_vector_unit(&faulty).unwrap();
+    assert_ne!(picture(&mut units), expected);
+}
