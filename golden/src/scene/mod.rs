@@ -1,5 +1,75 @@
 //! Scenes: built-in ones, model files and scene descriptions.
 
 pub mod camera_file;
+mod description;
+mod error;
 pub mod garden;
 pub mod lantern;
+mod open;
+mod orbit;
+mod render;
+#[cfg(test)]
+mod tests;
+
+pub use error::SceneError;
+pub use open::BUILTIN;
+pub use orbit::Orbit;
+pub use render::{FrameCounts, Rendered};
+
+use crate::camera::Camera;
+use crate::splats::{Cloud, Profile};
+use crate::voxels::Grid;
+
+/// What is shown.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Model {
+    /// 3D Gaussians.
+    Splats(Cloud),
+    /// A grid of vertex features.
+    Voxels(Box<Grid>),
+}
+
+/// A model, a camera, and how to render.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    name: String,
+    model: Model,
+    camera: Camera,
+    background: [f32; 3],
+    profile: Profile,
+    group_tiles: Option<[u32; 2]>,
+    group_side: Option<u32>,
+    step: f64,
+}
+
+impl Scene {
+    /// The built-in name or the file.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What is shown.
+    #[must_use]
+    pub const fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// From where.
+    #[must_use]
+    pub const fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Linear RGB behind everything.
+    #[must_use]
+    pub const fn background(&self) -> [f32; 3] {
+        self.background
+    }
+
+    /// Rule set for splats.
+    #[must_use]
+    pub const fn profile(&self) -> Profile {
+        self.profile
+    }
+}

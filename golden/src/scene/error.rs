@@ -1,0 +1,97 @@
+//! What can go wrong between the name of a scene and its picture.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use super::camera_file::CameraFileError;
+use crate::splats::RenderError;
+use crate::splats::ply::PlyError;
+use crate::voxels::VoxelError;
+
+/// A scene that cannot be opened or rendered.
+#[derive(Debug, Error)]
+pub enum SceneError {
+    /// Neither a built-in name nor a file.
+    #[error(
+        "scene `{name}`: no built-in scene and no file of that name; built in are {builtin}, \
+         and files end in .ply or .toml"
+    )]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// The names that are built in.
+        builtin: String,
+    },
+    /// A file of a kind that is not read.
+    #[error("scene {path}: files that end in `{ending}` are not read: expected .ply or .toml")]
+    Ending {
+        /// The file.
+        path: PathBuf,
+        /// How its name ends.
+        ending: String,
+    },
+    /// A description cannot be read.
+    #[error("cannot read scene {path}: {source}; name a readable TOML file")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A description is not what it should be.
+    #[error("scene {path}: {message}")]
+    Description {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what was expected.
+        message: String,
+    },
+    /// A value of a description or an argument is out of range.
+    #[error("scene {scene}: {field} is {value}: expected {expected}")]
+    Value {
+        /// The scene.
+        scene: String,
+        /// The field.
+        field: &'static str,
+        /// Its value.
+        value: String,
+        /// What would be right.
+        expected: String,
+    },
+    /// A model file cannot be used.
+    #[error(transparent)]
+    Ply(#[from] PlyError),
+    /// A camera file cannot be used.
+    #[error(transparent)]
+    Camera(#[from] CameraFileError),
+    /// Splats cannot be rendered.
+    #[error(transparent)]
+    Splats(#[from] RenderError),
+    /// Voxels cannot be rendered.
+    #[error(transparent)]
+    Voxels(#[from] VoxelError),
+    /// The units of a configuration cannot render the scene.
+    #[error("configuration: `{field}` is {value}: scene {scene} needs {expected}")]
+    Config {
+        /// The scene.
+        scene: String,
+        /// The field.
+        field: &'static str,
+        /// Its value.
+        value: String,
+        /// What would do.
+        expected: String,
+    },
+}
+
+impl SceneError {
+    /// The error of a unit that stopped the rendering, if that is what it was.
+    #[must_use]
+    pub fn unit(&self) -> Option<&(dyn std::error::Error + Send + Sync + 'static)> {
+        match self {
+            Self::Splats(RenderError::Unit(e)) | Self::Voxels(VoxelError::Unit(e)) => Some(&**e),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! From a name to a scene.
+
+use std::path::Path;
+use std::str::FromStr as _;
+
+use glam::DVec3;
+
+use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
+use super::{Model, Orbit, Scene, SceneError, camera_file, garden, lantern};
+use crate::camera::Camera;
+use crate::splats::{Profile, ply};
+
+/// Scenes that need no file: splats, voxels.
+pub const BUILTIN: [&str; 2] = ["garden", "lantern"];
+/// Pixels a side of a picture whose size nobody gave.
+const SIDE: u32 = 400;
+/// The largest picture side, in pixels.
+const MAX_SIDE: u32 = 1 << 14;
+
+impl Scene {
+    /// Opens a scene: a built-in name, a `.ply` splat model, or a `.toml`
+    /// description. A bare model is seen from [`Orbit::around`] it, y down as
+    /// 3DGS trains, by the rules of `inria` on black.
+    ///
+    /// # Errors
+    /// No such scene, or a file that cannot be used.
+    pub fn open(name: &str) -> Result<Self, SceneError> {
+        if BUILTIN.contains(&name) {
+            return Self::builtin(name);
+        }
+        let path = Path::new(name);
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some("ply") => Self::model_file(path),
+            Some("toml") => Self::described(path),
+            Some(other) if path.exists() => Err(SceneError::Ending {
+                path: path.to_owned(),
+                ending: format!(".{other}"),
+            }),
+            _ => Err(SceneError::Unknown {
+                name: name.to_owned(),
+                builtin: BUILTIN.join(", "),
+            }),
+        }
+    }
+
+    fn builtin(name: &str) -> Result<Self, SceneError> {
+        Ok(match name {
+            "garden" => Self {
+                name: name.to_owned(),
+                model: Model::Splats(garden::cloud()),
+                camera: garden::camera().resized(SIDE, SIDE),
+                background: garden::BACKGROUND,
+                profile: Profile::Inria,
+                group_tiles: None,
+                group_side: None,
+                step: 0.5,
+            },
+            "lantern" => Self {
+                name: name.to_owned(),
+                model: Model::Voxels(Box::new(lantern::lantern()?)),
+                camera: lantern::camera(SIDE, SIDE),
+                background: lantern::BACKGROUND,
+                profile: Profile::Inria,
+                group_tiles: None,
+                group_side: None,
+                step: 0.5,
+            },
+            _ => {
+                return Err(SceneError::Unknown {
+                    name: name.to_owned(),
+                    builtin: BUILTIN.join(", "),
+                });
+            }
+        })
+    }
+
+    fn model_file(path: &Path) -> Result<Self, SceneError> {
+        let cloud = ply::read(path)?;
+        Ok(Self {
+            name: path.display().to_string(),
+            camera: Orbit::around(&cloud).camera(DVec3::NEG_Y, SIDE, SIDE),
+            model: Model::Splats(cloud),
+            background: [0.0; 3],
+            profile: Profile::Inria,
+            group_tiles: None,
+            group_side: None,
+            step: 0.5,
+        })
+    }
+
+    fn described(path: &Path) -> Result<Self, SceneError> {
+        let description = Description::read(path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut scene = match &description.model {
+            ModelDescription::Builtin { name } => Self::builtin(name)?,
+            ModelDescription::Splats { path } => Self::model_file(&folder.join(path))?,
+        };
+        scene.name = path.display().to_string();
+        scene.look(&description.camera, folder)?;
+        scene.rules(&description.render)?;
+        Ok(scene)
+    }
+
+    fn look(&mut self, camera: &CameraDescription, folder: &Path) -> Result<(), SceneError> {
+        match camera {
+            CameraDescription::Default => Ok(()),
+            CameraDescription::OpencvJson {
+                path,
+                index,
+                width,
+                height,
+            } => {
+                self.set_camera_file(&folder.join(path), *index)?;
+                self.set_size(*width, *height)
+            }
+            CameraDescription::Orbit {
+                azimuth,
+                elevation,
+                distance,
+                fov,
+                target,
+                width,
+                height,
+            } => {
+                let (default, up) = self.default_orbit();
+                let orbit = Orbit {
+                    azimuth: azimuth.unwrap_or(default.azimuth),
+                    elevation: elevation.unwrap_or(default.elevation),
+                    distance: distance.unwrap_or(default.distance),
+                    fov: fov.unwrap_or(default.fov),
+                    target: target.map_or(default.target, DVec3::from),
+                };
+                self.check_orbit(&orbit)?;
+                self.camera = orbit.camera(up, SIDE, SIDE);
+                self.set_size(*width, *height)
+            }
+        }
+    }
+
+    fn default_orbit(&self) -> (Orbit, DVec3) {
+        match &self.model {
+            Model::Splats(cloud) => {
+                // A built-in scene is y up.
+                let up = if BUILTIN.contains(&self.name.as_str()) {
+                    DVec3::Y
+                } else {
+                    DVec3::NEG_Y
+                };
+                (Orbit::around(cloud), up)
+            }
+            Model::Voxels(grid) => {
+                let size = DVec3::from(grid.points().map(|p| (p - 1) as f64)) * grid.voxel();
+                let fov = 45.0f64;
+                let orbit = Orbit {
+                    azimuth: 30.0,
+                    elevation: 15.0,
+                    distance: size.length() / 2.0 / (fov / 2.0).to_radians().sin(),
+                    fov,
+                    target: grid.corner() + size / 2.0,
+                };
+                (orbit, DVec3::Z)
+            }
+        }
+    }
+
+    fn check_orbit(&self, orbit: &Orbit) -> Result<(), SceneError> {
+        let finite = [orbit.azimuth, orbit.elevation, orbit.distance, orbit.fov];
+        let checks = [
+            (
+                "camera.elevation",
+                orbit.elevation.to_string(),
+                orbit.elevation.abs() < 89.9,
+                "above -89.9 and below 89.9 degrees",
+            ),
+            (
+                "camera.distance",
+                orbit.distance.to_string(),
+                orbit.distance > 0.0,
+                "a positive number",
+            ),
+            (
+                "camera.fov",
+                orbit.fov.to_string(),
+                (0.1..179.0).contains(&orbit.fov),
+                "0.1 to 179 degrees",
+            ),
+            (
+                "camera",
+                format!("{orbit:?}"),
+                finite.iter().all(|v| v.is_finite()) && orbit.target.is_finite(),
+                "finite numbers",
+            ),
+        ];
+        for (field, value, right, expected) in checks {
+            if !right {
+                return Err(self.value(field, value, expected));
+            }
+        }
+        Ok(())
+    }
+
+    fn rules(&mut self, render: &RenderDescription) -> Result<(), SceneError> {
+        if let Some(name) = &render.profile {
+            let known = Profile::from_str(name);
+            self.profile = known.map_err(|_| {
+                let names = Profile::ALL.map(Profile::name).join(", ");
+                self.value("render.profile", name.clone(), &names)
+            })?;
+        }
+        if let Some(background) = render.background {
+            self.background = background;
+        }
+        self.group_tiles = render.group_tiles;
+        self.group_side = render.group_side;
+        self.step = render.step.unwrap_or(self.step);
+        let splats = matches!(self.model, Model::Splats(_));
+        for (field, given, ours) in [
+            ("render.profile", render.profile.is_some(), splats),
+            ("render.group_tiles", render.group_tiles.is_some(), splats),
+            ("render.group_side", render.group_side.is_some(), !splats),
+            ("render.step", render.step.is_some(), !splats),
+        ] {
+            if given && !ours {
+                let kind = if splats { "voxels" } else { "splats" };
+                let expected = format!("it left out: it is for {kind}");
+                return Err(self.value(field, "given".to_owned(), &expected));
+            }
+        }
+        Ok(())
+    }
+
+    /// Looks through camera `index` of a camera file, over its background.
+    ///
+    /// # Errors
+    /// A file that cannot be used, or no such camera in it.
+    pub fn set_camera_file(&mut self, path: &Path, index: usize) -> Result<(), SceneError> {
+        let cameras = camera_file::read(path)?;
+        let Some(found) = cameras.get(index) else {
+            let expected = format!("0 to {}, as {} has", cameras.len() - 1, path.display());
+            return Err(self.value("camera.index", index.to_string(), &expected));
+        };
+        self.camera = found.camera;
+        self.background = found.background;
+        Ok(())
+    }
+
+    /// Gives the picture another size; one side alone keeps the shape.
+    ///
+    /// # Errors
+    /// A side of 0 or above 16,384 pixels.
+    pub fn set_size(&mut self, width: Option<u32>, height: Option<u32>) -> Result<(), SceneError> {
+        let Camera {
+            width: w,
+            height: h,
+            ..
+        } = self.camera;
+        let scaled = |side: u32, from: u32, to: u32| {
+            let exact = f64::from(side) * f64::from(to) / f64::from(from);
+            (exact.round() as u32).max(1)
+        };
+        let size = match (width, height) {
+            (None, None) => return Ok(()),
+            (Some(width), Some(height)) => [width, height],
+            (Some(width), None) => [width, scaled(width, w, h)],
+            (None, Some(height)) => [scaled(height, h, w), height],
+        };
+        for (field, side) in ["width", "height"].into_iter().zip(size) {
+            if !(1..=MAX_SIDE).contains(&side) {
+                let expected = format!("1 to {MAX_SIDE} pixels");
+                return Err(self.value(field, side.to_string(), &expected));
+            }
+        }
+        self.camera = self.camera.resized(size[0], size[1]);
+        Ok(())
+    }
+
+    fn value(&self, field: &'static str, value: String, expected: &str) -> SceneError {
+        SceneError::Value {
+            scene: self.name.clone(),
+            field,
+            value,
+            expected: expected.to_owned(),
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! Rendering of any scene, in floating point or through units.
+
+use std::collections::BTreeMap;
+
+use potamoi_formats::config::Config;
+use potamoi_formats::record::RECORD_CHANNELS;
+use potamoi_formats::units::OpCode;
+use serde::Serialize;
+
+use super::{Model, Scene, SceneError};
+use crate::picture::Picture;
+use crate::splats::{self, Decisions, Flips};
+use crate::units::Units;
+use crate::voxels::{self, MVoxels};
+
+/// What the units did for a frame, by the renderer's own count.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct FrameCounts {
+    /// MVoxels gathered, over all ray groups.
+    pub mvoxels: u64,
+    /// Feature vectors out of the gathering unit, one a RIT entry.
+    pub feature_vectors: u64,
+    /// Elements out of the vector unit, by operation.
+    pub elements: BTreeMap<OpCode, u64>,
+    /// Bytes of the ray index table.
+    pub rit_bytes: u64,
+    /// Bytes of rows loaded into the MVoxel feature table.
+    pub mvoxel_bytes: u64,
+}
+
+/// A rendered frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rendered {
+    /// The picture, background included.
+    pub picture: Picture,
+    /// Whether anything was drawn at a pixel.
+    pub covered: Vec<bool>,
+    /// What the units did; nothing in floating point.
+    pub counts: FrameCounts,
+    decisions: Option<Decisions>,
+}
+
+impl Rendered {
+    /// Skips and stops in which two renderings of splats differ.
+    #[must_use]
+    pub fn flips(&self, other: &Self) -> Option<Flips> {
+        self.decisions.as_ref()?.flips(other.decisions.as_ref()?)
+    }
+}
+
+impl Scene {
+    /// Renders in 64-bit floating point.
+    ///
+    /// # Errors
+    /// A camera or an option that is not sensible.
+    pub fn render_float(&self) -> Result<Rendered, SceneError> {
+        match &self.model {
+            Model::Splats(cloud) => {
+                let options = splats::FloatOptions {
+                    background: self.background,
+                    log_decisions: true,
+                };
+                let frame = splats::render_float(cloud, &self.camera, self.profile, &options)?;
+                Ok(Rendered {
+                    picture: frame.picture,
+                    covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
+                    counts: FrameCounts::default(),
+                    decisions: frame.decisions,
+                })
+            }
+            Model::Voxels(grid) => {
+                let options = voxels::FloatOptions {
+                    step: self.step,
+                    background: self.background,
+                    ..voxels::FloatOptions::default()
+                };
+                let frame = voxels::render_float(grid, &self.camera, &options)?;
+                Ok(Rendered {
+                    picture: frame.picture,
+                    covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
+                    counts: FrameCounts::default(),
+                    decisions: None,
+                })
+            }
+        }
+    }
+
+    /// Renders in the hardware's formats: every gather and every vector
+    /// operation goes through `units`, which are those of `config`.
+    ///
+    /// # Errors
+    /// A configuration that cannot hold the scene, a camera or an option that is
+    /// not sensible, or a unit that fails.
+    pub fn render_fixed(
+        &self,
+        config: &Config,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        match &self.model {
+            Model::Splats(cloud) => {
+                self.check_splats(config)?;
+                let options = splats::FixedOptions {
+                    schedule: splats::ScheduleOptions {
+                        rows: config.mvoxel.rows as usize,
+                        group_tiles: self.group_tiles,
+                    },
+                    background: self.background,
+                    log_decisions: true,
+                    ..splats::FixedOptions::default()
+                };
+                let frame =
+                    splats::render_fixed(cloud, &self.camera, self.profile, &options, units)?;
+                let clear = 1 << splats::TRANSMITTANCE.frac_bits();
+                Ok(Rendered {
+                    picture: frame.picture,
+                    covered: frame.transmittance.iter().map(|t| *t < clear).collect(),
+                    counts: FrameCounts {
+                        mvoxels: frame.stats.tasks,
+                        feature_vectors: frame.stats.gathers,
+                        elements: frame.stats.vector_elements,
+                        rit_bytes: frame.stats.rit_bytes,
+                        mvoxel_bytes: frame.stats.mvoxel_bytes,
+                    },
+                    decisions: frame.decisions,
+                })
+            }
+            Model::Voxels(grid) => {
+                let mvoxels = MVoxels::new(grid, config)?;
+                let options = voxels::FixedOptions {
+                    step: self.step,
+                    background: self.background,
+                    group_side: self.group_side,
+                    ..voxels::FixedOptions::default()
+                };
+                let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
+                let clear = 1 << voxels::TRANSMITTANCE.frac_bits();
+                Ok(Rendered {
+                    picture: frame.picture,
+                    covered: frame.transmittance.iter().map(|t| *t < clear).collect(),
+                    counts: FrameCounts {
+                        mvoxels: frame.stats.tasks,
+                        feature_vectors: frame.stats.entries,
+                        elements: frame.stats.vector_elements,
+                        rit_bytes: frame.stats.rit_bytes,
+                        mvoxel_bytes: frame.stats.mft_bytes,
+                    },
+                    decisions: None,
+                })
+            }
+        }
+    }
+
+    /// Records are codes of 16 bits, and take so many channels.
+    fn check_splats(&self, config: &Config) -> Result<(), SceneError> {
+        let refuse = |field, value: String, expected: String| {
+            Err(SceneError::Config {
+                scene: self.name.clone(),
+                field,
+                value,
+                expected,
+            })
+        };
+        if config.gu.feature_bits != 16 {
+            let bits = config.gu.feature_bits.to_string();
+            return refuse(
+                "gu.feature_bits",
+                bits,
+                "16: splat records are 16-bit codes".to_owned(),
+            );
+        }
+        let segments = config.segments(RECORD_CHANNELS);
+        if segments > config.gu.segments as usize {
+            let expected = format!(
+                "{segments} or more: a splat record's {RECORD_CHANNELS} channels take that many \
+                 with gu.banks = {}",
+                config.gu.banks
+            );
+            return refuse("gu.segments", config.gu.segments.to_string(), expected);
+        }
+        Ok(())
+    }
+}

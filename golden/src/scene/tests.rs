@@ -1,0 +1,127 @@
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::fs;
+
+use potamoi_formats::config::Config;
+
+use super::*;
+use crate::units::Twins;
+
+#[test]
+fn built_in_scenes_hold_their_formats_promise() {
+    let config = Config::paper();
+    for name in BUILTIN {
+        let mut scene = Scene::open(name).unwrap();
+        scene.set_size(Some(160), None).unwrap();
+        let float = scene.render_float().unwrap();
+        let mut units = Twins::new(&config);
+        let fixed = scene.render_fixed(&config, &mut units).unwrap();
+        let frame = fixed.picture.psnr(&float.picture, |_| true).unwrap();
+        let covered = fixed.picture.psnr(&float.picture, |i| float.covered[i]);
+        println!("{name}: {frame:.1} dB, covered {:.1} dB", covered.unwrap());
+        assert!(
+            frame >= 80.0 && covered.unwrap() >= 78.0,
+            "{name}: {frame} dB"
+        );
+        assert_eq!(units.counts().feature_vectors, fixed.counts.feature_vectors);
+        assert_eq!(units.counts().gathers, fixed.counts.mvoxels);
+        assert_eq!(units.counts().elements, fixed.counts.elements);
+        assert_eq!(units.gather_flags(), 0);
+        assert_eq!(fixed.flips(&float).is_some(), name == "garden");
+    }
+}
+
+#[test]
+fn descriptions_name_model_camera_and_rules() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let open = |text: &str| {
+        fs::write(&path, text).unwrap();
+        Scene::open(path.to_str().unwrap())
+    };
+    let scene = open(
+        "[model]\nkind = \"builtin\"\nname = \"garden\"\n[camera]\nkind = \"orbit\"\n\
+         azimuth = 10\ndistance = 5\nwidth = 60\nheight = 40\n\
+         [render]\nprofile = \"gsplat\"\nbackground = [0, 0.5, 1]\ngroup_tiles = [2, 2]",
+    )
+    .unwrap();
+    assert_eq!((scene.camera().width, scene.camera().height), (60, 40));
+    assert_eq!(scene.profile(), Profile::Gsplat);
+    assert_eq!(scene.background(), [0.0, 0.5, 1.0]);
+    fs::write(
+        folder.path().join("camera.json"),
+        r#"{"width": 40, "height": 20, "fx": 30.5, "fy": 31, "position": [1, 2, 3],
+            "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}"#,
+    )
+    .unwrap();
+    let scene = open(
+        "[model]\nkind = \"builtin\"\nname = \"lantern\"\n[camera]\nkind = \"opencv-json\"\n\
+         path = \"camera.json\"\nwidth = 80\n[render]\nstep = 0.25\ngroup_side = 7",
+    )
+    .unwrap();
+    assert_eq!((scene.camera().width, scene.camera().height), (80, 40));
+    assert_eq!(scene.camera().focal.x, 61.0);
+
+    let refused = |text: &str, expected: &str| {
+        let error = open(text).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    };
+    let model = "[model]\nkind = \"builtin\"\nname = \"garden\"\n";
+    refused("", "model");
+    refused("[model]\nkind = \"tensorf\"", "tensorf");
+    refused("[model]\nkind = \"builtin\"\nname = \"mars\"", "mars");
+    refused("[model]\nkind = \"splats\"\npath = \"no.ply\"", "no.ply");
+    refused(&format!("{model}colour = 3"), "colour");
+    refused(&format!("{model}[render]\nprofile = \"x\""), "inria");
+    refused(&format!("{model}[render]\nstep = 1"), "render.step");
+    refused(
+        &format!("{model}[camera]\nkind = \"orbit\"\nfov = 0"),
+        "camera.fov",
+    );
+    refused(
+        &format!("{model}[camera]\nkind = \"orbit\"\nelevation = 90"),
+        "elevation",
+    );
+    refused(
+        &format!("{model}[camera]\nkind = \"orbit\"\ndistance = nan"),
+        "distance",
+    );
+    refused(
+        &format!("{model}[camera]\nkind = \"orbit\"\nwidth = 0"),
+        "width is 0",
+    );
+    let file = "[camera]\nkind = \"opencv-json\"\npath = \"camera.json\"\nindex = 4";
+    refused(&format!("{model}{file}"), "camera.index is 4");
+}
+
+#[test]
+fn what_is_no_scene_is_refused() {
+    for (name, expected) in [
+        ("mars", "garden, lantern"),
+        ("no/such.ply", "no/such.ply"),
+        ("no/such.toml", "no/such.toml"),
+    ] {
+        let error = Scene::open(name).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.lock");
+    assert!(Scene::open(manifest).is_err());
+    let source = concat!(env!("CARGO_MANIFEST_DIR"), "/src/lib.rs");
+    let error = Scene::open(source).unwrap_err().to_string();
+    assert!(error.contains("`.rs` are not read"), "{error}");
+}
+
+#[test]
+fn a_configuration_that_cannot_hold_splats_is_refused_by_field() {
+    let mut scene = Scene::open("garden").unwrap();
+    scene.set_size(Some(32), Some(32)).unwrap();
+    for (text, field) in [
+        ("[gu]\nfeature_bits = 12", "gu.feature_bits"),
+        ("[gu]\nbanks = 4\nsegments = 3", "gu.segments"),
+    ] {
+        let config = Config::from_toml(text, "test").unwrap();
+        let mut units = Twins::new(&config);
+        let error = scene.render_fixed(&config, &mut units).unwrap_err();
+        assert!(error.to_string().contains(field), "{error}");
+    }
+}
