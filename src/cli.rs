@@ -6,6 +6,8 @@ use clap::{Args, Parser, Subcommand};
 use potamoi_formats::config::{Config, PAPER_PRESET};
 
 use crate::failure::Failure;
+use crate::render::RenderArgs;
+use crate::verify::VerifyArgs;
 
 /// Hardware generator, golden models and simulation for neural rendering.
 #[derive(Debug, Parser)]
@@ -29,6 +31,20 @@ pub(crate) struct Common {
 pub(crate) enum Command {
     /// Write the Verilog of the units
     Emit(EmitArgs),
+    /// Prove the Verilog equal to the golden models, every bit and every cycle
+    Verify(VerifyArgs),
+    /// Render a scene in floating point, in the hardware's formats, or through
+    /// the simulated hardware
+    Render(RenderArgs),
+    /// Show which outside tools are here, and what is lost without each
+    Doctor(DoctorArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DoctorArgs {
+    /// Report as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -436,5 +436,4 @@ fn numbers(version: &str) -> Vec<u64> {
 }
 
 #[cfg(test)]
-#[path = "doctor_tests.rs"]
 mod tests;

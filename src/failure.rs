@@ -1,11 +1,16 @@
 //! What a command ends with when it does not end well.
 
+use std::error::Error;
 use std::process::ExitCode;
 
 use potamoi_formats::config::ConfigError;
+use potamoi_golden::picture::PictureError;
+use potamoi_golden::scene::SceneError;
 use potamoi_hdl::ir::IrErrors;
+use potamoi_sim::rtl::RtlError;
 use thiserror::Error;
 
+use crate::doctor::DoctorError;
 use crate::files::FileError;
 
 #[derive(Debug, Error)]
@@ -16,13 +21,56 @@ pub(crate) enum Failure {
     Netlist(#[from] IrErrors),
     #[error(transparent)]
     File(#[from] FileError),
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Rtl(#[from] RtlError),
+    #[error(transparent)]
+    Doctor(#[from] DoctorError),
+    /// A check said no; what it found is printed before.
+    #[error("{0}")]
+    Check(String),
+    /// A check could not say.
+    #[error("{0}")]
+    Inconclusive(String),
 }
 
 impl Failure {
     pub(crate) fn exit_code(&self) -> ExitCode {
-        ExitCode::from(match self {
-            Self::Config(_) | Self::File(_) => 2,
-            Self::Netlist(_) => 1,
-        })
+        ExitCode::from(self.code())
+    }
+
+    fn code(&self) -> u8 {
+        match self {
+            Self::Config(_) | Self::File(_) | Self::Picture(_) => 2,
+            Self::Netlist(_) | Self::Check(_) => 1,
+            Self::Inconclusive(_) => 4,
+            Self::Scene(error) => match error.unit() {
+                Some(unit) => unit_code(unit),
+                None => 2,
+            },
+            Self::Rtl(error) => rtl_code(error),
+            Self::Doctor(error) => match error {
+                DoctorError::Missing(_) => 3,
+                DoctorError::File(_) | DoctorError::Json(_) => 2,
+            },
+        }
+    }
+}
+
+/// Code of a failure in the place of a renderer's units: hardware may stand
+/// there.
+fn unit_code(error: &(dyn Error + Send + Sync + 'static)) -> u8 {
+    error.downcast_ref::<RtlError>().map_or(2, rtl_code)
+}
+
+fn rtl_code(error: &RtlError) -> u8 {
+    use potamoi_verilated::Error as ModelError;
+    match error {
+        RtlError::MissingTool { .. } | RtlError::Model(ModelError::MissingTool { .. }) => 3,
+        RtlError::Stream(_) | RtlError::Work(_) | RtlError::Fault(_) | RtlError::Folder(_) => 2,
+        _ => 1,
     }
 }

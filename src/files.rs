@@ -30,6 +30,16 @@ pub(crate) fn write(path: &Path, text: &str) -> Result<(), FileError> {
     Ok(())
 }
 
+/// Writes a report as JSON.
+pub(crate) fn write_json(path: &Path, report: &impl serde::Serialize) -> Result<(), FileError> {
+    let mut text = serde_json::to_string_pretty(report).map_err(|e| FileError {
+        path: path.to_owned(),
+        source: e.into(),
+    })?;
+    text.push('\n');
+    write(path, &text)
+}
+
 /// Temporary files are private; what is written for others should not be.
 #[cfg(unix)]
 fn readable(file: &std::fs::File) -> std::io::Result<()> {

@@ -4,9 +4,14 @@
 //! is missing, 4 inconclusive.
 
 mod cli;
+mod doctor;
 mod emit;
 mod failure;
 mod files;
+mod progress;
+mod render;
+mod scene;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -16,6 +21,9 @@ fn main() -> ExitCode {
     let cli = cli::Cli::parse();
     let done = match &cli.command {
         cli::Command::Emit(args) => emit::run(&cli.common, args),
+        cli::Command::Verify(args) => verify::run(&cli.common, args),
+        cli::Command::Render(args) => render::run(&cli.common, args),
+        cli::Command::Doctor(args) => doctor::run(args.json.as_deref()).map_err(Into::into),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -8,11 +8,11 @@ use super::error::VoxelError;
 use super::grid::Grid;
 
 /// Fraction bits of the step.
-pub const STEP_BITS: u32 = 24;
+pub(super) const STEP_BITS: u32 = 24;
 /// Fraction bits of a viewing direction.
-pub const DIRECTION_BITS: u32 = 14;
+pub(super) const DIRECTION_BITS: u32 = 14;
 /// Fraction bits of a position within its voxel: U1.12.
-pub const FRACTION_BITS: u32 = 12;
+pub(super) const FRACTION_BITS: u32 = 12;
 /// Format of transmittances.
 pub const TRANSMITTANCE: Format = Format::unsigned(1, 20);
 

@@ -7,7 +7,7 @@ use super::grid::Grid;
 use crate::camera::Camera;
 
 /// The most pixels of a picture.
-pub const MAX_PIXELS: u64 = 1 << 26;
+pub(super) const MAX_PIXELS: u64 = 1 << 26;
 
 /// A ray in vertex units. Sample `k` lies at `start + k step` along it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,7 +8,7 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::units::{GatherTask, UnitError, Units};
 
 /// The folder of shared data, where there is one.
-pub fn shared() -> Option<PathBuf> {
+pub(crate) fn shared() -> Option<PathBuf> {
     let folder = std::env::var_os("POTAMOI_SHARED").map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared")),
         PathBuf::from,
@@ -18,7 +18,7 @@ pub fn shared() -> Option<PathBuf> {
 
 /// Units that gather rows and take `exp` correctly rounded from f64.
 #[derive(Default)]
-pub struct PlainUnits {
+pub(crate) struct PlainUnits {
     /// Rows per task that were loaded.
     pub loaded: Vec<usize>,
     /// The exponential of each code, filled at first use.

@@ -93,7 +93,7 @@ impl Verifier<'_> {
                             progress: &mut |_| {},
                         };
                         unit.excerpt(&self.config, tasks, features, check, mismatch.cycle, path)
-                    })?;
+                    });
                     return Err(self.fail(*mismatch, stalled, seed, excerpt));
                 }
                 Err(other) => return Err(other),

@@ -10,7 +10,7 @@ mod inject;
 mod report;
 mod vector;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
@@ -54,8 +54,10 @@ pub struct Failure {
     pub stalled: bool,
     /// Seed of that run's stalls, from that of the settings.
     pub run_seed: u64,
-    /// The dump.
+    /// The dump, if one was asked for and could be written.
     pub excerpt: Option<Excerpt>,
+    /// Why there is none.
+    pub excerpt_error: Option<String>,
 }
 
 /// A dump of the window around a mismatch.
@@ -166,18 +168,26 @@ impl<'p> Verifier<'p> {
         (stalls, seed)
     }
 
+    /// Dumps to a temporary name, then renames.
     fn excerpt(
         &self,
-        dump: impl FnOnce(&std::path::Path) -> Result<u64, RtlError>,
-    ) -> Result<Option<Excerpt>, RtlError> {
-        let Some(path) = &self.settings.excerpt else {
-            return Ok(None);
-        };
-        let time = dump(path)?;
-        Ok(Some(Excerpt {
-            path: path.clone(),
-            time,
-        }))
+        dump: impl FnOnce(&Path) -> Result<u64, RtlError>,
+    ) -> Option<Result<Excerpt, String>> {
+        let path = self.settings.excerpt.clone()?;
+        let mut partial = path.clone().into_os_string();
+        partial.push(".partial");
+        let time = dump(Path::new(&partial)).map_err(|e| e.to_string());
+        let moved = time.and_then(|time| {
+            std::fs::rename(&partial, &path).map_err(|e| {
+                let path = path.display();
+                format!("cannot write {path}: {e}; name a folder that can be written")
+            })?;
+            Ok(Excerpt { path, time })
+        });
+        if moved.is_err() {
+            let _ = std::fs::remove_file(&partial);
+        }
+        Some(moved)
     }
 
     fn fail(
@@ -185,13 +195,19 @@ impl<'p> Verifier<'p> {
         mismatch: Mismatch,
         stalled: bool,
         run_seed: u64,
-        excerpt: Option<Excerpt>,
+        excerpt: Option<Result<Excerpt, String>>,
     ) -> RtlError {
+        let (excerpt, excerpt_error) = match excerpt {
+            Some(Ok(excerpt)) => (Some(excerpt), None),
+            Some(Err(error)) => (None, Some(error)),
+            None => (None, None),
+        };
         self.failure = Some(Failure {
             mismatch: mismatch.clone(),
             stalled,
             run_seed,
             excerpt,
+            excerpt_error,
         });
         RtlError::Mismatch(Box::new(mismatch))
     }

@@ -79,7 +79,7 @@ impl Verifier<'_> {
                             progress: &mut |_| {},
                         };
                         unit.excerpt(&self.config, batches, results, check, mismatch.cycle, path)
-                    })?;
+                    });
                     return Err(self.fail(*mismatch, stalled, seed, excerpt));
                 }
                 Err(other) => return Err(other),

@@ -1,0 +1,182 @@
+//! `potamoi render`: a picture of a scene.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use potamoi_formats::units::OpCode;
+use potamoi_golden::scene::{FrameCounts, Rendered, Scene};
+use potamoi_golden::splats::Flips;
+use potamoi_golden::units::{Twins, UnitCounts};
+use potamoi_sim::rtl::{RtlCycles, RtlUnits};
+use serde::Serialize;
+
+use crate::cli::Common;
+use crate::failure::Failure;
+use crate::files;
+use crate::progress;
+use crate::scene::SceneArgs;
+
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// What computes the picture
+    #[arg(long, value_enum, default_value_t = Numerics::Fixed)]
+    numerics: Numerics,
+    /// PNG file
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Report as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum Numerics {
+    /// 64-bit floating point
+    Float,
+    /// The hardware's formats, by the units' twins
+    Fixed,
+    /// The hardware's formats, by the Verilated units
+    Rtl,
+}
+
+/// Version of the JSON report.
+const FORMAT_VERSION: u32 = 1;
+
+#[derive(Serialize)]
+struct Report<'a> {
+    format_version: u32,
+    command: &'static str,
+    scene: &'a str,
+    width: u32,
+    height: u32,
+    numerics: Numerics,
+    /// 12 hexadecimal digits.
+    configuration: String,
+    /// Against floating point, unquantised linear RGB, peak 1, in dB.
+    psnr_db: Option<f64>,
+    /// The same over pixels at which floating point draws anything.
+    psnr_covered_db: Option<f64>,
+    covered_pixels: usize,
+    /// Skips and stops decided otherwise than in floating point; for splats.
+    flipped_skips: Option<u64>,
+    flipped_stops: Option<u64>,
+    /// What the frame needs, counted by the renderer.
+    frame: Option<&'a FrameCounts>,
+    /// What came out of the units, counted by them.
+    units: Option<Units<'a>>,
+    /// Clock cycles of the Verilated units, streams always ready.
+    cycles: Option<RtlCycles>,
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct Units<'a> {
+    /// Feature vectors out of the gathering unit.
+    feature_vectors: u64,
+    /// Elements out of the vector unit, by operation.
+    elements: &'a BTreeMap<OpCode, u64>,
+}
+
+pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
+    let config = common.read_config()?;
+    let scene = args.scene.open()?;
+    let start = Instant::now();
+    let spinner = progress::spinner("rendering");
+    let float = scene.render_float()?;
+    let (picture, units, cycles): (Rendered, Option<UnitCounts>, _) = match args.numerics {
+        Numerics::Float => (float.clone(), None, None),
+        Numerics::Fixed => {
+            let mut twins = Twins::new(&config);
+            let picture = scene.render_fixed(&config, &mut twins)?;
+            (picture, Some(twins.counts().clone()), None)
+        }
+        Numerics::Rtl => {
+            spinner.set_message("rendering through the Verilated units");
+            let mut rtl = RtlUnits::new(&config);
+            let picture = scene.render_fixed(&config, &mut rtl)?;
+            (picture, Some(rtl.counts().clone()), Some(rtl.cycles()))
+        }
+    };
+    let seconds = start.elapsed().as_secs_f64();
+    spinner.finish_and_clear();
+    picture.picture.write_png(&args.out)?;
+
+    let compared = args.numerics != Numerics::Float;
+    let psnr = |counts: &dyn Fn(usize) -> bool| {
+        let psnr = picture.picture.psnr(&float.picture, counts);
+        psnr.filter(|_| compared)
+    };
+    let flips: Option<Flips> = picture.flips(&float).filter(|_| compared);
+    let report = Report {
+        format_version: FORMAT_VERSION,
+        command: "render",
+        scene: scene.name(),
+        width: scene.camera().width,
+        height: scene.camera().height,
+        numerics: args.numerics,
+        configuration: config.hash(),
+        psnr_db: psnr(&|_| true),
+        psnr_covered_db: psnr(&|i| float.covered[i]),
+        covered_pixels: float.covered.iter().filter(|c| **c).count(),
+        flipped_skips: flips.map(|f| f.skip),
+        flipped_stops: flips.map(|f| f.stop),
+        frame: units.is_some().then_some(&picture.counts),
+        units: units.as_ref().map(|u| Units {
+            feature_vectors: u.feature_vectors,
+            elements: &u.elements,
+        }),
+        cycles,
+        seconds,
+    };
+    print(&report, &scene, args);
+    if let Some(path) = &args.json {
+        files::write_json(path, &report)?;
+    }
+    Ok(())
+}
+
+fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
+    let by = match args.numerics {
+        Numerics::Float => "64-bit floating point",
+        Numerics::Fixed => "the units' twins",
+        Numerics::Rtl => "the Verilated units",
+    };
+    println!(
+        "{} at {} x {}, by {by}: {}",
+        scene.name(),
+        report.width,
+        report.height,
+        args.out.display()
+    );
+    if let (Some(frame), Some(covered)) = (report.psnr_db, report.psnr_covered_db) {
+        println!(
+            "  PSNR against floating point (linear RGB, unquantised): {frame:.1} dB over the \
+             frame, {covered:.1} dB over {} covered pixels",
+            report.covered_pixels
+        );
+    }
+    if let (Some(skips), Some(stops)) = (report.flipped_skips, report.flipped_stops) {
+        println!("  decisions that flipped: {skips} skips, {stops} stops");
+    }
+    if let Some(units) = &report.units {
+        println!(
+            "  out of the gathering unit: {} feature vectors ({} MVoxels)",
+            units.feature_vectors,
+            report.frame.map_or(0, |f| f.mvoxels)
+        );
+        for (op, count) in units.elements {
+            println!("  out of the vector unit: {count} elements of {op:?}");
+        }
+    }
+    if let Some(cycles) = &report.cycles {
+        println!(
+            "  clock cycles (measured RTL, streams always ready): {} gathering, {} vector",
+            cycles.gather, cycles.vector
+        );
+    }
+}

@@ -1,0 +1,64 @@
+//! Which scene a command is about.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use potamoi_golden::scene::Scene;
+
+use crate::failure::Failure;
+
+#[derive(Debug, Args)]
+pub(crate) struct SceneArgs {
+    /// Built-in scene (garden, lantern), splat model (.ply) or description (.toml)
+    #[arg(long, value_name = "SCENE")]
+    pub(crate) scene: Option<String>,
+    /// Camera file in the OpenCV convention, instead of the scene's camera
+    #[arg(long, value_name = "FILE")]
+    camera: Option<PathBuf>,
+    /// Which camera of the file, from 0
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    camera_index: usize,
+    /// Pixels a row; the height follows unless given
+    #[arg(long, value_name = "PIXELS")]
+    width: Option<u32>,
+    /// Rows
+    #[arg(long, value_name = "PIXELS")]
+    height: Option<u32>,
+}
+
+/// The scene of a command that names none.
+const DEFAULT: &str = "garden";
+
+impl SceneArgs {
+    pub(crate) fn open(&self) -> Result<Scene, Failure> {
+        let mut scene = Scene::open(self.name())?;
+        if let Some(path) = &self.camera {
+            scene.set_camera_file(path, self.camera_index)?;
+        }
+        scene.set_size(self.width, self.height)?;
+        Ok(scene)
+    }
+
+    fn name(&self) -> &str {
+        self.scene.as_deref().unwrap_or(DEFAULT)
+    }
+
+    /// How the scene is named on a command line.
+    pub(crate) fn arguments(&self) -> String {
+        let mut text = format!(" --scene {}", self.name());
+        // Writing to a string does not fail.
+        if let Some(path) = &self.camera {
+            let _ = write!(text, " --camera {}", path.display());
+        }
+        if self.camera_index != 0 {
+            let _ = write!(text, " --camera-index {}", self.camera_index);
+        }
+        for (name, side) in [("width", self.width), ("height", self.height)] {
+            if let Some(side) = side {
+                let _ = write!(text, " --{name} {side}");
+            }
+        }
+        text
+    }
+}
