@@ -146,19 +146,39 @@ impl ExpConfig {
 }
 
 /// Smallest widths found by exhaustive search over the 65,536 inputs of U3.13:
-/// accumulator bits, constant bits, offset.
+/// accumulator bits, constant bits, offset. The search and what it aims at for
+/// each n are `potamoi_golden::units::widths`.
 fn known_widths(n: u32, f: u32, tail: bool) -> Option<(u32, u32, i32)> {
     match (f, n, tail) {
-        (8, 8, false) => Some((10, 13, 0)),
-        (12, 12, false) => Some((15, 13, 2)),
+        // 126.9, 8.2 and 0.973 ulp: the truncation, and hardly more.
+        (16, 8, false) => Some((16, 13, 0)),
+        (16, 12, false) => Some((16, 13, 3)),
         (16, 16, false) => Some((19, 19, -2)),
-        (16, 27, false) => Some((27, 29, 0)),
-        (24, 24, false) => Some((27, 27, -1)),
-        (8, 4, true) => Some((8, 13, 0)),
-        (12, 6, true) => Some((12, 15, 0)),
+        // 0.748 ulp.
+        (16, 20, false) => Some((18, 19, -1)),
+        // 0.998, 0.683 and 0.692 ulp.
         (16, 8, true) => Some((16, 19, 0)),
         (16, 9, true) => Some((18, 19, 0)),
+        (16, 12, true) => Some((18, 19, 0)),
+        // Correctly rounded.
+        (16, 27, false) => Some((27, 29, 0)),
         (16, 14, true) => Some((27, 28, 0)),
+        (16, 16, true) => Some((27, 29, 0)),
+        (16, 20, true) => Some((28, 27, -1)),
+        (16, 27, true) => Some((27, 28, 0)),
+        // Below 1 ulp.
+        (8, 8, false) => Some((10, 13, 0)),
+        (8, 4, true) => Some((8, 13, 0)),
+        (12, 12, false) => Some((15, 13, 2)),
+        (12, 6, true) => Some((12, 15, 0)),
+        (24, 24, false) => Some((27, 27, -1)),
+        (24, 12, true) => Some((28, 25, 2)),
+        // Correctly rounded.
+        (8, 23, false) => Some((23, 24, 0)),
+        (8, 11, true) => Some((20, 22, 0)),
+        (12, 25, false) => Some((26, 26, 1)),
+        (12, 13, true) => Some((22, 25, 0)),
+        (24, 18, true) => Some((38, 37, 1)),
         _ => None,
     }
 }

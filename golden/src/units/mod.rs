@@ -8,6 +8,7 @@ pub mod reference;
 pub mod twins;
 pub mod vu;
 pub mod weights;
+pub mod widths;
 
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::VectorOp;

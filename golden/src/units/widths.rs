@@ -1,0 +1,247 @@
+//! Smallest widths of the exponential engine, by search over every input.
+
+use potamoi_formats::config::ExpConfig;
+use rayon::prelude::*;
+
+use super::exp::ExpTwin;
+use super::reference::{Reference, ReferenceError};
+
+/// What an engine's widths are chosen for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// Every result is the nearest code.
+    CorrectlyRounded,
+    /// The largest error stays below this many units of the last place.
+    Below(f64),
+}
+
+/// Widths of an engine and what they reach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// Fraction bits of `R_accum`.
+    pub accumulator_bits: u32,
+    /// Fraction bits of `R_remain` and the constants.
+    pub constant_bits: u32,
+    /// Start of `R_accum` in units of its last bit above 1.
+    pub offset: i32,
+    /// Largest error in units of the last place.
+    pub max_ulp: f64,
+}
+
+/// What cutting off after n iterations alone costs, in units of the last of
+/// `f` bits: centred without tail, second order with it.
+#[must_use]
+pub fn truncation(n: u32, tail: bool, f: u32) -> f64 {
+    let (n, f) = (n as i32, f as i32);
+    2f64.powi(if tail { f - 2 * n - 1 } else { f - n - 1 })
+}
+
+/// The error that an engine of n iterations is given widths for. Where the
+/// truncation T is a unit or more, it may grow by one unit: half for the
+/// rounding, half for the arithmetic. At half a unit the result stays below one
+/// unit; from there on the arithmetic gets a quarter, until T is so small that
+/// every result can be the nearest.
+#[must_use]
+pub fn target(n: u32, tail: bool, f: u32) -> Target {
+    let t = truncation(n, tail, f);
+    if t >= 1.0 {
+        Target::Below(t + 1.0)
+    } else if t >= 0.5 {
+        Target::Below(1.0)
+    } else if t > 2f64.powi(-11) {
+        Target::Below(0.75 + t)
+    } else {
+        Target::CorrectlyRounded
+    }
+}
+
+impl Target {
+    /// Whether a largest error meets it.
+    #[must_use]
+    pub fn is_met(self, max_ulp: f64) -> bool {
+        match self {
+            Self::CorrectlyRounded => max_ulp <= 0.5,
+            Self::Below(limit) => max_ulp < limit,
+        }
+    }
+}
+
+/// Guard bits that are tried, and offsets.
+const GUARD: u32 = 14;
+const OFFSETS: i32 = 3;
+
+/// The smallest widths that meet a target over every input: the fewest bits of
+/// accumulator and constants together, of these the fewest of the accumulator,
+/// and of these the smallest error, then offset. Results must be monotone.
+///
+/// # Errors
+/// As [`Reference::of`].
+pub fn smallest(config: &ExpConfig, target: Target) -> Result<Option<Found>, ReferenceError> {
+    let reference = Reference::of(config.input)?;
+    let f = config.output_bits;
+    let least = config.input.frac_bits();
+    for sum in (f + least)..=(2 * (f + GUARD)) {
+        for accumulator_bits in f..=(f + GUARD) {
+            let Some(constant_bits) = sum.checked_sub(accumulator_bits) else {
+                continue;
+            };
+            if !(least..=f + GUARD).contains(&constant_bits) {
+                continue;
+            }
+            let best = (-OFFSETS..=OFFSETS)
+                .into_par_iter()
+                .filter_map(|offset| {
+                    let widths = ExpConfig {
+                        accumulator_bits: Some(accumulator_bits),
+                        constant_bits: Some(constant_bits),
+                        offset: Some(offset),
+                        ..config.clone()
+                    };
+                    let twin = ExpTwin::new(&widths);
+                    let max_ulp = largest(&reference, &twin, f, target)?;
+                    Some(Found {
+                        accumulator_bits,
+                        constant_bits,
+                        offset,
+                        max_ulp,
+                    })
+                })
+                .min_by(|a, b| {
+                    let by_error = a.max_ulp.total_cmp(&b.max_ulp);
+                    by_error.then(a.offset.abs().cmp(&b.offset.abs()))
+                });
+            if best.is_some() {
+                return Ok(best);
+            }
+        }
+    }
+    Ok(None)
+}
+
+/// The largest error, unless it misses the target or results are not monotone.
+fn largest(reference: &Reference, twin: &ExpTwin, f: u32, target: Target) -> Option<f64> {
+    let falls = !reference.input().is_signed();
+    let (mut worst, mut before) = (0.0f64, None);
+    for code in reference.codes() {
+        let found = twin.exp(code);
+        worst = worst.max(reference.error(code, found, f).abs());
+        let ordered = before.is_none_or(|b| if falls { found <= b } else { found >= b });
+        if !ordered || !target.is_met(worst) {
+            return None;
+        }
+        before = Some(found);
+    }
+    Some(worst)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// Iterations of which each is built with and without tail.
+    const ITERATIONS: [u32; 5] = [8, 12, 16, 20, 27];
+
+    fn engine(n: u32, tail: bool, f: u32) -> ExpConfig {
+        ExpConfig {
+            iterations: n,
+            tail,
+            output_bits: f,
+            ..ExpConfig::default()
+        }
+    }
+
+    /// The error of the widths that a configuration gets when it names none.
+    fn error(config: &ExpConfig) -> super::super::reference::ExpError {
+        let twin = ExpTwin::new(config);
+        let reference = Reference::of(config.input).unwrap();
+        reference.measure(config.output_bits, |code| twin.exp(code))
+    }
+
+    #[test]
+    fn default_widths_meet_their_targets_over_every_input() {
+        for n in ITERATIONS {
+            for tail in [false, true] {
+                let config = engine(n, tail, 16);
+                let found = error(&config);
+                let target = target(n, tail, 16);
+                let e = config.engine();
+                println!(
+                    "n {n:2} tail {tail:5}: {:.4} ulp, widths {}/{}/{}, {} cycles, {target:?}",
+                    found.max_ulp, e.accumulator_bits, e.constant_bits, e.offset, e.interval
+                );
+                assert!(target.is_met(found.max_ulp), "{n} {tail}: {found:?}");
+                assert!(found.monotone, "{n} {tail}");
+            }
+        }
+        assert!(error(&ExpConfig::default()).max_ulp < 1.0);
+    }
+
+    /// F, n, accumulator, constants, offset, tail, largest error: figures that
+    /// are known from elsewhere for the same recurrence.
+    #[test]
+    fn published_rows_hold_or_are_beaten() {
+        for (f, n, tail, limit) in [
+            (8, 8, false, 1.0),
+            (8, 4, true, 1.0),
+            (12, 12, false, 1.0),
+            (12, 6, true, 1.0),
+            (16, 16, false, 0.973),
+            (16, 8, true, 0.9985),
+            (16, 9, true, 0.6835),
+            (24, 24, false, 1.0),
+            (24, 12, true, 1.0),
+            (16, 27, false, 0.5),
+            (16, 14, true, 0.5),
+            (12, 25, false, 0.5),
+            (12, 13, true, 0.5),
+            (8, 23, false, 0.5),
+            (8, 11, true, 0.5),
+            (24, 18, true, 0.5),
+        ] {
+            let found = error(&engine(n, tail, f));
+            assert!(found.max_ulp <= limit, "F {f} n {n} {tail}: {found:?}");
+            assert!(found.monotone, "F {f} n {n} {tail}");
+        }
+    }
+
+    /// Without its offset the default recipe is above one unit; rounding the
+    /// input by adding in 16 bits overflows where only large inputs show it.
+    #[test]
+    fn naive_forms_fail() {
+        let plain = ExpConfig {
+            accumulator_bits: Some(19),
+            constant_bits: Some(19),
+            offset: Some(0),
+            ..ExpConfig::default()
+        };
+        let found = error(&plain);
+        assert!(found.max_ulp > 1.1, "{found:?}");
+        let reference = Reference::of(ExpConfig::default().input).unwrap();
+        let table = |index: u32| reference.scaled((index << 12) as i32, 16) >> 80;
+        let naive = reference.measure(16, |u| {
+            table(u32::from((u as u16).wrapping_add(2048)) >> 12) as i32
+        });
+        let right = reference.measure(16, |u| table((u as u32 + 2048) >> 12) as i32);
+        assert!(
+            naive.max_ulp > 60_000.0 && right.max_ulp < 20_000.0,
+            "{naive:?} {right:?}"
+        );
+    }
+
+    #[test]
+    #[ignore = "exhaustive; run with make test-full"]
+    fn the_search_finds_the_default_widths() {
+        let both = ITERATIONS.map(|n| [(n, false), (n, true)]);
+        for (n, tail) in both.into_iter().flatten().chain([(14, true)]) {
+            let config = engine(n, tail, 16);
+            let found = smallest(&config, target(n, tail, 16)).unwrap().unwrap();
+            let e = config.engine();
+            assert_eq!(
+                (e.accumulator_bits, e.constant_bits, e.offset),
+                (found.accumulator_bits, found.constant_bits, found.offset),
+                "n {n} tail {tail}: {found:?}"
+            );
+        }
+    }
+}
