@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use potamoi_formats::config::{Config, PAPER_PRESET};
 
+use crate::cost::CostArgs;
 use crate::failure::Failure;
 use crate::render::RenderArgs;
 use crate::verify::VerifyArgs;
@@ -36,6 +37,8 @@ pub(crate) enum Command {
     /// Render a scene in floating point, in the hardware's formats, or through
     /// the simulated hardware
     Render(RenderArgs),
+    /// Measure what accuracy costs in time
+    Cost(CostArgs),
     /// Show which outside tools are here, and what is lost without each
     Doctor(DoctorArgs),
 }

@@ -35,6 +35,8 @@ pub(crate) enum Failure {
     /// A check could not say.
     #[error("{0}")]
     Inconclusive(String),
+    #[error("{0}")]
+    Usage(String),
 }
 
 impl Failure {
@@ -44,7 +46,7 @@ impl Failure {
 
     fn code(&self) -> u8 {
         match self {
-            Self::Config(_) | Self::File(_) | Self::Picture(_) => 2,
+            Self::Config(_) | Self::File(_) | Self::Picture(_) | Self::Usage(_) => 2,
             Self::Netlist(_) | Self::Check(_) => 1,
             Self::Inconclusive(_) => 4,
             Self::Scene(error) => match error.unit() {

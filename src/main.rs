@@ -4,6 +4,7 @@
 //! is missing, 4 inconclusive.
 
 mod cli;
+mod cost;
 mod doctor;
 mod emit;
 mod failure;
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
         cli::Command::Emit(args) => emit::run(&cli.common, args),
         cli::Command::Verify(args) => verify::run(&cli.common, args),
         cli::Command::Render(args) => render::run(&cli.common, args),
+        cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()).map_err(Into::into),
     };
     match done {

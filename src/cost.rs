@@ -1,0 +1,218 @@
+//! `potamoi cost`: accuracy against time. Of the exponential: every input
+//! through the Verilated unit.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use potamoi_formats::config::{Config, ExpForm, ExpOutput};
+use potamoi_formats::fixed::Format;
+use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_golden::units::reference::{ExpError, Reference};
+use potamoi_golden::units::widths::truncation;
+use potamoi_sim::cycles::Stalls;
+use potamoi_sim::rtl::{VectorBatch, VectorUnit};
+use serde::Serialize;
+
+use crate::cli::Common;
+use crate::failure::Failure;
+use crate::files;
+use crate::progress;
+
+#[derive(Debug, Args)]
+pub(crate) struct CostArgs {
+    /// What is measured
+    #[arg(long, value_enum)]
+    unit: Unit,
+    /// Every input with its result and cycles, as CSV: u_code, y_code, cycles
+    #[arg(long, value_name = "FILE")]
+    table: Option<PathBuf>,
+    /// Report as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Unit {
+    /// The vector unit's exponential, over all 65,536 inputs
+    Exp,
+}
+
+/// Version of the JSON report.
+const FORMAT_VERSION: u32 = 1;
+/// Bits of an input that is swept wholly.
+const INPUT_BITS: u32 = 16;
+
+#[derive(Serialize)]
+struct Report {
+    format_version: u32,
+    command: &'static str,
+    unit: &'static str,
+    /// 12 hexadecimal digits.
+    configuration: String,
+    inputs: usize,
+    iterations: u32,
+    tail: bool,
+    /// Fraction bits of accumulator and constants, start of the accumulator.
+    accumulator_bits: u32,
+    constant_bits: u32,
+    offset: i32,
+    output_bits: u32,
+    /// Largest and mean magnitude of the error, in units of the last place.
+    max_ulp: f64,
+    mean_ulp: f64,
+    bias_ulp: f64,
+    /// Input with the largest error.
+    worst_code: i32,
+    /// Results that are not the nearest code.
+    misrounded: u32,
+    monotone: bool,
+    /// The part of it that cutting off after n iterations may cost.
+    truncation_ulp: f64,
+    /// From the acceptance of a vector to its results.
+    latency_cycles: u64,
+    /// From one vector to the next.
+    interval_cycles: f64,
+    lanes: u32,
+    /// In the steady state, of all lanes.
+    exponentials_per_cycle: f64,
+}
+
+pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
+    let config = common.read_config()?;
+    match args.unit {
+        Unit::Exp => exponential(&config, args),
+    }
+}
+
+fn exponential(config: &Config, args: &CostArgs) -> Result<(), Failure> {
+    let exp = &config.vu.exp;
+    check(config)?;
+    let spinner = progress::spinner("every input through the Verilated vector unit");
+    let unit = VectorUnit::build(config)?;
+    let codes: Vec<i32> = (0..1 << INPUT_BITS).collect();
+    let zeros = vec![0; codes.len()];
+    let batch = VectorBatch {
+        op: VectorOp::new(OpCode::Exp),
+        a: &codes,
+        b: &zeros,
+    };
+    let run = unit.run(&[batch], &Stalls::NONE, 0)?;
+    let reference = Reference::of(exp.input).map_err(|e| Failure::Inconclusive(e.to_string()))?;
+    spinner.finish_and_clear();
+    let error: ExpError = reference.measure(exp.output_bits, |u| {
+        run.results.get(u as usize).copied().unwrap_or_default()
+    });
+    let lanes = config.vu.lanes as usize;
+    let latency = |vector: usize| run.vectors.get(vector).map_or(0, |(from, to)| to - from);
+    if let Some(path) = &args.table {
+        let mut text = String::from("u_code,y_code,cycles\n");
+        for (u, y) in codes.iter().zip(&run.results) {
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "{u},{y},{}", latency(*u as usize / lanes));
+        }
+        files::write(path, &text)?;
+    }
+    let (first, last) = (run.vectors.first(), run.vectors.last());
+    let span = last.zip(first).map_or(0, |(last, first)| last.0 - first.0);
+    let interval = span as f64 / (run.vectors.len().max(2) - 1) as f64;
+    let engine = exp.engine();
+    let report = Report {
+        format_version: FORMAT_VERSION,
+        command: "cost",
+        unit: "exp",
+        configuration: config.hash(),
+        inputs: codes.len(),
+        iterations: exp.iterations,
+        tail: exp.tail,
+        accumulator_bits: engine.accumulator_bits,
+        constant_bits: engine.constant_bits,
+        offset: engine.offset,
+        output_bits: exp.output_bits,
+        max_ulp: error.max_ulp,
+        mean_ulp: error.mean,
+        bias_ulp: error.bias,
+        worst_code: error.worst_code,
+        misrounded: error.misrounded,
+        monotone: error.monotone,
+        truncation_ulp: truncation(exp.iterations, exp.tail, exp.output_bits),
+        latency_cycles: latency(0),
+        interval_cycles: interval,
+        lanes: config.vu.lanes,
+        exponentials_per_cycle: lanes as f64 / interval.max(1.0),
+    };
+    print(&report, args);
+    if let Some(path) = &args.json {
+        files::write_json(path, &report)?;
+    }
+    Ok(())
+}
+
+/// The sweep is of exp(-u) in the format of splats.
+fn check(config: &Config) -> Result<(), Failure> {
+    let exp = &config.vu.exp;
+    let refuse = |field: &str, value: String, expected: &str| {
+        Err(Failure::Usage(format!(
+            "cost --unit exp: `{field}` is {value}: expected {expected}"
+        )))
+    };
+    if !config.vu.ops.contains(&OpCode::Exp) {
+        return refuse(
+            "vu.ops",
+            format!("{:?}", config.vu.ops),
+            "\"exp\" among them",
+        );
+    }
+    if exp.form != ExpForm::Restoring {
+        let form = format!("{:?}", exp.form);
+        return refuse("vu.exp.form", form, "the restoring form");
+    }
+    if exp.output != ExpOutput::Alpha {
+        let output = format!("{:?}", exp.output);
+        return refuse("vu.exp.output", output, "the alpha configuration");
+    }
+    if exp.input != Format::unsigned(3, 13) {
+        return refuse(
+            "vu.exp.input",
+            exp.input.to_string(),
+            "U3.13, whose inputs the table lists",
+        );
+    }
+    Ok(())
+}
+
+fn print(report: &Report, args: &CostArgs) {
+    println!(
+        "exponential, configuration {}: n = {}, tail {}, widths {}/{}/{:+}, all {} inputs \
+         through the Verilated unit",
+        report.configuration,
+        report.iterations,
+        if report.tail { "on" } else { "off" },
+        report.accumulator_bits,
+        report.constant_bits,
+        report.offset,
+        report.inputs
+    );
+    println!(
+        "  error: at most {:.4} ulp (input code {}), {:.4} ulp on average, bias {:+.4} ulp \
+         (measured RTL against 120 bits; 1 ulp = 2^-{})",
+        report.max_ulp, report.worst_code, report.mean_ulp, report.bias_ulp, report.output_bits
+    );
+    println!(
+        "  of it, cutting off after n iterations: at most {:.4} ulp (formula)",
+        report.truncation_ulp
+    );
+    println!(
+        "  results not the nearest code: {}; monotone: {}",
+        report.misrounded,
+        if report.monotone { "yes" } else { "no" }
+    );
+    println!(
+        "  latency {} cycles, a vector of {} every {} cycles: {:.2} exponentials a cycle \
+         (measured RTL)",
+        report.latency_cycles, report.lanes, report.interval_cycles, report.exponentials_per_cycle
+    );
+    if let Some(path) = &args.table {
+        println!("  every input, result and latency: {}", path.display());
+    }
+}
