@@ -34,11 +34,11 @@ pub(super) struct GatherCheck<'a> {
 }
 
 /// The beat that comes next.
-struct Expected {
+pub(super) struct Expected {
     group: Group,
-    data: Vec<u32>,
+    pub(super) data: Vec<u32>,
     mask: Vec<u32>,
-    keep: Vec<u32>,
+    pub(super) keep: Vec<u32>,
     keep_mask: Vec<u32>,
 }
 
@@ -145,7 +145,7 @@ const fn list(c: &Counters) -> [u64; 5] {
 }
 
 impl Expected {
-    fn new(work: &GatherWork<'_>, features: &[i16], group: Group) -> Self {
+    pub(super) fn new(work: &GatherWork<'_>, features: &[i16], group: Group) -> Self {
         let (banks, ports, channels) = (work.banks, work.ports, work.channels);
         let halves = banks * ports;
         let mut beat = Self {
