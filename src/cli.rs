@@ -8,6 +8,7 @@ use potamoi_formats::config::{Config, PAPER_PRESET};
 use crate::cost::CostArgs;
 use crate::failure::Failure;
 use crate::render::RenderArgs;
+use crate::trace::TraceArgs;
 use crate::verify::VerifyArgs;
 
 /// Hardware generator, golden models and simulation for neural rendering.
@@ -32,6 +33,8 @@ pub(crate) struct Common {
 pub(crate) enum Command {
     /// Write the Verilog of the units
     Emit(EmitArgs),
+    /// Record what goes through the units for a frame, and what must come out
+    Trace(TraceArgs),
     /// Prove the Verilog equal to the golden models, every bit and every cycle
     Verify(VerifyArgs),
     /// Render a scene in floating point, in the hardware's formats, or through

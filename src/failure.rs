@@ -6,6 +6,8 @@ use std::process::ExitCode;
 use potamoi_formats::config::ConfigError;
 use potamoi_golden::picture::PictureError;
 use potamoi_golden::scene::SceneError;
+use potamoi_golden::trace::TraceError;
+use potamoi_golden::units::UnitError;
 use potamoi_hdl::ir::IrErrors;
 use potamoi_sim::rtl::RtlError;
 use thiserror::Error;
@@ -25,6 +27,11 @@ pub(crate) enum Failure {
     Picture(#[from] PictureError),
     #[error(transparent)]
     Scene(#[from] SceneError),
+    #[error(transparent)]
+    Trace(#[from] TraceError),
+    /// Units that a trace was sent through.
+    #[error("{0}")]
+    Unit(UnitError),
     #[error(transparent)]
     Rtl(#[from] RtlError),
     #[error(transparent)]
@@ -46,13 +53,18 @@ impl Failure {
 
     fn code(&self) -> u8 {
         match self {
-            Self::Config(_) | Self::File(_) | Self::Picture(_) | Self::Usage(_) => 2,
+            Self::Config(_)
+            | Self::File(_)
+            | Self::Trace(_)
+            | Self::Picture(_)
+            | Self::Usage(_) => 2,
             Self::Netlist(_) | Self::Check(_) => 1,
             Self::Inconclusive(_) => 4,
             Self::Scene(error) => match error.unit() {
                 Some(unit) => unit_code(unit),
                 None => 2,
             },
+            Self::Unit(error) => unit_code(&**error),
             Self::Rtl(error) => rtl_code(error),
             Self::Doctor(error) => match error {
                 DoctorError::Missing(_) => 3,

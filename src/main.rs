@@ -12,6 +12,7 @@ mod files;
 mod progress;
 mod render;
 mod scene;
+mod trace;
 mod verify;
 
 use std::process::ExitCode;
@@ -22,6 +23,7 @@ fn main() -> ExitCode {
     let cli = cli::Cli::parse();
     let done = match &cli.command {
         cli::Command::Emit(args) => emit::run(&cli.common, args),
+        cli::Command::Trace(args) => trace::run(&cli.common, args),
         cli::Command::Verify(args) => verify::run(&cli.common, args),
         cli::Command::Render(args) => render::run(&cli.common, args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),

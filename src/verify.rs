@@ -1,14 +1,15 @@
 //! `potamoi verify`: the Verilog against the golden models.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanCount;
 use potamoi_formats::config::Config;
-use potamoi_golden::scene::{FrameCounts, Scene};
-use potamoi_golden::units::Twins;
+use potamoi_golden::scene::Scene;
+use potamoi_golden::trace::Trace;
+use potamoi_golden::units::{Twins, Units};
 use potamoi_sim::rtl::EngineKind;
 use potamoi_sim::verify::{
     Failure as Found, GatherReport, Injection, Settings, VectorReport, Verifier,
@@ -25,6 +26,9 @@ use crate::scene::SceneArgs;
 pub(crate) struct VerifyArgs {
     #[command(flatten)]
     scene: SceneArgs,
+    /// Trace that `potamoi trace` wrote, instead of a scene
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "camera", "width", "height"])]
+    trace: Option<PathBuf>,
     /// What runs the hardware
     #[arg(long, value_enum, default_value_t = Engine::Verilator)]
     engine: Engine,
@@ -88,7 +92,7 @@ impl Engine {
     const fn budget(self) -> [u64; 2] {
         match self {
             Self::Verilator => [100_000, 1_000_000],
-            Self::Interpreter => [2_000, 5_000],
+            Self::Interpreter => [4_000, 20_000],
             Self::Icarus => [300, 1_000],
         }
     }
@@ -112,8 +116,9 @@ struct Report<'a> {
     format_version: u32,
     command: &'static str,
     scene: &'a str,
-    width: u32,
-    height: u32,
+    trace: Option<&'a PathBuf>,
+    width: Option<u32>,
+    height: Option<u32>,
     /// 12 hexadecimal digits.
     configuration: String,
     engine: EngineKind,
@@ -142,23 +147,20 @@ struct Report<'a> {
 
 pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     let config = common.read_config()?;
-    let scene = args.scene.open()?;
     let start = Instant::now();
-    let spinner = progress::spinner("rendering by the golden models");
-    // What the frame holds, so that shares and progress are of a known whole.
-    let frame = scene
-        .render_fixed(&config, &mut Twins::new(&config))?
-        .counts;
+    let spinner = progress::spinner("reading the work");
+    let work = Work::open(args, &config)?;
+    // What there is to do, so that shares and progress are of a known whole.
+    let frame = work.counts(&config)?;
     spinner.finish_and_clear();
-    let settings = settings(args, &frame);
-    let elements: u64 = frame.elements.values().sum();
-    let bar = progress::bar(frame.feature_vectors + elements, "verifying");
+    let settings = settings(args, frame);
+    let bar = progress::bar(frame.iter().sum(), "verifying");
     let mut show = |p: potamoi_sim::verify::Progress| {
         bar.set_position(p.done);
         bar.set_message(format!("{} cycles compared", HumanCount(p.cycles)));
     };
     let mut verifier = Verifier::new(&config, settings, &mut show);
-    let done = scene.render_fixed(&config, &mut verifier);
+    let done = work.run(&config, &mut verifier);
     let (gather, vector) = (
         verifier.gather_report().clone(),
         verifier.vector_report().clone(),
@@ -166,14 +168,15 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     let failure = verifier.failure().cloned();
     bar.finish_and_clear();
     if let (Err(error), None) = (done, &failure) {
-        return Err(error.into());
+        return Err(error);
     }
     let report = Report {
         format_version: FORMAT_VERSION,
         command: "verify",
-        scene: scene.name(),
-        width: scene.camera().width,
-        height: scene.camera().height,
+        scene: work.scene(),
+        trace: args.trace.as_ref(),
+        width: work.size().map(|s| s[0]),
+        height: work.size().map(|s| s[1]),
         configuration: config.hash(),
         engine: args.engine.kind(),
         level: args.level,
@@ -193,15 +196,98 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
         failure: failure.as_ref(),
         seconds: start.elapsed().as_secs_f64(),
     };
-    print(&report, &config, &scene);
+    print(&report, &config);
     if let Some(path) = &args.json {
         files::write_json(path, &report)?;
     }
     verdict(common, args, failure.as_ref())
 }
 
-/// Which share of the frame is verified.
-fn settings(args: &VerifyArgs, frame: &FrameCounts) -> Settings {
+/// What is verified: a frame, or a trace of one.
+enum Work {
+    Scene(Box<Scene>),
+    Trace(PathBuf, Box<Trace>),
+}
+
+impl Work {
+    fn open(args: &VerifyArgs, config: &Config) -> Result<Self, Failure> {
+        Ok(match &args.trace {
+            Some(path) => Self::Trace(path.clone(), Box::new(Trace::read(path, config)?)),
+            None => Self::Scene(Box::new(args.scene.open()?)),
+        })
+    }
+
+    fn scene(&self) -> &str {
+        match self {
+            Self::Scene(scene) => scene.name(),
+            Self::Trace(_, trace) => &trace.scene,
+        }
+    }
+
+    fn size(&self) -> Option<[u32; 2]> {
+        match self {
+            Self::Scene(scene) => Some([scene.camera().width, scene.camera().height]),
+            Self::Trace(..) => None,
+        }
+    }
+
+    /// Feature vectors and elements.
+    fn counts(&self, config: &Config) -> Result<[u64; 2], Failure> {
+        match self {
+            Self::Scene(scene) => {
+                let frame = scene.render_fixed(config, &mut Twins::new(config))?.counts;
+                Ok([frame.feature_vectors, frame.elements.values().sum()])
+            }
+            Self::Trace(_, trace) => {
+                let entries = trace.gathered.iter().map(|g| g.task.entries.len() as u64);
+                let elements = trace.computed.iter().map(|c| c.a.len() as u64);
+                Ok([entries.sum(), elements.sum()])
+            }
+        }
+    }
+
+    fn run(&self, config: &Config, verifier: &mut Verifier<'_>) -> Result<(), Failure> {
+        match self {
+            Self::Scene(scene) => {
+                scene.render_fixed(config, verifier)?;
+                Ok(())
+            }
+            Self::Trace(path, trace) => replay(path, trace, verifier),
+        }
+    }
+}
+
+/// Sends a trace through units that also compute the golden values: those must
+/// be the trace's.
+fn replay(path: &Path, trace: &Trace, units: &mut dyn Units) -> Result<(), Failure> {
+    let differs = |what: &str| {
+        Failure::Check(format!(
+            "trace {}: its {what} differ from the golden model's: it was written by another \
+             version of potamoi; write it again",
+            path.display()
+        ))
+    };
+    let tasks: Vec<_> = trace.gathered.iter().map(|g| g.task.clone()).collect();
+    let mut features = vec![];
+    units.gather(&tasks, &mut features).map_err(Failure::Unit)?;
+    let expected = trace.gathered.iter().flat_map(|g| &g.features);
+    if !features.iter().eq(expected) {
+        return Err(differs("features"));
+    }
+    for computed in &trace.computed {
+        let mut out = vec![0; computed.a.len()];
+        units
+            .vector(computed.op, &computed.a, &computed.b, &mut out)
+            .map_err(Failure::Unit)?;
+        if out != computed.out {
+            return Err(differs("results"));
+        }
+    }
+    Ok(())
+}
+
+/// Which share of the work is verified: of so many feature vectors and elements.
+fn settings(args: &VerifyArgs, [vectors, operations]: [u64; 2]) -> Settings {
     let every = |total: u64, budget: u64| match args.level {
         Level::Full => 1,
         Level::Quick => total.div_ceil(budget).max(1),
@@ -210,8 +296,8 @@ fn settings(args: &VerifyArgs, frame: &FrameCounts) -> Settings {
     Settings {
         engine: args.engine.kind(),
         seed: args.seed,
-        gather_every: every(frame.feature_vectors, samples),
-        vector_every: every(frame.elements.values().sum(), elements),
+        gather_every: every(vectors, samples),
+        vector_every: every(operations, elements),
         inject: args.inject.map(Inject::injection),
         excerpt: Some(args.vcd.clone()),
     }
@@ -247,7 +333,11 @@ fn verdict(common: &Common, args: &VerifyArgs, failure: Option<&Found>) -> Resul
         (None, Some(error)) => println!("  no waveform: {error}"),
         (None, None) => {}
     }
-    let mut again = format!("potamoi verify{}", args.scene.arguments());
+    let work = match &args.trace {
+        Some(path) => format!(" --trace {}", path.display()),
+        None => args.scene.arguments(),
+    };
+    let mut again = format!("potamoi verify{work}");
     again.push_str(&common.arguments());
     for (name, value) in [
         ("engine", args.engine.to_possible_value()),
@@ -265,21 +355,32 @@ fn verdict(common: &Common, args: &VerifyArgs, failure: Option<&Found>) -> Resul
     }))
 }
 
-fn print(report: &Report<'_>, config: &Config, scene: &Scene) {
+fn print(report: &Report<'_>, config: &Config) {
+    let of = match (report.trace, report.width.zip(report.height)) {
+        (Some(trace), _) => format!("{} (trace of {})", trace.display(), report.scene),
+        (None, Some((width, height))) => format!("{} at {width} x {height}", report.scene),
+        (None, None) => report.scene.to_owned(),
+    };
     println!(
-        "{} at {} x {}, configuration {}, engine {}, seed {}",
-        scene.name(),
-        report.width,
-        report.height,
-        report.configuration,
-        report.engine,
-        report.seed
+        "{of}, configuration {}, engine {}, seed {}",
+        report.configuration, report.engine, report.seed
     );
+    if report.failure.is_some() {
+        return;
+    }
+    let measured = match report.engine {
+        EngineKind::Verilator => "measured RTL, Verilator",
+        EngineKind::Interpreter => "measured netlist",
+        EngineKind::Icarus => "measured RTL, Icarus",
+    };
     let (g, v) = (report.gathering_unit, report.vector_unit);
     let count = |n: u64| HumanCount(n).to_string();
     let share = |part: u64, whole: u64| {
         let percent = 100.0 * part as f64 / whole.max(1) as f64;
-        format!("{} of {} ({percent:.1} %)", count(part), count(whole))
+        if part == whole {
+            return format!("all {}", count(whole));
+        }
+        format!("{} of {} ({percent:.2} %)", count(part), count(whole))
     };
     let mut table = Table::new();
     table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
@@ -304,7 +405,7 @@ fn print(report: &Report<'_>, config: &Config, scene: &Scene) {
             count(g.cycles),
             count(v.cycles),
             "cycles".to_owned(),
-            "measured RTL".to_owned(),
+            measured.to_owned(),
         ],
         [
             "predicted".to_owned(),
@@ -318,7 +419,7 @@ fn print(report: &Report<'_>, config: &Config, scene: &Scene) {
             count(g.busy),
             count(v.busy),
             "cycles".to_owned(),
-            "measured RTL".to_owned(),
+            measured.to_owned(),
         ],
         [
             "stalls: FIFO, MFT, RIT".to_owned(),
@@ -327,14 +428,14 @@ fn print(report: &Report<'_>, config: &Config, scene: &Scene) {
                 .join(", "),
             count(v.stall_out),
             "cycles".to_owned(),
-            "measured RTL".to_owned(),
+            measured.to_owned(),
         ],
         [
             "first fill, all runs".to_owned(),
             format!("{} = {}", count(g.fill), count(g.fill_predicted)),
             String::new(),
             "cycles".to_owned(),
-            "RTL = cycle model".to_owned(),
+            format!("{measured} = model"),
         ],
         [
             "compared, every cycle".to_owned(),

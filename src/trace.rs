@@ -1,0 +1,116 @@
+//! `potamoi trace`: what goes through the units for a frame, and what must
+//! come out.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use indicatif::HumanCount;
+use potamoi_golden::trace::Trace;
+use potamoi_golden::units::recorder::Limits;
+use potamoi_sim::rtl::readmemh;
+use serde::Serialize;
+
+use crate::cli::Common;
+use crate::failure::Failure;
+use crate::files;
+use crate::progress;
+use crate::scene::SceneArgs;
+
+#[derive(Debug, Args)]
+pub(crate) struct TraceArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// NPZ file
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Folder for `$readmemh` files and testbenches that read them
+    #[arg(long, value_name = "DIR")]
+    readmemh: Option<PathBuf>,
+    /// RIT entries after which no more MVoxels are kept
+    #[arg(long, value_name = "N", default_value_t = 20_000)]
+    entries: u64,
+    /// Elements of vector operations that are kept at most
+    #[arg(long, value_name = "N", default_value_t = 200_000)]
+    elements: u64,
+    /// Keep the whole frame
+    #[arg(long, conflicts_with_all = ["entries", "elements"])]
+    all: bool,
+    /// Report as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Version of the JSON report.
+const FORMAT_VERSION: u32 = 1;
+
+#[derive(Serialize)]
+struct Report<'a> {
+    format_version: u32,
+    command: &'static str,
+    scene: &'a str,
+    /// 12 hexadecimal digits.
+    configuration: &'a str,
+    mvoxels: usize,
+    /// RIT entries, one feature vector each.
+    samples: usize,
+    operations: usize,
+    elements: usize,
+    bytes: u64,
+}
+
+pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
+    let config = common.read_config()?;
+    let scene = args.scene.open()?;
+    let limits = if args.all {
+        Limits::NONE
+    } else {
+        Limits {
+            entries: args.entries,
+            elements: args.elements,
+        }
+    };
+    let spinner = progress::spinner("recording");
+    let trace = Trace::record(&scene, &config, limits)?;
+    trace.write(&args.out)?;
+    if let Some(folder) = &args.readmemh {
+        spinner.set_message("writing $readmemh files");
+        let files = readmemh(&config, &trace.gathered, &trace.computed)?;
+        for (name, text) in &files.texts {
+            files::write(&folder.join(name), text)?;
+        }
+        files::write_json(&folder.join("memories.json"), &files.memories)?;
+    }
+    spinner.finish_and_clear();
+    let report = Report {
+        format_version: FORMAT_VERSION,
+        command: "trace",
+        scene: &trace.scene,
+        configuration: &trace.configuration,
+        mvoxels: trace.gathered.len(),
+        samples: trace.gathered.iter().map(|g| g.task.entries.len()).sum(),
+        operations: trace.computed.len(),
+        elements: trace.computed.iter().map(|c| c.a.len()).sum(),
+        bytes: std::fs::metadata(&args.out).map_or(0, |m| m.len()),
+    };
+    println!(
+        "{}: {} feature vectors of {} MVoxels, {} elements of {} vector operations, \
+         configuration {}, {} bytes",
+        args.out.display(),
+        HumanCount(report.samples as u64),
+        report.mvoxels,
+        HumanCount(report.elements as u64),
+        report.operations,
+        report.configuration,
+        HumanCount(report.bytes)
+    );
+    if let Some(folder) = &args.readmemh {
+        println!(
+            "{}: $readmemh files, memories.json with their widths, and testbenches",
+            folder.display()
+        );
+    }
+    if let Some(path) = &args.json {
+        files::write_json(path, &report)?;
+    }
+    Ok(())
+}
