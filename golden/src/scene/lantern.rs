@@ -12,8 +12,8 @@ use crate::voxels::{Grid, Layout, VoxelError};
 
 /// Vertices along x, y, z; z points up.
 pub const POINTS: [usize; 3] = [64, 64, 92];
-/// Linear RGB behind the lantern.
-pub const BACKGROUND: [f32; 3] = [0.07, 0.08, 0.12];
+/// Linear RGB behind the lantern; 12 fraction bits hold it exactly.
+pub const BACKGROUND: [f32; 3] = [287.0 / 4096.0, 328.0 / 4096.0, 492.0 / 4096.0];
 
 /// Edge of a voxel: the stone spans the 63 voxels across.
 const VOXEL: f64 = 2.0 / 63.0;

@@ -46,9 +46,9 @@ pub fn cloud() -> Cloud {
 pub fn camera() -> Camera {
     Camera::look_at(
         DVec3::new(2.7, 2.0, 4.3),
-        DVec3::new(0.0, 0.62, 0.0),
+        DVec3::new(0.0, 0.42, 0.0),
         DVec3::Y,
-        40f64.to_radians(),
+        50f64.to_radians(),
         400,
         400,
     )
