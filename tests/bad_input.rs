@@ -1,0 +1,258 @@
+//! What is wrong with an input is said once, clearly, and nothing is written.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{expect, potamoi, stderr};
+
+/// Three Gaussians in front of the default camera.
+fn ply(count: &str, properties: &[&str], rows: &[Vec<f32>]) -> Vec<u8> {
+    let mut bytes =
+        format!("ply\nformat binary_little_endian 1.0\nelement vertex {count}\n").into_bytes();
+    for property in properties {
+        bytes.extend(format!("property float {property}\n").bytes());
+    }
+    bytes.extend(b"end_header\n");
+    for row in rows {
+        for value in row {
+            bytes.extend(value.to_le_bytes());
+        }
+    }
+    bytes
+}
+
+const PROPERTIES: [&str; 14] = [
+    "x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2",
+    "rot_0", "rot_1", "rot_2", "rot_3",
+];
+
+fn rows() -> Vec<Vec<f32>> {
+    (0..3)
+        .map(|i| {
+            let i = i as f32;
+            vec![
+                0.3 * i,
+                0.1,
+                0.2 * i,
+                0.5,
+                0.2 * i,
+                -0.1,
+                2.0,
+                -1.5,
+                -2.0,
+                -1.7,
+                1.0,
+                0.1,
+                0.2,
+                0.0,
+            ]
+        })
+        .collect()
+}
+
+fn render(folder: &Path, code: i32, scene: &str) -> String {
+    let said = expect(
+        folder,
+        code,
+        &[
+            "render", "--scene", scene, "--width", "32", "--out", "p.png",
+        ],
+    );
+    assert_eq!(folder.join("p.png").exists(), code == 0, "{said}");
+    said
+}
+
+#[test]
+fn splat_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let good = ply("3", &PROPERTIES, &rows());
+    let write = |bytes: &[u8]| fs::write(at.join("m.ply"), bytes).unwrap();
+    write(&good);
+    render(at, 0, "m.ply");
+    let picture = fs::read(at.join("p.png")).unwrap();
+    // Properties in another order are the same scene.
+    let order: Vec<usize> = (0..14).rev().collect();
+    let names: Vec<&str> = order.iter().map(|i| PROPERTIES[*i]).collect();
+    let values: Vec<Vec<f32>> = rows()
+        .iter()
+        .map(|row| order.iter().map(|i| row[*i]).collect())
+        .collect();
+    write(&ply("3", &names, &values));
+    render(at, 0, "m.ply");
+    assert_eq!(fs::read(at.join("p.png")).unwrap(), picture);
+    fs::remove_file(at.join("p.png")).unwrap();
+
+    let refused = |bytes: &[u8], expected: &str| {
+        write(bytes);
+        let said = render(at, 2, "m.ply");
+        assert!(said.contains("m.ply") && said.contains(expected), "{said}");
+    };
+    refused(&good[..good.len() - 7], "");
+    refused(&good[..60], "");
+    refused(b"", "");
+    refused(b"no PLY file\n\x00\x01\x02", "");
+    refused(&ply("0", &PROPERTIES, &[]), "");
+    refused(&ply("99999999999999999999", &PROPERTIES, &rows()), "");
+    refused(&ply("4000000000", &PROPERTIES, &rows()), "");
+    refused(&ply("3", &PROPERTIES[..13], &rows()), "rot_3");
+    for (column, name) in [(0, "x"), (6, "opacity"), (8, "scale_1")] {
+        for bad in [f32::NAN, f32::INFINITY] {
+            // Infinite logits are opacities of 0 and 1.
+            if name == "opacity" && bad.is_infinite() {
+                continue;
+            }
+            let mut values = rows();
+            values[1][column] = bad;
+            refused(&ply("3", &PROPERTIES, &values), name);
+        }
+    }
+    let mut huge = b"ply\nformat binary_little_endian 1.0\n".to_vec();
+    for i in 0..300_000 {
+        huge.extend(format!("comment {i} is a long line that says nothing at all\n").bytes());
+    }
+    refused(&huge, "");
+    write(&good);
+}
+
+#[test]
+fn configurations() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for (text, expected) in [
+        ("[gu]\nbnks = 32\n", "gu.bnks"),
+        ("[gu]\nbanks = \"many\"\n", "gu.banks"),
+        ("[gu]\nbanks = 65\n", "gu.banks"),
+        ("[gu\n", "c.toml"),
+        ("\u{0}\u{1}", "c.toml"),
+    ] {
+        fs::write(at.join("c.toml"), text).unwrap();
+        for command in [
+            vec!["emit", "--out", "rtl"],
+            vec!["verify", "--width", "16"],
+            vec!["render", "--width", "16", "--out", "p.png"],
+            vec!["trace", "--width", "16", "--out", "t.npz"],
+            vec!["cost", "--unit", "exp"],
+        ] {
+            let said = expect(at, 2, &[command, vec!["--config", "c.toml"]].concat());
+            assert!(said.contains(expected), "{said}");
+        }
+    }
+    let said = expect(at, 2, &["emit", "--out", "rtl", "--config", "none.toml"]);
+    assert!(said.contains("none.toml"), "{said}");
+    assert_eq!(fs::read_dir(at).unwrap().count(), 1, "nothing was written");
+    // A configuration that splats do not fit.
+    fs::write(at.join("c.toml"), "[gu]\nfeature_bits = 12\n").unwrap();
+    let said = expect(
+        at,
+        2,
+        &[
+            "render", "--width", "16", "--out", "p.png", "--config", "c.toml",
+        ],
+    );
+    assert!(said.contains("gu.feature_bits"), "{said}");
+}
+
+#[test]
+fn folders_that_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::write(at.join("file"), "").unwrap();
+    for command in [
+        vec!["emit", "--out", "file/rtl"],
+        vec!["render", "--width", "16", "--out", "file/p.png"],
+        vec!["trace", "--width", "16", "--out", "file/t.npz"],
+        vec![
+            "trace",
+            "--width",
+            "16",
+            "--out",
+            "t.npz",
+            "--readmemh",
+            "file/hex",
+        ],
+        vec!["cost", "--unit", "exp", "--table", "file/e.csv"],
+        vec!["verify", "--width", "16", "--json", "file/r.json"],
+        vec!["doctor", "--json", "file/d.json"],
+    ] {
+        let said = expect(at, 2, &command);
+        assert!(said.contains("file/"), "{said}");
+    }
+}
+
+#[test]
+fn missing_tools() {
+    let folder = tempfile::tempdir().unwrap();
+    for (command, tool) in [
+        (vec!["verify", "--width", "16"], "verilator"),
+        (
+            vec!["verify", "--width", "16", "--engine", "icarus"],
+            "iverilog",
+        ),
+        (
+            vec![
+                "render",
+                "--width",
+                "16",
+                "--numerics",
+                "rtl",
+                "--out",
+                "p.png",
+            ],
+            "verilator",
+        ),
+        (vec!["cost", "--unit", "exp"], "verilator"),
+        (vec!["doctor"], "verilator"),
+    ] {
+        let done = potamoi()
+            .current_dir(folder.path())
+            .env_clear()
+            .env("PATH", folder.path())
+            .env("HOME", folder.path())
+            .args(&command)
+            .output()
+            .unwrap();
+        let said = stderr(&done);
+        assert_eq!(done.status.code(), Some(3), "{command:?}: {said}");
+        assert!(said.contains(tool), "{command:?}: {said}");
+    }
+    // What needs no tool works without.
+    let done = potamoi()
+        .current_dir(folder.path())
+        .env_clear()
+        .env("PATH", folder.path())
+        .args(["verify", "--width", "16", "--engine", "interpreter"])
+        .output()
+        .unwrap();
+    assert!(done.status.success(), "{}", stderr(&done));
+}
+
+#[test]
+fn scenes_and_arguments() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::write(
+        at.join("s.toml"),
+        "[model]\nkind = \"builtin\"\nname = \"garden\"\nsize = 3\n",
+    )
+    .unwrap();
+    for (scene, expected) in [
+        ("mars", "garden, lantern"),
+        ("none.ply", "none.ply"),
+        ("s.toml", "size"),
+    ] {
+        let said = render(at, 2, scene);
+        assert!(said.contains(expected), "{said}");
+    }
+    let said = expect(at, 2, &["render", "--width", "0", "--out", "p.png"]);
+    assert!(said.contains("width is 0"), "{said}");
+    let said = expect(
+        at,
+        2,
+        &["render", "--camera", "none.json", "--out", "p.png"],
+    );
+    assert!(said.contains("none.json"), "{said}");
+}

@@ -1,0 +1,117 @@
+//! `potamoi render` and `potamoi cost` from end to end.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod common;
+
+use common::{expect, json, potamoi};
+
+#[test]
+fn the_hardware_renders_the_fixed_picture_and_counts_its_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for scene in ["garden", "lantern"] {
+        for numerics in ["float", "fixed", "rtl"] {
+            let (out, report) = (format!("{numerics}.png"), format!("{numerics}.json"));
+            expect(
+                at,
+                0,
+                &[
+                    "render",
+                    "--scene",
+                    scene,
+                    "--width",
+                    "64",
+                    "--numerics",
+                    numerics,
+                    "--out",
+                    &out,
+                    "--json",
+                    &report,
+                ],
+            );
+        }
+        let read = |name: &str| std::fs::read(at.join(name)).unwrap();
+        assert_eq!(read("fixed.png"), read("rtl.png"), "{scene}");
+        let [float, fixed, rtl] =
+            ["float", "fixed", "rtl"].map(|n| json(&at.join(format!("{n}.json"))));
+        assert_eq!(rtl["format_version"], 1);
+        // The units count what the renderer says the frame needs.
+        assert_eq!(
+            rtl["units"]["feature_vectors"],
+            rtl["frame"]["feature_vectors"]
+        );
+        assert_eq!(rtl["units"]["elements"], rtl["frame"]["elements"]);
+        assert_eq!(rtl["units"], fixed["units"]);
+        assert_eq!(rtl["psnr_db"], fixed["psnr_db"]);
+        assert!(rtl["psnr_db"].as_f64().unwrap() > 80.0, "{rtl}");
+        assert!(rtl["cycles"]["gather"].as_u64().unwrap() > 100, "{rtl}");
+        assert!(
+            float["psnr_db"].is_null() && float["units"].is_null(),
+            "{float}"
+        );
+    }
+}
+
+/// One thread or many, the same bytes.
+#[test]
+fn threads_change_no_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |threads: &str, scene: &str| {
+        let done = potamoi()
+            .current_dir(folder.path())
+            .env("RAYON_NUM_THREADS", threads)
+            .args([
+                "render", "--scene", scene, "--width", "90", "--out", "p.png",
+            ])
+            .output()
+            .unwrap();
+        assert!(done.status.success());
+        std::fs::read(folder.path().join("p.png")).unwrap()
+    };
+    for scene in ["garden", "lantern"] {
+        assert_eq!(render("1", scene), render("7", scene), "{scene}");
+    }
+}
+
+#[test]
+fn every_exponential_is_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let said = expect(
+        at,
+        0,
+        &[
+            "cost", "--unit", "exp", "--table", "e.csv", "--json", "r.json",
+        ],
+    );
+    assert!(
+        said.contains("0.9728 ulp") && said.contains("monotone: yes"),
+        "{said}"
+    );
+    let table = std::fs::read_to_string(at.join("e.csv")).unwrap();
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("u_code,y_code,cycles"));
+    let mut count = 0;
+    for (u, line) in lines.enumerate() {
+        let fields: Vec<i64> = line.split(',').map(|f| f.parse().unwrap()).collect();
+        assert_eq!((fields.len(), fields[0]), (3, u as i64));
+        let exact = ((-(u as f64) / 8192.0).exp() * 65_536.0).min(65_535.0);
+        assert!((fields[1] as f64 - exact).abs() < 1.0, "{line}");
+        assert_eq!(fields[2], 21, "{line}");
+        count += 1;
+    }
+    assert_eq!(count, 65_536);
+    let r = json(&at.join("r.json"));
+    assert_eq!(
+        (&r["format_version"], &r["inputs"]),
+        (&1.into(), &65_536.into())
+    );
+    assert!(r["max_ulp"].as_f64().unwrap() < 1.0);
+    std::fs::write(
+        at.join("g.toml"),
+        "[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"\n",
+    )
+    .unwrap();
+    let said = expect(at, 2, &["cost", "--unit", "exp", "--config", "g.toml"]);
+    assert!(said.contains("vu.exp.output"), "{said}");
+}

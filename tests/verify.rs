@@ -1,0 +1,180 @@
+//! `potamoi verify` and `potamoi trace` from end to end.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod common;
+
+use common::{expect, json};
+
+#[test]
+fn both_built_in_scenes_agree_in_every_bit_and_cycle() {
+    let folder = tempfile::tempdir().unwrap();
+    for scene in ["garden", "lantern"] {
+        let said = expect(
+            folder.path(),
+            0,
+            &[
+                "verify", "--scene", scene, "--width", "64", "--level", "full", "--json", "r.json",
+            ],
+        );
+        assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
+        let r = json(&folder.path().join("r.json"));
+        assert_eq!(r["format_version"], 1);
+        assert_eq!(r["mismatches"], 0);
+        assert_eq!(r["engine"], "verilator");
+        assert_eq!(r["cycles"], r["cycles_predicted"]);
+        let n = |field: &str| r[field].as_u64().unwrap();
+        let stalls = n("stall_fifo") + n("stall_mft") + n("stall_rit");
+        assert_eq!(n("cycles"), n("busy") + stalls);
+        assert!(n("samples") > 500 && n("vectors") > 500, "{r}");
+        assert_eq!(
+            r["gathering_unit"]["samples"],
+            r["gathering_unit"]["samples_total"]
+        );
+        assert_eq!(
+            r["vector_unit"]["elements"],
+            r["vector_unit"]["elements_total"]
+        );
+        assert_eq!(r["configuration"].as_str().unwrap().len(), 12);
+    }
+    // Nothing but what was asked for.
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn an_injected_fault_is_found_with_its_first_cycle() {
+    let folder = tempfile::tempdir().unwrap();
+    for fault in ["bit", "bubble", "weight"] {
+        let said = expect(
+            folder.path(),
+            1,
+            &[
+                "verify", "--scene", "lantern", "--width", "32", "--inject", fault, "--vcd",
+                "w.vcd", "--json", "r.json",
+            ],
+        );
+        assert!(
+            said.contains("MISMATCH in gathering_unit, cycle "),
+            "{said}"
+        );
+        assert!(
+            said.contains("expected ") && said.contains("found "),
+            "{said}"
+        );
+        let again = format!("--inject {fault} --seed 1");
+        assert!(
+            said.contains("again: potamoi verify --scene lantern --width 32"),
+            "{said}"
+        );
+        assert!(said.contains(&again), "{said}");
+        let r = json(&folder.path().join("r.json"));
+        assert_eq!(r["mismatches"], 1);
+        let cycle = r["failure"]["mismatch"]["cycle"].as_u64().unwrap();
+        assert!(said.contains(&format!("cycle {cycle}:")), "{said}");
+        assert!(
+            std::fs::metadata(folder.path().join("w.vcd"))
+                .unwrap()
+                .len()
+                > 1000
+        );
+        std::fs::remove_file(folder.path().join("w.vcd")).unwrap();
+    }
+    // Single ids have no weights: nothing can be found, and that is no pass.
+    let said = expect(
+        folder.path(),
+        4,
+        &[
+            "verify", "--scene", "garden", "--width", "32", "--inject", "weight",
+        ],
+    );
+    assert!(said.contains("was not found"), "{said}");
+}
+
+#[test]
+fn a_trace_is_verified_without_its_scene_and_refused_when_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let trace = [
+        "trace", "--scene", "lantern", "--width", "40", "--out", "t.npz",
+    ];
+    let said = expect(at, 0, &trace);
+    assert!(said.contains("feature vectors"), "{said}");
+    let said = expect(at, 0, &["verify", "--trace", "t.npz", "--level", "full"]);
+    assert!(
+        said.contains("trace of lantern") && said.contains("no mismatch"),
+        "{said}"
+    );
+    let bytes = std::fs::read(at.join("t.npz")).unwrap();
+    expect(at, 0, &trace);
+    assert_eq!(
+        std::fs::read(at.join("t.npz")).unwrap(),
+        bytes,
+        "the same bytes again"
+    );
+
+    std::fs::write(at.join("other.toml"), "[gu]\nports = 4\n").unwrap();
+    let said = expect(
+        at,
+        2,
+        &["verify", "--trace", "t.npz", "--config", "other.toml"],
+    );
+    assert!(said.contains("is of configuration"), "{said}");
+    std::fs::write(at.join("cut.npz"), &bytes[..bytes.len() / 2]).unwrap();
+    let said = expect(at, 2, &["verify", "--trace", "cut.npz"]);
+    assert!(said.contains("cut.npz"), "{said}");
+    let mut changed = bytes.clone();
+    let middle = changed.len() / 2;
+    changed[middle] ^= 1;
+    std::fs::write(at.join("changed.npz"), &changed).unwrap();
+    let said = expect(at, 2, &["verify", "--trace", "changed.npz"]);
+    assert!(said.contains("array `"), "{said}");
+}
+
+#[test]
+fn other_engines_agree_on_a_share() {
+    let folder = tempfile::tempdir().unwrap();
+    for engine in ["interpreter", "icarus"] {
+        let said = expect(
+            folder.path(),
+            0,
+            &[
+                "verify", "--scene", "garden", "--width", "48", "--engine", engine,
+            ],
+        );
+        assert!(
+            said.contains("no mismatch") && said.contains(engine),
+            "{said}"
+        );
+    }
+}
+
+/// The real scenes: every gather of a 400 x 400 frame.
+#[test]
+fn real_splats_agree_in_every_gather() {
+    let Some(data) = common::shared() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let camera = data.join("cameras/camera_playbot_31k_800.json");
+    for (file, samples) in [("playbot_8k.ply", 60_000), ("playbot_31k.ply", 120_000)] {
+        let scene = data.join("splats").join(file);
+        let trace = [
+            "verify",
+            "--scene",
+            scene.to_str().unwrap(),
+            "--camera",
+            camera.to_str().unwrap(),
+            "--width",
+            "400",
+            "--json",
+            "r.json",
+        ];
+        let said = expect(folder.path(), 0, &trace);
+        assert!(said.contains("no mismatch"), "{said}");
+        let r = json(&folder.path().join("r.json"));
+        assert!(r["samples"].as_u64().unwrap() > samples / 2, "{r}");
+        assert!(
+            r["gathering_unit"]["samples_total"].as_u64().unwrap() > samples,
+            "{r}"
+        );
+    }
+}
