@@ -12,7 +12,7 @@ help:
 	  'make demo       emit, verify and render the built-in scenes on simulated hardware' \
 	  'make test       all checks of a change: formatting, lints, tests, checked-in Verilog' \
 	  'make test-full  also the exhaustive tests, the rust-hdl bridge, and that the benches build' \
-	  'make refresh    regenerate rtl_out/ and the snapshots, to be reviewed with git diff' \
+	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
 	  'make lint       formatting and lints alone' \
 	  'make bench      the benchmarks' \
 	  'make setup      install what is missing (tools/setup --check only reports)'
@@ -56,9 +56,14 @@ refresh: setup
 	cargo run --locked --release --quiet -- emit --out out/refresh
 	rm -rf rtl_out
 	mv out/refresh rtl_out
+	$(call step,pictures of the documents)
+	for scene in garden lantern; do \
+	  cargo run --locked --release --quiet -- render --scene $$scene --numerics rtl \
+	    --out docs/images/$$scene.png || exit 1; \
+	done
 	$(call step,snapshots)
 	INSTA_UPDATE=always INSTA_FORCE_PASS=1 TRYCMD=overwrite cargo test --locked --quiet
-	@git status --short -- rtl_out ':(glob)**/*.snap' ':(glob)tests/**'
+	@git status --short -- rtl_out docs/images ':(glob)**/*.snap' ':(glob)tests/**'
 
 bench: setup
 	cargo bench --locked

@@ -1,6 +1,5 @@
 //! Files that are whole or not there.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -12,22 +11,16 @@ pub(crate) struct FileError {
     source: std::io::Error,
 }
 
-/// Writes to a temporary name in the same folder, then renames.
+/// Writes whole or not at all; makes the folder.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), FileError> {
     let fail = |source| FileError {
         path: path.to_owned(),
         source,
     };
-    let folder = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
-    std::fs::create_dir_all(folder).map_err(fail)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
-    file.write_all(text.as_bytes()).map_err(fail)?;
-    readable(file.as_file()).map_err(fail)?;
-    file.persist(path).map_err(|e| fail(e.error))?;
-    Ok(())
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(fail)?;
+    }
+    potamoi_golden::files::write(path, text.as_bytes()).map_err(fail)
 }
 
 /// Writes a report as JSON.
@@ -38,16 +31,4 @@ pub(crate) fn write_json(path: &Path, report: &impl serde::Serialize) -> Result<
     })?;
     text.push('\n');
     write(path, &text)
-}
-
-/// Temporary files are private; what is written for others should not be.
-#[cfg(unix)]
-fn readable(file: &std::fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt as _;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn readable(_: &std::fs::File) -> std::io::Result<()> {
-    Ok(())
 }

@@ -369,9 +369,8 @@ fn print(report: &Report<'_>, config: &Config) {
         return;
     }
     let measured = match report.engine {
-        EngineKind::Verilator => "measured RTL, Verilator",
-        EngineKind::Interpreter => "measured netlist",
-        EngineKind::Icarus => "measured RTL, Icarus",
+        EngineKind::Verilator | EngineKind::Icarus => "RTL",
+        EngineKind::Interpreter => "netlist",
     };
     let (g, v) = (report.gathering_unit, report.vector_unit);
     let count = |n: u64| HumanCount(n).to_string();
@@ -390,7 +389,7 @@ fn print(report: &Report<'_>, config: &Config) {
             "compared, every bit".to_owned(),
             share(g.samples, g.samples_total),
             share(v.elements, v.elements_total),
-            "feature vectors, elements".to_owned(),
+            "vectors, elements".to_owned(),
             "golden model".to_owned(),
         ],
         [
@@ -435,7 +434,7 @@ fn print(report: &Report<'_>, config: &Config) {
             format!("{} = {}", count(g.fill), count(g.fill_predicted)),
             String::new(),
             "cycles".to_owned(),
-            format!("{measured} = model"),
+            format!("{measured}, model"),
         ],
         [
             "compared, every cycle".to_owned(),

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::files;
+
 /// A picture in linear RGB, unquantised.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
@@ -83,16 +85,9 @@ impl Picture {
             .flatten()
             .map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8)
             .collect();
-        let folder = match path.parent() {
-            Some(p) if !p.as_os_str().is_empty() => p,
-            _ => Path::new("."),
-        };
-        let mut file = tempfile::Builder::new()
-            .prefix(".picture")
-            .tempfile_in(folder)
-            .map_err(|e| fail(e.into()))?;
+        let mut png = std::io::Cursor::new(vec![]);
         image::write_buffer_with_format(
-            file.as_file_mut(),
+            &mut png,
             &bytes,
             self.width,
             self.height,
@@ -100,7 +95,6 @@ impl Picture {
             image::ImageFormat::Png,
         )
         .map_err(|e| fail(e.into()))?;
-        file.persist(path).map_err(|e| fail(e.error.into()))?;
-        Ok(())
+        files::write(path, png.get_ref()).map_err(|e| fail(e.into()))
     }
 }

@@ -18,7 +18,6 @@ mod error;
 #[cfg(test)]
 mod tests;
 
-use std::io::Write as _;
 use std::path::Path;
 
 use potamoi_formats::config::Config;
@@ -27,6 +26,7 @@ use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::{OpCode, VectorOp};
 use serde::{Deserialize, Serialize};
 
+use crate::files;
 use crate::scene::{Scene, SceneError};
 use crate::units::recorder::{Computed, Gathered, Limits, Recorder};
 use crate::units::{GatherTask, Twins};
@@ -168,17 +168,7 @@ impl Trace {
             path: path.to_owned(),
             problem,
         })?;
-        let folder = match path.parent() {
-            Some(p) if !p.as_os_str().is_empty() => p,
-            _ => Path::new("."),
-        };
-        let mut file = tempfile::Builder::new()
-            .permissions(readable())
-            .tempfile_in(folder)
-            .map_err(fail)?;
-        file.write_all(&bytes).map_err(fail)?;
-        file.persist(path).map_err(|e| fail(e.error))?;
-        Ok(())
+        files::write(path, &bytes).map_err(fail)
     }
 
     /// Reads a trace that was written for `config`.
@@ -369,10 +359,4 @@ fn operation(code: u32, shift: u32, rounding: u32) -> Option<VectorOp> {
         shift,
         rounding,
     })
-}
-
-/// Temporary files are private; what is written for others should not be.
-fn readable() -> std::fs::Permissions {
-    use std::os::unix::fs::PermissionsExt as _;
-    std::fs::Permissions::from_mode(0o644)
 }

@@ -1,0 +1,89 @@
+//! Dependencies point one way, and unsafe code stays in one place.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+/// Crates of this workspace that one of them builds on, directly or not.
+fn below(package: &str) -> BTreeSet<String> {
+    let done = Command::new(env!("CARGO"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args([
+            "tree",
+            "--locked",
+            "--offline",
+            "--edges",
+            "normal,build",
+            "--prefix",
+            "none",
+        ])
+        .args(["--package", package])
+        .output()
+        .unwrap();
+    let error = String::from_utf8_lossy(&done.stderr);
+    assert!(done.status.success(), "{error}");
+    let text = String::from_utf8(done.stdout).unwrap();
+    let names = text.lines().filter_map(|l| l.split(' ').next());
+    names
+        .filter(|n| n.starts_with("potamoi") && *n != package)
+        .map(str::to_owned)
+        .collect()
+}
+
+fn set(names: &[&str]) -> BTreeSet<String> {
+    names.iter().map(|n| (*n).to_owned()).collect()
+}
+
+#[test]
+fn generator_and_oracle_never_meet() {
+    assert_eq!(below("potamoi-formats"), set(&[]));
+    assert_eq!(below("potamoi-hdl"), set(&["potamoi-formats"]));
+    assert_eq!(below("potamoi-golden"), set(&["potamoi-formats"]));
+    assert_eq!(below("potamoi-verilated"), set(&[]));
+    assert_eq!(
+        below("potamoi-sim"),
+        set(&[
+            "potamoi-formats",
+            "potamoi-golden",
+            "potamoi-hdl",
+            "potamoi-verilated"
+        ])
+    );
+    assert_eq!(
+        below("potamoi-rust-hdl"),
+        set(&["potamoi-formats", "potamoi-hdl"])
+    );
+}
+
+/// Every Rust file below a folder, build output left out.
+fn sources(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.is_dir() && name != "target" && name != "out" && !name.starts_with('.') {
+            sources(&path, found);
+        } else if name.ends_with(".rs") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn unsafe_code_is_in_the_verilator_binding_alone() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = vec![];
+    sources(root, &mut files);
+    assert!(files.len() > 100);
+    let opening = concat!("un", "safe {");
+    let allowing = concat!("allow(un", "safe_code");
+    let mut inside = 0;
+    for path in files {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let has = text.contains(opening) || text.contains(allowing);
+        let binding = path.starts_with(root.join("sim/verilated"));
+        assert!(!has || binding, "{}", path.display());
+        inside += usize::from(has);
+    }
+    assert!(inside > 0, "the search finds what there is");
+}
