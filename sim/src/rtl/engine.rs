@@ -47,6 +47,43 @@ pub(super) trait Engine {
     }
 }
 
+/// Passes the port accesses of an engine on to the one within.
+macro_rules! pass_on {
+    ($port:ty) => {
+        type Port = $port;
+
+        fn port(&self, name: &str) -> Result<Self::Port, RtlError> {
+            self.inner.port(name)
+        }
+
+        fn words(&self, port: Self::Port) -> usize {
+            self.inner.words(port)
+        }
+
+        fn set(&mut self, port: Self::Port, value: u64) -> Result<(), RtlError> {
+            self.inner.set(port, value)
+        }
+
+        fn get(&self, port: Self::Port) -> Result<u64, RtlError> {
+            self.inner.get(port)
+        }
+
+        fn set_words(&mut self, port: Self::Port, value: &[u32]) -> Result<(), RtlError> {
+            self.inner.set_words(port, value)
+        }
+
+        fn get_words(&self, port: Self::Port, value: &mut [u32]) -> Result<(), RtlError> {
+            self.inner.get_words(port, value)
+        }
+
+        fn unknown(&self, port: Self::Port) -> Option<&[u32]> {
+            self.inner.unknown(port)
+        }
+    };
+}
+
+pub(super) use pass_on;
+
 /// A Verilated model and its clock.
 pub(super) struct Verilated {
     pub(super) model: Model,
@@ -164,6 +201,30 @@ impl std::fmt::Display for EngineKind {
     }
 }
 
+/// Keeps the inputs of every clock.
+struct Recording {
+    inner: Verilated,
+    inputs: Vec<PortId>,
+    words: Vec<u32>,
+}
+
+impl Engine for Recording {
+    pass_on!(PortId);
+
+    fn settle(&mut self) -> Result<(), RtlError> {
+        for &port in &self.inputs {
+            let at = self.words.len();
+            self.words.resize(at + port.words(), 0);
+            self.inner.get_words(port, &mut self.words[at..])?;
+        }
+        self.inner.settle()
+    }
+
+    fn edge(&mut self) -> Result<(), RtlError> {
+        self.inner.edge()
+    }
+}
+
 /// A module ready to run on an engine, as often as wanted.
 pub(super) struct Runner {
     module: Arc<Module>,
@@ -204,6 +265,29 @@ impl Runner {
             Program::Interpreter => job.run(&mut Interpreter::new(&self.module, seed)),
             Program::Icarus(program) => job.run(&mut program.start()?),
         }
+    }
+
+    /// Runs a job and records the inputs of these names, in this order, of
+    /// every clock, those in reset included.
+    pub(super) fn run_recorded<J: Job>(
+        &self,
+        seed: u64,
+        inputs: &[&str],
+        job: J,
+    ) -> Result<Vec<u32>, RtlError> {
+        let library = compile(&self.module, false)?;
+        let inner = Verilated::new(&library, seed)?;
+        let inputs = inputs
+            .iter()
+            .map(|name| Engine::port(&inner, name))
+            .collect::<Result<_, _>>()?;
+        let mut recording = Recording {
+            inner,
+            inputs,
+            words: vec![],
+        };
+        job.run(&mut recording)?;
+        Ok(recording.words)
     }
 
     /// The same, and dumps a window of it: of a Verilated model every signal,

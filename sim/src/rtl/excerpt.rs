@@ -8,7 +8,7 @@ use std::sync::Arc;
 use potamoi_hdl::ir::Module;
 use vcd::{IdCode, TimescaleUnit, Value, Writer};
 
-use super::engine::{Engine, Verilated};
+use super::engine::{Engine, Verilated, pass_on};
 use super::gather_drive::{GatherSeen, GatherWatch};
 use super::model::RtlError;
 use super::vector::{VectorSeen, VectorWatch};
@@ -114,41 +114,6 @@ impl TracedModel {
             open: false,
         }
     }
-}
-
-/// Passes the port accesses of an engine on to the one within.
-macro_rules! pass_on {
-    ($port:ty) => {
-        type Port = $port;
-
-        fn port(&self, name: &str) -> Result<Self::Port, RtlError> {
-            self.inner.port(name)
-        }
-
-        fn words(&self, port: Self::Port) -> usize {
-            self.inner.words(port)
-        }
-
-        fn set(&mut self, port: Self::Port, value: u64) -> Result<(), RtlError> {
-            self.inner.set(port, value)
-        }
-
-        fn get(&self, port: Self::Port) -> Result<u64, RtlError> {
-            self.inner.get(port)
-        }
-
-        fn set_words(&mut self, port: Self::Port, value: &[u32]) -> Result<(), RtlError> {
-            self.inner.set_words(port, value)
-        }
-
-        fn get_words(&self, port: Self::Port, value: &mut [u32]) -> Result<(), RtlError> {
-            self.inner.get_words(port, value)
-        }
-
-        fn unknown(&self, port: Self::Port) -> Option<&[u32]> {
-            self.inner.unknown(port)
-        }
-    };
 }
 
 impl Engine for TracedModel {

@@ -84,6 +84,25 @@ impl GatherUnit {
         })
     }
 
+    /// What the inputs of these names hold in every clock of a run, reset
+    /// included: 32-bit words, input after input, clock after clock. For
+    /// measuring other drivers of the Verilated unit with the same stimulus.
+    ///
+    /// # Errors
+    /// As [`GatherUnit::run`].
+    pub fn stimulus(
+        &self,
+        tasks: &[GatherTask],
+        stalls: &Stalls,
+        seed: u64,
+        inputs: &[&str],
+    ) -> Result<Vec<u32>, RtlError> {
+        let work = GatherWork::new(&self.config, tasks)?;
+        let mut collect = Collect::new(&work);
+        let drive = self.drive(&work, stalls, seed, 0, &mut collect)?;
+        self.runner.run_recorded(seed, inputs, drive)
+    }
+
     /// Runs under a watch, and `drain` cycles more after the last beat.
     pub(super) fn watch(
         &self,

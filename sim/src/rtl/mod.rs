@@ -23,7 +23,7 @@ pub use gather::{GatherRun, GatherUnit};
 pub use gather_drive::GatherTotals;
 pub use gather_work::{GatherWork, StreamError};
 pub use mismatch::Mismatch;
-pub use model::{RtlError, compile};
+pub use model::{RtlError, compile, model};
 pub use readmemh::{MemoryFile, ReadmemhFiles, readmemh};
 pub(crate) use units::runs;
 pub use units::{RtlCycles, RtlUnits};

@@ -72,7 +72,13 @@ pub enum RtlError {
 pub fn compile(module: &Arc<Module>, traced: bool) -> Result<Library, RtlError> {
     let tools = Toolchain::detect()?;
     let trace = if traced { Trace::Vcd } else { Trace::Off };
-    let mut builder = ModelBuilder::new(module.name()).trace(trace);
+    Ok(model(module).trace(trace).build(&tools)?)
+}
+
+/// The module's Verilog with its ports, ready to be built.
+#[must_use]
+pub fn model(module: &Arc<Module>) -> ModelBuilder {
+    let mut builder = ModelBuilder::new(module.name());
     for (file, text) in verilog(module, &Header::default()) {
         builder = builder.source(file, text);
     }
@@ -90,5 +96,5 @@ pub fn compile(module: &Arc<Module>, traced: bool) -> Result<Library, RtlError> 
         };
         builder = builder.port(port.name, port.ty.width, direction);
     }
-    Ok(builder.build(&tools)?)
+    builder
 }

@@ -252,7 +252,53 @@ fn shim(members: &[Member]) -> String {
              return (void*)&t.{cpp};"
         );
     }
+    let (load, store) = packed(members);
     SHIM.replace("@PORTS@", &cases)
+        .replace("@LOAD@", &load)
+        .replace("@STORE@", &store)
+}
+
+/// Assignments of all inputs from packed words, and of packed words from all outputs.
+fn packed(members: &[Member]) -> (String, String) {
+    let (mut load, mut store) = (String::new(), String::new());
+    let (mut from, mut to) = (0, 0);
+    for m in members {
+        let (cpp, bits, words) = (&m.cpp, m.port.bits, m.port.words());
+        let over = bits % 32;
+        let mask = if over == 0 { u32::MAX } else { (1 << over) - 1 };
+        if m.port.dir == crate::Direction::Input {
+            let last = from + words - 1;
+            let _ = match bits {
+                0..=32 => writeln!(load, "        t.{cpp} = in[{from}] & {mask:#x}u;"),
+                33..=64 => writeln!(
+                    load,
+                    "        t.{cpp} = in[{from}] | uint64_t{{in[{last}] & {mask:#x}u}} << 32;"
+                ),
+                _ => writeln!(
+                    load,
+                    "        std::memcpy(&t.{cpp}[0], in + {from}, sizeof t.{cpp}); \
+                     t.{cpp}[{}] &= {mask:#x}u;",
+                    words - 1
+                ),
+            };
+            from += words;
+        } else {
+            let _ = match bits {
+                0..=32 => writeln!(store, "        out[{to}] = t.{cpp};"),
+                33..=64 => writeln!(
+                    store,
+                    "        out[{to}] = uint32_t(t.{cpp}); out[{}] = uint32_t(t.{cpp} >> 32);",
+                    to + 1
+                ),
+                _ => writeln!(
+                    store,
+                    "        std::memcpy(out + {to}, &t.{cpp}[0], sizeof t.{cpp});"
+                ),
+            };
+            to += words;
+        }
+    }
+    (load, store)
 }
 
 fn note(port: &Port) -> String {

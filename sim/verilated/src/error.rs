@@ -18,6 +18,21 @@ pub enum Error {
         /// How to get it.
         remedy: &'static str,
     },
+    /// Packed words of a wrong number.
+    #[error(
+        "cycle of {top}: {inputs} words of inputs and {outputs} of outputs: expected {} and {}; \
+         all ports in order, the clock included", expected[0], expected[1]
+    )]
+    Packed {
+        /// The top module.
+        top: String,
+        /// Words of inputs given.
+        inputs: usize,
+        /// Words of outputs given.
+        outputs: usize,
+        /// Words of both that are right.
+        expected: [usize; 2],
+    },
     /// A tool ran and refused its input; `output` is what it said.
     #[error("{tool} failed ({status}) while {doing}:\n{output}")]
     Tool {

@@ -45,6 +45,8 @@ pub struct Model {
     /// Empty once the model is dead, so that one check of a handle finds that out too.
     slots: Box<[Slot]>,
     id: u64,
+    /// Words of all inputs, and of all outputs.
+    packed: [usize; 2],
     dead: Option<Box<Error>>,
     loaded: Arc<Loaded>,
 }
@@ -70,6 +72,10 @@ impl Model {
             sim,
             slots: Box::default(),
             id: loaded.id,
+            packed: [Direction::Input, Direction::Output].map(|dir| {
+                let ports = loaded.ports.iter().filter(|p| p.dir == dir);
+                ports.map(crate::Port::words).sum()
+            }),
             dead: None,
             loaded,
         };
@@ -251,6 +257,45 @@ impl Model {
         // SAFETY: `sim` is live and exclusively borrowed, and `at` is a 1-bit input of it.
         let cause = unsafe { (self.loaded.tick)(self.sim, at) };
         self.outcome(cause)
+    }
+
+    /// One clock period with all ports at once: sets every input, does what [`Model::tick`] does,
+    /// and reads every output. The fastest way to drive a model whose inputs change every cycle.
+    ///
+    /// `inputs` holds the words of every input in the order of [`Library::ports`](crate::Library::ports),
+    /// the low word of each first, the clock's own among them, whose value does not matter; `outputs` is filled in the
+    /// same way. Bits above a port's width are dropped.
+    ///
+    /// # Errors
+    /// [`Error::Packed`] for slices of other lengths, [`Error::Stopped`] or
+    /// [`Error::ForeignPort`].
+    #[inline]
+    pub fn cycle(
+        &mut self,
+        clock: Clock,
+        inputs: &[u32],
+        outputs: &mut [u32],
+    ) -> Result<(), Error> {
+        let at = self.slot(clock.0)?.at;
+        if [inputs.len(), outputs.len()] != self.packed {
+            return Err(self.wrong_lengths(inputs.len(), outputs.len()));
+        }
+        // SAFETY: `sim` is live and exclusively borrowed, `at` is a 1-bit input of it, and the
+        // slices have as many words as the shim's inputs and outputs.
+        let cause =
+            unsafe { (self.loaded.cycle)(self.sim, at, inputs.as_ptr(), outputs.as_mut_ptr()) };
+        self.outcome(cause)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn wrong_lengths(&self, inputs: usize, outputs: usize) -> Error {
+        Error::Packed {
+            top: self.loaded.top.clone(),
+            inputs,
+            outputs,
+            expected: self.packed,
+        }
     }
 
     /// The first half of [`Model::tick`], after which outputs that depend on inputs within the

@@ -404,3 +404,58 @@ fn the_cpp_twin_reads_the_same() {
     ));
     assert!(matches!(peer.compare(&[], 3), Err(Error::Peer(_))));
 }
+
+/// All ports at once: the same as setting each, a tick, and reading each.
+#[test]
+fn a_packed_cycle_equals_single_accesses() {
+    let widths = [1u32, 7, 8, 31, 32, 33, 63, 64, 65, 127, 160];
+    let mut text = String::from("module packed_ports(input wire clk");
+    for w in widths {
+        text.push_str(&format!(
+            ", input wire [{0}:0] a{w}, output reg [{0}:0] y{w}",
+            w - 1
+        ));
+    }
+    text.push_str("); always @(posedge clk) begin\n");
+    for w in widths {
+        text.push_str(&format!("  y{w} <= ~a{w};\n"));
+    }
+    text.push_str("end endmodule\n");
+    let library = ModelBuilder::new("packed_ports")
+        .source("packed_ports.v", text)
+        .cache_dir(concat!(env!("CARGO_TARGET_TMPDIR"), "/models"))
+        .build(&Toolchain::detect().unwrap())
+        .unwrap();
+    let (mut single, mut packed) = (library.model(1).unwrap(), library.model(1).unwrap());
+    let clock = single.clock("clk").unwrap();
+    let total: u32 = widths.iter().map(|w| w.div_ceil(32)).sum();
+    let mut outputs = vec![0; total as usize];
+    for round in 0..50u32 {
+        let word = |i: u32| (i + 1).wrapping_mul(0x9e37_79b1).wrapping_mul(round + 1);
+        // The clock's own word is of no account.
+        let inputs: Vec<u32> = (0..=total).map(word).collect();
+        let (mut at, mut ports) = (0, vec![]);
+        for port in library.ports() {
+            let id = single.port(&port.name).unwrap();
+            if port.dir == Output {
+                ports.push(id);
+                continue;
+            }
+            if port.name != "clk" {
+                single
+                    .set_words(id, &inputs[at..at + port.words()])
+                    .unwrap();
+            }
+            at += port.words();
+        }
+        single.tick(clock).unwrap();
+        packed.cycle(clock, &inputs, &mut outputs).unwrap();
+        let expected: Vec<u32> = ports
+            .iter()
+            .flat_map(|id| single.words(*id).unwrap())
+            .collect();
+        assert_eq!(outputs, expected, "round {round}");
+    }
+    let error = packed.cycle(clock, &[0; 3], &mut outputs).unwrap_err();
+    assert!(matches!(error, Error::Packed { inputs: 3, .. }), "{error}");
+}

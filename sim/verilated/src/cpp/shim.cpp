@@ -6,6 +6,7 @@
 #endif
 #include <cstdarg>
 #include <cstdint>
+#include <cstring>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -173,6 +174,17 @@ API int vs_tick(Sim* s, uint8_t* clock) {
     return guarded(s, [&] {
         half(s, clock, 0);
         half(s, clock, 1);
+    });
+}
+API int vs_cycle(Sim* s, uint8_t* clock, const uint32_t* in, uint32_t* out) {
+    (void)in, (void)out;
+    return guarded(s, [&] {
+        auto& t = *s->top;
+        (void)t;
+@LOAD@
+        half(s, clock, 0);
+        half(s, clock, 1);
+@STORE@
     });
 }
 API uint64_t vs_time(Sim* s) { return s->ctx.time(); }
