@@ -177,8 +177,13 @@ fn no_bubble_between_entries_halves_or_mvoxels() {
                 ];
                 sizes.extend((0..20).map(|_| random.random_range(1..half / 2)));
                 sizes.extend([1; 9]);
+                while sizes.iter().sum::<usize>() < 10_000 {
+                    sizes.push(random.random_range(half / 4..2 * half));
+                }
                 let channels = banks * segments - usize::from(segments > 1);
                 let tasks = hidden_loads(&config, &mut random, vertices, channels, &sizes);
+                let partly = sizes.iter().filter(|n| **n % half != 0).count();
+                assert!(tasks.len() >= 20 && partly >= 20);
                 let run = check(&config, &unit, &tasks, Stalls::NONE, seed);
                 let label = format!(
                     "B {banks} M {ports} V {} segments {segments} seed {seed}",
@@ -187,6 +192,60 @@ fn no_bubble_between_entries_halves_or_mvoxels() {
                 assert_eq!(run.stalls, [0, 0, 0], "{label}");
                 assert_eq!(run.issue_span(), run.busy, "{label}");
             }
+        }
+    }
+}
+
+/// MVoxels whose rows take longer to load than their predecessor takes: the
+/// stall is what double buffering says, and no more.
+#[test]
+fn larger_mvoxels_stall_exactly_as_predicted() {
+    for (banks, ports) in [(32, 2), (16, 1), (8, 4)] {
+        let config =
+            Config::from_toml(&format!("[gu]\nbanks = {banks}\nports = {ports}"), "test").unwrap();
+        let unit = GatherUnit::build(&config).unwrap();
+        for (vertices, segments) in [
+            (Vertices::Eight, 1),
+            (Vertices::Four, 2),
+            (Vertices::One, 1),
+            (Vertices::One, 3),
+        ] {
+            let seed = 5 + vertices.count() as u64 + segments as u64;
+            let mut random = Pcg64Mcg::seed_from_u64(seed);
+            let tasks: Vec<_> = (0..25)
+                .map(|_| {
+                    let rows = random.random_range(100..=512);
+                    let entries = random.random_range(1..200);
+                    task(
+                        &mut random,
+                        &config,
+                        vertices,
+                        banks * segments,
+                        rows,
+                        entries,
+                    )
+                })
+                .collect();
+            let run = check(&config, &unit, &tasks, Stalls::NONE, seed);
+            // A pass takes the longer of its own issue and the next pass's load.
+            let passes: Vec<(u64, u64)> = tasks
+                .iter()
+                .flat_map(|t| {
+                    let groups = t.entries.len().div_ceil(ports);
+                    let issue = (groups * vertices.count()) as u64;
+                    let rows = (t.rows.len() / t.channels) as u64;
+                    std::iter::repeat_n((issue, rows), segments)
+                })
+                .collect();
+            let overlapped: u64 = passes.windows(2).map(|w| w[0].0.max(w[1].1)).sum();
+            let span = overlapped + passes.last().unwrap().0;
+            assert_eq!(
+                run.issue_span(),
+                span,
+                "B {banks} M {ports} {vertices:?} {segments}"
+            );
+            assert_eq!(run.stalls, [0, span - run.busy, 0]);
+            assert!(run.stalls[1] > 100, "{run:?}");
         }
     }
 }
