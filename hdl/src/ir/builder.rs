@@ -288,18 +288,31 @@ impl ModuleBuilder {
 
     /// Shift left by an unsigned signal; the width stays.
     pub fn shl(&mut self, a: Signal, amount: Signal) -> Signal {
-        if amount.ty.signed {
-            self.fail("shl", "the amount is signed".to_owned());
-        }
+        let amount = self.shift_amount("shl", amount);
         self.node(Op::Shl(a.id, amount.id), a.ty)
     }
 
     /// Shift right by an unsigned signal, arithmetic when signed.
     pub fn shr(&mut self, a: Signal, amount: Signal) -> Signal {
-        if amount.ty.signed {
-            self.fail("shr", "the amount is signed".to_owned());
-        }
+        let amount = self.shift_amount("shr", amount);
         self.node(Op::Shr(a.id, amount.id), a.ty)
+    }
+
+    /// The amount in at most 32 bits: any above shifts everything out. Verilator
+    /// 5.006 shifts values of up to 64 bits by amounts of more than 64 wrongly.
+    fn shift_amount(&mut self, what: &str, amount: Signal) -> Signal {
+        if amount.ty.signed {
+            self.fail(what, "the amount is signed".to_owned());
+            return amount;
+        }
+        if amount.width() <= 32 {
+            return amount;
+        }
+        let above = self.slice(amount, 32, amount.width() - 32);
+        let far = self.any(above);
+        let near = self.slice(amount, 0, 32);
+        let all = self.lit(u32::MAX, Ty::u(32));
+        self.mux(far, all, near)
     }
 
     /// Shift left by a constant below the width; the width stays.
