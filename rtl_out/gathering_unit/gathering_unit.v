@@ -845,7 +845,7 @@ module gathering_unit (
 
   // Stage 2: results into the FIFO
   reg s2_push;
-  wire s1_valid_and_s1_last = s1_valid & s1_last;
+  wire s1_completes = s1_valid & s1_last;
   reg s2_end;
   reg [1:0] s2_keep;
   reg [31:0] s2_slot;
@@ -893,8 +893,8 @@ module gathering_unit (
       if (group_start ^ pop) begin
         in_flight <= group_start ? (in_flight + 4'd1) : (in_flight - 4'd1);
       end
-      s2_push <= s1_valid_and_s1_last;
-      if (s1_valid_and_s1_last) begin
+      s2_push <= s1_completes;
+      if (s1_completes) begin
         s2_end <= s1_end;
         s2_keep <= s1_keep;
         s2_slot <= s1_slot;
@@ -906,13 +906,13 @@ module gathering_unit (
   end
 
   // Errors
-  wire not_single_ids = ~single_ids;
-  wire [18:0] s1_weight_0_wide = {3'd0, s1_weight[15:0]};
+  wire structured = ~single_ids;
+  wire [18:0] s1_weight_of_port0 = {3'd0, s1_weight[15:0]};
   reg [18:0] weight_total0;
-  wire [18:0] weight_sum0 = s1_first ? s1_weight_0_wide : (weight_total0 + s1_weight_0_wide);
-  wire [18:0] s1_weight_16_wide = {3'd0, s1_weight[31:16]};
+  wire [18:0] weight_sum0 = s1_first ? s1_weight_of_port0 : (weight_total0 + s1_weight_of_port0);
+  wire [18:0] s1_weight_of_port1 = {3'd0, s1_weight[31:16]};
   reg [18:0] weight_total1;
-  wire [18:0] weight_sum1 = s1_first ? s1_weight_16_wide : (weight_total1 + s1_weight_16_wide);
+  wire [18:0] weight_sum1 = s1_first ? s1_weight_of_port1 : (weight_total1 + s1_weight_of_port1);
   reg bad_setting;
   reg mft_row_dropped;
   reg rit_too_large;
@@ -946,8 +946,8 @@ module gathering_unit (
       rit_too_large <= (rit_too_large | rit_errors[2]) & (~cfg_clear);
       gap_in_beat <= (gap_in_beat | rit_errors[1]) & (~cfg_clear);
       ragged_entries <= (ragged_entries | rit_errors[0]) & (~cfg_clear);
-      weights_off_one <= (weights_off_one | (s1_valid & ((s1_keep[0] & not_single_ids & s1_last &
-          (weight_sum0 != 19'h8000)) | (s1_keep[1] & not_single_ids & s1_last & (weight_sum1 !=
+      weights_off_one <= (weights_off_one | (s1_valid & ((s1_keep[0] & structured & s1_last &
+          (weight_sum0 != 19'h8000)) | (s1_keep[1] & structured & s1_last & (weight_sum1 !=
           19'h8000))))) & (~cfg_clear);
       weight_too_large <= (weight_too_large | (s1_valid & 1'b0)) & (~cfg_clear);
       row_not_loaded <= (row_not_loaded | (s1_valid & ((s1_keep[0] & (~s1_in_range[0])) |
@@ -956,7 +956,7 @@ module gathering_unit (
   end
 
   // Outputs
-  wire [1:0] results_data_part = results_data[1057:1056];
+  wire [1:0] kept_ports = results_data[1057:1056];
 
   // Counters
   reg begun;
@@ -1001,7 +1001,7 @@ module gathering_unit (
   end
 
   assign m_axis_feat_tdata = results_data[1023:0];
-  assign m_axis_feat_tkeep = {{64{results_data_part[1]}}, {64{results_data_part[0]}}};
+  assign m_axis_feat_tkeep = {{64{kept_ports[1]}}, {64{kept_ports[0]}}};
   assign m_axis_feat_tlast = results_data[1058];
   assign m_axis_feat_tuser = results_data[1055:1024];
   assign s_axis_rit_tready = rit_s_axis_rit_tready;

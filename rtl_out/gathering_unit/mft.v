@@ -41,8 +41,8 @@ module mft (
   wire write = write_accept & write_room;
   wire [9:0] rows_after = write_room ? (write_row + 10'd1) : write_row;
   wire write_done = write_accept & s_axis_mft_tlast;
-  wire not_write_half = ~write_half;
-  wire load_0 = write_done & not_write_half;
+  wire other_write_half = ~write_half;
+  wire load_0 = write_done & other_write_half;
   wire load_1 = write_done & write_half;
 
   always @(posedge clk) begin
@@ -63,7 +63,7 @@ module mft (
         rows_1 <= rows_after;
       end
       if (write_done) begin
-        write_half <= not_write_half;
+        write_half <= other_write_half;
       end
       if (write_accept) begin
         write_row <= s_axis_mft_tlast ? 10'd0 : rows_after;

@@ -63,49 +63,48 @@ module rit_buffer (
   wire q_free = (~q_valid) | p_free;
   wire [6:0] end_row = read_half ? end_row_1 : end_row_0;
   wire [3:0] end_group = read_half ? end_group_1 : end_group_0;
-  wire [6:0] read_row_wide = {1'd0, read_row};
-  reg [3:0] picked_by_cfg_vertices;
+  wire [6:0] read_row_now = {1'd0, read_row};
+  reg [3:0] last_group_of_row;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: picked_by_cfg_vertices = 4'd11;
-      2'd1: picked_by_cfg_vertices = 4'd3;
-      2'd2: picked_by_cfg_vertices = 4'd1;
-      default: picked_by_cfg_vertices = 4'd0;
+      2'd0: last_group_of_row = 4'd11;
+      2'd1: last_group_of_row = 4'd3;
+      2'd2: last_group_of_row = 4'd1;
+      default: last_group_of_row = 4'd0;
     endcase
   end
-  wire read_ends_row = read_group == picked_by_cfg_vertices;
-  wire readable = (read_row_wide < end_row) | ((read_row_wide == end_row) & (read_group <
+  wire read_ends_row = read_group == last_group_of_row;
+  wire readable = (read_row_now < end_row) | ((read_row_now == end_row) & (read_group < end_group));
+  wire [6:0] row_of_next_group = read_ends_row ? (read_row_now + 7'd1) : read_row_now;
+  wire [3:0] next_group = read_ends_row ? 4'd0 : (read_group + 4'd1);
+  wire more_groups = (row_of_next_group < end_row) | ((row_of_next_group == end_row) & (next_group <
       end_group));
-  wire [6:0] by_read_ends_row = read_ends_row ? (read_row_wide + 7'd1) : read_row_wide;
-  wire [3:0] by_read_ends_row_2 = read_ends_row ? 4'd0 : (read_group + 4'd1);
-  wire more_groups = (by_read_ends_row < end_row) | ((by_read_ends_row == end_row) &
-      (by_read_ends_row_2 < end_group));
   wire read_fire = readable & q_free;
   wire read_first = read_vertex == 3'd0;
-  reg [2:0] picked_by_cfg_vertices_2;
+  reg [2:0] last_vertex_of_entry;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: picked_by_cfg_vertices_2 = 3'd0;
-      2'd1: picked_by_cfg_vertices_2 = 3'd1;
-      2'd2: picked_by_cfg_vertices_2 = 3'd3;
-      default: picked_by_cfg_vertices_2 = 3'd7;
+      2'd0: last_vertex_of_entry = 3'd0;
+      2'd1: last_vertex_of_entry = 3'd1;
+      2'd2: last_vertex_of_entry = 3'd3;
+      default: last_vertex_of_entry = 3'd7;
     endcase
   end
-  wire read_last = read_vertex == picked_by_cfg_vertices_2;
+  wire read_last = read_vertex == last_vertex_of_entry;
   wire read_ends_half = (read_half ? closed_1 : closed_0) & (~more_groups);
-  wire by_read_half = read_half ? ends_mvoxel_1 : ends_mvoxel_0;
-  wire read_ends_pass = read_ends_half & by_read_half;
+  wire half_ends_mvoxel = read_half ? ends_mvoxel_1 : ends_mvoxel_0;
+  wire read_ends_pass = read_ends_half & half_ends_mvoxel;
   wire [6:0] read_segment_plus_1 = read_segment + 7'd1;
   // another segment reads this half from the buffer
   wire retain = (~(read_half ? streamed_1 : streamed_0)) & (read_segment_plus_1 < cfg_segments);
   wire read_step = read_fire & read_last;
   wire read_leave_half = read_step & read_ends_half;
-  wire not_retain = ~retain;
-  wire read_leave_half_and_not_retain = read_leave_half & not_retain;
-  wire release_0 = read_leave_half_and_not_retain & (~read_half);
-  wire release_1 = read_leave_half_and_not_retain & read_half;
-  wire not_read_half = ~read_half;
-  wire read_leave_half_and_by_read_half = read_leave_half & by_read_half;
+  wire let_go = ~retain;
+  wire free_half = read_leave_half & let_go;
+  wire in_lower_half = ~read_half;
+  wire release_0 = free_half & in_lower_half;
+  wire release_1 = free_half & read_half;
+  wire pass_done = read_leave_half & half_ends_mvoxel;
   wire read_row_enable = read_fire & read_first;
   wire [6:0] read_address = {read_half, read_row};
 
@@ -126,11 +125,11 @@ module rit_buffer (
       q_keep <= 2'd0;
     end else begin
       if (read_leave_half) begin
-        read_half <= (read_ends_pass & retain) ? read_start_half : not_read_half;
+        read_half <= (read_ends_pass & retain) ? read_start_half : in_lower_half;
       end
       if (read_step) begin
-        read_row <= read_ends_half ? 6'd0 : by_read_ends_row[5:0];
-        read_group <= read_ends_half ? 4'd0 : by_read_ends_row_2;
+        read_row <= read_ends_half ? 6'd0 : row_of_next_group[5:0];
+        read_group <= read_ends_half ? 4'd0 : next_group;
       end
       if (read_fire) begin
         read_vertex <= read_last ? 3'd0 : (read_vertex + 3'd1);
@@ -141,11 +140,11 @@ module rit_buffer (
         q_end <= read_ends_pass;
         q_keep <= read_ends_half ? (read_half ? last_keep_1 : last_keep_0) : 2'd3;
       end
-      if (read_leave_half_and_by_read_half) begin
+      if (pass_done) begin
         read_segment <= retain ? read_segment_plus_1 : 7'd0;
       end
-      if (read_leave_half_and_by_read_half & not_retain) begin
-        read_start_half <= not_read_half;
+      if (pass_done & let_go) begin
+        read_start_half <= in_lower_half;
       end
       q_valid <= read_fire | (q_valid & (~q_free));
     end
@@ -161,19 +160,19 @@ module rit_buffer (
   wire [3:0] kept_halfwords = {3'd0, s_axis_rit_tkeep[0]} + {3'd0, s_axis_rit_tkeep[2]} + {3'd0,
       s_axis_rit_tkeep[4]} + {3'd0, s_axis_rit_tkeep[6]} + {3'd0, s_axis_rit_tkeep[8]} + {3'd0,
       s_axis_rit_tkeep[10]} + {3'd0, s_axis_rit_tkeep[12]} + {3'd0, s_axis_rit_tkeep[14]};
-  reg [5:0] picked_by_write_phase;
+  reg [5:0] first_halfword;
   always @(*) begin
     case (write_phase)
-      3'd0: picked_by_write_phase = 6'd0;
-      3'd1: picked_by_write_phase = 6'd8;
-      3'd2: picked_by_write_phase = 6'd16;
-      3'd3: picked_by_write_phase = 6'd24;
-      3'd4: picked_by_write_phase = 6'd32;
-      default: picked_by_write_phase = 6'd40;
+      3'd0: first_halfword = 6'd0;
+      3'd1: first_halfword = 6'd8;
+      3'd2: first_halfword = 6'd16;
+      3'd3: first_halfword = 6'd24;
+      3'd4: first_halfword = 6'd32;
+      default: first_halfword = 6'd40;
     endcase
   end
   // halfwords of the row that hold entries, this beat included
-  wire [5:0] write_position = picked_by_write_phase + {2'd0, kept_halfwords};
+  wire [5:0] write_position = first_halfword + {2'd0, kept_halfwords};
   wire v_2_up_to_write_position = 6'd2 <= write_position;
   wire v_4_up_to_write_position = 6'd4 <= write_position;
   wire v_6_up_to_write_position = 6'd6 <= write_position;
@@ -307,17 +306,17 @@ module rit_buffer (
   wire row_done = write_phase == 3'd5;
   wire s_axis_rit_tlast_or_row_done = s_axis_rit_tlast | (row_done & (write_row == 6'd63));
   wire write_close = write_accept & s_axis_rit_tlast_or_row_done;
-  wire [6:0] write_row_wide = {1'd0, write_row};
-  wire [3:0] by_s_axis_rit_tlast = s_axis_rit_tlast ? all_groups : row_done ? 4'd0 : full_groups;
-  wire [6:0] by_s_axis_rit_tlast_2 = s_axis_rit_tlast ? write_row_wide : row_done ? (write_row_wide
-      + 7'd1) : write_row_wide;
-  wire [1:0] by_s_axis_rit_tlast_3 = s_axis_rit_tlast ? keep_of_last_group : 2'd3;
-  wire not_write_half = ~write_half;
-  wire write_half_0 = write_accept & not_write_half;
+  wire [6:0] write_row_now = {1'd0, write_row};
+  wire [3:0] new_end_group = s_axis_rit_tlast ? all_groups : row_done ? 4'd0 : full_groups;
+  wire [6:0] new_end_row = s_axis_rit_tlast ? write_row_now : row_done ? (write_row_now + 7'd1) :
+      write_row_now;
+  wire [1:0] new_last_keep = s_axis_rit_tlast ? keep_of_last_group : 2'd3;
+  wire in_lower = ~write_half;
+  wire write_half_0 = write_accept & in_lower;
   wire touch_half_0 = write_half_0 | release_0;
   wire write_half_1 = write_accept & write_half;
   wire touch_half_1 = write_half_1 | release_1;
-  wire not_s_axis_rit_tlast = ~s_axis_rit_tlast;
+  wire goes_on = ~s_axis_rit_tlast;
   wire write_phase_0 = write_accept & (write_phase == 3'd0);
   wire write_phase_1 = write_accept & (write_phase == 3'd1);
   wire write_phase_2 = write_accept & (write_phase == 3'd2);
@@ -346,28 +345,28 @@ module rit_buffer (
       write_second <= 1'b0;
     end else begin
       if (touch_half_0) begin
-        closed_0 <= write_close & not_write_half;
-        end_row_0 <= write_half_0 ? by_s_axis_rit_tlast_2 : 7'd0;
-        end_group_0 <= write_half_0 ? by_s_axis_rit_tlast : 4'd0;
+        closed_0 <= write_close & in_lower;
+        end_row_0 <= write_half_0 ? new_end_row : 7'd0;
+        end_group_0 <= write_half_0 ? new_end_group : 4'd0;
       end
       if (touch_half_1) begin
         closed_1 <= write_close & write_half;
-        end_row_1 <= write_half_1 ? by_s_axis_rit_tlast_2 : 7'd0;
-        end_group_1 <= write_half_1 ? by_s_axis_rit_tlast : 4'd0;
+        end_row_1 <= write_half_1 ? new_end_row : 7'd0;
+        end_group_1 <= write_half_1 ? new_end_group : 4'd0;
       end
       if (write_half_0) begin
         ends_mvoxel_0 <= s_axis_rit_tlast;
         streamed_0 <= s_axis_rit_tuser;
-        last_keep_0 <= by_s_axis_rit_tlast_3;
+        last_keep_0 <= new_last_keep;
       end
       if (write_half_1) begin
         ends_mvoxel_1 <= s_axis_rit_tlast;
         streamed_1 <= s_axis_rit_tuser;
-        last_keep_1 <= by_s_axis_rit_tlast_3;
+        last_keep_1 <= new_last_keep;
       end
       if (write_close) begin
-        write_half <= ~write_half;
-        write_second <= not_s_axis_rit_tlast;
+        write_half <= in_lower;
+        write_second <= goes_on;
       end
       if (write_accept & (row_done | s_axis_rit_tlast_or_row_done)) begin
         write_row <= s_axis_rit_tlast_or_row_done ? 6'd0 : (write_row + 6'd1);
@@ -864,579 +863,633 @@ module rit_buffer (
   // Stage P: id and weight of the vertex, picked and registered
   wire p_fill = p_free & q_valid;
   wire p_fill_vertex_0 = p_fill & q_first;
-  reg [15:0] picked_by_q_group;
+  wire [15:0] row0_v1_group0 = bank0_rdata;
+  wire [15:0] row0_v1_group1 = bank4_rdata;
+  wire [15:0] row0_v1_group2 = bank8_rdata;
+  wire [15:0] row0_v1_group3 = bank12_rdata;
+  wire [15:0] row0_v1_group4 = bank16_rdata;
+  wire [15:0] row0_v1_group5 = bank20_rdata;
+  wire [15:0] row0_v1_group6 = bank24_rdata;
+  wire [15:0] row0_v1_group7 = bank28_rdata;
+  wire [15:0] row0_v1_group8 = bank32_rdata;
+  wire [15:0] row0_v1_group9 = bank36_rdata;
+  wire [15:0] row0_v1_group10 = bank40_rdata;
+  wire [15:0] row0_v1_group11 = bank44_rdata;
+  reg [15:0] row0_v1;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group = bank0_rdata;
-      4'd1: picked_by_q_group = bank4_rdata;
-      4'd2: picked_by_q_group = bank8_rdata;
-      4'd3: picked_by_q_group = bank12_rdata;
-      4'd4: picked_by_q_group = bank16_rdata;
-      4'd5: picked_by_q_group = bank20_rdata;
-      4'd6: picked_by_q_group = bank24_rdata;
-      4'd7: picked_by_q_group = bank28_rdata;
-      4'd8: picked_by_q_group = bank32_rdata;
-      4'd9: picked_by_q_group = bank36_rdata;
-      4'd10: picked_by_q_group = bank40_rdata;
-      default: picked_by_q_group = bank44_rdata;
+      4'd0: row0_v1 = row0_v1_group0;
+      4'd1: row0_v1 = row0_v1_group1;
+      4'd2: row0_v1 = row0_v1_group2;
+      4'd3: row0_v1 = row0_v1_group3;
+      4'd4: row0_v1 = row0_v1_group4;
+      4'd5: row0_v1 = row0_v1_group5;
+      4'd6: row0_v1 = row0_v1_group6;
+      4'd7: row0_v1 = row0_v1_group7;
+      4'd8: row0_v1 = row0_v1_group8;
+      4'd9: row0_v1 = row0_v1_group9;
+      4'd10: row0_v1 = row0_v1_group10;
+      default: row0_v1 = row0_v1_group11;
     endcase
   end
-  reg [15:0] picked_by_q_vertex;
+  reg [15:0] row0_v2_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex = bank0_rdata;
-      default: picked_by_q_vertex = bank3_rdata;
+      3'd0: row0_v2_group0 = bank0_rdata;
+      default: row0_v2_group0 = bank3_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_2;
+  reg [15:0] row0_v2_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_2 = bank12_rdata;
-      default: picked_by_q_vertex_2 = bank15_rdata;
+      3'd0: row0_v2_group1 = bank12_rdata;
+      default: row0_v2_group1 = bank15_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_3;
+  reg [15:0] row0_v2_group2;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_3 = bank24_rdata;
-      default: picked_by_q_vertex_3 = bank27_rdata;
+      3'd0: row0_v2_group2 = bank24_rdata;
+      default: row0_v2_group2 = bank27_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_4;
+  reg [15:0] row0_v2_group3;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_4 = bank36_rdata;
-      default: picked_by_q_vertex_4 = bank39_rdata;
+      3'd0: row0_v2_group3 = bank36_rdata;
+      default: row0_v2_group3 = bank39_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_2;
+  reg [15:0] row0_v2;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_2 = picked_by_q_vertex;
-      4'd1: picked_by_q_group_2 = picked_by_q_vertex_2;
-      4'd2: picked_by_q_group_2 = picked_by_q_vertex_3;
-      default: picked_by_q_group_2 = picked_by_q_vertex_4;
+      4'd0: row0_v2 = row0_v2_group0;
+      4'd1: row0_v2 = row0_v2_group1;
+      4'd2: row0_v2 = row0_v2_group2;
+      default: row0_v2 = row0_v2_group3;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_5;
+  reg [15:0] row0_v4_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_5 = bank0_rdata;
-      3'd1: picked_by_q_vertex_5 = bank3_rdata;
-      3'd2: picked_by_q_vertex_5 = bank6_rdata;
-      default: picked_by_q_vertex_5 = bank9_rdata;
+      3'd0: row0_v4_group0 = bank0_rdata;
+      3'd1: row0_v4_group0 = bank3_rdata;
+      3'd2: row0_v4_group0 = bank6_rdata;
+      default: row0_v4_group0 = bank9_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_6;
+  reg [15:0] row0_v4_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_6 = bank24_rdata;
-      3'd1: picked_by_q_vertex_6 = bank27_rdata;
-      3'd2: picked_by_q_vertex_6 = bank30_rdata;
-      default: picked_by_q_vertex_6 = bank33_rdata;
+      3'd0: row0_v4_group1 = bank24_rdata;
+      3'd1: row0_v4_group1 = bank27_rdata;
+      3'd2: row0_v4_group1 = bank30_rdata;
+      default: row0_v4_group1 = bank33_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_3;
+  reg [15:0] row0_v4;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_3 = picked_by_q_vertex_5;
-      default: picked_by_q_group_3 = picked_by_q_vertex_6;
+      4'd0: row0_v4 = row0_v4_group0;
+      default: row0_v4 = row0_v4_group1;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_7;
+  reg [15:0] row0_v8_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_7 = bank0_rdata;
-      3'd1: picked_by_q_vertex_7 = bank3_rdata;
-      3'd2: picked_by_q_vertex_7 = bank6_rdata;
-      3'd3: picked_by_q_vertex_7 = bank9_rdata;
-      3'd4: picked_by_q_vertex_7 = bank12_rdata;
-      3'd5: picked_by_q_vertex_7 = bank15_rdata;
-      3'd6: picked_by_q_vertex_7 = bank18_rdata;
-      default: picked_by_q_vertex_7 = bank21_rdata;
+      3'd0: row0_v8_group0 = bank0_rdata;
+      3'd1: row0_v8_group0 = bank3_rdata;
+      3'd2: row0_v8_group0 = bank6_rdata;
+      3'd3: row0_v8_group0 = bank9_rdata;
+      3'd4: row0_v8_group0 = bank12_rdata;
+      3'd5: row0_v8_group0 = bank15_rdata;
+      3'd6: row0_v8_group0 = bank18_rdata;
+      default: row0_v8_group0 = bank21_rdata;
     endcase
   end
+  wire [15:0] row0_v8 = row0_v8_group0;
   reg [15:0] q_row0;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: q_row0 = picked_by_q_group;
-      2'd1: q_row0 = picked_by_q_group_2;
-      2'd2: q_row0 = picked_by_q_group_3;
-      default: q_row0 = picked_by_q_vertex_7;
+      2'd0: q_row0 = row0_v1;
+      2'd1: q_row0 = row0_v2;
+      2'd2: q_row0 = row0_v4;
+      default: q_row0 = row0_v8;
     endcase
   end
-  reg [15:0] picked_by_q_group_4;
+  wire [15:0] tag0_v1_group0 = bank1_rdata;
+  wire [15:0] tag0_v1_group1 = bank5_rdata;
+  wire [15:0] tag0_v1_group2 = bank9_rdata;
+  wire [15:0] tag0_v1_group3 = bank13_rdata;
+  wire [15:0] tag0_v1_group4 = bank17_rdata;
+  wire [15:0] tag0_v1_group5 = bank21_rdata;
+  wire [15:0] tag0_v1_group6 = bank25_rdata;
+  wire [15:0] tag0_v1_group7 = bank29_rdata;
+  wire [15:0] tag0_v1_group8 = bank33_rdata;
+  wire [15:0] tag0_v1_group9 = bank37_rdata;
+  wire [15:0] tag0_v1_group10 = bank41_rdata;
+  wire [15:0] tag0_v1_group11 = bank45_rdata;
+  reg [15:0] tag0_v1;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_4 = bank1_rdata;
-      4'd1: picked_by_q_group_4 = bank5_rdata;
-      4'd2: picked_by_q_group_4 = bank9_rdata;
-      4'd3: picked_by_q_group_4 = bank13_rdata;
-      4'd4: picked_by_q_group_4 = bank17_rdata;
-      4'd5: picked_by_q_group_4 = bank21_rdata;
-      4'd6: picked_by_q_group_4 = bank25_rdata;
-      4'd7: picked_by_q_group_4 = bank29_rdata;
-      4'd8: picked_by_q_group_4 = bank33_rdata;
-      4'd9: picked_by_q_group_4 = bank37_rdata;
-      4'd10: picked_by_q_group_4 = bank41_rdata;
-      default: picked_by_q_group_4 = bank45_rdata;
+      4'd0: tag0_v1 = tag0_v1_group0;
+      4'd1: tag0_v1 = tag0_v1_group1;
+      4'd2: tag0_v1 = tag0_v1_group2;
+      4'd3: tag0_v1 = tag0_v1_group3;
+      4'd4: tag0_v1 = tag0_v1_group4;
+      4'd5: tag0_v1 = tag0_v1_group5;
+      4'd6: tag0_v1 = tag0_v1_group6;
+      4'd7: tag0_v1 = tag0_v1_group7;
+      4'd8: tag0_v1 = tag0_v1_group8;
+      4'd9: tag0_v1 = tag0_v1_group9;
+      4'd10: tag0_v1 = tag0_v1_group10;
+      default: tag0_v1 = tag0_v1_group11;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_8;
+  reg [15:0] tag0_v2_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_8 = bank1_rdata;
-      default: picked_by_q_vertex_8 = bank4_rdata;
+      3'd0: tag0_v2_group0 = bank1_rdata;
+      default: tag0_v2_group0 = bank4_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_9;
+  reg [15:0] tag0_v2_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_9 = bank13_rdata;
-      default: picked_by_q_vertex_9 = bank16_rdata;
+      3'd0: tag0_v2_group1 = bank13_rdata;
+      default: tag0_v2_group1 = bank16_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_10;
+  reg [15:0] tag0_v2_group2;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_10 = bank25_rdata;
-      default: picked_by_q_vertex_10 = bank28_rdata;
+      3'd0: tag0_v2_group2 = bank25_rdata;
+      default: tag0_v2_group2 = bank28_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_11;
+  reg [15:0] tag0_v2_group3;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_11 = bank37_rdata;
-      default: picked_by_q_vertex_11 = bank40_rdata;
+      3'd0: tag0_v2_group3 = bank37_rdata;
+      default: tag0_v2_group3 = bank40_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_5;
+  reg [15:0] tag0_v2;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_5 = picked_by_q_vertex_8;
-      4'd1: picked_by_q_group_5 = picked_by_q_vertex_9;
-      4'd2: picked_by_q_group_5 = picked_by_q_vertex_10;
-      default: picked_by_q_group_5 = picked_by_q_vertex_11;
+      4'd0: tag0_v2 = tag0_v2_group0;
+      4'd1: tag0_v2 = tag0_v2_group1;
+      4'd2: tag0_v2 = tag0_v2_group2;
+      default: tag0_v2 = tag0_v2_group3;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_12;
+  reg [15:0] tag0_v4_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_12 = bank1_rdata;
-      3'd1: picked_by_q_vertex_12 = bank4_rdata;
-      3'd2: picked_by_q_vertex_12 = bank7_rdata;
-      default: picked_by_q_vertex_12 = bank10_rdata;
+      3'd0: tag0_v4_group0 = bank1_rdata;
+      3'd1: tag0_v4_group0 = bank4_rdata;
+      3'd2: tag0_v4_group0 = bank7_rdata;
+      default: tag0_v4_group0 = bank10_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_13;
+  reg [15:0] tag0_v4_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_13 = bank25_rdata;
-      3'd1: picked_by_q_vertex_13 = bank28_rdata;
-      3'd2: picked_by_q_vertex_13 = bank31_rdata;
-      default: picked_by_q_vertex_13 = bank34_rdata;
+      3'd0: tag0_v4_group1 = bank25_rdata;
+      3'd1: tag0_v4_group1 = bank28_rdata;
+      3'd2: tag0_v4_group1 = bank31_rdata;
+      default: tag0_v4_group1 = bank34_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_6;
+  reg [15:0] tag0_v4;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_6 = picked_by_q_vertex_12;
-      default: picked_by_q_group_6 = picked_by_q_vertex_13;
+      4'd0: tag0_v4 = tag0_v4_group0;
+      default: tag0_v4 = tag0_v4_group1;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_14;
+  reg [15:0] tag0_v8_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_14 = bank1_rdata;
-      3'd1: picked_by_q_vertex_14 = bank4_rdata;
-      3'd2: picked_by_q_vertex_14 = bank7_rdata;
-      3'd3: picked_by_q_vertex_14 = bank10_rdata;
-      3'd4: picked_by_q_vertex_14 = bank13_rdata;
-      3'd5: picked_by_q_vertex_14 = bank16_rdata;
-      3'd6: picked_by_q_vertex_14 = bank19_rdata;
-      default: picked_by_q_vertex_14 = bank22_rdata;
+      3'd0: tag0_v8_group0 = bank1_rdata;
+      3'd1: tag0_v8_group0 = bank4_rdata;
+      3'd2: tag0_v8_group0 = bank7_rdata;
+      3'd3: tag0_v8_group0 = bank10_rdata;
+      3'd4: tag0_v8_group0 = bank13_rdata;
+      3'd5: tag0_v8_group0 = bank16_rdata;
+      3'd6: tag0_v8_group0 = bank19_rdata;
+      default: tag0_v8_group0 = bank22_rdata;
     endcase
   end
+  wire [15:0] tag0_v8 = tag0_v8_group0;
   reg [15:0] q_tag0;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: q_tag0 = picked_by_q_group_4;
-      2'd1: q_tag0 = picked_by_q_group_5;
-      2'd2: q_tag0 = picked_by_q_group_6;
-      default: q_tag0 = picked_by_q_vertex_14;
+      2'd0: q_tag0 = tag0_v1;
+      2'd1: q_tag0 = tag0_v2;
+      2'd2: q_tag0 = tag0_v4;
+      default: q_tag0 = tag0_v8;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_15;
+  reg [15:0] weight0_v2_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_15 = bank2_rdata;
-      default: picked_by_q_vertex_15 = bank5_rdata;
+      3'd0: weight0_v2_group0 = bank2_rdata;
+      default: weight0_v2_group0 = bank5_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_16;
+  reg [15:0] weight0_v2_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_16 = bank14_rdata;
-      default: picked_by_q_vertex_16 = bank17_rdata;
+      3'd0: weight0_v2_group1 = bank14_rdata;
+      default: weight0_v2_group1 = bank17_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_17;
+  reg [15:0] weight0_v2_group2;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_17 = bank26_rdata;
-      default: picked_by_q_vertex_17 = bank29_rdata;
+      3'd0: weight0_v2_group2 = bank26_rdata;
+      default: weight0_v2_group2 = bank29_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_18;
+  reg [15:0] weight0_v2_group3;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_18 = bank38_rdata;
-      default: picked_by_q_vertex_18 = bank41_rdata;
+      3'd0: weight0_v2_group3 = bank38_rdata;
+      default: weight0_v2_group3 = bank41_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_7;
+  reg [15:0] weight0_v2;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_7 = picked_by_q_vertex_15;
-      4'd1: picked_by_q_group_7 = picked_by_q_vertex_16;
-      4'd2: picked_by_q_group_7 = picked_by_q_vertex_17;
-      default: picked_by_q_group_7 = picked_by_q_vertex_18;
+      4'd0: weight0_v2 = weight0_v2_group0;
+      4'd1: weight0_v2 = weight0_v2_group1;
+      4'd2: weight0_v2 = weight0_v2_group2;
+      default: weight0_v2 = weight0_v2_group3;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_19;
+  reg [15:0] weight0_v4_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_19 = bank2_rdata;
-      3'd1: picked_by_q_vertex_19 = bank5_rdata;
-      3'd2: picked_by_q_vertex_19 = bank8_rdata;
-      default: picked_by_q_vertex_19 = bank11_rdata;
+      3'd0: weight0_v4_group0 = bank2_rdata;
+      3'd1: weight0_v4_group0 = bank5_rdata;
+      3'd2: weight0_v4_group0 = bank8_rdata;
+      default: weight0_v4_group0 = bank11_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_20;
+  reg [15:0] weight0_v4_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_20 = bank26_rdata;
-      3'd1: picked_by_q_vertex_20 = bank29_rdata;
-      3'd2: picked_by_q_vertex_20 = bank32_rdata;
-      default: picked_by_q_vertex_20 = bank35_rdata;
+      3'd0: weight0_v4_group1 = bank26_rdata;
+      3'd1: weight0_v4_group1 = bank29_rdata;
+      3'd2: weight0_v4_group1 = bank32_rdata;
+      default: weight0_v4_group1 = bank35_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_8;
+  reg [15:0] weight0_v4;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_8 = picked_by_q_vertex_19;
-      default: picked_by_q_group_8 = picked_by_q_vertex_20;
+      4'd0: weight0_v4 = weight0_v4_group0;
+      default: weight0_v4 = weight0_v4_group1;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_21;
+  reg [15:0] weight0_v8_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_21 = bank2_rdata;
-      3'd1: picked_by_q_vertex_21 = bank5_rdata;
-      3'd2: picked_by_q_vertex_21 = bank8_rdata;
-      3'd3: picked_by_q_vertex_21 = bank11_rdata;
-      3'd4: picked_by_q_vertex_21 = bank14_rdata;
-      3'd5: picked_by_q_vertex_21 = bank17_rdata;
-      3'd6: picked_by_q_vertex_21 = bank20_rdata;
-      default: picked_by_q_vertex_21 = bank23_rdata;
+      3'd0: weight0_v8_group0 = bank2_rdata;
+      3'd1: weight0_v8_group0 = bank5_rdata;
+      3'd2: weight0_v8_group0 = bank8_rdata;
+      3'd3: weight0_v8_group0 = bank11_rdata;
+      3'd4: weight0_v8_group0 = bank14_rdata;
+      3'd5: weight0_v8_group0 = bank17_rdata;
+      3'd6: weight0_v8_group0 = bank20_rdata;
+      default: weight0_v8_group0 = bank23_rdata;
     endcase
   end
+  wire [15:0] weight0_v8 = weight0_v8_group0;
   reg [15:0] q_weight0;
   always @(*) begin
     case (cfg_vertices)
       2'd0: q_weight0 = 16'd0;
-      2'd1: q_weight0 = picked_by_q_group_7;
-      2'd2: q_weight0 = picked_by_q_group_8;
-      default: q_weight0 = picked_by_q_vertex_21;
+      2'd1: q_weight0 = weight0_v2;
+      2'd2: q_weight0 = weight0_v4;
+      default: q_weight0 = weight0_v8;
     endcase
   end
   reg [15:0] p_row0;
   reg [15:0] p_weight0;
   reg [15:0] p_tag0;
-  reg [15:0] picked_by_q_group_9;
+  wire [15:0] row1_v1_group0 = bank2_rdata;
+  wire [15:0] row1_v1_group1 = bank6_rdata;
+  wire [15:0] row1_v1_group2 = bank10_rdata;
+  wire [15:0] row1_v1_group3 = bank14_rdata;
+  wire [15:0] row1_v1_group4 = bank18_rdata;
+  wire [15:0] row1_v1_group5 = bank22_rdata;
+  wire [15:0] row1_v1_group6 = bank26_rdata;
+  wire [15:0] row1_v1_group7 = bank30_rdata;
+  wire [15:0] row1_v1_group8 = bank34_rdata;
+  wire [15:0] row1_v1_group9 = bank38_rdata;
+  wire [15:0] row1_v1_group10 = bank42_rdata;
+  wire [15:0] row1_v1_group11 = bank46_rdata;
+  reg [15:0] row1_v1;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_9 = bank2_rdata;
-      4'd1: picked_by_q_group_9 = bank6_rdata;
-      4'd2: picked_by_q_group_9 = bank10_rdata;
-      4'd3: picked_by_q_group_9 = bank14_rdata;
-      4'd4: picked_by_q_group_9 = bank18_rdata;
-      4'd5: picked_by_q_group_9 = bank22_rdata;
-      4'd6: picked_by_q_group_9 = bank26_rdata;
-      4'd7: picked_by_q_group_9 = bank30_rdata;
-      4'd8: picked_by_q_group_9 = bank34_rdata;
-      4'd9: picked_by_q_group_9 = bank38_rdata;
-      4'd10: picked_by_q_group_9 = bank42_rdata;
-      default: picked_by_q_group_9 = bank46_rdata;
+      4'd0: row1_v1 = row1_v1_group0;
+      4'd1: row1_v1 = row1_v1_group1;
+      4'd2: row1_v1 = row1_v1_group2;
+      4'd3: row1_v1 = row1_v1_group3;
+      4'd4: row1_v1 = row1_v1_group4;
+      4'd5: row1_v1 = row1_v1_group5;
+      4'd6: row1_v1 = row1_v1_group6;
+      4'd7: row1_v1 = row1_v1_group7;
+      4'd8: row1_v1 = row1_v1_group8;
+      4'd9: row1_v1 = row1_v1_group9;
+      4'd10: row1_v1 = row1_v1_group10;
+      default: row1_v1 = row1_v1_group11;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_22;
+  reg [15:0] row1_v2_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_22 = bank6_rdata;
-      default: picked_by_q_vertex_22 = bank9_rdata;
+      3'd0: row1_v2_group0 = bank6_rdata;
+      default: row1_v2_group0 = bank9_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_23;
+  reg [15:0] row1_v2_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_23 = bank18_rdata;
-      default: picked_by_q_vertex_23 = bank21_rdata;
+      3'd0: row1_v2_group1 = bank18_rdata;
+      default: row1_v2_group1 = bank21_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_24;
+  reg [15:0] row1_v2_group2;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_24 = bank30_rdata;
-      default: picked_by_q_vertex_24 = bank33_rdata;
+      3'd0: row1_v2_group2 = bank30_rdata;
+      default: row1_v2_group2 = bank33_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_25;
+  reg [15:0] row1_v2_group3;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_25 = bank42_rdata;
-      default: picked_by_q_vertex_25 = bank45_rdata;
+      3'd0: row1_v2_group3 = bank42_rdata;
+      default: row1_v2_group3 = bank45_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_10;
+  reg [15:0] row1_v2;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_10 = picked_by_q_vertex_22;
-      4'd1: picked_by_q_group_10 = picked_by_q_vertex_23;
-      4'd2: picked_by_q_group_10 = picked_by_q_vertex_24;
-      default: picked_by_q_group_10 = picked_by_q_vertex_25;
+      4'd0: row1_v2 = row1_v2_group0;
+      4'd1: row1_v2 = row1_v2_group1;
+      4'd2: row1_v2 = row1_v2_group2;
+      default: row1_v2 = row1_v2_group3;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_26;
+  reg [15:0] row1_v4_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_26 = bank12_rdata;
-      3'd1: picked_by_q_vertex_26 = bank15_rdata;
-      3'd2: picked_by_q_vertex_26 = bank18_rdata;
-      default: picked_by_q_vertex_26 = bank21_rdata;
+      3'd0: row1_v4_group0 = bank12_rdata;
+      3'd1: row1_v4_group0 = bank15_rdata;
+      3'd2: row1_v4_group0 = bank18_rdata;
+      default: row1_v4_group0 = bank21_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_27;
+  reg [15:0] row1_v4_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_27 = bank36_rdata;
-      3'd1: picked_by_q_vertex_27 = bank39_rdata;
-      3'd2: picked_by_q_vertex_27 = bank42_rdata;
-      default: picked_by_q_vertex_27 = bank45_rdata;
+      3'd0: row1_v4_group1 = bank36_rdata;
+      3'd1: row1_v4_group1 = bank39_rdata;
+      3'd2: row1_v4_group1 = bank42_rdata;
+      default: row1_v4_group1 = bank45_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_11;
+  reg [15:0] row1_v4;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_11 = picked_by_q_vertex_26;
-      default: picked_by_q_group_11 = picked_by_q_vertex_27;
+      4'd0: row1_v4 = row1_v4_group0;
+      default: row1_v4 = row1_v4_group1;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_28;
+  reg [15:0] row1_v8_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_28 = bank24_rdata;
-      3'd1: picked_by_q_vertex_28 = bank27_rdata;
-      3'd2: picked_by_q_vertex_28 = bank30_rdata;
-      3'd3: picked_by_q_vertex_28 = bank33_rdata;
-      3'd4: picked_by_q_vertex_28 = bank36_rdata;
-      3'd5: picked_by_q_vertex_28 = bank39_rdata;
-      3'd6: picked_by_q_vertex_28 = bank42_rdata;
-      default: picked_by_q_vertex_28 = bank45_rdata;
+      3'd0: row1_v8_group0 = bank24_rdata;
+      3'd1: row1_v8_group0 = bank27_rdata;
+      3'd2: row1_v8_group0 = bank30_rdata;
+      3'd3: row1_v8_group0 = bank33_rdata;
+      3'd4: row1_v8_group0 = bank36_rdata;
+      3'd5: row1_v8_group0 = bank39_rdata;
+      3'd6: row1_v8_group0 = bank42_rdata;
+      default: row1_v8_group0 = bank45_rdata;
     endcase
   end
+  wire [15:0] row1_v8 = row1_v8_group0;
   reg [15:0] q_row1;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: q_row1 = picked_by_q_group_9;
-      2'd1: q_row1 = picked_by_q_group_10;
-      2'd2: q_row1 = picked_by_q_group_11;
-      default: q_row1 = picked_by_q_vertex_28;
+      2'd0: q_row1 = row1_v1;
+      2'd1: q_row1 = row1_v2;
+      2'd2: q_row1 = row1_v4;
+      default: q_row1 = row1_v8;
     endcase
   end
-  reg [15:0] picked_by_q_group_12;
+  wire [15:0] tag1_v1_group0 = bank3_rdata;
+  wire [15:0] tag1_v1_group1 = bank7_rdata;
+  wire [15:0] tag1_v1_group2 = bank11_rdata;
+  wire [15:0] tag1_v1_group3 = bank15_rdata;
+  wire [15:0] tag1_v1_group4 = bank19_rdata;
+  wire [15:0] tag1_v1_group5 = bank23_rdata;
+  wire [15:0] tag1_v1_group6 = bank27_rdata;
+  wire [15:0] tag1_v1_group7 = bank31_rdata;
+  wire [15:0] tag1_v1_group8 = bank35_rdata;
+  wire [15:0] tag1_v1_group9 = bank39_rdata;
+  wire [15:0] tag1_v1_group10 = bank43_rdata;
+  wire [15:0] tag1_v1_group11 = bank47_rdata;
+  reg [15:0] tag1_v1;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_12 = bank3_rdata;
-      4'd1: picked_by_q_group_12 = bank7_rdata;
-      4'd2: picked_by_q_group_12 = bank11_rdata;
-      4'd3: picked_by_q_group_12 = bank15_rdata;
-      4'd4: picked_by_q_group_12 = bank19_rdata;
-      4'd5: picked_by_q_group_12 = bank23_rdata;
-      4'd6: picked_by_q_group_12 = bank27_rdata;
-      4'd7: picked_by_q_group_12 = bank31_rdata;
-      4'd8: picked_by_q_group_12 = bank35_rdata;
-      4'd9: picked_by_q_group_12 = bank39_rdata;
-      4'd10: picked_by_q_group_12 = bank43_rdata;
-      default: picked_by_q_group_12 = bank47_rdata;
+      4'd0: tag1_v1 = tag1_v1_group0;
+      4'd1: tag1_v1 = tag1_v1_group1;
+      4'd2: tag1_v1 = tag1_v1_group2;
+      4'd3: tag1_v1 = tag1_v1_group3;
+      4'd4: tag1_v1 = tag1_v1_group4;
+      4'd5: tag1_v1 = tag1_v1_group5;
+      4'd6: tag1_v1 = tag1_v1_group6;
+      4'd7: tag1_v1 = tag1_v1_group7;
+      4'd8: tag1_v1 = tag1_v1_group8;
+      4'd9: tag1_v1 = tag1_v1_group9;
+      4'd10: tag1_v1 = tag1_v1_group10;
+      default: tag1_v1 = tag1_v1_group11;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_29;
+  reg [15:0] tag1_v2_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_29 = bank7_rdata;
-      default: picked_by_q_vertex_29 = bank10_rdata;
+      3'd0: tag1_v2_group0 = bank7_rdata;
+      default: tag1_v2_group0 = bank10_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_30;
+  reg [15:0] tag1_v2_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_30 = bank19_rdata;
-      default: picked_by_q_vertex_30 = bank22_rdata;
+      3'd0: tag1_v2_group1 = bank19_rdata;
+      default: tag1_v2_group1 = bank22_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_31;
+  reg [15:0] tag1_v2_group2;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_31 = bank31_rdata;
-      default: picked_by_q_vertex_31 = bank34_rdata;
+      3'd0: tag1_v2_group2 = bank31_rdata;
+      default: tag1_v2_group2 = bank34_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_32;
+  reg [15:0] tag1_v2_group3;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_32 = bank43_rdata;
-      default: picked_by_q_vertex_32 = bank46_rdata;
+      3'd0: tag1_v2_group3 = bank43_rdata;
+      default: tag1_v2_group3 = bank46_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_13;
+  reg [15:0] tag1_v2;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_13 = picked_by_q_vertex_29;
-      4'd1: picked_by_q_group_13 = picked_by_q_vertex_30;
-      4'd2: picked_by_q_group_13 = picked_by_q_vertex_31;
-      default: picked_by_q_group_13 = picked_by_q_vertex_32;
+      4'd0: tag1_v2 = tag1_v2_group0;
+      4'd1: tag1_v2 = tag1_v2_group1;
+      4'd2: tag1_v2 = tag1_v2_group2;
+      default: tag1_v2 = tag1_v2_group3;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_33;
+  reg [15:0] tag1_v4_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_33 = bank13_rdata;
-      3'd1: picked_by_q_vertex_33 = bank16_rdata;
-      3'd2: picked_by_q_vertex_33 = bank19_rdata;
-      default: picked_by_q_vertex_33 = bank22_rdata;
+      3'd0: tag1_v4_group0 = bank13_rdata;
+      3'd1: tag1_v4_group0 = bank16_rdata;
+      3'd2: tag1_v4_group0 = bank19_rdata;
+      default: tag1_v4_group0 = bank22_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_34;
+  reg [15:0] tag1_v4_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_34 = bank37_rdata;
-      3'd1: picked_by_q_vertex_34 = bank40_rdata;
-      3'd2: picked_by_q_vertex_34 = bank43_rdata;
-      default: picked_by_q_vertex_34 = bank46_rdata;
+      3'd0: tag1_v4_group1 = bank37_rdata;
+      3'd1: tag1_v4_group1 = bank40_rdata;
+      3'd2: tag1_v4_group1 = bank43_rdata;
+      default: tag1_v4_group1 = bank46_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_14;
+  reg [15:0] tag1_v4;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_14 = picked_by_q_vertex_33;
-      default: picked_by_q_group_14 = picked_by_q_vertex_34;
+      4'd0: tag1_v4 = tag1_v4_group0;
+      default: tag1_v4 = tag1_v4_group1;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_35;
+  reg [15:0] tag1_v8_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_35 = bank25_rdata;
-      3'd1: picked_by_q_vertex_35 = bank28_rdata;
-      3'd2: picked_by_q_vertex_35 = bank31_rdata;
-      3'd3: picked_by_q_vertex_35 = bank34_rdata;
-      3'd4: picked_by_q_vertex_35 = bank37_rdata;
-      3'd5: picked_by_q_vertex_35 = bank40_rdata;
-      3'd6: picked_by_q_vertex_35 = bank43_rdata;
-      default: picked_by_q_vertex_35 = bank46_rdata;
+      3'd0: tag1_v8_group0 = bank25_rdata;
+      3'd1: tag1_v8_group0 = bank28_rdata;
+      3'd2: tag1_v8_group0 = bank31_rdata;
+      3'd3: tag1_v8_group0 = bank34_rdata;
+      3'd4: tag1_v8_group0 = bank37_rdata;
+      3'd5: tag1_v8_group0 = bank40_rdata;
+      3'd6: tag1_v8_group0 = bank43_rdata;
+      default: tag1_v8_group0 = bank46_rdata;
     endcase
   end
+  wire [15:0] tag1_v8 = tag1_v8_group0;
   reg [15:0] q_tag1;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: q_tag1 = picked_by_q_group_12;
-      2'd1: q_tag1 = picked_by_q_group_13;
-      2'd2: q_tag1 = picked_by_q_group_14;
-      default: q_tag1 = picked_by_q_vertex_35;
+      2'd0: q_tag1 = tag1_v1;
+      2'd1: q_tag1 = tag1_v2;
+      2'd2: q_tag1 = tag1_v4;
+      default: q_tag1 = tag1_v8;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_36;
+  reg [15:0] weight1_v2_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_36 = bank8_rdata;
-      default: picked_by_q_vertex_36 = bank11_rdata;
+      3'd0: weight1_v2_group0 = bank8_rdata;
+      default: weight1_v2_group0 = bank11_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_37;
+  reg [15:0] weight1_v2_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_37 = bank20_rdata;
-      default: picked_by_q_vertex_37 = bank23_rdata;
+      3'd0: weight1_v2_group1 = bank20_rdata;
+      default: weight1_v2_group1 = bank23_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_38;
+  reg [15:0] weight1_v2_group2;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_38 = bank32_rdata;
-      default: picked_by_q_vertex_38 = bank35_rdata;
+      3'd0: weight1_v2_group2 = bank32_rdata;
+      default: weight1_v2_group2 = bank35_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_39;
+  reg [15:0] weight1_v2_group3;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_39 = bank44_rdata;
-      default: picked_by_q_vertex_39 = bank47_rdata;
+      3'd0: weight1_v2_group3 = bank44_rdata;
+      default: weight1_v2_group3 = bank47_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_15;
+  reg [15:0] weight1_v2;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_15 = picked_by_q_vertex_36;
-      4'd1: picked_by_q_group_15 = picked_by_q_vertex_37;
-      4'd2: picked_by_q_group_15 = picked_by_q_vertex_38;
-      default: picked_by_q_group_15 = picked_by_q_vertex_39;
+      4'd0: weight1_v2 = weight1_v2_group0;
+      4'd1: weight1_v2 = weight1_v2_group1;
+      4'd2: weight1_v2 = weight1_v2_group2;
+      default: weight1_v2 = weight1_v2_group3;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_40;
+  reg [15:0] weight1_v4_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_40 = bank14_rdata;
-      3'd1: picked_by_q_vertex_40 = bank17_rdata;
-      3'd2: picked_by_q_vertex_40 = bank20_rdata;
-      default: picked_by_q_vertex_40 = bank23_rdata;
+      3'd0: weight1_v4_group0 = bank14_rdata;
+      3'd1: weight1_v4_group0 = bank17_rdata;
+      3'd2: weight1_v4_group0 = bank20_rdata;
+      default: weight1_v4_group0 = bank23_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_41;
+  reg [15:0] weight1_v4_group1;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_41 = bank38_rdata;
-      3'd1: picked_by_q_vertex_41 = bank41_rdata;
-      3'd2: picked_by_q_vertex_41 = bank44_rdata;
-      default: picked_by_q_vertex_41 = bank47_rdata;
+      3'd0: weight1_v4_group1 = bank38_rdata;
+      3'd1: weight1_v4_group1 = bank41_rdata;
+      3'd2: weight1_v4_group1 = bank44_rdata;
+      default: weight1_v4_group1 = bank47_rdata;
     endcase
   end
-  reg [15:0] picked_by_q_group_16;
+  reg [15:0] weight1_v4;
   always @(*) begin
     case (q_group)
-      4'd0: picked_by_q_group_16 = picked_by_q_vertex_40;
-      default: picked_by_q_group_16 = picked_by_q_vertex_41;
+      4'd0: weight1_v4 = weight1_v4_group0;
+      default: weight1_v4 = weight1_v4_group1;
     endcase
   end
-  reg [15:0] picked_by_q_vertex_42;
+  reg [15:0] weight1_v8_group0;
   always @(*) begin
     case (q_vertex)
-      3'd0: picked_by_q_vertex_42 = bank26_rdata;
-      3'd1: picked_by_q_vertex_42 = bank29_rdata;
-      3'd2: picked_by_q_vertex_42 = bank32_rdata;
-      3'd3: picked_by_q_vertex_42 = bank35_rdata;
-      3'd4: picked_by_q_vertex_42 = bank38_rdata;
-      3'd5: picked_by_q_vertex_42 = bank41_rdata;
-      3'd6: picked_by_q_vertex_42 = bank44_rdata;
-      default: picked_by_q_vertex_42 = bank47_rdata;
+      3'd0: weight1_v8_group0 = bank26_rdata;
+      3'd1: weight1_v8_group0 = bank29_rdata;
+      3'd2: weight1_v8_group0 = bank32_rdata;
+      3'd3: weight1_v8_group0 = bank35_rdata;
+      3'd4: weight1_v8_group0 = bank38_rdata;
+      3'd5: weight1_v8_group0 = bank41_rdata;
+      3'd6: weight1_v8_group0 = bank44_rdata;
+      default: weight1_v8_group0 = bank47_rdata;
     endcase
   end
+  wire [15:0] weight1_v8 = weight1_v8_group0;
   reg [15:0] q_weight1;
   always @(*) begin
     case (cfg_vertices)
       2'd0: q_weight1 = 16'd0;
-      2'd1: q_weight1 = picked_by_q_group_15;
-      2'd2: q_weight1 = picked_by_q_group_16;
-      default: q_weight1 = picked_by_q_vertex_42;
+      2'd1: q_weight1 = weight1_v2;
+      2'd2: q_weight1 = weight1_v4;
+      default: q_weight1 = weight1_v8;
     endcase
   end
   reg [15:0] p_row1;
@@ -1479,8 +1532,8 @@ module rit_buffer (
   assign p_weight = {p_weight1, p_weight0};
   assign p_slot = {p_tag1, p_tag0};
   assign s_axis_rit_tready = write_ready;
-  assign errors = {write_accept & s_axis_rit_tlast_or_row_done & not_s_axis_rit_tlast & write_second
-      & (~s_axis_rit_tuser) & (7'd1 < cfg_segments), write_accept & (~(s_axis_rit_tlast ?
+  assign errors = {write_accept & s_axis_rit_tlast_or_row_done & goes_on & write_second &
+      (~s_axis_rit_tuser) & (7'd1 < cfg_segments), write_accept & (~(s_axis_rit_tlast ?
       ((s_axis_rit_tkeep[0] == s_axis_rit_tkeep[1]) & (s_axis_rit_tkeep[2] == s_axis_rit_tkeep[3]) &
       ((~s_axis_rit_tkeep[2]) | s_axis_rit_tkeep[0]) & (s_axis_rit_tkeep[4] == s_axis_rit_tkeep[5])
       & ((~s_axis_rit_tkeep[4]) | s_axis_rit_tkeep[2]) & (s_axis_rit_tkeep[6] ==

@@ -32,14 +32,14 @@ module vector_lane (
 
 
   // Element-wise operations
-  wire [31:0] by_a_31 = a[31] ? 32'd0 : a;
+  wire [31:0] relu = a[31] ? 32'd0 : a;
   wire [32:0] sum = {a[31], a} + {b[31], b};
   wire [63:0] product = $signed({{32{a[31]}}, a}) * $signed({{32{b[31]}}, b});
   wire [63:0] a_square = $signed({{32{a[31]}}, a}) * $signed({{32{a[31]}}, a});
   wire [63:0] b_square = $signed({{32{b[31]}}, b}) * $signed({{32{b[31]}}, b});
   wire [64:0] exact_next = (code == 4'd4) ? ({a_square[63], a_square} + {b_square[63], b_square}) :
       (code == 4'd3) ? {product[63], product} : (code == 4'd2) ? {{32{sum[32]}}, sum} : (code ==
-      4'd1) ? {{33{by_a_31[31]}}, by_a_31} : (code == 4'd0) ? {{33{a[31]}}, a} : 65'h0;
+      4'd1) ? {{33{relu[31]}}, relu} : (code == 4'd0) ? {{33{a[31]}}, a} : 65'h0;
   reg [64:0] exact;
 
   always @(posedge clk) begin
@@ -55,8 +55,8 @@ module vector_lane (
   // Exponential: start
   // the operand, held within U3.13
   wire [15:0] power = a[31] ? 16'd0 : ((|a[30:16]) ? 16'hffff : a[15:0]);
-  wire [22:0] power_wide = {7'd0, power};
-  wire [22:0] power_aligned = {power_wide[16:0], 6'd0};
+  wire [22:0] power_extended = {7'd0, power};
+  wire [22:0] power_aligned = {power_extended[16:0], 6'd0};
   // the operand of 1 - exp(-s), held within U4.20
   wire [23:0] depth = a[31] ? 24'd0 : ((|a[30:24]) ? 24'hffffff : a[23:0]);
   wire [23:0] depth_remain = (depth[23] ? FAR_BIAS : {1'd0, BIAS}) - ({1'b0, depth[23:1]} + {23'd0,
@@ -68,15 +68,15 @@ module vector_lane (
   reg [22:0] r_remain;
   reg [20:0] r_accum;
   reg [3:0] r_digits;
-  wire [22:0] by_begin_power = begin_power ? remain_start : r_remain;
-  wire [20:0] by_begin_power_2 = begin_power ? ACCUM_START : r_accum;
-  wire [3:0] by_begin_power_3 = begin_power ? 4'd0 : r_digits;
-  wire take0 = sub0 <= by_begin_power;
-  wire [22:0] remain0 = take0 ? (by_begin_power - sub0) : by_begin_power;
-  wire [21:0] accum_shifted0 = {by_begin_power_2, 1'b0} >> mul0;
-  wire [20:0] accum0 = (take0 & (~digit0)) ? (by_begin_power_2 + accum_shifted0[21:1] + {20'd0,
-      accum_shifted0[0]}) : by_begin_power_2;
-  wire [3:0] digits0 = digit0 ? {by_begin_power_3[2:0], take0} : by_begin_power_3;
+  wire [22:0] remain_now = begin_power ? remain_start : r_remain;
+  wire [20:0] accum_now = begin_power ? ACCUM_START : r_accum;
+  wire [3:0] digits_now = begin_power ? 4'd0 : r_digits;
+  wire take0 = sub0 <= remain_now;
+  wire [22:0] remain0 = take0 ? (remain_now - sub0) : remain_now;
+  wire [21:0] accum_shifted0 = {accum_now, 1'b0} >> mul0;
+  wire [20:0] accum0 = (take0 & (~digit0)) ? (accum_now + accum_shifted0[21:1] + {20'd0,
+      accum_shifted0[0]}) : accum_now;
+  wire [3:0] digits0 = digit0 ? {digits_now[2:0], take0} : digits_now;
   reg r_rescaled;
 
   always @(posedge clk) begin
@@ -100,15 +100,15 @@ module vector_lane (
   // Result stage
   wire [65:0] exact_doubled = {exact, 1'b0};
   wire [65:0] shifted = $signed(exact_doubled) >>> shift;
-  wire [64:0] shifted_part = shifted[65:1];
+  wire [64:0] floor = shifted[65:1];
   wire [63:0] dropped_bits = ~(64'hffffffffffffffff << shift);
   wire round_up = ((rounding == 2'd1) & shifted[0]) | ((rounding == 2'd2) & shifted[0] &
       ((|(exact[62:0] & dropped_bits[63:1])) | shifted[1]));
-  wire [65:0] rounded_value = {shifted_part[64], shifted_part} + {65'd0, round_up};
+  wire [65:0] rounded_value = {floor[64], floor} + {65'd0, round_up};
   // the result is R_accum 2^-exponent
   wire [4:0] exponent = (r_rescaled ? 5'd24 : 5'd12) - {1'd0, r_digits};
-  wire [21:0] r_accum_joined = {r_accum, 1'b0};
-  wire [18:0] scaled = r_accum_joined[21:3] >> exponent;
+  wire [21:0] accum_doubled = {r_accum, 1'b0};
+  wire [18:0] scaled = accum_doubled[21:3] >> exponent;
   wire [17:0] rounded = scaled[18:1] + {17'd0, scaled[0]};
   wire [17:0] one_minus_power = (18'h10000 < rounded) ? 18'd0 : (18'h10000 - rounded);
 
@@ -117,8 +117,8 @@ module vector_lane (
       (~rounded_value[65] & (|rounded_value[64:31])) ? 32'h7fffffff : ((rounded_value[65] &
       ~(&rounded_value[64:31])) ? 32'h80000000 : rounded_value[31:0]);
 
-  wire unused_ok = &{1'b0, power_wide[22:17], depth_remain[23], dropped_bits[0],
-      r_accum_joined[2:0]};
+  wire unused_ok = &{1'b0, power_extended[22:17], depth_remain[23], dropped_bits[0],
+      accum_doubled[2:0]};
 endmodule
 
 `default_nettype wire

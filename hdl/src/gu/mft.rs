@@ -74,6 +74,7 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let done = m.and(accept, last);
     let done = m.name(done, "write_done");
     let other = m.not(write_half);
+    let other = m.name(other, "other_write_half");
     m.set_next_if(write_half, done, other);
     let no_room = m.not(room);
     let overflow = m.and(accept, no_room);

@@ -107,18 +107,22 @@ impl Reader {
         let end_group = of_half(m, self.half, halves.end_group);
         let end_group = m.name(end_group, "end_group");
         let row = m.extend(self.row, end_row.width());
+        let row = m.name(row, "read_row_now");
         let next_row = plus_one(m, row);
         let next_group = plus_one(m, self.group);
         let groups = shape.by_vertices(m, vertices, |m, v| {
             m.lit(shape.groups(v) - 1, shape.group_ty())
         });
+        let groups = m.name(groups, "last_group_of_row");
         let row_ends = m.eq(self.group, groups);
         let row_ends = m.name(row_ends, "read_ends_row");
         let readable = before(m, (row, self.group), (end_row, end_group));
         let readable = m.name(readable, "readable");
         let zero_group = m.lit(0, shape.group_ty());
         let then_row = m.mux(row_ends, next_row, row);
+        let then_row = m.name(then_row, "row_of_next_group");
         let then_group = m.mux(row_ends, zero_group, next_group);
+        let then_group = m.name(then_group, "next_group");
         let more = before(m, (then_row, then_group), (end_row, end_group));
         let more = m.name(more, "more_groups");
 
@@ -127,6 +131,7 @@ impl Reader {
         let first = is(m, self.vertex, 0);
         let first = m.name(first, "read_first");
         let top = shape.by_vertices(m, vertices, |m, v| m.lit(v.count() as u32 - 1, Ty::u(3)));
+        let top = m.name(top, "last_vertex_of_entry");
         let last = m.eq(self.vertex, top);
         let last = m.name(last, "read_last");
 
@@ -135,6 +140,7 @@ impl Reader {
         let half_ends = m.and(closed, no_more);
         let half_ends = m.name(half_ends, "read_ends_half");
         let ends_mvoxel = of_half(m, self.half, halves.ends_mvoxel);
+        let ends_mvoxel = m.name(ends_mvoxel, "half_ends_mvoxel");
         let pass_ends = m.and(half_ends, ends_mvoxel);
         let pass_ends = m.name(pass_ends, "read_ends_pass");
         let streamed = of_half(m, self.half, halves.streamed);
@@ -150,8 +156,11 @@ impl Reader {
         let leave = m.and(step, half_ends);
         let leave = m.name(leave, "read_leave_half");
         let let_go = m.not(retain);
+        let let_go = m.name(let_go, "let_go");
         let free = m.and(leave, let_go);
+        let free = m.name(free, "free_half");
         let in_lower = m.not(self.half);
+        let in_lower = m.name(in_lower, "in_lower_half");
         let release = [m.and(free, in_lower), m.and(free, self.half)];
         let release = [
             m.name(release[0], "release_0"),
@@ -168,13 +177,14 @@ impl Reader {
         let zero_row = m.lit(0, self.row.ty());
         let row_after = m.mux(half_ends, zero_row, narrow);
         m.set_next_if(self.row, step, row_after);
-        let other = m.not(self.half);
+        let other = in_lower;
         let repeat = m.and(pass_ends, retain);
         let half_after = m.mux(repeat, self.start_half, other);
         m.set_next_if(self.half, leave, half_after);
         let zero_segment = m.lit(0, self.segment.ty());
         let segment_after = m.mux(retain, later, zero_segment);
         let pass_done = m.and(leave, ends_mvoxel);
+        let pass_done = m.name(pass_done, "pass_done");
         m.set_next_if(self.segment, pass_done, segment_after);
         let mvoxel_done = m.and(pass_done, let_go);
         m.set_next_if(self.start_half, mvoxel_done, other);
@@ -234,6 +244,7 @@ impl Reader {
         for port in 0..shape.ports {
             let names = ["row", "tag", "weight"];
             let halfword = |m: &mut ModuleBuilder, j: u32| {
+                let what = names[j as usize];
                 let s = shape.by_vertices(m, vertices, |m, v| {
                     let size = Shape::entry_halfwords(v);
                     let (count, groups) = (v.count() as u32, shape.groups(v));
@@ -249,12 +260,14 @@ impl Reader {
                                         as usize]
                                 })
                                 .collect();
-                            m.select(q.vertex, &options)
+                            let of_vertex = m.select(q.vertex, &options);
+                            m.name(of_vertex, &format!("{what}{port}_v{count}_group{g}"))
                         })
                         .collect();
-                    m.select(q.group, &of_group)
+                    let picked = m.select(q.group, &of_group);
+                    m.name(picked, &format!("{what}{port}_v{count}"))
                 });
-                m.name(s, &format!("q_{}{port}", names[j as usize]))
+                m.name(s, &format!("q_{what}{port}"))
             };
             let (row, tag, weight) = (halfword(m, 0), halfword(m, 1), halfword(m, 2));
             let ty = Ty::u(16);

@@ -63,6 +63,7 @@ impl Writer {
             .map(|p| m.lit(p * shape.lanes, position_ty))
             .collect();
         let start = m.select(phase, &starts);
+        let start = m.name(start, "first_halfword");
         let count = m.extend(count, position_ty.width);
         let position = m.add(start, count);
         let position = m.name(position, "write_position");
@@ -100,17 +101,22 @@ impl Writer {
 
         // The end of what can be read: a full row counts as the start of the next.
         let row_wide = m.extend(row, shape.row_ty().width);
+        let row_wide = m.name(row_wide, "write_row_now");
         let next_row = plus_one(m, row_wide);
         let no_group = m.lit(0, shape.group_ty());
         let middle_group = m.mux(row_done, no_group, full_groups);
         let middle_row = m.mux(row_done, next_row, row_wide);
         let end_group = m.mux(self.last, all_groups, middle_group);
+        let end_group = m.name(end_group, "new_end_group");
         let end_row = m.mux(self.last, row_wide, middle_row);
+        let end_row = m.name(end_row, "new_end_row");
         let all_ports = m.lit(ones(shape.ports), Ty::u(shape.ports));
         let keep = m.mux(self.last, last_keep, all_ports);
+        let keep = m.name(keep, "new_last_keep");
 
         let upper = half;
         let lower = m.not(half);
+        let lower = m.name(lower, "in_lower");
         for (h, mine) in [(0, lower), (1, upper)] {
             let here = m.and(accept, mine);
             let here = m.name(here, &format!("write_half_{h}"));
@@ -130,8 +136,7 @@ impl Writer {
             m.set_next_if(halves.last_keep[h], here, keep);
         }
 
-        let other = m.not(half);
-        m.set_next_if(half, close, other);
+        m.set_next_if(half, close, lower);
         let next_phase = wrapping(m, phase, shape.phases);
         let zero_phase = m.lit(0, phase.ty());
         let phase_after = m.mux(closes, zero_phase, next_phase);
@@ -143,6 +148,7 @@ impl Writer {
         let row_after = m.mux(closes, zero, row_plus_one);
         m.set_next_if(row, row_steps, row_after);
         let not_last = m.not(self.last);
+        let not_last = m.name(not_last, "goes_on");
         m.set_next_if(second, close, not_last);
 
         let enables = (0..shape.phases)

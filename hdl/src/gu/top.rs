@@ -195,6 +195,7 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.section("Stage 2: results into the FIFO");
     let s2_push = m.reg("s2_push", bit, 0);
     let push = m.and(s1.valid, s1.last);
+    let push = m.name(push, "s1_completes");
     m.set_next(s2_push, push);
     let tail = [
         ("s2_end", s1.end, bit),
@@ -246,6 +247,7 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     );
     let slots = config.rit.slot_bits * ports;
     let keep = m.slice(out, width + slots, ports);
+    let keep = m.name(keep, "kept_ports");
     let mut bytes = vec![];
     for port in (0..ports).rev() {
         let kept = m.bit(keep, port);
@@ -340,6 +342,7 @@ fn errors(
     let gu = &config.gu;
     let (mut range, mut high, mut sums) = (vec![], vec![], vec![]);
     let structured = m.not(single);
+    let structured = m.name(structured, "structured");
     for p in 0..gu.ports {
         let kept = m.bit(s1.keep, p);
         let ok = m.bit(s1.in_range, p);
@@ -359,6 +362,7 @@ fn errors(
             let ty = Ty::u(gu.weight_bits + 4);
             let weight = m.slice(code, 0, gu.weight_bits + 1);
             let weight = m.extend(weight, ty.width);
+            let weight = m.name(weight, &format!("s1_weight_of_port{p}"));
             let total = m.reg(&format!("weight_total{p}"), ty, 0);
             let more = m.add(total, weight);
             let sum = m.mux(s1.first, weight, more);

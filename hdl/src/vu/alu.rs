@@ -25,6 +25,7 @@ pub(super) fn exact(
                 let sign = m.bit(a, 31);
                 let none = m.lit(0, a.ty());
                 let held = m.mux(sign, none, a);
+                let held = m.name(held, "relu");
                 m.extend(held, 65)
             }
             OpCode::Add => {
@@ -66,6 +67,7 @@ pub(super) fn requantise(
     let shifted = m.shr(doubled, shift);
     let shifted = m.name(shifted, "shifted");
     let floor = m.slice(shifted, 1, 65);
+    let floor = m.name(floor, "floor");
     let floor = m.as_signed(floor);
     let guard = m.bit(shifted, 0);
     // Bits below the guard: shift - 1 of them.

@@ -94,6 +94,7 @@ impl Widths {
         let power = m.name(power, "power");
         m.note(power, &format!("the operand, held within {format}"));
         let wide = m.extend(power, self.remain.width.max(input_ty.width));
+        let wide = m.name(wide, "power_extended");
         let wide = m.truncate(wide, self.remain.width);
         let aligned = m.shl_const(wide, bits - format.frac_bits());
         let aligned = m.name(aligned, "power_aligned");
@@ -247,6 +248,7 @@ impl Widths {
         m.note(k, "the result is R_accum 2^-exponent");
         let none = m.lit(0, Ty::bit());
         let doubled = m.cat(&[s.accum, none]);
+        let doubled = m.name(doubled, "accum_doubled");
         let fixed = m.slice(doubled, wa - f, doubled.width() - (wa - f));
         let fixed_width = fixed.width();
         let scaled = m.shr(fixed, k);

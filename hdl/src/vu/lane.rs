@@ -219,6 +219,11 @@ fn iterative(
         accum: m.mux(begin, start.accum, regs.accum),
         digits: m.mux(begin, start.digits, regs.digits),
     };
+    state = State {
+        remain: m.name(state.remain, "remain_now"),
+        accum: m.name(state.accum, "accum_now"),
+        digits: m.name(state.digits, "digits_now"),
+    };
     for (i, place) in places.iter().enumerate() {
         state = widths.step(m, state, *place, i as u32);
     }
