@@ -60,7 +60,7 @@ fn shifts_by_amounts_of_any_width() {
                     words[last] |= 1 << random.random_range(0..32);
                 }
             }
-            if width % 32 != 0 {
+            if !width.is_multiple_of(32) {
                 *words.last_mut().unwrap() &= (1 << (width % 32)) - 1;
             }
             model.set_words(model.port(name).unwrap(), &words).unwrap();

@@ -13,6 +13,8 @@ mod grid;
 mod mvoxels;
 mod ray;
 mod schedule;
+#[cfg(test)]
+mod tests;
 
 pub use error::VoxelError;
 pub use fixed::{FixedFrame, FixedOptions, FixedStats, render_fixed, tasks};
