@@ -12,6 +12,9 @@ pub(crate) const WIDTHS: [u32; 15] = [
     1, 2, 31, 32, 33, 63, 64, 65, 127, 128, 129, 511, 512, 513, 1024,
 ];
 
+/// Widths of the amounts of a shift: up to a word of 32 bits, up to one of 64, and beyond.
+pub(crate) const AMOUNTS: [&[u32]; 3] = [&[1, 3, 9, 11, 32], &[33, 40, 63, 64], &[65, 70, 130]];
+
 /// Every kind of node.
 pub(crate) const KINDS: [&str; 34] = [
     "lit",
@@ -59,9 +62,8 @@ pub(crate) fn class(width: u32) -> &'static str {
     }
 }
 
-/// Kinds of nodes that were made, with the class of the operand's width and
-/// its signedness.
-pub(crate) type Made = BTreeSet<(&'static str, &'static str, bool)>;
+/// Kinds of nodes that were made, with the operand's type.
+pub(crate) type Made = BTreeSet<(&'static str, u32, bool)>;
 
 /// Random numbers of a seed.
 pub(crate) struct Random(u64);
@@ -156,8 +158,8 @@ pub(crate) fn pool() -> Vec<(String, Ty)> {
             }
         }
     }
-    for bits in [1, 3, 9, 40, 70] {
-        all.push((format!("amount_{bits}"), Ty::u(bits)));
+    for bits in AMOUNTS.into_iter().flatten() {
+        all.push((format!("amount_{bits}"), Ty::u(*bits)));
     }
     all.push(("init".to_owned(), Ty::bit()));
     all.push(("init_row".to_owned(), Ty::u(3)));
@@ -181,7 +183,7 @@ struct Making<'a> {
 
 impl Making<'_> {
     fn note(&mut self, kind: &'static str, of: Signal) {
-        self.made.insert((kind, class(of.width()), of.signed()));
+        self.made.insert((kind, of.width(), of.signed()));
     }
 
     fn fresh(&mut self, stem: &str) -> String {
@@ -247,9 +249,19 @@ impl Making<'_> {
         self.value(Ty::bit())
     }
 
-    fn amount(&mut self) -> Signal {
-        let bits = self.random.of(&[1, 3, 9, 9, 40, 70]);
-        self.input(&format!("amount_{bits}"), Ty::u(bits))
+    /// A value shifted by an amount of each class of width, all in one.
+    fn shifted(&mut self, a: Signal, left: bool) -> Signal {
+        let each = AMOUNTS.map(|widths| {
+            let bits = self.random.of(widths);
+            let n = self.input(&format!("amount_{bits}"), Ty::u(bits));
+            if left {
+                self.b.shl(a, n)
+            } else {
+                self.b.shr(a, n)
+            }
+        });
+        let two = self.b.xor(each[0], each[1]);
+        self.b.xor(two, each[2])
     }
 
     /// One node of a kind whose operand has a type.
@@ -281,14 +293,8 @@ impl Making<'_> {
                     _ => self.b.le(a, b),
                 }
             }
-            "shl" => {
-                let n = self.amount();
-                self.b.shl(a, n)
-            }
-            "shr" => {
-                let n = self.amount();
-                self.b.shr(a, n)
-            }
+            "shl" => self.shifted(a, true),
+            "shr" => self.shifted(a, false),
             "slice" => self.part(a),
             "cat" => {
                 let (width, signed) = (self.random.of(&WIDTHS[..11]), self.random.flip());
@@ -522,16 +528,15 @@ pub(crate) fn module(
     making.finish()
 }
 
-/// Kinds with the types they are made for: each kind in each class, signed and
-/// not, in random order.
+/// Kinds with the types they are made for: each kind in each width, signed and
+/// not by turns, in random order.
 pub(crate) fn plan(random: &mut Random) -> Vec<(&'static str, Ty)> {
     let mut all = vec![];
     for kind in KINDS {
-        for signed in [false, true] {
-            for widths in [&WIDTHS[..5], &WIDTHS[5..8], &WIDTHS[8..]] {
-                let width = random.of(widths);
-                all.push((kind, Ty { width, signed }));
-            }
+        let first = random.flip();
+        for (i, width) in WIDTHS.into_iter().enumerate() {
+            let signed = first ^ (i % 2 == 1);
+            all.push((kind, Ty { width, signed }));
         }
     }
     for i in (1..all.len()).rev() {
