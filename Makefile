@@ -53,7 +53,10 @@ lint: setup
 refresh: setup
 	$(call step,Verilog of the presets)
 	rm -rf out/refresh
-	cargo run --locked --release --quiet -- emit --out out/refresh
+	for preset in $(notdir $(basename $(wildcard configs/*.toml))); do \
+	  cargo run --locked --release --quiet -- --config $$preset emit \
+	    --out out/refresh/$$preset || exit 1; \
+	done
 	rm -rf rtl_out
 	mv out/refresh rtl_out
 	$(call step,pictures of the documents)

@@ -1,9 +1,9 @@
 //! Arguments.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
-use potamoi_formats::config::{Config, PAPER_PRESET};
+use potamoi_formats::config::{Config, PRESETS};
 
 use crate::cost::CostArgs;
 use crate::failure::Failure;
@@ -24,10 +24,13 @@ pub(crate) struct Cli {
 /// What every subcommand takes.
 #[derive(Debug, Args)]
 pub(crate) struct Common {
-    /// Configuration file; the paper's sizes unless given
+    /// Configuration file, or a preset: paper (unless given), small
     #[arg(long, global = true, value_name = "FILE")]
     pub(crate) config: Option<PathBuf>,
 }
+
+/// What a command uses that names none.
+const DEFAULT_PRESET: &str = "paper";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -63,10 +66,13 @@ pub(crate) struct EmitArgs {
 impl Common {
     /// The configuration that was asked for.
     pub(crate) fn read_config(&self) -> Result<Config, Failure> {
-        Ok(match &self.config {
-            Some(path) => Config::read(path)?,
-            None => Config::from_toml(PAPER_PRESET, "the paper preset")?,
-        })
+        let path = self.config.as_deref().unwrap_or(Path::new(DEFAULT_PRESET));
+        for (name, text) in PRESETS {
+            if path == Path::new(name) {
+                return Ok(Config::from_toml(text, &format!("preset {name}"))?);
+            }
+        }
+        Ok(Config::read(path)?)
     }
 
     /// How the configuration is named on a command line.

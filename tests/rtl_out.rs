@@ -10,9 +10,20 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn emit(out: &Path) {
+/// Presets by name: what lies in `configs`.
+fn presets() -> Vec<String> {
+    let files = std::fs::read_dir(root().join("configs")).unwrap();
+    let mut names: Vec<String> = files
+        .map(|f| f.unwrap().path().file_stem().unwrap().display().to_string())
+        .collect();
+    names.sort();
+    assert!(names.len() >= 2);
+    names
+}
+
+fn emit(preset: &str, out: &Path) {
     let done = Command::new(env!("CARGO_BIN_EXE_potamoi"))
-        .args(["emit", "--out"])
+        .args(["--config", preset, "emit", "--out"])
         .arg(out)
         .output()
         .unwrap();
@@ -38,19 +49,28 @@ fn read(folder: &Path) -> BTreeMap<String, String> {
 
 #[test]
 fn the_checked_in_verilog_is_current() {
-    let made = tempfile::tempdir().unwrap();
-    emit(made.path());
-    let (made, kept) = (read(made.path()), read(&root().join("rtl_out")));
-    for (name, text) in &made {
-        assert!(
-            kept.get(name) == Some(text),
-            "rtl_out/{name} is not what the generator makes; refresh with `make refresh` and review the change"
+    for preset in presets() {
+        let made = tempfile::tempdir().unwrap();
+        emit(&preset, made.path());
+        let kept = root().join("rtl_out").join(&preset);
+        let (made, kept) = (read(made.path()), read(&kept));
+        for (name, text) in &made {
+            assert!(
+                kept.get(name) == Some(text),
+                "rtl_out/{preset}/{name} is not what the generator makes; refresh with `make refresh` and review the change"
+            );
+        }
+        assert_eq!(
+            made.len(),
+            kept.len(),
+            "rtl_out/{preset} holds files that are no longer made; run `make refresh`"
         );
     }
+    let folders = std::fs::read_dir(root().join("rtl_out")).unwrap().count();
     assert_eq!(
-        made.len(),
-        kept.len(),
-        "rtl_out holds files that are no longer made; run `make refresh`"
+        folders,
+        presets().len(),
+        "rtl_out holds a folder of no preset"
     );
 }
 
@@ -70,8 +90,11 @@ fn accepts(tool: &str, args: &[&str], files: &[PathBuf]) {
 
 #[test]
 fn verilator_icarus_and_yosys_accept_it_without_a_waiver() {
-    for unit in ["gathering_unit", "vector_unit"] {
-        let folder = root().join("rtl_out").join(unit);
+    let units = presets().into_iter().flat_map(|p| {
+        ["gathering_unit", "vector_unit"]
+            .map(|unit| (root().join("rtl_out").join(&p).join(unit), unit))
+    });
+    for (folder, unit) in units {
         let mut files: Vec<PathBuf> = std::fs::read_dir(&folder)
             .unwrap()
             .map(|f| f.unwrap().path())

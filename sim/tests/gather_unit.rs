@@ -7,7 +7,7 @@ use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_golden::units::GatherTask;
 use potamoi_sim::cycles::{Stalls, StreamStalls};
-use potamoi_sim::rtl::{Check, GatherTotals, GatherUnit};
+use potamoi_sim::rtl::{Check, EngineKind, GatherTotals, GatherUnit};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -321,4 +321,49 @@ fn narrow_and_untrusted_formats_agree() {
             check(&config, &unit, &tasks, stalls, 1);
         }
     }
+}
+
+/// Units of any size that the rules allow, on the interpreter: every bit and
+/// every cycle under random stalls.
+#[test]
+fn units_of_any_size_keep_to_their_cycles() {
+    let mut units = 0;
+    for seed in 0..60u64 {
+        let mut random = Pcg64Mcg::seed_from_u64(900 + seed);
+        let mut pick = |from: &[u32]| from[random.random_range(0..from.len())];
+        let ports = pick(&[1, 2, 3, 5, 8]);
+        let text = format!(
+            "[gu]\nbanks = {}\nports = {ports}\nfeature_bits = {}\nweight_bits = {}\n\
+             fifo_depth = {}\nsegments = 4\nweights = \"{}\"\nmodes = \"{}\"\ncounter_bits = {}\n\
+             [rit]\nentries = {}\nslot_bits = {}\n[mvoxel]\nrows = {}",
+            pick(&[1, 2, 3, 5, 17, 64]),
+            pick(&[8, 9, 12, 16]),
+            pick(&[4, 7, 12, 15]),
+            pick(&[2, 5, 8, 13]),
+            ["trusted", "any"][pick(&[0, 1]) as usize],
+            ["both", "structured", "unstructured"][pick(&[0, 0, 1, 2]) as usize],
+            pick(&[24, 32]),
+            ports * pick(&[2, 4, 8]),
+            pick(&[16, 32]),
+            pick(&[8, 21, 64]),
+        );
+        let Ok(config) = Config::from_toml(&text, "test") else {
+            continue;
+        };
+        units += 1;
+        let unit = GatherUnit::on(EngineKind::Interpreter, &config).unwrap();
+        let built = config.supported_vertices();
+        let vertices = built[random.random_range(0..built.len())];
+        let channels = random.random_range(1..=(4 * config.gu.banks).min(20)) as usize;
+        let tasks: Vec<_> = (0..6)
+            .map(|_| {
+                let rows = random.random_range(1..=config.mvoxel.rows as usize);
+                let entries = random.random_range(1..30);
+                task(&mut random, &config, vertices, channels, rows, entries)
+            })
+            .collect();
+        let stalls = held_up(&mut random);
+        check(&config, &unit, &tasks, stalls, seed);
+    }
+    assert!(units >= 20, "{units} of 60 keep the rules");
 }

@@ -10,9 +10,10 @@ use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::reference::Reference;
+use potamoi_golden::units::vu::VectorTwin;
 use potamoi_golden::units::widths::target;
 use potamoi_sim::cycles::{Stalls, StreamStalls};
-use potamoi_sim::rtl::{VectorBatch, VectorUnit};
+use potamoi_sim::rtl::{Check, VectorBatch, VectorUnit};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -237,6 +238,73 @@ fn element_wise_operations_are_exact_in_every_rounding() {
                     assert_eq!(i128::from(found), wanted, "seed {seed} {op:?} {x} {y}");
                 }
             }
+        }
+    }
+}
+
+/// Every cycle against the cycle model, every bit against the twin, under
+/// random stalls, for iterative and pipelined engines of all sorts.
+#[test]
+fn every_cycle_is_as_predicted_under_random_stalls() {
+    for (i, text) in [
+        "[vu]\nlanes = 3",
+        "[vu]\nlanes = 1\nfifo_depth = 3\n[vu.exp]\niterations_per_clock = 3\ntail = true",
+        "[vu]\nlanes = 33\n[vu.exp]\niterations_per_clock = 20",
+        "[vu]\nlanes = 2\nfifo_depth = 3\n[vu.exp]\npipelined = true",
+        "[vu]\nlanes = 2\n[vu.exp]\npipelined = true\niterations_per_clock = 4\ntail = true",
+        "[vu]\nlanes = 4\nops = [\"exp\"]",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let config = config(text);
+        let unit = VectorUnit::build(&config).unwrap();
+        let twin = VectorTwin::new(&config.vu);
+        for round in 0..12u64 {
+            let seed = 100 * i as u64 + round;
+            let mut random = Pcg64Mcg::seed_from_u64(seed);
+            let (mut work, mut results) = (vec![], vec![]);
+            for _ in 0..40 {
+                let op = VectorOp {
+                    code: config.vu.ops[random.random_range(0..config.vu.ops.len())],
+                    shift: random.random_range(0..40),
+                    rounding: Rounding::HalfEven,
+                };
+                let count = random.random_range(1..100);
+                let mut operand = || -> Vec<i32> {
+                    (0..count)
+                        .map(|_| random.random::<i32>() >> random.random_range(0..31))
+                        .collect()
+                };
+                let (a, b) = (operand(), operand());
+                let mut out = vec![0; count];
+                twin.slice(op, &a, &b, &mut out).unwrap();
+                results.extend(out);
+                work.push((op, a, b));
+            }
+            let batches: Vec<_> = work
+                .iter()
+                .map(|(op, a, b)| VectorBatch { op: *op, a, b })
+                .collect();
+            let mut stream = || StreamStalls {
+                per_mille: random.random_range(0..900),
+                burst: [1, 1, 3, 30][random.random_range(0..4)],
+            };
+            let stalls = Stalls {
+                rit: stream(),
+                sink: stream(),
+                ..Stalls::NONE
+            };
+            let check = Check {
+                stalls,
+                seed,
+                flags: 0,
+                progress: &mut |_| {},
+            };
+            let totals = unit
+                .check(&config, &batches, &results, check)
+                .unwrap_or_else(|e| panic!("{text}, seed {seed}: {e}"));
+            assert!(totals.vectors >= 40);
         }
     }
 }

@@ -21,6 +21,11 @@ pub use vu::VuConfig;
 
 /// The paper's sizes; what every command uses unless told otherwise.
 pub const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
+/// Configurations that come with the program, by name.
+pub const PRESETS: [(&str, &str); 2] = [
+    ("paper", PAPER_PRESET),
+    ("small", include_str!("../../../configs/small.toml")),
+];
 
 /// Everything that shapes the hardware.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

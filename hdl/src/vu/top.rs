@@ -14,6 +14,8 @@ use crate::parts::{bits_for, counter, fifo, is, plus_one, sticky};
 /// What is known of the vector in the result stage.
 struct Tag {
     valid: Signal,
+    /// A vector moves through the stages of the pipelined form.
+    moving: Option<Signal>,
     is_exp: Signal,
     one_minus: Signal,
     shift: Signal,
@@ -197,7 +199,8 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.section("Counters and flags");
     let step = m.lit(1, bit);
     let vectors = counter(m, "stat_vectors", 32, clear, accept, step);
-    let active = m.or(accept, sequence.busy);
+    let stepped = tag.moving.unwrap_or(sequence.busy);
+    let active = m.or(accept, stepped);
     let busy = counter(m, "stat_busy", 32, clear, active, step);
     let no_room = m.not(room);
     let refused = m.all_of(&[valid, free, no_room]);
@@ -329,13 +332,15 @@ impl Tag {
                 m.set_next_if(reg, accept, values[i]);
                 reg
             });
-            return Self::of(valid, held);
+            return Self::of(valid, None, held);
         }
         let (mut from_valid, mut from) = (accept, values);
+        let mut stages = vec![];
         for stage in 1..interval {
             let reg = m.reg(&format!("valid_{stage}"), Ty::bit(), 0);
             m.set_next(reg, from_valid);
             from_valid = reg;
+            stages.push(reg);
             from = std::array::from_fn(|i| {
                 let reg = m.reg(&format!("{}_{stage}", names[i]), from[i].ty(), 0);
                 m.set_next(reg, from[i]);
@@ -348,12 +353,21 @@ impl Tag {
             m.set_next(reg, from[i]);
             reg
         });
-        Self::of(valid, held)
+        let moving = (!stages.is_empty()).then(|| {
+            let moving = m.any_of(&stages);
+            m.name(moving, "moving")
+        });
+        Self::of(valid, moving, held)
     }
 
-    fn of(valid: Signal, [is_exp, one_minus, shift, rounding, keep, last]: [Signal; 6]) -> Self {
+    fn of(
+        valid: Signal,
+        moving: Option<Signal>,
+        [is_exp, one_minus, shift, rounding, keep, last]: [Signal; 6],
+    ) -> Self {
         Self {
             valid,
+            moving,
             is_exp,
             one_minus,
             shift,
