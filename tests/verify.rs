@@ -8,12 +8,18 @@ use common::{expect, json};
 #[test]
 fn both_built_in_scenes_agree_in_every_bit_and_cycle() {
     let folder = tempfile::tempdir().unwrap();
-    for scene in ["garden", "lantern"] {
+    for (scene, preset) in [
+        ("garden", "paper"),
+        ("lantern", "paper"),
+        ("garden", "small"),
+        ("lantern", "small"),
+    ] {
         let said = expect(
             folder.path(),
             0,
             &[
-                "verify", "--scene", scene, "--width", "64", "--level", "full", "--json", "r.json",
+                "verify", "--config", preset, "--scene", scene, "--width", "64", "--level", "full",
+                "--json", "r.json",
             ],
         );
         assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
