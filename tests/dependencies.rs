@@ -5,8 +5,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-/// Crates of this workspace that one of them builds on, directly or not.
-fn below(package: &str) -> BTreeSet<String> {
+/// Crates of this workspace that one of them builds on, directly or not, by
+/// dependencies of these kinds.
+fn below(package: &str, kinds: &str) -> BTreeSet<String> {
     let done = Command::new(env!("CARGO"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .args([
@@ -14,7 +15,7 @@ fn below(package: &str) -> BTreeSet<String> {
             "--locked",
             "--offline",
             "--edges",
-            "normal,build",
+            kinds,
             "--prefix",
             "none",
         ])
@@ -37,12 +38,13 @@ fn set(names: &[&str]) -> BTreeSet<String> {
 
 #[test]
 fn generator_and_oracle_never_meet() {
-    assert_eq!(below("potamoi-formats"), set(&[]));
-    assert_eq!(below("potamoi-hdl"), set(&["potamoi-formats"]));
-    assert_eq!(below("potamoi-golden"), set(&["potamoi-formats"]));
-    assert_eq!(below("potamoi-verilated"), set(&[]));
+    let built = |package| below(package, "normal,build");
+    assert_eq!(built("potamoi-formats"), set(&[]));
+    assert_eq!(built("potamoi-hdl"), set(&["potamoi-formats"]));
+    assert_eq!(built("potamoi-golden"), set(&["potamoi-formats"]));
+    assert_eq!(built("potamoi-verilated"), set(&[]));
     assert_eq!(
-        below("potamoi-sim"),
+        built("potamoi-sim"),
         set(&[
             "potamoi-formats",
             "potamoi-golden",
@@ -51,9 +53,16 @@ fn generator_and_oracle_never_meet() {
         ])
     );
     assert_eq!(
-        below("potamoi-rust-hdl"),
+        built("potamoi-rust-hdl"),
         set(&["potamoi-formats", "potamoi-hdl"])
     );
+    // Nor do they meet in their own tests.
+    let tested = |package| below(package, "normal,build,dev");
+    assert_eq!(
+        tested("potamoi-hdl"),
+        set(&["potamoi-formats", "potamoi-verilated"])
+    );
+    assert_eq!(tested("potamoi-golden"), set(&["potamoi-formats"]));
 }
 
 /// Every Rust file below a folder, build output left out.
