@@ -91,13 +91,19 @@ fn splat_files() {
         let said = render(at, 2, "m.ply");
         assert!(said.contains("m.ply") && said.contains(expected), "{said}");
     };
-    refused(&good[..good.len() - 7], "");
-    refused(&good[..60], "");
-    refused(b"", "");
-    refused(b"no PLY file\n\x00\x01\x02", "");
-    refused(&ply("0", &PROPERTIES, &[]), "");
-    refused(&ply("99999999999999999999", &PROPERTIES, &rows()), "");
-    refused(&ply("4000000000", &PROPERTIES, &rows()), "");
+    refused(&good[..good.len() - 7], "the file is cut off");
+    refused(&good[..60], "no `end_header` line");
+    refused(b"", "not a PLY file");
+    refused(b"no PLY file\n\x00\x01\x02", "not a PLY file");
+    refused(&ply("0", &PROPERTIES, &[]), "no Gaussian");
+    refused(
+        &ply("99999999999999999999", &PROPERTIES, &rows()),
+        "element vertex",
+    );
+    refused(
+        &ply("4000000000", &PROPERTIES, &rows()),
+        "224000000000 bytes",
+    );
     refused(&ply("3", &PROPERTIES[..13], &rows()), "rot_3");
     for (column, name) in [(0, "x"), (6, "opacity"), (8, "scale_1")] {
         for bad in [f32::NAN, f32::INFINITY] {
@@ -114,7 +120,7 @@ fn splat_files() {
     for i in 0..300_000 {
         huge.extend(format!("comment {i} is a long line that says nothing at all\n").bytes());
     }
-    refused(&huge, "");
+    refused(&huge, "within 65536 bytes");
     write(&good);
 }
 
@@ -181,6 +187,12 @@ fn folders_that_cannot_be_written() {
         let said = expect(at, 2, &command);
         assert!(said.contains("file/"), "{said}");
     }
+    let mut left: Vec<_> = fs::read_dir(at)
+        .unwrap()
+        .map(|f| f.unwrap().file_name().into_string().unwrap())
+        .collect();
+    left.sort();
+    assert_eq!(left, ["file", "t.npz"], "nothing half-written stays");
 }
 
 #[test]
