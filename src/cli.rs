@@ -1,12 +1,11 @@
 //! Arguments.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use potamoi_formats::config::{Config, PRESETS};
 
+use crate::common::Common;
 use crate::cost::CostArgs;
-use crate::failure::Failure;
 use crate::render::RenderArgs;
 use crate::trace::TraceArgs;
 use crate::verify::VerifyArgs;
@@ -20,17 +19,6 @@ pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
 }
-
-/// What every subcommand takes.
-#[derive(Debug, Args)]
-pub(crate) struct Common {
-    /// Configuration file, or a preset: paper (unless given), small
-    #[arg(long, global = true, value_name = "FILE")]
-    pub(crate) config: Option<PathBuf>,
-}
-
-/// What a command uses that names none.
-const DEFAULT_PRESET: &str = "paper";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -61,24 +49,4 @@ pub(crate) struct EmitArgs {
     /// Folder that is made, or filled
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-}
-
-impl Common {
-    /// The configuration that was asked for.
-    pub(crate) fn read_config(&self) -> Result<Config, Failure> {
-        let path = self.config.as_deref().unwrap_or(Path::new(DEFAULT_PRESET));
-        for (name, text) in PRESETS {
-            if path == Path::new(name) {
-                return Ok(Config::from_toml(text, &format!("preset {name}"))?);
-            }
-        }
-        Ok(Config::read(path)?)
-    }
-
-    /// How the configuration is named on a command line.
-    pub(crate) fn arguments(&self) -> String {
-        self.config
-            .as_ref()
-            .map_or_else(String::new, |path| format!(" --config {}", path.display()))
-    }
 }

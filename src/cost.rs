@@ -14,7 +14,7 @@ use potamoi_sim::cycles::Stalls;
 use potamoi_sim::rtl::{VectorBatch, VectorUnit};
 use serde::Serialize;
 
-use crate::cli::Common;
+use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;

@@ -2,7 +2,8 @@
 
 use potamoi_hdl::emit::emit;
 
-use crate::cli::{Common, EmitArgs};
+use crate::cli::EmitArgs;
+use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 

@@ -4,6 +4,7 @@
 //! is missing, 4 inconclusive.
 
 mod cli;
+mod common;
 mod cost;
 mod doctor;
 mod emit;

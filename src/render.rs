@@ -12,7 +12,7 @@ use potamoi_golden::units::{Twins, UnitCounts};
 use potamoi_sim::rtl::{RtlCycles, RtlUnits};
 use serde::Serialize;
 
-use crate::cli::Common;
+use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;

@@ -10,7 +10,7 @@ use potamoi_golden::units::recorder::Limits;
 use potamoi_sim::rtl::readmemh;
 use serde::Serialize;
 
-use crate::cli::Common;
+use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;

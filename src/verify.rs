@@ -1,26 +1,24 @@
 //! `potamoi verify`: the Verilog against the golden models.
 
-use std::path::{Path, PathBuf};
+mod report;
+mod work;
+
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanCount;
-use potamoi_formats::config::Config;
-use potamoi_golden::scene::Scene;
-use potamoi_golden::trace::Trace;
-use potamoi_golden::units::{Twins, Units};
 use potamoi_sim::rtl::EngineKind;
-use potamoi_sim::verify::{
-    Failure as Found, GatherReport, Injection, Settings, VectorReport, Verifier,
-};
+use potamoi_sim::verify::{Failure as Found, Injection, Settings, Verifier};
 use serde::Serialize;
 
-use crate::cli::Common;
+use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
 use crate::scene::SceneArgs;
+use report::{FORMAT_VERSION, Report, print};
+use work::Work;
 
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
@@ -108,43 +106,6 @@ impl Inject {
     }
 }
 
-/// Version of the JSON report.
-const FORMAT_VERSION: u32 = 1;
-
-#[derive(Serialize)]
-struct Report<'a> {
-    format_version: u32,
-    command: &'static str,
-    scene: &'a str,
-    trace: Option<&'a PathBuf>,
-    width: Option<u32>,
-    height: Option<u32>,
-    /// 12 hexadecimal digits.
-    configuration: String,
-    engine: EngineKind,
-    level: Level,
-    seed: u64,
-    inject: Option<Injection>,
-    /// Differences; the work ends at the first.
-    mismatches: u64,
-    /// Feature vectors that were compared.
-    samples: u64,
-    /// Vectors of the vector unit that were compared.
-    vectors: u64,
-    /// Of the gathering unit, from first to last issue (measured RTL).
-    cycles: u64,
-    /// The same (cycle model, closed form).
-    cycles_predicted: u64,
-    busy: u64,
-    stall_fifo: u64,
-    stall_mft: u64,
-    stall_rit: u64,
-    gathering_unit: &'a GatherReport,
-    vector_unit: &'a VectorReport,
-    failure: Option<&'a Found>,
-    seconds: f64,
-}
-
 pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     let config = common.read_config()?;
     let start = Instant::now();
@@ -201,89 +162,6 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     verdict(common, args, failure.as_ref())
-}
-
-/// What is verified: a frame, or a trace of one.
-enum Work {
-    Scene(Box<Scene>),
-    Trace(PathBuf, Box<Trace>),
-}
-
-impl Work {
-    fn open(args: &VerifyArgs, config: &Config) -> Result<Self, Failure> {
-        Ok(match &args.trace {
-            Some(path) => Self::Trace(path.clone(), Box::new(Trace::read(path, config)?)),
-            None => Self::Scene(Box::new(args.scene.open()?)),
-        })
-    }
-
-    fn scene(&self) -> &str {
-        match self {
-            Self::Scene(scene) => scene.name(),
-            Self::Trace(_, trace) => &trace.scene,
-        }
-    }
-
-    fn size(&self) -> Option<[u32; 2]> {
-        match self {
-            Self::Scene(scene) => Some([scene.camera().width, scene.camera().height]),
-            Self::Trace(..) => None,
-        }
-    }
-
-    /// Feature vectors and elements.
-    fn counts(&self, config: &Config) -> Result<[u64; 2], Failure> {
-        match self {
-            Self::Scene(scene) => {
-                let frame = scene.render_fixed(config, &mut Twins::new(config))?.counts;
-                Ok([frame.feature_vectors, frame.elements.values().sum()])
-            }
-            Self::Trace(_, trace) => {
-                let entries = trace.gathered.iter().map(|g| g.task.entries.len() as u64);
-                let elements = trace.computed.iter().map(|c| c.a.len() as u64);
-                Ok([entries.sum(), elements.sum()])
-            }
-        }
-    }
-
-    fn run(&self, config: &Config, verifier: &mut Verifier<'_>) -> Result<(), Failure> {
-        match self {
-            Self::Scene(scene) => {
-                scene.render_fixed(config, verifier)?;
-                Ok(())
-            }
-            Self::Trace(path, trace) => replay(path, trace, verifier),
-        }
-    }
-}
-
-/// Sends a trace through units that also compute the golden values: those must
-/// be the trace's.
-fn replay(path: &Path, trace: &Trace, units: &mut dyn Units) -> Result<(), Failure> {
-    let differs = |what: &str| {
-        Failure::Check(format!(
-            "trace {}: its {what} differ from the golden model's: it was written by another \
-             version of potamoi; write it again",
-            path.display()
-        ))
-    };
-    let tasks: Vec<_> = trace.gathered.iter().map(|g| g.task.clone()).collect();
-    let mut features = vec![];
-    units.gather(&tasks, &mut features).map_err(Failure::Unit)?;
-    let expected = trace.gathered.iter().flat_map(|g| &g.features);
-    if !features.iter().eq(expected) {
-        return Err(differs("features"));
-    }
-    for computed in &trace.computed {
-        let mut out = vec![0; computed.a.len()];
-        units
-            .vector(computed.op, &computed.a, &computed.b, &mut out)
-            .map_err(Failure::Unit)?;
-        if out != computed.out {
-            return Err(differs("results"));
-        }
-    }
-    Ok(())
 }
 
 /// Which share of the work is verified: of so many feature vectors and elements.
@@ -353,109 +231,4 @@ fn verdict(common: &Common, args: &VerifyArgs, failure: Option<&Found>) -> Resul
         Some(inject) => format!("the injected fault `{}` was found", inject.injection()),
         None => "hardware and golden models differ".to_owned(),
     }))
-}
-
-fn print(report: &Report<'_>, config: &Config) {
-    let of = match (report.trace, report.width.zip(report.height)) {
-        (Some(trace), _) => format!("{} (trace of {})", trace.display(), report.scene),
-        (None, Some((width, height))) => format!("{} at {width} x {height}", report.scene),
-        (None, None) => report.scene.to_owned(),
-    };
-    println!(
-        "{of}, configuration {}, engine {}, seed {}",
-        report.configuration, report.engine, report.seed
-    );
-    if report.failure.is_some() {
-        return;
-    }
-    let measured = match report.engine {
-        EngineKind::Verilator | EngineKind::Icarus => "RTL",
-        EngineKind::Interpreter => "netlist",
-    };
-    let (g, v) = (report.gathering_unit, report.vector_unit);
-    let count = |n: u64| HumanCount(n).to_string();
-    let share = |part: u64, whole: u64| {
-        let percent = 100.0 * part as f64 / whole.max(1) as f64;
-        if part == whole {
-            return format!("all {}", count(whole));
-        }
-        format!("{} of {} ({percent:.2} %)", count(part), count(whole))
-    };
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
-    table.set_header(["", "gathering unit", "vector unit", "unit", "origin"]);
-    let rows = [
-        [
-            "compared, every bit".to_owned(),
-            share(g.samples, g.samples_total),
-            share(v.elements, v.elements_total),
-            "vectors, elements".to_owned(),
-            "golden model".to_owned(),
-        ],
-        [
-            "in".to_owned(),
-            share(g.mvoxels, g.mvoxels_total),
-            count(v.vectors),
-            format!("MVoxels, vectors of {}", config.vu.lanes),
-            "golden model".to_owned(),
-        ],
-        [
-            "cycles, streams ready".to_owned(),
-            count(g.cycles),
-            count(v.cycles),
-            "cycles".to_owned(),
-            measured.to_owned(),
-        ],
-        [
-            "predicted".to_owned(),
-            count(g.cycles_predicted),
-            count(v.cycles_predicted),
-            "cycles".to_owned(),
-            "cycle model".to_owned(),
-        ],
-        [
-            "busy".to_owned(),
-            count(g.busy),
-            count(v.busy),
-            "cycles".to_owned(),
-            measured.to_owned(),
-        ],
-        [
-            "stalls: FIFO, MFT, RIT".to_owned(),
-            [g.stall_fifo, g.stall_mft, g.stall_rit]
-                .map(count)
-                .join(", "),
-            count(v.stall_out),
-            "cycles".to_owned(),
-            measured.to_owned(),
-        ],
-        [
-            "first fill, all runs".to_owned(),
-            format!("{} = {}", count(g.fill), count(g.fill_predicted)),
-            String::new(),
-            "cycles".to_owned(),
-            format!("{measured}, model"),
-        ],
-        [
-            "compared, every cycle".to_owned(),
-            count(g.cycles_compared),
-            count(v.cycles_compared),
-            "cycles".to_owned(),
-            "cycle model".to_owned(),
-        ],
-        [
-            "  under random stalls".to_owned(),
-            count(g.cycles_stalled),
-            count(v.cycles_stalled),
-            "cycles".to_owned(),
-            "cycle model".to_owned(),
-        ],
-    ];
-    table.add_rows(rows);
-    for column in 1..3 {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    println!("{table}");
 }

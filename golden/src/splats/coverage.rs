@@ -4,7 +4,9 @@ use glam::DVec2;
 
 use super::profile::{Extent, Rules};
 use super::project::Projected;
-use super::view::TILE;
+
+/// Pixels on a side of a tile.
+pub const TILE: u32 = 16;
 
 /// Tile columns and rows of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,8 +10,8 @@ use super::profile::{Profile, Rules};
 use super::project::{Projected, project};
 use crate::camera::Camera;
 
-/// Pixels on a side of a tile.
-pub const TILE: u32 = 16;
+pub use super::coverage::TILE;
+
 /// Pixels of a tile.
 pub(crate) const TILE_PIXELS: usize = (TILE * TILE) as usize;
 /// The largest picture side, in pixels.

@@ -11,20 +11,10 @@ use potamoi_formats::rit::{MAX_VERTICES, Vertices, WORD_BYTES};
 
 use super::work::WorkError;
 
+pub use super::work::RitBeat;
+
 /// Cycles from the issue of a group's last vertex to its offer.
 pub const LATENCY: u64 = 3;
-
-/// One beat of the RIT stream.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RitBeat {
-    /// Valid halfwords, from the lowest.
-    pub halfwords: u32,
-    /// `tlast`: the MVoxel's last beat.
-    pub last: bool,
-    /// `tuser`: the MVoxel does not fit both halves and is streamed for every
-    /// segment.
-    pub again: bool,
-}
 
 /// What the environment drives in one cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -4,8 +4,6 @@ use potamoi_formats::config::{Config, rules};
 use potamoi_formats::rit::Vertices;
 use thiserror::Error;
 
-use super::gather::RitBeat;
-
 /// The size of one MVoxel's work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mvoxel {
@@ -110,6 +108,18 @@ pub(super) fn check_setting(
         });
     }
     Ok(())
+}
+
+/// One beat of the RIT stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RitBeat {
+    /// Valid halfwords, from the lowest.
+    pub halfwords: u32,
+    /// `tlast`: the MVoxel's last beat.
+    pub last: bool,
+    /// `tuser`: the MVoxel does not fit both halves and is streamed for every
+    /// segment.
+    pub again: bool,
 }
 
 /// A beat of the RIT stream, with its place in the work.

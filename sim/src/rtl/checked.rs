@@ -13,8 +13,9 @@ use super::gather_drive::GatherTotals;
 use super::gather_work::GatherWork;
 use super::mismatch::Mismatch;
 use super::model::RtlError;
-use super::vector::{VectorBatch, VectorTotals, VectorUnit, Vectors};
+use super::vector::VectorUnit;
 use super::vector_check::VectorCheck;
+use super::vector_drive::{VectorBatch, VectorTotals, Vectors};
 use crate::cycles::Stalls;
 
 /// Cycles that a unit is watched after its last beat: nothing more may come.

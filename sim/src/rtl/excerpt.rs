@@ -9,14 +9,11 @@ use potamoi_hdl::ir::Module;
 use vcd::{IdCode, TimescaleUnit, Value, Writer};
 
 use super::engine::{Engine, Verilated, pass_on};
-use super::gather_drive::{GatherSeen, GatherWatch};
 use super::model::RtlError;
-use super::vector::{VectorSeen, VectorWatch};
-use crate::cycles::{GatherInputs, VectorInputs};
 
 /// Cycles before and after the one of interest.
 const BEFORE: u64 = 24;
-const AFTER: u64 = 8;
+pub(super) const AFTER: u64 = 8;
 /// Clocks before cycle 0, in reset.
 const RESET: u64 = 3;
 
@@ -44,56 +41,6 @@ impl Window {
     /// Time of the cycle of interest in the dump: its first half.
     pub(super) const fn time(&self) -> u64 {
         2 * (self.cycle + RESET) + 1
-    }
-}
-
-/// A watch that lets a run go on for some cycles after a failure.
-pub(super) struct Linger<W> {
-    inner: W,
-    failed: Option<RtlError>,
-    left: u64,
-}
-
-impl<W> Linger<W> {
-    pub(super) const fn new(inner: W) -> Self {
-        Self {
-            inner,
-            failed: None,
-            left: AFTER,
-        }
-    }
-
-    fn after(&mut self, step: impl FnOnce(&mut W) -> Result<(), RtlError>) -> Result<(), RtlError> {
-        if self.failed.is_none() {
-            self.failed = step(&mut self.inner).err();
-        } else if self.left > 0 {
-            self.left -= 1;
-        } else if let Some(error) = self.failed.take() {
-            return Err(error);
-        }
-        Ok(())
-    }
-}
-
-impl<W: GatherWatch> GatherWatch for Linger<W> {
-    fn cycle(
-        &mut self,
-        cycle: u64,
-        inputs: &GatherInputs,
-        seen: &GatherSeen<'_>,
-    ) -> Result<(), RtlError> {
-        self.after(|w| w.cycle(cycle, inputs, seen))
-    }
-}
-
-impl<W: VectorWatch> VectorWatch for Linger<W> {
-    fn cycle(
-        &mut self,
-        cycle: u64,
-        inputs: &VectorInputs,
-        seen: &VectorSeen<'_>,
-    ) -> Result<(), RtlError> {
-        self.after(|w| w.cycle(cycle, inputs, seen))
     }
 }
 

@@ -4,11 +4,13 @@ use potamoi_formats::config::Config;
 use potamoi_golden::units::GatherTask;
 use potamoi_hdl::gu::gathering_unit;
 
-use super::engine::{EngineKind, Runner};
-use super::excerpt::{Linger, Window};
+use super::engine::EngineKind;
+use super::excerpt::Window;
 use super::gather_drive::{Drive, GatherSeen, GatherTotals, GatherWatch};
 use super::gather_work::{GatherWork, Group};
+use super::linger::Linger;
 use super::model::RtlError;
+use super::runner::Runner;
 use crate::cycles::{GatherInputs, Plan, Stalls};
 
 /// More cycles than a dump goes on after a failure.

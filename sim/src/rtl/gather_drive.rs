@@ -5,6 +5,7 @@ use potamoi_formats::units::GATHERING_UNIT;
 
 use super::engine::{Engine, Job};
 use super::gather_work::{GatherWork, Layout};
+use super::linger::Linger;
 use super::model::RtlError;
 use crate::cycles::{GatherInputs, Plan, Source};
 
@@ -270,5 +271,16 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
         totals.entries = entries;
         totals.errors = engine.get(p.errors)?;
         Ok(totals)
+    }
+}
+
+impl<W: GatherWatch> GatherWatch for Linger<W> {
+    fn cycle(
+        &mut self,
+        cycle: u64,
+        inputs: &GatherInputs,
+        seen: &GatherSeen<'_>,
+    ) -> Result<(), RtlError> {
+        self.after(|w| w.cycle(cycle, inputs, seen))
     }
 }

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::gather_check::Expected;
 use super::gather_work::{GatherWork, Layout};
 use super::model::RtlError;
-use super::vector::{VectorBatch, Vectors};
+use super::vector_drive::{VectorBatch, Vectors};
 
 /// One memory file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

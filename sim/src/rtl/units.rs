@@ -9,7 +9,8 @@ use potamoi_golden::units::{GatherTask, UnitCounts, UnitError, Units};
 use super::engine::EngineKind;
 use super::gather::GatherUnit;
 use super::model::RtlError;
-use super::vector::{VectorBatch, VectorUnit};
+use super::vector::VectorUnit;
+use super::vector_drive::VectorBatch;
 use crate::cycles::Stalls;
 
 /// Cycles that the units ran, streams always ready, each call from reset.

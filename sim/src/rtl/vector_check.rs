@@ -6,7 +6,7 @@ use potamoi_formats::units::VECTOR_UNIT;
 
 use super::mismatch::{Mismatch, first_difference, same};
 use super::model::RtlError;
-use super::vector::{ResultSeen, Vector, VectorSeen, VectorWatch, Vectors};
+use super::vector_drive::{ResultSeen, Vector, VectorSeen, VectorWatch, Vectors};
 use crate::cycles::{VectorInputs, VectorModel, WorkError};
 
 /// Cycles between two calls of the progress function.

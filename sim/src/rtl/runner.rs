@@ -1,0 +1,119 @@
+//! Starts engines and runs jobs on them.
+
+use std::sync::Arc;
+
+use potamoi_hdl::ir::{Interpreter, Module};
+use potamoi_verilated::{Library, PortId};
+
+use super::engine::{Engine, EngineKind, Job, Verilated, pass_on};
+use super::excerpt::{TracedModel, TracedPorts, Window};
+use super::icarus;
+use super::model::{RtlError, compile};
+
+/// Keeps the inputs of every clock.
+struct Recording {
+    inner: Verilated,
+    inputs: Vec<PortId>,
+    words: Vec<u32>,
+}
+
+impl Engine for Recording {
+    pass_on!(PortId);
+
+    fn settle(&mut self) -> Result<(), RtlError> {
+        for &port in &self.inputs {
+            let at = self.words.len();
+            self.words.resize(at + port.words(), 0);
+            self.inner.get_words(port, &mut self.words[at..])?;
+        }
+        self.inner.settle()
+    }
+
+    fn edge(&mut self) -> Result<(), RtlError> {
+        self.inner.edge()
+    }
+}
+
+/// A module ready to run on an engine, as often as wanted.
+pub(super) struct Runner {
+    module: Arc<Module>,
+    program: Program,
+}
+
+enum Program {
+    Verilator(Library),
+    Interpreter,
+    Icarus(icarus::Program),
+}
+
+impl Runner {
+    pub(super) fn new(kind: EngineKind, module: &Arc<Module>) -> Result<Self, RtlError> {
+        let program = match kind {
+            EngineKind::Verilator => Program::Verilator(compile(module, false)?),
+            EngineKind::Interpreter => Program::Interpreter,
+            EngineKind::Icarus => Program::Icarus(icarus::Program::new(module)?),
+        };
+        Ok(Self {
+            module: module.clone(),
+            program,
+        })
+    }
+
+    /// Runs a job on a new instance; what reset leaves open is drawn from the
+    /// seed.
+    pub(super) fn run<J: Job>(&self, seed: u64, job: J) -> Result<J::Output, RtlError> {
+        match &self.program {
+            Program::Verilator(library) => job.run(&mut Verilated::new(library, seed)?),
+            Program::Interpreter => job.run(&mut Interpreter::new(&self.module, seed)),
+            Program::Icarus(program) => job.run(&mut program.start()?),
+        }
+    }
+
+    /// Runs a job and records the inputs of these names, in this order, of
+    /// every clock, those in reset included.
+    pub(super) fn run_recorded<J: Job>(
+        &self,
+        seed: u64,
+        inputs: &[&str],
+        job: J,
+    ) -> Result<Vec<u32>, RtlError> {
+        let library = compile(&self.module, false)?;
+        let inner = Verilated::new(&library, seed)?;
+        let inputs = inputs
+            .iter()
+            .map(|name| Engine::port(&inner, name))
+            .collect::<Result<_, _>>()?;
+        let mut recording = Recording {
+            inner,
+            inputs,
+            words: vec![],
+        };
+        job.run(&mut recording)?;
+        Ok(recording.words)
+    }
+
+    /// The same, and dumps a window of it: of a Verilated model every signal,
+    /// else the ports.
+    pub(super) fn run_dumped<J: Job>(
+        &self,
+        seed: u64,
+        window: Window,
+        job: J,
+    ) -> Result<J::Output, RtlError> {
+        match &self.program {
+            Program::Verilator(_) => {
+                let library = compile(&self.module, true)?;
+                let model = Verilated::new(&library, seed)?;
+                job.run(&mut TracedModel::new(model, window))
+            }
+            Program::Interpreter => {
+                let unit = Interpreter::new(&self.module, seed);
+                job.run(&mut TracedPorts::new(unit, &self.module, window)?)
+            }
+            Program::Icarus(program) => {
+                let unit = program.start()?;
+                job.run(&mut TracedPorts::new(unit, &self.module, window)?)
+            }
+        }
+    }
+}

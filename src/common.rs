@@ -1,0 +1,39 @@
+//! What every subcommand takes.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use potamoi_formats::config::{Config, PRESETS};
+
+use crate::failure::Failure;
+
+/// What a command uses that names none.
+const DEFAULT_PRESET: &str = "paper";
+
+/// Options of all subcommands.
+#[derive(Debug, Args)]
+pub(crate) struct Common {
+    /// Configuration file, or a preset: paper (unless given), small
+    #[arg(long, global = true, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+}
+
+impl Common {
+    /// The configuration that was asked for.
+    pub(crate) fn read_config(&self) -> Result<Config, Failure> {
+        let path = self.config.as_deref().unwrap_or(Path::new(DEFAULT_PRESET));
+        for (name, text) in PRESETS {
+            if path == Path::new(name) {
+                return Ok(Config::from_toml(text, &format!("preset {name}"))?);
+            }
+        }
+        Ok(Config::read(path)?)
+    }
+
+    /// How the configuration is named on a command line.
+    pub(crate) fn arguments(&self) -> String {
+        self.config
+            .as_ref()
+            .map_or_else(String::new, |path| format!(" --config {}", path.display()))
+    }
+}

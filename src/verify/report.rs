@@ -1,0 +1,155 @@
+//! What was found, as JSON and as a table.
+
+use std::path::PathBuf;
+
+use comfy_table::{CellAlignment, Table, presets};
+use indicatif::HumanCount;
+use potamoi_formats::config::Config;
+use potamoi_sim::rtl::EngineKind;
+use potamoi_sim::verify::{Failure as Found, GatherReport, Injection, VectorReport};
+use serde::Serialize;
+
+use super::Level;
+
+/// Version of the JSON report.
+pub(super) const FORMAT_VERSION: u32 = 1;
+
+#[derive(Serialize)]
+pub(super) struct Report<'a> {
+    pub(super) format_version: u32,
+    pub(super) command: &'static str,
+    pub(super) scene: &'a str,
+    pub(super) trace: Option<&'a PathBuf>,
+    pub(super) width: Option<u32>,
+    pub(super) height: Option<u32>,
+    /// 12 hexadecimal digits.
+    pub(super) configuration: String,
+    pub(super) engine: EngineKind,
+    pub(super) level: Level,
+    pub(super) seed: u64,
+    pub(super) inject: Option<Injection>,
+    /// Differences; the work ends at the first.
+    pub(super) mismatches: u64,
+    /// Feature vectors that were compared.
+    pub(super) samples: u64,
+    /// Vectors of the vector unit that were compared.
+    pub(super) vectors: u64,
+    /// Of the gathering unit, from first to last issue (measured RTL).
+    pub(super) cycles: u64,
+    /// The same (cycle model, closed form).
+    pub(super) cycles_predicted: u64,
+    pub(super) busy: u64,
+    pub(super) stall_fifo: u64,
+    pub(super) stall_mft: u64,
+    pub(super) stall_rit: u64,
+    pub(super) gathering_unit: &'a GatherReport,
+    pub(super) vector_unit: &'a VectorReport,
+    pub(super) failure: Option<&'a Found>,
+    pub(super) seconds: f64,
+}
+
+/// Prints what was compared; nothing of a run that failed.
+pub(super) fn print(report: &Report<'_>, config: &Config) {
+    let of = match (report.trace, report.width.zip(report.height)) {
+        (Some(trace), _) => format!("{} (trace of {})", trace.display(), report.scene),
+        (None, Some((width, height))) => format!("{} at {width} x {height}", report.scene),
+        (None, None) => report.scene.to_owned(),
+    };
+    println!(
+        "{of}, configuration {}, engine {}, seed {}",
+        report.configuration, report.engine, report.seed
+    );
+    if report.failure.is_some() {
+        return;
+    }
+    let measured = match report.engine {
+        EngineKind::Verilator | EngineKind::Icarus => "RTL",
+        EngineKind::Interpreter => "netlist",
+    };
+    let (g, v) = (report.gathering_unit, report.vector_unit);
+    let count = |n: u64| HumanCount(n).to_string();
+    let share = |part: u64, whole: u64| {
+        let percent = 100.0 * part as f64 / whole.max(1) as f64;
+        if part == whole {
+            return format!("all {}", count(whole));
+        }
+        format!("{} of {} ({percent:.2} %)", count(part), count(whole))
+    };
+    let mut table = Table::new();
+    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
+    table.set_header(["", "gathering unit", "vector unit", "unit", "origin"]);
+    let rows = [
+        [
+            "compared, every bit".to_owned(),
+            share(g.samples, g.samples_total),
+            share(v.elements, v.elements_total),
+            "vectors, elements".to_owned(),
+            "golden model".to_owned(),
+        ],
+        [
+            "in".to_owned(),
+            share(g.mvoxels, g.mvoxels_total),
+            count(v.vectors),
+            format!("MVoxels, vectors of {}", config.vu.lanes),
+            "golden model".to_owned(),
+        ],
+        [
+            "cycles, streams ready".to_owned(),
+            count(g.cycles),
+            count(v.cycles),
+            "cycles".to_owned(),
+            measured.to_owned(),
+        ],
+        [
+            "predicted".to_owned(),
+            count(g.cycles_predicted),
+            count(v.cycles_predicted),
+            "cycles".to_owned(),
+            "cycle model".to_owned(),
+        ],
+        [
+            "busy".to_owned(),
+            count(g.busy),
+            count(v.busy),
+            "cycles".to_owned(),
+            measured.to_owned(),
+        ],
+        [
+            "stalls: FIFO, MFT, RIT".to_owned(),
+            [g.stall_fifo, g.stall_mft, g.stall_rit]
+                .map(count)
+                .join(", "),
+            count(v.stall_out),
+            "cycles".to_owned(),
+            measured.to_owned(),
+        ],
+        [
+            "first fill, all runs".to_owned(),
+            format!("{} = {}", count(g.fill), count(g.fill_predicted)),
+            String::new(),
+            "cycles".to_owned(),
+            format!("{measured}, model"),
+        ],
+        [
+            "compared, every cycle".to_owned(),
+            count(g.cycles_compared),
+            count(v.cycles_compared),
+            "cycles".to_owned(),
+            "cycle model".to_owned(),
+        ],
+        [
+            "  under random stalls".to_owned(),
+            count(g.cycles_stalled),
+            count(v.cycles_stalled),
+            "cycles".to_owned(),
+            "cycle model".to_owned(),
+        ],
+    ];
+    table.add_rows(rows);
+    for column in 1..3 {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    println!("{table}");
+}

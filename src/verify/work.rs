@@ -1,0 +1,95 @@
+//! What is verified.
+
+use std::path::{Path, PathBuf};
+
+use potamoi_formats::config::Config;
+use potamoi_golden::scene::Scene;
+use potamoi_golden::trace::Trace;
+use potamoi_golden::units::{Twins, Units};
+use potamoi_sim::verify::Verifier;
+
+use super::VerifyArgs;
+use crate::failure::Failure;
+
+/// What is verified: a frame, or a trace of one.
+pub(super) enum Work {
+    Scene(Box<Scene>),
+    Trace(PathBuf, Box<Trace>),
+}
+
+impl Work {
+    pub(super) fn open(args: &VerifyArgs, config: &Config) -> Result<Self, Failure> {
+        Ok(match &args.trace {
+            Some(path) => Self::Trace(path.clone(), Box::new(Trace::read(path, config)?)),
+            None => Self::Scene(Box::new(args.scene.open()?)),
+        })
+    }
+
+    pub(super) fn scene(&self) -> &str {
+        match self {
+            Self::Scene(scene) => scene.name(),
+            Self::Trace(_, trace) => &trace.scene,
+        }
+    }
+
+    pub(super) fn size(&self) -> Option<[u32; 2]> {
+        match self {
+            Self::Scene(scene) => Some([scene.camera().width, scene.camera().height]),
+            Self::Trace(..) => None,
+        }
+    }
+
+    /// Feature vectors and elements.
+    pub(super) fn counts(&self, config: &Config) -> Result<[u64; 2], Failure> {
+        match self {
+            Self::Scene(scene) => {
+                let frame = scene.render_fixed(config, &mut Twins::new(config))?.counts;
+                Ok([frame.feature_vectors, frame.elements.values().sum()])
+            }
+            Self::Trace(_, trace) => {
+                let entries = trace.gathered.iter().map(|g| g.task.entries.len() as u64);
+                let elements = trace.computed.iter().map(|c| c.a.len() as u64);
+                Ok([entries.sum(), elements.sum()])
+            }
+        }
+    }
+
+    pub(super) fn run(&self, config: &Config, verifier: &mut Verifier<'_>) -> Result<(), Failure> {
+        match self {
+            Self::Scene(scene) => {
+                scene.render_fixed(config, verifier)?;
+                Ok(())
+            }
+            Self::Trace(path, trace) => replay(path, trace, verifier),
+        }
+    }
+}
+
+/// Sends a trace through units that also compute the golden values: those must
+/// be the trace's.
+fn replay(path: &Path, trace: &Trace, units: &mut dyn Units) -> Result<(), Failure> {
+    let differs = |what: &str| {
+        Failure::Check(format!(
+            "trace {}: its {what} differ from the golden model's: it was written by another \
+             version of potamoi; write it again",
+            path.display()
+        ))
+    };
+    let tasks: Vec<_> = trace.gathered.iter().map(|g| g.task.clone()).collect();
+    let mut features = vec![];
+    units.gather(&tasks, &mut features).map_err(Failure::Unit)?;
+    let expected = trace.gathered.iter().flat_map(|g| &g.features);
+    if !features.iter().eq(expected) {
+        return Err(differs("features"));
+    }
+    for computed in &trace.computed {
+        let mut out = vec![0; computed.a.len()];
+        units
+            .vector(computed.op, &computed.a, &computed.b, &mut out)
+            .map_err(Failure::Unit)?;
+        if out != computed.out {
+            return Err(differs("results"));
+        }
+    }
+    Ok(())
+}
