@@ -49,4 +49,7 @@ pub(crate) struct EmitArgs {
     /// Folder that is made, or filled
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    /// Report as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
 }

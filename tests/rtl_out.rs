@@ -74,6 +74,29 @@ fn the_checked_in_verilog_is_current() {
     );
 }
 
+#[test]
+fn what_was_emitted_is_listed() {
+    let made = tempfile::tempdir().unwrap();
+    let report = made.path().join("r.json");
+    let done = Command::new(env!("CARGO_BIN_EXE_potamoi"))
+        .args(["emit", "--out"])
+        .arg(made.path().join("rtl"))
+        .arg("--json")
+        .arg(&report)
+        .output()
+        .unwrap();
+    assert!(done.status.success());
+    let text = std::fs::read_to_string(&report).unwrap();
+    let r: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(r["format_version"], 1);
+    let files = read(&made.path().join("rtl"));
+    let listed = r["files"].as_object().unwrap();
+    assert_eq!(listed.len(), files.len());
+    for (name, text) in &files {
+        assert_eq!(listed[name], text.lines().count(), "{name}");
+    }
+}
+
 fn accepts(tool: &str, args: &[&str], files: &[PathBuf]) {
     let done = Command::new(tool).args(args).args(files).output();
     let done = done.unwrap_or_else(|e| panic!("{tool}: {e}; tools/setup installs it"));
