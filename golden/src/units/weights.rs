@@ -52,3 +52,73 @@ pub fn trilinear([x, y, z]: [u16; 3], weight_bits: u32) -> [u16; 8] {
     split(&mut sums, 4, x);
     sums
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sum of the weights' errors, in units of 2^-W.
+    fn off(fraction: [u16; 3], weight_bits: u32, weights: [u16; 8]) -> f64 {
+        let [x, y, z] = fraction.map(|f| f64::from(f) / 4096.0);
+        let side = |bit: usize, u: f64| if bit == 1 { u } else { 1.0 - u };
+        let exact = |c: usize| side(c & 1, x) * side(c >> 1 & 1, y) * side(c >> 2, z);
+        let one = f64::from(1u32 << weight_bits);
+        (0..8)
+            .map(|c| (f64::from(weights[c]) - exact(c) * one).abs())
+            .sum()
+    }
+
+    fn fractions() -> impl Iterator<Item = [u16; 3]> {
+        let faces = [0, 1, 2048, 4095, 4096];
+        let on_faces = faces.into_iter().flat_map(move |x| {
+            faces
+                .into_iter()
+                .flat_map(move |y| faces.map(|z| [x, y, z]))
+        });
+        let inside = (0..40_000u32)
+            .map(|i| [3, 9, 17].map(|s| (i.wrapping_mul(0x9e37_79b1) >> s) as u16 & 0xfff));
+        on_faces.chain(inside)
+    }
+
+    /// Weights sum to 1, and are within 6.04 units of 2^-W of the product form
+    /// together: half a unit for each of the seven splits, and what a split's
+    /// error becomes in the splits below it.
+    #[test]
+    fn split_trees_are_exact_in_sum_and_close_in_each() {
+        for bits in [4, 8, 12, 15] {
+            let mut worst = 0.0f64;
+            for fraction in fractions() {
+                let w = trilinear(fraction, bits);
+                let sum: u32 = w.iter().map(|w| u32::from(*w)).sum();
+                assert_eq!(sum, 1 << bits, "{fraction:?}");
+                worst = worst.max(off(fraction, bits, w));
+                let [x, y, z] = fraction;
+                assert_eq!(
+                    bilinear([x, y], bits).map(u32::from).iter().sum::<u32>(),
+                    1 << bits
+                );
+                assert_eq!(trilinear([x, y, 0], bits)[..4], bilinear([x, y], bits));
+                assert_eq!(trilinear([x, 0, 0], bits)[..2], linear(x, bits));
+                assert_eq!(trilinear([0, 0, z], bits)[4], linear(z, bits)[1]);
+            }
+            assert!(worst <= 6.04, "W = {bits}: {worst}");
+            assert!(worst > 3.0, "the bound is not idle: {worst}");
+        }
+    }
+
+    /// Rounded one by one, most weights do not sum to 1.
+    #[test]
+    fn weights_rounded_alone_do_not_sum_to_one() {
+        let (mut wrong, mut count) = (0, 0);
+        for fraction in fractions() {
+            let [x, y, z] = fraction.map(|f| f64::from(f) / 4096.0);
+            let side = |bit: usize, u: f64| if bit == 1 { u } else { 1.0 - u };
+            let sum: f64 = (0..8)
+                .map(|c| (side(c & 1, x) * side(c >> 1 & 1, y) * side(c >> 2, z) * 256.0).round())
+                .sum();
+            wrong += u32::from(sum != 256.0);
+            count += 1;
+        }
+        assert!(wrong * 10 > count * 4, "{wrong} of {count}");
+    }
+}
