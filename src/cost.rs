@@ -9,7 +9,7 @@ use potamoi_formats::config::{Config, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Format;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::units::reference::{ExpError, Reference};
-use potamoi_golden::units::widths::truncation;
+use potamoi_golden::units::widths::{budget, truncation};
 use potamoi_sim::cycles::Stalls;
 use potamoi_sim::rtl::{VectorBatch, VectorUnit};
 use serde::Serialize;
@@ -69,6 +69,8 @@ struct Report {
     monotone: bool,
     /// The part of it that cutting off after n iterations may cost.
     truncation_ulp: f64,
+    /// What all roundings together may cost.
+    budget_ulp: f64,
     /// From the acceptance of a vector to its results.
     latency_cycles: u64,
     /// From one vector to the next.
@@ -136,6 +138,7 @@ fn exponential(config: &Config, args: &CostArgs) -> Result<(), Failure> {
         misrounded: error.misrounded,
         monotone: error.monotone,
         truncation_ulp: truncation(exp.iterations, exp.tail, exp.output_bits),
+        budget_ulp: budget(exp),
         latency_cycles: latency(0),
         interval_cycles: interval,
         lanes: config.vu.lanes,
@@ -199,8 +202,8 @@ fn print(report: &Report, args: &CostArgs) {
         report.max_ulp, report.worst_code, report.mean_ulp, report.bias_ulp, report.output_bits
     );
     println!(
-        "  of it, cutting off after n iterations: at most {:.4} ulp (formula)",
-        report.truncation_ulp
+        "  budget: at most {:.4} ulp, of it {:.4} ulp for cutting off after n iterations (formula)",
+        report.budget_ulp, report.truncation_ulp
     );
     println!(
         "  results not the nearest code: {}; monotone: {}",

@@ -1,8 +1,9 @@
 //! Exponentials to 120 bits and more, and how far a unit is from them.
 //!
 //! The values come from a library of arbitrary precision, not from the
-//! engine's arithmetic. The hardest of 65,536 arguments to round lies about
-//! 2^-17 units from a midpoint, so that 2^-120 leaves no case undecided.
+//! engine's arithmetic. The hardest of the 65,536 arguments of U3.13 to round lies
+//! 2^-16 units from a midpoint of U0.16 and 2^-21 of U0.12, so that 2^-120 leaves
+//! no case undecided.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -260,6 +261,63 @@ mod tests {
             let product = scale(&a.mul(&b, 256, rm), ea + eb - ec - 126);
             let off = product.sub(&c, 256, rm).abs();
             assert!(off < BigFloat::from_f64(64.0, 256), "{u} {v}");
+        }
+    }
+
+    /// Against the library at 320 bits, one call a value, and against printed
+    /// digits: what products of values at 192 bits lose is far below 2^-120.
+    #[test]
+    fn values_are_good_to_120_bits() {
+        let (p, rm) = (320, RoundingMode::ToEven);
+        let mut consts = Consts::new().unwrap();
+        let reference = Reference::of(Format::unsigned(3, 13)).unwrap();
+        let near = |code: i32, exact: &BigFloat| {
+            let (mantissa, exponent) = reference.value(code);
+            let scale = BigFloat::from_f64(2f64.powi(exponent - MANTISSA_BITS), p);
+            let held = BigFloat::from_u128(mantissa, p).mul(&scale, p, rm);
+            let off = held.div(exact, p, rm);
+            let off = off.sub(&BigFloat::from_f64(1.0, p), p, rm).abs();
+            assert!(off < BigFloat::from_f64(2f64.powi(-120), p), "{code}");
+        };
+        for code in (0..65_536).step_by(61).chain([15_967, 65_535]) {
+            let argument = BigFloat::from_f64(-f64::from(code) / 8192.0, p);
+            near(code, &argument.exp(p, rm, &mut consts));
+        }
+        let radix = astro_float::Radix::Dec;
+        for (code, digits) in [
+            (0, "1"),
+            (4096, "0.60653065971263342360379953499118045344191813548719"),
+            (8192, "0.36787944117144232159552377016146086744581113103177"),
+            (57_344, "0.00091188196555451620800313608440928262647423041"),
+        ] {
+            near(
+                code,
+                &BigFloat::parse(digits, radix, p, rm, &mut Consts::new().unwrap()),
+            );
+        }
+    }
+
+    /// The argument that is hardest to round, found over all of them, is far
+    /// enough from a midpoint for 120 bits to decide.
+    #[test]
+    fn no_case_is_left_undecided() {
+        let reference = Reference::of(Format::unsigned(3, 13)).unwrap();
+        let from_midpoint = |code: i32, f: u32| {
+            let rest = reference.scaled(code, f) & ((1 << ERROR_BITS) - 1);
+            (rest - (1 << (ERROR_BITS - 1))).abs() as f64 * 2f64.powi(-ERROR_BITS)
+        };
+        for (f, hardest) in [(8, None), (12, None), (16, Some(15_967)), (24, None)] {
+            let (off, code) = reference
+                .codes()
+                .map(|code| (from_midpoint(code, f), code))
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .unwrap();
+            println!(
+                "F {f}: code {code} is 2^{:.2} units from a midpoint",
+                off.log2()
+            );
+            assert!(off > 2f64.powi(-24), "F {f}: {code}");
+            assert!(hardest.is_none_or(|h| h == code), "F {f}: {code}");
         }
     }
 
