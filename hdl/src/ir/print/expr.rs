@@ -103,11 +103,23 @@ impl<'a> Exprs<'a> {
         for port in self.module.ports.iter().filter(|p| p.output) {
             uses[port.node] += 1;
         }
+        // Icarus 11 does not keep an index that is computed in place to its own
+        // width: 1'd0 - 1'd1 would be below every row. A name does.
+        let mut index = vec![false; nodes.len()];
+        for (_, address, _) in self.writes() {
+            index[*address] = true;
+        }
+        for node in nodes {
+            if let Op::ReadSync(_, _, address) | Op::ReadAsync(_, address) = node.op {
+                index[address] = true;
+            }
+        }
         // A reinterpretation without a name is its operand.
         for (id, node) in nodes.iter().enumerate().rev() {
             if let (Op::Cast(a), None) = (&node.op, &node.name) {
                 uses[*a] += uses[id].saturating_sub(1);
                 sliced[*a] |= sliced[id];
+                index[*a] |= index[id];
             }
         }
         let mut taken: BTreeSet<String> = ["clk", "rst_n", "unused_ok"].map(str::to_owned).into();
@@ -132,7 +144,8 @@ impl<'a> Exprs<'a> {
                 Op::Select(..) | Op::ReadAsync(..) => true,
                 Op::Binary(Binary::Mul, ..) | Op::Shr(..) => node.ty.signed || sliced[id],
                 Op::Lit(_) | Op::Cast(_) => false,
-                _ => sliced[id],
+                Op::Slice(..) | Op::Cat(_) | Op::Repeat(..) => sliced[id],
+                _ => sliced[id] || index[id],
             };
             // A literal under a slice is the one thing that a name must be made for.
             let literal = matches!(node.op, Op::Lit(_)) && sliced[id];
