@@ -161,7 +161,10 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         files::write_json(path, &report)?;
     }
-    verdict(common, args, failure.as_ref())
+    match &failure {
+        None => agreement(&report),
+        Some(failure) => difference(common, args, failure),
+    }
 }
 
 /// Which share of the work is verified: of so many feature vectors and elements.
@@ -181,18 +184,33 @@ fn settings(args: &VerifyArgs, [vectors, operations]: [u64; 2]) -> Settings {
     }
 }
 
-fn verdict(common: &Common, args: &VerifyArgs, failure: Option<&Found>) -> Result<(), Failure> {
-    let Some(failure) = failure else {
-        if let Some(inject) = args.inject {
-            return Err(Failure::Inconclusive(format!(
-                "the injected fault `{}` was not found in the share that was verified; \
-                 try --level full",
-                inject.injection()
-            )));
-        }
-        println!("no mismatch in any bit or cycle");
-        return Ok(());
-    };
+/// What no difference means: nothing, if nothing was compared.
+fn agreement(report: &Report<'_>) -> Result<(), Failure> {
+    if let Some(inject) = report.inject {
+        return Err(Failure::Inconclusive(format!(
+            "the injected fault `{inject}` was not found in the share that was verified; \
+             try --level full"
+        )));
+    }
+    let units = [
+        ("gathering unit", report.gathering_unit.samples),
+        ("vector unit", report.vector_unit.elements),
+    ];
+    if units.iter().all(|(_, compared)| *compared == 0) {
+        return Err(Failure::Inconclusive(format!(
+            "nothing was compared: {} asks nothing of either unit; \
+             choose a scene, a camera or a trace with something in view",
+            report.scene
+        )));
+    }
+    println!("no mismatch in any bit or cycle");
+    for (unit, _) in units.iter().filter(|(_, compared)| *compared == 0) {
+        println!("  the {unit} had no work and was not compared");
+    }
+    Ok(())
+}
+
+fn difference(common: &Common, args: &VerifyArgs, failure: &Found) -> Result<(), Failure> {
     let m = &failure.mismatch;
     println!("MISMATCH in {}, cycle {}: {}", m.module, m.cycle, m.signal);
     println!("  expected {}, found {}", m.expected, m.found);

@@ -65,34 +65,54 @@ fn generator_and_oracle_never_meet() {
     assert_eq!(tested("potamoi-golden"), set(&["potamoi-formats"]));
 }
 
-/// Every Rust file below a folder, build output left out.
-fn sources(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
+/// Every file below a folder whose name ends so, build output left out.
+fn files(folder: &Path, end: &str, found: &mut Vec<std::path::PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         if path.is_dir() && name != "target" && name != "out" && !name.starts_with('.') {
-            sources(&path, found);
-        } else if name.ends_with(".rs") {
+            files(&path, end, found);
+        } else if name.ends_with(end) {
             found.push(path);
         }
     }
 }
 
+/// The compiler denies it wherever the workspace's lints hold and are not
+/// lifted; no file outside the binding lifts them.
 #[test]
 fn unsafe_code_is_in_the_verilator_binding_alone() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut files = vec![];
-    sources(root, &mut files);
-    assert!(files.len() > 100);
-    let opening = concat!("un", "safe {");
-    let allowing = concat!("allow(un", "safe_code");
-    let mut inside = 0;
-    for path in files {
-        let text = std::fs::read_to_string(&path).unwrap();
-        let has = text.contains(opening) || text.contains(allowing);
-        let binding = path.starts_with(root.join("sim/verilated"));
-        assert!(!has || binding, "{}", path.display());
-        inside += usize::from(has);
+    let table = |path: &Path| {
+        let text = std::fs::read_to_string(path).unwrap();
+        text.parse::<toml::Table>().unwrap()
+    };
+    let workspace = table(&root.join("Cargo.toml"));
+    assert_eq!(
+        workspace["workspace"]["lints"]["rust"]["unsafe_code"].as_str(),
+        Some("deny")
+    );
+    let mut manifests = vec![];
+    files(root, "Cargo.toml", &mut manifests);
+    assert!(manifests.len() >= 7, "{manifests:?}");
+    for path in manifests {
+        let inherits = table(&path)["lints"]["workspace"].as_bool();
+        assert_eq!(inherits, Some(true), "{}", path.display());
     }
-    assert!(inside > 0, "the search finds what there is");
+
+    let mut sources = vec![];
+    files(root, ".rs", &mut sources);
+    assert!(sources.len() > 100);
+    let lint = concat!("unsafe", "_code,");
+    let names = |end: &str| lint.replace(',', end);
+    let lifting = sources.iter().filter(|path| {
+        let text = std::fs::read_to_string(path).unwrap();
+        [",", ")", "\n"]
+            .iter()
+            .any(|end| text.contains(&names(end)))
+    });
+    assert_eq!(
+        lifting.collect::<Vec<_>>(),
+        [&root.join("sim/verilated/src/lib.rs")]
+    );
 }

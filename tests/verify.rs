@@ -153,6 +153,22 @@ fn other_engines_agree_on_a_share() {
     }
 }
 
+/// What compared nothing has shown nothing.
+#[test]
+fn an_empty_view_is_inconclusive() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[model]\nkind = \"builtin\"\nname = \"garden\"\n[camera]\nkind = \"orbit\"\n\
+                elevation = 0\nfov = 20\ntarget = [0, 1000, 0]\n";
+    std::fs::write(folder.path().join("away.toml"), text).unwrap();
+    let said = expect(
+        folder.path(),
+        4,
+        &["verify", "--scene", "away.toml", "--width", "32"],
+    );
+    assert!(said.contains("nothing was compared"), "{said}");
+    assert!(!said.contains("no mismatch"), "{said}");
+}
+
 /// The real scenes: every gather of a 400 x 400 frame.
 #[test]
 fn real_splats_agree_in_every_gather() {

@@ -16,6 +16,8 @@ pub use open::BUILTIN;
 pub use orbit::Orbit;
 pub use render::{FrameCounts, Rendered};
 
+use glam::DVec3;
+
 use crate::camera::Camera;
 use crate::splats::{Cloud, Profile};
 use crate::voxels::Grid;
@@ -35,6 +37,8 @@ pub struct Scene {
     name: String,
     model: Model,
     camera: Camera,
+    /// The vertical axis, for orbits.
+    up: DVec3,
     background: [f32; 3],
     profile: Profile,
     group_tiles: Option<[u32; 2]>,

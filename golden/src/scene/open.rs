@@ -4,6 +4,7 @@ use std::path::Path;
 use std::str::FromStr as _;
 
 use glam::DVec3;
+use potamoi_formats::record::COLOUR;
 
 use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
 use super::{Model, Orbit, Scene, SceneError, camera_file, garden, lantern};
@@ -16,6 +17,11 @@ pub const BUILTIN: [&str; 2] = ["garden", "lantern"];
 const SIDE: u32 = 400;
 /// The largest picture side, in pixels.
 const MAX_SIDE: u32 = 1 << 14;
+/// The largest background of voxels in magnitude, which their accumulator holds.
+const VOXEL_BACKGROUND: f64 = 7.999;
+/// The farthest that an orbit may be from its target, or a target from the
+/// origin; poses past it lose their rotation to rounding.
+const FAR: f64 = 1e9;
 
 impl Scene {
     /// Opens a scene: a built-in name, a `.ply` splat model, or a `.toml`
@@ -50,6 +56,7 @@ impl Scene {
                 name: name.to_owned(),
                 model: Model::Splats(garden::cloud()),
                 camera: garden::camera().resized(SIDE, SIDE),
+                up: DVec3::Y,
                 background: garden::BACKGROUND,
                 profile: Profile::Inria,
                 group_tiles: None,
@@ -60,6 +67,7 @@ impl Scene {
                 name: name.to_owned(),
                 model: Model::Voxels(Box::new(lantern::lantern()?)),
                 camera: lantern::camera(SIDE, SIDE),
+                up: DVec3::Z,
                 background: lantern::BACKGROUND,
                 profile: Profile::Inria,
                 group_tiles: None,
@@ -77,10 +85,12 @@ impl Scene {
 
     fn model_file(path: &Path) -> Result<Self, SceneError> {
         let cloud = ply::read(path)?;
+        let up = DVec3::NEG_Y;
         Ok(Self {
             name: path.display().to_string(),
-            camera: Orbit::around(&cloud).camera(DVec3::NEG_Y, SIDE, SIDE),
+            camera: Orbit::around(&cloud).camera(up, SIDE, SIDE),
             model: Model::Splats(cloud),
+            up,
             background: [0.0; 3],
             profile: Profile::Inria,
             group_tiles: None,
@@ -123,7 +133,7 @@ impl Scene {
                 width,
                 height,
             } => {
-                let (default, up) = self.default_orbit();
+                let default = self.default_orbit();
                 let orbit = Orbit {
                     azimuth: azimuth.unwrap_or(default.azimuth),
                     elevation: elevation.unwrap_or(default.elevation),
@@ -132,40 +142,30 @@ impl Scene {
                     target: target.map_or(default.target, DVec3::from),
                 };
                 self.check_orbit(&orbit)?;
-                self.camera = orbit.camera(up, SIDE, SIDE);
+                self.camera = orbit.camera(self.up, SIDE, SIDE);
                 self.set_size(*width, *height)
             }
         }
     }
 
-    fn default_orbit(&self) -> (Orbit, DVec3) {
+    fn default_orbit(&self) -> Orbit {
         match &self.model {
-            Model::Splats(cloud) => {
-                // A built-in scene is y up.
-                let up = if BUILTIN.contains(&self.name.as_str()) {
-                    DVec3::Y
-                } else {
-                    DVec3::NEG_Y
-                };
-                (Orbit::around(cloud), up)
-            }
+            Model::Splats(cloud) => Orbit::around(cloud),
             Model::Voxels(grid) => {
                 let size = DVec3::from(grid.points().map(|p| (p - 1) as f64)) * grid.voxel();
                 let fov = 45.0f64;
-                let orbit = Orbit {
+                Orbit {
                     azimuth: 30.0,
                     elevation: 15.0,
                     distance: size.length() / 2.0 / (fov / 2.0).to_radians().sin(),
                     fov,
                     target: grid.corner() + size / 2.0,
-                };
-                (orbit, DVec3::Z)
+                }
             }
         }
     }
 
     fn check_orbit(&self, orbit: &Orbit) -> Result<(), SceneError> {
-        let finite = [orbit.azimuth, orbit.elevation, orbit.distance, orbit.fov];
         let checks = [
             (
                 "camera.elevation",
@@ -176,8 +176,8 @@ impl Scene {
             (
                 "camera.distance",
                 orbit.distance.to_string(),
-                orbit.distance > 0.0,
-                "a positive number",
+                (1.0 / FAR..=FAR).contains(&orbit.distance),
+                "1e-9 to 1e9",
             ),
             (
                 "camera.fov",
@@ -186,10 +186,16 @@ impl Scene {
                 "0.1 to 179 degrees",
             ),
             (
-                "camera",
-                format!("{orbit:?}"),
-                finite.iter().all(|v| v.is_finite()) && orbit.target.is_finite(),
-                "finite numbers",
+                "camera.azimuth",
+                orbit.azimuth.to_string(),
+                orbit.azimuth.is_finite(),
+                "a number of degrees",
+            ),
+            (
+                "camera.target",
+                format!("{:?}", orbit.target.to_array()),
+                orbit.target.to_array().iter().all(|v| v.abs() <= FAR),
+                "numbers from -1e9 to 1e9",
             ),
         ];
         for (field, value, right, expected) in checks {
@@ -209,7 +215,7 @@ impl Scene {
             })?;
         }
         if let Some(background) = render.background {
-            self.background = background;
+            self.set_background("render.background", background)?;
         }
         self.group_tiles = render.group_tiles;
         self.group_side = render.group_side;
@@ -233,15 +239,16 @@ impl Scene {
     /// Looks through camera `index` of a camera file, over its background.
     ///
     /// # Errors
-    /// A file that cannot be used, or no such camera in it.
+    /// A file that cannot be used, no such camera in it, or a background that
+    /// the model's colour format does not hold.
     pub fn set_camera_file(&mut self, path: &Path, index: usize) -> Result<(), SceneError> {
         let cameras = camera_file::read(path)?;
         let Some(found) = cameras.get(index) else {
             let expected = format!("0 to {}, as {} has", cameras.len() - 1, path.display());
             return Err(self.value("camera.index", index.to_string(), &expected));
         };
+        self.set_background("camera.background", found.background)?;
         self.camera = found.camera;
-        self.background = found.background;
         Ok(())
     }
 
@@ -272,6 +279,21 @@ impl Scene {
             }
         }
         self.camera = self.camera.resized(size[0], size[1]);
+        Ok(())
+    }
+
+    /// Codes saturate: what a format does not hold would be another colour.
+    fn set_background(&mut self, field: &'static str, rgb: [f32; 3]) -> Result<(), SceneError> {
+        let held = match &self.model {
+            Model::Splats(_) => 0.0..=COLOUR.value(COLOUR.max()),
+            Model::Voxels(_) => -VOXEL_BACKGROUND..=VOXEL_BACKGROUND,
+        };
+        // Not a number is in no range.
+        if !rgb.iter().all(|v| held.contains(&f64::from(*v))) {
+            let expected = format!("numbers from {} to {}", held.start(), held.end());
+            return Err(self.value(field, format!("{rgb:?}"), &expected));
+        }
+        self.background = rgb;
         Ok(())
     }
 

@@ -90,8 +90,38 @@ fn descriptions_name_model_camera_and_rules() {
         &format!("{model}[camera]\nkind = \"orbit\"\nwidth = 0"),
         "width is 0",
     );
+    for distance in ["0", "1e10"] {
+        let camera = format!("{model}[camera]\nkind = \"orbit\"\ndistance = {distance}");
+        refused(&camera, "camera.distance");
+    }
+    let target = "[camera]\nkind = \"orbit\"\ntarget = [0, inf, 0]";
+    refused(&format!("{model}{target}"), "camera.target");
+    for background in ["[0, -0.1, 0]", "[nan, 0, 0]", "[16, 0, 0]"] {
+        let render = format!("{model}[render]\nbackground = {background}");
+        refused(&render, "render.background");
+    }
+    let lantern = model.replace("garden", "lantern");
+    refused(
+        &format!("{lantern}[render]\nbackground = [8, 0, 0]"),
+        "render.background",
+    );
     let file = "[camera]\nkind = \"opencv-json\"\npath = \"camera.json\"\nindex = 4";
     refused(&format!("{model}{file}"), "camera.index is 4");
+}
+
+/// A built-in scene keeps its vertical axis under a description's camera.
+#[test]
+fn an_orbit_around_a_built_in_scene_is_upright() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    for (name, up) in [("garden", DVec3::Y), ("lantern", DVec3::Z)] {
+        let text =
+            format!("[model]\nkind = \"builtin\"\nname = \"{name}\"\n[camera]\nkind = \"orbit\"\n");
+        fs::write(&path, text).unwrap();
+        let scene = Scene::open(path.to_str().unwrap()).unwrap();
+        let tip = scene.camera().world_to_camera.transform_vector3(up);
+        assert!(tip.y < -0.9, "{name}: {tip}");
+    }
 }
 
 #[test]

@@ -230,10 +230,15 @@ impl<'a> Packed<'a> {
                 format!("({})", sides.join(", "))
             }
         };
-        let head = String::from_utf8_lossy(&bytes[..bytes.len().min(NPY_HEADER as usize)]);
-        if !head.contains(&format!("'shape': {shape}")) {
+        // Version 1.0 has a length of two bytes before its header.
+        let dtype = &info.dtype;
+        let head = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}");
+        let own = bytes.strip_prefix(b"\x93NUMPY\x01\x00");
+        let own = own.and_then(|b| b.get(2..)?.strip_prefix(head.as_bytes()));
+        if !own.is_some_and(|rest| rest.starts_with(b"}") || rest.starts_with(b", }")) {
             return Err(wrong(format!(
-                "its shape is not {shape}, as the header says"
+                "its own header is not that of a {dtype} array of shape {shape}, row by row, as \
+                 the trace's header says"
             )));
         }
         let values = Values::from_npy(&info.dtype, &bytes).map_err(wrong)?;

@@ -142,25 +142,57 @@ fn a_changed_file_is_refused_by_the_arrays_name() {
     refused(b"not a zip file at all", "NPZ");
 }
 
-/// A member whose own header claims more than there is.
-#[test]
-fn a_huge_claim_takes_no_memory() {
+/// The sample, with another header of array `gather_rows` and a digest to fit.
+fn forged(change: impl FnOnce(&str) -> String) -> Vec<u8> {
     let (_, bytes) = sample();
-    let forged = repacked(&bytes, |m| {
-        let text = String::from_utf8_lossy(&m[2].1[..128]).into_owned();
-        let at = text.find("'shape': (").unwrap() + 10;
-        let end = at + text[at..].find(',').unwrap();
-        let digits = end - at;
-        m[2].1[at..end].copy_from_slice("9".repeat(digits).as_bytes());
+    repacked(&bytes, |m| {
+        let text = String::from_utf8(m[2].1[10..128].to_vec()).unwrap();
+        let header = change(text.trim_end());
+        assert!(header.len() < 118);
+        m[2].1[10..128].copy_from_slice(format!("{header:117}\n").as_bytes());
         let digest = blake3::hash(&m[2].1).to_hex().to_string();
         let header = String::from_utf8_lossy(&m[0].1[128..]).into_owned();
         let names = header.find("\"gather_rows\"").unwrap();
         let from = names + header[names..].find("\"digest\":\"").unwrap() + 10;
         m[0].1[128 + from..128 + from + 64].copy_from_slice(digest.as_bytes());
-    });
-    let error = read(&forged).unwrap_err().to_string();
-    assert!(error.contains("array `gather_rows`"), "{error}");
-    assert!(error.contains("shape"), "{error}");
+    })
+}
+
+/// Members whose own header claims more than there is, or another meaning.
+#[test]
+fn an_arrays_own_header_is_the_expected_one() {
+    assert!(read(&forged(str::to_owned)).is_ok());
+    let huge = |header: &str| {
+        let at = header.find("'shape': (").unwrap() + 10;
+        let end = at + header[at..].find(',').unwrap();
+        format!(
+            "{}{}{}",
+            &header[..at],
+            "9".repeat(end - at),
+            &header[end..]
+        )
+    };
+    let shape = |header: &str| {
+        let at = header.find("'shape'").unwrap();
+        header[at..].trim_end_matches([',', ' ', '}']).to_owned()
+    };
+    for bytes in [
+        forged(huge),
+        forged(|header| header.replace("False", "True")),
+        forged(|header| header.replace("<i2", ">i2").replace("<u2", ">u2")),
+        // The right words in the wrong place.
+        forged(|header| {
+            format!(
+                "{{{}, 'descr': '<i8', {}}}",
+                "'fortran_order': True",
+                shape(header)
+            )
+        }),
+    ] {
+        let error = read(&bytes).unwrap_err().to_string();
+        assert!(error.contains("array `gather_rows`"), "{error}");
+        assert!(error.contains("shape"), "{error}");
+    }
 }
 
 #[test]

@@ -15,9 +15,9 @@ use thiserror::Error;
 /// Fraction bits of a stored mantissa.
 const MANTISSA_BITS: i32 = 126;
 /// Fraction bits of errors, in units of the last place of the output.
-const ERROR_BITS: i32 = 80;
+pub(super) const ERROR_BITS: i32 = 80;
 /// Bits of the library's numbers while values are made.
-const WORKING_BITS: usize = 192;
+pub(super) const WORKING_BITS: usize = 192;
 
 /// No reference can be made.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -206,7 +206,7 @@ impl Reference {
 }
 
 /// Mantissa and exponent of a positive number.
-fn parts(value: &BigFloat) -> Option<(u128, i32)> {
+pub(super) fn parts(value: &BigFloat) -> Option<(u128, i32)> {
     // The library's mantissa is in [1/2, 1), its words lowest first.
     let (words, _, _, exponent, _) = value.as_raw_parts()?;
     let bits = astro_float::WORD_BIT_SIZE as u32;
