@@ -25,7 +25,7 @@ pub(crate) struct CostArgs {
     #[arg(long, value_enum)]
     unit: Unit,
     /// Every input with its result and cycles, as CSV: u_code, y_code, cycles
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "exp-table.csv")]
     table: Option<PathBuf>,
     /// Report as JSON
     #[arg(long, value_name = "FILE")]

@@ -1,5 +1,7 @@
 //! The write side of the RIT buffer.
 
+use std::collections::BTreeMap;
+
 use potamoi_formats::rit::Vertices;
 
 use super::rit_shape::{Halves, Shape, of_half};
@@ -31,6 +33,39 @@ struct Progress {
     all_groups: Signal,
     last_keep: Signal,
     whole: Signal,
+}
+
+/// A position in a row, in halfwords, and what is known of it: entries of
+/// several sizes end in the same places.
+struct Position {
+    value: Signal,
+    at_least: BTreeMap<u32, Signal>,
+    exactly: BTreeMap<u32, Signal>,
+}
+
+impl Position {
+    const fn of(value: Signal) -> Self {
+        Self {
+            value,
+            at_least: BTreeMap::new(),
+            exactly: BTreeMap::new(),
+        }
+    }
+
+    fn at_least(&mut self, m: &mut ModuleBuilder, halfwords: u32) -> Signal {
+        *self.at_least.entry(halfwords).or_insert_with(|| {
+            let end = m.lit(halfwords, self.value.ty());
+            let reached = m.ge(self.value, end);
+            m.name(reached, &format!("at_least_{halfwords}"))
+        })
+    }
+
+    fn exactly(&mut self, m: &mut ModuleBuilder, halfwords: u32) -> Signal {
+        *self.exactly.entry(halfwords).or_insert_with(|| {
+            let here = is(m, self.value, halfwords);
+            m.name(here, &format!("exactly_{halfwords}"))
+        })
+    }
 }
 
 impl Writer {
@@ -72,10 +107,11 @@ impl Writer {
             "halfwords of the row that hold entries, this beat included",
         );
 
+        let mut position = Position::of(position);
         let built: Vec<(Vertices, Progress)> = shape
             .vertices
             .iter()
-            .map(|v| (*v, progress(m, shape, *v, position)))
+            .map(|v| (*v, progress(m, shape, *v, &mut position)))
             .collect();
         let pick = |m: &mut ModuleBuilder, name: &str, what: fn(&Progress) -> Signal| {
             let s = shape.by_vertices(m, vertices, |_, v| {
@@ -210,17 +246,14 @@ fn progress(
     m: &mut ModuleBuilder,
     shape: &Shape,
     vertices: Vertices,
-    position: Signal,
+    position: &mut Position,
 ) -> Progress {
     let size = Shape::entry_halfwords(vertices);
     let groups = shape.groups(vertices);
     let name = |what: &str| format!("{what}_v{}", vertices.count());
     // has[e]: entry e of the row is complete.
     let has: Vec<Signal> = (1..=groups * shape.ports)
-        .map(|e| {
-            let end = m.lit(size * e, position.ty());
-            m.ge(position, end)
-        })
+        .map(|e| position.at_least(m, size * e))
         .collect();
     let entry = |g: u32, p: u32| has[(g * shape.ports + p) as usize];
     let ends: Vec<_> = (0..groups).map(|g| entry(g, shape.ports - 1)).collect();
@@ -245,10 +278,7 @@ fn progress(
     let last_keep = m.cat(&keep);
     let last_keep = m.name(last_keep, &name("keep"));
     let exact: Vec<_> = (1..=groups * shape.ports)
-        .map(|e| {
-            let end = m.lit(size * e, position.ty());
-            m.eq(position, end)
-        })
+        .map(|e| position.exactly(m, size * e))
         .collect();
     let whole = m.any_of(&exact);
     let whole = m.name(whole, &name("whole"));

@@ -8,6 +8,21 @@ use crate::parts::is;
 /// Every exact result fits: `a^2 + b^2` reaches `2^63`.
 pub(super) const EXACT: Ty = Ty::s(65);
 
+/// Whether `code` is that of `op`, which goes by its name.
+pub(super) fn is_op(m: &mut ModuleBuilder, code: Signal, op: OpCode) -> Signal {
+    let name = match op {
+        OpCode::Pass => "OP_PASS",
+        OpCode::Relu => "OP_RELU",
+        OpCode::Add => "OP_ADD",
+        OpCode::Multiply => "OP_MULTIPLY",
+        OpCode::SquareSum => "OP_SQUARE_SUM",
+        OpCode::Exp => "OP_EXP",
+        OpCode::OneMinusExp => "OP_ONE_MINUS_EXP",
+    };
+    let own = m.param(name, u32::from(op.code()), code.ty(), "");
+    m.eq(code, own)
+}
+
 /// The exact result of an element-wise operation; 0 for any other.
 pub(super) fn exact(
     m: &mut ModuleBuilder,
@@ -46,7 +61,7 @@ pub(super) fn exact(
                 m.add(x, y)
             }
         };
-        let here = is(m, code, u32::from(op.code()));
+        let here = is_op(m, code, op);
         value = m.mux(here, result, value);
     }
     m.name(value, "exact_next")

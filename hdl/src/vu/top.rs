@@ -5,6 +5,7 @@ use std::sync::Arc;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VECTOR_UNIT};
 
+use super::alu::is_op;
 use super::control::exp_constants;
 use super::engine::Widths;
 use super::lane::{Kinds, lane};
@@ -90,14 +91,25 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         Some(p) => is(m, p, 0),
         None => m.lit(1, bit),
     };
-    let free = m.name(free, "engine_free");
+    let free = if phase.is_some() {
+        m.name(free, "engine_free")
+    } else {
+        free
+    };
     let ready = m.and(room, free);
     let ready = m.name(ready, "s_axis_vec_tready");
     let accept = m.and(valid, ready);
     let accept = m.name(accept, "accept");
-    let power = named_op(m, vu.ops.contains(&OpCode::Exp), code, OpCode::Exp);
-    let one_minus = named_op(m, kinds.one_minus, code, OpCode::OneMinusExp);
-    let one_minus = m.name(one_minus, "is_one_minus");
+    let built: Vec<_> = vu.ops.iter().map(|op| is_op(m, code, *op)).collect();
+    let mut named = |wanted: OpCode, name: &str| {
+        let place = vu.ops.iter().position(|op| *op == wanted);
+        match place {
+            Some(i) => m.name(built[i], name),
+            None => m.lit(0, bit),
+        }
+    };
+    let power = named(OpCode::Exp, "is_power");
+    let one_minus = named(OpCode::OneMinusExp, "is_one_minus");
     let is_exp = m.or(power, one_minus);
     let is_exp = m.name(is_exp, "is_exp");
 
@@ -205,11 +217,6 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let no_room = m.not(room);
     let refused = m.all_of(&[valid, free, no_room]);
     let stall = counter(m, "stat_stall_out", 32, clear, refused, step);
-    let built: Vec<_> = vu
-        .ops
-        .iter()
-        .map(|op| is(m, code, u32::from(op.code())))
-        .collect();
     let built = m.any_of(&built);
     let not_built = m.not(built);
     let unknown = m.and(accept, not_built);
@@ -250,14 +257,6 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "sticky: 1 reserved rounding code, 0 operation not built",
     );
     builder.finish()
-}
-
-fn named_op(m: &mut ModuleBuilder, built: bool, code: Signal, op: OpCode) -> Signal {
-    if built {
-        is(m, code, u32::from(op.code()))
-    } else {
-        m.lit(0, Ty::bit())
-    }
 }
 
 fn sequence(

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use bench::{Bench, Outputs};
-use potamoi_hdl::ir::Module;
+use potamoi_hdl::ir::{Module, ModuleBuilder, Ty};
 
 /// Random modules of a default run.
 const SEEDS: u64 = 60;
@@ -83,6 +83,30 @@ fn many_random_modules() {
     for first in (1000..3000).step_by(100) {
         run_random(&(first..first + 100).collect::<Vec<_>>());
     }
+}
+
+/// A case statement that waits for constants would never run.
+#[test]
+fn choices_that_constants_make() {
+    let mut m = ModuleBuilder::new("fixed_choices");
+    let options: Vec<_> = (0..4)
+        .map(|i| m.input(&format!("option{i}"), Ty::u(5), ""))
+        .collect();
+    let own = m.lit(2, Ty::u(2));
+    let named = m.param("PLACE", 1, Ty::u(2), "");
+    let signed = m.lit(-1, Ty::s(2));
+    let cast = m.as_unsigned(signed);
+    let computed = m.sub(named, own);
+    let computed = m.name(computed, "place_less_two");
+    for (i, index) in [own, named, cast, computed].into_iter().enumerate() {
+        let chosen = m.select(index, &options);
+        m.output(&format!("chosen{i}"), chosen, "");
+        let constants: Vec<_> = (0..4).map(|v| m.lit(v * 7, Ty::u(5))).collect();
+        let fixed = m.select(index, &constants);
+        let mixed = m.xor(fixed, options[0]);
+        m.output(&format!("mixed{i}"), mixed, "");
+    }
+    all_agree(&[m.finish().unwrap()], 20, 1, &[]);
 }
 
 fn run_random(seeds: &[u64]) {

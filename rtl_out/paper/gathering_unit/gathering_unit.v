@@ -36,7 +36,6 @@ module gathering_unit (
   output wire [7:0]    stat_errors          // sticky; docs/gathering-unit.md names the bits
 );
 
-
   // Issue: registers
   reg [3:0] in_flight;  // groups issued and not yet taken by the sink
   wire credit = in_flight < 4'd8;
@@ -949,7 +948,7 @@ module gathering_unit (
       weights_off_one <= (weights_off_one | (s1_valid & ((s1_keep[0] & structured & s1_last &
           (weight_sum0 != 19'h8000)) | (s1_keep[1] & structured & s1_last & (weight_sum1 !=
           19'h8000))))) & (~cfg_clear);
-      weight_too_large <= (weight_too_large | (s1_valid & 1'b0)) & (~cfg_clear);
+      weight_too_large <= weight_too_large & (~cfg_clear);
       row_not_loaded <= (row_not_loaded | (s1_valid & ((s1_keep[0] & (~s1_in_range[0])) |
           (s1_keep[1] & (~s1_in_range[1]))))) & (~cfg_clear);
     end

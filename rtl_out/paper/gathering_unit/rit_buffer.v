@@ -30,7 +30,6 @@ module rit_buffer (
   output wire [2:0]   errors              // 5: too large to keep, 4: gap in a beat, 3: ragged entries
 );
 
-
   // Each half, as the writer leaves it: what lies before (end_row, end_group) can be read
   reg closed_0;
   reg closed_1;
@@ -173,116 +172,101 @@ module rit_buffer (
   end
   // halfwords of the row that hold entries, this beat included
   wire [5:0] write_position = first_halfword + {2'd0, kept_halfwords};
-  wire v_2_up_to_write_position = 6'd2 <= write_position;
-  wire v_4_up_to_write_position = 6'd4 <= write_position;
-  wire v_6_up_to_write_position = 6'd6 <= write_position;
-  wire v_8_up_to_write_position = 6'd8 <= write_position;
-  wire v_10_up_to_write_position = 6'd10 <= write_position;
-  wire v_12_up_to_write_position = 6'd12 <= write_position;
-  wire v_14_up_to_write_position = 6'd14 <= write_position;
-  wire v_16_up_to_write_position = 6'd16 <= write_position;
-  wire v_18_up_to_write_position = 6'd18 <= write_position;
-  wire v_20_up_to_write_position = 6'd20 <= write_position;
-  wire v_22_up_to_write_position = 6'd22 <= write_position;
-  wire v_24_up_to_write_position = 6'd24 <= write_position;
-  wire v_26_up_to_write_position = 6'd26 <= write_position;
-  wire v_28_up_to_write_position = 6'd28 <= write_position;
-  wire v_30_up_to_write_position = 6'd30 <= write_position;
-  wire v_32_up_to_write_position = 6'd32 <= write_position;
-  wire v_34_up_to_write_position = 6'd34 <= write_position;
-  wire v_36_up_to_write_position = 6'd36 <= write_position;
-  wire v_38_up_to_write_position = 6'd38 <= write_position;
-  wire v_40_up_to_write_position = 6'd40 <= write_position;
-  wire v_42_up_to_write_position = 6'd42 <= write_position;
-  wire v_44_up_to_write_position = 6'd44 <= write_position;
-  wire v_46_up_to_write_position = 6'd46 <= write_position;
-  wire v_48_up_to_write_position = 6'd48 <= write_position;
-  wire [1:0] keep_v1 = {(v_4_up_to_write_position & (~v_6_up_to_write_position)) |
-      (v_8_up_to_write_position & (~v_10_up_to_write_position)) | (v_12_up_to_write_position &
-      (~v_14_up_to_write_position)) | (v_16_up_to_write_position & (~v_18_up_to_write_position)) |
-      (v_20_up_to_write_position & (~v_22_up_to_write_position)) | (v_24_up_to_write_position &
-      (~v_26_up_to_write_position)) | (v_28_up_to_write_position & (~v_30_up_to_write_position)) |
-      (v_32_up_to_write_position & (~v_34_up_to_write_position)) | (v_36_up_to_write_position &
-      (~v_38_up_to_write_position)) | (v_40_up_to_write_position & (~v_42_up_to_write_position)) |
-      (v_44_up_to_write_position & (~v_46_up_to_write_position)) | v_48_up_to_write_position,
-      (v_2_up_to_write_position & (~v_6_up_to_write_position)) | (v_6_up_to_write_position &
-      (~v_10_up_to_write_position)) | (v_10_up_to_write_position & (~v_14_up_to_write_position)) |
-      (v_14_up_to_write_position & (~v_18_up_to_write_position)) | (v_18_up_to_write_position &
-      (~v_22_up_to_write_position)) | (v_22_up_to_write_position & (~v_26_up_to_write_position)) |
-      (v_26_up_to_write_position & (~v_30_up_to_write_position)) | (v_30_up_to_write_position &
-      (~v_34_up_to_write_position)) | (v_34_up_to_write_position & (~v_38_up_to_write_position)) |
-      (v_38_up_to_write_position & (~v_42_up_to_write_position)) | (v_42_up_to_write_position &
-      (~v_46_up_to_write_position)) | v_46_up_to_write_position};
-  wire whole_v1 = (write_position == 6'd2) | (write_position == 6'd4) | (write_position == 6'd6) |
-      (write_position == 6'd8) | (write_position == 6'd10) | (write_position == 6'd12) |
-      (write_position == 6'd14) | (write_position == 6'd16) | (write_position == 6'd18) |
-      (write_position == 6'd20) | (write_position == 6'd22) | (write_position == 6'd24) |
-      (write_position == 6'd26) | (write_position == 6'd28) | (write_position == 6'd30) |
-      (write_position == 6'd32) | (write_position == 6'd34) | (write_position == 6'd36) |
-      (write_position == 6'd38) | (write_position == 6'd40) | (write_position == 6'd42) |
-      (write_position == 6'd44) | (write_position == 6'd46) | (write_position == 6'd48);
-  wire v_6_up_to_write_position_2 = 6'd6 <= write_position;
-  wire v_12_up_to_write_position_2 = 6'd12 <= write_position;
-  wire v_18_up_to_write_position_2 = 6'd18 <= write_position;
-  wire v_24_up_to_write_position_2 = 6'd24 <= write_position;
-  wire v_30_up_to_write_position_2 = 6'd30 <= write_position;
-  wire v_36_up_to_write_position_2 = 6'd36 <= write_position;
-  wire v_42_up_to_write_position_2 = 6'd42 <= write_position;
-  wire v_48_up_to_write_position_2 = 6'd48 <= write_position;
-  wire [1:0] keep_v2 = {(v_12_up_to_write_position_2 & (~v_18_up_to_write_position_2)) |
-      (v_24_up_to_write_position_2 & (~v_30_up_to_write_position_2)) | (v_36_up_to_write_position_2
-      & (~v_42_up_to_write_position_2)) | v_48_up_to_write_position_2, (v_6_up_to_write_position_2 &
-      (~v_18_up_to_write_position_2)) | (v_18_up_to_write_position_2 &
-      (~v_30_up_to_write_position_2)) | (v_30_up_to_write_position_2 &
-      (~v_42_up_to_write_position_2)) | v_42_up_to_write_position_2};
-  wire whole_v2 = (write_position == 6'd6) | (write_position == 6'd12) | (write_position == 6'd18) |
-      (write_position == 6'd24) | (write_position == 6'd30) | (write_position == 6'd36) |
-      (write_position == 6'd42) | (write_position == 6'd48);
-  wire v_12_up_to_write_position_3 = 6'd12 <= write_position;
-  wire v_24_up_to_write_position_3 = 6'd24 <= write_position;
-  wire v_36_up_to_write_position_3 = 6'd36 <= write_position;
-  wire v_48_up_to_write_position_3 = 6'd48 <= write_position;
-  wire [1:0] keep_v4 = {(v_24_up_to_write_position_3 & (~v_36_up_to_write_position_3)) |
-      v_48_up_to_write_position_3, (v_12_up_to_write_position_3 & (~v_36_up_to_write_position_3)) |
-      v_36_up_to_write_position_3};
-  wire whole_v4 = (write_position == 6'd12) | (write_position == 6'd24) | (write_position == 6'd36)
-      | (write_position == 6'd48);
-  wire v_24_up_to_write_position_4 = 6'd24 <= write_position;
-  wire v_48_up_to_write_position_4 = 6'd48 <= write_position;
-  wire [1:0] keep_v8 = {v_48_up_to_write_position_4, v_24_up_to_write_position_4};
-  wire whole_v8 = (write_position == 6'd24) | (write_position == 6'd48);
+  wire at_least_2 = 6'd2 <= write_position;
+  wire at_least_4 = 6'd4 <= write_position;
+  wire at_least_6 = 6'd6 <= write_position;
+  wire at_least_8 = 6'd8 <= write_position;
+  wire at_least_10 = 6'd10 <= write_position;
+  wire at_least_12 = 6'd12 <= write_position;
+  wire at_least_14 = 6'd14 <= write_position;
+  wire at_least_16 = 6'd16 <= write_position;
+  wire at_least_18 = 6'd18 <= write_position;
+  wire at_least_20 = 6'd20 <= write_position;
+  wire at_least_22 = 6'd22 <= write_position;
+  wire at_least_24 = 6'd24 <= write_position;
+  wire at_least_26 = 6'd26 <= write_position;
+  wire at_least_28 = 6'd28 <= write_position;
+  wire at_least_30 = 6'd30 <= write_position;
+  wire at_least_32 = 6'd32 <= write_position;
+  wire at_least_34 = 6'd34 <= write_position;
+  wire at_least_36 = 6'd36 <= write_position;
+  wire at_least_38 = 6'd38 <= write_position;
+  wire at_least_40 = 6'd40 <= write_position;
+  wire at_least_42 = 6'd42 <= write_position;
+  wire at_least_44 = 6'd44 <= write_position;
+  wire at_least_46 = 6'd46 <= write_position;
+  wire at_least_48 = 6'd48 <= write_position;
+  wire [1:0] keep_v1 = {(at_least_4 & (~at_least_6)) | (at_least_8 & (~at_least_10)) | (at_least_12
+      & (~at_least_14)) | (at_least_16 & (~at_least_18)) | (at_least_20 & (~at_least_22)) |
+      (at_least_24 & (~at_least_26)) | (at_least_28 & (~at_least_30)) | (at_least_32 &
+      (~at_least_34)) | (at_least_36 & (~at_least_38)) | (at_least_40 & (~at_least_42)) |
+      (at_least_44 & (~at_least_46)) | at_least_48, (at_least_2 & (~at_least_6)) | (at_least_6 &
+      (~at_least_10)) | (at_least_10 & (~at_least_14)) | (at_least_14 & (~at_least_18)) |
+      (at_least_18 & (~at_least_22)) | (at_least_22 & (~at_least_26)) | (at_least_26 &
+      (~at_least_30)) | (at_least_30 & (~at_least_34)) | (at_least_34 & (~at_least_38)) |
+      (at_least_38 & (~at_least_42)) | (at_least_42 & (~at_least_46)) | at_least_46};
+  wire exactly_2 = write_position == 6'd2;
+  wire exactly_4 = write_position == 6'd4;
+  wire exactly_6 = write_position == 6'd6;
+  wire exactly_8 = write_position == 6'd8;
+  wire exactly_10 = write_position == 6'd10;
+  wire exactly_12 = write_position == 6'd12;
+  wire exactly_14 = write_position == 6'd14;
+  wire exactly_16 = write_position == 6'd16;
+  wire exactly_18 = write_position == 6'd18;
+  wire exactly_20 = write_position == 6'd20;
+  wire exactly_22 = write_position == 6'd22;
+  wire exactly_24 = write_position == 6'd24;
+  wire exactly_26 = write_position == 6'd26;
+  wire exactly_28 = write_position == 6'd28;
+  wire exactly_30 = write_position == 6'd30;
+  wire exactly_32 = write_position == 6'd32;
+  wire exactly_34 = write_position == 6'd34;
+  wire exactly_36 = write_position == 6'd36;
+  wire exactly_38 = write_position == 6'd38;
+  wire exactly_40 = write_position == 6'd40;
+  wire exactly_42 = write_position == 6'd42;
+  wire exactly_44 = write_position == 6'd44;
+  wire exactly_46 = write_position == 6'd46;
+  wire exactly_48 = write_position == 6'd48;
+  wire whole_v1 = exactly_2 | exactly_4 | exactly_6 | exactly_8 | exactly_10 | exactly_12 |
+      exactly_14 | exactly_16 | exactly_18 | exactly_20 | exactly_22 | exactly_24 | exactly_26 |
+      exactly_28 | exactly_30 | exactly_32 | exactly_34 | exactly_36 | exactly_38 | exactly_40 |
+      exactly_42 | exactly_44 | exactly_46 | exactly_48;
+  wire [1:0] keep_v2 = {(at_least_12 & (~at_least_18)) | (at_least_24 & (~at_least_30)) |
+      (at_least_36 & (~at_least_42)) | at_least_48, (at_least_6 & (~at_least_18)) | (at_least_18 &
+      (~at_least_30)) | (at_least_30 & (~at_least_42)) | at_least_42};
+  wire whole_v2 = exactly_6 | exactly_12 | exactly_18 | exactly_24 | exactly_30 | exactly_36 |
+      exactly_42 | exactly_48;
+  wire [1:0] keep_v4 = {(at_least_24 & (~at_least_36)) | at_least_48, (at_least_12 & (~at_least_36))
+      | at_least_36};
+  wire whole_v4 = exactly_12 | exactly_24 | exactly_36 | exactly_48;
+  wire [1:0] keep_v8 = {at_least_48, at_least_24};
+  wire whole_v8 = exactly_24 | exactly_48;
   reg [3:0] full_groups;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: full_groups = {3'd0, v_4_up_to_write_position} + {3'd0, v_8_up_to_write_position} +
-          {3'd0, v_12_up_to_write_position} + {3'd0, v_16_up_to_write_position} + {3'd0,
-          v_20_up_to_write_position} + {3'd0, v_24_up_to_write_position} + {3'd0,
-          v_28_up_to_write_position} + {3'd0, v_32_up_to_write_position} + {3'd0,
-          v_36_up_to_write_position} + {3'd0, v_40_up_to_write_position} + {3'd0,
-          v_44_up_to_write_position} + {3'd0, v_48_up_to_write_position};
-      2'd1: full_groups = {1'd0, {2'd0, v_12_up_to_write_position_2} + {2'd0,
-          v_24_up_to_write_position_2} + {2'd0, v_36_up_to_write_position_2} + {2'd0,
-          v_48_up_to_write_position_2}};
-      2'd2: full_groups = {2'd0, {1'd0, v_24_up_to_write_position_3} + {1'd0,
-          v_48_up_to_write_position_3}};
-      default: full_groups = {3'd0, v_48_up_to_write_position_4};
+      2'd0: full_groups = {3'd0, at_least_4} + {3'd0, at_least_8} + {3'd0, at_least_12} + {3'd0,
+          at_least_16} + {3'd0, at_least_20} + {3'd0, at_least_24} + {3'd0, at_least_28} + {3'd0,
+          at_least_32} + {3'd0, at_least_36} + {3'd0, at_least_40} + {3'd0, at_least_44} + {3'd0,
+          at_least_48};
+      2'd1: full_groups = {1'd0, {2'd0, at_least_12} + {2'd0, at_least_24} + {2'd0, at_least_36} +
+          {2'd0, at_least_48}};
+      2'd2: full_groups = {2'd0, {1'd0, at_least_24} + {1'd0, at_least_48}};
+      default: full_groups = {3'd0, at_least_48};
     endcase
   end
   reg [3:0] all_groups;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: all_groups = {3'd0, v_2_up_to_write_position} + {3'd0, v_6_up_to_write_position} +
-          {3'd0, v_10_up_to_write_position} + {3'd0, v_14_up_to_write_position} + {3'd0,
-          v_18_up_to_write_position} + {3'd0, v_22_up_to_write_position} + {3'd0,
-          v_26_up_to_write_position} + {3'd0, v_30_up_to_write_position} + {3'd0,
-          v_34_up_to_write_position} + {3'd0, v_38_up_to_write_position} + {3'd0,
-          v_42_up_to_write_position} + {3'd0, v_46_up_to_write_position};
-      2'd1: all_groups = {1'd0, {2'd0, v_6_up_to_write_position_2} + {2'd0,
-          v_18_up_to_write_position_2} + {2'd0, v_30_up_to_write_position_2} + {2'd0,
-          v_42_up_to_write_position_2}};
-      2'd2: all_groups = {2'd0, {1'd0, v_12_up_to_write_position_3} + {1'd0,
-          v_36_up_to_write_position_3}};
-      default: all_groups = {3'd0, v_24_up_to_write_position_4};
+      2'd0: all_groups = {3'd0, at_least_2} + {3'd0, at_least_6} + {3'd0, at_least_10} + {3'd0,
+          at_least_14} + {3'd0, at_least_18} + {3'd0, at_least_22} + {3'd0, at_least_26} + {3'd0,
+          at_least_30} + {3'd0, at_least_34} + {3'd0, at_least_38} + {3'd0, at_least_42} + {3'd0,
+          at_least_46};
+      2'd1: all_groups = {1'd0, {2'd0, at_least_6} + {2'd0, at_least_18} + {2'd0, at_least_30} +
+          {2'd0, at_least_42}};
+      2'd2: all_groups = {2'd0, {1'd0, at_least_12} + {1'd0, at_least_36}};
+      default: all_groups = {3'd0, at_least_24};
     endcase
   end
   reg [1:0] keep_of_last_group;

@@ -26,10 +26,14 @@ module vector_lane (
   output wire [31:0] result                // of the result stage
 );
 
+  localparam [3:0] OP_PASS = 4'd0;
+  localparam [3:0] OP_RELU = 4'd1;
+  localparam [3:0] OP_ADD = 4'd2;
+  localparam [3:0] OP_MULTIPLY = 4'd3;
+  localparam [3:0] OP_SQUARE_SUM = 4'd4;
   localparam [20:0] ACCUM_START = 21'h7fffe;  // 1 and the offset
   localparam [22:0] BIAS = 23'h428acd;  // 12 ln 2, centred
   localparam [23:0] FAR_BIAS = 24'h851596;  // 24 ln 2, centred
-
 
   // Element-wise operations
   wire [31:0] relu = a[31] ? 32'd0 : a;
@@ -37,9 +41,10 @@ module vector_lane (
   wire [63:0] product = $signed({{32{a[31]}}, a}) * $signed({{32{b[31]}}, b});
   wire [63:0] a_square = $signed({{32{a[31]}}, a}) * $signed({{32{a[31]}}, a});
   wire [63:0] b_square = $signed({{32{b[31]}}, b}) * $signed({{32{b[31]}}, b});
-  wire [64:0] exact_next = (code == 4'd4) ? ({a_square[63], a_square} + {b_square[63], b_square}) :
-      (code == 4'd3) ? {product[63], product} : (code == 4'd2) ? {{32{sum[32]}}, sum} : (code ==
-      4'd1) ? {{33{relu[31]}}, relu} : (code == 4'd0) ? {{33{a[31]}}, a} : 65'h0;
+  wire [64:0] exact_next = (code == OP_SQUARE_SUM) ? ({a_square[63], a_square} + {b_square[63],
+      b_square}) : (code == OP_MULTIPLY) ? {product[63], product} : (code == OP_ADD) ?
+      {{32{sum[32]}}, sum} : (code == OP_RELU) ? {{33{relu[31]}}, relu} : (code == OP_PASS) ?
+      {{33{a[31]}}, a} : 65'h0;
   reg [64:0] exact;
 
   always @(posedge clk) begin

@@ -36,7 +36,6 @@ module gathering_unit (
   output wire [7:0]   stat_errors          // sticky; docs/gathering-unit.md names the bits
 );
 
-
   // Issue: registers
   reg [3:0] in_flight;  // groups issued and not yet taken by the sink
   wire credit = in_flight < 4'd8;
@@ -310,7 +309,7 @@ module gathering_unit (
       ragged_entries <= (ragged_entries | rit_errors[0]) & (~cfg_clear);
       weights_off_one <= (weights_off_one | (s1_valid & s1_keep & structured & s1_last &
           (weight_sum0 != 19'h8000))) & (~cfg_clear);
-      weight_too_large <= (weight_too_large | (s1_valid & 1'b0)) & (~cfg_clear);
+      weight_too_large <= weight_too_large & (~cfg_clear);
       row_not_loaded <= (row_not_loaded | (s1_valid & s1_keep & (~s1_in_range))) & (~cfg_clear);
     end
   end

@@ -23,7 +23,6 @@ module mft (
   output wire         overflow            // a row past the MVoxel's rows is dropped
 );
 
-
   // State of each half
   reg loaded_0;
   reg loaded_1;

@@ -30,7 +30,6 @@ module rit_buffer (
   output wire [2:0]  errors              // 5: too large to keep, 4: gap in a beat, 3: ragged entries
 );
 
-
   // Each half, as the writer leaves it: what lies before (end_row, end_group) can be read
   reg closed_0;
   reg closed_1;
@@ -172,78 +171,68 @@ module rit_buffer (
   end
   // halfwords of the row that hold entries, this beat included
   wire [4:0] write_position = first_halfword + {2'd0, kept_halfwords};
-  wire v_2_up_to_write_position = 5'd2 <= write_position;
-  wire v_4_up_to_write_position = 5'd4 <= write_position;
-  wire v_6_up_to_write_position = 5'd6 <= write_position;
-  wire v_8_up_to_write_position = 5'd8 <= write_position;
-  wire v_10_up_to_write_position = 5'd10 <= write_position;
-  wire v_12_up_to_write_position = 5'd12 <= write_position;
-  wire v_14_up_to_write_position = 5'd14 <= write_position;
-  wire v_16_up_to_write_position = 5'd16 <= write_position;
-  wire v_18_up_to_write_position = 5'd18 <= write_position;
-  wire v_20_up_to_write_position = 5'd20 <= write_position;
-  wire v_22_up_to_write_position = 5'd22 <= write_position;
-  wire v_24_up_to_write_position = 5'd24 <= write_position;
-  wire keep_v1 = (v_2_up_to_write_position & (~v_4_up_to_write_position)) |
-      (v_4_up_to_write_position & (~v_6_up_to_write_position)) | (v_6_up_to_write_position &
-      (~v_8_up_to_write_position)) | (v_8_up_to_write_position & (~v_10_up_to_write_position)) |
-      (v_10_up_to_write_position & (~v_12_up_to_write_position)) | (v_12_up_to_write_position &
-      (~v_14_up_to_write_position)) | (v_14_up_to_write_position & (~v_16_up_to_write_position)) |
-      (v_16_up_to_write_position & (~v_18_up_to_write_position)) | (v_18_up_to_write_position &
-      (~v_20_up_to_write_position)) | (v_20_up_to_write_position & (~v_22_up_to_write_position)) |
-      (v_22_up_to_write_position & (~v_24_up_to_write_position)) | v_24_up_to_write_position;
-  wire whole_v1 = (write_position == 5'd2) | (write_position == 5'd4) | (write_position == 5'd6) |
-      (write_position == 5'd8) | (write_position == 5'd10) | (write_position == 5'd12) |
-      (write_position == 5'd14) | (write_position == 5'd16) | (write_position == 5'd18) |
-      (write_position == 5'd20) | (write_position == 5'd22) | (write_position == 5'd24);
-  wire v_6_up_to_write_position_2 = 5'd6 <= write_position;
-  wire v_12_up_to_write_position_2 = 5'd12 <= write_position;
-  wire v_18_up_to_write_position_2 = 5'd18 <= write_position;
-  wire v_24_up_to_write_position_2 = 5'd24 <= write_position;
-  wire keep_v2 = (v_6_up_to_write_position_2 & (~v_12_up_to_write_position_2)) |
-      (v_12_up_to_write_position_2 & (~v_18_up_to_write_position_2)) | (v_18_up_to_write_position_2
-      & (~v_24_up_to_write_position_2)) | v_24_up_to_write_position_2;
-  wire whole_v2 = (write_position == 5'd6) | (write_position == 5'd12) | (write_position == 5'd18) |
-      (write_position == 5'd24);
-  wire v_12_up_to_write_position_3 = 5'd12 <= write_position;
-  wire v_24_up_to_write_position_3 = 5'd24 <= write_position;
-  wire keep_v4 = (v_12_up_to_write_position_3 & (~v_24_up_to_write_position_3)) |
-      v_24_up_to_write_position_3;
-  wire whole_v4 = (write_position == 5'd12) | (write_position == 5'd24);
-  wire keep_v8 = 5'd24 <= write_position;
-  wire whole_v8 = write_position == 5'd24;
+  wire at_least_2 = 5'd2 <= write_position;
+  wire at_least_4 = 5'd4 <= write_position;
+  wire at_least_6 = 5'd6 <= write_position;
+  wire at_least_8 = 5'd8 <= write_position;
+  wire at_least_10 = 5'd10 <= write_position;
+  wire at_least_12 = 5'd12 <= write_position;
+  wire at_least_14 = 5'd14 <= write_position;
+  wire at_least_16 = 5'd16 <= write_position;
+  wire at_least_18 = 5'd18 <= write_position;
+  wire at_least_20 = 5'd20 <= write_position;
+  wire at_least_22 = 5'd22 <= write_position;
+  wire at_least_24 = 5'd24 <= write_position;
+  wire keep_v1 = (at_least_2 & (~at_least_4)) | (at_least_4 & (~at_least_6)) | (at_least_6 &
+      (~at_least_8)) | (at_least_8 & (~at_least_10)) | (at_least_10 & (~at_least_12)) | (at_least_12
+      & (~at_least_14)) | (at_least_14 & (~at_least_16)) | (at_least_16 & (~at_least_18)) |
+      (at_least_18 & (~at_least_20)) | (at_least_20 & (~at_least_22)) | (at_least_22 &
+      (~at_least_24)) | at_least_24;
+  wire exactly_2 = write_position == 5'd2;
+  wire exactly_4 = write_position == 5'd4;
+  wire exactly_6 = write_position == 5'd6;
+  wire exactly_8 = write_position == 5'd8;
+  wire exactly_10 = write_position == 5'd10;
+  wire exactly_12 = write_position == 5'd12;
+  wire exactly_14 = write_position == 5'd14;
+  wire exactly_16 = write_position == 5'd16;
+  wire exactly_18 = write_position == 5'd18;
+  wire exactly_20 = write_position == 5'd20;
+  wire exactly_22 = write_position == 5'd22;
+  wire exactly_24 = write_position == 5'd24;
+  wire whole_v1 = exactly_2 | exactly_4 | exactly_6 | exactly_8 | exactly_10 | exactly_12 |
+      exactly_14 | exactly_16 | exactly_18 | exactly_20 | exactly_22 | exactly_24;
+  wire keep_v2 = (at_least_6 & (~at_least_12)) | (at_least_12 & (~at_least_18)) | (at_least_18 &
+      (~at_least_24)) | at_least_24;
+  wire whole_v2 = exactly_6 | exactly_12 | exactly_18 | exactly_24;
+  wire keep_v4 = (at_least_12 & (~at_least_24)) | at_least_24;
+  wire whole_v4 = exactly_12 | exactly_24;
+  wire keep_v8 = at_least_24;
+  wire whole_v8 = exactly_24;
   reg [3:0] full_groups;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: full_groups = {3'd0, v_2_up_to_write_position} + {3'd0, v_4_up_to_write_position} +
-          {3'd0, v_6_up_to_write_position} + {3'd0, v_8_up_to_write_position} + {3'd0,
-          v_10_up_to_write_position} + {3'd0, v_12_up_to_write_position} + {3'd0,
-          v_14_up_to_write_position} + {3'd0, v_16_up_to_write_position} + {3'd0,
-          v_18_up_to_write_position} + {3'd0, v_20_up_to_write_position} + {3'd0,
-          v_22_up_to_write_position} + {3'd0, v_24_up_to_write_position};
-      2'd1: full_groups = {1'd0, {2'd0, v_6_up_to_write_position_2} + {2'd0,
-          v_12_up_to_write_position_2} + {2'd0, v_18_up_to_write_position_2} + {2'd0,
-          v_24_up_to_write_position_2}};
-      2'd2: full_groups = {2'd0, {1'd0, v_12_up_to_write_position_3} + {1'd0,
-          v_24_up_to_write_position_3}};
-      default: full_groups = {3'd0, keep_v8};
+      2'd0: full_groups = {3'd0, at_least_2} + {3'd0, at_least_4} + {3'd0, at_least_6} + {3'd0,
+          at_least_8} + {3'd0, at_least_10} + {3'd0, at_least_12} + {3'd0, at_least_14} + {3'd0,
+          at_least_16} + {3'd0, at_least_18} + {3'd0, at_least_20} + {3'd0, at_least_22} + {3'd0,
+          at_least_24};
+      2'd1: full_groups = {1'd0, {2'd0, at_least_6} + {2'd0, at_least_12} + {2'd0, at_least_18} +
+          {2'd0, at_least_24}};
+      2'd2: full_groups = {2'd0, {1'd0, at_least_12} + {1'd0, at_least_24}};
+      default: full_groups = {3'd0, at_least_24};
     endcase
   end
   reg [3:0] all_groups;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: all_groups = {3'd0, v_2_up_to_write_position} + {3'd0, v_4_up_to_write_position} +
-          {3'd0, v_6_up_to_write_position} + {3'd0, v_8_up_to_write_position} + {3'd0,
-          v_10_up_to_write_position} + {3'd0, v_12_up_to_write_position} + {3'd0,
-          v_14_up_to_write_position} + {3'd0, v_16_up_to_write_position} + {3'd0,
-          v_18_up_to_write_position} + {3'd0, v_20_up_to_write_position} + {3'd0,
-          v_22_up_to_write_position} + {3'd0, v_24_up_to_write_position};
-      2'd1: all_groups = {1'd0, {2'd0, v_6_up_to_write_position_2} + {2'd0,
-          v_12_up_to_write_position_2} + {2'd0, v_18_up_to_write_position_2} + {2'd0,
-          v_24_up_to_write_position_2}};
-      2'd2: all_groups = {2'd0, {1'd0, v_12_up_to_write_position_3} + {1'd0,
-          v_24_up_to_write_position_3}};
-      default: all_groups = {3'd0, keep_v8};
+      2'd0: all_groups = {3'd0, at_least_2} + {3'd0, at_least_4} + {3'd0, at_least_6} + {3'd0,
+          at_least_8} + {3'd0, at_least_10} + {3'd0, at_least_12} + {3'd0, at_least_14} + {3'd0,
+          at_least_16} + {3'd0, at_least_18} + {3'd0, at_least_20} + {3'd0, at_least_22} + {3'd0,
+          at_least_24};
+      2'd1: all_groups = {1'd0, {2'd0, at_least_6} + {2'd0, at_least_12} + {2'd0, at_least_18} +
+          {2'd0, at_least_24}};
+      2'd2: all_groups = {2'd0, {1'd0, at_least_12} + {1'd0, at_least_24}};
+      default: all_groups = {3'd0, at_least_24};
     endcase
   end
   reg keep_of_last_group;

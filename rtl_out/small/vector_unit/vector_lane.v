@@ -21,11 +21,14 @@ module vector_lane (
   output wire [31:0] result                // of the result stage
 );
 
+  localparam [3:0] OP_PASS = 4'd0;
+  localparam [3:0] OP_RELU = 4'd1;
+  localparam [3:0] OP_ADD = 4'd2;
+  localparam [3:0] OP_MULTIPLY = 4'd3;
+  localparam [3:0] OP_SQUARE_SUM = 4'd4;
   localparam [19:0] ACCUM_START = 20'h40000;  // 1 and the offset
-  localparam [3:0] const_0 = 4'd0;
   localparam [22:0] BIAS = 23'h428ac9;  // 12 ln 2, centred
   localparam [23:0] FAR_BIAS = 24'h851592;  // 24 ln 2, centred
-
 
   // Element-wise operations
   wire [31:0] relu = a[31] ? 32'd0 : a;
@@ -33,9 +36,10 @@ module vector_lane (
   wire [63:0] product = $signed({{32{a[31]}}, a}) * $signed({{32{b[31]}}, b});
   wire [63:0] a_square = $signed({{32{a[31]}}, a}) * $signed({{32{a[31]}}, a});
   wire [63:0] b_square = $signed({{32{b[31]}}, b}) * $signed({{32{b[31]}}, b});
-  wire [64:0] exact_next = (code == 4'd4) ? ({a_square[63], a_square} + {b_square[63], b_square}) :
-      (code == 4'd3) ? {product[63], product} : (code == 4'd2) ? {{32{sum[32]}}, sum} : (code ==
-      4'd1) ? {{33{relu[31]}}, relu} : (code == 4'd0) ? {{33{a[31]}}, a} : 65'h0;
+  wire [64:0] exact_next = (code == OP_SQUARE_SUM) ? ({a_square[63], a_square} + {b_square[63],
+      b_square}) : (code == OP_MULTIPLY) ? {product[63], product} : (code == OP_ADD) ?
+      {{32{sum[32]}}, sum} : (code == OP_RELU) ? {{33{relu[31]}}, relu} : (code == OP_PASS) ?
+      {{33{a[31]}}, a} : 65'h0;
   reg [64:0] exact;
 
   always @(posedge clk) begin
@@ -66,7 +70,7 @@ module vector_lane (
   wire [20:0] accum_shifted0 = {ACCUM_START, 1'b0} >> 5'd0;
   wire [19:0] accum0 = (take0 & (~1'b1)) ? (ACCUM_START + accum_shifted0[20:1] + {19'd0,
       accum_shifted0[0]}) : ACCUM_START;
-  wire [3:0] digits0 = 1'b1 ? {const_0[2:0], take0} : const_0;
+  wire [3:0] digits0 = {3'd0, take0};
   reg [22:0] s_remain_0;
   reg [19:0] s_accum_0;
   reg [3:0] s_digits_0;
@@ -92,7 +96,7 @@ module vector_lane (
   wire [20:0] accum_shifted1 = {s_accum_0, 1'b0} >> 5'd0;
   wire [19:0] accum1 = (take1 & (~1'b1)) ? (s_accum_0 + accum_shifted1[20:1] + {19'd0,
       accum_shifted1[0]}) : s_accum_0;
-  wire [3:0] digits1 = 1'b1 ? {s_digits_0[2:0], take1} : s_digits_0;
+  wire [3:0] digits1 = {s_digits_0[2:0], take1};
   reg [22:0] s_remain_1;
   reg [19:0] s_accum_1;
   reg [3:0] s_digits_1;
@@ -118,7 +122,7 @@ module vector_lane (
   wire [20:0] accum_shifted2 = {s_accum_1, 1'b0} >> 5'd0;
   wire [19:0] accum2 = (take2 & (~1'b1)) ? (s_accum_1 + accum_shifted2[20:1] + {19'd0,
       accum_shifted2[0]}) : s_accum_1;
-  wire [3:0] digits2 = 1'b1 ? {s_digits_1[2:0], take2} : s_digits_1;
+  wire [3:0] digits2 = {s_digits_1[2:0], take2};
   reg [22:0] s_remain_2;
   reg [19:0] s_accum_2;
   reg [3:0] s_digits_2;
@@ -144,7 +148,7 @@ module vector_lane (
   wire [20:0] accum_shifted3 = {s_accum_2, 1'b0} >> 5'd0;
   wire [19:0] accum3 = (take3 & (~1'b1)) ? (s_accum_2 + accum_shifted3[20:1] + {19'd0,
       accum_shifted3[0]}) : s_accum_2;
-  wire [3:0] digits3 = 1'b1 ? {s_digits_2[2:0], take3} : s_digits_2;
+  wire [3:0] digits3 = {s_digits_2[2:0], take3};
   reg [22:0] s_remain_3;
   reg [19:0] s_accum_3;
   reg [3:0] s_digits_3;
@@ -170,7 +174,7 @@ module vector_lane (
   wire [20:0] accum_shifted4 = {s_accum_3, 1'b0} >> 5'd1;
   wire [19:0] accum4 = (take4 & (~1'b0)) ? (s_accum_3 + accum_shifted4[20:1] + {19'd0,
       accum_shifted4[0]}) : s_accum_3;
-  wire [3:0] digits4 = 1'b0 ? {s_digits_3[2:0], take4} : s_digits_3;
+  wire [3:0] digits4 = s_digits_3;
   reg [22:0] s_remain_4;
   reg [19:0] s_accum_4;
   reg [3:0] s_digits_4;
@@ -196,7 +200,7 @@ module vector_lane (
   wire [20:0] accum_shifted5 = {s_accum_4, 1'b0} >> 5'd2;
   wire [19:0] accum5 = (take5 & (~1'b0)) ? (s_accum_4 + accum_shifted5[20:1] + {19'd0,
       accum_shifted5[0]}) : s_accum_4;
-  wire [3:0] digits5 = 1'b0 ? {s_digits_4[2:0], take5} : s_digits_4;
+  wire [3:0] digits5 = s_digits_4;
   reg [22:0] s_remain_5;
   reg [19:0] s_accum_5;
   reg [3:0] s_digits_5;
@@ -222,7 +226,7 @@ module vector_lane (
   wire [20:0] accum_shifted6 = {s_accum_5, 1'b0} >> 5'd3;
   wire [19:0] accum6 = (take6 & (~1'b0)) ? (s_accum_5 + accum_shifted6[20:1] + {19'd0,
       accum_shifted6[0]}) : s_accum_5;
-  wire [3:0] digits6 = 1'b0 ? {s_digits_5[2:0], take6} : s_digits_5;
+  wire [3:0] digits6 = s_digits_5;
   reg [22:0] s_remain_6;
   reg [19:0] s_accum_6;
   reg [3:0] s_digits_6;
@@ -248,7 +252,7 @@ module vector_lane (
   wire [20:0] accum_shifted7 = {s_accum_6, 1'b0} >> 5'd4;
   wire [19:0] accum7 = (take7 & (~1'b0)) ? (s_accum_6 + accum_shifted7[20:1] + {19'd0,
       accum_shifted7[0]}) : s_accum_6;
-  wire [3:0] digits7 = 1'b0 ? {s_digits_6[2:0], take7} : s_digits_6;
+  wire [3:0] digits7 = s_digits_6;
   reg [22:0] s_remain_7;
   reg [19:0] s_accum_7;
   reg [3:0] s_digits_7;
@@ -274,7 +278,7 @@ module vector_lane (
   wire [20:0] accum_shifted8 = {s_accum_7, 1'b0} >> 5'd5;
   wire [19:0] accum8 = (take8 & (~1'b0)) ? (s_accum_7 + accum_shifted8[20:1] + {19'd0,
       accum_shifted8[0]}) : s_accum_7;
-  wire [3:0] digits8 = 1'b0 ? {s_digits_7[2:0], take8} : s_digits_7;
+  wire [3:0] digits8 = s_digits_7;
   reg [22:0] s_remain_8;
   reg [19:0] s_accum_8;
   reg [3:0] s_digits_8;
@@ -300,7 +304,7 @@ module vector_lane (
   wire [20:0] accum_shifted9 = {s_accum_8, 1'b0} >> 5'd6;
   wire [19:0] accum9 = (take9 & (~1'b0)) ? (s_accum_8 + accum_shifted9[20:1] + {19'd0,
       accum_shifted9[0]}) : s_accum_8;
-  wire [3:0] digits9 = 1'b0 ? {s_digits_8[2:0], take9} : s_digits_8;
+  wire [3:0] digits9 = s_digits_8;
   reg [22:0] s_remain_9;
   reg [19:0] s_accum_9;
   reg [3:0] s_digits_9;
@@ -326,7 +330,7 @@ module vector_lane (
   wire [20:0] accum_shifted10 = {s_accum_9, 1'b0} >> 5'd7;
   wire [19:0] accum10 = (take10 & (~1'b0)) ? (s_accum_9 + accum_shifted10[20:1] + {19'd0,
       accum_shifted10[0]}) : s_accum_9;
-  wire [3:0] digits10 = 1'b0 ? {s_digits_9[2:0], take10} : s_digits_9;
+  wire [3:0] digits10 = s_digits_9;
   reg [22:0] s_remain_10;
   reg [19:0] s_accum_10;
   reg [3:0] s_digits_10;
@@ -352,7 +356,7 @@ module vector_lane (
   wire [20:0] accum_shifted11 = {s_accum_10, 1'b0} >> 5'd8;
   wire [19:0] accum11 = (take11 & (~1'b0)) ? (s_accum_10 + accum_shifted11[20:1] + {19'd0,
       accum_shifted11[0]}) : s_accum_10;
-  wire [3:0] digits11 = 1'b0 ? {s_digits_10[2:0], take11} : s_digits_10;
+  wire [3:0] digits11 = s_digits_10;
   reg [22:0] s_remain_11;
   reg [19:0] s_accum_11;
   reg [3:0] s_digits_11;
@@ -378,7 +382,7 @@ module vector_lane (
   wire [20:0] accum_shifted12 = {s_accum_11, 1'b0} >> 5'd9;
   wire [19:0] accum12 = (take12 & (~1'b0)) ? (s_accum_11 + accum_shifted12[20:1] + {19'd0,
       accum_shifted12[0]}) : s_accum_11;
-  wire [3:0] digits12 = 1'b0 ? {s_digits_11[2:0], take12} : s_digits_11;
+  wire [3:0] digits12 = s_digits_11;
   reg [22:0] s_remain_12;
   reg [19:0] s_accum_12;
   reg [3:0] s_digits_12;
@@ -483,8 +487,8 @@ module vector_lane (
       16'hffff : one_minus_power[15:0]} : {16'd0, (|rounded[17:16]) ? 16'hffff : rounded[15:0]}) :
       value_12;
 
-  wire unused_ok = &{1'b0, power_extended[22:17], depth_remain[23], s_remain_12[22:19],
-      tail_product[18:0], dropped_bits[0], accum_doubled[1:0]};
+  wire unused_ok = &{1'b0, power_extended[22:17], depth_remain[23], s_digits_0[3], s_digits_1[3],
+      s_digits_2[3], s_remain_12[22:19], tail_product[18:0], dropped_bits[0], accum_doubled[1:0]};
 endmodule
 
 `default_nettype wire

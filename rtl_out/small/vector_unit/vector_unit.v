@@ -27,17 +27,23 @@ module vector_unit (
   output wire [1:0]   stat_errors         // sticky: 1 reserved rounding code, 0 operation not built
 );
 
-  localparam engine_free = 1'b1;
-
+  localparam [3:0] OP_PASS = 4'd0;
+  localparam [3:0] OP_RELU = 4'd1;
+  localparam [3:0] OP_ADD = 4'd2;
+  localparam [3:0] OP_MULTIPLY = 4'd3;
+  localparam [3:0] OP_SQUARE_SUM = 4'd4;
+  localparam [3:0] OP_EXP = 4'd5;
+  localparam [3:0] OP_ONE_MINUS_EXP = 4'd6;
 
   // Acceptance
   wire [3:0] code = s_axis_vec_tuser[3:0];
   reg [4:0] in_flight;  // vectors accepted and not yet taken by the sink
   wire room = in_flight < 5'd19;
-  assign s_axis_vec_tready = room & engine_free;
+  assign s_axis_vec_tready = room;
   wire accept = s_axis_vec_tvalid & s_axis_vec_tready;
-  wire is_one_minus = code == 4'd6;
-  wire is_exp = (code == 4'd5) | is_one_minus;
+  wire is_power = code == OP_EXP;
+  wire is_one_minus = code == OP_ONE_MINUS_EXP;
+  wire is_exp = is_power | is_one_minus;
 
   // Sequence of an exponential
   reg result_valid;
@@ -372,11 +378,11 @@ module vector_unit (
           stat_vectors_plus_1[31:0]) : stat_vectors;
       stat_busy <= cfg_clear ? 32'd0 : (accept | moving) ? (stat_busy_plus_1[32] ? 32'hffffffff :
           stat_busy_plus_1[31:0]) : stat_busy;
-      stat_stall_out <= cfg_clear ? 32'd0 : (s_axis_vec_tvalid & engine_free & (~room)) ?
+      stat_stall_out <= cfg_clear ? 32'd0 : (s_axis_vec_tvalid & (~room)) ?
           (stat_stall_out_plus_1[32] ? 32'hffffffff : stat_stall_out_plus_1[31:0]) : stat_stall_out;
-      operation_not_built <= (operation_not_built | (accept & (~((code == 4'd0) | (code == 4'd1) |
-          (code == 4'd2) | (code == 4'd3) | (code == 4'd4) | (code == 4'd5) | (code == 4'd6))))) &
-          (~cfg_clear);
+      operation_not_built <= (operation_not_built | (accept & (~((code == OP_PASS) | (code ==
+          OP_RELU) | (code == OP_ADD) | (code == OP_MULTIPLY) | (code == OP_SQUARE_SUM) | is_power |
+          is_one_minus)))) & (~cfg_clear);
       rounding_reserved <= (rounding_reserved | (accept & (s_axis_vec_tuser[11:10] == 2'd3))) &
           (~cfg_clear);
     end

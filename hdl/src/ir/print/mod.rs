@@ -223,7 +223,9 @@ impl<'a> Printer<'a> {
                 }
                 section = now;
                 if let Some(title) = self.module.sections.get(now) {
-                    self.text.push('\n');
+                    if !self.text.ends_with("\n\n") {
+                        self.text.push('\n');
+                    }
                     if !title.is_empty() {
                         self.line(1, &format!("// {title}"));
                     }

@@ -1,0 +1,214 @@
+//! Builds a module node by node.
+
+mod choice;
+mod contract;
+mod instance;
+mod logic;
+mod state;
+mod width;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use num_bigint::BigInt;
+
+use super::node::{Node, Op, Port, Signal, Ty};
+use super::{IrError, IrErrors, Module, check};
+
+/// Builds one module. Misuse never panics: it is recorded, a well-typed
+/// stand-in is returned, and [`ModuleBuilder::finish`] reports it.
+#[derive(Debug)]
+pub struct ModuleBuilder {
+    module: Module,
+    errors: Vec<IrError>,
+    section: usize,
+    /// Of each node, whether constants alone make it.
+    fixed: Vec<bool>,
+}
+
+impl ModuleBuilder {
+    /// An empty module.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        Self {
+            module: Module {
+                name: name.to_owned(),
+                doc: String::new(),
+                nodes: vec![],
+                ports: vec![],
+                memories: vec![],
+                instances: vec![],
+                contracts: vec![],
+                sections: vec![String::new()],
+                unused: BTreeMap::new(),
+                clocked: false,
+                registers: false,
+            },
+            errors: vec![],
+            section: 0,
+            fixed: vec![],
+        }
+    }
+
+    /// What the module is, for its header.
+    pub fn doc(&mut self, text: &str) {
+        text.clone_into(&mut self.module.doc);
+    }
+
+    /// Starts a commented section of the printed body.
+    pub fn section(&mut self, title: &str) {
+        self.section = self.module.sections.len();
+        self.module.sections.push(title.to_owned());
+    }
+
+    pub(crate) fn fail(&mut self, what: &str, problem: String) {
+        self.errors.push(IrError {
+            module: self.module.name.clone(),
+            node: what.to_owned(),
+            problem,
+        });
+    }
+
+    /// The type, or one bit if no node can have it.
+    fn legal(&mut self, ty: Ty) -> Ty {
+        if (1..=65_536).contains(&ty.width) {
+            return ty;
+        }
+        self.fail("a node", format!("width {}: expected 1 to 65536", ty.width));
+        Ty { width: 1, ..ty }
+    }
+
+    fn node(&mut self, op: Op, ty: Ty) -> Signal {
+        let ty = self.legal(ty);
+        let operands = op.operands();
+        let fixed = !operands.is_empty()
+            && !matches!(op, Op::ReadAsync(..))
+            && operands.iter().all(|o| self.fixed[*o]);
+        self.fixed.push(fixed || matches!(op, Op::Lit(_)));
+        self.module.nodes.push(Node {
+            op,
+            ty,
+            name: None,
+            note: None,
+            section: self.section,
+            exact: false,
+        });
+        Signal {
+            id: self.module.nodes.len() - 1,
+            ty,
+        }
+    }
+
+    fn describe(&self, s: Signal) -> String {
+        match self.module.nodes.get(s.id).and_then(|n| n.name.as_ref()) {
+            Some(name) => format!("{name}: {}", s.ty),
+            None => format!("unnamed: {}", s.ty),
+        }
+    }
+
+    fn zero(&mut self, ty: Ty) -> Signal {
+        self.node(Op::Lit(BigInt::ZERO), ty)
+    }
+
+    fn agree(&mut self, what: &str, a: Signal, b: Signal) -> bool {
+        if a.ty == b.ty {
+            return true;
+        }
+        let (a, b) = (self.describe(a), self.describe(b));
+        self.fail(
+            what,
+            format!("operands differ: {a} and {b}; extend, truncate or reinterpret one"),
+        );
+        false
+    }
+
+    /// An input port.
+    pub fn input(&mut self, name: &str, ty: Ty, doc: &str) -> Signal {
+        let s = self.node(Op::Input, ty);
+        self.module.nodes[s.id].name = Some(name.to_owned());
+        self.port(name, s, false, doc);
+        s
+    }
+
+    /// An output port.
+    pub fn output(&mut self, name: &str, s: Signal, doc: &str) {
+        self.port(name, s, true, doc);
+    }
+
+    fn port(&mut self, name: &str, s: Signal, output: bool, doc: &str) {
+        self.module.ports.push(Port {
+            name: name.to_owned(),
+            node: s.id,
+            output,
+            doc: doc.to_owned(),
+        });
+    }
+
+    /// Says why an input is not read, so that it is no mistake.
+    pub fn unused(&mut self, s: Signal, why: &str) {
+        self.module.unused.insert(s.id, why.to_owned());
+    }
+
+    /// A constant.
+    pub fn lit(&mut self, value: impl Into<BigInt>, ty: Ty) -> Signal {
+        let (value, ty) = (value.into(), self.legal(ty));
+        if value < ty.min() || value > ty.max() {
+            self.fail("a constant", format!("{value} does not fit {ty}"));
+            return self.zero(ty);
+        }
+        self.node(Op::Lit(value), ty)
+    }
+
+    /// A constant that prints as a `localparam`.
+    pub fn param(&mut self, name: &str, value: impl Into<BigInt>, ty: Ty, doc: &str) -> Signal {
+        let s = self.lit(value, ty);
+        self.module.nodes[s.id].name = Some(name.to_owned());
+        self.note(s, doc);
+        s
+    }
+
+    /// Gives a signal its name in the Verilog.
+    pub fn name(&mut self, s: Signal, name: &str) -> Signal {
+        let node = &mut self.module.nodes[s.id];
+        match &node.name {
+            None => node.name = Some(name.to_owned()),
+            Some(old) if old == name => {}
+            // A second name for one value is a wire of its own.
+            Some(_) => {
+                let alias = self.node(Op::Cast(s.id), s.ty);
+                self.module.nodes[alias.id].name = Some(name.to_owned());
+                return alias;
+            }
+        }
+        s
+    }
+
+    /// Adds a comment at a signal's declaration.
+    pub fn note(&mut self, s: Signal, text: &str) -> Signal {
+        self.module.nodes[s.id].note = Some(text.to_owned()).filter(|t| !t.is_empty());
+        s
+    }
+
+    /// Claims that the node's result never wraps; the range analysis proves it.
+    pub fn exact(&mut self, s: Signal) -> Signal {
+        self.module.nodes[s.id].exact = true;
+        s
+    }
+
+    /// Checks the module and shares it.
+    ///
+    /// # Errors
+    /// Everything that was recorded, or that the checks find.
+    pub fn finish(mut self) -> Result<Arc<Module>, IrErrors> {
+        let mut errors = self.errors;
+        (self.module.clocked, self.module.registers) = check::state(&self.module);
+        if errors.is_empty() {
+            errors = check::check(&self.module);
+        }
+        if errors.is_empty() {
+            Ok(Arc::new(self.module))
+        } else {
+            Err(IrErrors(errors))
+        }
+    }
+}
