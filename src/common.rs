@@ -21,19 +21,33 @@ pub(crate) struct Common {
 impl Common {
     /// The configuration that was asked for.
     pub(crate) fn read_config(&self) -> Result<Config, Failure> {
-        let path = self.config.as_deref().unwrap_or(Path::new(DEFAULT_PRESET));
         for (name, text) in PRESETS {
-            if path == Path::new(name) {
+            if self.preset() == Some(name) {
                 return Ok(Config::from_toml(text, &format!("preset {name}"))?);
             }
         }
-        Ok(Config::read(path)?)
+        Ok(Config::read(self.named())?)
+    }
+
+    /// The preset that was asked for, if it was one.
+    pub(crate) fn preset(&self) -> Option<&'static str> {
+        let mut names = PRESETS.into_iter().map(|(name, _)| name);
+        names.find(|name| self.named() == Path::new(name))
+    }
+
+    fn named(&self) -> &Path {
+        self.config.as_deref().unwrap_or(Path::new(DEFAULT_PRESET))
     }
 
     /// How the configuration is named on a command line.
     pub(crate) fn arguments(&self) -> String {
         self.config
             .as_ref()
-            .map_or_else(String::new, |path| format!(" --config {}", path.display()))
+            .map_or_else(String::new, |path| format!(" --config {}", quoted(path)))
     }
+}
+
+/// A path as a shell takes it.
+pub(crate) fn quoted(path: &Path) -> String {
+    shell_words::quote(&path.to_string_lossy()).into_owned()
 }

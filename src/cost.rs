@@ -160,11 +160,7 @@ fn check(config: &Config) -> Result<(), Failure> {
         )))
     };
     if !config.vu.ops.contains(&OpCode::Exp) {
-        return refuse(
-            "vu.ops",
-            format!("{:?}", config.vu.ops),
-            "\"exp\" among them",
-        );
+        return refuse("vu.ops", OpCode::list(&config.vu.ops), "\"exp\" among them");
     }
     if exp.form != ExpForm::Restoring {
         let form = format!("{:?}", exp.form);

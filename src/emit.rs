@@ -1,15 +1,16 @@
 //! `potamoi emit`: the Verilog of both units.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
-use potamoi_hdl::emit::emit;
+use potamoi_hdl::emit::{GENERATED, emit};
 use serde::Serialize;
 
 use crate::cli::EmitArgs;
 use crate::common::Common;
 use crate::failure::Failure;
-use crate::files;
+use crate::files::{self, FileError};
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
@@ -28,11 +29,16 @@ struct Report {
 
 pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     let config = common.read_config()?;
-    let command = format!("potamoi{} emit", common.arguments());
+    // A preset by name; any other file by its hash, so that its place changes no byte.
+    let command = match common.preset() {
+        Some(name) => format!("potamoi --config {name} emit"),
+        None => "potamoi --config FILE emit, FILE having that hash".to_owned(),
+    };
     let made = emit(&config, &command)?;
     for (path, text) in &made {
         files::write(&args.out.join(path), text)?;
     }
+    let stale = remove_stale(&args.out, &made)?;
     let report = Report {
         format_version: FORMAT_VERSION,
         command: "emit",
@@ -43,6 +49,12 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
             .map(|(path, text)| (path.clone(), text.lines().count()))
             .collect(),
     };
+    for path in &stale {
+        println!(
+            "removed {}, a module of another configuration",
+            path.display()
+        );
+    }
     println!(
         "{} modules, {} lines of Verilog-2005 in {}, configuration {}",
         report.files.len(),
@@ -54,4 +66,28 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// Removes what an earlier run left in the units' folders: modules that this
+/// generator wrote and the configuration does not have. Other files stay.
+fn remove_stale(out: &Path, made: &BTreeMap<String, String>) -> Result<Vec<PathBuf>, Failure> {
+    let mut removed = vec![];
+    for unit in [GATHERING_UNIT, VECTOR_UNIT] {
+        let folder = out.join(unit);
+        let listing = std::fs::read_dir(&folder).map_err(|e| FileError::new(&folder, e))?;
+        for entry in listing {
+            let path = entry.map_err(|e| FileError::new(&folder, e))?.path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if !name.ends_with(".v") || made.contains_key(&format!("{unit}/{name}")) {
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).unwrap_or_default();
+            if text.lines().any(|line| line.starts_with(GENERATED)) {
+                std::fs::remove_file(&path).map_err(|e| FileError::new(&path, e))?;
+                removed.push(path);
+            }
+        }
+    }
+    removed.sort();
+    Ok(removed)
 }

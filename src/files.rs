@@ -11,12 +11,16 @@ pub(crate) struct FileError {
     source: std::io::Error,
 }
 
+impl FileError {
+    pub(crate) fn new(path: &Path, source: std::io::Error) -> Self {
+        let path = path.to_owned();
+        Self { path, source }
+    }
+}
+
 /// Writes whole or not at all; makes the folder.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), FileError> {
-    let fail = |source| FileError {
-        path: path.to_owned(),
-        source,
-    };
+    let fail = |source| FileError::new(path, source);
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(fail)?;
     }

@@ -83,6 +83,13 @@ struct Units<'a> {
 }
 
 pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
+    let ending = args.out.extension().map(|e| e.to_ascii_lowercase());
+    if ending.is_none_or(|e| e != "png") {
+        return Err(Failure::Usage(format!(
+            "--out {}: pictures are written as PNG; name a file that ends in .png",
+            args.out.display()
+        )));
+    }
     let config = common.read_config()?;
     let scene = args.scene.open()?;
     let start = Instant::now();
@@ -99,6 +106,13 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
             spinner.set_message("rendering through the Verilated units");
             let mut rtl = RtlUnits::new(&config);
             let picture = scene.render_fixed(&config, &mut rtl)?;
+            if rtl.gather_flags() != 0 {
+                return Err(Failure::Check(format!(
+                    "the gathering unit raised flags {:#010b} of stat_errors, which \
+                     docs/gathering-unit.md names; no picture is written",
+                    rtl.gather_flags()
+                )));
+            }
             (picture, Some(rtl.counts().clone()), Some(rtl.cycles()))
         }
     };
@@ -170,7 +184,29 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
             report.frame.map_or(0, |f| f.mvoxels)
         );
         for (op, count) in units.elements {
-            println!("  out of the vector unit: {count} elements of {op:?}");
+            println!(
+                "  out of the vector unit: {count} elements of {}",
+                op.name()
+            );
+        }
+    }
+    if let Some(splats) = report.frame.and_then(|f| f.splats) {
+        if splats.inversions > 0 {
+            println!(
+                "  approximate order: {} entries after one that lies behind them",
+                splats.inversions
+            );
+        } else {
+            println!(
+                "  exact order: at most {} records held back, {} spilled",
+                splats.records_held, splats.records_spilled
+            );
+        }
+        if splats.saturated > 0 {
+            println!(
+                "  WARNING: {} values of records exceed their format and were held at its limit",
+                splats.saturated
+            );
         }
     }
     if let Some(cycles) = &report.cycles {

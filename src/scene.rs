@@ -1,11 +1,12 @@
 //! Which scene a command is about.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use potamoi_golden::scene::Scene;
 
+use crate::common::quoted;
 use crate::failure::Failure;
 
 #[derive(Debug, Args)]
@@ -17,7 +18,7 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
     /// Which camera of the file, from 0
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "camera")]
     camera_index: usize,
     /// Pixels a row; the height follows unless given
     #[arg(long, value_name = "PIXELS")]
@@ -46,10 +47,10 @@ impl SceneArgs {
 
     /// How the scene is named on a command line.
     pub(crate) fn arguments(&self) -> String {
-        let mut text = format!(" --scene {}", self.name());
+        let mut text = format!(" --scene {}", quoted(Path::new(self.name())));
         // Writing to a string does not fail.
         if let Some(path) = &self.camera {
-            let _ = write!(text, " --camera {}", path.display());
+            let _ = write!(text, " --camera {}", quoted(path));
         }
         if self.camera_index != 0 {
             let _ = write!(text, " --camera-index {}", self.camera_index);

@@ -12,7 +12,7 @@ use potamoi_sim::rtl::EngineKind;
 use potamoi_sim::verify::{Failure as Found, Injection, Settings, Verifier};
 use serde::Serialize;
 
-use crate::common::Common;
+use crate::common::{Common, quoted};
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
@@ -230,7 +230,7 @@ fn difference(common: &Common, args: &VerifyArgs, failure: &Found) -> Result<(),
         (None, None) => {}
     }
     let work = match &args.trace {
-        Some(path) => format!(" --trace {}", path.display()),
+        Some(path) => format!(" --trace {}", quoted(path)),
         None => args.scene.arguments(),
     };
     let mut again = format!("potamoi verify{work}");

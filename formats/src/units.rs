@@ -55,6 +55,27 @@ impl OpCode {
         self as u8
     }
 
+    /// The name in a configuration.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Relu => "relu",
+            Self::Add => "add",
+            Self::Multiply => "multiply",
+            Self::SquareSum => "square-sum",
+            Self::Exp => "exp",
+            Self::OneMinusExp => "one-minus-exp",
+        }
+    }
+
+    /// The names of several, as a configuration lists them.
+    #[must_use]
+    pub fn list(ops: &[Self]) -> String {
+        let names: Vec<_> = ops.iter().map(|op| format!("\"{}\"", op.name())).collect();
+        format!("[{}]", names.join(", "))
+    }
+
     /// Whether the shift-register engine computes it.
     #[must_use]
     pub const fn is_exponential(self) -> bool {

@@ -1,6 +1,6 @@
-//! Files that are whole or not there.
+//! Files that are whole or not there, and of bounded size.
 
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 use std::path::Path;
 
 /// Writes to a temporary name in the same folder, then renames.
@@ -12,13 +12,29 @@ pub fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
         Some(p) if !p.as_os_str().is_empty() => p,
         _ => Path::new("."),
     };
+    // The temporary name, which the library adds, would say nothing to a user.
     let mut file = tempfile::Builder::new()
         .prefix(".potamoi")
-        .tempfile_in(folder)?;
+        .tempfile_in(folder)
+        .map_err(|e| std::io::Error::from(e.kind()))?;
     file.write_all(bytes)?;
     readable(file.as_file())?;
     file.persist(path).map_err(|e| e.error)?;
     Ok(())
+}
+
+/// What a file holds; `None` if that is more than `most` bytes.
+///
+/// # Errors
+/// The file cannot be read, or is none: devices and pipes have no end.
+pub fn read(path: &Path, most: u64) -> std::io::Result<Option<Vec<u8>>> {
+    let file = std::fs::File::open(path)?;
+    if !file.metadata()?.is_file() {
+        return Err(std::io::Error::other("not a regular file"));
+    }
+    let mut bytes = vec![];
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    Ok((bytes.len() as u64 <= most).then_some(bytes))
 }
 
 /// Temporary files are private; what is written for others should not be.
@@ -37,6 +53,18 @@ fn readable(_: &std::fs::File) -> std::io::Result<()> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[test]
+    fn no_more_is_read_than_was_allowed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("f");
+        write(&path, b"abc").unwrap();
+        assert_eq!(read(&path, 3).unwrap(), Some(b"abc".to_vec()));
+        assert_eq!(read(&path, 2).unwrap(), None);
+        #[cfg(unix)]
+        assert!(read(Path::new("/dev/zero"), 1000).is_err());
+        assert!(read(folder.path(), 1000).is_err());
+    }
 
     #[test]
     fn a_file_is_replaced_whole_and_nothing_stays_beside_it() {

@@ -98,3 +98,31 @@ impl Picture {
         files::write(path, png.get_ref()).map_err(|e| fail(e.into()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn psnr_is_ten_decibels_a_decade_of_squared_error() {
+        let black = Picture::filled(4, 2, [0.0; 3]);
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-5, "{a} {b}");
+        for (off, decibels) in [(0.1, 20.0), (0.01, 40.0), (1.0, 0.0), (0.5, 6.020_599_9)] {
+            let other = Picture::filled(4, 2, [off; 3]);
+            close(black.psnr(&other, |_| true).unwrap(), decibels);
+        }
+        // One channel of three, in one pixel of eight, of which a quarter counts.
+        let mut spot = black.clone();
+        spot.rgb[5] = [0.0, 0.3, 0.0];
+        close(
+            black.mean_squared_error(&spot, |_| true).unwrap(),
+            0.09 / 24.0,
+        );
+        let counts = |i| i == 5 || i == 6;
+        close(black.mean_squared_error(&spot, counts).unwrap(), 0.09 / 6.0);
+        assert_eq!(black.psnr(&black, |_| true), Some(f64::INFINITY));
+        assert_eq!(black.psnr(&spot, |_| false), None);
+        assert_eq!(black.psnr(&Picture::filled(2, 4, [0.0; 3]), |_| true), None);
+    }
+}

@@ -72,9 +72,9 @@ pub fn sticky(m: &mut ModuleBuilder, name: &str, clear: Signal, set: Signal) -> 
     reg
 }
 
-/// `index` steps through 0..count and starts again.
-pub fn wrapping(m: &mut ModuleBuilder, index: Signal, count: u32) -> Signal {
-    let last = is(m, index, count - 1);
+/// `index` steps through 0..=`end` and starts again.
+pub fn wrapping(m: &mut ModuleBuilder, index: Signal, end: Signal) -> Signal {
+    let last = m.eq(index, end);
     let next = plus_one(m, index);
     let zero = m.lit(0, index.ty());
     m.mux(last, zero, next)
@@ -184,9 +184,10 @@ pub fn fifo(name: &str, depth: u32, width: u32) -> Result<Arc<Module>, IrErrors>
     let read_pointer = m.reg("read_pointer", pointer, 0);
     let count = m.reg("count", Ty::u(bits_for(depth)), 0);
     m.mem_write(mem, push, write_pointer, push_data);
-    let next = wrapping(&mut m, write_pointer, depth);
+    let end = m.param("LAST_WORD", depth - 1, pointer, "");
+    let next = wrapping(&mut m, write_pointer, end);
     m.set_next_if(write_pointer, push, next);
-    let next = wrapping(&mut m, read_pointer, depth);
+    let next = wrapping(&mut m, read_pointer, end);
     m.set_next_if(read_pointer, pop, next);
     let one = m.lit(1, count.ty());
     let more = m.add(count, one);

@@ -11,9 +11,9 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::vu::VectorTwin;
-use potamoi_golden::units::widths::target;
+use potamoi_golden::units::widths::{budget, target};
 use potamoi_sim::cycles::{Stalls, StreamStalls};
-use potamoi_sim::rtl::{Check, VectorBatch, VectorUnit};
+use potamoi_sim::rtl::{Check, EngineKind, VectorBatch, VectorUnit};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -123,12 +123,15 @@ fn one_minus_exp_keeps_empty_space_empty() {
         16 << 20,
     ]);
     codes.extend((0..40_000).map(|i| i * 419));
-    let (results, _) = sweep(&config(text), OpCode::OneMinusExp, &codes);
+    let config = config(text);
+    // Every input of the twin is held to the same: its 24 bits are too many here.
+    let most = budget(&config.vu.exp) + 2f64.powi(16 - 20);
+    let (results, _) = sweep(&config, OpCode::OneMinusExp, &codes);
     for (s, y) in codes.iter().zip(&results) {
         let depth = f64::from((*s).clamp(0, (16 << 20) - 1)) / 2f64.powi(20);
         let exact = (-(-depth).exp_m1() * 65_536.0).min(65_535.0);
         assert!(
-            (f64::from(*y) - exact).abs() < 1.0,
+            (f64::from(*y) - exact).abs() <= most,
             "s = {depth}: {y}, exactly {exact}"
         );
         if *s <= 0 {
@@ -259,52 +262,99 @@ fn every_cycle_is_as_predicted_under_random_stalls() {
     {
         let config = config(text);
         let unit = VectorUnit::build(&config).unwrap();
-        let twin = VectorTwin::new(&config.vu);
         for round in 0..12u64 {
-            let seed = 100 * i as u64 + round;
-            let mut random = Pcg64Mcg::seed_from_u64(seed);
-            let (mut work, mut results) = (vec![], vec![]);
-            for _ in 0..40 {
-                let op = VectorOp {
-                    code: config.vu.ops[random.random_range(0..config.vu.ops.len())],
-                    shift: random.random_range(0..40),
-                    rounding: Rounding::HalfEven,
-                };
-                let count = random.random_range(1..100);
-                let mut operand = || -> Vec<i32> {
-                    (0..count)
-                        .map(|_| random.random::<i32>() >> random.random_range(0..31))
-                        .collect()
-                };
-                let (a, b) = (operand(), operand());
-                let mut out = vec![0; count];
-                twin.slice(op, &a, &b, &mut out).unwrap();
-                results.extend(out);
-                work.push((op, a, b));
-            }
-            let batches: Vec<_> = work
-                .iter()
-                .map(|(op, a, b)| VectorBatch { op: *op, a, b })
-                .collect();
-            let mut stream = || StreamStalls {
-                per_mille: random.random_range(0..900),
-                burst: [1, 1, 3, 30][random.random_range(0..4)],
-            };
-            let stalls = Stalls {
-                rit: stream(),
-                sink: stream(),
-                ..Stalls::NONE
-            };
-            let check = Check {
-                stalls,
-                seed,
-                flags: 0,
-                progress: &mut |_| {},
-            };
-            let totals = unit
-                .check(&config, &batches, &results, check)
-                .unwrap_or_else(|e| panic!("{text}, seed {seed}: {e}"));
-            assert!(totals.vectors >= 40);
+            agrees(&config, &unit, 100 * i as u64 + round);
         }
     }
+}
+
+/// Vector units of any sort that the rules allow, on the interpreter.
+#[test]
+fn units_of_any_sort_agree_under_random_stalls() {
+    for seed in 0..60u64 {
+        let mut random = Pcg64Mcg::seed_from_u64(7000 + seed);
+        let mut pick = |from: &[&'static str]| from[random.random_range(0..from.len())];
+        let general = pick(&["alpha", "alpha", "general"]) == "general";
+        let engine = if general {
+            format!(
+                "output = \"general\"\ninput = \"{}\"",
+                pick(&["S3.12", "S5.8"])
+            )
+        } else {
+            let input = pick(&["U3.13", "U2.10", "U3.8"]);
+            format!(
+                "input = \"{input}\"\none_minus_frac_bits = {}",
+                pick(&["12", "20", "24"])
+            )
+        };
+        let ops = if general {
+            pick(&[r#"["exp"]"#, r#"["add", "exp"]"#])
+        } else {
+            pick(&[
+                r#"["exp", "one-minus-exp"]"#,
+                r#"["exp", "relu", "multiply"]"#,
+            ])
+        };
+        let config = config(&format!(
+            "[vu]\nlanes = {}\nfifo_depth = {}\nops = {ops}\n[vu.exp]\n{engine}\niterations = {}\n\
+             tail = {}\npipelined = {}\niterations_per_clock = {}\noutput_bits = {}",
+            pick(&["1", "2", "5"]),
+            pick(&["3", "4", "7"]),
+            pick(&["4", "9", "16", "20", "27"]),
+            pick(&["true", "false"]),
+            pick(&["true", "false"]),
+            pick(&["1", "2", "3", "7"]),
+            pick(&["6", "12", "16", "20"]),
+        ));
+        let unit = VectorUnit::on(EngineKind::Interpreter, &config).unwrap();
+        agrees(&config, &unit, seed);
+    }
+}
+
+/// One run of random work under random stalls.
+fn agrees(config: &Config, unit: &VectorUnit, seed: u64) {
+    let twin = VectorTwin::new(&config.vu);
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let (mut work, mut results) = (vec![], vec![]);
+    for _ in 0..40 {
+        let op = VectorOp {
+            code: config.vu.ops[random.random_range(0..config.vu.ops.len())],
+            shift: random.random_range(0..40),
+            rounding: Rounding::HalfEven,
+        };
+        let count = random.random_range(1..100);
+        let mut operand = || -> Vec<i32> {
+            (0..count)
+                .map(|_| random.random::<i32>() >> random.random_range(0..31))
+                .collect()
+        };
+        let (a, b) = (operand(), operand());
+        let mut out = vec![0; count];
+        twin.slice(op, &a, &b, &mut out).unwrap();
+        results.extend(out);
+        work.push((op, a, b));
+    }
+    let batches: Vec<_> = work
+        .iter()
+        .map(|(op, a, b)| VectorBatch { op: *op, a, b })
+        .collect();
+    let mut stream = || StreamStalls {
+        per_mille: random.random_range(0..900),
+        burst: [1, 1, 3, 30][random.random_range(0..4)],
+    };
+    let stalls = Stalls {
+        rit: stream(),
+        sink: stream(),
+        ..Stalls::NONE
+    };
+    let check = Check {
+        stalls,
+        seed,
+        flags: 0,
+        progress: &mut |_| {},
+    };
+    let totals = unit
+        .check(config, &batches, &results, check)
+        .unwrap_or_else(|e| panic!("{:?}, seed {seed}: {e}", config.vu));
+    assert!(totals.vectors >= 40);
 }

@@ -9,6 +9,7 @@ mod gu;
 pub mod rules;
 mod vu;
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -26,6 +27,9 @@ pub const PRESETS: [(&str, &str); 2] = [
     ("paper", PAPER_PRESET),
     ("small", include_str!("../../../configs/small.toml")),
 ];
+
+/// What is read of a configuration, in bytes: far more than any has.
+const LIMIT: u64 = 1 << 20;
 
 /// Everything that shapes the hardware.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,7 +64,10 @@ impl Default for Config {
 #[derive(Debug, Error)]
 pub enum ConfigError {
     /// The file cannot be read.
-    #[error("cannot read configuration {path}: {source}")]
+    #[error(
+        "cannot read configuration {path}: {source}; name a file, or a preset: {}",
+        preset_names()
+    )]
     Read {
         /// The file.
         path: PathBuf,
@@ -85,6 +92,11 @@ pub enum ConfigError {
         /// Every rule that is broken.
         breaches: RuleBreaches,
     },
+}
+
+/// The presets' names, for messages.
+fn preset_names() -> String {
+    PRESETS.map(|(name, _)| name).join(", ")
 }
 
 impl Config {
@@ -120,10 +132,17 @@ impl Config {
     /// # Errors
     /// As [`Config::from_toml`], or the file cannot be read.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+        let fail = |source| ConfigError::Read {
             path: path.to_owned(),
             source,
-        })?;
+        };
+        let file = std::fs::File::open(path).map_err(fail)?;
+        // Devices have no end.
+        if !file.metadata().map_err(fail)?.is_file() {
+            return Err(fail(std::io::Error::other("not a regular file")));
+        }
+        let mut text = String::new();
+        file.take(LIMIT).read_to_string(&mut text).map_err(fail)?;
         Self::from_toml(&text, &path.display().to_string())
     }
 

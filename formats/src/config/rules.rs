@@ -202,11 +202,15 @@ fn index_table(config: &Config, out: &mut RuleBreaches) {
         "rit-entries",
         "rit.entries",
         rit.entries,
-        format!("a multiple of gu.ports = {ports}, from {ports} to 65536: {ports} entries are read together"),
+        format!(
+            "a multiple of gu.ports = {ports}, from {ports} to 65536, such as {}: {ports} entries are read together",
+            (rit.entries.min(65_536) / ports * ports).max(ports)
+        ),
     );
     let (stream, row) = (config.rit_stream_bits(), config.rit_row_bits());
+    // Without a port there is no row to divide.
     out.require(
-        stream >= 32 && stream.is_multiple_of(32) && row.is_multiple_of(stream),
+        config.gu.ports == 0 || stream >= 32 && stream.is_multiple_of(32) && row.is_multiple_of(stream),
         "rit-stream-bits",
         "rit.stream_bits",
         stream,
@@ -253,7 +257,7 @@ fn vector(config: &Config, out: &mut RuleBreaches) {
         !vu.ops.is_empty() && unique.len() == vu.ops.len(),
         "vu-ops",
         "vu.ops",
-        format!("{:?}", vu.ops),
+        OpCode::list(&vu.ops),
         "at least one operation, each once",
     );
 }

@@ -39,12 +39,10 @@ pub enum CameraFileError {
         source: std::io::Error,
     },
     /// Larger than any camera file.
-    #[error("{path}: {bytes} bytes: expected a camera file of at most {LIMIT}")]
+    #[error("{path}: expected a camera file of at most {LIMIT} bytes")]
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// Its size.
-        bytes: u64,
     },
     /// Not JSON, or a field is missing or of the wrong kind.
     #[error(
@@ -102,14 +100,11 @@ pub fn read(path: &Path) -> Result<Vec<FileCamera>, CameraFileError> {
         path: path.to_owned(),
         source,
     };
-    let bytes = std::fs::metadata(path).map_err(fail)?.len();
-    if bytes > LIMIT {
-        return Err(CameraFileError::TooLarge {
-            path: path.to_owned(),
-            bytes,
-        });
-    }
-    let text = std::fs::read_to_string(path).map_err(fail)?;
+    let bytes = crate::files::read(path, LIMIT).map_err(fail)?;
+    let bytes = bytes.ok_or_else(|| CameraFileError::TooLarge {
+        path: path.to_owned(),
+    })?;
+    let text = String::from_utf8(bytes).map_err(|e| fail(std::io::Error::other(e)))?;
     parse(&text, &path.display().to_string())
 }
 

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
 
 use super::SceneError;
 
@@ -10,22 +12,29 @@ use super::SceneError;
 const LIMIT: u64 = 1 << 20;
 
 /// A `scene.toml`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Description {
     /// What is shown.
     pub(super) model: ModelDescription,
     /// From where.
-    #[serde(default)]
     pub(super) camera: CameraDescription,
     /// How.
-    #[serde(default)]
     pub(super) render: RenderDescription,
+}
+
+/// The sections of the file; two of them are read by their `kind`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Sections {
+    model: Table,
+    camera: Option<Table>,
+    #[serde(default)]
+    render: RenderDescription,
 }
 
 /// `[model]`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum ModelDescription {
     /// A scene that is built in.
     Builtin {
@@ -41,10 +50,11 @@ pub(super) enum ModelDescription {
 
 /// `[camera]`. Without it, the model's own.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum CameraDescription {
     /// The built-in scene's view, or an orbit that frames a model.
     #[default]
+    #[serde(skip)]
     Default,
     /// A camera file in the OpenCV convention.
     OpencvJson {
@@ -85,6 +95,8 @@ pub(super) struct RenderDescription {
     pub(super) profile: Option<String>,
     /// Linear RGB behind everything.
     pub(super) background: Option<[f32; 3]>,
+    /// In which order splats are composited: exact or approximate.
+    pub(super) order: Option<String>,
     /// Columns and rows of tiles of a ray group, for splats.
     pub(super) group_tiles: Option<[u32; 2]>,
     /// Pixels a side of a ray group, for voxels.
@@ -103,18 +115,47 @@ impl Description {
             path: path.to_owned(),
             source,
         };
-        let bytes = std::fs::metadata(path).map_err(fail)?.len();
         let wrong = |message| SceneError::Description {
             path: path.to_owned(),
             message,
         };
-        if bytes > LIMIT {
-            return Err(wrong(format!(
-                "{bytes} bytes: expected a description of at most {LIMIT}"
-            )));
-        }
-        let text = std::fs::read_to_string(path).map_err(fail)?;
-        // Spans name the line and the field.
-        toml::from_str(&text).map_err(|e| wrong(e.to_string()))
+        let bytes = crate::files::read(path, LIMIT).map_err(fail)?;
+        let bytes = bytes
+            .ok_or_else(|| wrong(format!("expected a description of at most {LIMIT} bytes")))?;
+        let text = String::from_utf8(bytes).map_err(|e| wrong(e.to_string()))?;
+        Self::parse(&text).map_err(wrong)
     }
+
+    /// Errors name the field, and its line where the reader knows it.
+    fn parse(text: &str) -> Result<Self, String> {
+        let reader = toml::Deserializer::parse(text).map_err(|e| e.to_string())?;
+        let sections: Sections = serde_path_to_error::deserialize(reader)
+            .map_err(|e| format!("field `{}`: {}", e.path(), e.inner()))?;
+        Ok(Self {
+            model: by_kind("model", sections.model)?,
+            camera: match sections.camera {
+                Some(table) => by_kind("camera", table)?,
+                None => CameraDescription::Default,
+            },
+            render: sections.render,
+        })
+    }
+}
+
+/// Reads a section whose `kind` says which fields it has.
+fn by_kind<T: DeserializeOwned>(section: &str, mut table: Table) -> Result<T, String> {
+    let kind = match table.remove("kind") {
+        Some(Value::String(kind)) => kind,
+        Some(other) => return Err(format!("field `{section}.kind`: {other} is not a text")),
+        None => return Err(format!("field `{section}.kind` is missing")),
+    };
+    let tagged = Table::from_iter([(kind.clone(), Value::Table(table))]);
+    serde_path_to_error::deserialize(Value::Table(tagged)).map_err(|e| {
+        let path = e.path().to_string();
+        let field = match path.strip_prefix(&kind) {
+            Some(rest) => format!("{section}{rest}"),
+            None => format!("{section}.kind"),
+        };
+        format!("field `{field}`: {}", e.inner().message())
+    })
 }

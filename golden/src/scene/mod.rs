@@ -14,12 +14,12 @@ mod tests;
 pub use error::SceneError;
 pub use open::BUILTIN;
 pub use orbit::Orbit;
-pub use render::{FrameCounts, Rendered};
+pub use render::{FrameCounts, Rendered, SplatCounts};
 
 use glam::DVec3;
 
 use crate::camera::Camera;
-use crate::splats::{Cloud, Profile};
+use crate::splats::{Cloud, Order, Profile};
 use crate::voxels::Grid;
 
 /// What is shown.
@@ -41,6 +41,7 @@ pub struct Scene {
     up: DVec3,
     background: [f32; 3],
     profile: Profile,
+    order: Order,
     group_tiles: Option<[u32; 2]>,
     group_side: Option<u32>,
     step: f64,

@@ -9,7 +9,7 @@ use potamoi_formats::record::COLOUR;
 use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
 use super::{Model, Orbit, Scene, SceneError, camera_file, garden, lantern};
 use crate::camera::Camera;
-use crate::splats::{Profile, ply};
+use crate::splats::{Order, Profile, ply};
 
 /// Scenes that need no file: splats, voxels.
 pub const BUILTIN: [&str; 2] = ["garden", "lantern"];
@@ -59,6 +59,7 @@ impl Scene {
                 up: DVec3::Y,
                 background: garden::BACKGROUND,
                 profile: Profile::Inria,
+                order: Order::Exact,
                 group_tiles: None,
                 group_side: None,
                 step: 0.5,
@@ -70,6 +71,7 @@ impl Scene {
                 up: DVec3::Z,
                 background: lantern::BACKGROUND,
                 profile: Profile::Inria,
+                order: Order::Exact,
                 group_tiles: None,
                 group_side: None,
                 step: 0.5,
@@ -93,6 +95,7 @@ impl Scene {
             up,
             background: [0.0; 3],
             profile: Profile::Inria,
+            order: Order::Exact,
             group_tiles: None,
             group_side: None,
             step: 0.5,
@@ -217,12 +220,23 @@ impl Scene {
         if let Some(background) = render.background {
             self.set_background("render.background", background)?;
         }
+        if let Some(name) = &render.order {
+            self.order = match name.as_str() {
+                "exact" => Order::Exact,
+                "approximate" => Order::Approximate,
+                _ => {
+                    let expected = "exact or approximate";
+                    return Err(self.value("render.order", name.clone(), expected));
+                }
+            };
+        }
         self.group_tiles = render.group_tiles;
         self.group_side = render.group_side;
         self.step = render.step.unwrap_or(self.step);
         let splats = matches!(self.model, Model::Splats(_));
         for (field, given, ours) in [
             ("render.profile", render.profile.is_some(), splats),
+            ("render.order", render.order.is_some(), splats),
             ("render.group_tiles", render.group_tiles.is_some(), splats),
             ("render.group_side", render.group_side.is_some(), !splats),
             ("render.step", render.step.is_some(), !splats),

@@ -26,6 +26,25 @@ pub struct FrameCounts {
     pub rit_bytes: u64,
     /// Bytes of rows loaded into the MVoxel feature table.
     pub mvoxel_bytes: u64,
+    /// Of splats alone.
+    pub splats: Option<SplatCounts>,
+}
+
+/// What the order of splats took and what their records could not hold.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct SplatCounts {
+    /// The most records held back at once, in exact order.
+    pub records_held: u64,
+    /// The most (tile, Gaussian) entries of them.
+    pub entries_held: u64,
+    /// Records that went to memory and came back because more were held than
+    /// fit on chip.
+    pub records_spilled: u64,
+    /// Entries that arrived at their tile after one of a higher rank, in
+    /// approximate order.
+    pub inversions: u64,
+    /// Values of records held at a limit of their format.
+    pub saturated: u64,
 }
 
 /// A rendered frame.
@@ -105,6 +124,7 @@ impl Scene {
                         group_tiles: self.group_tiles,
                     },
                     background: self.background,
+                    order: self.order,
                     log_decisions: true,
                     ..splats::FixedOptions::default()
                 };
@@ -120,6 +140,13 @@ impl Scene {
                         elements: frame.stats.vector_elements,
                         rit_bytes: frame.stats.rit_bytes,
                         mvoxel_bytes: frame.stats.mvoxel_bytes,
+                        splats: Some(SplatCounts {
+                            records_held: frame.stats.hold.occupancy,
+                            entries_held: frame.stats.hold.entries,
+                            records_spilled: frame.stats.hold.spilled,
+                            inversions: frame.stats.inversions,
+                            saturated: frame.stats.saturations.total(),
+                        }),
                     },
                     decisions: frame.decisions,
                 })
@@ -143,6 +170,7 @@ impl Scene {
                         elements: frame.stats.vector_elements,
                         rit_bytes: frame.stats.rit_bytes,
                         mvoxel_bytes: frame.stats.mft_bytes,
+                        splats: None,
                     },
                     decisions: None,
                 })

@@ -100,6 +100,25 @@ fn descriptions_name_model_camera_and_rules() {
         let render = format!("{model}[render]\nbackground = {background}");
         refused(&render, "render.background");
     }
+    refused(&format!("{model}[render]\norder = \"any\""), "render.order");
+    // Values of the wrong kind are named too.
+    let orbit = format!("{model}[camera]\nkind = \"orbit\"\n");
+    refused(&format!("{orbit}width = \"x\""), "`camera.width`");
+    refused(
+        &format!("{orbit}target = [0, \"y\", 0]"),
+        "`camera.target[1]`",
+    );
+    refused(&format!("{orbit}widht = 3"), "widht");
+    refused(
+        &format!("{model}[camera]\nkind = \"tripod\""),
+        "`camera.kind`",
+    );
+    refused(&format!("{model}[camera]\nkind = 3"), "`camera.kind`");
+    refused(
+        &format!("{model}[camera]\nfov = 3"),
+        "`camera.kind` is missing",
+    );
+    refused(&format!("{model}[render]\nstep = true"), "`render.step`");
     let lantern = model.replace("garden", "lantern");
     refused(
         &format!("{lantern}[render]\nbackground = [8, 0, 0]"),
@@ -107,6 +126,34 @@ fn descriptions_name_model_camera_and_rules() {
     );
     let file = "[camera]\nkind = \"opencv-json\"\npath = \"camera.json\"\nindex = 4";
     refused(&format!("{model}{file}"), "camera.index is 4");
+}
+
+/// Both orders, by way of a description, and what each says of itself.
+#[test]
+fn approximate_order_counts_its_inversions() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let config = Config::paper();
+    let [exact, approximate] = ["exact", "approximate"].map(|order| {
+        let text = format!(
+            "[model]\nkind = \"builtin\"\nname = \"garden\"\n[render]\norder = \"{order}\"\n"
+        );
+        fs::write(&path, text).unwrap();
+        let mut scene = Scene::open(path.to_str().unwrap()).unwrap();
+        scene.set_size(Some(100), None).unwrap();
+        let mut twins = Twins::new(&config);
+        scene.render_fixed(&config, &mut twins).unwrap()
+    });
+    let counts = exact.counts.splats.unwrap();
+    assert_eq!(counts.inversions, 0);
+    assert!(counts.records_held > 100 && counts.entries_held > counts.records_held);
+    let counts = approximate.counts.splats.unwrap();
+    assert!(
+        counts.inversions > 100 && counts.records_held == 0,
+        "{counts:?}"
+    );
+    let psnr = approximate.picture.psnr(&exact.picture, |_| true).unwrap();
+    assert!((20.0..80.0).contains(&psnr), "{psnr} dB");
 }
 
 /// A built-in scene keeps its vertical axis under a description's camera.

@@ -181,14 +181,12 @@ impl Trace {
             doing: "read",
             source,
         };
-        let length = std::fs::metadata(path).map_err(fail)?.len();
-        if length > LIMIT {
+        let Some(bytes) = crate::files::read(path, LIMIT).map_err(fail)? else {
             return Err(TraceError::Container {
                 path: path.to_owned(),
-                problem: format!("{length} bytes, above the limit of {LIMIT}"),
+                problem: format!("above the limit of {LIMIT} bytes"),
             });
-        }
-        let bytes = std::fs::read(path).map_err(fail)?;
+        };
         let trace = Self::unpack(path, &bytes)?;
         let expected = config.hash();
         if trace.configuration != expected {

@@ -13,8 +13,9 @@ use super::exp::ExpTwin;
 pub enum VectorError {
     /// The operation was not built.
     #[error(
-        "vector operation {op:?} is not built: vu.ops is {built:?}; \
-         add it to vu.ops in the configuration"
+        "vector operation {} is not built: vu.ops is {}; add it to vu.ops in the configuration",
+        op.name(),
+        OpCode::list(built)
     )]
     NotBuilt {
         /// The operation asked for.
@@ -23,7 +24,7 @@ pub enum VectorError {
         built: Vec<OpCode>,
     },
     /// The operation field cannot hold the shift.
-    #[error("vector operation {op:?} with shift {shift}: expected 0 to 63")]
+    #[error("vector operation {} with shift {shift}: expected 0 to 63", op.name())]
     Shift {
         /// The operation.
         op: OpCode,

@@ -1,6 +1,6 @@
 //! The fixed-point formats of a scene and of the arithmetic on its samples.
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::fixed::{Format, Rounding};
 use potamoi_formats::units::OpCode;
 
@@ -48,14 +48,18 @@ impl Formats {
         };
         for op in [OpCode::Relu, OpCode::Multiply, OpCode::OneMinusExp] {
             if !config.vu.ops.contains(&op) {
-                let expected = format!("{op:?} among the operations");
-                return needs("vu.ops", format!("{:?}", config.vu.ops), &expected);
+                let expected = format!("\"{}\" among the operations", op.name());
+                return needs("vu.ops", OpCode::list(&config.vu.ops), &expected);
             }
         }
         let eight = potamoi_formats::rit::Vertices::Eight;
         if !config.supported_vertices().contains(&eight) {
-            let value = format!("{:?}", config.gu.vertices);
-            return needs("gu.vertices", value, "entries of 8 vertices");
+            if config.gu.modes == Modes::Unstructured {
+                let expected = "\"both\" or \"structured\": voxels need entries of 8 vertices";
+                return needs("gu.modes", "unstructured".to_owned(), expected);
+            }
+            let counts: Vec<_> = config.gu.vertices.iter().map(|v| v.count()).collect();
+            return needs("gu.vertices", format!("{counts:?}"), "8 among them");
         }
         let exp = &config.vu.exp;
         if !(8..=24).contains(&exp.output_bits) {

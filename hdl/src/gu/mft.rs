@@ -60,7 +60,7 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let ready = m.name(ready, "write_ready");
     let accept = m.and(valid, ready);
     let accept = m.name(accept, "write_accept");
-    let limit = m.lit(rows, count_ty);
+    let limit = m.param("MVOXEL_ROWS", rows, count_ty, "");
     let room = m.lt(write_row, limit);
     let room = m.name(room, "write_room");
     let write = m.and(accept, room);

@@ -123,13 +123,22 @@ impl Writer {
             m.name(s, name)
         };
         let full_groups = pick(m, "full_groups", |p| p.full_groups);
-        let all_groups = pick(m, "all_groups", |p| p.all_groups);
-        let last_keep = pick(m, "keep_of_last_group", |p| p.last_keep);
+        // A group of one port is never partly filled.
+        let (all_groups, last_keep) = if shape.ports == 1 {
+            (full_groups, m.lit(1, Ty::bit()))
+        } else {
+            (
+                pick(m, "all_groups", |p| p.all_groups),
+                pick(m, "keep_of_last_group", |p| p.last_keep),
+            )
+        };
         let whole = pick(m, "whole_entries", |p| p.whole);
 
-        let row_done = is(m, phase, shape.phases - 1);
+        let last_beat = m.param("LAST_BEAT_OF_ROW", shape.phases - 1, phase.ty(), "");
+        let row_done = m.eq(phase, last_beat);
         let row_done = m.name(row_done, "row_done");
-        let last_row = is(m, row, shape.rows - 1);
+        let last_row = m.param("LAST_ROW", shape.rows - 1, row.ty(), "of a half");
+        let last_row = m.eq(row, last_row);
         let half_full = m.and(row_done, last_row);
         let closes = m.or(self.last, half_full);
         let close = m.and(accept, closes);
@@ -173,7 +182,7 @@ impl Writer {
         }
 
         m.set_next_if(half, close, lower);
-        let next_phase = wrapping(m, phase, shape.phases);
+        let next_phase = wrapping(m, phase, last_beat);
         let zero_phase = m.lit(0, phase.ty());
         let phase_after = m.mux(closes, zero_phase, next_phase);
         m.set_next_if(phase, accept, phase_after);
@@ -261,8 +270,10 @@ fn progress(
     let width = shape.group_ty().width;
     let full_groups = popcount(m, &ends);
     let full_groups = m.extend(full_groups, width);
+    let full_groups = m.name(full_groups, &name("full_groups"));
     let all_groups = popcount(m, &starts);
     let all_groups = m.extend(all_groups, width);
+    let all_groups = m.name(all_groups, &name("all_groups"));
     let mut keep = vec![];
     for p in (0..shape.ports).rev() {
         let mut any = vec![];

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::{Config, Modes, WeightTrust};
+use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::GATHERING_UNIT;
 
 use super::mft::mft;
@@ -108,7 +109,7 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let flight_ty = Ty::u(bits_for(gu.fifo_depth));
     let in_flight = m.reg("in_flight", flight_ty, 0);
     m.note(in_flight, "groups issued and not yet taken by the sink");
-    let limit = m.lit(gu.fifo_depth, flight_ty);
+    let limit = m.param("GROUPS_IN_FLIGHT", gu.fifo_depth, flight_ty, "FIFO depth");
     let credit = m.lt(in_flight, limit);
     let credit = m.name(credit, "credit");
     let mut rit_inputs = rit_in.to_vec();
@@ -341,6 +342,7 @@ fn errors(
     m.section("Errors");
     let gu = &config.gu;
     let (mut range, mut high, mut sums) = (vec![], vec![], vec![]);
+    let mut one = None;
     let structured = m.not(single);
     let structured = m.name(structured, "structured");
     for p in 0..gu.ports {
@@ -368,14 +370,17 @@ fn errors(
             let sum = m.mux(s1.first, weight, more);
             let sum = m.name(sum, &format!("weight_sum{p}"));
             m.set_next_if(total, s1.valid, sum);
-            let one = m.lit(1u32 << gu.weight_bits, ty);
+            let doc = "what an entry's weights sum to";
+            let one =
+                *one.get_or_insert_with(|| m.param("WEIGHT_ONE", 1u32 << gu.weight_bits, ty, doc));
             let wrong = m.ne(sum, one);
             sums.push(m.all_of(&[kept, structured, s1.last, wrong]));
         }
     }
+    // What cannot happen in this configuration has no register.
     let issued = |m: &mut ModuleBuilder, bits: &[Signal]| {
         let any = m.any_of(bits);
-        m.and(s1.valid, any)
+        (!bits.is_empty()).then(|| m.and(s1.valid, any))
     };
     let (range, high, sums) = (issued(m, &range), issued(m, &high), issued(m, &sums));
     let rit = m.out(below[0], "errors");
@@ -386,25 +391,32 @@ fn errors(
         .into_iter()
         .map(|v| is(m, io.vertices, v.log2()))
         .collect();
-    let built = m.any_of(&supported);
-    let not_built = m.not(built);
-    let most = m.lit(gu.segments, Ty::u(7));
+    let mut wrong = vec![];
+    if supported.len() < Vertices::ALL.len() {
+        let built = m.any_of(&supported);
+        wrong.push(m.not(built));
+    }
+    let most = m.param("SEGMENTS_MOST", gu.segments, Ty::u(7), "");
     let too_many = m.gt(io.segments, most);
     let none = is(m, io.segments, 0);
-    let settings = m.any_of(&[not_built, too_many, none]);
+    wrong.extend([too_many, none]);
+    let settings = m.any_of(&wrong);
     let settings = m.and(s1.valid, settings);
     let flags: Vec<_> = [
         ("row_not_loaded", range),
         ("weight_too_large", high),
         ("weights_off_one", sums),
-        ("ragged_entries", ragged),
-        ("gap_in_beat", gap),
-        ("rit_too_large", large),
-        ("mft_row_dropped", overflow),
-        ("bad_setting", settings),
+        ("ragged_entries", Some(ragged)),
+        ("gap_in_beat", Some(gap)),
+        ("rit_too_large", Some(large)),
+        ("mft_row_dropped", Some(overflow)),
+        ("bad_setting", Some(settings)),
     ]
     .into_iter()
-    .map(|(name, set)| sticky(m, name, io.clear, set))
+    .map(|(name, set)| match set {
+        Some(set) => sticky(m, name, io.clear, set),
+        None => m.lit(0, Ty::bit()),
+    })
     .rev()
     .collect();
     m.cat(&flags)

@@ -36,9 +36,13 @@ module gathering_unit (
   output wire [7:0]    stat_errors          // sticky; docs/gathering-unit.md names the bits
 );
 
+  localparam [3:0] GROUPS_IN_FLIGHT = 4'd8;  // FIFO depth
+  localparam [18:0] WEIGHT_ONE = 19'h8000;  // what an entry's weights sum to
+  localparam [6:0] SEGMENTS_MOST = 7'd8;
+
   // Issue: registers
   reg [3:0] in_flight;  // groups issued and not yet taken by the sink
-  wire credit = in_flight < 4'd8;
+  wire credit = in_flight < GROUPS_IN_FLIGHT;
   wire rit_p_valid;
   wire rit_p_first;
   wire rit_p_last;
@@ -918,7 +922,6 @@ module gathering_unit (
   reg gap_in_beat;
   reg ragged_entries;
   reg weights_off_one;
-  reg weight_too_large;
   reg row_not_loaded;
 
   always @(posedge clk) begin
@@ -931,24 +934,21 @@ module gathering_unit (
       gap_in_beat <= 1'b0;
       ragged_entries <= 1'b0;
       weights_off_one <= 1'b0;
-      weight_too_large <= 1'b0;
       row_not_loaded <= 1'b0;
     end else begin
       if (s1_valid) begin
         weight_total0 <= weight_sum0;
         weight_total1 <= weight_sum1;
       end
-      bad_setting <= (bad_setting | (s1_valid & ((~((cfg_vertices == 2'd0) | (cfg_vertices == 2'd1)
-          | (cfg_vertices == 2'd2) | (cfg_vertices == 2'd3))) | (7'd8 < cfg_segments) |
-          (cfg_segments == 7'd0)))) & (~cfg_clear);
+      bad_setting <= (bad_setting | (s1_valid & ((SEGMENTS_MOST < cfg_segments) | (cfg_segments ==
+          7'd0)))) & (~cfg_clear);
       mft_row_dropped <= (mft_row_dropped | mft_overflow) & (~cfg_clear);
       rit_too_large <= (rit_too_large | rit_errors[2]) & (~cfg_clear);
       gap_in_beat <= (gap_in_beat | rit_errors[1]) & (~cfg_clear);
       ragged_entries <= (ragged_entries | rit_errors[0]) & (~cfg_clear);
       weights_off_one <= (weights_off_one | (s1_valid & ((s1_keep[0] & structured & s1_last &
-          (weight_sum0 != 19'h8000)) | (s1_keep[1] & structured & s1_last & (weight_sum1 !=
-          19'h8000))))) & (~cfg_clear);
-      weight_too_large <= weight_too_large & (~cfg_clear);
+          (weight_sum0 != WEIGHT_ONE)) | (s1_keep[1] & structured & s1_last & (weight_sum1 !=
+          WEIGHT_ONE))))) & (~cfg_clear);
       row_not_loaded <= (row_not_loaded | (s1_valid & ((s1_keep[0] & (~s1_in_range[0])) |
           (s1_keep[1] & (~s1_in_range[1]))))) & (~cfg_clear);
     end
@@ -1006,7 +1006,7 @@ module gathering_unit (
   assign s_axis_rit_tready = rit_s_axis_rit_tready;
   assign s_axis_mft_tready = mft_s_axis_mft_tready;
   assign stat_errors = {bad_setting, mft_row_dropped, rit_too_large, gap_in_beat, ragged_entries,
-      weights_off_one, weight_too_large, row_not_loaded};
+      weights_off_one, 1'b0, row_not_loaded};
 endmodule
 
 `default_nettype wire

@@ -24,6 +24,8 @@ module mft (
   output wire         overflow            // a row past the MVoxel's rows is dropped
 );
 
+  localparam [9:0] MVOXEL_ROWS = 10'd512;
+
   // State of each half
   reg loaded_0;
   reg loaded_1;
@@ -36,7 +38,7 @@ module mft (
   reg read_half;
   wire write_ready = ~(write_half ? loaded_1 : loaded_0);
   wire write_accept = s_axis_mft_tvalid & write_ready;
-  wire write_room = write_row < 10'd512;
+  wire write_room = write_row < MVOXEL_ROWS;
   wire write = write_accept & write_room;
   wire [9:0] rows_after = write_room ? (write_row + 10'd1) : write_row;
   wire write_done = write_accept & s_axis_mft_tlast;

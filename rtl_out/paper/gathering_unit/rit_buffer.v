@@ -30,6 +30,9 @@ module rit_buffer (
   output wire [2:0]   errors              // 5: too large to keep, 4: gap in a beat, 3: ragged entries
 );
 
+  localparam [2:0] LAST_BEAT_OF_ROW = 3'd5;
+  localparam [5:0] LAST_ROW = 6'd63;  // of a half
+
   // Each half, as the writer leaves it: what lies before (end_row, end_group) can be read
   reg closed_0;
   reg closed_1;
@@ -196,6 +199,14 @@ module rit_buffer (
   wire at_least_44 = 6'd44 <= write_position;
   wire at_least_46 = 6'd46 <= write_position;
   wire at_least_48 = 6'd48 <= write_position;
+  wire [3:0] full_groups_v1 = {3'd0, at_least_4} + {3'd0, at_least_8} + {3'd0, at_least_12} + {3'd0,
+      at_least_16} + {3'd0, at_least_20} + {3'd0, at_least_24} + {3'd0, at_least_28} + {3'd0,
+      at_least_32} + {3'd0, at_least_36} + {3'd0, at_least_40} + {3'd0, at_least_44} + {3'd0,
+      at_least_48};
+  wire [3:0] all_groups_v1 = {3'd0, at_least_2} + {3'd0, at_least_6} + {3'd0, at_least_10} + {3'd0,
+      at_least_14} + {3'd0, at_least_18} + {3'd0, at_least_22} + {3'd0, at_least_26} + {3'd0,
+      at_least_30} + {3'd0, at_least_34} + {3'd0, at_least_38} + {3'd0, at_least_42} + {3'd0,
+      at_least_46};
   wire [1:0] keep_v1 = {(at_least_4 & (~at_least_6)) | (at_least_8 & (~at_least_10)) | (at_least_12
       & (~at_least_14)) | (at_least_16 & (~at_least_18)) | (at_least_20 & (~at_least_22)) |
       (at_least_24 & (~at_least_26)) | (at_least_28 & (~at_least_30)) | (at_least_32 &
@@ -233,40 +244,40 @@ module rit_buffer (
       exactly_14 | exactly_16 | exactly_18 | exactly_20 | exactly_22 | exactly_24 | exactly_26 |
       exactly_28 | exactly_30 | exactly_32 | exactly_34 | exactly_36 | exactly_38 | exactly_40 |
       exactly_42 | exactly_44 | exactly_46 | exactly_48;
+  wire [3:0] full_groups_v2 = {1'd0, {2'd0, at_least_12} + {2'd0, at_least_24} + {2'd0, at_least_36}
+      + {2'd0, at_least_48}};
+  wire [3:0] all_groups_v2 = {1'd0, {2'd0, at_least_6} + {2'd0, at_least_18} + {2'd0, at_least_30} +
+      {2'd0, at_least_42}};
   wire [1:0] keep_v2 = {(at_least_12 & (~at_least_18)) | (at_least_24 & (~at_least_30)) |
       (at_least_36 & (~at_least_42)) | at_least_48, (at_least_6 & (~at_least_18)) | (at_least_18 &
       (~at_least_30)) | (at_least_30 & (~at_least_42)) | at_least_42};
   wire whole_v2 = exactly_6 | exactly_12 | exactly_18 | exactly_24 | exactly_30 | exactly_36 |
       exactly_42 | exactly_48;
+  wire [3:0] full_groups_v4 = {2'd0, {1'd0, at_least_24} + {1'd0, at_least_48}};
+  wire [3:0] all_groups_v4 = {2'd0, {1'd0, at_least_12} + {1'd0, at_least_36}};
   wire [1:0] keep_v4 = {(at_least_24 & (~at_least_36)) | at_least_48, (at_least_12 & (~at_least_36))
       | at_least_36};
   wire whole_v4 = exactly_12 | exactly_24 | exactly_36 | exactly_48;
+  wire [3:0] full_groups_v8 = {3'd0, at_least_48};
+  wire [3:0] all_groups_v8 = {3'd0, at_least_24};
   wire [1:0] keep_v8 = {at_least_48, at_least_24};
   wire whole_v8 = exactly_24 | exactly_48;
   reg [3:0] full_groups;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: full_groups = {3'd0, at_least_4} + {3'd0, at_least_8} + {3'd0, at_least_12} + {3'd0,
-          at_least_16} + {3'd0, at_least_20} + {3'd0, at_least_24} + {3'd0, at_least_28} + {3'd0,
-          at_least_32} + {3'd0, at_least_36} + {3'd0, at_least_40} + {3'd0, at_least_44} + {3'd0,
-          at_least_48};
-      2'd1: full_groups = {1'd0, {2'd0, at_least_12} + {2'd0, at_least_24} + {2'd0, at_least_36} +
-          {2'd0, at_least_48}};
-      2'd2: full_groups = {2'd0, {1'd0, at_least_24} + {1'd0, at_least_48}};
-      default: full_groups = {3'd0, at_least_48};
+      2'd0: full_groups = full_groups_v1;
+      2'd1: full_groups = full_groups_v2;
+      2'd2: full_groups = full_groups_v4;
+      default: full_groups = full_groups_v8;
     endcase
   end
   reg [3:0] all_groups;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: all_groups = {3'd0, at_least_2} + {3'd0, at_least_6} + {3'd0, at_least_10} + {3'd0,
-          at_least_14} + {3'd0, at_least_18} + {3'd0, at_least_22} + {3'd0, at_least_26} + {3'd0,
-          at_least_30} + {3'd0, at_least_34} + {3'd0, at_least_38} + {3'd0, at_least_42} + {3'd0,
-          at_least_46};
-      2'd1: all_groups = {1'd0, {2'd0, at_least_6} + {2'd0, at_least_18} + {2'd0, at_least_30} +
-          {2'd0, at_least_42}};
-      2'd2: all_groups = {2'd0, {1'd0, at_least_12} + {1'd0, at_least_36}};
-      default: all_groups = {3'd0, at_least_24};
+      2'd0: all_groups = all_groups_v1;
+      2'd1: all_groups = all_groups_v2;
+      2'd2: all_groups = all_groups_v4;
+      default: all_groups = all_groups_v8;
     endcase
   end
   reg [1:0] keep_of_last_group;
@@ -287,8 +298,8 @@ module rit_buffer (
       default: whole_entries = whole_v8;
     endcase
   end
-  wire row_done = write_phase == 3'd5;
-  wire s_axis_rit_tlast_or_row_done = s_axis_rit_tlast | (row_done & (write_row == 6'd63));
+  wire row_done = write_phase == LAST_BEAT_OF_ROW;
+  wire s_axis_rit_tlast_or_row_done = s_axis_rit_tlast | (row_done & (write_row == LAST_ROW));
   wire write_close = write_accept & s_axis_rit_tlast_or_row_done;
   wire [6:0] write_row_now = {1'd0, write_row};
   wire [3:0] new_end_group = s_axis_rit_tlast ? all_groups : row_done ? 4'd0 : full_groups;
@@ -356,8 +367,8 @@ module rit_buffer (
         write_row <= s_axis_rit_tlast_or_row_done ? 6'd0 : (write_row + 6'd1);
       end
       if (write_accept) begin
-        write_phase <= s_axis_rit_tlast_or_row_done ? 3'd0 : (write_phase == 3'd5) ? 3'd0 :
-            (write_phase + 3'd1);
+        write_phase <= s_axis_rit_tlast_or_row_done ? 3'd0 : (write_phase == LAST_BEAT_OF_ROW) ?
+            3'd0 : (write_phase + 3'd1);
       end
     end
   end

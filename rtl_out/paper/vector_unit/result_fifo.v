@@ -15,6 +15,8 @@ module result_fifo (
   output wire [792:0] data
 );
 
+  localparam [1:0] LAST_WORD = 2'd3;
+
   reg [792:0] mem [0:3];
   reg [1:0] write_pointer;
   reg [1:0] read_pointer;
@@ -28,10 +30,10 @@ module result_fifo (
       count <= 3'd0;
     end else begin
       if (push) begin
-        write_pointer <= (write_pointer == 2'd3) ? 2'd0 : (write_pointer + 2'd1);
+        write_pointer <= (write_pointer == LAST_WORD) ? 2'd0 : (write_pointer + 2'd1);
       end
       if (pop) begin
-        read_pointer <= (read_pointer == 2'd3) ? 2'd0 : (read_pointer + 2'd1);
+        read_pointer <= (read_pointer == LAST_WORD) ? 2'd0 : (read_pointer + 2'd1);
       end
       if (push ^ pop) begin
         count <= push ? (count + 3'd1) : (count - 3'd1);

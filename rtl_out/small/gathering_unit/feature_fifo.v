@@ -15,6 +15,8 @@ module feature_fifo (
   output wire [145:0] data
 );
 
+  localparam [2:0] LAST_WORD = 3'd7;
+
   reg [145:0] mem [0:7];
   reg [2:0] write_pointer;
   reg [2:0] read_pointer;
@@ -28,10 +30,10 @@ module feature_fifo (
       count <= 4'd0;
     end else begin
       if (push) begin
-        write_pointer <= (write_pointer == 3'd7) ? 3'd0 : (write_pointer + 3'd1);
+        write_pointer <= (write_pointer == LAST_WORD) ? 3'd0 : (write_pointer + 3'd1);
       end
       if (pop) begin
-        read_pointer <= (read_pointer == 3'd7) ? 3'd0 : (read_pointer + 3'd1);
+        read_pointer <= (read_pointer == LAST_WORD) ? 3'd0 : (read_pointer + 3'd1);
       end
       if (push ^ pop) begin
         count <= push ? (count + 4'd1) : (count - 4'd1);

@@ -30,6 +30,9 @@ module rit_buffer (
   output wire [2:0]  errors              // 5: too large to keep, 4: gap in a beat, 3: ragged entries
 );
 
+  localparam [2:0] LAST_BEAT_OF_ROW = 3'd5;
+  localparam [4:0] LAST_ROW = 5'd31;  // of a half
+
   // Each half, as the writer leaves it: what lies before (end_row, end_group) can be read
   reg closed_0;
   reg closed_1;
@@ -183,11 +186,10 @@ module rit_buffer (
   wire at_least_20 = 5'd20 <= write_position;
   wire at_least_22 = 5'd22 <= write_position;
   wire at_least_24 = 5'd24 <= write_position;
-  wire keep_v1 = (at_least_2 & (~at_least_4)) | (at_least_4 & (~at_least_6)) | (at_least_6 &
-      (~at_least_8)) | (at_least_8 & (~at_least_10)) | (at_least_10 & (~at_least_12)) | (at_least_12
-      & (~at_least_14)) | (at_least_14 & (~at_least_16)) | (at_least_16 & (~at_least_18)) |
-      (at_least_18 & (~at_least_20)) | (at_least_20 & (~at_least_22)) | (at_least_22 &
-      (~at_least_24)) | at_least_24;
+  wire [3:0] full_groups_v1 = {3'd0, at_least_2} + {3'd0, at_least_4} + {3'd0, at_least_6} + {3'd0,
+      at_least_8} + {3'd0, at_least_10} + {3'd0, at_least_12} + {3'd0, at_least_14} + {3'd0,
+      at_least_16} + {3'd0, at_least_18} + {3'd0, at_least_20} + {3'd0, at_least_22} + {3'd0,
+      at_least_24};
   wire exactly_2 = write_position == 5'd2;
   wire exactly_4 = write_position == 5'd4;
   wire exactly_6 = write_position == 5'd6;
@@ -202,46 +204,20 @@ module rit_buffer (
   wire exactly_24 = write_position == 5'd24;
   wire whole_v1 = exactly_2 | exactly_4 | exactly_6 | exactly_8 | exactly_10 | exactly_12 |
       exactly_14 | exactly_16 | exactly_18 | exactly_20 | exactly_22 | exactly_24;
-  wire keep_v2 = (at_least_6 & (~at_least_12)) | (at_least_12 & (~at_least_18)) | (at_least_18 &
-      (~at_least_24)) | at_least_24;
+  wire [3:0] full_groups_v2 = {1'd0, {2'd0, at_least_6} + {2'd0, at_least_12} + {2'd0, at_least_18}
+      + {2'd0, at_least_24}};
   wire whole_v2 = exactly_6 | exactly_12 | exactly_18 | exactly_24;
-  wire keep_v4 = (at_least_12 & (~at_least_24)) | at_least_24;
+  wire [3:0] full_groups_v4 = {2'd0, {1'd0, at_least_12} + {1'd0, at_least_24}};
   wire whole_v4 = exactly_12 | exactly_24;
-  wire keep_v8 = at_least_24;
+  wire [3:0] full_groups_v8 = {3'd0, at_least_24};
   wire whole_v8 = exactly_24;
   reg [3:0] full_groups;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: full_groups = {3'd0, at_least_2} + {3'd0, at_least_4} + {3'd0, at_least_6} + {3'd0,
-          at_least_8} + {3'd0, at_least_10} + {3'd0, at_least_12} + {3'd0, at_least_14} + {3'd0,
-          at_least_16} + {3'd0, at_least_18} + {3'd0, at_least_20} + {3'd0, at_least_22} + {3'd0,
-          at_least_24};
-      2'd1: full_groups = {1'd0, {2'd0, at_least_6} + {2'd0, at_least_12} + {2'd0, at_least_18} +
-          {2'd0, at_least_24}};
-      2'd2: full_groups = {2'd0, {1'd0, at_least_12} + {1'd0, at_least_24}};
-      default: full_groups = {3'd0, at_least_24};
-    endcase
-  end
-  reg [3:0] all_groups;
-  always @(*) begin
-    case (cfg_vertices)
-      2'd0: all_groups = {3'd0, at_least_2} + {3'd0, at_least_4} + {3'd0, at_least_6} + {3'd0,
-          at_least_8} + {3'd0, at_least_10} + {3'd0, at_least_12} + {3'd0, at_least_14} + {3'd0,
-          at_least_16} + {3'd0, at_least_18} + {3'd0, at_least_20} + {3'd0, at_least_22} + {3'd0,
-          at_least_24};
-      2'd1: all_groups = {1'd0, {2'd0, at_least_6} + {2'd0, at_least_12} + {2'd0, at_least_18} +
-          {2'd0, at_least_24}};
-      2'd2: all_groups = {2'd0, {1'd0, at_least_12} + {1'd0, at_least_24}};
-      default: all_groups = {3'd0, at_least_24};
-    endcase
-  end
-  reg keep_of_last_group;
-  always @(*) begin
-    case (cfg_vertices)
-      2'd0: keep_of_last_group = keep_v1;
-      2'd1: keep_of_last_group = keep_v2;
-      2'd2: keep_of_last_group = keep_v4;
-      default: keep_of_last_group = keep_v8;
+      2'd0: full_groups = full_groups_v1;
+      2'd1: full_groups = full_groups_v2;
+      2'd2: full_groups = full_groups_v4;
+      default: full_groups = full_groups_v8;
     endcase
   end
   reg whole_entries;
@@ -253,14 +229,14 @@ module rit_buffer (
       default: whole_entries = whole_v8;
     endcase
   end
-  wire row_done = write_phase == 3'd5;
-  wire s_axis_rit_tlast_or_row_done = s_axis_rit_tlast | (row_done & (write_row == 5'd31));
+  wire row_done = write_phase == LAST_BEAT_OF_ROW;
+  wire s_axis_rit_tlast_or_row_done = s_axis_rit_tlast | (row_done & (write_row == LAST_ROW));
   wire write_close = write_accept & s_axis_rit_tlast_or_row_done;
   wire [5:0] write_row_now = {1'd0, write_row};
-  wire [3:0] new_end_group = s_axis_rit_tlast ? all_groups : row_done ? 4'd0 : full_groups;
+  wire [3:0] new_end_group = s_axis_rit_tlast ? full_groups : row_done ? 4'd0 : full_groups;
   wire [5:0] new_end_row = s_axis_rit_tlast ? write_row_now : row_done ? (write_row_now + 6'd1) :
       write_row_now;
-  wire new_last_keep = s_axis_rit_tlast ? keep_of_last_group : 1'b1;
+  wire new_last_keep = s_axis_rit_tlast ? 1'b1 : 1'b1;
   wire in_lower = ~write_half;
   wire write_half_0 = write_accept & in_lower;
   wire touch_half_0 = write_half_0 | release_0;
@@ -322,8 +298,8 @@ module rit_buffer (
         write_row <= s_axis_rit_tlast_or_row_done ? 5'd0 : (write_row + 5'd1);
       end
       if (write_accept) begin
-        write_phase <= s_axis_rit_tlast_or_row_done ? 3'd0 : (write_phase == 3'd5) ? 3'd0 :
-            (write_phase + 3'd1);
+        write_phase <= s_axis_rit_tlast_or_row_done ? 3'd0 : (write_phase == LAST_BEAT_OF_ROW) ?
+            3'd0 : (write_phase + 3'd1);
       end
     end
   end

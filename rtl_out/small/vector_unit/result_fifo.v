@@ -15,6 +15,8 @@ module result_fifo (
   output wire [132:0] data
 );
 
+  localparam [4:0] LAST_WORD = 5'd18;
+
   reg [132:0] mem [0:18];
   reg [4:0] write_pointer;
   reg [4:0] read_pointer;
@@ -28,10 +30,10 @@ module result_fifo (
       count <= 5'd0;
     end else begin
       if (push) begin
-        write_pointer <= (write_pointer == 5'd18) ? 5'd0 : (write_pointer + 5'd1);
+        write_pointer <= (write_pointer == LAST_WORD) ? 5'd0 : (write_pointer + 5'd1);
       end
       if (pop) begin
-        read_pointer <= (read_pointer == 5'd18) ? 5'd0 : (read_pointer + 5'd1);
+        read_pointer <= (read_pointer == LAST_WORD) ? 5'd0 : (read_pointer + 5'd1);
       end
       if (push ^ pop) begin
         count <= push ? (count + 5'd1) : (count - 5'd1);

@@ -1,5 +1,6 @@
 //! Bitwise operations, arithmetic, comparisons, shifts.
 
+use num_bigint::BigInt;
 use num_traits::Zero as _;
 
 use super::ModuleBuilder;
@@ -113,12 +114,55 @@ impl ModuleBuilder {
 
     /// Less.
     pub fn lt(&mut self, a: Signal, b: Signal) -> Signal {
+        if self.is_extreme(b, Ty::min) || self.is_extreme(a, Ty::max) {
+            return self.compared("lt", a, b, |m| m.zero(Ty::bit()));
+        }
+        if a.ty == Ty::s(1) {
+            // Of 0 and -1. Verilator 5.006 folds signed comparisons of single
+            // constant bits wrongly.
+            return self.compared("lt", a, b, |m| {
+                let (a, b) = (m.as_unsigned(a), m.as_unsigned(b));
+                let not_b = m.not(b);
+                m.and(a, not_b)
+            });
+        }
         self.binary("lt", Binary::Lt, a, b, Ty::bit())
     }
 
     /// Less or equal.
     pub fn le(&mut self, a: Signal, b: Signal) -> Signal {
+        if self.is_extreme(a, Ty::min) || self.is_extreme(b, Ty::max) {
+            return self.compared("le", a, b, |m| m.lit(1, Ty::bit()));
+        }
+        if a.ty == Ty::s(1) {
+            return self.compared("le", a, b, |m| {
+                let (a, b) = (m.as_unsigned(a), m.as_unsigned(b));
+                let not_b = m.not(b);
+                m.or(a, not_b)
+            });
+        }
         self.binary("le", Binary::Le, a, b, Ty::bit())
+    }
+
+    /// A comparison made otherwise than by its operator.
+    fn compared(
+        &mut self,
+        what: &str,
+        a: Signal,
+        b: Signal,
+        make: impl FnOnce(&mut Self) -> Signal,
+    ) -> Signal {
+        if self.agree(what, a, b) {
+            make(self)
+        } else {
+            self.zero(Ty::bit())
+        }
+    }
+
+    /// Whether a value is constant, and the end of its type's range: a linter
+    /// is right to ask about comparisons with it.
+    fn is_extreme(&self, s: Signal, end: fn(Ty) -> BigInt) -> bool {
+        self.constant(s).is_some_and(|value| *value == end(s.ty))
     }
 
     /// Greater.

@@ -167,8 +167,12 @@ impl ModuleBuilder {
         s
     }
 
-    /// Gives a signal its name in the Verilog.
+    /// Gives a signal its name in the Verilog. A constant stays one: only
+    /// [`ModuleBuilder::param`] names those.
     pub fn name(&mut self, s: Signal, name: &str) -> Signal {
+        if self.constant(s).is_some() {
+            return s;
+        }
         let node = &mut self.module.nodes[s.id];
         match &node.name {
             None => node.name = Some(name.to_owned()),

@@ -1,0 +1,164 @@
+//! Whatever the rules allow is emitted as Verilog that Verilator, Icarus and
+//! Yosys accept without a word.
+//!
+//! `POTAMOI_SEED=N` takes the configuration of that seed alone.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::path::Path;
+use std::process::Command;
+
+use potamoi_formats::config::Config;
+use potamoi_hdl::gu::gathering_unit;
+use potamoi_hdl::ir::{Header, verilog};
+use potamoi_hdl::vu::vector_unit;
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+fn text(seed: u64) -> String {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut pick = |from: &[&str]| from[random.random_range(0..from.len())].to_owned();
+    let ports: u32 = pick(&["1", "2", "3", "4", "8"]).parse().unwrap();
+    let steps: u32 = pick(&["1", "2", "8"]).parse().unwrap();
+    let trusted = pick(&["trusted", "any"]);
+    let modes = pick(&["both", "both", "structured", "unstructured"]);
+    let vertices = pick(&["[8, 4, 2]", "[8]", "[4, 2]"]);
+    let form = pick(&["restoring", "restoring", "restoring", "literal"]);
+    let output = pick(&["alpha", "alpha", "general"]);
+    let (input, ops) = match (form.as_str(), output.as_str()) {
+        ("literal", _) => ("S0.14", r#"["exp"]"#.to_owned()),
+        (_, "general") => ("S4.12", r#"["add", "exp"]"#.to_owned()),
+        _ => (
+            "U3.13",
+            pick(&[
+                r#"["pass", "relu", "add", "multiply", "square-sum", "exp", "one-minus-exp"]"#,
+                r#"["one-minus-exp"]"#,
+                r#"["exp", "relu"]"#,
+                r#"["pass"]"#,
+            ]),
+        ),
+    };
+    format!(
+        "[gu]\nbanks = {}\nports = {ports}\nmodes = \"{modes}\"\nvertices = {vertices}\n\
+         feature_bits = {}\nweight_bits = {}\nweights = \"{trusted}\"\nsegments = {}\n\
+         fifo_depth = {}\ncounter_bits = {}\n[rit]\nentries = {}\nslot_bits = {}\n\
+         [mvoxel]\nrows = {}\n[vu]\nlanes = {}\nfifo_depth = {}\nops = {ops}\n[vu.exp]\n\
+         form = \"{form}\"\noutput = \"{output}\"\ninput = \"{input}\"\niterations = {}\ntail = {}\n\
+         iterations_per_clock = {steps}\npipelined = {}\noutput_bits = {}\n\
+         one_minus_frac_bits = {}\n",
+        pick(&["1", "3", "8", "33", "64"]),
+        pick(&["8", "11", "16"]),
+        pick(&["4", "9", "15"]),
+        pick(&["1", "2", "8"]),
+        pick(&["3", "8", "17"]),
+        pick(&["24", "32"]),
+        ports * 8,
+        if modes == "structured" {
+            pick(&["16", "32"])
+        } else {
+            "16".to_owned()
+        },
+        pick(&["8", "21", "512"]),
+        pick(&["1", "3", "24"]),
+        pick(&["3", "4", "9"]),
+        pick(&["4", "8", "16", "20", "27"]),
+        form != "literal" && pick(&["true", "false"]) == "true",
+        form != "literal" && pick(&["true", "false"]) == "true",
+        if form == "literal" {
+            "14".to_owned()
+        } else {
+            pick(&["8", "12", "16"])
+        },
+        pick(&["12", "16", "20", "24"]),
+    )
+}
+
+fn accepted(config: &Config, seed: u64) {
+    let folder = tempfile::tempdir().unwrap();
+    for unit in [gathering_unit(config), vector_unit(config)] {
+        let unit = unit.unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+        let mut files = vec![];
+        for (name, text) in verilog(&unit, &Header::default()) {
+            std::fs::write(folder.path().join(&name), text).unwrap();
+            files.push(name);
+        }
+        let top = unit.name();
+        let lint = [
+            "--lint-only",
+            "-Wall",
+            "--language",
+            "1364-2005",
+            "--top-module",
+            top,
+        ];
+        silent("verilator", &lint, &files, folder.path(), seed);
+        let icarus = ["-g2005", "-Wall", "-tnull", "-s", top];
+        silent("iverilog", &icarus, &files, folder.path(), seed);
+        let script = format!(
+            "read_verilog {}; hierarchy -check -top {top}; proc; check -assert",
+            files.join(" ")
+        );
+        silent("yosys", &["-q", "-p", &script], &[], folder.path(), seed);
+    }
+}
+
+fn silent(tool: &str, arguments: &[&str], files: &[String], folder: &Path, seed: u64) {
+    let mut command = Command::new(tool);
+    command.args(arguments).args(files).current_dir(folder);
+    let done = command
+        .output()
+        .unwrap_or_else(|e| panic!("{tool}: {e}; tools/setup installs it"));
+    let said = [done.stdout, done.stderr].concat();
+    let said = String::from_utf8_lossy(&said);
+    assert!(
+        done.status.success() && said.trim().is_empty(),
+        "seed {seed}: {tool} {arguments:?} says\n{said}\n{}\nrun again: POTAMOI_SEED={seed} cargo \
+         test -p potamoi-hdl --test any_configuration",
+        text(seed)
+    );
+}
+
+fn run(seeds: impl Iterator<Item = u64>) {
+    let (mut taken, mut all) = (0, 0);
+    for seed in seeds {
+        all += 1;
+        match Config::from_toml(&text(seed), "test") {
+            Ok(config) => {
+                taken += 1;
+                accepted(&config, seed);
+            }
+            Err(error) => println!("seed {seed} is refused: {error}"),
+        }
+    }
+    println!("{taken} of {all} configurations keep the rules");
+    assert!(taken * 2 > all, "{taken} of {all}");
+}
+
+#[test]
+fn tools_accept_what_the_rules_allow() {
+    match std::env::var("POTAMOI_SEED") {
+        Ok(seed) => run(std::iter::once(
+            seed.parse().expect("POTAMOI_SEED is a number"),
+        )),
+        Err(_) => run(0..12),
+    }
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn tools_accept_many_configurations() {
+    run(100..300);
+}
+
+/// Constants past the accumulator's precision are 0, and comparisons with them
+/// decided.
+#[test]
+fn more_steps_than_precision() {
+    for exp in [
+        "iterations = 20\npipelined = true",
+        "iterations = 27\npipelined = true\nconstant_bits = 19\naccumulator_bits = 20",
+        "iterations = 27\niterations_per_clock = 31\nconstant_bits = 19\naccumulator_bits = 20",
+    ] {
+        let config = Config::from_toml(&format!("[vu.exp]\n{exp}"), "test");
+        accepted(&config.unwrap(), 0);
+    }
+}

@@ -1,0 +1,242 @@
+//! The gathering unit's flags and counters, by hand: each broken promise of the
+//! streams raises its own bit, `cfg_clear` takes it back, counters stop at
+//! their ends.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use potamoi_formats::config::Config;
+use potamoi_hdl::gu::gathering_unit;
+use potamoi_hdl::ir::{Change, Fault, Interpreter, Module};
+use std::sync::Arc;
+
+/// One bank and port; entries of eight vertices are six beats of four halfwords.
+const UNIT: &str = "[gu]\nbanks = 1\nports = 1\nweight_bits = 8\nsegments = 2\nvertices = [8, 2]\n\
+    counter_bits = 24\n[rit]\nentries = 8\n[mvoxel]\nrows = 4\n";
+const FULL: u64 = 0xff;
+
+struct Unit {
+    run: Interpreter,
+}
+
+/// A beat of the RIT: data, keep, last.
+type Beat = (u64, u64, bool);
+
+impl Unit {
+    fn new(module: &Arc<Module>, log2_vertices: u64, segments: u64) -> Self {
+        let mut unit = Self {
+            run: Interpreter::new(module, 3),
+        };
+        for port in module.ports().iter().filter(|p| !p.output) {
+            unit.set(&port.name, 0);
+        }
+        unit.set("cfg_vertices", log2_vertices);
+        unit.set("cfg_segments", segments);
+        unit.set("m_axis_feat_tready", 1);
+        unit.set("rst_n", 0);
+        unit.run.clock().unwrap();
+        unit.set("rst_n", 1);
+        unit
+    }
+
+    fn of(text: &str, log2_vertices: u64, segments: u64) -> Self {
+        let config =
+            Config::from_toml(&UNIT.replace("[gu]", &format!("[gu]\n{text}")), "test").unwrap();
+        Self::new(&gathering_unit(&config).unwrap(), log2_vertices, segments)
+    }
+
+    fn set(&mut self, name: &str, value: u64) {
+        let port = self.run.port(name).unwrap();
+        self.run.set_u64(port, value).unwrap();
+    }
+
+    fn get(&mut self, name: &str) -> u64 {
+        let port = self.run.port(name).unwrap();
+        self.run.eval().unwrap();
+        self.run.get_u64(port).unwrap()
+    }
+
+    fn rows(&mut self, rows: &[u64]) {
+        self.set("s_axis_mft_tvalid", 1);
+        for (i, row) in rows.iter().enumerate() {
+            self.set("s_axis_mft_tdata", *row);
+            self.set("s_axis_mft_tlast", u64::from(i + 1 == rows.len()));
+            assert_eq!(self.get("s_axis_mft_tready"), 1);
+            self.run.clock().unwrap();
+        }
+        self.set("s_axis_mft_tvalid", 0);
+    }
+
+    fn rit(&mut self, beats: &[Beat]) {
+        self.set("s_axis_rit_tvalid", 1);
+        for (data, keep, last) in beats {
+            self.set("s_axis_rit_tdata", *data);
+            self.set("s_axis_rit_tkeep", *keep);
+            self.set("s_axis_rit_tlast", u64::from(*last));
+            for _ in 0..40 {
+                if self.get("s_axis_rit_tready") == 1 {
+                    break;
+                }
+                self.run.clock().unwrap();
+            }
+            assert_eq!(self.get("s_axis_rit_tready"), 1);
+            self.run.clock().unwrap();
+        }
+        self.set("s_axis_rit_tvalid", 0);
+        for _ in 0..40 {
+            self.run.clock().unwrap();
+        }
+    }
+
+    /// Raised flags, which are then cleared.
+    fn flags(&mut self) -> u64 {
+        let raised = self.get("stat_errors");
+        self.set("cfg_clear", 1);
+        self.run.clock().unwrap();
+        self.set("cfg_clear", 0);
+        assert_eq!(self.get("stat_errors"), 0, "cleared");
+        for name in ["busy", "stall_fifo", "stall_mft", "stall_rit", "entries"] {
+            assert_eq!(self.get(&format!("stat_{name}")), 0, "{name} is cleared");
+        }
+        raised
+    }
+}
+
+/// Beats of one entry of eight vertices {row, tag, weight}.
+fn entry(vertices: [(u64, u64); 8]) -> Vec<Beat> {
+    let halfwords: Vec<u64> = vertices.iter().flat_map(|(row, w)| [*row, 7, *w]).collect();
+    let mut beats: Vec<Beat> = halfwords
+        .chunks(4)
+        .map(|c| {
+            (
+                c.iter().rev().fold(0, |word, h| word << 16 | h),
+                FULL,
+                false,
+            )
+        })
+        .collect();
+    beats.last_mut().unwrap().2 = true;
+    beats
+}
+
+fn even() -> [(u64, u64); 8] {
+    std::array::from_fn(|v| (v as u64 % 4, 32))
+}
+
+#[test]
+fn what_is_right_raises_nothing() {
+    let mut unit = Unit::of("", 3, 1);
+    unit.rows(&[1, 2, 3, 4]);
+    unit.rit(&entry(even()));
+    assert_eq!(unit.get("stat_entries"), 1);
+    assert_eq!(unit.get("stat_busy"), 8);
+    assert_eq!(unit.flags(), 0);
+}
+
+#[test]
+fn each_broken_promise_raises_its_own_flag() {
+    let raised = |beats: &[Beat]| {
+        let mut unit = Unit::of("", 3, 1);
+        unit.rows(&[1, 2, 3, 4]);
+        unit.rit(beats);
+        unit.flags()
+    };
+    let mut vertices = even();
+    vertices[5].0 = 4;
+    assert_eq!(
+        raised(&entry(vertices)),
+        1 << 0,
+        "a row that was not loaded"
+    );
+    let mut vertices = even();
+    (vertices[2].1, vertices[3].1) = (32 | 1 << 9, 32);
+    assert_eq!(raised(&entry(vertices)), 1 << 1, "a weight above bit W");
+    let mut vertices = even();
+    vertices[7].1 = 33;
+    assert_eq!(raised(&entry(vertices)), 1 << 2, "weights off one");
+    // Half an entry of two vertices is none of eight.
+    let ragged = raised(&[(0, FULL, true)]);
+    assert_eq!(ragged & !0b111, 1 << 3, "ragged entries");
+    let mut gap = entry(even());
+    gap[1].1 = 0x3f;
+    assert_eq!(raised(&gap) & 1 << 4, 1 << 4, "a gap in a beat");
+
+    let mut unit = Unit::of("", 3, 1);
+    unit.rows(&[1, 2, 3, 4, 5]);
+    assert_eq!(unit.flags(), 1 << 6, "a row past the table");
+
+    for (log2, segments) in [(2, 1), (3, 3), (3, 0)] {
+        let mut unit = Unit::of("", log2, segments);
+        unit.rows(&[1, 2, 3, 4]);
+        unit.rit(&entry(even()));
+        assert_eq!(
+            unit.flags() & 1 << 7,
+            1 << 7,
+            "{log2} {segments}: bad setting"
+        );
+    }
+}
+
+/// Untrusted weights need not sum to one.
+#[test]
+fn any_weights_raise_no_sum_flag() {
+    let mut unit = Unit::of("weights = \"any\"", 3, 1);
+    unit.rows(&[1, 2, 3, 4]);
+    let mut vertices = even();
+    vertices[7].1 = 33;
+    unit.rit(&entry(vertices));
+    assert_eq!(unit.flags(), 0);
+}
+
+/// More entries than both halves hold must be streamed once a segment.
+#[test]
+fn an_mvoxel_too_large_to_keep_raises_its_flag() {
+    for (entries, segments, flag) in [(17, 2, 1 << 5), (16, 2, 0), (17, 1, 0)] {
+        let mut unit = Unit::of("", 3, segments);
+        for _ in 0..2 {
+            unit.rows(&[1, 2, 3, 4]);
+        }
+        let mut beats: Vec<Beat> = (0..entries).flat_map(|_| entry(even())).collect();
+        let last = beats.len() - 1;
+        for (i, beat) in beats.iter_mut().enumerate() {
+            beat.2 = i == last;
+        }
+        unit.set("s_axis_rit_tvalid", 1);
+        for (data, keep, last) in beats {
+            unit.set("s_axis_rit_tdata", data);
+            unit.set("s_axis_rit_tkeep", keep);
+            unit.set("s_axis_rit_tlast", u64::from(last));
+            // Such an MVoxel is never let go of: do not wait for ever.
+            for _ in 0..300 {
+                if unit.get("s_axis_rit_tready") == 1 {
+                    break;
+                }
+                unit.run.clock().unwrap();
+            }
+            unit.run.clock().unwrap();
+        }
+        unit.set("s_axis_rit_tvalid", 0);
+        for _ in 0..300 {
+            unit.run.clock().unwrap();
+        }
+        assert_eq!(
+            unit.get("stat_errors"),
+            flag,
+            "{entries} entries, {segments}"
+        );
+    }
+}
+
+/// A counter of 24 bits would take minutes: its end is forced near instead.
+#[test]
+fn counters_stop_at_their_maximum() {
+    let config = Config::from_toml(UNIT, "test").unwrap();
+    let module = gathering_unit(&config).unwrap();
+    let near = Fault {
+        module: module.name().to_owned(),
+        register: "stat_busy".to_owned(),
+        change: Change::Reset(((1 << 24) - 5).into()),
+    };
+    let mut unit = Unit::new(&near.inject(&module).unwrap(), 3, 1);
+    unit.rows(&[1, 2, 3, 4]);
+    unit.rit(&entry(even()));
+    assert_eq!(unit.get("stat_busy"), (1 << 24) - 1);
+}
