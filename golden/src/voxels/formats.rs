@@ -76,8 +76,8 @@ impl Formats {
             picked.fold(0f32, |m, v| m.max(v.abs()))
         };
         let bits = config.gu.feature_bits;
-        // Beyond these a sample's optical depth, or its colour times its weight,
-        // would leave the vector unit's 32 bits.
+        // Larger values leave too few fraction bits: 3 of 16 for densities,
+        // which are opaque from 16 on, and 7 for colours.
         let density = fit(largest(true), bits, 12);
         let colour = fit(largest(false), bits, 8);
         let (Some(density), Some(colour)) = (density, colour) else {
