@@ -125,7 +125,7 @@ impl Formats {
         self.colour.frac_bits() + TRANSMITTANCE.frac_bits() - self.colour_shift()
     }
 
-    /// The step, in voxels, as a code with [`STEP_BITS`] fraction bits.
+    /// The step, in voxels, as a code with 24 fraction bits.
     #[must_use]
     pub fn step_code(step: f64) -> i32 {
         (step * f64::from(1u32 << STEP_BITS)).round() as i32
