@@ -346,6 +346,21 @@ fn weights_and_what_is_left_sum_to_exactly_one() {
     assert!(off < bound, "{off}");
 }
 
+/// A second layer at the cap would leave less than 1e-4 and is not drawn. The
+/// exact product says so; rounded to U1.20, 105 codes, it is above.
+#[test]
+fn pixels_stop_by_the_exact_product() {
+    let (eye, ahead) = (glam::DVec3::ZERO, glam::DVec3::Z);
+    let camera = Camera::look_at(eye, ahead, glam::DVec3::NEG_Y, 0.9, 16, 16);
+    for (profile, cap) in [(Profile::Inria, 64_881), (Profile::Gsplat, 65_470)] {
+        let frame = fixed(&layers(5, f32::INFINITY), &camera, profile, &LOG);
+        assert_eq!((frame.stats.drawn, frame.stats.stopped), (256, 256));
+        // 16 bits of alpha to 20 of T.
+        let left = (65_536 - cap) << 4;
+        assert!(frame.transmittance.iter().all(|t| *t == left), "{profile}");
+    }
+}
+
 #[test]
 fn giants_and_far_means_keep_their_promise() {
     // Needles and discs far larger than the frame, seen at a slant, some with

@@ -193,6 +193,41 @@ fn walls_as_dense_as_formats_allow_are_opaque_at_once() {
     }
 }
 
+/// A density at which the exact product T (65536 - alpha) says stop and the
+/// same rounded to U1.20 says go on: the ray stops.
+#[test]
+fn rays_stop_by_the_exact_product() {
+    let config = config("");
+    let unit = VectorTwin::new(&config.vu);
+    let limit = 68_719_477;
+    let tells = |code: &i32| {
+        // Densities have 15 fraction bits, depths 20: no bit is lost.
+        let op = VectorOp::new(OpCode::OneMinusExp);
+        let alpha = i64::from(unit.element(op, code << 5, 0).unwrap());
+        let mut left = 1i64 << 20;
+        loop {
+            let exact = left * (65536 - alpha);
+            left = (exact + 32768) >> 16;
+            if exact < limit {
+                return left << 16 >= limit;
+            }
+        }
+    };
+    let code = (200..4000).find(tells).unwrap();
+    let density = code as f32 / 32768.0;
+    let grid = Grid::bake([2, 2, 2000], DVec3::ZERO, 1.0, Layout::Constant, |_, out| {
+        out.copy_from_slice(&[density, 0.9, 0.5, 0.1]);
+    })
+    .unwrap();
+    let options = FixedOptions {
+        step: 1.0,
+        ..FixedOptions::default()
+    };
+    let frame = fixed(&grid, &config, &through(3), &options);
+    assert_eq!(frame.stats.stopped, 9);
+    Plain::new(&grid, &config).agrees(&through(3), &options, &frame);
+}
+
 /// The weights T - T' of more than 4,096 samples and what is left sum to
 /// exactly 1: grey paint on the same grey is that grey to the bit, as products
 /// with the code of 1/2 are exact.
