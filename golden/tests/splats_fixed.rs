@@ -3,6 +3,7 @@
 
 mod splats_common;
 
+use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::scene::{camera_file, garden};
@@ -10,6 +11,7 @@ use potamoi_golden::splats::{
     Cloud, FixedFrame, FixedOptions, Flips, FloatFrame, FloatOptions, Order, Profile,
     ScheduleOptions, ply, render_fixed, render_float, tasks,
 };
+use potamoi_golden::units::{Twins, Units};
 use splats_common::{PlainUnits, shared};
 
 fn fixed(cloud: &Cloud, camera: &Camera, profile: Profile, options: &FixedOptions) -> FixedFrame {
@@ -27,13 +29,18 @@ const LOG: FixedOptions = FixedOptions {
     log_decisions: true,
 };
 
-fn both(cloud: &Cloud, camera: &Camera, profile: Profile) -> (FloatFrame, FixedFrame, Flips) {
+fn both(
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+    units: &mut dyn Units,
+) -> (FloatFrame, FixedFrame, Flips) {
     let float = FloatOptions {
         log_decisions: true,
         ..FloatOptions::default()
     };
     let float = render_float(cloud, camera, profile, &float).unwrap();
-    let fixed = fixed(cloud, camera, profile, &LOG);
+    let fixed = render_fixed(cloud, camera, profile, &LOG, units).unwrap();
     let flips = fixed
         .decisions
         .as_ref()
@@ -43,8 +50,14 @@ fn both(cloud: &Cloud, camera: &Camera, profile: Profile) -> (FloatFrame, FixedF
 }
 
 /// The formats' promise: 80 dB over the frame, 78 over covered pixels.
-fn hold_to_float(name: &str, cloud: &Cloud, camera: &Camera, profile: Profile) {
-    let (float, fixed, flips) = both(cloud, camera, profile);
+fn hold_to_float(
+    name: &str,
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+    units: &mut dyn Units,
+) {
+    let (float, fixed, flips) = both(cloud, camera, profile, units);
     let frame = fixed.picture.psnr(&float.picture, |_| true).unwrap();
     let covered = fixed
         .picture
@@ -76,30 +89,21 @@ fn hold_to_float(name: &str, cloud: &Cloud, camera: &Camera, profile: Profile) {
 fn the_garden_stays_within_the_formats_promise() {
     let (cloud, camera) = (garden::cloud(), garden::camera());
     for profile in [Profile::Inria, Profile::Gsplat, Profile::Brush] {
-        hold_to_float("garden", &cloud, &camera.resized(160, 120), profile);
+        let camera = camera.resized(160, 120);
+        hold_to_float(
+            "garden",
+            &cloud,
+            &camera,
+            profile,
+            &mut PlainUnits::default(),
+        );
     }
 }
 
+/// Both published scenes at 400 x 400, through the units' twins in the default
+/// formats.
 #[test]
 fn playbot_stays_within_the_formats_promise() {
-    let Some(data) = shared() else {
-        println!("skipped: playbot: no shared data (set POTAMOI_SHARED)");
-        return;
-    };
-    let cloud = ply::read(&data.join("splats/playbot_8k.ply")).unwrap();
-    let file = data.join("cameras/camera_playbot_31k_800.json");
-    let camera = camera_file::read(&file).unwrap()[0].camera;
-    hold_to_float(
-        "playbot_8k",
-        &cloud,
-        &camera.resized(200, 200),
-        Profile::Inria,
-    );
-}
-
-#[test]
-#[ignore = "exhaustive; run with make test-full"]
-fn both_playbots_at_full_size() {
     let Some(data) = shared() else {
         println!("skipped: playbot: no shared data (set POTAMOI_SHARED)");
         return;
@@ -108,9 +112,12 @@ fn both_playbots_at_full_size() {
     let camera = camera_file::read(&file).unwrap()[0]
         .camera
         .resized(400, 400);
+    let config = Config::paper();
     for name in ["playbot_8k", "playbot_31k"] {
         let cloud = ply::read(&data.join(format!("splats/{name}.ply"))).unwrap();
-        hold_to_float(name, &cloud, &camera, Profile::Inria);
+        let mut units = Twins::new(&config);
+        hold_to_float(name, &cloud, &camera, Profile::Inria, &mut units);
+        assert_eq!(units.gather_flags(), 0);
     }
 }
 
@@ -304,7 +311,7 @@ fn weights_and_what_is_left_sum_to_exactly_one() {
     );
     // Alpha of 1/200: 4,096 layers, of which some 1,800 are drawn.
     let cloud = layers(4096, -(199f32.ln()));
-    let (float, fixed, _) = both(&cloud, &camera, Profile::Inria);
+    let (float, fixed, _) = both(&cloud, &camera, Profile::Inria, &mut PlainUnits::default());
     let drawn = fixed.stats.drawn / 256;
     assert!((1500..4096).contains(&drawn), "{drawn}");
     for (i, left) in fixed.transmittance.iter().enumerate() {
@@ -337,6 +344,21 @@ fn weights_and_what_is_left_sum_to_exactly_one() {
     let off =
         (f64::from(fixed.transmittance[0]) / f64::from(1 << 20) - float.transmittance[0]).abs();
     assert!(off < bound, "{off}");
+}
+
+/// A second layer at the cap would leave less than 1e-4 and is not drawn. The
+/// exact product says so; rounded to U1.20, 105 codes, it is above.
+#[test]
+fn pixels_stop_by_the_exact_product() {
+    let (eye, ahead) = (glam::DVec3::ZERO, glam::DVec3::Z);
+    let camera = Camera::look_at(eye, ahead, glam::DVec3::NEG_Y, 0.9, 16, 16);
+    for (profile, cap) in [(Profile::Inria, 64_881), (Profile::Gsplat, 65_470)] {
+        let frame = fixed(&layers(5, f32::INFINITY), &camera, profile, &LOG);
+        assert_eq!((frame.stats.drawn, frame.stats.stopped), (256, 256));
+        // 16 bits of alpha to 20 of T.
+        let left = (65_536 - cap) << 4;
+        assert!(frame.transmittance.iter().all(|t| *t == left), "{profile}");
+    }
 }
 
 #[test]
@@ -373,7 +395,7 @@ fn giants_and_far_means_keep_their_promise() {
         64,
         64,
     );
-    let (float, fixed, _) = both(&cloud, &camera, Profile::Inria);
+    let (float, fixed, _) = both(&cloud, &camera, Profile::Inria, &mut PlainUnits::default());
     assert_eq!(fixed.stats.saturations.total(), 0);
     assert!(float.transmittance.iter().filter(|t| **t < 0.5).count() > 1000);
     let psnr = fixed.picture.psnr(&float.picture, |_| true).unwrap();

@@ -105,7 +105,7 @@ impl Cloud {
     /// # Errors
     /// No Gaussian, a degree above 3, fields of different lengths, values that
     /// are not finite (opacity logits may be infinite), or a log scale above
-    /// [`MAX_LOG_SCALE`].
+    /// 88.
     pub fn new(
         degree: usize,
         means: Vec<[f32; 3]>,

@@ -80,8 +80,8 @@ impl Formats {
             picked.fold(0f32, |m, v| m.max(v.abs()))
         };
         let bits = config.gu.feature_bits;
-        // Beyond these a sample's optical depth, or its colour times its weight,
-        // would leave the vector unit's 32 bits.
+        // Larger values leave too few fraction bits: 3 of 16 for densities,
+        // which are opaque from 16 on, and 7 for colours.
         let density = fit(largest(true), bits, 12);
         let colour = fit(largest(false), bits, 8);
         let (Some(density), Some(colour)) = (density, colour) else {
@@ -129,7 +129,7 @@ impl Formats {
         self.colour.frac_bits() + TRANSMITTANCE.frac_bits() - self.colour_shift()
     }
 
-    /// The step, in voxels, as a code with [`STEP_BITS`] fraction bits.
+    /// The step, in voxels, as a code with 24 fraction bits.
     #[must_use]
     pub fn step_code(step: f64) -> i32 {
         (step * f64::from(1u32 << STEP_BITS)).round() as i32
