@@ -11,7 +11,7 @@ help:
 	@printf '%s\n' \
 	  'make demo       emit, verify and render the built-in scenes on simulated hardware' \
 	  'make test       all checks of a change: formatting, lints, tests, checked-in Verilog' \
-	  'make test-full  also the exhaustive tests, the rust-hdl bridge, and that the benches build' \
+	  'make test-full  also the exhaustive tests, the crate verilated, and that the benches build' \
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
 	  'make lint       formatting and lints alone' \
 	  'make bench      the benchmarks' \
@@ -28,6 +28,8 @@ test: setup
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,tests)
 	cargo test --locked
+	$(call step,rust-hdl bridge)
+	cargo test --locked -p potamoi-rust-hdl
 
 test-full: setup
 	@$(MAKE) --no-print-directory lint-only

@@ -81,6 +81,7 @@ struct Report {
 }
 
 pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
+    files::prepare([args.table.as_ref(), args.json.as_ref()])?;
     let config = common.read_config()?;
     match args.unit {
         Unit::Exp => exponential(&config, args),

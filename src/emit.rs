@@ -28,6 +28,7 @@ struct Report {
 }
 
 pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
+    files::prepare([args.json.as_ref()])?;
     let config = common.read_config()?;
     // A preset by name; any other file by its hash, so that its place changes no byte.
     let command = match common.preset() {

@@ -18,6 +18,17 @@ impl FileError {
     }
 }
 
+/// Finds out, before any work, that its results can be written; makes their
+/// folders.
+pub(crate) fn prepare<'a>(
+    paths: impl IntoIterator<Item = Option<&'a PathBuf>>,
+) -> Result<(), FileError> {
+    for path in paths.into_iter().flatten() {
+        potamoi_golden::files::prepare(path).map_err(|e| FileError::new(path, e))?;
+    }
+    Ok(())
+}
+
 /// Writes whole or not at all; makes the folder.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), FileError> {
     let fail = |source| FileError::new(path, source);

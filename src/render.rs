@@ -90,6 +90,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
             args.out.display()
         )));
     }
+    files::prepare([Some(&args.out), args.json.as_ref()])?;
     let config = common.read_config()?;
     let scene = args.scene.open()?;
     let start = Instant::now();

@@ -33,7 +33,7 @@ pub(crate) struct VerifyArgs {
     /// How much of the frame is verified
     #[arg(long, value_enum, default_value_t = Level::Quick)]
     level: Level,
-    /// Build a fault into the gathering unit, which has to be found
+    /// Build a fault into the hardware, which has to be found
     #[arg(long, value_enum)]
     inject: Option<Inject>,
     /// Seed of the random stalls
@@ -74,6 +74,8 @@ enum Inject {
     Bubble,
     /// The lowest bit of port 0's weights is inverted
     Weight,
+    /// One bit of a constant of the exponential engines is inverted
+    Exp,
 }
 
 impl Engine {
@@ -102,11 +104,13 @@ impl Inject {
             Self::Bit => Injection::Bit,
             Self::Bubble => Injection::Bubble,
             Self::Weight => Injection::Weight,
+            Self::Exp => Injection::Exp,
         }
     }
 }
 
 pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
+    files::prepare([Some(&args.vcd), args.json.as_ref()])?;
     let config = common.read_config()?;
     let start = Instant::now();
     let spinner = progress::spinner("reading the work");

@@ -115,3 +115,57 @@ fn every_exponential_is_listed() {
     let said = expect(at, 2, &["cost", "--unit", "exp", "--config", "g.toml"]);
     assert!(said.contains("vu.exp.output"), "{said}");
 }
+
+/// A real scene through the Verilated units, at full size.
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn real_splats_through_the_hardware_are_the_fixed_picture() {
+    let Some(data) = common::shared() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let camera = data.join("cameras/camera_playbot_31k_800.json");
+    let camera = camera.to_str().unwrap();
+    for name in ["playbot_8k", "playbot_31k"] {
+        let scene = data.join(format!("splats/{name}.ply"));
+        let reports = ["fixed", "rtl"].map(|numerics| {
+            let (png, report) = (format!("{numerics}.png"), format!("{numerics}.json"));
+            expect(
+                at,
+                0,
+                &[
+                    "render",
+                    "--scene",
+                    scene.to_str().unwrap(),
+                    "--camera",
+                    camera,
+                    "--width",
+                    "400",
+                    "--numerics",
+                    numerics,
+                    "--out",
+                    &png,
+                    "--json",
+                    &report,
+                ],
+            );
+            (
+                std::fs::read(at.join(&png)).unwrap(),
+                json(&at.join(&report)),
+            )
+        });
+        let [(fixed, _), (rtl, report)] = reports;
+        assert!(fixed == rtl, "{name}: the pictures differ");
+        assert_eq!(
+            report["units"]["feature_vectors"],
+            report["frame"]["feature_vectors"]
+        );
+        assert_eq!(report["units"]["elements"], report["frame"]["elements"]);
+        assert!(report["psnr_db"].as_f64().unwrap() >= 80.0, "{report}");
+        assert!(
+            report["psnr_covered_db"].as_f64().unwrap() >= 78.0,
+            "{report}"
+        );
+    }
+}

@@ -49,7 +49,12 @@ fn both_built_in_scenes_agree_in_every_bit_and_cycle() {
 #[test]
 fn an_injected_fault_is_found_with_its_first_cycle() {
     let folder = tempfile::tempdir().unwrap();
-    for fault in ["bit", "bubble", "weight"] {
+    for (fault, unit) in [
+        ("bit", "gathering_unit"),
+        ("bubble", "gathering_unit"),
+        ("weight", "gathering_unit"),
+        ("exp", "vector_unit"),
+    ] {
         let said = expect(
             folder.path(),
             1,
@@ -59,7 +64,7 @@ fn an_injected_fault_is_found_with_its_first_cycle() {
             ],
         );
         assert!(
-            said.contains("MISMATCH in gathering_unit, cycle "),
+            said.contains(&format!("MISMATCH in {unit}, cycle ")),
             "{said}"
         );
         assert!(
@@ -169,9 +174,20 @@ fn an_empty_view_is_inconclusive() {
     assert!(!said.contains("no mismatch"), "{said}");
 }
 
-/// The real scenes: every gather of a 400 x 400 frame.
+/// The real scenes at 400 x 400: a share spread over the frame.
 #[test]
+fn real_splats_agree_on_a_share() {
+    real_splats("quick", 2);
+}
+
+/// The real scenes at 400 x 400: every gather and every vector operation.
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
 fn real_splats_agree_in_every_gather() {
+    real_splats("full", 1);
+}
+
+fn real_splats(level: &str, share: u64) {
     let Some(data) = common::shared() else {
         return;
     };
@@ -187,16 +203,21 @@ fn real_splats_agree_in_every_gather() {
             camera.to_str().unwrap(),
             "--width",
             "400",
+            "--level",
+            level,
             "--json",
             "r.json",
         ];
         let said = expect(folder.path(), 0, &trace);
         assert!(said.contains("no mismatch"), "{said}");
         let r = json(&folder.path().join("r.json"));
-        assert!(r["samples"].as_u64().unwrap() > samples / 2, "{r}");
-        assert!(
-            r["gathering_unit"]["samples_total"].as_u64().unwrap() > samples,
-            "{r}"
-        );
+        assert!(r["samples"].as_u64().unwrap() > samples / share, "{r}");
+        let gather = &r["gathering_unit"];
+        assert!(gather["samples_total"].as_u64().unwrap() > samples, "{r}");
+        if share == 1 {
+            assert_eq!(gather["samples"], gather["samples_total"]);
+            let vector = &r["vector_unit"];
+            assert_eq!(vector["elements"], vector["elements_total"]);
+        }
     }
 }

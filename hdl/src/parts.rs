@@ -91,7 +91,7 @@ pub fn ram(name: &str, depth: u32, width: u32, reads: u32) -> Result<Arc<Module>
         return replicated(name, depth, width, reads);
     }
     let mut m = ModuleBuilder::new(name);
-    m.doc(&format!("{depth} x {width} bit memory, 1 write and {reads} read port(s); plain array to be inferred or replaced by a macro."));
+    m.doc(&format!("{depth} x {width} bit memory, 1 write and {reads} read {}; plain array to be inferred or replaced by a macro.", if reads == 1 { "port" } else { "ports" }));
     let address = Ty::u(bits_for(depth - 1));
     let we = m.input("we", Ty::bit(), "write at the clock edge");
     let waddr = m.input("waddr", address, "");

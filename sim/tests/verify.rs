@@ -168,13 +168,22 @@ fn every_injected_fault_is_found_and_dumped() {
     let folder = tempfile::tempdir().unwrap();
     let small = config("[gu]\nbanks = 16\nports = 2\n[vu]\nlanes = 4");
     for engine in [EngineKind::Verilator, EngineKind::Interpreter] {
-        for injection in [Injection::Bit, Injection::Bubble, Injection::Weight] {
+        for injection in [
+            Injection::Bit,
+            Injection::Bubble,
+            Injection::Weight,
+            Injection::Exp,
+        ] {
             let path = folder.path().join(format!("{engine}-{injection}.vcd"));
             let faulty = Settings {
                 inject: Some(injection),
                 excerpt: Some(path.clone()),
                 gather_every: 9,
-                vector_every: 5_000,
+                vector_every: if injection.is_of_vector_unit() {
+                    100
+                } else {
+                    5_000
+                },
                 ..settings(engine)
             };
             let mut none = |_| {};
@@ -183,9 +192,15 @@ fn every_injected_fault_is_found_and_dumped() {
             let failure = verifier.failure().expect(&error);
             let m = &failure.mismatch;
             assert!(error.contains(&m.to_string()), "{error}");
-            assert_eq!(m.module, "gathering_unit");
+            if injection.is_of_vector_unit() {
+                assert_eq!(m.module, "vector_unit");
+                assert!(m.signal.starts_with("m_axis_vec_tdata"), "{m}");
+            } else {
+                assert_eq!(m.module, "gathering_unit");
+            }
             let is_data = m.signal.starts_with("m_axis_feat_tdata");
-            assert_eq!(is_data, injection != Injection::Bubble, "{m}");
+            let wants_data = matches!(injection, Injection::Bit | Injection::Weight);
+            assert_eq!(is_data, wants_data, "{m}");
             // The dump shows the cycle, and there what was found.
             let excerpt = failure.excerpt.as_ref().unwrap();
             assert_eq!(excerpt.path, path);

@@ -8,7 +8,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum TraceError {
     /// The file system refused.
-    #[error("cannot {doing} trace {path}: {source}; name a file that can be")]
+    #[error("cannot {doing} trace {path}: {source}; name a file that can be read or written")]
     File {
         /// The file.
         path: PathBuf,

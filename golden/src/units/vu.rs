@@ -209,7 +209,7 @@ mod tests {
                 assert!(
                     error
                         .to_string()
-                        .contains(&format!("{code:?} is not built"))
+                        .contains(&format!("{} is not built", code.name()))
                 );
             }
         }

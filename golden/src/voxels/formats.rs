@@ -55,7 +55,7 @@ impl Formats {
         let eight = potamoi_formats::rit::Vertices::Eight;
         if !config.supported_vertices().contains(&eight) {
             if config.gu.modes == Modes::Unstructured {
-                let expected = "\"both\" or \"structured\": voxels need entries of 8 vertices";
+                let expected = "entries of vertices: \"both\" or \"structured\"";
                 return needs("gu.modes", "unstructured".to_owned(), expected);
             }
             let counts: Vec<_> = config.gu.vertices.iter().map(|v| v.count()).collect();

@@ -333,7 +333,8 @@ fn what_cannot_be_rendered_is_refused_by_field() {
     assert!(option(&grid, |o| o.step = 1e-9).contains("step"));
     for (text, field) in [
         ("[mvoxel]\nrows = 4", "mvoxel.rows"),
-        ("[gu]\nmodes = \"unstructured\"", "gu.vertices"),
+        ("[gu]\nmodes = \"unstructured\"", "gu.modes"),
+        ("[gu]\nvertices = [4, 2]", "`gu.vertices` is [4, 2]"),
         ("[vu]\nops = [\"relu\", \"multiply\"]", "vu.ops"),
         ("[gu]\nbanks = 1\nsegments = 3", "gu.segments"),
     ] {

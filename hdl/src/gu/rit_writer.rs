@@ -187,6 +187,7 @@ impl Writer {
         let phase_after = m.mux(closes, zero_phase, next_phase);
         m.set_next_if(phase, accept, phase_after);
         let row_step = m.or(row_done, closes);
+        let row_step = m.name(row_step, "row_is_over");
         let row_steps = m.and(accept, row_step);
         let row_plus_one = plus_one(m, row);
         let zero = m.lit(0, row.ty());

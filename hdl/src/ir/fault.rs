@@ -6,7 +6,7 @@ use std::sync::Arc;
 use num_bigint::BigInt;
 use thiserror::Error;
 
-use super::node::{Binary, Node, Op};
+use super::node::{Binary, Node, Op, Ty};
 use super::{Module, check};
 
 /// One wrong register.
@@ -28,6 +28,8 @@ pub enum Change {
     Invert(u32),
     /// It wakes from reset with another value.
     Reset(BigInt),
+    /// It wakes from reset with this bit of its value inverted.
+    ResetBit(u32),
 }
 
 /// A fault that cannot be made.
@@ -121,14 +123,17 @@ impl Fault {
                 }
                 Ok(())
             }
-            Change::Invert(bit) if *bit >= ty.width => {
+            Change::Invert(bit) | Change::ResetBit(bit) if *bit >= ty.width => {
                 Err(self.error(format!("bit {bit}: expected below {}", ty.width)))
             }
-            Change::Invert(bit) => {
-                let mut mask = BigInt::from(1) << bit;
-                if ty.signed && *bit + 1 == ty.width {
-                    mask = -mask;
+            Change::ResetBit(bit) => {
+                if let Op::Reg { reset, .. } = &mut module.nodes[id].op {
+                    *reset ^= mask(ty, *bit);
                 }
+                Ok(())
+            }
+            Change::Invert(bit) => {
+                let mask = mask(ty, *bit);
                 let plain = |op| Node {
                     op,
                     ty,
@@ -150,6 +155,16 @@ impl Fault {
                 Ok(())
             }
         }
+    }
+}
+
+/// The value of one bit, which is negative for the sign.
+fn mask(ty: Ty, bit: u32) -> BigInt {
+    let value = BigInt::from(1) << bit;
+    if ty.signed && bit + 1 == ty.width {
+        -value
+    } else {
+        value
     }
 }
 
@@ -210,6 +225,8 @@ mod tests {
         assert_eq!(run(&flipped), [3, 5]);
         let reset = fault(Change::Reset(9.into())).inject(&right).unwrap();
         assert_eq!(run(&reset), [9, 5]);
+        let bit = fault(Change::ResetBit(2)).inject(&right).unwrap();
+        assert_eq!(run(&bit), [7, 5]);
         assert_eq!(run(&right), [3, 5]);
         for (module, text) in [(&flipped, " ^ "), (&reset, "held <= 8'd9")] {
             let files = verilog(module, &Header::default());
@@ -226,6 +243,7 @@ mod tests {
             assert!(error.contains(text), "{error}");
         };
         refused(&fault(Change::Invert(8)), "bit 8: expected below 8");
+        refused(&fault(Change::ResetBit(8)), "bit 8: expected below 8");
         refused(&fault(Change::Reset(128.into())), "128 is no value");
         let mut other = fault(Change::Invert(0));
         other.register = "d".to_owned();

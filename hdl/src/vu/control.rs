@@ -24,7 +24,7 @@ pub(super) fn exp_constants(config: &Config, widths: &Widths) -> Result<Arc<Modu
          fraction bits, sr_mul the shift amounts.",
         widths.engine.constant_bits
     ));
-    let rotate = m.input("rotate", Ty::bit(), &format!("moves on {r} place(s)"));
+    let rotate = m.input("rotate", Ty::bit(), &format!("moves on by {r}"));
     let mut columns: [Vec<Signal>; 3] = Default::default();
     for (i, step) in all.iter().enumerate() {
         columns[0].push(m.reg(&format!("sr_sub_{i}"), widths.remain, step.constant.clone()));

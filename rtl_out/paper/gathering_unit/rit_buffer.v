@@ -311,6 +311,7 @@ module rit_buffer (
   wire touch_half_0 = write_half_0 | release_0;
   wire write_half_1 = write_accept & write_half;
   wire touch_half_1 = write_half_1 | release_1;
+  wire row_is_over = row_done | s_axis_rit_tlast_or_row_done;
   wire goes_on = ~s_axis_rit_tlast;
   wire write_phase_0 = write_accept & (write_phase == 3'd0);
   wire write_phase_1 = write_accept & (write_phase == 3'd1);
@@ -363,7 +364,7 @@ module rit_buffer (
         write_half <= in_lower;
         write_second <= goes_on;
       end
-      if (write_accept & (row_done | s_axis_rit_tlast_or_row_done)) begin
+      if (write_accept & row_is_over) begin
         write_row <= s_axis_rit_tlast_or_row_done ? 6'd0 : (write_row + 6'd1);
       end
       if (write_accept) begin

@@ -9,7 +9,7 @@
 module exp_constants (
   input  wire        clk,     // clock, rising edge
   input  wire        rst_n,   // synchronous reset, active low
-  input  wire        rotate,  // moves on 1 place(s)
+  input  wire        rotate,  // moves on by 1
   output wire [22:0] sub0,    // constant
   output wire [4:0]  mul0,    // shift amount
   output wire        digit0   // an exponent digit

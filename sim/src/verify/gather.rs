@@ -151,7 +151,8 @@ impl Verifier<'_> {
 
     fn build_gather(&self) -> Result<GatherUnit, RtlError> {
         let engine = self.settings.engine;
-        let Some(injection) = self.settings.inject else {
+        let own = self.settings.inject.filter(|i| !i.is_of_vector_unit());
+        let Some(injection) = own else {
             return GatherUnit::on(engine, &self.config);
         };
         let right = gathering_unit(&self.config)?;

@@ -7,7 +7,7 @@ use potamoi_formats::units::GATHERING_UNIT;
 use potamoi_hdl::ir::{Change, Fault, FaultError, Module};
 use serde::{Deserialize, Serialize};
 
-/// A fault of the gathering unit's netlist.
+/// A fault of a unit's netlist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Injection {
@@ -20,13 +20,19 @@ pub enum Injection {
     /// The lowest bit of port 0's weights is inverted, so that the weights of
     /// an entry no longer sum to 1.
     Weight,
+    /// One bit of a constant of the exponential engines is inverted: of
+    /// ln(1 + 2^-1), or in the pipelined form of what the first stage keeps.
+    Exp,
 }
 
 impl Injection {
     /// The fault, for the unit of a configuration.
     #[must_use]
     pub fn fault(self, config: &Config) -> Fault {
-        let gu = &config.gu;
+        let (gu, exp) = (&config.gu, &config.vu.exp);
+        // High enough to be seen after rounding.
+        let high = exp.engine().constant_bits.saturating_sub(3);
+        let first_factor = format!("sr_sub_{}", exp.engine().digits);
         let (module, register, change) = match self {
             Self::Bit if gu.modes == Modes::Unstructured => ("reducer", "held", Change::Invert(0)),
             Self::Bit => ("reducer", "acc", Change::Invert(gu.weight_bits)),
@@ -35,6 +41,12 @@ impl Injection {
                 let taken = gu.fifo_depth.saturating_sub(1);
                 (GATHERING_UNIT, "in_flight", Change::Reset(taken.into()))
             }
+            Self::Exp if exp.pipelined => ("vector_lane", "s_remain_0", Change::Invert(high)),
+            Self::Exp => (
+                "exp_constants",
+                first_factor.as_str(),
+                Change::ResetBit(high),
+            ),
         };
         Fault {
             module: module.to_owned(),
@@ -43,7 +55,13 @@ impl Injection {
         }
     }
 
-    /// The faulty gathering unit.
+    /// Whether the fault is the vector unit's; else it is the gathering unit's.
+    #[must_use]
+    pub const fn is_of_vector_unit(self) -> bool {
+        matches!(self, Self::Exp)
+    }
+
+    /// The faulty unit.
     ///
     /// # Errors
     /// A unit without what the fault is to hit.
@@ -58,6 +76,7 @@ impl std::fmt::Display for Injection {
             Self::Bit => "bit",
             Self::Bubble => "bubble",
             Self::Weight => "weight",
+            Self::Exp => "exp",
         })
     }
 }

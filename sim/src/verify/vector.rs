@@ -1,6 +1,7 @@
 //! The vector unit's share of a verification.
 
 use potamoi_formats::units::{VECTOR_UNIT, VectorOp};
+use potamoi_hdl::vu::vector_unit;
 
 use super::Verifier;
 use crate::cycles::vector_cycles;
@@ -48,7 +49,7 @@ impl Verifier<'_> {
     fn vector_run(&mut self, batches: &[VectorBatch<'_>], results: &[i32]) -> Result<(), RtlError> {
         let unit = match self.vector_unit.take() {
             Some(unit) => unit,
-            None => VectorUnit::on(self.settings.engine, &self.config)?,
+            None => self.build_vector()?,
         };
         let work: Vec<_> = batches
             .iter()
@@ -111,5 +112,13 @@ impl Verifier<'_> {
         }
         self.vector_unit = Some(unit);
         Ok(())
+    }
+
+    fn build_vector(&self) -> Result<VectorUnit, RtlError> {
+        let mut module = vector_unit(&self.config)?;
+        if let Some(injection) = self.settings.inject.filter(|i| i.is_of_vector_unit()) {
+            module = injection.apply(&self.config, &module)?;
+        }
+        VectorUnit::of_module(self.settings.engine, &self.config, &module)
     }
 }

@@ -215,9 +215,15 @@ fn rays_stop_by_the_exact_product() {
     };
     let code = (200..4000).find(tells).unwrap();
     let density = code as f32 / 32768.0;
-    let grid = Grid::bake([2, 2, 2000], DVec3::ZERO, 1.0, Layout::Constant, |_, out| {
-        out.copy_from_slice(&[density, 0.9, 0.5, 0.1]);
-    })
+    let grid = Grid::bake(
+        [2, 2, 2000],
+        DVec3::ZERO,
+        1.0,
+        Layout::Constant,
+        |_, out| {
+            out.copy_from_slice(&[density, 0.9, 0.5, 0.1]);
+        },
+    )
     .unwrap();
     let options = FixedOptions {
         step: 1.0,
