@@ -9,6 +9,7 @@ pub mod files;
 pub mod picture;
 pub mod scene;
 pub mod splats;
+pub mod torch;
 pub mod trace;
 pub mod units;
 pub mod voxels;

@@ -1,0 +1,341 @@
+//! Checkpoints of PyTorch: a ZIP archive with a pickle that describes tensors
+//! and one member for the numbers of each.
+//!
+//! Read as data: no code of the file is run, and classes other than tensors,
+//! arrays and dictionaries are refused by name. A reader of our own, since the
+//! maintained one that was tried copies shared objects, so that a file of a
+//! few hundred bytes can ask for any amount of memory.
+
+mod pickle;
+
+use std::fs::File;
+use std::io::{BufReader, Read as _};
+use std::path::{Path, PathBuf};
+
+use half::{bf16, f16};
+use thiserror::Error;
+use zip::{CompressionMethod, ZipArchive};
+
+use pickle::{Arena, Kind, Value};
+
+/// The largest description, in bytes.
+const PICKLE_LIMIT: u64 = 1 << 24;
+/// The most numbers of a tensor.
+const MAX_NUMBERS: usize = 1 << 30;
+
+/// A checkpoint that cannot be used.
+#[derive(Debug, Error)]
+pub enum TorchError {
+    /// The file system refused.
+    #[error("cannot read checkpoint {path}: {source}; name a readable file")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// No checkpoint, or one that says something that is not read.
+    #[error(
+        "checkpoint {path}: {problem}; expected what torch.save of PyTorch 1.6 or later writes"
+    )]
+    Container {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+    /// Something of it is missing or of another kind.
+    #[error("checkpoint {path}: `{field}` is {found}; expected {expected}")]
+    Field {
+        /// The file.
+        path: PathBuf,
+        /// Path of the field, keys joined by `/`.
+        field: String,
+        /// What is there.
+        found: String,
+        /// What would be right.
+        expected: String,
+    },
+}
+
+/// Numbers with a shape, the last axis fastest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tensor {
+    /// Length of each axis.
+    pub shape: Vec<usize>,
+    /// All numbers.
+    pub values: Vec<f32>,
+}
+
+/// An open checkpoint.
+#[derive(Debug)]
+pub struct Checkpoint {
+    path: PathBuf,
+    archive: ZipArchive<BufReader<File>>,
+    /// Folder of all members.
+    prefix: String,
+    arena: Arena,
+    root: Value,
+}
+
+impl Checkpoint {
+    /// Opens a file and reads its description; no tensor yet.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no checkpoint.
+    pub fn open(path: &Path) -> Result<Self, TorchError> {
+        let fail = |source| TorchError::Read {
+            path: path.to_owned(),
+            source,
+        };
+        let wrong = |problem: String| TorchError::Container {
+            path: path.to_owned(),
+            problem,
+        };
+        let file = File::open(path).map_err(fail)?;
+        if !file.metadata().map_err(fail)?.is_file() {
+            return Err(fail(std::io::Error::other("not a regular file")));
+        }
+        let archive = ZipArchive::new(BufReader::new(file));
+        let mut archive = archive.map_err(|e| wrong(format!("no ZIP archive ({e})")))?;
+        let described = archive
+            .file_names()
+            .find_map(|n| n.strip_suffix("data.pkl"));
+        let prefix = described.ok_or_else(|| wrong("it has no data.pkl".to_owned()))?;
+        let prefix = prefix.to_owned();
+        let text = member(&mut archive, &format!("{prefix}data.pkl"), PICKLE_LIMIT);
+        let (arena, root) = pickle::read(&text.map_err(wrong)?).map_err(wrong)?;
+        let order = format!("{prefix}byteorder");
+        if archive.index_for_name(&order).is_some() {
+            let order = member(&mut archive, &order, 16).map_err(wrong)?;
+            if order != b"little" {
+                let order = String::from_utf8_lossy(&order).into_owned();
+                return Err(wrong(format!("numbers in byte order `{order}`")));
+            }
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            archive,
+            prefix,
+            arena,
+            root,
+        })
+    }
+
+    /// Whether there is something under these keys, one a level.
+    #[must_use]
+    pub fn has(&self, keys: &[&str]) -> bool {
+        self.find(keys).is_some()
+    }
+
+    /// The tensor or array under these keys.
+    ///
+    /// # Errors
+    /// There is none, or its numbers are missing or too many.
+    pub fn tensor(&mut self, keys: &[&str]) -> Result<Tensor, TorchError> {
+        match self.find(keys) {
+            Some(Value::Tensor(at)) => self.view(keys, at),
+            Some(Value::Array(at)) => self.array(keys, at),
+            other => Err(self.field(keys, kind(other), "a tensor")),
+        }
+    }
+
+    /// The tensor under these keys, if it has this shape.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::tensor`], or another shape.
+    pub fn tensor_of(&mut self, keys: &[&str], shape: &[usize]) -> Result<Tensor, TorchError> {
+        let tensor = self.tensor(keys)?;
+        if tensor.shape == shape {
+            return Ok(tensor);
+        }
+        let found = format!("of shape {:?}", tensor.shape);
+        Err(self.field(keys, found, &format!("a tensor of shape {shape:?}")))
+    }
+
+    /// The number under these keys: an integer, a float, or a tensor of one.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn number(&mut self, keys: &[&str]) -> Result<f64, TorchError> {
+        match self.find(keys) {
+            Some(Value::Int(value)) => Ok(value as f64),
+            Some(Value::Float(value)) => Ok(value),
+            Some(Value::Tensor(_) | Value::Array(_)) => {
+                let tensor = self.tensor(keys)?;
+                match tensor.values[..] {
+                    [value] => Ok(value.into()),
+                    _ => {
+                        let found = format!("of shape {:?}", tensor.shape);
+                        Err(self.field(keys, found, "one number"))
+                    }
+                }
+            }
+            other => Err(self.field(keys, kind(other), "a number")),
+        }
+    }
+
+    /// The numbers of a list under these keys.
+    ///
+    /// # Errors
+    /// There is none, or it holds something else.
+    pub fn numbers(&self, keys: &[&str]) -> Result<Vec<f64>, TorchError> {
+        let Some(Value::List(at) | Value::Tuple(at)) = self.find(keys) else {
+            return Err(self.field(keys, kind(self.find(keys)), "a list of numbers"));
+        };
+        let number = |value: &Value| match value {
+            Value::Int(v) => Ok(*v as f64),
+            Value::Float(v) => Ok(*v),
+            other => Err(self.field(keys, other.kind().to_owned(), "numbers alone")),
+        };
+        self.arena.lists[at].iter().map(number).collect()
+    }
+
+    /// An error about the field under these keys.
+    #[must_use]
+    pub fn field(&self, keys: &[&str], found: String, expected: &str) -> TorchError {
+        TorchError::Field {
+            path: self.path.clone(),
+            field: keys.join("/"),
+            found,
+            expected: expected.to_owned(),
+        }
+    }
+
+    fn find(&self, keys: &[&str]) -> Option<Value> {
+        keys.iter().try_fold(self.root, |at, key| {
+            let Value::Dict(dict) = at else { return None };
+            // The last one given stands, as in Python.
+            let mut pairs = self.arena.dicts[dict].iter().rev();
+            pairs.find_map(|(k, v)| {
+                let here = matches!(k, Value::Text(t) if self.arena.texts[*t] == *key);
+                here.then_some(*v)
+            })
+        })
+    }
+
+    fn view(&mut self, keys: &[&str], at: usize) -> Result<Tensor, TorchError> {
+        let view = self.arena.tensors[at].clone();
+        let storage = self.arena.storages[view.storage].clone();
+        let count = self.count(keys, &view.shape)?;
+        // The last number that is reached.
+        let reach = view
+            .shape
+            .iter()
+            .zip(&view.strides)
+            .try_fold(view.offset, |sum, (length, stride)| {
+                sum.checked_add(length.saturating_sub(1).checked_mul(*stride)?)
+            });
+        let fits = count == 0 || reach.is_some_and(|reach| reach < storage.count);
+        // A view that repeats its numbers could be of any size.
+        if !fits || storage.count > MAX_NUMBERS || count > storage.count {
+            let found = format!(
+                "a view of {} stored numbers that leaves them",
+                storage.count
+            );
+            return Err(self.field(keys, found, "a view within its numbers"));
+        }
+        let name = format!("{}data/{}", self.prefix, self.arena.texts[storage.key]);
+        let most = (storage.count * storage.kind.bytes()) as u64;
+        let bytes =
+            member(&mut self.archive, &name, most).map_err(|problem| TorchError::Container {
+                path: self.path.clone(),
+                problem,
+            })?;
+        if (bytes.len() as u64) < most {
+            let found = format!("{} bytes in {name}", bytes.len());
+            return Err(self.field(keys, found, &format!("{most} bytes")));
+        }
+        let mut values = Vec::with_capacity(count);
+        let mut index = vec![0usize; view.shape.len()];
+        for _ in 0..count {
+            let steps = index.iter().zip(&view.strides).map(|(i, s)| i * s);
+            let at = view.offset + steps.sum::<usize>();
+            values.push(number(storage.kind, &bytes, at));
+            for axis in (0..index.len()).rev() {
+                index[axis] += 1;
+                if index[axis] < view.shape[axis] {
+                    break;
+                }
+                index[axis] = 0;
+            }
+        }
+        let shape = view.shape;
+        Ok(Tensor { shape, values })
+    }
+
+    fn array(&self, keys: &[&str], at: usize) -> Result<Tensor, TorchError> {
+        let array = &self.arena.arrays[at];
+        let count = self.count(keys, &array.shape)?;
+        let bytes = array.bytes.map(|b| &self.arena.bytes[b]);
+        let (Some(kind), Some(bytes)) = (array.kind, bytes) else {
+            let found = "an array of objects".to_owned();
+            return Err(self.field(keys, found, "an array of numbers"));
+        };
+        if bytes.len() < count * kind.bytes() {
+            let found = format!("{count} numbers in {} bytes", bytes.len());
+            return Err(self.field(keys, found, "all of its numbers"));
+        }
+        Ok(Tensor {
+            shape: array.shape.clone(),
+            values: (0..count).map(|at| number(kind, bytes, at)).collect(),
+        })
+    }
+
+    fn count(&self, keys: &[&str], shape: &[usize]) -> Result<usize, TorchError> {
+        let count = shape
+            .iter()
+            .try_fold(1usize, |n, side| n.checked_mul(*side));
+        count.filter(|n| *n <= MAX_NUMBERS).ok_or_else(|| {
+            let expected = format!("at most {MAX_NUMBERS} numbers");
+            self.field(keys, format!("of shape {shape:?}"), &expected)
+        })
+    }
+}
+
+fn kind(value: Option<Value>) -> String {
+    value.map_or("missing", Value::kind).to_owned()
+}
+
+/// Number `at` of little-endian ones; the caller has seen that it is there.
+fn number(kind: Kind, bytes: &[u8], at: usize) -> f32 {
+    let own = &bytes[at * kind.bytes()..][..kind.bytes()];
+    let mut wide = [0; 8];
+    wide[..own.len()].copy_from_slice(own);
+    let word = u64::from_le_bytes(wide);
+    match kind {
+        Kind::F16 => f16::from_bits(word as u16).to_f32(),
+        Kind::BF16 => bf16::from_bits(word as u16).to_f32(),
+        Kind::F32 => f32::from_bits(word as u32),
+        Kind::F64 => f64::from_bits(word) as f32,
+        Kind::I16 => f32::from(word as u16 as i16),
+        Kind::I32 => word as u32 as i32 as f32,
+        Kind::I64 => word as i64 as f32,
+        Kind::U8 => f32::from(word as u8),
+        Kind::Bool => f32::from(u8::from(word != 0)),
+    }
+}
+
+/// A member of at most `most` bytes; more are not read.
+fn member(
+    archive: &mut ZipArchive<BufReader<File>>,
+    name: &str,
+    most: u64,
+) -> Result<Vec<u8>, String> {
+    let file = archive.by_name(name);
+    let file = file.map_err(|e| format!("member {name}: {e}"))?;
+    // Few packed bytes could be any number of plain ones.
+    if file.compression() != CompressionMethod::Stored {
+        return Err(format!(
+            "member {name} is packed: PyTorch stores plain bytes"
+        ));
+    }
+    let mut bytes = vec![];
+    file.take(most)
+        .read_to_end(&mut bytes)
+        .map_err(|e| format!("member {name}: {e}"))?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests;
