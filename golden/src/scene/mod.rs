@@ -10,6 +10,7 @@ mod orbit;
 mod render;
 #[cfg(test)]
 mod tests;
+pub mod transforms;
 
 pub use error::SceneError;
 pub use open::BUILTIN;

@@ -175,6 +175,15 @@ impl Checkpoint {
         }
     }
 
+    /// The text under these keys, if there is one.
+    #[must_use]
+    pub fn text(&self, keys: &[&str]) -> Option<&str> {
+        match self.find(keys) {
+            Some(Value::Text(at)) => Some(&self.arena.texts[at]),
+            _ => None,
+        }
+    }
+
     /// The numbers of a list under these keys.
     ///
     /// # Errors

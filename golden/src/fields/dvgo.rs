@@ -1,0 +1,267 @@
+//! DirectVoxGO (Sun, Sun, Chen, CVPR 2022): a dense grid of densities, one of
+//! twelve features, and a small perceptron that turns features and viewing
+//! direction into colour.
+//!
+//! Densities are interpolated before their activation, `alpha = 1 - (1 +
+//! exp(d + shift))^-interval`, which is `1 - exp(-interval softplus(d +
+//! shift))`: softplus, a product, and `one-minus-exp`.
+
+use std::path::Path;
+
+use glam::{DVec3, dvec3};
+
+use super::{Field, FieldError, Layer, Mlp, Sampling, Table};
+use crate::torch::{Checkpoint, Tensor};
+
+/// Rounds of sines and cosines of the direction, by the factor 2.
+const MAX_FREQUENCIES: usize = 16;
+/// Samples and weights below are left out, unless a file says otherwise.
+const LEAST: f64 = 1e-4;
+/// A ray ends where less than this is left.
+const STOP: f64 = 1e-3;
+
+/// A DirectVoxGO model of its fine stage.
+#[derive(Debug, Clone)]
+pub struct Dvgo {
+    /// Channel 0 is the density, the features follow.
+    tables: [Table; 1],
+    bounds: [DVec3; 2],
+    /// Where something may be, at the vertices of its own grid.
+    mask: Option<Mask>,
+    shift: f64,
+    interval: f64,
+    step: f64,
+    least: f64,
+    /// Factors of the direction whose sines and cosines are inputs.
+    frequencies: Vec<f64>,
+    mlp: Mlp,
+}
+
+#[derive(Debug, Clone)]
+struct Mask {
+    points: [usize; 3],
+    /// x fastest.
+    filled: Vec<bool>,
+    scale: DVec3,
+    shift: DVec3,
+}
+
+impl Dvgo {
+    /// Loads `fine_last.tar` of that code base's own layout. `step` is the
+    /// distance of samples in voxels, 0.5 as it was trained.
+    ///
+    /// # Errors
+    /// No such checkpoint, a part that is missing or does not fit, or a variant
+    /// that is not read (compressed grids, an implicit colour network).
+    pub fn load(path: &Path, step: f64) -> Result<Self, FieldError> {
+        let mut file = Checkpoint::open(path)?;
+        let state = |name| ["model_state_dict", name];
+        for (name, wanted) in [("density_type", "DenseGrid"), ("k0_type", "DenseGrid")] {
+            let keys = ["model_kwargs", name];
+            if let Some(found) = file.text(&keys).filter(|found| *found != wanted) {
+                let found = found.to_owned();
+                return Err(file.field(&keys, found, wanted).into());
+            }
+        }
+        let density = file.tensor(&state("density.grid"))?;
+        let [1, 1, x, y, z] = density.shape[..] else {
+            let found = format!("of shape {:?}", density.shape);
+            let expected = "a tensor of shape [1, 1, X, Y, Z]";
+            return Err(file.field(&state("density.grid"), found, expected).into());
+        };
+        let points = [x, y, z];
+        let features = file.tensor(&state("k0.grid"))?;
+        let count = match features.shape[..] {
+            [1, c, fx, fy, fz] if [fx, fy, fz] == points && c > 0 => c,
+            _ => {
+                let found = format!("of shape {:?}", features.shape);
+                let expected = format!("[1, C, {x}, {y}, {z}], as density.grid has");
+                return Err(file.field(&state("k0.grid"), found, &expected).into());
+            }
+        };
+        let corner = |file: &mut Checkpoint, name| -> Result<DVec3, FieldError> {
+            let values = file.tensor_of(&state(name), &[3])?.values;
+            Ok(dvec3(values[0].into(), values[1].into(), values[2].into()))
+        };
+        let bounds = [corner(&mut file, "xyz_min")?, corner(&mut file, "xyz_max")?];
+        if !(bounds[1] - bounds[0]).cmpgt(DVec3::splat(1e-6)).all() {
+            let found = bounds[1].to_string();
+            let expected = format!("above xyz_min, {}", bounds[0]);
+            return Err(file.field(&state("xyz_max"), found, &expected).into());
+        }
+        let size = bounds[1] - bounds[0];
+        let voxels = file.number(&["model_kwargs", "num_voxels"])?;
+        let voxel = (size.element_product() / voxels).cbrt();
+        let ratio = file.number(&["model_kwargs", "voxel_size_ratio"])?;
+        let mlp = perceptron(&mut file)?;
+        let frequencies: Vec<f64> = match file.tensor(&state("viewfreq"))?.values {
+            list if list.len() <= MAX_FREQUENCIES => list.iter().map(|v| f64::from(*v)).collect(),
+            list => {
+                let found = format!("{} frequencies", list.len());
+                return Err(file.field(&state("viewfreq"), found, "at most 16").into());
+            }
+        };
+        let inputs = count + 3 + 6 * frequencies.len();
+        if mlp.inputs() != inputs || mlp.outputs() != 3 {
+            let found = format!("{} inputs and {} outputs", mlp.inputs(), mlp.outputs());
+            let expected =
+                format!("{inputs} inputs ({count} features and the direction), 3 outputs");
+            return Err(file.field(&state("rgbnet"), found, &expected).into());
+        }
+        let least = if file.has(&["model_kwargs", "fast_color_thres"]) {
+            file.number(&["model_kwargs", "fast_color_thres"])?
+        } else {
+            LEAST
+        };
+        let mask = mask(&mut file)?;
+        Ok(Self {
+            tables: [Table::new(
+                points,
+                1 + count,
+                interleave(points, &density, &features),
+            )?],
+            bounds,
+            mask,
+            shift: file.number(&state("act_shift"))?,
+            interval: step * ratio,
+            step: step * voxel,
+            least,
+            frequencies,
+            mlp,
+        })
+    }
+}
+
+/// Layers `rgbnet.0`, `rgbnet.2.0`, ..., `rgbnet.N`, as that code base nests
+/// them.
+fn perceptron(file: &mut Checkpoint) -> Result<Mlp, FieldError> {
+    let mut layers = vec![];
+    for i in 0..16 {
+        for name in [format!("rgbnet.{i}"), format!("rgbnet.{i}.0")] {
+            let weight = format!("{name}.weight");
+            if !file.has(&["model_state_dict", &weight]) {
+                continue;
+            }
+            let tensor = file.tensor(&["model_state_dict", &weight])?;
+            let [outputs, inputs] = tensor.shape[..] else {
+                let found = format!("of shape {:?}", tensor.shape);
+                let keys = ["model_state_dict", weight.as_str()];
+                return Err(file.field(&keys, found, "[outputs, inputs]").into());
+            };
+            let bias = format!("{name}.bias");
+            let bias = file.tensor_of(&["model_state_dict", &bias], &[outputs])?;
+            layers.push(Layer::new(inputs, tensor.values, bias.values)?);
+        }
+    }
+    Mlp::new(layers)
+}
+
+fn mask(file: &mut Checkpoint) -> Result<Option<Mask>, FieldError> {
+    let state = |name| ["model_state_dict", name];
+    if !file.has(&state("mask_cache.mask")) {
+        return Ok(None);
+    }
+    let tensor = file.tensor(&state("mask_cache.mask"))?;
+    let [x, y, z] = tensor.shape[..] else {
+        let found = format!("of shape {:?}", tensor.shape);
+        return Err(file
+            .field(&state("mask_cache.mask"), found, "[X, Y, Z]")
+            .into());
+    };
+    let mut three = |name| -> Result<DVec3, FieldError> {
+        let v = file.tensor_of(&state(name), &[3])?.values;
+        Ok(dvec3(v[0].into(), v[1].into(), v[2].into()))
+    };
+    Ok(Some(Mask {
+        points: [x, y, z],
+        scale: three("mask_cache.xyz2ijk_scale")?,
+        shift: three("mask_cache.xyz2ijk_shift")?,
+        filled: transposed([x, y, z], &tensor.values)
+            .map(|v| v != 0.0)
+            .collect(),
+    }))
+}
+
+/// Values that are stored z fastest, x fastest.
+fn transposed(points: [usize; 3], values: &[f32]) -> impl Iterator<Item = f32> {
+    let [x, y, z] = points;
+    (0..x * y * z).map(move |i| {
+        let (ix, iy, iz) = (i % x, i / x % y, i / (x * y));
+        values[(ix * y + iy) * z + iz]
+    })
+}
+
+fn interleave(points: [usize; 3], density: &Tensor, features: &Tensor) -> Vec<f32> {
+    let vertices = points.iter().product::<usize>();
+    let count = features.values.len() / vertices;
+    let mut all = vec![0.0; vertices * (1 + count)];
+    let grids = std::iter::once(&density.values[..]).chain(features.values.chunks_exact(vertices));
+    for (channel, grid) in grids.enumerate() {
+        for (vertex, value) in transposed(points, grid).enumerate() {
+            all[vertex * (1 + count) + channel] = value;
+        }
+    }
+    all
+}
+
+/// `ln(1 + e^x)` without overflow or cancellation.
+fn softplus(x: f64) -> f64 {
+    x.max(0.0) + (-x.abs()).exp().ln_1p()
+}
+
+impl Field for Dvgo {
+    fn tables(&self) -> &[Table] {
+        &self.tables
+    }
+
+    fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
+        if let Some(mask) = &self.mask {
+            let near = (at * mask.scale + mask.shift).round();
+            let inside =
+                |axis: usize| near[axis] >= 0.0 && near[axis] <= (mask.points[axis] - 1) as f64;
+            if !(0..3).all(inside) {
+                return false;
+            }
+            let [x, y, z] = near.to_array().map(|v| v as usize);
+            if !mask.filled[x + mask.points[0] * (y + mask.points[1] * z)] {
+                return false;
+            }
+        }
+        let last = DVec3::from(self.tables[0].points().map(|p| (p - 1) as f64));
+        places[0] = (at - self.bounds[0]) / (self.bounds[1] - self.bounds[0]) * last;
+        true
+    }
+
+    fn depth(&self, features: &[f64]) -> f64 {
+        self.interval * softplus(features[0] + self.shift)
+    }
+
+    fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
+        scratch.clear();
+        scratch.extend_from_slice(&features[1..]);
+        let d = direction.to_array();
+        scratch.extend(d);
+        for wave in [f64::sin, f64::cos] {
+            for part in d {
+                scratch.extend(self.frequencies.iter().map(|f| wave(part * f)));
+            }
+        }
+        self.mlp.run(scratch);
+        let sigmoid = |x: f64| 1.0 / (1.0 + (-x).exp());
+        dvec3(
+            sigmoid(scratch[0]),
+            sigmoid(scratch[1]),
+            sigmoid(scratch[2]),
+        )
+    }
+
+    fn sampling(&self) -> Sampling {
+        Sampling {
+            bounds: self.bounds,
+            step: self.step,
+            range: [2.0, 6.0],
+            least: self.least,
+            stop: STOP,
+        }
+    }
+}

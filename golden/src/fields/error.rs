@@ -1,0 +1,23 @@
+//! What can be wrong with a field.
+
+use thiserror::Error;
+
+use crate::torch::TorchError;
+
+/// A field that cannot be loaded or rendered.
+#[derive(Debug, Error)]
+pub enum FieldError {
+    /// A checkpoint cannot be used.
+    #[error(transparent)]
+    Checkpoint(#[from] TorchError),
+    /// A part of a field does not fit the others.
+    #[error("field: `{part}` is {found}; expected {expected}")]
+    Part {
+        /// The part.
+        part: &'static str,
+        /// What is there.
+        found: String,
+        /// What would be right.
+        expected: String,
+    },
+}

@@ -1,0 +1,193 @@
+//! Pixel-centric rendering in 64-bit floating point: all samples of a ray, one
+//! ray after another.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Field, FieldError, Sampling};
+use crate::camera::Camera;
+use crate::picture::Picture;
+
+/// The most pixels of a picture.
+const MAX_PIXELS: u64 = 1 << 26;
+/// The most samples of a ray.
+const MAX_SAMPLES: f64 = 1e6;
+
+/// A rendered frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldFrame {
+    /// The picture, background included.
+    pub picture: Picture,
+    /// What is left of each ray behind the field.
+    pub transmittance: Vec<f64>,
+    /// Samples within the bounds, up to where rays stop.
+    pub samples: u64,
+    /// Samples that were gathered: where the field is not known to be empty.
+    pub gathered: u64,
+    /// Samples whose colour was computed.
+    pub coloured: u64,
+}
+
+/// What a worker keeps from pixel to pixel.
+struct Worker {
+    places: Vec<DVec3>,
+    /// Of each seen sample of the ray, its features and its weight.
+    features: Vec<f64>,
+    weights: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+/// A pixel, and what it took.
+#[derive(Clone, Copy)]
+struct Pixel {
+    colour: DVec3,
+    left: f64,
+    samples: u64,
+    gathered: u64,
+    coloured: u64,
+}
+
+/// Renders a field over a background of linear RGB.
+///
+/// # Errors
+/// A camera without pixels, or a sampling that would not end.
+pub fn render_float(
+    field: &dyn Field,
+    camera: &Camera,
+    background: [f32; 3],
+) -> Result<FieldFrame, FieldError> {
+    let sampling = field.sampling();
+    check(camera, &sampling)?;
+    let (width, height) = (camera.width, camera.height);
+    let pixels: Vec<Pixel> = (0..width * height)
+        .into_par_iter()
+        .map_init(
+            || Worker {
+                places: vec![DVec3::ZERO; field.tables().len()],
+                features: vec![],
+                weights: vec![],
+                scratch: vec![],
+            },
+            |worker, i| march(field, &sampling, camera, [i % width, i / width], worker),
+        )
+        .collect();
+    let behind = DVec3::from(background.map(f64::from));
+    let mut picture = Picture::filled(width, height, [0.0; 3]);
+    for (to, pixel) in picture.rgb.iter_mut().zip(&pixels) {
+        let colour = pixel.colour + pixel.left * behind;
+        *to = colour.to_array().map(|v| v as f32);
+    }
+    Ok(FieldFrame {
+        picture,
+        transmittance: pixels.iter().map(|p| p.left).collect(),
+        samples: pixels.iter().map(|p| p.samples).sum(),
+        gathered: pixels.iter().map(|p| p.gathered).sum(),
+        coloured: pixels.iter().map(|p| p.coloured).sum(),
+    })
+}
+
+fn check(camera: &Camera, sampling: &Sampling) -> Result<(), FieldError> {
+    let refuse = |part, found: String, expected: &str| {
+        Err(FieldError::Part {
+            part,
+            found,
+            expected: expected.to_owned(),
+        })
+    };
+    let pixels = u64::from(camera.width) * u64::from(camera.height);
+    if pixels == 0 || pixels > MAX_PIXELS {
+        let found = format!("{} x {}", camera.width, camera.height);
+        return refuse("camera size", found, "1 to 67108864 pixels");
+    }
+    let [low, high] = sampling.bounds;
+    let size = (high - low).length();
+    if !(size.is_finite() && sampling.step > 0.0 && size / sampling.step < MAX_SAMPLES) {
+        let found = format!("steps of {} through {size}", sampling.step);
+        return refuse("sampling", found, "at most a million samples a ray");
+    }
+    Ok(())
+}
+
+/// Where a ray enters and leaves the bounds, within the range.
+fn crossing(sampling: &Sampling, origin: DVec3, direction: DVec3, slant: f64) -> [f64; 2] {
+    let [mut near, mut far] = sampling.range.map(|depth| depth * slant);
+    for axis in 0..3 {
+        let (o, d) = (origin[axis], direction[axis]);
+        let (low, high) = (sampling.bounds[0][axis], sampling.bounds[1][axis]);
+        if d == 0.0 {
+            // Parallel to these faces: inside all along, or never.
+            if !(low..=high).contains(&o) {
+                far = f64::NEG_INFINITY;
+            }
+            continue;
+        }
+        let (a, b) = ((low - o) / d, (high - o) / d);
+        near = near.max(a.min(b));
+        far = far.min(a.max(b));
+    }
+    [near, far]
+}
+
+fn march(
+    field: &dyn Field,
+    sampling: &Sampling,
+    camera: &Camera,
+    [x, y]: [u32; 2],
+    worker: &mut Worker,
+) -> Pixel {
+    let (origin, direction) = camera.ray(x, y);
+    let axis = camera.world_to_camera.matrix3.row(2);
+    // A step along the ray over one along the camera's axis.
+    let slant = 1.0 / axis.dot(direction);
+    let [near, far] = crossing(sampling, origin, direction, slant);
+    let mut pixel = Pixel {
+        colour: DVec3::ZERO,
+        left: 1.0,
+        samples: 0,
+        gathered: 0,
+        coloured: 0,
+    };
+    let channels = field.channels();
+    worker.features.clear();
+    worker.weights.clear();
+    let mut number = 0.0;
+    loop {
+        let t = near + sampling.step * number;
+        if !(t <= far) {
+            break;
+        }
+        number += 1.0;
+        pixel.samples += 1;
+        if !field.index(origin + direction * t, &mut worker.places) {
+            continue;
+        }
+        pixel.gathered += 1;
+        let from = worker.features.len();
+        worker.features.resize(from + channels, 0.0);
+        let mut rest = &mut worker.features[from..];
+        for (table, place) in field.tables().iter().zip(&worker.places) {
+            let (own, other) = rest.split_at_mut(table.channels());
+            table.gather(*place, own);
+            rest = other;
+        }
+        let alpha = -(-field.depth(&worker.features[from..])).exp_m1();
+        let weight = alpha * pixel.left;
+        if alpha > sampling.least {
+            pixel.left *= 1.0 - alpha;
+        }
+        if alpha > sampling.least && weight > sampling.least {
+            worker.weights.push(weight);
+        } else {
+            worker.features.truncate(from);
+        }
+        if pixel.left < sampling.stop {
+            break;
+        }
+    }
+    pixel.coloured = worker.weights.len() as u64;
+    let samples = worker.features.chunks_exact(channels.max(1));
+    for (features, weight) in samples.zip(&worker.weights) {
+        pixel.colour += *weight * field.colour(features, direction, &mut worker.scratch);
+    }
+    pixel
+}

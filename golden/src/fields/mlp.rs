@@ -1,0 +1,170 @@
+//! Multilayer perceptrons: fully connected layers with ReLU between them.
+
+use super::FieldError;
+
+/// The most inputs or outputs of a layer.
+const MAX_WIDTH: usize = 1 << 12;
+
+/// One layer: `y = W x + b`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer {
+    inputs: usize,
+    /// Row by row, a row an output.
+    weights: Vec<f32>,
+    bias: Vec<f32>,
+}
+
+impl Layer {
+    /// A layer of `weights`, a row of `inputs` for each of the outputs, and a
+    /// bias an output.
+    ///
+    /// # Errors
+    /// Sizes that do not fit or are out of range, or a number that is not
+    /// finite.
+    pub fn new(inputs: usize, weights: Vec<f32>, bias: Vec<f32>) -> Result<Self, FieldError> {
+        let refuse = |found: String, expected: &str| {
+            Err(FieldError::Part {
+                part: "layer",
+                found,
+                expected: expected.to_owned(),
+            })
+        };
+        let sizes = 1..=MAX_WIDTH;
+        if !sizes.contains(&inputs) || !sizes.contains(&bias.len()) {
+            let found = format!("{inputs} inputs, {} outputs", bias.len());
+            return refuse(found, "1 to 4096 of each");
+        }
+        if weights.len() != inputs * bias.len() {
+            let found = format!("{} weights", weights.len());
+            return refuse(found, "one an input and output");
+        }
+        if !weights.iter().chain(&bias).all(|v| v.is_finite()) {
+            return refuse("not finite".to_owned(), "finite weights and biases");
+        }
+        Ok(Self {
+            inputs,
+            weights,
+            bias,
+        })
+    }
+
+    /// Inputs.
+    #[must_use]
+    pub const fn inputs(&self) -> usize {
+        self.inputs
+    }
+
+    /// Outputs.
+    #[must_use]
+    pub fn outputs(&self) -> usize {
+        self.bias.len()
+    }
+
+    /// Weights, a row of inputs for each output.
+    #[must_use]
+    pub fn weights(&self) -> &[f32] {
+        &self.weights
+    }
+
+    /// One an output.
+    #[must_use]
+    pub fn bias(&self) -> &[f32] {
+        &self.bias
+    }
+}
+
+/// Layers after one another, ReLU between them, none behind the last.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mlp {
+    layers: Vec<Layer>,
+    widest: usize,
+}
+
+impl Mlp {
+    /// A perceptron of at least one layer.
+    ///
+    /// # Errors
+    /// No layer, or one whose inputs are not the outputs of the one before.
+    pub fn new(layers: Vec<Layer>) -> Result<Self, FieldError> {
+        let fits = layers.windows(2).all(|l| l[0].outputs() == l[1].inputs());
+        if layers.is_empty() || !fits {
+            let sizes: Vec<_> = layers.iter().map(|l| [l.inputs(), l.outputs()]).collect();
+            return Err(FieldError::Part {
+                part: "mlp",
+                found: format!("layers of {sizes:?} inputs and outputs"),
+                expected: "one or more, each taking what the one before gives".to_owned(),
+            });
+        }
+        let widest = layers.iter().map(Layer::outputs).max().unwrap_or(0);
+        Ok(Self { layers, widest })
+    }
+
+    /// The layers.
+    #[must_use]
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// Inputs of the first layer.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.layers.first().map_or(0, Layer::inputs)
+    }
+
+    /// Outputs of the last layer.
+    #[must_use]
+    pub fn outputs(&self) -> usize {
+        self.layers.last().map_or(0, Layer::outputs)
+    }
+
+    /// Computes in place: `values` holds the inputs and then the outputs. Twice
+    /// the widest layer is appended while computing.
+    pub fn run(&self, values: &mut Vec<f64>) {
+        let mut next = vec![0.0; self.widest];
+        for (i, layer) in self.layers.iter().enumerate() {
+            let last = i + 1 == self.layers.len();
+            let rows = layer.weights.chunks_exact(layer.inputs);
+            for ((to, row), bias) in next.iter_mut().zip(rows).zip(&layer.bias) {
+                let products = row.iter().zip(values.iter());
+                let sum: f64 = products.map(|(w, x)| f64::from(*w) * x).sum();
+                let sum = sum + f64::from(*bias);
+                *to = if last { sum } else { sum.max(0.0) };
+            }
+            values.clear();
+            values.extend_from_slice(&next[..layer.outputs()]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// |x| and x, from ReLU of x and -x.
+    #[test]
+    fn a_small_one_by_hand() {
+        let hidden = Layer::new(1, vec![1.0, -1.0], vec![0.0, 0.0]).unwrap();
+        let out = Layer::new(2, vec![1.0, 1.0, 1.0, -1.0], vec![0.5, 0.0]).unwrap();
+        let mlp = Mlp::new(vec![hidden, out]).unwrap();
+        for x in [-2.0, 0.0, 3.5] {
+            let mut values = vec![x];
+            mlp.run(&mut values);
+            assert_eq!(values, [x.abs() + 0.5, x]);
+        }
+        assert_eq!((mlp.inputs(), mlp.outputs()), (1, 2));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let layer = |inputs, outputs| {
+            Layer::new(inputs, vec![0.0; inputs * outputs], vec![0.0; outputs]).unwrap()
+        };
+        assert!(Mlp::new(vec![]).is_err());
+        let error = Mlp::new(vec![layer(2, 3), layer(4, 1)]).unwrap_err();
+        assert!(error.to_string().contains("[[2, 3], [4, 1]]"), "{error}");
+        assert!(Layer::new(2, vec![0.0; 3], vec![0.0; 2]).is_err());
+        assert!(Layer::new(0, vec![], vec![0.0]).is_err());
+        assert!(Layer::new(1, vec![f32::NAN], vec![0.0]).is_err());
+    }
+}

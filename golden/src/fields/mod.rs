@@ -1,0 +1,64 @@
+//! Radiance fields that are sampled along rays, in the paper's three stages:
+//! *Indexing* says where a sample lies in the tables of the field, *Gathering*
+//! interpolates their vertices, *Feature computation* makes density and colour
+//! of what was gathered.
+//!
+//! A field brings its tables, the first and the last stage; gathering is the
+//! same for all of them, and is what the gathering unit does.
+
+pub mod dvgo;
+mod error;
+mod march;
+mod mlp;
+mod table;
+
+use glam::DVec3;
+
+pub use error::FieldError;
+pub use march::{FieldFrame, render_float};
+pub use mlp::{Layer, Mlp};
+pub use table::Table;
+
+/// A radiance field.
+pub trait Field: Sync {
+    /// What is gathered from, in the order in which features follow one
+    /// another.
+    fn tables(&self) -> &[Table];
+
+    /// Indexing: where a point of the world lies in each table, in vertices
+    /// from its first one, one place a table. `false` where the field is known
+    /// to be empty; the places are then not set.
+    fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool;
+
+    /// Feature computation, of every sample: the optical depth of one step, 0
+    /// and up.
+    fn depth(&self, features: &[f64]) -> f64;
+
+    /// Feature computation, of samples that are seen: the colour towards a
+    /// unit direction. `scratch` is kept from sample to sample.
+    fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3;
+
+    /// Where samples lie and which of them count.
+    fn sampling(&self) -> Sampling;
+
+    /// Features of a sample: the sum of the tables' channels.
+    fn channels(&self) -> usize {
+        self.tables().iter().map(Table::channels).sum()
+    }
+}
+
+/// Samples along a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sampling {
+    /// Corners of the box outside which nothing is, in the world.
+    pub bounds: [DVec3; 2],
+    /// From sample to sample, in the world.
+    pub step: f64,
+    /// Nearest and farthest sample, along the camera's axis.
+    pub range: [f64; 2],
+    /// Samples whose opacity, or whose weight in the pixel, is at most this are
+    /// left out.
+    pub least: f64,
+    /// A ray stops once less than this is left of it.
+    pub stop: f64,
+}

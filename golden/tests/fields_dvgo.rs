@@ -1,0 +1,64 @@
+//! A trained DirectVoxGO model of a real scene, against the figures that its
+//! own training run reports.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use std::path::{Path, PathBuf};
+
+use potamoi_golden::fields::dvgo::Dvgo;
+use potamoi_golden::fields::render_float;
+use potamoi_golden::picture::Picture;
+use potamoi_golden::scene::transforms;
+
+fn shared() -> Option<PathBuf> {
+    let path = std::env::var_os("POTAMOI_SHARED").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
+        PathBuf::from,
+    );
+    let data = path.join("data");
+    if !data.join("lego_dvgo/fine_last.tar").is_file() {
+        println!("skipped: no trained model in {}", data.display());
+        return None;
+    }
+    Some(data)
+}
+
+/// A picture over white, box-filtered to one of `factor` pixels a side less.
+fn reference(path: &Path, factor: u32) -> Picture {
+    let image = image::open(path).unwrap().to_rgba32f();
+    let (width, height) = (image.width() / factor, image.height() / factor);
+    let mut out = Picture::filled(width, height, [0.0; 3]);
+    let share = 1.0 / (factor * factor) as f32;
+    for (x, y, pixel) in image.enumerate_pixels() {
+        let [r, g, b, a] = pixel.0;
+        let to = &mut out.rgb[(y / factor * width + x / factor) as usize];
+        for (sum, v) in to.iter_mut().zip([r, g, b]) {
+            *sum += share * (v * a + 1.0 - a);
+        }
+    }
+    out
+}
+
+#[test]
+fn test_pose_0_of_lego_is_as_far_from_the_truth_as_its_training_says() {
+    let Some(data) = shared() else {
+        return;
+    };
+    let field = Dvgo::load(&data.join("lego_dvgo/fine_last.tar"), 0.5).unwrap();
+    let path = transforms::read(&data.join("lego_orbit/transforms.json")).unwrap();
+    let report = std::fs::read(data.join("lego_dvgo/result.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+    let stated = report["test_psnr_200"][0].as_f64().unwrap();
+    let frame = &path[0];
+    let rendered = render_float(&field, &frame.camera.resized(200, 200), [1.0; 3]).unwrap();
+    let mut picture = data.join("lego_orbit").join(&frame.picture);
+    picture.set_extension("png");
+    let psnr = rendered.picture.psnr(&reference(&picture, 4), |_| true);
+    let psnr = psnr.unwrap();
+    println!(
+        "lego, test pose 0, 200 x 200: {psnr:.3} dB against the truth, stated {stated:.3} dB; \
+         {} samples, {} gathered, {} coloured",
+        rendered.samples, rendered.gathered, rendered.coloured
+    );
+    assert!((psnr - stated).abs() < 0.1, "{psnr} dB, stated {stated} dB");
+    assert!(rendered.coloured < rendered.gathered && rendered.gathered < rendered.samples);
+}
