@@ -153,7 +153,7 @@ fn march(
     let mut number = 0.0;
     loop {
         let t = near + sampling.step * number;
-        if !(t <= far) {
+        if t > far || far == f64::NEG_INFINITY {
             break;
         }
         number += 1.0;

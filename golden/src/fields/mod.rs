@@ -8,6 +8,7 @@
 
 pub mod dvgo;
 mod error;
+pub mod mac;
 mod march;
 mod mlp;
 mod table;

@@ -224,7 +224,7 @@ impl Machine<'_> {
             .ok_or_else(|| "a value is missing".to_owned())
     }
 
-    fn to_mark(&mut self) -> Step<Vec<Value>> {
+    fn since_mark(&mut self) -> Step<Vec<Value>> {
         let mark = self.marks.pop().ok_or("a mark is missing")?;
         Ok(self.stack.split_off(mark))
     }
@@ -348,7 +348,7 @@ impl Machine<'_> {
             }
             b')' => self.tuple(vec![])?,
             b't' => {
-                let items = self.to_mark()?;
+                let items = self.since_mark()?;
                 self.tuple(items)?;
             }
             0x85..=0x87 => {
@@ -364,7 +364,7 @@ impl Machine<'_> {
                 self.append(item)?;
             }
             b'e' => {
-                let items = self.to_mark()?;
+                let items = self.since_mark()?;
                 self.append(items)?;
             }
             b'}' => {
@@ -376,7 +376,7 @@ impl Machine<'_> {
                 self.set(&pair)?;
             }
             b'u' => {
-                let items = self.to_mark()?;
+                let items = self.since_mark()?;
                 self.set(&items)?;
             }
             b'q' => {

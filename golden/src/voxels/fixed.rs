@@ -9,10 +9,11 @@ use potamoi_formats::units::OpCode;
 
 use super::composite::{Compositor, Work};
 use super::error::VoxelError;
-use super::formats::TRANSMITTANCE;
+use super::formats::{Formats, TRANSMITTANCE};
 use super::grid::Grid;
+use super::head::{Head, Stored};
 use super::mvoxels::MVoxels;
-use super::ray::Rays;
+use super::ray::{Placement, Rays};
 use super::schedule::{Group, Schedule, Skip};
 use crate::camera::Camera;
 use crate::picture::Picture;
@@ -75,8 +76,10 @@ pub struct FixedStats {
     pub features: u64,
     /// Elements out of the vector unit, by operation.
     pub vector_elements: BTreeMap<OpCode, u64>,
-    /// Colours towards a direction out of the MAC array, four products each.
-    pub direction_sums: u64,
+    /// Products of the MAC array.
+    pub products: u64,
+    /// Sums of the MAC array that were held at an end of their format.
+    pub held: u64,
     /// Samples that added to a pixel.
     pub composited: u64,
     /// Rays that stopped early.
@@ -110,7 +113,46 @@ pub fn render_fixed(
     options: &FixedOptions,
     units: &mut dyn Units,
 ) -> Result<FixedFrame, VoxelError> {
-    let rays = check(grid, mvoxels, camera, options)?;
+    let formats = fits(grid, mvoxels)?;
+    let volume = Volume {
+        mvoxels,
+        placement: Placement::of(grid),
+        head: &Stored {
+            layout: grid.layout(),
+            formats,
+            step: Formats::step_code(options.step),
+        },
+    };
+    render_volume(&volume, camera, options, units)
+}
+
+/// A field in one volume of vertices.
+pub struct Volume<'a> {
+    /// Its MVoxels.
+    pub mvoxels: &'a MVoxels,
+    /// Where they lie.
+    pub placement: Placement,
+    /// What makes opacity and colour of their features.
+    pub head: &'a dyn Head,
+}
+
+/// Renders a field in one volume in the hardware's formats, as [`render_fixed`]
+/// does.
+///
+/// # Errors
+/// As [`render_fixed`].
+pub fn render_volume(
+    volume: &Volume<'_>,
+    camera: &Camera,
+    options: &FixedOptions,
+    units: &mut dyn Units,
+) -> Result<FixedFrame, VoxelError> {
+    let Volume {
+        mvoxels,
+        placement,
+        head,
+    } = volume;
+    let rays = check(placement, mvoxels, camera, options)?;
     let schedule = Schedule::new(mvoxels, rays, options.group_side, options.skip)?;
     let [width, height] = rays.size();
     let mut frame = FixedFrame {
@@ -124,9 +166,7 @@ pub fn render_fixed(
         frame.stats.groups += 1;
         frame.stats.rays += group.rays.len() as u64;
         frame.stats.samples += Schedule::samples(&group);
-        let formats = mvoxels.formats();
-        let (step, stop) = (options.step, options.terminate);
-        let mut done = Compositor::new(grid.layout(), formats, step, stop, &group.rays);
+        let mut done = Compositor::new(*head, options.terminate, &group.rays);
         let (mut tasks, mut spans, mut features) = (Vec::new(), Vec::new(), Vec::new());
         let mut next = 0;
         while next < group.crossings() {
@@ -136,10 +176,10 @@ pub fn render_fixed(
             gather(units, &tasks, &mut features, &mut frame.stats)?;
             done.run(&features, &spans, units, &mut work)?;
         }
-        place(&mut frame, &group, &done, mvoxels, options);
+        place(&mut frame, &group, &done, options);
     }
     frame.stats.vector_elements = work.elements;
-    frame.stats.direction_sums = work.direction_sums;
+    (frame.stats.products, frame.stats.held) = (work.products, work.held);
     frame.stats.composited = work.composited;
     frame.stats.stopped = work.stopped;
     Ok(frame)
@@ -157,7 +197,8 @@ pub fn tasks(
     options: &FixedOptions,
     most: usize,
 ) -> Result<Vec<GatherTask>, VoxelError> {
-    let rays = check(grid, mvoxels, camera, options)?;
+    fits(grid, mvoxels)?;
+    let rays = check(&Placement::of(grid), mvoxels, camera, options)?;
     let schedule = Schedule::new(mvoxels, rays, options.group_side, options.skip)?;
     let mut all = Vec::new();
     let mut entries = 0;
@@ -175,8 +216,22 @@ pub fn tasks(
     Ok(all)
 }
 
+/// The formats of a grid's MVoxels, if they are that grid's.
+fn fits(grid: &Grid, mvoxels: &MVoxels) -> Result<Formats, VoxelError> {
+    let same = mvoxels.points() == grid.points() && mvoxels.channels() == grid.layout().channels();
+    mvoxels
+        .formats()
+        .copied()
+        .filter(|_| same)
+        .ok_or_else(|| VoxelError::Option {
+            field: "mvoxels",
+            value: format!("{:?} x {}", mvoxels.points(), mvoxels.channels()),
+            expected: "the MVoxels of the grid that is rendered",
+        })
+}
+
 fn check(
-    grid: &Grid,
+    placement: &Placement,
     mvoxels: &MVoxels,
     camera: &Camera,
     options: &FixedOptions,
@@ -188,9 +243,13 @@ fn check(
             expected,
         })
     };
-    if mvoxels.points() != grid.points() || mvoxels.channels() != grid.layout().channels() {
-        let value = format!("{:?} x {}", mvoxels.points(), mvoxels.channels());
-        return option("mvoxels", value, "the MVoxels of the grid that is rendered");
+    if mvoxels.points() != placement.points {
+        let value = format!("{:?}", mvoxels.points());
+        return option(
+            "mvoxels",
+            value,
+            "the MVoxels of the volume that is rendered",
+        );
     }
     if options.batch_entries == 0 {
         return option("batch_entries", "0".to_owned(), "1 or more");
@@ -200,7 +259,7 @@ fn check(
         let value = format!("{:?}", options.background);
         return option("background", value, "finite numbers below 8");
     }
-    Rays::new(grid, camera, options.step)
+    Rays::placed(placement, camera, options.step)
 }
 
 fn gather(
@@ -230,18 +289,12 @@ fn gather(
     Ok(())
 }
 
-fn place(
-    frame: &mut FixedFrame,
-    group: &Group,
-    done: &Compositor,
-    mvoxels: &MVoxels,
-    options: &FixedOptions,
-) {
+fn place(frame: &mut FixedFrame, group: &Group, done: &Compositor<'_>, options: &FixedOptions) {
     let background = options.background.map(|v| {
         let code = BACKGROUND.quantise(f64::from(v), Rounding::HalfEven);
         code.unwrap_or_default() as i64
     });
-    let up = PIXEL_BITS - mvoxels.formats().pixel_bits();
+    let up = PIXEL_BITS - done.pixel_bits();
     let behind_up = PIXEL_BITS - BACKGROUND.frac_bits() - TRANSMITTANCE.frac_bits();
     for (slot, [x, y]) in group.pixels.iter().enumerate() {
         let to = (y * frame.picture.width + x) as usize;
@@ -250,7 +303,7 @@ fn place(
         frame.transmittance[to] = left as u32;
         for c in 0..3 {
             let behind = (i64::from(left) * background[c]) << behind_up;
-            let sum = (done.colour[slot][c] << up) + behind;
+            let sum = (done.sums[slot][c] << up) + behind;
             frame.picture.rgb[to][c] = (sum as f64 * 2f64.powi(-(PIXEL_BITS as i32))) as f32;
         }
     }

@@ -4,6 +4,7 @@ use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::fixed::{Format, Rounding};
 use potamoi_formats::units::OpCode;
 
+use super::composite::ColourScale;
 use super::error::VoxelError;
 use super::grid::Grid;
 
@@ -113,20 +114,17 @@ impl Formats {
         (self.density.frac_bits() + STEP_BITS).saturating_sub(self.depth.frac_bits())
     }
 
-    /// Bits that are dropped from weight times colour: the product of 20 and 18
-    /// bits must fit 31, and 24 fraction bits are enough.
+    /// Bits that are dropped from weight times colour.
     #[must_use]
     pub fn colour_shift(&self) -> u32 {
-        (self.colour.frac_bits() + TRANSMITTANCE.frac_bits())
-            .saturating_sub(24)
-            .max(7)
+        ColourScale::of(self.colour.frac_bits()).shift()
     }
 
     /// Fraction bits of a pixel's colour: 13 to 24, 20 or more for colours with
     /// at least 7 fraction bits.
     #[must_use]
     pub fn pixel_bits(&self) -> u32 {
-        self.colour.frac_bits() + TRANSMITTANCE.frac_bits() - self.colour_shift()
+        ColourScale::of(self.colour.frac_bits()).pixel_bits()
     }
 
     /// The step, in voxels, as a code with 24 fraction bits.

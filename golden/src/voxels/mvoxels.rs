@@ -9,6 +9,7 @@
 //! A sample belongs to the cell whose lower faces it is on or above; on the
 //! volume's upper faces, to the last cell. So it has one owner everywhere.
 
+use glam::DVec3;
 use potamoi_formats::config::Config;
 
 use super::error::VoxelError;
@@ -22,10 +23,13 @@ pub struct MVoxels {
     points: [usize; 3],
     counts: [usize; 3],
     channels: usize,
-    formats: Formats,
+    weight_bits: u32,
+    /// Of codes that are a grid's.
+    formats: Option<Formats>,
+    mask: Option<Mask>,
     /// Rows of each MVoxel, x fastest.
     rows: Vec<Vec<i16>>,
-    /// A bit a cell: whether a vertex of it has a positive density code.
+    /// A bit a cell: whether a vertex of it can give opacity.
     cells: Vec<u64>,
     occupied: Vec<bool>,
 }
@@ -42,6 +46,34 @@ pub struct Place {
     pub fraction: [u16; 3],
 }
 
+/// A grid of its own that says where anything may be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mask {
+    /// Vertices along x, y, z.
+    pub points: [usize; 3],
+    /// One a vertex, x fastest.
+    pub filled: Vec<bool>,
+    /// From a place in vertices of the field to one in vertices of the mask.
+    pub scale: DVec3,
+    /// Added after scaling.
+    pub shift: DVec3,
+}
+
+impl Mask {
+    /// Whether the nearest vertex is filled; outside, nothing is.
+    #[must_use]
+    pub fn holds(&self, at: DVec3) -> bool {
+        let near = (at * self.scale + self.shift).round();
+        let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
+        if !(near.cmpge(DVec3::ZERO).all() && near.cmple(last).all()) {
+            return false;
+        }
+        let [x, y, z] = near.to_array().map(|v| v as usize);
+        let index = x + self.points[0] * (y + self.points[1] * z);
+        self.filled.get(index).copied().unwrap_or_default()
+    }
+}
+
 impl MVoxels {
     /// Rounds a grid's features to codes and cuts it into the largest cubic
     /// MVoxels that the configuration's rows hold.
@@ -50,6 +82,40 @@ impl MVoxels {
     /// As [`Formats::new`], or rows for less than 2 x 2 x 2 vertices.
     pub fn new(grid: &Grid, config: &Config) -> Result<Self, VoxelError> {
         let formats = Formats::new(grid, config)?;
+        let channels = grid.layout().channels();
+        let codes = grid.features().iter().enumerate();
+        let codes = codes.map(|(i, v)| match i % channels {
+            0 => code(formats.density, *v),
+            _ => code(formats.colour, *v),
+        });
+        let codes: Vec<i16> = codes.collect();
+        let mut made = Self::of_codes(grid.points(), channels, &codes, config, |v| v[0] > 0)?;
+        made.formats = Some(formats);
+        Ok(made)
+    }
+
+    /// Cuts `codes`, `channels` a vertex and x fastest, into the largest cubic
+    /// MVoxels that the configuration's rows hold. `counts` says whether a
+    /// vertex can give opacity.
+    ///
+    /// # Errors
+    /// Rows for less than 2 x 2 x 2 vertices, or codes that are not one a
+    /// vertex and channel.
+    pub fn of_codes(
+        points: [usize; 3],
+        channels: usize,
+        codes: &[i16],
+        config: &Config,
+        counts: impl Fn(&[i16]) -> bool,
+    ) -> Result<Self, VoxelError> {
+        let expected = points.iter().product::<usize>() * channels;
+        if codes.len() != expected || channels == 0 || points.iter().any(|p| *p < 2) {
+            return Err(VoxelError::Grid {
+                field: "codes",
+                value: format!("{} of {points:?} x {channels}", codes.len()),
+                expected: "one a vertex and channel of 2 x 2 x 2 vertices or more".to_owned(),
+            });
+        }
         let rows = config.mvoxel.rows as usize;
         // A row number has 16 bits.
         let edge = (2..=40).take_while(|e| e * e * e <= rows).last();
@@ -60,32 +126,30 @@ impl MVoxels {
                 expected: "8 rows or more, for 2 x 2 x 2 vertices".to_owned(),
             });
         };
-        let points = grid.points();
-        let channels = grid.layout().channels();
         let mut mvoxels = Self {
             edge,
             points,
             counts: points.map(|p| (p - 1).div_ceil(edge - 1)),
             channels,
-            formats,
+            weight_bits: config.gu.weight_bits,
+            formats: None,
+            mask: None,
             rows: Vec::new(),
             cells: Vec::new(),
             occupied: Vec::new(),
         };
-        let codes: Vec<i16> = grid
-            .features()
-            .iter()
-            .enumerate()
-            .map(|(i, v)| match i % channels {
-                0 => code(formats.density, *v),
-                _ => code(formats.colour, *v),
-            })
-            .collect();
         mvoxels.rows = (0..mvoxels.counts.iter().product())
-            .map(|m| mvoxels.cut(m, &codes))
+            .map(|m| mvoxels.cut(m, codes))
             .collect();
-        mvoxels.find_occupied(&codes);
+        mvoxels.find_occupied(codes, counts);
         Ok(mvoxels)
+    }
+
+    /// The same, with a mask outside which no sample is.
+    #[must_use]
+    pub fn masked(mut self, mask: Mask) -> Self {
+        self.mask = Some(mask);
+        self
     }
 
     fn cut(&self, mvoxel: usize, codes: &[i16]) -> Vec<i16> {
@@ -101,13 +165,13 @@ impl MVoxels {
         rows
     }
 
-    fn find_occupied(&mut self, codes: &[i16]) {
+    fn find_occupied(&mut self, codes: &[i16], counts: impl Fn(&[i16]) -> bool) {
         let [nx, ny, _] = self.points;
         let cells = self.points.map(|p| p - 1);
         self.cells = vec![0; cells.iter().product::<usize>().div_ceil(64)];
         self.occupied = vec![false; self.rows.len()];
         for (vertex, channels) in codes.chunks_exact(self.channels).enumerate() {
-            if channels[0] <= 0 {
+            if !counts(channels) {
                 continue;
             }
             let at = [vertex % nx, vertex / nx % ny, vertex / (nx * ny)];
@@ -160,10 +224,22 @@ impl MVoxels {
         self.channels
     }
 
-    /// The formats of the codes.
+    /// The formats of the codes, where they are a grid's.
     #[must_use]
-    pub fn formats(&self) -> &Formats {
-        &self.formats
+    pub fn formats(&self) -> Option<&Formats> {
+        self.formats.as_ref()
+    }
+
+    /// Fraction bits of weights.
+    #[must_use]
+    pub fn weight_bits(&self) -> u32 {
+        self.weight_bits
+    }
+
+    /// Whether anything may be at a place in vertices: the mask's word, or yes.
+    #[must_use]
+    pub fn holds(&self, at: DVec3) -> bool {
+        self.mask.as_ref().is_none_or(|mask| mask.holds(at))
     }
 
     /// Index of an MVoxel along x, y, z.
@@ -198,7 +274,7 @@ impl MVoxels {
     }
 
     /// Whether a sample in this MVoxel can have an opacity above 0: a vertex of
-    /// one of its cells has a positive density code.
+    /// one of its cells can give it.
     #[must_use]
     pub fn is_occupied(&self, mvoxel: usize) -> bool {
         self.occupied[mvoxel]

@@ -14,8 +14,10 @@ pub(super) const MAX_PIXELS: u64 = 1 << 26;
 pub struct Ray {
     /// The camera.
     pub origin: DVec3,
-    /// Unit vector, the same in the world as all voxels are cubes.
+    /// Vertices a voxel edge along it: the unit vector where voxels are cubes.
     pub direction: DVec3,
+    /// The unit direction in the world.
+    pub towards: DVec3,
     /// Where it enters the volume, or 0 if it starts inside.
     pub start: f64,
     /// Voxel edges from sample to sample.
@@ -29,8 +31,22 @@ impl Ray {
     /// units, through a volume of `points` vertices.
     #[must_use]
     pub fn new(points: [usize; 3], origin: DVec3, direction: DVec3, step: f64) -> Self {
-        let mut near = 0f64;
-        let mut far = f64::INFINITY;
+        let all = [0.0, f64::INFINITY];
+        Self::within(points, origin, direction, direction, step, all)
+    }
+
+    /// The same of voxels that need not be cubes: `direction` in vertices a
+    /// voxel edge, `towards` the unit vector in the world. Nothing nearer or
+    /// farther than `range`, in voxel edges, is sampled.
+    fn within(
+        points: [usize; 3],
+        origin: DVec3,
+        direction: DVec3,
+        towards: DVec3,
+        step: f64,
+        range: [f64; 2],
+    ) -> Self {
+        let [mut near, mut far] = range;
         for axis in 0..3 {
             let (o, d, last) = (origin[axis], direction[axis], (points[axis] - 1) as f64);
             if d == 0.0 {
@@ -53,6 +69,7 @@ impl Ray {
         Self {
             origin,
             direction,
+            towards,
             start: near,
             step,
             samples,
@@ -68,17 +85,55 @@ impl Ray {
     }
 }
 
+/// Where a volume of vertices lies in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// Vertices along x, y, z.
+    pub points: [usize; 3],
+    /// The first vertex.
+    pub corner: DVec3,
+    /// From vertex to vertex along each axis.
+    pub spacing: DVec3,
+    /// A voxel edge, the unit of steps; the spacing where voxels are cubes.
+    pub edge: f64,
+    /// Nearest and farthest sample, along the camera's axis, in the world.
+    pub range: [f64; 2],
+}
+
+impl Placement {
+    /// Of a grid of cubes.
+    #[must_use]
+    pub fn of(grid: &Grid) -> Self {
+        Self {
+            points: grid.points(),
+            corner: grid.corner(),
+            spacing: DVec3::splat(grid.voxel()),
+            edge: grid.voxel(),
+            range: [0.0, f64::INFINITY],
+        }
+    }
+}
+
 /// The rays of a camera, checked once.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rays {
     camera: Camera,
-    points: [usize; 3],
+    placement: Placement,
     pub(crate) origin: DVec3,
     step: f64,
 }
 
 impl Rays {
     pub(crate) fn new(grid: &Grid, camera: &Camera, step: f64) -> Result<Self, VoxelError> {
+        Self::placed(&Placement::of(grid), camera, step)
+    }
+
+    /// Checks a camera and a step, in voxel edges.
+    pub(crate) fn placed(
+        placement: &Placement,
+        camera: &Camera,
+        step: f64,
+    ) -> Result<Self, VoxelError> {
         let refuse = |field, value: String, expected| {
             Err(VoxelError::Camera {
                 field,
@@ -111,7 +166,7 @@ impl Rays {
                 "a rotation and a finite translation",
             );
         }
-        let origin = grid.to_grid(camera.position());
+        let origin = (camera.position() - placement.corner) / placement.spacing;
         if !(origin.is_finite() && origin.abs().max_element() < 1e9) {
             let value = camera.position().to_string();
             return refuse("position", value, "a place within 1e9 voxels of the grid");
@@ -125,7 +180,7 @@ impl Rays {
         }
         Ok(Self {
             camera: *camera,
-            points: grid.points(),
+            placement: *placement,
             origin,
             step,
         })
@@ -136,7 +191,18 @@ impl Rays {
     }
 
     pub(crate) fn ray(&self, x: u32, y: u32) -> Ray {
-        let (_, direction) = self.camera.ray(x, y);
-        Ray::new(self.points, self.origin, direction, self.step)
+        let (_, towards) = self.camera.ray(x, y);
+        let Placement {
+            points,
+            spacing,
+            edge,
+            range,
+            ..
+        } = self.placement;
+        let direction = towards * (DVec3::splat(edge) / spacing);
+        // A step along the ray over one along the camera's axis.
+        let slant = 1.0 / self.camera.world_to_camera.matrix3.row(2).dot(towards);
+        let range = range.map(|depth| depth / edge * slant);
+        Ray::within(points, self.origin, direction, towards, self.step, range)
     }
 }

@@ -143,8 +143,10 @@ impl<'a> Schedule<'a> {
     fn cross(&self, slot: u32, ray: &Ray) -> Vec<Crossing> {
         let mut crossings: Vec<Crossing> = Vec::new();
         for k in 0..ray.samples {
-            let place = self.mvoxels.locate(ray.at(k).to_array());
+            let at = ray.at(k);
+            let place = self.mvoxels.locate(at.to_array());
             let called_for = match self.skip {
+                _ if !self.mvoxels.holds(at) => false,
                 Skip::Nothing => true,
                 Skip::MVoxels => self.mvoxels.is_occupied(place.mvoxel),
                 Skip::Cells => self.mvoxels.is_cell_occupied(&place),
@@ -219,14 +221,16 @@ impl<'a> Schedule<'a> {
     fn entries(&self, group: &Group, crossing: &Crossing, out: &mut Vec<RitEntry>) {
         let ray = &group.rays[crossing.ray as usize];
         for k in crossing.first..crossing.end {
-            let place = self.mvoxels.locate(ray.at(k).to_array());
-            if self.skip == Skip::Cells && !self.mvoxels.is_cell_occupied(&place) {
+            let at = ray.at(k);
+            let place = self.mvoxels.locate(at.to_array());
+            let empty = self.skip == Skip::Cells && !self.mvoxels.is_cell_occupied(&place);
+            if empty || !self.mvoxels.holds(at) {
                 continue;
             }
             out.push(RitEntry {
                 slot: crossing.ray,
                 rows: self.mvoxels.corner_rows(&place),
-                weights: weights::trilinear(place.fraction, self.mvoxels.formats().weight_bits),
+                weights: weights::trilinear(place.fraction, self.mvoxels.weight_bits()),
             });
         }
     }

@@ -123,7 +123,7 @@ fn every_place_has_one_owner_with_its_vertices() {
                     let index = vertex[0] + points[0] * (vertex[1] + points[1] * vertex[2]);
                     let exact = grid.features()[index * wide];
                     let code = mvoxels.rows(place.mvoxel)[usize::from(row) * wide];
-                    let found = mvoxels.formats().density.value(i128::from(code));
+                    let found = mvoxels.formats().unwrap().density.value(i128::from(code));
                     assert!((found - f64::from(exact)).abs() < 1e-3);
                 }
                 owners += 1;

@@ -125,7 +125,7 @@ fn bounds(grid: &Grid, formats: &Formats, camera: &Camera, step: f64) -> Vec<[f6
 /// Largest part of their bounds that colour and transmittance take.
 fn used(grid: &Grid, bounded_by: &Config, rendered_by: &Config) -> [f64; 2] {
     let camera = camera(40, 36);
-    let formats = *MVoxels::new(grid, bounded_by).unwrap().formats();
+    let formats = *MVoxels::new(grid, bounded_by).unwrap().formats().unwrap();
     let bounds = bounds(grid, &formats, &camera, 0.5);
     let to_the_end = FloatOptions {
         terminate: false,

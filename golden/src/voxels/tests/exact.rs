@@ -18,7 +18,7 @@ struct Plain<'a> {
 
 impl<'a> Plain<'a> {
     fn new(grid: &'a Grid, config: &Config) -> Self {
-        let formats = *MVoxels::new(grid, config).unwrap().formats();
+        let formats = *MVoxels::new(grid, config).unwrap().formats().unwrap();
         let channels = grid.layout().channels();
         let code = |(i, v): (usize, &f32)| {
             let format = if i % channels == 0 {

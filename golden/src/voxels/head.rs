@@ -1,0 +1,190 @@
+//! Feature computation in the hardware's formats: what makes opacity and colour
+//! of gathered features.
+
+use glam::DVec3;
+use potamoi_formats::fixed::{Rounding, round_shift};
+use potamoi_formats::units::{OpCode, VectorOp};
+
+use super::composite::Work;
+use super::error::VoxelError;
+use super::formats::{DIRECTION_BITS, Formats, STEP_BITS};
+use super::grid::Layout;
+use crate::units::Units;
+
+/// What follows gathering, for samples in batches.
+pub trait Head: Sync {
+    /// Feature codes of a sample.
+    fn channels(&self) -> usize;
+
+    /// Fraction bits of opacities, which are below 1.
+    fn alpha_bits(&self) -> u32;
+
+    /// Fraction bits of colours.
+    fn colour_bits(&self) -> u32;
+
+    /// Opacity codes, and weight codes with 20 fraction bits, up to which a
+    /// sample is left out: 0 where only nothing is.
+    fn least(&self) -> [i32; 2] {
+        [0, 0]
+    }
+
+    /// Codes that stand for a direction.
+    fn direction_codes(&self) -> usize;
+
+    /// Appends the codes of a unit direction in the world.
+    fn encode(&self, direction: DVec3, out: &mut Vec<i16>);
+
+    /// The opacity of each sample.
+    ///
+    /// # Errors
+    /// A unit that fails.
+    fn alphas(&self, features: &[i16], lanes: &mut Lanes<'_>) -> Result<Vec<i32>, VoxelError>;
+
+    /// Three colour codes, 0 and up, of each sample, whose features and whose
+    /// directions' codes follow one another.
+    ///
+    /// # Errors
+    /// A unit that fails.
+    fn colours(
+        &self,
+        features: &[i16],
+        directions: &[i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Vec<i32>, VoxelError>;
+}
+
+/// The vector unit, and the count of what it was given.
+pub struct Lanes<'u> {
+    pub(crate) units: &'u mut dyn Units,
+    pub(crate) work: &'u mut Work,
+}
+
+impl Lanes<'_> {
+    /// One operation, element by element.
+    ///
+    /// # Errors
+    /// A unit that fails.
+    pub fn compute(&mut self, op: VectorOp, a: &[i32], b: &[i32]) -> Result<Vec<i32>, VoxelError> {
+        let mut out = vec![0; a.len()];
+        if !a.is_empty() {
+            self.units
+                .vector(op, a, b, &mut out)
+                .map_err(VoxelError::Unit)?;
+            *self.work.elements.entry(op.code).or_default() += a.len() as u64;
+        }
+        Ok(out)
+    }
+
+    /// One operation with the same second operand throughout.
+    ///
+    /// # Errors
+    /// A unit that fails.
+    pub fn compute_with(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: i32,
+    ) -> Result<Vec<i32>, VoxelError> {
+        self.compute(op, a, &vec![b; a.len()])
+    }
+
+    /// Counts work of the MAC array: products, and sums that were held at an
+    /// end of their format.
+    pub fn count_products(&mut self, products: u64, held: u64) {
+        self.work.products += products;
+        self.work.held += held;
+    }
+}
+
+/// Density and colours that are stored as they are, or linear in the viewing
+/// direction.
+///
+/// | step | operation | result |
+/// |---|---|---|
+/// | density | ReLU | its own format |
+/// | s | multiply by the step, floor | U4.G, G = `one_minus_frac_bits` |
+/// | alpha | 1 - exp(-s) | U0.F, exactly 0 at 0 |
+/// | colour | ReLU of each channel | its own format |
+///
+/// Colours that are linear in the viewing direction take one exact sum of four
+/// 16-bit products a channel, rounded half-even: work of the MAC array.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stored {
+    pub(crate) layout: Layout,
+    pub(crate) formats: Formats,
+    /// In voxel edges, as [`Formats::step_code`].
+    pub(crate) step: i32,
+}
+
+impl Head for Stored {
+    fn channels(&self) -> usize {
+        self.layout.channels()
+    }
+
+    fn alpha_bits(&self) -> u32 {
+        self.formats.alpha.frac_bits()
+    }
+
+    fn colour_bits(&self) -> u32 {
+        self.formats.colour.frac_bits()
+    }
+
+    fn direction_codes(&self) -> usize {
+        3
+    }
+
+    fn encode(&self, direction: DVec3, out: &mut Vec<i16>) {
+        let one = f64::from(1u32 << DIRECTION_BITS);
+        out.extend((direction * one).to_array().map(|v| v.round() as i16));
+    }
+
+    fn alphas(&self, features: &[i16], lanes: &mut Lanes<'_>) -> Result<Vec<i32>, VoxelError> {
+        let channels = self.channels();
+        let density = features.chunks_exact(channels).map(|f| i32::from(f[0]));
+        let density: Vec<i32> = density.collect();
+        let positive = lanes.compute_with(VectorOp::new(OpCode::Relu), &density, 0)?;
+        let to_depth = VectorOp {
+            code: OpCode::Multiply,
+            shift: self.formats.depth_shift() as u8,
+            rounding: Rounding::Floor,
+        };
+        let depth = lanes.compute_with(to_depth, &positive, self.step)?;
+        lanes.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)
+    }
+
+    fn colours(
+        &self,
+        features: &[i16],
+        directions: &[i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Vec<i32>, VoxelError> {
+        let samples = features.chunks_exact(self.channels());
+        let mut colour = Vec::with_capacity(3 * samples.len());
+        match self.layout {
+            Layout::Constant => {
+                for f in samples {
+                    colour.extend(f[1..].iter().map(|c| i32::from(*c)));
+                }
+            }
+            Layout::Linear => {
+                for (f, d) in samples.zip(directions.as_chunks::<3>().0) {
+                    colour.extend(f[1..].as_chunks::<4>().0.iter().map(|c| towards(*c, *d)));
+                    lanes.count_products(12, 0);
+                }
+            }
+        }
+        lanes.compute_with(VectorOp::new(OpCode::Relu), &colour, 0)
+    }
+}
+
+/// `c0 + c1 x + c2 y + c3 z`, exact, then rounded to the coefficients' format.
+fn towards(c: [i16; 4], d: [i16; 3]) -> i32 {
+    let sum = (i64::from(c[0]) << DIRECTION_BITS)
+        + (1..4)
+            .map(|i| i64::from(c[i]) * i64::from(d[i - 1]))
+            .sum::<i64>();
+    // Below 2^18: four codes of 16 bits times at most 1.
+    round_shift(i128::from(sum), DIRECTION_BITS, Rounding::HalfEven) as i32
+}
+
+const _: () = assert!(STEP_BITS < 28, "a step of 8 voxels must fit 31 bits");
