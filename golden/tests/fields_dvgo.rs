@@ -4,10 +4,13 @@
 
 use std::path::{Path, PathBuf};
 
+use potamoi_formats::config::Config;
 use potamoi_golden::fields::dvgo::Dvgo;
 use potamoi_golden::fields::render_float;
 use potamoi_golden::picture::Picture;
 use potamoi_golden::scene::transforms;
+use potamoi_golden::units::Twins;
+use potamoi_golden::voxels::{FixedOptions, Volume, render_volume};
 
 fn shared() -> Option<PathBuf> {
     let path = std::env::var_os("POTAMOI_SHARED").map_or_else(
@@ -61,4 +64,50 @@ fn test_pose_0_of_lego_is_as_far_from_the_truth_as_its_training_says() {
     );
     assert!((psnr - stated).abs() < 0.1, "{psnr} dB, stated {stated} dB");
     assert!(rendered.coloured < rendered.gathered && rendered.gathered < rendered.samples);
+}
+
+#[test]
+fn the_fixed_picture_holds_45_decibels_to_the_float_one() {
+    let Some(data) = shared() else {
+        return;
+    };
+    let step = 0.5;
+    let field = Dvgo::load(&data.join("lego_dvgo/fine_last.tar"), step).unwrap();
+    let path = transforms::read(&data.join("lego_orbit/transforms.json")).unwrap();
+    let camera = path[0].camera.resized(200, 200);
+    let float = render_float(&field, &camera, [1.0; 3]).unwrap();
+    let config =
+        Config::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/fields.toml"));
+    let config = config.unwrap();
+    let made = field.fixed(&config).unwrap();
+    let volume = Volume {
+        mvoxels: made.mvoxels(),
+        placement: made.placement(),
+        head: made.head(),
+    };
+    let options = FixedOptions {
+        step,
+        background: [1.0; 3],
+        ..FixedOptions::default()
+    };
+    let fixed = render_volume(&volume, &camera, &options, &mut Twins::new(&config)).unwrap();
+    let psnr = fixed.picture.psnr(&float.picture, |_| true).unwrap();
+    let covered = fixed
+        .picture
+        .psnr(&float.picture, |i| float.transmittance[i] < 1.0)
+        .unwrap();
+    println!(
+        "fixed against float: {psnr:.1} dB over the frame, {covered:.1} dB covered; {:?}",
+        fixed.stats
+    );
+    assert!(psnr > 45.0, "{psnr} dB");
+    // Outputs beyond what the calibration set reached are rare.
+    assert!(
+        fixed.stats.held < 1000,
+        "{} sums were held",
+        fixed.stats.held
+    );
+    if let Some(out) = std::env::var_os("POTAMOI_LOOK") {
+        fixed.picture.write_png(Path::new(&out)).unwrap();
+    }
 }

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use crate::torch::TorchError;
+use crate::voxels::VoxelError;
 
 /// A field that cannot be loaded or rendered.
 #[derive(Debug, Error)]
@@ -10,6 +11,9 @@ pub enum FieldError {
     /// A checkpoint cannot be used.
     #[error(transparent)]
     Checkpoint(#[from] TorchError),
+    /// The hardware's side of it.
+    #[error(transparent)]
+    Voxels(#[from] VoxelError),
     /// A part of a field does not fit the others.
     #[error("field: `{part}` is {found}; expected {expected}")]
     Part {

@@ -6,7 +6,7 @@
 //! Between layers sums are rounded once, half to even, and held within 16 bits;
 //! what was held is counted.
 
-use potamoi_formats::fixed::{Rounding, round_shift};
+use rayon::prelude::*;
 
 use super::{FieldError, Layer, Mlp};
 
@@ -150,20 +150,42 @@ impl MacLayer {
     /// Computes sample after sample; gives how many outputs were held at an end
     /// of 16 bits. `outputs` is as long as the samples ask for.
     pub fn run(&self, inputs: &[i16], outputs: &mut Vec<i32>) -> u64 {
+        let from = outputs.len();
+        outputs.resize(from + inputs.len() / self.inputs * self.outputs(), 0);
+        let samples = inputs.par_chunks_exact(self.inputs);
+        let results = outputs[from..].par_chunks_exact_mut(self.outputs());
+        samples
+            .zip(results)
+            .with_min_len(64)
+            .map(|(sample, out)| self.sample(sample, out))
+            .sum()
+    }
+
+    fn sample(&self, sample: &[i16], out: &mut [i32]) -> u64 {
         let mut held = 0;
-        for sample in inputs.chunks_exact(self.inputs) {
-            let rows = self.weights.chunks_exact(self.inputs);
-            for (row, bias) in rows.zip(&self.bias) {
-                let products = row.iter().zip(sample);
-                let sum: i32 = products.map(|(w, x)| i32::from(*w) * i32::from(*x)).sum();
-                let sum = i128::from(sum + bias);
-                let rounded = round_shift(sum, self.shift, Rounding::HalfEven);
-                let code = rounded.clamp(i16::MIN.into(), i16::MAX.into());
-                held += u64::from(code != rounded);
-                outputs.push(code as i32);
-            }
+        let rows = self.weights.chunks_exact(self.inputs);
+        for ((row, bias), to) in rows.zip(&self.bias).zip(out) {
+            let products = row.iter().zip(sample);
+            let sum: i32 = products.map(|(w, x)| i32::from(*w) * i32::from(*x)).sum();
+            let code = self.requantised(sum + bias);
+            *to = code.clamp(i16::MIN.into(), i16::MAX.into());
+            held += u64::from(*to != code);
         }
         held
+    }
+
+    /// A sum at the scale of the outputs, rounded half to even.
+    fn requantised(&self, sum: i32) -> i32 {
+        match self.shift {
+            0 => sum,
+            // Below a half code whatever the sum.
+            33.. => 0,
+            shift => {
+                let sum = i64::from(sum);
+                let (half, odd) = (1i64 << (shift - 1), sum >> shift & 1);
+                ((sum + half - 1 + odd) >> shift) as i32
+            }
+        }
     }
 }
 
@@ -171,6 +193,7 @@ impl MacLayer {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use potamoi_formats::fixed::{Rounding, round_shift};
     use rand::{Rng, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
@@ -257,6 +280,24 @@ mod tests {
                 }
             }
             assert!(mismatch > 0.05, "the bound means something: {mismatch}");
+        }
+    }
+
+    /// The quick rounding is the stated one.
+    #[test]
+    fn sums_are_rounded_half_to_even() {
+        let one = Layer::new(1, vec![1.0], vec![0.0]).unwrap();
+        let mut made = MacLayer::quantise(&one, 8, 1.0).unwrap();
+        let mut random = Pcg64Mcg::seed_from_u64(11);
+        for shift in 0..48 {
+            made.shift = shift;
+            let ends = [0, 1, -1, i32::MAX, i32::MIN + 1];
+            let ties = (-9..9).map(|n| (i64::from(n) << shift.min(40) >> 1) as i32);
+            let any: Vec<i32> = (0..200).map(|_| random.random()).collect();
+            for sum in ends.into_iter().chain(ties).chain(any) {
+                let exact = round_shift(i128::from(sum), shift, Rounding::HalfEven);
+                assert_eq!(i128::from(made.requantised(sum)), exact, "{sum} >> {shift}");
+            }
         }
     }
 

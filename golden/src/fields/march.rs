@@ -150,13 +150,14 @@ fn march(
     let channels = field.channels();
     worker.features.clear();
     worker.weights.clear();
-    let mut number = 0.0;
-    loop {
-        let t = near + sampling.step * number;
-        if t > far || far == f64::NEG_INFINITY {
-            break;
-        }
-        number += 1.0;
+    // Not a number is not at least another.
+    let count = if far >= near {
+        ((far - near) / sampling.step).min(MAX_SAMPLES) as u64 + 1
+    } else {
+        0
+    };
+    for k in 0..count {
+        let t = near + sampling.step * k as f64;
         pixel.samples += 1;
         if !field.index(origin + direction * t, &mut worker.places) {
             continue;

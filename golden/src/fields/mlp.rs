@@ -11,6 +11,9 @@ pub struct Layer {
     inputs: usize,
     /// Row by row, a row an output.
     weights: Vec<f32>,
+    /// Row by row, a row an input: so that one input is multiplied by the
+    /// weights of all outputs side by side.
+    by_input: Vec<f64>,
     bias: Vec<f32>,
 }
 
@@ -41,9 +44,14 @@ impl Layer {
         if !weights.iter().chain(&bias).all(|v| v.is_finite()) {
             return refuse("not finite".to_owned(), "finite weights and biases");
         }
+        let outputs = bias.len();
+        let by_input = (0..inputs * outputs)
+            .map(|i| f64::from(weights[i % outputs * inputs + i / outputs]))
+            .collect();
         Ok(Self {
             inputs,
             weights,
+            by_input,
             bias,
         })
     }
@@ -117,21 +125,38 @@ impl Mlp {
         self.layers.last().map_or(0, Layer::outputs)
     }
 
-    /// Computes in place: `values` holds the inputs and then the outputs. Twice
-    /// the widest layer is appended while computing.
+    /// Computes in place: `values` holds the inputs and then the outputs.
     pub fn run(&self, values: &mut Vec<f64>) {
+        self.run_watched(values, |_, _| ());
+    }
+
+    /// The same, telling each output of each layer before its ReLU.
+    pub fn run_watched(&self, values: &mut Vec<f64>, mut watch: impl FnMut(usize, f64)) {
         let mut next = vec![0.0; self.widest];
         for (i, layer) in self.layers.iter().enumerate() {
             let last = i + 1 == self.layers.len();
-            let rows = layer.weights.chunks_exact(layer.inputs);
-            for ((to, row), bias) in next.iter_mut().zip(rows).zip(&layer.bias) {
-                let products = row.iter().zip(values.iter());
-                let sum: f64 = products.map(|(w, x)| f64::from(*w) * x).sum();
-                let sum = sum + f64::from(*bias);
-                *to = if last { sum } else { sum.max(0.0) };
+            let sums = &mut next[..layer.outputs()];
+            for (sum, bias) in sums.iter_mut().zip(&layer.bias) {
+                *sum = f64::from(*bias);
+            }
+            let rows = layer.by_input.chunks_exact(layer.outputs());
+            for (x, row) in values.iter().zip(rows) {
+                // ReLU leaves many inputs at 0.
+                if *x == 0.0 {
+                    continue;
+                }
+                for (sum, w) in sums.iter_mut().zip(row) {
+                    *sum += w * x;
+                }
+            }
+            for sum in sums.iter_mut() {
+                watch(i, *sum);
+                if !last {
+                    *sum = sum.max(0.0);
+                }
             }
             values.clear();
-            values.extend_from_slice(&next[..layer.outputs()]);
+            values.extend_from_slice(sums);
         }
     }
 }

@@ -6,12 +6,17 @@
 //! exp(d + shift))^-interval`, which is `1 - exp(-interval softplus(d +
 //! shift))`: softplus, a product, and `one-minus-exp`.
 
+mod fixed;
+
 use std::path::Path;
 
 use glam::{DVec3, dvec3};
 
 use super::{Field, FieldError, Layer, Mlp, Sampling, Table};
 use crate::torch::{Checkpoint, Tensor};
+use crate::voxels::Mask;
+
+pub use fixed::{DvgoHead, FixedDvgo};
 
 /// Rounds of sines and cosines of the direction, by the factor 2.
 const MAX_FREQUENCIES: usize = 16;
@@ -26,24 +31,17 @@ pub struct Dvgo {
     /// Channel 0 is the density, the features follow.
     tables: [Table; 1],
     bounds: [DVec3; 2],
-    /// Where something may be, at the vertices of its own grid.
+    /// Where something may be, at the vertices of a grid of its own.
     mask: Option<Mask>,
     shift: f64,
     interval: f64,
     step: f64,
+    /// The step in voxels.
+    spacing_of_steps: f64,
     least: f64,
     /// Factors of the direction whose sines and cosines are inputs.
     frequencies: Vec<f64>,
     mlp: Mlp,
-}
-
-#[derive(Debug, Clone)]
-struct Mask {
-    points: [usize; 3],
-    /// x fastest.
-    filled: Vec<bool>,
-    scale: DVec3,
-    shift: DVec3,
 }
 
 impl Dvgo {
@@ -113,7 +111,8 @@ impl Dvgo {
         } else {
             LEAST
         };
-        let mask = mask(&mut file)?;
+        let last = DVec3::from(points.map(|p| (p - 1) as f64));
+        let mask = mask(&mut file, bounds[0], size / last)?;
         Ok(Self {
             tables: [Table::new(
                 points,
@@ -125,6 +124,7 @@ impl Dvgo {
             shift: file.number(&state("act_shift"))?,
             interval: step * ratio,
             step: step * voxel,
+            spacing_of_steps: step,
             least,
             frequencies,
             mlp,
@@ -156,7 +156,9 @@ fn perceptron(file: &mut Checkpoint) -> Result<Mlp, FieldError> {
     Mlp::new(layers)
 }
 
-fn mask(file: &mut Checkpoint) -> Result<Option<Mask>, FieldError> {
+/// The mask, its places told from vertices of the grid, the first of which is at
+/// `corner`.
+fn mask(file: &mut Checkpoint, corner: DVec3, spacing: DVec3) -> Result<Option<Mask>, FieldError> {
     let state = |name| ["model_state_dict", name];
     if !file.has(&state("mask_cache.mask")) {
         return Ok(None);
@@ -172,10 +174,14 @@ fn mask(file: &mut Checkpoint) -> Result<Option<Mask>, FieldError> {
         let v = file.tensor_of(&state(name), &[3])?.values;
         Ok(dvec3(v[0].into(), v[1].into(), v[2].into()))
     };
+    let (scale, shift) = (
+        three("mask_cache.xyz2ijk_scale")?,
+        three("mask_cache.xyz2ijk_shift")?,
+    );
     Ok(Some(Mask {
         points: [x, y, z],
-        scale: three("mask_cache.xyz2ijk_scale")?,
-        shift: three("mask_cache.xyz2ijk_shift")?,
+        scale: spacing * scale,
+        shift: corner * scale + shift,
         filled: transposed([x, y, z], &tensor.values)
             .map(|v| v != 0.0)
             .collect(),
@@ -204,6 +210,27 @@ fn interleave(points: [usize; 3], density: &Tensor, features: &Tensor) -> Vec<f3
     all
 }
 
+/// A direction, and the sines and then the cosines of its parts times each
+/// frequency.
+fn encode(direction: DVec3, frequencies: &[f64], out: &mut Vec<f64>) {
+    let parts = direction.to_array();
+    out.extend(parts);
+    for wave in [f64::sin, f64::cos] {
+        for part in parts {
+            out.extend(frequencies.iter().map(|f| wave(part * f)));
+        }
+    }
+}
+
+impl Dvgo {
+    /// Inputs of the perceptron.
+    fn inputs(&self, features: &[f64], direction: DVec3, out: &mut Vec<f64>) {
+        out.clear();
+        out.extend_from_slice(&features[1..]);
+        encode(direction, &self.frequencies, out);
+    }
+}
+
 /// `ln(1 + e^x)` without overflow or cancellation.
 fn softplus(x: f64) -> f64 {
     x.max(0.0) + (-x.abs()).exp().ln_1p()
@@ -215,21 +242,10 @@ impl Field for Dvgo {
     }
 
     fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
-        if let Some(mask) = &self.mask {
-            let near = (at * mask.scale + mask.shift).round();
-            let inside =
-                |axis: usize| near[axis] >= 0.0 && near[axis] <= (mask.points[axis] - 1) as f64;
-            if !(0..3).all(inside) {
-                return false;
-            }
-            let [x, y, z] = near.to_array().map(|v| v as usize);
-            if !mask.filled[x + mask.points[0] * (y + mask.points[1] * z)] {
-                return false;
-            }
-        }
         let last = DVec3::from(self.tables[0].points().map(|p| (p - 1) as f64));
-        places[0] = (at - self.bounds[0]) / (self.bounds[1] - self.bounds[0]) * last;
-        true
+        let place = (at - self.bounds[0]) / (self.bounds[1] - self.bounds[0]) * last;
+        places[0] = place;
+        self.mask.as_ref().is_none_or(|mask| mask.holds(place))
     }
 
     fn depth(&self, features: &[f64]) -> f64 {
@@ -237,15 +253,7 @@ impl Field for Dvgo {
     }
 
     fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
-        scratch.clear();
-        scratch.extend_from_slice(&features[1..]);
-        let d = direction.to_array();
-        scratch.extend(d);
-        for wave in [f64::sin, f64::cos] {
-            for part in d {
-                scratch.extend(self.frequencies.iter().map(|f| wave(part * f)));
-            }
-        }
+        self.inputs(features, direction, scratch);
         self.mlp.run(scratch);
         let sigmoid = |x: f64| 1.0 / (1.0 + (-x).exp());
         dvec3(
