@@ -6,6 +6,9 @@ use super::{Config, ExpForm, ExpOutput, Modes};
 use crate::rit::Vertices;
 use crate::units::OpCode;
 
+/// Most fraction bits of a sigmoid or softplus: exp(-16) is 0.12 units of 2^-20.
+const LOGISTIC_OUTPUT_BITS: u32 = 20;
+
 /// One broken rule.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RuleBreach {
@@ -369,6 +372,47 @@ fn exponential(config: &Config, out: &mut RuleBreaches) {
         "one-minus-exp",
         "left out: it needs vu.exp.form = \"restoring\" and vu.exp.output = \"alpha\"",
     );
+    logistic(config, out);
+}
+
+/// Sigmoid and softplus, where they are built.
+fn logistic(config: &Config, out: &mut RuleBreaches) {
+    let exp = &config.vu.exp;
+    let built: Vec<_> = config
+        .vu
+        .ops
+        .iter()
+        .copied()
+        .filter(|op| op.is_logistic())
+        .collect();
+    if built.is_empty() {
+        return;
+    }
+    out.require(
+        exp.form == ExpForm::Restoring && exp.output == ExpOutput::Alpha,
+        "exp-logistic",
+        "vu.ops",
+        OpCode::list(&built),
+        "left out: sigmoid and softplus need vu.exp.form = \"restoring\" and vu.exp.output = \"alpha\"",
+    );
+    out.require(
+        !exp.pipelined,
+        "exp-logistic-pipelined",
+        "vu.exp.pipelined",
+        exp.pipelined,
+        "false, or sigmoid and softplus left out of vu.ops: they take the engine two or three times, \
+         and a pipeline passes it once",
+    );
+    out.require(
+        exp.output_bits <= LOGISTIC_OUTPUT_BITS,
+        "exp-logistic-output-bits",
+        "vu.exp.output_bits",
+        exp.output_bits,
+        format!(
+            "at most {LOGISTIC_OUTPUT_BITS} with sigmoid or softplus: exp(-16), where their exponentials end, \
+             must round to 0"
+        ),
+    );
 }
 
 #[cfg(test)]
@@ -410,6 +454,9 @@ mod tests {
             "[vu.exp]\noffset = 17",
             "[vu]\nops = [\"exp\"]\n[vu.exp]\nform = \"literal\"\ninput = \"S0.15\"\ntail = true",
             "[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"",
+            "[vu]\nops = [\"exp\", \"sigmoid\"]\n[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"",
+            "[vu]\nops = [\"sigmoid\", \"softplus\"]\n[vu.exp]\npipelined = true",
+            "[vu]\nops = [\"softplus\"]\n[vu.exp]\noutput_bits = 21",
         ];
         let mut seen = String::new();
         for text in cases {

@@ -8,6 +8,7 @@ use potamoi_formats::units::OpCode;
 use super::alu::{EXACT, exact, requantise};
 use super::constants::steps;
 use super::engine::{Place, State, Widths};
+use super::logistic::Passes;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 /// What every lane is told alike.
@@ -19,16 +20,18 @@ struct Orders {
     rounding: Signal,
     is_exp: Signal,
     was_one_minus: Signal,
+    was_softplus: Signal,
 }
 
 impl Orders {
-    fn declare(
-        m: &mut ModuleBuilder,
-        exp: bool,
-        one_minus: bool,
-        elementwise: bool,
-        multi_op: bool,
-    ) -> Self {
+    fn declare(m: &mut ModuleBuilder, kinds: Kinds) -> Self {
+        let Kinds {
+            exp,
+            one_minus,
+            elementwise,
+            softplus,
+            ..
+        } = kinds;
         let bit = Ty::bit();
         let none = m.lit(0, bit);
         let unused = m.lit(0, Ty::u(6));
@@ -72,7 +75,7 @@ impl Orders {
                 unused,
             ),
             is_exp: port(
-                exp && multi_op,
+                exp && elementwise,
                 "result_is_exp",
                 bit,
                 "of the result stage",
@@ -85,15 +88,35 @@ impl Orders {
                 "of the result stage",
                 none,
             ),
+            was_softplus: port(
+                softplus,
+                "result_is_softplus",
+                bit,
+                "of the result stage",
+                none,
+            ),
         }
     }
 }
 
 /// Which kinds of operation a configuration builds.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Kinds {
+    /// Any that the engine computes.
     pub(super) exp: bool,
     pub(super) one_minus: bool,
     pub(super) elementwise: bool,
+    pub(super) sigmoid: bool,
+    pub(super) softplus: bool,
+}
+
+/// What the engine holds for the result stage.
+struct Powers {
+    state: State,
+    large: Signal,
+    /// Of sigmoid and softplus, where they are built: the power, scaled, and
+    /// the sum that softplus rounds.
+    logistic: Option<(Signal, Signal)>,
 }
 
 impl Kinds {
@@ -103,7 +126,14 @@ impl Kinds {
             exp: ops.iter().any(|o| o.is_exponential()),
             one_minus: ops.contains(&OpCode::OneMinusExp),
             elementwise: ops.iter().any(|o| !o.is_exponential()),
+            sigmoid: ops.contains(&OpCode::Sigmoid),
+            softplus: ops.contains(&OpCode::Softplus),
         }
+    }
+
+    /// Operations of more than one pass are built.
+    pub(super) const fn logistic(self) -> bool {
+        self.sigmoid || self.softplus
     }
 }
 
@@ -114,17 +144,11 @@ impl Kinds {
 pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let exp = &config.vu.exp;
     let kinds = Kinds::of(config);
-    let widths = Widths::of(exp, kinds.one_minus);
+    let widths = Widths::of(exp, kinds);
     let mut builder = ModuleBuilder::new("vector_lane");
     let m = &mut builder;
     m.doc("one lane of the vector unit: element-wise operations and the exponential engine.");
-    let orders = Orders::declare(
-        m,
-        kinds.exp,
-        kinds.one_minus,
-        kinds.elementwise,
-        kinds.elementwise,
-    );
+    let orders = Orders::declare(m, kinds);
     let a = m.input("a", Ty::s(32), "");
     let b = m.input("b", Ty::s(32), "");
     let reads_b = config
@@ -161,7 +185,17 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         (Some(v), true) => Some(delay(m, v, config.vu.exp.engine().interval - 1)),
         (v, _) => v,
     };
-    let power = powers.map(|(state, large)| widths.result(m, state, orders.was_one_minus, large));
+    let power = powers.map(|p| {
+        let scaled = p.logistic.map(|(power, _)| power);
+        let result = widths.result(m, p.state, orders.was_one_minus, p.large, scaled);
+        match p.logistic.filter(|_| kinds.softplus) {
+            Some((_, sum)) => {
+                let softplus = widths.softplus(m, sum);
+                m.mux(orders.was_softplus, softplus, result)
+            }
+            None => result,
+        }
+    });
     let result = match (value, power) {
         (Some(v), Some(p)) => m.mux(orders.is_exp, p, v),
         (Some(only), None) | (None, Some(only)) => only,
@@ -188,8 +222,12 @@ fn iterative(
     widths: &Widths,
     orders: &Orders,
     a: Signal,
-) -> (State, Signal) {
-    m.section("Exponential: start");
+) -> Powers {
+    m.section(if widths.kinds.logistic() {
+        "Exponential: registers"
+    } else {
+        "Exponential: start"
+    });
     let exp = &config.vu.exp;
     let step = m.input("step", Ty::bit(), "takes steps this cycle");
     let begin = m.input(
@@ -207,25 +245,47 @@ fn iterative(
     let places: Vec<Place> = (0..exp.iterations_per_clock)
         .map(|i| place(m, widths, i))
         .collect();
-    let (start, large) = widths.start(m, a, orders.one_minus);
-    m.section("Exponential: steps");
-    let regs = State {
+    let passes = Passes::declare(m, widths);
+    let registers = |m: &mut ModuleBuilder| State {
         remain: m.reg("r_remain", widths.remain, 0),
         accum: m.reg("r_accum", widths.accum, 0),
         digits: m.reg("r_digits", widths.digits, 0),
     };
-    let mut state = State {
-        remain: m.mux(begin, start.remain, regs.remain),
-        accum: m.mux(begin, start.accum, regs.accum),
-        digits: m.mux(begin, start.digits, regs.digits),
+    let early = passes.as_ref().map(|passes| {
+        let regs = registers(m);
+        m.section("Exponential: start");
+        let (size, sum) = passes.sum(m, widths, a, begin, regs);
+        (regs, size, sum)
+    });
+    let (start, large) = widths.start(m, a, orders.one_minus, early.map(|(_, size, _)| size));
+    m.section("Exponential: steps");
+    let regs = match early {
+        Some((regs, ..)) => regs,
+        None => registers(m),
     };
+    let begin = match passes.as_ref().and_then(|p| p.begin_again) {
+        Some(again) => m.or(begin, again),
+        None => begin,
+    };
+    let mut state = from(m, begin, start, regs);
+    let mut rescaled = None;
+    let mut logistic = None;
+    if let (Some(passes), Some((_, _, sum))) = (&passes, early) {
+        let held = m.reg("r_rescaled", Ty::bit(), 0);
+        rescaled = Some(held);
+        let power = widths.scaled(m, regs, held);
+        let log = widths.start_log(m, power, state.digits);
+        state.remain = m.mux(passes.begin_log, log.remain, state.remain);
+        state.accum = m.mux(passes.begin_log, log.accum, state.accum);
+        logistic = Some((power, sum));
+    }
     state = State {
         remain: m.name(state.remain, "remain_now"),
         accum: m.name(state.accum, "accum_now"),
         digits: m.name(state.digits, "digits_now"),
     };
     for (i, place) in places.iter().enumerate() {
-        state = widths.step(m, state, *place, i as u32);
+        state = widths.step(m, state, *place, i as u32, passes.as_ref().map(|p| p.log));
     }
     if let Some(now) = tail {
         let end = widths.tail(m, regs);
@@ -239,12 +299,27 @@ fn iterative(
     m.set_next_if(regs.remain, step, state.remain);
     m.set_next_if(regs.accum, step, state.accum);
     m.set_next_if(regs.digits, step, state.digits);
-    if widths.one_minus {
-        let held = m.reg("r_rescaled", Ty::bit(), 0);
+    let large = if widths.kinds.one_minus || rescaled.is_some() {
+        let held = rescaled.unwrap_or_else(|| m.reg("r_rescaled", Ty::bit(), 0));
         m.set_next_if(held, begin, large);
-        return (regs, held);
+        held
+    } else {
+        large
+    };
+    Powers {
+        state: regs,
+        large,
+        logistic,
     }
-    (regs, large)
+}
+
+/// One state or the other.
+fn from(m: &mut ModuleBuilder, take: Signal, one: State, other: State) -> State {
+    State {
+        remain: m.mux(take, one.remain, other.remain),
+        accum: m.mux(take, one.accum, other.accum),
+        digits: m.mux(take, one.digits, other.digits),
+    }
 }
 
 fn place(m: &mut ModuleBuilder, widths: &Widths, i: u32) -> Place {
@@ -275,11 +350,11 @@ fn pipelined(
     widths: &Widths,
     orders: &Orders,
     a: Signal,
-) -> (State, Signal) {
+) -> Powers {
     m.section("Exponential: start");
     let exp = &config.vu.exp;
     let r = exp.iterations_per_clock as usize;
-    let (mut state, mut large) = widths.start(m, a, orders.one_minus);
+    let (mut state, mut large) = widths.start(m, a, orders.one_minus, None);
     let all = steps(exp, widths.remain.width);
     let mut stage = 0;
     let mut hold = |m: &mut ModuleBuilder, s: State, large: Signal| {
@@ -293,7 +368,7 @@ fn pipelined(
             accum: reg("s_accum", s.accum),
             digits: reg("s_digits", s.digits),
         };
-        let large = if widths.one_minus {
+        let large = if widths.kinds.one_minus {
             reg("s_rescaled", large)
         } else {
             large
@@ -310,7 +385,7 @@ fn pipelined(
                 shift: m.lit(step.shift, widths.shift),
                 digit: m.lit(u8::from(step.digit), Ty::bit()),
             };
-            state = widths.step(m, state, place, index);
+            state = widths.step(m, state, place, index, None);
         }
         (state, large) = hold(m, state, large);
     }
@@ -319,5 +394,9 @@ fn pipelined(
         state = widths.tail(m, state);
         (state, large) = hold(m, state, large);
     }
-    (state, large)
+    Powers {
+        state,
+        large,
+        logistic: None,
+    }
 }

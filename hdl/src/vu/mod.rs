@@ -5,6 +5,7 @@ mod constants;
 mod control;
 mod engine;
 mod lane;
+mod logistic;
 mod top;
 
 pub use constants::{ln_one_plus, ln_two_times};

@@ -34,6 +34,26 @@ struct Sequence {
     tail: Signal,
     rotate: Signal,
     busy: Signal,
+    log: Option<Log>,
+}
+
+/// Sequencing of what sigmoid and softplus do after their first exponential.
+struct Log {
+    /// This cycle's steps are the logarithm's.
+    steps: Signal,
+    /// They are its first.
+    begin: Signal,
+    /// This cycle's steps are the first of sigmoid's second exponential.
+    again: Option<Signal>,
+}
+
+/// Whether the vector is of an operation.
+#[derive(Clone, Copy)]
+struct Order {
+    /// The one that is offered.
+    now: Signal,
+    /// The one that was accepted last.
+    held: Signal,
 }
 
 /// Builds the vector unit for a configuration.
@@ -48,6 +68,12 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         vu.exp.engine().interval
     } else {
         1
+    };
+    let engine = vu.exp.engine();
+    let longest = match (kinds.sigmoid, kinds.softplus) {
+        (true, _) => engine.clocks(OpCode::Sigmoid),
+        (_, true) => engine.clocks(OpCode::Softplus),
+        _ => interval,
     };
     let pipelined = kinds.exp && vu.exp.pipelined;
     let lane_module = lane(config)?;
@@ -85,8 +111,8 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let limit = m.lit(depth, inside_ty);
     let room = m.lt(inside, limit);
     let room = m.name(room, "room");
-    let phase = (kinds.exp && !pipelined && interval > 1)
-        .then(|| m.reg("phase", Ty::u(bits_for(interval - 1)), 0));
+    let phase = (kinds.exp && !pipelined && longest > 1)
+        .then(|| m.reg("phase", Ty::u(bits_for(longest - 1)), 0));
     let free = match phase {
         Some(p) => is(m, p, 0),
         None => m.lit(1, bit),
@@ -110,11 +136,37 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     };
     let power = named(OpCode::Exp, "is_power");
     let one_minus = named(OpCode::OneMinusExp, "is_one_minus");
+    let sigmoid = named(OpCode::Sigmoid, "is_sigmoid");
+    let softplus = named(OpCode::Softplus, "is_softplus");
     let is_exp = m.or(power, one_minus);
+    let logistic = m.or(sigmoid, softplus);
+    let logistic = if kinds.logistic() {
+        m.name(logistic, "is_logistic")
+    } else {
+        logistic
+    };
+    let is_exp = m.or(is_exp, logistic);
     let is_exp = m.name(is_exp, "is_exp");
 
     m.section("Sequence of an exponential");
-    let sequence = sequence(m, config, phase, free, accept, is_exp, interval);
+    let held = |m: &mut ModuleBuilder, built: bool, name: &str, value: Signal| {
+        built.then(|| {
+            let reg = m.reg(name, Ty::bit(), 0);
+            m.set_next_if(reg, accept, value);
+            Order {
+                now: value,
+                held: reg,
+            }
+        })
+    };
+    let sigmoid = held(m, kinds.sigmoid, "result_sigmoid", sigmoid);
+    let softplus = held(m, kinds.softplus, "result_softplus", softplus);
+    let sequence = match phase {
+        Some(phase) if kinds.logistic() => {
+            passes(m, config, phase, free, accept, is_exp, [sigmoid, softplus])
+        }
+        _ => sequence(m, config, phase, free, accept, is_exp, interval),
+    };
     let tag = Tag::follow(
         m,
         &sequence,
@@ -151,9 +203,25 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
             ("result_is_one_minus".into(), tag.one_minus),
         ]);
     }
+    if let Some(s) = softplus {
+        inputs.push(("result_is_softplus".into(), s.held));
+    }
+    if let Some(log) = &sequence.log {
+        inputs.extend([
+            ("logistic".into(), logistic),
+            ("log".into(), log.steps),
+            ("begin_log".into(), log.begin),
+        ]);
+        if let (Some(s), true) = (sigmoid, kinds.softplus) {
+            inputs.push(("sigmoid".into(), s.now));
+        }
+        if let Some(again) = log.again {
+            inputs.push(("begin_again".into(), again));
+        }
+    }
     if kinds.exp && !pipelined {
         m.section("Constants, shared by the lanes");
-        let widths = Widths::of(&vu.exp, kinds.one_minus);
+        let widths = Widths::of(&vu.exp, kinds);
         let module = exp_constants(config, &widths)?;
         let constants = m.instance("constants", &module, &[("rotate", sequence.rotate)]);
         for i in 0..vu.exp.iterations_per_clock {
@@ -279,6 +347,7 @@ fn sequence(
             tail: never,
             rotate: begin,
             busy: never,
+            log: None,
         };
     };
     let busy = m.not(free);
@@ -308,6 +377,82 @@ fn sequence(
         tail,
         rotate,
         busy,
+        log: None,
+    }
+}
+
+/// As [`sequence`], with operations of one, two and three passes.
+fn passes(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    phase: Signal,
+    free: Signal,
+    accept: Signal,
+    is_exp: Signal,
+    [sigmoid, softplus]: [Option<Order>; 2],
+) -> Sequence {
+    let engine = config.vu.exp.engine();
+    let begin = m.and(accept, is_exp);
+    let begin = m.name(begin, "begin_power");
+    let busy = m.not(free);
+    let busy = m.name(busy, "mid_power");
+    let step = m.or(begin, busy);
+    let step = m.name(step, "step");
+
+    let mut end = m.lit(engine.interval - 1, phase.ty());
+    for (order, op) in [(sigmoid, OpCode::Sigmoid), (softplus, OpCode::Softplus)] {
+        let Some(order) = order else { continue };
+        let here = m.mux(free, order.now, order.held);
+        let own = m.lit(engine.clocks(op) - 1, phase.ty());
+        end = m.mux(here, own, end);
+    }
+    let end = m.name(end, "end_phase");
+    let ends = m.eq(phase, end);
+    let last = m.and(step, ends);
+    let last = m.name(last, "last_phase");
+    let next = plus_one(m, phase);
+    let zero = m.lit(0, phase.ty());
+    let next = m.mux(last, zero, next);
+    m.set_next_if(phase, step, next);
+    let plain = m.not(is_exp);
+    let plain = m.and(accept, plain);
+    let done = m.or(plain, last);
+    let done = m.name(done, "done");
+
+    let from = m.lit(engine.interval, phase.ty());
+    let mut steps = m.ge(phase, from);
+    let log = m.eq(phase, from);
+    let log = m.name(log, "begin_log");
+    let mut tails = vec![is(m, phase, engine.interval - 1)];
+    let again = sigmoid.map(|_| {
+        let to = m.lit(engine.clocks(OpCode::Softplus), phase.ty());
+        let before = m.lt(phase, to);
+        steps = m.and(steps, before);
+        tails.push(is(m, phase, engine.clocks(OpCode::Sigmoid) - 1));
+        let again = m.eq(phase, to);
+        m.name(again, "begin_again")
+    });
+    let steps = m.name(steps, "log_steps");
+    let (tail, rotate) = if config.vu.exp.tail {
+        let tail = m.any_of(&tails);
+        let tail = m.name(tail, "tail_now");
+        let turns = m.not(tail);
+        (tail, m.and(step, turns))
+    } else {
+        (m.lit(0, Ty::bit()), step)
+    };
+    Sequence {
+        done,
+        step,
+        begin,
+        tail,
+        rotate,
+        busy,
+        log: Some(Log {
+            steps,
+            begin: log,
+            again,
+        }),
     }
 }
 
