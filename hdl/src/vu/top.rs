@@ -9,8 +9,9 @@ use super::alu::is_op;
 use super::control::exp_constants;
 use super::engine::Widths;
 use super::lane::{Kinds, lane};
+use super::sequence::{Order, Sequence, passes, sequence};
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
-use crate::parts::{bits_for, counter, fifo, is, plus_one, sticky};
+use crate::parts::{bits_for, counter, fifo, is, sticky};
 
 /// What is known of the vector in the result stage.
 struct Tag {
@@ -23,37 +24,6 @@ struct Tag {
     rounding: Signal,
     keep: Signal,
     last: Signal,
-}
-
-/// Sequencing of the engine.
-struct Sequence {
-    /// The result is complete at the end of this cycle.
-    done: Signal,
-    step: Signal,
-    begin: Signal,
-    tail: Signal,
-    rotate: Signal,
-    busy: Signal,
-    log: Option<Log>,
-}
-
-/// Sequencing of what sigmoid and softplus do after their first exponential.
-struct Log {
-    /// This cycle's steps are the logarithm's.
-    steps: Signal,
-    /// They are its first.
-    begin: Signal,
-    /// This cycle's steps are the first of sigmoid's second exponential.
-    again: Option<Signal>,
-}
-
-/// Whether the vector is of an operation.
-#[derive(Clone, Copy)]
-struct Order {
-    /// The one that is offered.
-    now: Signal,
-    /// The one that was accepted last.
-    held: Signal,
 }
 
 /// Builds the vector unit for a configuration.
@@ -325,135 +295,6 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "sticky: 1 reserved rounding code, 0 operation not built",
     );
     builder.finish()
-}
-
-fn sequence(
-    m: &mut ModuleBuilder,
-    config: &Config,
-    phase: Option<Signal>,
-    free: Signal,
-    accept: Signal,
-    is_exp: Signal,
-    interval: u32,
-) -> Sequence {
-    let begin = m.and(accept, is_exp);
-    let begin = m.name(begin, "begin_power");
-    let never = m.lit(0, Ty::bit());
-    let Some(phase) = phase else {
-        return Sequence {
-            done: accept,
-            step: begin,
-            begin,
-            tail: never,
-            rotate: begin,
-            busy: never,
-            log: None,
-        };
-    };
-    let busy = m.not(free);
-    let busy = m.name(busy, "mid_power");
-    let step = m.or(begin, busy);
-    let step = m.name(step, "step");
-    let last = is(m, phase, interval - 1);
-    let last = m.name(last, "last_phase");
-    let next = plus_one(m, phase);
-    let zero = m.lit(0, phase.ty());
-    let next = m.mux(last, zero, next);
-    m.set_next_if(phase, step, next);
-    let plain = m.not(is_exp);
-    let plain = m.and(accept, plain);
-    let done = m.or(plain, last);
-    let done = m.name(done, "done");
-    let (tail, rotate) = if config.vu.exp.tail {
-        let early = m.not(last);
-        (last, m.and(step, early))
-    } else {
-        (never, step)
-    };
-    Sequence {
-        done,
-        step,
-        begin,
-        tail,
-        rotate,
-        busy,
-        log: None,
-    }
-}
-
-/// As [`sequence`], with operations of one, two and three passes.
-fn passes(
-    m: &mut ModuleBuilder,
-    config: &Config,
-    phase: Signal,
-    free: Signal,
-    accept: Signal,
-    is_exp: Signal,
-    [sigmoid, softplus]: [Option<Order>; 2],
-) -> Sequence {
-    let engine = config.vu.exp.engine();
-    let begin = m.and(accept, is_exp);
-    let begin = m.name(begin, "begin_power");
-    let busy = m.not(free);
-    let busy = m.name(busy, "mid_power");
-    let step = m.or(begin, busy);
-    let step = m.name(step, "step");
-
-    let mut end = m.lit(engine.interval - 1, phase.ty());
-    for (order, op) in [(sigmoid, OpCode::Sigmoid), (softplus, OpCode::Softplus)] {
-        let Some(order) = order else { continue };
-        let here = m.mux(free, order.now, order.held);
-        let own = m.lit(engine.clocks(op) - 1, phase.ty());
-        end = m.mux(here, own, end);
-    }
-    let end = m.name(end, "end_phase");
-    let ends = m.eq(phase, end);
-    let last = m.and(step, ends);
-    let last = m.name(last, "last_phase");
-    let next = plus_one(m, phase);
-    let zero = m.lit(0, phase.ty());
-    let next = m.mux(last, zero, next);
-    m.set_next_if(phase, step, next);
-    let plain = m.not(is_exp);
-    let plain = m.and(accept, plain);
-    let done = m.or(plain, last);
-    let done = m.name(done, "done");
-
-    let from = m.lit(engine.interval, phase.ty());
-    let mut steps = m.ge(phase, from);
-    let log = m.eq(phase, from);
-    let log = m.name(log, "begin_log");
-    let mut tails = vec![is(m, phase, engine.interval - 1)];
-    let again = sigmoid.map(|_| {
-        let to = m.lit(engine.clocks(OpCode::Softplus), phase.ty());
-        let before = m.lt(phase, to);
-        steps = m.and(steps, before);
-        tails.push(is(m, phase, engine.clocks(OpCode::Sigmoid) - 1));
-        let again = m.eq(phase, to);
-        m.name(again, "begin_again")
-    });
-    let steps = m.name(steps, "log_steps");
-    let (tail, rotate) = if config.vu.exp.tail {
-        let tail = m.any_of(&tails);
-        let tail = m.name(tail, "tail_now");
-        let turns = m.not(tail);
-        (tail, m.and(step, turns))
-    } else {
-        (m.lit(0, Ty::bit()), step)
-    };
-    Sequence {
-        done,
-        step,
-        begin,
-        tail,
-        rotate,
-        busy,
-        log: Some(Log {
-            steps,
-            begin: log,
-            again,
-        }),
-    }
 }
 
 impl Tag {
