@@ -35,11 +35,18 @@ pub enum OpCode {
     /// `1 - exp(-a)`, `a` with `one_minus_frac_bits` fraction bits and clamped
     /// to 0..16; exactly 0 at 0. Ignores `b`, shift and rounding.
     OneMinusExp,
+    /// `1 / (1 + exp(-a))`, a signed 32-bit `a` with the fraction bits of the
+    /// exponential's input. Ignores `b`, shift and rounding.
+    Sigmoid,
+    /// `ln(1 + exp(a))`, `a` as for [`OpCode::Sigmoid`]; the result has the
+    /// exponential's `output_bits` fraction bits and is held within signed 32
+    /// bits. Ignores `b`, shift and rounding.
+    Softplus,
 }
 
 impl OpCode {
     /// All, by code.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Pass,
         Self::Relu,
         Self::Add,
@@ -47,6 +54,8 @@ impl OpCode {
         Self::SquareSum,
         Self::Exp,
         Self::OneMinusExp,
+        Self::Sigmoid,
+        Self::Softplus,
     ];
 
     /// The code on the operation port, 4 bits.
@@ -66,6 +75,8 @@ impl OpCode {
             Self::SquareSum => "square-sum",
             Self::Exp => "exp",
             Self::OneMinusExp => "one-minus-exp",
+            Self::Sigmoid => "sigmoid",
+            Self::Softplus => "softplus",
         }
     }
 
@@ -79,7 +90,13 @@ impl OpCode {
     /// Whether the shift-register engine computes it.
     #[must_use]
     pub const fn is_exponential(self) -> bool {
-        matches!(self, Self::Exp | Self::OneMinusExp)
+        matches!(self, Self::Exp | Self::OneMinusExp) || self.is_logistic()
+    }
+
+    /// Whether it takes the engine more than one pass: sigmoid and softplus.
+    #[must_use]
+    pub const fn is_logistic(self) -> bool {
+        matches!(self, Self::Sigmoid | Self::Softplus)
     }
 }
 

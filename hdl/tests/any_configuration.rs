@@ -6,10 +6,11 @@
 
 use std::path::Path;
 use std::process::Command;
+use std::sync::Arc;
 
 use potamoi_formats::config::Config;
 use potamoi_hdl::gu::gathering_unit;
-use potamoi_hdl::ir::{Header, verilog};
+use potamoi_hdl::ir::{Header, IrErrors, Module, verilog};
 use potamoi_hdl::vu::vector_unit;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -34,9 +35,14 @@ fn text(seed: u64) -> String {
                 r#"["one-minus-exp"]"#,
                 r#"["exp", "relu"]"#,
                 r#"["pass"]"#,
+                r#"["exp", "one-minus-exp", "sigmoid", "softplus"]"#,
+                r#"["add", "sigmoid"]"#,
+                r#"["softplus"]"#,
             ]),
         ),
     };
+    // Sigmoid and softplus are of the iterative form alone.
+    let logistic = ops.contains("sigmoid") || ops.contains("softplus");
     format!(
         "[gu]\nbanks = {}\nports = {ports}\nmodes = \"{modes}\"\nvertices = {vertices}\n\
          feature_bits = {}\nweight_bits = {}\nweights = \"{trusted}\"\nsegments = {}\n\
@@ -62,7 +68,7 @@ fn text(seed: u64) -> String {
         pick(&["3", "4", "9"]),
         pick(&["4", "8", "16", "20", "27"]),
         form != "literal" && pick(&["true", "false"]) == "true",
-        form != "literal" && pick(&["true", "false"]) == "true",
+        form != "literal" && !logistic && pick(&["true", "false"]) == "true",
         if form == "literal" {
             "14".to_owned()
         } else {
@@ -73,35 +79,43 @@ fn text(seed: u64) -> String {
 }
 
 fn accepted(config: &Config, seed: u64) {
-    let folder = tempfile::tempdir().unwrap();
+    let again = format!(
+        "seed {seed}\n{}\nrun again: POTAMOI_SEED={seed} cargo test -p potamoi-hdl --test any_configuration",
+        text(seed)
+    );
     for unit in [gathering_unit(config), vector_unit(config)] {
-        let unit = unit.unwrap_or_else(|e| panic!("seed {seed}: {e}"));
-        let mut files = vec![];
-        for (name, text) in verilog(&unit, &Header::default()) {
-            std::fs::write(folder.path().join(&name), text).unwrap();
-            files.push(name);
-        }
-        let top = unit.name();
-        let lint = [
-            "--lint-only",
-            "-Wall",
-            "--language",
-            "1364-2005",
-            "--top-module",
-            top,
-        ];
-        silent("verilator", &lint, &files, folder.path(), seed);
-        let icarus = ["-g2005", "-Wall", "-tnull", "-s", top];
-        silent("iverilog", &icarus, &files, folder.path(), seed);
-        let script = format!(
-            "read_verilog {}; hierarchy -check -top {top}; proc; check -assert",
-            files.join(" ")
-        );
-        silent("yosys", &["-q", "-p", &script], &[], folder.path(), seed);
+        accepted_unit(unit, &again);
     }
 }
 
-fn silent(tool: &str, arguments: &[&str], files: &[String], folder: &Path, seed: u64) {
+fn accepted_unit(unit: Result<Arc<Module>, IrErrors>, of: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let unit = unit.unwrap_or_else(|e| panic!("{of}: {e}"));
+    let mut files = vec![];
+    for (name, text) in verilog(&unit, &Header::default()) {
+        std::fs::write(folder.path().join(&name), text).unwrap();
+        files.push(name);
+    }
+    let top = unit.name();
+    let lint = [
+        "--lint-only",
+        "-Wall",
+        "--language",
+        "1364-2005",
+        "--top-module",
+        top,
+    ];
+    silent("verilator", &lint, &files, folder.path(), of);
+    let icarus = ["-g2005", "-Wall", "-tnull", "-s", top];
+    silent("iverilog", &icarus, &files, folder.path(), of);
+    let script = format!(
+        "read_verilog {}; hierarchy -check -top {top}; proc; check -assert",
+        files.join(" ")
+    );
+    silent("yosys", &["-q", "-p", &script], &[], folder.path(), of);
+}
+
+fn silent(tool: &str, arguments: &[&str], files: &[String], folder: &Path, of: &str) {
     let mut command = Command::new(tool);
     command.args(arguments).args(files).current_dir(folder);
     let done = command
@@ -111,9 +125,7 @@ fn silent(tool: &str, arguments: &[&str], files: &[String], folder: &Path, seed:
     let said = String::from_utf8_lossy(&said);
     assert!(
         done.status.success() && said.trim().is_empty(),
-        "seed {seed}: {tool} {arguments:?} says\n{said}\n{}\nrun again: POTAMOI_SEED={seed} cargo \
-         test -p potamoi-hdl --test any_configuration",
-        text(seed)
+        "{tool} {arguments:?} says\n{said}\nof {of}"
     );
 }
 
@@ -147,6 +159,43 @@ fn tools_accept_what_the_rules_allow() {
 #[ignore = "exhaustive; run with make test-full"]
 fn tools_accept_many_configurations() {
     run(100..160);
+}
+
+/// Engines of sigmoid and softplus of every shape: one step a clock and all at
+/// once, tail, accumulators narrower and wider than the constants and the result.
+#[test]
+fn tools_accept_every_shape_of_sigmoid_and_softplus() {
+    for (i, ops) in [
+        r#"["sigmoid"]"#,
+        r#"["softplus"]"#,
+        r#"["sigmoid", "softplus"]"#,
+        r#"["pass", "softplus", "one-minus-exp"]"#,
+        r#"["exp", "sigmoid", "one-minus-exp"]"#,
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        for (j, exp) in [
+            "iterations_per_clock = 20",
+            "iterations = 9\ntail = true",
+            "iterations = 5\niterations_per_clock = 9\ntail = true\noutput_bits = 20",
+            "iterations = 31\naccumulator_bits = 40\nconstant_bits = 13\niterations_per_clock = 4",
+            "accumulator_bits = 16\nconstant_bits = 40\none_minus_frac_bits = 8",
+            "input = \"U1.24\"\noutput_bits = 4",
+            "input = \"U2.4\"\nconstant_bits = 6\naccumulator_bits = 20\noutput_bits = 20",
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            // Each operation list with some of the shapes, all shapes with some list.
+            if (i + j) % 3 == 0 {
+                let text = format!("[vu]\nlanes = 2\nops = {ops}\n[vu.exp]\n{exp}");
+                let config =
+                    Config::from_toml(&text, "test").unwrap_or_else(|e| panic!("{text}: {e}"));
+                accepted_unit(vector_unit(&config), &text);
+            }
+        }
+    }
 }
 
 /// Constants past the accumulator's precision are 0, and comparisons with them

@@ -179,6 +179,116 @@ fn compute(fault: Option<&Fault>, wrong: Option<(usize, u32)>) -> Option<String>
     signal(unit.check(&config, &batches(&a, &b), &results, check(&mut |_| {})))
 }
 
+/// Work on a unit with sigmoid and softplus, as [`compute`].
+fn passes(knobs: &str, fault: Option<&Fault>) -> Option<String> {
+    let text = format!(
+        "[vu]\nlanes = 3\nops = [\"add\", \"exp\", \"one-minus-exp\", \"sigmoid\", \"softplus\"]\n[vu.exp]\n{knobs}"
+    );
+    let config = Config::from_toml(&text, "test").unwrap();
+    let mut module = vector_unit(&config).unwrap();
+    if let Some(fault) = fault {
+        module = fault.inject(&module).unwrap();
+    }
+    let unit = VectorUnit::of_module(EngineKind::Interpreter, &config, &module).unwrap();
+    // -10 to 10 and both ends.
+    let mut a: Vec<i32> = (-15..15).map(|i| i * 5501).collect();
+    a.extend([i32::MIN, i32::MAX]);
+    let b: Vec<i32> = (0..32).map(|i| 1000 - i * 77).collect();
+    let batches: Vec<_> = [
+        OpCode::Softplus,
+        OpCode::Exp,
+        OpCode::Sigmoid,
+        OpCode::Add,
+        OpCode::OneMinusExp,
+        OpCode::Sigmoid,
+        OpCode::Softplus,
+    ]
+    .into_iter()
+    .map(|code| VectorBatch {
+        op: VectorOp::new(code),
+        a: &a,
+        b: &b,
+    })
+    .collect();
+    let twin = VectorTwin::new(&config.vu);
+    let mut results = vec![];
+    for batch in &batches {
+        let from = results.len();
+        results.resize(from + a.len(), 0);
+        twin.slice(batch.op, &a, &b, &mut results[from..]).unwrap();
+    }
+    signal(unit.check(&config, &batches, &results, check(&mut |_| {})))
+}
+
+#[test]
+fn faults_in_the_passes_of_sigmoid_and_softplus_are_found() {
+    let top = VECTOR_UNIT;
+    for knobs in [
+        "iterations = 16",
+        "iterations = 9\niterations_per_clock = 3\ntail = true",
+    ] {
+        assert_eq!(passes(knobs, None), None);
+        for (module, register, change, port) in [
+            (
+                "vector_lane",
+                "r_linear",
+                Change::Invert(31),
+                "m_axis_vec_tdata",
+            ),
+            (
+                "vector_lane",
+                "r_linear",
+                Change::Invert(13),
+                "m_axis_vec_tdata",
+            ),
+            (
+                "vector_lane",
+                "r_remain",
+                Change::Invert(12),
+                "m_axis_vec_tdata",
+            ),
+            (
+                "vector_lane",
+                "r_accum",
+                Change::Invert(12),
+                "m_axis_vec_tdata",
+            ),
+            (
+                "vector_lane",
+                "r_digits",
+                Change::Invert(1),
+                "m_axis_vec_tdata",
+            ),
+            (
+                "vector_lane",
+                "r_rescaled",
+                Change::Invert(0),
+                "m_axis_vec_tdata",
+            ),
+            (
+                top,
+                "result_softplus",
+                Change::Invert(0),
+                "s_axis_vec_tready",
+            ),
+            (
+                top,
+                "result_sigmoid",
+                Change::Invert(0),
+                "s_axis_vec_tready",
+            ),
+            (top, "phase", Change::Invert(0), "s_axis_vec_tready"),
+            (top, "result_is_exp", Change::Invert(0), "m_axis_vec_tdata"),
+        ] {
+            let fault = fault(module, register, change);
+            let found = passes(knobs, Some(&fault));
+            let found = found.unwrap_or_else(|| panic!("{knobs}: {fault:?} is not found"));
+            println!("{knobs:?}: {module}.{register} is found at {found}");
+            assert!(found.starts_with(port), "{fault:?} is found at {found}");
+        }
+    }
+}
+
 #[test]
 fn every_port_of_the_vector_unit_is_compared() {
     assert_eq!(compute(None, None), None);

@@ -256,6 +256,10 @@ fn every_cycle_is_as_predicted_under_random_stalls() {
         "[vu]\nlanes = 2\nfifo_depth = 3\n[vu.exp]\npipelined = true",
         "[vu]\nlanes = 2\n[vu.exp]\npipelined = true\niterations_per_clock = 4\ntail = true",
         "[vu]\nlanes = 4\nops = [\"exp\"]",
+        "[vu]\nlanes = 3\nops = [\"pass\", \"multiply\", \"exp\", \"one-minus-exp\", \"sigmoid\", \"softplus\"]",
+        "[vu]\nlanes = 2\nfifo_depth = 3\nops = [\"add\", \"exp\", \"sigmoid\", \"softplus\"]\n\
+         [vu.exp]\niterations = 9\niterations_per_clock = 4\ntail = true",
+        "[vu]\nlanes = 5\nops = [\"relu\", \"sigmoid\", \"softplus\"]\n[vu.exp]\niterations_per_clock = 20",
     ]
     .into_iter()
     .enumerate()
@@ -271,7 +275,7 @@ fn every_cycle_is_as_predicted_under_random_stalls() {
 /// Vector units of any sort that the rules allow, on the interpreter.
 #[test]
 fn units_of_any_sort_agree_under_random_stalls() {
-    for seed in 0..60u64 {
+    for seed in 0..120u64 {
         let mut random = Pcg64Mcg::seed_from_u64(7000 + seed);
         let mut pick = |from: &[&'static str]| from[random.random_range(0..from.len())];
         let general = pick(&["alpha", "alpha", "general"]) == "general";
@@ -293,7 +297,17 @@ fn units_of_any_sort_agree_under_random_stalls() {
             pick(&[
                 r#"["exp", "one-minus-exp"]"#,
                 r#"["exp", "relu", "multiply"]"#,
+                r#"["exp", "one-minus-exp", "sigmoid", "softplus"]"#,
+                r#"["add", "softplus"]"#,
+                r#"["sigmoid", "one-minus-exp", "pass"]"#,
+                r#"["sigmoid"]"#,
             ])
+        };
+        // Sigmoid and softplus are of the iterative form alone.
+        let forms: &[_] = if ops.contains("sig") || ops.contains("soft") {
+            &["false"]
+        } else {
+            &["true", "false"]
         };
         let config = config(&format!(
             "[vu]\nlanes = {}\nfifo_depth = {}\nops = {ops}\n[vu.exp]\n{engine}\niterations = {}\n\
@@ -302,7 +316,7 @@ fn units_of_any_sort_agree_under_random_stalls() {
             pick(&["3", "4", "7"]),
             pick(&["4", "9", "16", "20", "27"]),
             pick(&["true", "false"]),
-            pick(&["true", "false"]),
+            pick(forms),
             pick(&["1", "2", "3", "7"]),
             pick(&["6", "12", "16", "20"]),
         ));

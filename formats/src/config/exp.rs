@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::fixed::Format;
+use crate::units::OpCode;
 
 /// How exponentials are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -98,6 +99,8 @@ pub struct Engine {
     pub bias: u32,
     /// Steps in all: `digits + n`.
     pub steps: u32,
+    /// Clocks that the steps take: a turn of the shift registers.
+    pub turn: u32,
     /// Clocks that the steps and the tail take: the initiation interval of the
     /// iterative form, and the stages of the pipelined one.
     pub interval: u32,
@@ -131,7 +134,7 @@ impl ExpConfig {
             .unwrap_or(known.map_or((f + guard).max(n + 1), |k| k.1))
             .max(self.input.frac_bits());
         let steps = digits + n;
-        let interval = steps.div_ceil(self.iterations_per_clock.max(1)) + u32::from(self.tail);
+        let turn = steps.div_ceil(self.iterations_per_clock.max(1));
         Engine {
             accumulator_bits,
             constant_bits,
@@ -140,7 +143,23 @@ impl ExpConfig {
             digits,
             bias,
             steps,
-            interval,
+            turn,
+            interval: turn + u32::from(self.tail),
+        }
+    }
+}
+
+impl Engine {
+    /// Clocks from an operation's acceptance to the next one's, of the
+    /// iterative form: an exponential, for softplus then a turn of the shift
+    /// registers for the logarithm, for sigmoid an exponential again.
+    #[must_use]
+    pub const fn clocks(&self, op: OpCode) -> u32 {
+        match op {
+            OpCode::Exp | OpCode::OneMinusExp => self.interval,
+            OpCode::Softplus => self.interval + self.turn,
+            OpCode::Sigmoid => 2 * self.interval + self.turn,
+            _ => 1,
         }
     }
 }

@@ -23,8 +23,9 @@ pub use vu::VuConfig;
 /// The paper's sizes; what every command uses unless told otherwise.
 pub const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
 /// Configurations that come with the program, by name.
-pub const PRESETS: [(&str, &str); 2] = [
+pub const PRESETS: [(&str, &str); 3] = [
     ("paper", PAPER_PRESET),
+    ("fields", include_str!("../../../configs/fields.toml")),
     ("small", include_str!("../../../configs/small.toml")),
 ];
 

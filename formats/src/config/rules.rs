@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use super::{Config, ExpForm, ExpOutput, Modes};
+use super::{Config, Modes};
 use crate::rit::Vertices;
-use crate::units::OpCode;
+
+mod vector;
 
 /// One broken rule.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -103,8 +104,8 @@ pub fn check(config: &Config) -> RuleBreaches {
     );
     gathering(config, &mut out);
     index_table(config, &mut out);
-    vector(config, &mut out);
-    exponential(config, &mut out);
+    vector::vector(config, &mut out);
+    vector::exponential(config, &mut out);
     out
 }
 
@@ -232,145 +233,6 @@ fn index_table(config: &Config, out: &mut RuleBreaches) {
     );
 }
 
-fn vector(config: &Config, out: &mut RuleBreaches) {
-    let vu = &config.vu;
-    out.range(
-        "vu-lanes",
-        "vu.lanes",
-        vu.lanes,
-        1,
-        256,
-        "lanes side by side",
-    );
-    out.range(
-        "vu-fifo-depth",
-        "vu.fifo_depth",
-        vu.fifo_depth,
-        3,
-        64,
-        "results that wait for the sink; fewer than 3 stall element-wise operations",
-    );
-    let mut unique = vu.ops.clone();
-    unique.sort();
-    unique.dedup();
-    out.require(
-        !vu.ops.is_empty() && unique.len() == vu.ops.len(),
-        "vu-ops",
-        "vu.ops",
-        OpCode::list(&vu.ops),
-        "at least one operation, each once",
-    );
-}
-
-fn exponential(config: &Config, out: &mut RuleBreaches) {
-    let exp = &config.vu.exp;
-    let (n, f) = (exp.iterations, exp.output_bits);
-    out.range(
-        "exp-iterations",
-        "vu.exp.iterations",
-        n,
-        2,
-        31,
-        "the shift amount has 5 bits",
-    );
-    if !(2..=31).contains(&n) {
-        return;
-    }
-    let most = if exp.output == ExpOutput::Alpha {
-        24
-    } else {
-        23
-    };
-    out.range(
-        "exp-output-bits",
-        "vu.exp.output_bits",
-        f,
-        4,
-        most,
-        "fraction bits of the result, which has 32 in all",
-    );
-    out.range(
-        "exp-one-minus-frac-bits",
-        "vu.exp.one_minus_frac_bits",
-        exp.one_minus_frac_bits,
-        8,
-        24,
-        "the input covers 0 to 16",
-    );
-    let (wanted, right) = match (exp.form, exp.output) {
-        (ExpForm::Literal, _) => (
-            "S0.4 to S0.24: the recurrence covers [-1, 1)",
-            exp.input.is_signed() && exp.input.int_bits() == 0,
-        ),
-        (_, ExpOutput::Alpha) => (
-            "U1.x to U3.x with 4 to 24 fraction bits: the digits cover 0 to 8",
-            !exp.input.is_signed() && (1..=3).contains(&exp.input.int_bits()),
-        ),
-        (_, ExpOutput::General) => (
-            "S0.x to S6.x with 4 to 24 fraction bits",
-            exp.input.is_signed() && exp.input.int_bits() <= 6,
-        ),
-    };
-    out.require(
-        right && (4..=24).contains(&exp.input.frac_bits()),
-        "exp-input",
-        "vu.exp.input",
-        exp.input,
-        wanted,
-    );
-    if !out.is_empty() && out.0.iter().any(|b| b.field.starts_with("vu.exp")) {
-        return;
-    }
-    let engine = exp.engine();
-    out.range(
-        "exp-iterations-per-clock",
-        "vu.exp.iterations_per_clock",
-        exp.iterations_per_clock,
-        1,
-        engine.steps,
-        "steps taken in one clock, of n and the exponent's digits",
-    );
-    out.range(
-        "exp-accumulator-bits",
-        "vu.exp.accumulator_bits",
-        engine.accumulator_bits,
-        f,
-        40,
-        "at least the result's fraction bits",
-    );
-    let least = exp.input.frac_bits();
-    out.range(
-        "exp-constant-bits",
-        "vu.exp.constant_bits",
-        exp.constant_bits.unwrap_or(engine.constant_bits),
-        least,
-        40,
-        "at least the input's fraction bits",
-    );
-    out.require(
-        (-16..=16).contains(&engine.offset),
-        "exp-offset",
-        "vu.exp.offset",
-        engine.offset,
-        "-16 to 16 units of the accumulator's last bit",
-    );
-    out.require(
-        exp.form == ExpForm::Restoring || !exp.tail,
-        "exp-literal-tail",
-        "vu.exp.tail",
-        exp.tail,
-        "false: the literal recurrence has no tail",
-    );
-    let one_minus = config.vu.ops.contains(&OpCode::OneMinusExp);
-    out.require(
-        !one_minus || (exp.form == ExpForm::Restoring && exp.output == ExpOutput::Alpha),
-        "exp-one-minus",
-        "vu.ops",
-        "one-minus-exp",
-        "left out: it needs vu.exp.form = \"restoring\" and vu.exp.output = \"alpha\"",
-    );
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -410,6 +272,9 @@ mod tests {
             "[vu.exp]\noffset = 17",
             "[vu]\nops = [\"exp\"]\n[vu.exp]\nform = \"literal\"\ninput = \"S0.15\"\ntail = true",
             "[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"",
+            "[vu]\nops = [\"exp\", \"sigmoid\"]\n[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"",
+            "[vu]\nops = [\"sigmoid\", \"softplus\"]\n[vu.exp]\npipelined = true",
+            "[vu]\nops = [\"softplus\"]\n[vu.exp]\noutput_bits = 21",
         ];
         let mut seen = String::new();
         for text in cases {

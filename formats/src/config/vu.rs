@@ -11,7 +11,7 @@ use crate::units::OpCode;
 pub struct VuConfig {
     /// Lanes. The paper states none; 24, one a MAC column, is a named assumption.
     pub lanes: u32,
-    /// Operations that are built.
+    /// Operations that are built; all but sigmoid and softplus by default.
     pub ops: Vec<OpCode>,
     /// Results that the output FIFO holds.
     pub fifo_depth: u32,
@@ -23,7 +23,10 @@ impl Default for VuConfig {
     fn default() -> Self {
         Self {
             lanes: 24,
-            ops: OpCode::ALL.to_vec(),
+            ops: OpCode::ALL
+                .into_iter()
+                .filter(|op| !op.is_logistic())
+                .collect(),
             fifo_depth: 4,
             exp: ExpConfig::default(),
         }

@@ -6,6 +6,8 @@ use potamoi_formats::fixed::Format;
 
 use super::logarithms::{ln_one_plus_power, multiple_of_ln2};
 
+mod logistic;
+
 /// What the engine holds after its last step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Raw {
@@ -33,6 +35,7 @@ pub struct ExpTwin {
     steps: Vec<(u32, i64)>,
     start: i64,
     start_far: i64,
+    start_logarithm: i64,
 }
 
 /// The exponent's bias for one-minus-exp of values of 8 and more.
@@ -62,6 +65,7 @@ impl ExpTwin {
             let digits = (0..u32::BITS).filter(|j| bias >> j & 1 == 1);
             digits.map(|j| multiple_of_ln2(j, wc)).sum::<i64>() + centre
         };
+        let steps: Vec<_> = shifts.map(|i| (i, ln_one_plus_power(i, wc))).collect();
         Self {
             form: config.form,
             output: config.output,
@@ -74,7 +78,8 @@ impl ExpTwin {
                 .rev()
                 .map(|j| multiple_of_ln2(j, wc))
                 .collect(),
-            steps: shifts.map(|i| (i, ln_one_plus_power(i, wc))).collect(),
+            start_logarithm: Self::logarithm_start(&engine, &steps),
+            steps,
             start: biased(engine.bias),
             start_far: biased(FAR_BIAS),
         }
@@ -264,6 +269,7 @@ mod tests {
             let twin = ExpTwin::new(&config);
             for a in [i32::MIN, -1, 0, 1, 40_000, i32::MAX] {
                 let _ = (twin.exp(a), twin.one_minus_exp(a));
+                let _ = (twin.sigmoid(a), twin.softplus(a));
             }
         }
     }

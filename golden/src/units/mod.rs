@@ -4,6 +4,7 @@
 pub mod exp;
 pub mod gather;
 mod logarithms;
+pub mod logistic;
 pub mod one_minus;
 pub mod recorder;
 pub mod reference;

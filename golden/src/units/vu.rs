@@ -146,6 +146,8 @@ impl VectorTwin {
             OpCode::SquareSum => x * x + y * y,
             OpCode::Exp => return self.exp.exp(a),
             OpCode::OneMinusExp => return self.exp.one_minus_exp(a),
+            OpCode::Sigmoid => return self.exp.sigmoid(a),
+            OpCode::Softplus => return self.exp.softplus(a),
         };
         let rounded = round_shift(exact, u32::from(op.shift), op.rounding);
         rounded.clamp(i128::from(i32::MIN), i128::from(i32::MAX)) as i32
@@ -160,7 +162,10 @@ mod tests {
     use proptest::prelude::*;
 
     fn twin() -> VectorTwin {
-        VectorTwin::new(&VuConfig::default())
+        VectorTwin::new(&VuConfig {
+            ops: OpCode::ALL.to_vec(),
+            ..VuConfig::default()
+        })
     }
 
     fn op(code: OpCode, shift: u8, rounding: Rounding) -> VectorOp {

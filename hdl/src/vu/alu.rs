@@ -18,6 +18,8 @@ pub(super) fn is_op(m: &mut ModuleBuilder, code: Signal, op: OpCode) -> Signal {
         OpCode::SquareSum => "OP_SQUARE_SUM",
         OpCode::Exp => "OP_EXP",
         OpCode::OneMinusExp => "OP_ONE_MINUS_EXP",
+        OpCode::Sigmoid => "OP_SIGMOID",
+        OpCode::Softplus => "OP_SOFTPLUS",
     };
     let own = m.param(name, u32::from(op.code()), code.ty(), "");
     m.eq(code, own)

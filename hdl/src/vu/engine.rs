@@ -5,6 +5,8 @@ use potamoi_formats::config::{Engine, ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Rounding;
 
 use super::constants::ln_two_times;
+use super::lane::Kinds;
+use super::logistic::Size;
 use crate::ir::{ModuleBuilder, Signal, Ty};
 use crate::parts::bits_for;
 
@@ -17,8 +19,8 @@ pub(super) struct Widths {
     pub(super) accum: Ty,
     pub(super) digits: Ty,
     pub(super) shift: Ty,
-    /// `1 - exp(-s)` is built.
-    pub(super) one_minus: bool,
+    /// What is built.
+    pub(super) kinds: Kinds,
 }
 
 /// The state that a step takes and gives.
@@ -38,7 +40,7 @@ pub(super) struct Place {
 }
 
 impl Widths {
-    pub(super) fn of(exp: &ExpConfig, one_minus: bool) -> Self {
+    pub(super) fn of(exp: &ExpConfig, kinds: Kinds) -> Self {
         let engine = exp.engine();
         // Integer bits of the start, 12 ln 2 = 8.3 or 24 ln 2 - 8 = 8.6 in the
         // alpha configuration, x + Z ln 2 in the general one.
@@ -54,7 +56,7 @@ impl Widths {
             accum: Ty::u(engine.accumulator_bits + integer),
             digits: Ty::u(engine.digits.max(1)),
             shift: Ty::u(5),
-            one_minus,
+            kinds,
         }
     }
 
@@ -77,11 +79,13 @@ impl Widths {
     }
 
     /// The state before the first step, and whether the larger bias was taken.
+    /// `size` are the operands of sigmoid and softplus, where they are built.
     pub(super) fn start(
         &self,
         m: &mut ModuleBuilder,
         a: Signal,
         one_minus: Signal,
+        size: Option<Size>,
     ) -> (State, Signal) {
         let bits = self.engine.constant_bits;
         let zero = m.lit(0, Ty::bit());
@@ -116,10 +120,18 @@ impl Widths {
             (_, ExpOutput::Alpha) => {
                 let bias = m.param("BIAS", self.bias(12), self.remain, "12 ln 2, centred");
                 let plain = m.sub(bias, aligned);
-                if self.one_minus {
-                    let (remain, large) = self.start_one_minus(m, a, bias);
-                    let large = m.and(large, one_minus);
-                    (m.mux(one_minus, remain, plain), m.name(large, "rescaled"))
+                if self.kinds.one_minus || size.is_some() {
+                    let mut depth = self.kinds.one_minus.then(|| self.depth(m, a));
+                    let mut wide = one_minus;
+                    if let Some(size) = size {
+                        depth = Some(size.or(m, depth));
+                        wide = m.or(size.given, wide);
+                        wide = m.name(wide, "takes_depth");
+                    }
+                    let (aligned, large) = depth.unwrap_or((plain, zero));
+                    let remain = self.start_depth(m, aligned, large, bias);
+                    let large = m.and(large, wide);
+                    (m.mux(wide, remain, plain), m.name(large, "rescaled"))
                 } else {
                     (plain, zero)
                 }
@@ -136,7 +148,9 @@ impl Widths {
         )
     }
 
-    fn start_one_minus(&self, m: &mut ModuleBuilder, a: Signal, bias: Signal) -> (Signal, Signal) {
+    /// The operand of `1 - exp(-s)` with the constants' fraction bits, and
+    /// whether it is 8 or more.
+    fn depth(&self, m: &mut ModuleBuilder, a: Signal) -> (Signal, Signal) {
         let (bits, frac) = (self.engine.constant_bits, self.exp.one_minus_frac_bits);
         let s = m.saturate(a, Ty::u(4 + frac));
         let s = m.name(s, "depth");
@@ -153,33 +167,54 @@ impl Widths {
             let wide = m.extend(s, width);
             m.shl_const(wide, bits - frac)
         };
+        (aligned, large)
+    }
+
+    /// The start for a power of up to 16, with a bias that suits it.
+    fn start_depth(
+        &self,
+        m: &mut ModuleBuilder,
+        aligned: Signal,
+        large: Signal,
+        bias: Signal,
+    ) -> Signal {
+        let width = self.remain.width + 1;
         let far = m.param("FAR_BIAS", self.bias(24), Ty::u(width), "24 ln 2, centred");
         let near = m.extend(bias, width);
         let from = m.mux(large, far, near);
         let remain = m.sub(from, aligned);
         let remain = m.name(remain, "depth_remain");
-        (m.truncate(remain, self.remain.width), large)
+        m.truncate(remain, self.remain.width)
     }
 
-    /// One step: compare, subtract, shift and add.
-    pub(super) fn step(&self, m: &mut ModuleBuilder, s: State, place: Place, index: u32) -> State {
-        let take = m.ge(s.remain, place.constant);
+    /// One step: compare, subtract, shift and add. With `log` high the sum
+    /// decides instead of the comparison: it stays below 2.
+    pub(super) fn step(
+        &self,
+        m: &mut ModuleBuilder,
+        s: State,
+        place: Place,
+        index: u32,
+        log: Option<Signal>,
+    ) -> State {
+        let mut take = m.ge(s.remain, place.constant);
+        let mut early = None;
+        if let Some(log) = log {
+            let sum = self.grown(m, s, place, index);
+            let sum = m.name(sum, &format!("accum_grown{index}"));
+            // Doubled by a digit's step, a sum of 2 and more wraps.
+            let top = self.accum.width - 1;
+            let (past, before) = (m.bit(sum, top), m.bit(s.accum, top));
+            let past = m.or(past, before);
+            let below = m.not(past);
+            take = m.mux(log, below, take);
+            early = Some(sum);
+        }
         let take = m.name(take, &format!("take{index}"));
         let less = m.sub(s.remain, place.constant);
         let remain = m.mux(take, less, s.remain);
         let remain = m.name(remain, &format!("remain{index}"));
-        // One more bit below: the dropped bit rounds.
-        let none = m.lit(0, Ty::bit());
-        let doubled = m.cat(&[s.accum, none]);
-        let shifted = m.shr(doubled, place.shift);
-        let shifted = m.name(shifted, &format!("accum_shifted{index}"));
-        let whole = m.slice(shifted, 1, self.accum.width);
-        let mut sum = m.add(s.accum, whole);
-        if !self.literal() {
-            let up = m.bit(shifted, 0);
-            let up = m.extend(up, self.accum.width);
-            sum = m.add(sum, up);
-        }
+        let sum = early.unwrap_or_else(|| self.grown(m, s, place, index));
         if self.engine.digits == 0 {
             let accum = m.mux(take, sum, s.accum);
             let accum = m.name(accum, &format!("accum{index}"));
@@ -204,6 +239,23 @@ impl Widths {
         }
     }
 
+    /// `R_accum (1 + 2^-i)`.
+    fn grown(&self, m: &mut ModuleBuilder, s: State, place: Place, index: u32) -> Signal {
+        // One more bit below: the dropped bit rounds.
+        let none = m.lit(0, Ty::bit());
+        let doubled = m.cat(&[s.accum, none]);
+        let shifted = m.shr(doubled, place.shift);
+        let shifted = m.name(shifted, &format!("accum_shifted{index}"));
+        let whole = m.slice(shifted, 1, self.accum.width);
+        let sum = m.add(s.accum, whole);
+        if self.literal() {
+            return sum;
+        }
+        let up = m.bit(shifted, 0);
+        let up = m.extend(up, self.accum.width);
+        m.add(sum, up)
+    }
+
     /// `R_accum (1 + R_remain)`, truncated.
     pub(super) fn tail(&self, m: &mut ModuleBuilder, s: State) -> State {
         // What is left is below 2^-n.
@@ -219,24 +271,10 @@ impl Widths {
         }
     }
 
-    /// The 32-bit result from the final state.
-    pub(super) fn result(
-        &self,
-        m: &mut ModuleBuilder,
-        s: State,
-        one_minus: Signal,
-        large: Signal,
-    ) -> Signal {
-        let (wa, f) = (self.engine.accumulator_bits, self.exp.output_bits);
-        if self.literal() {
-            let rounded = m.round(s.accum, wa - f, Rounding::HalfUp);
-            return self.word(m, rounded);
-        }
-        if self.exp.output == ExpOutput::General {
-            return self.general(m, s);
-        }
+    /// The exponent k: the power is `R_accum 2^-k`.
+    fn exponent(&self, m: &mut ModuleBuilder, s: State, large: Signal) -> Signal {
         let bias = m.lit(12, Ty::u(5));
-        let bias = if self.one_minus {
+        let bias = if self.kinds.one_minus || self.kinds.logistic() {
             let far = m.lit(24, Ty::u(5));
             m.mux(large, far, bias)
         } else {
@@ -246,12 +284,48 @@ impl Widths {
         let k = m.sub(bias, digits);
         let k = m.name(k, "exponent");
         m.note(k, "the result is R_accum 2^-exponent");
+        k
+    }
+
+    /// `R_accum 2^-k` with one bit below its last, of sigmoid and softplus.
+    pub(super) fn scaled(&self, m: &mut ModuleBuilder, s: State, large: Signal) -> Signal {
+        let k = self.exponent(m, s, large);
         let none = m.lit(0, Ty::bit());
         let doubled = m.cat(&[s.accum, none]);
         let doubled = m.name(doubled, "accum_doubled");
-        let fixed = m.slice(doubled, wa - f, doubled.width() - (wa - f));
-        let fixed_width = fixed.width();
-        let scaled = m.shr(fixed, k);
+        let scaled = m.shr(doubled, k);
+        m.name(scaled, "power_scaled")
+    }
+
+    /// The 32-bit result from the final state. `power` is what [`Self::scaled`]
+    /// made of it, where that is built.
+    pub(super) fn result(
+        &self,
+        m: &mut ModuleBuilder,
+        s: State,
+        one_minus: Signal,
+        large: Signal,
+        power: Option<Signal>,
+    ) -> Signal {
+        let (wa, f) = (self.engine.accumulator_bits, self.exp.output_bits);
+        if self.literal() {
+            let rounded = m.round(s.accum, wa - f, Rounding::HalfUp);
+            return self.word(m, rounded);
+        }
+        if self.exp.output == ExpOutput::General {
+            return self.general(m, s);
+        }
+        let fixed_width = s.accum.width() + 1 - (wa - f);
+        let scaled = if let Some(power) = power {
+            m.slice(power, wa - f, fixed_width)
+        } else {
+            let k = self.exponent(m, s, large);
+            let none = m.lit(0, Ty::bit());
+            let doubled = m.cat(&[s.accum, none]);
+            let doubled = m.name(doubled, "accum_doubled");
+            let fixed = m.slice(doubled, wa - f, fixed_width);
+            m.shr(fixed, k)
+        };
         let scaled = m.name(scaled, "scaled");
         let whole = m.slice(scaled, 1, fixed_width - 1);
         let up = m.bit(scaled, 0);
@@ -260,7 +334,7 @@ impl Widths {
         let e = m.name(e, "rounded");
         let top = m.saturate(e, Ty::u(f));
         let alpha = self.word(m, top);
-        if !self.one_minus {
+        if !self.kinds.one_minus {
             return alpha;
         }
         let one = m.lit(BigInt::from(1) << f, e.ty());

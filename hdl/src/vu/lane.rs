@@ -8,27 +8,30 @@ use potamoi_formats::units::OpCode;
 use super::alu::{EXACT, exact, requantise};
 use super::constants::steps;
 use super::engine::{Place, State, Widths};
+use super::iterative::iterative;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 /// What every lane is told alike.
-struct Orders {
+pub(super) struct Orders {
     accept: Signal,
     code: Signal,
-    one_minus: Signal,
+    pub(super) one_minus: Signal,
     shift: Signal,
     rounding: Signal,
     is_exp: Signal,
     was_one_minus: Signal,
+    was_softplus: Signal,
 }
 
 impl Orders {
-    fn declare(
-        m: &mut ModuleBuilder,
-        exp: bool,
-        one_minus: bool,
-        elementwise: bool,
-        multi_op: bool,
-    ) -> Self {
+    fn declare(m: &mut ModuleBuilder, kinds: Kinds) -> Self {
+        let Kinds {
+            exp,
+            one_minus,
+            elementwise,
+            softplus,
+            ..
+        } = kinds;
         let bit = Ty::bit();
         let none = m.lit(0, bit);
         let unused = m.lit(0, Ty::u(6));
@@ -72,7 +75,7 @@ impl Orders {
                 unused,
             ),
             is_exp: port(
-                exp && multi_op,
+                exp && elementwise,
                 "result_is_exp",
                 bit,
                 "of the result stage",
@@ -85,15 +88,35 @@ impl Orders {
                 "of the result stage",
                 none,
             ),
+            was_softplus: port(
+                softplus,
+                "result_is_softplus",
+                bit,
+                "of the result stage",
+                none,
+            ),
         }
     }
 }
 
 /// Which kinds of operation a configuration builds.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Kinds {
+    /// Any that the engine computes.
     pub(super) exp: bool,
     pub(super) one_minus: bool,
     pub(super) elementwise: bool,
+    pub(super) sigmoid: bool,
+    pub(super) softplus: bool,
+}
+
+/// What the engine holds for the result stage.
+pub(super) struct Powers {
+    pub(super) state: State,
+    pub(super) large: Signal,
+    /// Of sigmoid and softplus, where they are built: the power, scaled, and
+    /// the sum that softplus rounds.
+    pub(super) logistic: Option<(Signal, Signal)>,
 }
 
 impl Kinds {
@@ -103,7 +126,14 @@ impl Kinds {
             exp: ops.iter().any(|o| o.is_exponential()),
             one_minus: ops.contains(&OpCode::OneMinusExp),
             elementwise: ops.iter().any(|o| !o.is_exponential()),
+            sigmoid: ops.contains(&OpCode::Sigmoid),
+            softplus: ops.contains(&OpCode::Softplus),
         }
+    }
+
+    /// Operations of more than one pass are built.
+    pub(super) const fn logistic(self) -> bool {
+        self.sigmoid || self.softplus
     }
 }
 
@@ -114,17 +144,11 @@ impl Kinds {
 pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let exp = &config.vu.exp;
     let kinds = Kinds::of(config);
-    let widths = Widths::of(exp, kinds.one_minus);
+    let widths = Widths::of(exp, kinds);
     let mut builder = ModuleBuilder::new("vector_lane");
     let m = &mut builder;
     m.doc("one lane of the vector unit: element-wise operations and the exponential engine.");
-    let orders = Orders::declare(
-        m,
-        kinds.exp,
-        kinds.one_minus,
-        kinds.elementwise,
-        kinds.elementwise,
-    );
+    let orders = Orders::declare(m, kinds);
     let a = m.input("a", Ty::s(32), "");
     let b = m.input("b", Ty::s(32), "");
     let reads_b = config
@@ -161,7 +185,17 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         (Some(v), true) => Some(delay(m, v, config.vu.exp.engine().interval - 1)),
         (v, _) => v,
     };
-    let power = powers.map(|(state, large)| widths.result(m, state, orders.was_one_minus, large));
+    let power = powers.map(|p| {
+        let scaled = p.logistic.map(|(power, _)| power);
+        let result = widths.result(m, p.state, orders.was_one_minus, p.large, scaled);
+        match p.logistic.filter(|_| kinds.softplus) {
+            Some((_, sum)) => {
+                let softplus = widths.softplus(m, sum);
+                m.mux(orders.was_softplus, softplus, result)
+            }
+            None => result,
+        }
+    });
     let result = match (value, power) {
         (Some(v), Some(p)) => m.mux(orders.is_exp, p, v),
         (Some(only), None) | (None, Some(only)) => only,
@@ -180,94 +214,6 @@ fn delay(m: &mut ModuleBuilder, value: Signal, cycles: u32) -> Signal {
     })
 }
 
-/// Registers that the steps run in, r a clock. The first steps take the
-/// operand itself, so that loading costs no cycle.
-fn iterative(
-    m: &mut ModuleBuilder,
-    config: &Config,
-    widths: &Widths,
-    orders: &Orders,
-    a: Signal,
-) -> (State, Signal) {
-    m.section("Exponential: start");
-    let exp = &config.vu.exp;
-    let step = m.input("step", Ty::bit(), "takes steps this cycle");
-    let begin = m.input(
-        "begin_power",
-        Ty::bit(),
-        "this cycle's steps start from the operand",
-    );
-    let tail = exp.tail.then(|| {
-        m.input(
-            "tail",
-            Ty::bit(),
-            "multiplies by 1 + the residual this cycle",
-        )
-    });
-    let places: Vec<Place> = (0..exp.iterations_per_clock)
-        .map(|i| place(m, widths, i))
-        .collect();
-    let (start, large) = widths.start(m, a, orders.one_minus);
-    m.section("Exponential: steps");
-    let regs = State {
-        remain: m.reg("r_remain", widths.remain, 0),
-        accum: m.reg("r_accum", widths.accum, 0),
-        digits: m.reg("r_digits", widths.digits, 0),
-    };
-    let mut state = State {
-        remain: m.mux(begin, start.remain, regs.remain),
-        accum: m.mux(begin, start.accum, regs.accum),
-        digits: m.mux(begin, start.digits, regs.digits),
-    };
-    state = State {
-        remain: m.name(state.remain, "remain_now"),
-        accum: m.name(state.accum, "accum_now"),
-        digits: m.name(state.digits, "digits_now"),
-    };
-    for (i, place) in places.iter().enumerate() {
-        state = widths.step(m, state, *place, i as u32);
-    }
-    if let Some(now) = tail {
-        let end = widths.tail(m, regs);
-        state = State {
-            accum: m.mux(now, end.accum, state.accum),
-            ..state
-        };
-        // The residual and the digits stay as they are for the last clock.
-        state.digits = m.mux(now, regs.digits, state.digits);
-    }
-    m.set_next_if(regs.remain, step, state.remain);
-    m.set_next_if(regs.accum, step, state.accum);
-    m.set_next_if(regs.digits, step, state.digits);
-    if widths.one_minus {
-        let held = m.reg("r_rescaled", Ty::bit(), 0);
-        m.set_next_if(held, begin, large);
-        return (regs, held);
-    }
-    (regs, large)
-}
-
-fn place(m: &mut ModuleBuilder, widths: &Widths, i: u32) -> Place {
-    let none = m.lit(0, Ty::bit());
-    Place {
-        constant: m.input(
-            &format!("sub{i}"),
-            widths.remain,
-            "what is compared and subtracted",
-        ),
-        shift: m.input(&format!("mul{i}"), widths.shift, "shift amount of r_accum"),
-        digit: if widths.engine.digits > 0 {
-            m.input(
-                &format!("digit{i}"),
-                Ty::bit(),
-                "an exponent digit: r_accum stays",
-            )
-        } else {
-            none
-        },
-    }
-}
-
 /// A register stage for every clock's worth of steps.
 fn pipelined(
     m: &mut ModuleBuilder,
@@ -275,11 +221,11 @@ fn pipelined(
     widths: &Widths,
     orders: &Orders,
     a: Signal,
-) -> (State, Signal) {
+) -> Powers {
     m.section("Exponential: start");
     let exp = &config.vu.exp;
     let r = exp.iterations_per_clock as usize;
-    let (mut state, mut large) = widths.start(m, a, orders.one_minus);
+    let (mut state, mut large) = widths.start(m, a, orders.one_minus, None);
     let all = steps(exp, widths.remain.width);
     let mut stage = 0;
     let mut hold = |m: &mut ModuleBuilder, s: State, large: Signal| {
@@ -293,7 +239,7 @@ fn pipelined(
             accum: reg("s_accum", s.accum),
             digits: reg("s_digits", s.digits),
         };
-        let large = if widths.one_minus {
+        let large = if widths.kinds.one_minus {
             reg("s_rescaled", large)
         } else {
             large
@@ -310,7 +256,7 @@ fn pipelined(
                 shift: m.lit(step.shift, widths.shift),
                 digit: m.lit(u8::from(step.digit), Ty::bit()),
             };
-            state = widths.step(m, state, place, index);
+            state = widths.step(m, state, place, index, None);
         }
         (state, large) = hold(m, state, large);
     }
@@ -319,5 +265,9 @@ fn pipelined(
         state = widths.tail(m, state);
         (state, large) = hold(m, state, large);
     }
-    (state, large)
+    Powers {
+        state,
+        large,
+        logistic: None,
+    }
 }

@@ -4,7 +4,10 @@ mod alu;
 mod constants;
 mod control;
 mod engine;
+mod iterative;
 mod lane;
+mod logistic;
+mod sequence;
 mod top;
 
 pub use constants::{ln_one_plus, ln_two_times};

@@ -9,8 +9,9 @@ use super::alu::is_op;
 use super::control::exp_constants;
 use super::engine::Widths;
 use super::lane::{Kinds, lane};
+use super::sequence::{Order, Sequence, passes, sequence};
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
-use crate::parts::{bits_for, counter, fifo, is, plus_one, sticky};
+use crate::parts::{bits_for, counter, fifo, is, sticky};
 
 /// What is known of the vector in the result stage.
 struct Tag {
@@ -25,17 +26,6 @@ struct Tag {
     last: Signal,
 }
 
-/// Sequencing of the engine.
-struct Sequence {
-    /// The result is complete at the end of this cycle.
-    done: Signal,
-    step: Signal,
-    begin: Signal,
-    tail: Signal,
-    rotate: Signal,
-    busy: Signal,
-}
-
 /// Builds the vector unit for a configuration.
 ///
 /// # Errors
@@ -48,6 +38,12 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         vu.exp.engine().interval
     } else {
         1
+    };
+    let engine = vu.exp.engine();
+    let longest = match (kinds.sigmoid, kinds.softplus) {
+        (true, _) => engine.clocks(OpCode::Sigmoid),
+        (_, true) => engine.clocks(OpCode::Softplus),
+        _ => interval,
     };
     let pipelined = kinds.exp && vu.exp.pipelined;
     let lane_module = lane(config)?;
@@ -85,8 +81,8 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let limit = m.lit(depth, inside_ty);
     let room = m.lt(inside, limit);
     let room = m.name(room, "room");
-    let phase = (kinds.exp && !pipelined && interval > 1)
-        .then(|| m.reg("phase", Ty::u(bits_for(interval - 1)), 0));
+    let phase = (kinds.exp && !pipelined && longest > 1)
+        .then(|| m.reg("phase", Ty::u(bits_for(longest - 1)), 0));
     let free = match phase {
         Some(p) => is(m, p, 0),
         None => m.lit(1, bit),
@@ -110,11 +106,37 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     };
     let power = named(OpCode::Exp, "is_power");
     let one_minus = named(OpCode::OneMinusExp, "is_one_minus");
+    let sigmoid = named(OpCode::Sigmoid, "is_sigmoid");
+    let softplus = named(OpCode::Softplus, "is_softplus");
     let is_exp = m.or(power, one_minus);
+    let logistic = m.or(sigmoid, softplus);
+    let logistic = if kinds.logistic() {
+        m.name(logistic, "is_logistic")
+    } else {
+        logistic
+    };
+    let is_exp = m.or(is_exp, logistic);
     let is_exp = m.name(is_exp, "is_exp");
 
     m.section("Sequence of an exponential");
-    let sequence = sequence(m, config, phase, free, accept, is_exp, interval);
+    let held = |m: &mut ModuleBuilder, built: bool, name: &str, value: Signal| {
+        built.then(|| {
+            let reg = m.reg(name, Ty::bit(), 0);
+            m.set_next_if(reg, accept, value);
+            Order {
+                now: value,
+                held: reg,
+            }
+        })
+    };
+    let sigmoid = held(m, kinds.sigmoid, "result_sigmoid", sigmoid);
+    let softplus = held(m, kinds.softplus, "result_softplus", softplus);
+    let sequence = match phase {
+        Some(phase) if kinds.logistic() => {
+            passes(m, config, phase, free, accept, is_exp, [sigmoid, softplus])
+        }
+        _ => sequence(m, config, phase, free, accept, is_exp, interval),
+    };
     let tag = Tag::follow(
         m,
         &sequence,
@@ -151,9 +173,25 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
             ("result_is_one_minus".into(), tag.one_minus),
         ]);
     }
+    if let Some(s) = softplus {
+        inputs.push(("result_is_softplus".into(), s.held));
+    }
+    if let Some(log) = &sequence.log {
+        inputs.extend([
+            ("logistic".into(), logistic),
+            ("log".into(), log.steps),
+            ("begin_log".into(), log.begin),
+        ]);
+        if let (Some(s), true) = (sigmoid, kinds.softplus) {
+            inputs.push(("sigmoid".into(), s.now));
+        }
+        if let Some(again) = log.again {
+            inputs.push(("begin_again".into(), again));
+        }
+    }
     if kinds.exp && !pipelined {
         m.section("Constants, shared by the lanes");
-        let widths = Widths::of(&vu.exp, kinds.one_minus);
+        let widths = Widths::of(&vu.exp, kinds);
         let module = exp_constants(config, &widths)?;
         let constants = m.instance("constants", &module, &[("rotate", sequence.rotate)]);
         for i in 0..vu.exp.iterations_per_clock {
@@ -257,58 +295,6 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "sticky: 1 reserved rounding code, 0 operation not built",
     );
     builder.finish()
-}
-
-fn sequence(
-    m: &mut ModuleBuilder,
-    config: &Config,
-    phase: Option<Signal>,
-    free: Signal,
-    accept: Signal,
-    is_exp: Signal,
-    interval: u32,
-) -> Sequence {
-    let begin = m.and(accept, is_exp);
-    let begin = m.name(begin, "begin_power");
-    let never = m.lit(0, Ty::bit());
-    let Some(phase) = phase else {
-        return Sequence {
-            done: accept,
-            step: begin,
-            begin,
-            tail: never,
-            rotate: begin,
-            busy: never,
-        };
-    };
-    let busy = m.not(free);
-    let busy = m.name(busy, "mid_power");
-    let step = m.or(begin, busy);
-    let step = m.name(step, "step");
-    let last = is(m, phase, interval - 1);
-    let last = m.name(last, "last_phase");
-    let next = plus_one(m, phase);
-    let zero = m.lit(0, phase.ty());
-    let next = m.mux(last, zero, next);
-    m.set_next_if(phase, step, next);
-    let plain = m.not(is_exp);
-    let plain = m.and(accept, plain);
-    let done = m.or(plain, last);
-    let done = m.name(done, "done");
-    let (tail, rotate) = if config.vu.exp.tail {
-        let early = m.not(last);
-        (last, m.and(step, early))
-    } else {
-        (never, step)
-    };
-    Sequence {
-        done,
-        step,
-        begin,
-        tail,
-        rotate,
-        busy,
-    }
 }
 
 impl Tag {

@@ -41,8 +41,9 @@ pub struct VectorTiming {
     pub pipelined: bool,
     /// Vectors that may be inside.
     pub room: u64,
-    /// By code: an exponential that is built.
-    exponential: [bool; 16],
+    /// By code: cycles that the iterative form takes for it, 1 for an operation
+    /// that is not built.
+    clocks: [u64; 16],
 }
 
 impl VectorTiming {
@@ -56,17 +57,18 @@ impl VectorTiming {
             return Err(WorkError::Config(breaches.to_string()));
         }
         let exp = &config.vu.exp;
-        let interval = u64::from(exp.engine().interval);
-        let mut exponential = [false; 16];
-        for op in config.vu.ops.iter().filter(|op| op.is_exponential()) {
-            exponential[usize::from(op.code() & 15)] = true;
+        let engine = exp.engine();
+        let interval = u64::from(engine.interval);
+        let mut clocks = [1; 16];
+        for op in &config.vu.ops {
+            clocks[usize::from(op.code() & 15)] = u64::from(engine.clocks(*op));
         }
         let stages = if exp.pipelined { interval + 1 } else { 0 };
         Ok(Self {
             interval,
             pipelined: exp.pipelined,
             room: u64::from(config.vu.fifo_depth) + stages,
-            exponential,
+            clocks,
         })
     }
 
@@ -74,10 +76,10 @@ impl VectorTiming {
     /// An operation that is not built takes as long as an element-wise one.
     #[must_use]
     pub const fn occupancy(&self, code: u8) -> u64 {
-        if self.exponential[(code & 15) as usize] && !self.pipelined {
-            self.interval
-        } else {
+        if self.pipelined {
             1
+        } else {
+            self.clocks[(code & 15) as usize]
         }
     }
 
@@ -225,6 +227,21 @@ mod tests {
         );
         assert_eq!(taken, [0, 5, 10]);
         assert_eq!(given, [6, 11, 12]);
+    }
+
+    /// I = 20 for an exponential, S = 20 for a logarithm; with a tail, which the
+    /// logarithm does without, 5 and 4.
+    #[test]
+    fn softplus_takes_two_passes_and_sigmoid_three() {
+        use OpCode::{Exp, Pass, Sigmoid, Softplus};
+        let ops = "[vu]\nops = [\"pass\", \"exp\", \"sigmoid\", \"softplus\"]";
+        let (taken, given) = play(model(ops), &[Softplus, Pass, Sigmoid, Exp, Pass]);
+        assert_eq!(taken, [0, 40, 41, 101, 121]);
+        assert_eq!(given, [41, 42, 102, 122, 123]);
+        let tail = format!("{ops}\n[vu.exp]\niterations_per_clock = 6\ntail = true");
+        let (taken, given) = play(model(&tail), &[Softplus, Sigmoid, Exp, Pass]);
+        assert_eq!(taken, [0, 9, 23, 28]);
+        assert_eq!(given, [10, 24, 29, 30]);
     }
 
     #[test]

@@ -1,0 +1,194 @@
+//! Sigmoid and softplus to 120 bits, for every operand up to 16, and how far a
+//! unit may be from them.
+
+use astro_float::{BigFloat, Consts, RoundingMode};
+use potamoi_formats::config::ExpConfig;
+use rayon::prelude::*;
+
+use super::reference::{ERROR_BITS, ExpError, ReferenceError, WORKING_BITS};
+use super::widths::budget;
+
+/// Fraction bits of a stored value, which is below 1.
+const FRACTION: u32 = 124;
+/// Low bits of a code, whose exponentials form the fine table.
+const FINE: u32 = 9;
+
+/// One of the two functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Logistic {
+    /// `1 / (1 + exp(-x))`, at most the largest code of U0.F.
+    Sigmoid,
+    /// `ln(1 + exp(x))`.
+    Softplus,
+}
+
+/// `sigmoid(-s)` and `softplus(-s)` for every code of `s` in [0, 16], within
+/// 2^-122; their values for `s` follow from these.
+#[derive(Debug)]
+pub struct LogisticReference {
+    frac_bits: u32,
+    falling: Vec<(u128, u128)>,
+}
+
+impl LogisticReference {
+    /// The reference for codes with `frac_bits` fraction bits, 4 to 16 (the
+    /// nearest of these is taken).
+    ///
+    /// # Errors
+    /// The library of arbitrary precision failed.
+    pub fn new(frac_bits: u32) -> Result<Self, ReferenceError> {
+        let frac_bits = frac_bits.clamp(4, 16);
+        let fine = exponentials(0..1 << FINE, -(frac_bits as i32))?;
+        let blocks = (16u32 << frac_bits >> FINE) + 1;
+        let coarse = exponentials(0..blocks, FINE as i32 - frac_bits as i32)?;
+        let block = |coarse: &BigFloat| {
+            let mut consts = library()?;
+            let values = fine
+                .iter()
+                .map(|fine| both(&(coarse.mul(fine, WORKING_BITS, NEAREST)), &mut consts));
+            values.collect::<Result<Vec<_>, _>>()
+        };
+        let blocks: Vec<_> = coarse.par_iter().map(block).collect::<Result<_, _>>()?;
+        let mut falling = blocks.concat();
+        falling.truncate((16 << frac_bits) + 1);
+        Ok(Self { frac_bits, falling })
+    }
+
+    /// The largest code: 16.
+    #[must_use]
+    pub fn last(&self) -> i32 {
+        16 << self.frac_bits
+    }
+
+    /// The value for a code, held in -16 to 16, in units of 2^-`output_bits` (at
+    /// most 24), with 80 more fraction bits, cut off.
+    #[must_use]
+    pub fn scaled(&self, of: Logistic, code: i32, output_bits: u32) -> i128 {
+        let code = code.clamp(-self.last(), self.last());
+        let output_bits = output_bits.min(24);
+        let index = code.unsigned_abs() as usize;
+        let (sigmoid, softplus) = self.falling.get(index).copied().unwrap_or((0, 0));
+        let drop = FRACTION - ERROR_BITS as u32 - output_bits;
+        match of {
+            Logistic::Sigmoid => {
+                let value = if code > 0 {
+                    (1 << FRACTION) - sigmoid
+                } else {
+                    sigmoid
+                };
+                ((value >> drop) as i128).min(((1 << output_bits) - 1) << ERROR_BITS)
+            }
+            Logistic::Softplus => {
+                let linear =
+                    i128::from(code.max(0)) << (ERROR_BITS as u32 + output_bits - self.frac_bits);
+                linear + (softplus >> drop) as i128
+            }
+        }
+    }
+
+    /// Error of `output`, a code with `output_bits` fraction bits, in units of
+    /// its last place.
+    #[must_use]
+    pub fn error(&self, of: Logistic, code: i32, output: i32, output_bits: u32) -> f64 {
+        let off = (i128::from(output) << ERROR_BITS) - self.scaled(of, code, output_bits);
+        off as f64 * 2f64.powi(-ERROR_BITS)
+    }
+
+    /// Measures `output`, called once for every code from -16 to 16, smallest
+    /// first.
+    pub fn measure(
+        &self,
+        of: Logistic,
+        output_bits: u32,
+        mut output: impl FnMut(i32) -> i32,
+    ) -> ExpError {
+        let codes = -self.last()..=self.last();
+        let count = codes.clone().count() as f64;
+        let mut error = ExpError {
+            max_ulp: 0.0,
+            mean: 0.0,
+            bias: 0.0,
+            worst_code: -self.last(),
+            monotone: true,
+            misrounded: 0,
+        };
+        let mut before = None;
+        for code in codes {
+            let found = output(code);
+            let off = self.error(of, code, found, output_bits);
+            error.mean += off.abs() / count;
+            error.bias += off / count;
+            if off.abs() > error.max_ulp {
+                error.max_ulp = off.abs();
+                error.worst_code = code;
+            }
+            error.misrounded += u32::from(off.abs() > 0.5);
+            error.monotone &= before.is_none_or(|b| found >= b);
+            before = Some(found);
+        }
+        error
+    }
+}
+
+const NEAREST: RoundingMode = RoundingMode::ToEven;
+
+fn library() -> Result<Consts, ReferenceError> {
+    Consts::new().map_err(|e| ReferenceError::Library(e.to_string()))
+}
+
+/// `exp(-code 2^power)` of each code.
+fn exponentials(codes: std::ops::Range<u32>, power: i32) -> Result<Vec<BigFloat>, ReferenceError> {
+    let mut consts = library()?;
+    let exp = |code: u32| {
+        let argument = BigFloat::from_f64(-f64::from(code) * 2f64.powi(power), WORKING_BITS);
+        argument.exp(WORKING_BITS, NEAREST, &mut consts)
+    };
+    Ok(codes.map(exp).collect())
+}
+
+/// `e / (1 + e)` and `ln(1 + e)` with [`FRACTION`] fraction bits, cut off.
+fn both(e: &BigFloat, consts: &mut Consts) -> Result<(u128, u128), ReferenceError> {
+    let one = BigFloat::from_f64(1.0, WORKING_BITS);
+    let y = one.add(e, WORKING_BITS, NEAREST);
+    let fixed = |value: BigFloat| {
+        let (mantissa, exponent) = super::reference::parts(&value)
+            .ok_or_else(|| ReferenceError::Library(format!("of {e} comes {value}")))?;
+        // The mantissa has 126 fraction bits, and the value is below 1.
+        Ok(mantissa >> (126 - FRACTION as i32 - exponent).clamp(0, 127))
+    };
+    Ok((
+        fixed(e.div(&y, WORKING_BITS, NEAREST))?,
+        fixed(y.ln(WORKING_BITS, NEAREST, consts))?,
+    ))
+}
+
+/// A bound on the error of `of` by an engine of `config`, in units of the last
+/// place.
+///
+/// With E the bound on its exponential before that is rounded ([`budget`] less
+/// 1/2), a and c the fraction bits of accumulator and constants beyond F, the
+/// sum `max(x, 0) + ln(1 + exp(-|x|))` is off by at most
+/// `S = E + 2^-a / 2 + n (2^-a + 2^-c) + 2^-c + 2^(F - 2n)`: the exponential and its
+/// rounding to a; n sums and n constants of the logarithm and as many of its
+/// start; what is cut off the last term; and what the first order leaves out.
+/// Softplus rounds it: `S + 1/2`. Sigmoid is the exponential of it, whose slope
+/// is at most 1: `S + E + 1/2`. Holds where the budget of the exponential does.
+#[must_use]
+pub fn logistic_budget(of: Logistic, config: &ExpConfig) -> f64 {
+    let (n, f, engine) = (config.iterations, config.output_bits, config.engine());
+    let beyond = |bits: u32| 2f64.powi(f as i32 - bits as i32);
+    let (a, c) = (
+        beyond(engine.accumulator_bits),
+        beyond(engine.constant_bits),
+    );
+    let exp = budget(config) - 0.5;
+    let sum = exp + a / 2.0 + f64::from(n) * (a + c) + c + 2f64.powi(f as i32 - 2 * n as i32);
+    match of {
+        Logistic::Softplus => sum + 0.5,
+        Logistic::Sigmoid => sum + exp + 0.5,
+    }
+}
+
+#[cfg(test)]
+#[path = "logistic_tests.rs"]
+mod tests;

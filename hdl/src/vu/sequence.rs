@@ -1,0 +1,168 @@
+//! Cycle by cycle: when the engine starts, steps, multiplies and is done.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::OpCode;
+
+use crate::ir::{ModuleBuilder, Signal, Ty};
+use crate::parts::{is, plus_one};
+
+/// Sequencing of the engine.
+pub(super) struct Sequence {
+    /// The result is complete at the end of this cycle.
+    pub(super) done: Signal,
+    pub(super) step: Signal,
+    pub(super) begin: Signal,
+    pub(super) tail: Signal,
+    pub(super) rotate: Signal,
+    pub(super) busy: Signal,
+    pub(super) log: Option<Log>,
+}
+
+/// Sequencing of what sigmoid and softplus do after their first exponential.
+pub(super) struct Log {
+    /// This cycle's steps are the logarithm's.
+    pub(super) steps: Signal,
+    /// They are its first.
+    pub(super) begin: Signal,
+    /// This cycle's steps are the first of sigmoid's second exponential.
+    pub(super) again: Option<Signal>,
+}
+
+/// Whether the vector is of an operation.
+#[derive(Clone, Copy)]
+pub(super) struct Order {
+    /// The one that is offered.
+    pub(super) now: Signal,
+    /// The one that was accepted last.
+    pub(super) held: Signal,
+}
+
+/// Of operations of one pass.
+pub(super) fn sequence(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    phase: Option<Signal>,
+    free: Signal,
+    accept: Signal,
+    is_exp: Signal,
+    interval: u32,
+) -> Sequence {
+    let begin = m.and(accept, is_exp);
+    let begin = m.name(begin, "begin_power");
+    let never = m.lit(0, Ty::bit());
+    let Some(phase) = phase else {
+        return Sequence {
+            done: accept,
+            step: begin,
+            begin,
+            tail: never,
+            rotate: begin,
+            busy: never,
+            log: None,
+        };
+    };
+    let busy = m.not(free);
+    let busy = m.name(busy, "mid_power");
+    let step = m.or(begin, busy);
+    let step = m.name(step, "step");
+    let last = is(m, phase, interval - 1);
+    let last = m.name(last, "last_phase");
+    let next = plus_one(m, phase);
+    let zero = m.lit(0, phase.ty());
+    let next = m.mux(last, zero, next);
+    m.set_next_if(phase, step, next);
+    let plain = m.not(is_exp);
+    let plain = m.and(accept, plain);
+    let done = m.or(plain, last);
+    let done = m.name(done, "done");
+    let (tail, rotate) = if config.vu.exp.tail {
+        let early = m.not(last);
+        (last, m.and(step, early))
+    } else {
+        (never, step)
+    };
+    Sequence {
+        done,
+        step,
+        begin,
+        tail,
+        rotate,
+        busy,
+        log: None,
+    }
+}
+
+/// As [`sequence`], with operations of one, two and three passes.
+pub(super) fn passes(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    phase: Signal,
+    free: Signal,
+    accept: Signal,
+    is_exp: Signal,
+    [sigmoid, softplus]: [Option<Order>; 2],
+) -> Sequence {
+    let engine = config.vu.exp.engine();
+    let begin = m.and(accept, is_exp);
+    let begin = m.name(begin, "begin_power");
+    let busy = m.not(free);
+    let busy = m.name(busy, "mid_power");
+    let step = m.or(begin, busy);
+    let step = m.name(step, "step");
+
+    let mut end = m.lit(engine.interval - 1, phase.ty());
+    for (order, op) in [(sigmoid, OpCode::Sigmoid), (softplus, OpCode::Softplus)] {
+        let Some(order) = order else { continue };
+        let here = m.mux(free, order.now, order.held);
+        let own = m.lit(engine.clocks(op) - 1, phase.ty());
+        end = m.mux(here, own, end);
+    }
+    let end = m.name(end, "end_phase");
+    let ends = m.eq(phase, end);
+    let last = m.and(step, ends);
+    let last = m.name(last, "last_phase");
+    let next = plus_one(m, phase);
+    let zero = m.lit(0, phase.ty());
+    let next = m.mux(last, zero, next);
+    m.set_next_if(phase, step, next);
+    let plain = m.not(is_exp);
+    let plain = m.and(accept, plain);
+    let done = m.or(plain, last);
+    let done = m.name(done, "done");
+
+    let from = m.lit(engine.interval, phase.ty());
+    let mut steps = m.ge(phase, from);
+    let log = m.eq(phase, from);
+    let log = m.name(log, "begin_log");
+    let mut tails = vec![is(m, phase, engine.interval - 1)];
+    let again = sigmoid.map(|_| {
+        let to = m.lit(engine.clocks(OpCode::Softplus), phase.ty());
+        let before = m.lt(phase, to);
+        steps = m.and(steps, before);
+        tails.push(is(m, phase, engine.clocks(OpCode::Sigmoid) - 1));
+        let again = m.eq(phase, to);
+        m.name(again, "begin_again")
+    });
+    let steps = m.name(steps, "log_steps");
+    let (tail, rotate) = if config.vu.exp.tail {
+        let tail = m.any_of(&tails);
+        let tail = m.name(tail, "tail_now");
+        let turns = m.not(tail);
+        (tail, m.and(step, turns))
+    } else {
+        (m.lit(0, Ty::bit()), step)
+    };
+    Sequence {
+        done,
+        step,
+        begin,
+        tail,
+        rotate,
+        busy,
+        log: Some(Log {
+            steps,
+            begin: log,
+            again,
+        }),
+    }
+}
