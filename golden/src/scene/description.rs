@@ -41,9 +41,9 @@ pub(super) enum ModelDescription {
         /// Its name.
         name: String,
     },
-    /// A 3DGS model file.
+    /// A model file of Gaussians.
     Splats {
-        /// PLY file, from the description's folder.
+        /// A file or SOG folder, from the description's folder.
         path: PathBuf,
     },
 }

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::camera_file::CameraFileError;
 use crate::splats::RenderError;
-use crate::splats::ply::PlyError;
+use crate::splats::files::FileError;
 use crate::voxels::VoxelError;
 
 /// A scene that cannot be opened or rendered.
@@ -15,21 +15,25 @@ pub enum SceneError {
     /// Neither a built-in name nor a file.
     #[error(
         "scene `{name}`: no built-in scene and no file of that name; built in are {builtin}, \
-         and files end in .ply or .toml"
+         and files end in {endings}"
     )]
     Unknown {
         /// What was asked for.
         name: String,
         /// The names that are built in.
         builtin: String,
+        /// The endings of files.
+        endings: String,
     },
     /// A file of a kind that is not read.
-    #[error("scene {path}: files that end in `{ending}` are not read: expected .ply or .toml")]
+    #[error("scene {path}: files that end in `{ending}` are not read: expected {expected}")]
     Ending {
         /// The file.
         path: PathBuf,
         /// How its name ends.
         ending: String,
+        /// The endings that are read.
+        expected: String,
     },
     /// A description cannot be read.
     #[error("cannot read scene {path}: {source}; name a readable TOML file")]
@@ -61,7 +65,7 @@ pub enum SceneError {
     },
     /// A model file cannot be used.
     #[error(transparent)]
-    Ply(#[from] PlyError),
+    Model(#[from] FileError),
     /// A camera file cannot be used.
     #[error(transparent)]
     Camera(#[from] CameraFileError),

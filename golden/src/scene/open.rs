@@ -9,7 +9,7 @@ use potamoi_formats::record::COLOUR;
 use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
 use super::{Model, Orbit, Scene, SceneError, camera_file, garden, lantern};
 use crate::camera::Camera;
-use crate::splats::{Order, Profile, ply};
+use crate::splats::{Order, Profile, files};
 
 /// Scenes that need no file: splats, voxels.
 pub const BUILTIN: [&str; 2] = ["garden", "lantern"];
@@ -23,10 +23,16 @@ const VOXEL_BACKGROUND: f64 = 7.999;
 /// origin; poses past it lose their rotation to rounding.
 const FAR: f64 = 1e9;
 
+/// The endings of files that are scenes.
+fn endings() -> String {
+    format!(".{} or .toml", files::ENDINGS.join(", ."))
+}
+
 impl Scene {
-    /// Opens a scene: a built-in name, a `.ply` splat model, or a `.toml`
-    /// description. A bare model is seen from [`Orbit::around`] it, y down as
-    /// 3DGS trains, by the rules of `inria` on black.
+    /// Opens a scene: a built-in name, a splat model of any format of
+    /// [`files`], or a `.toml` description. A bare model is seen from
+    /// [`Orbit::around`] it, y down as 3DGS trains, by the rules of `inria` on
+    /// black.
     ///
     /// # Errors
     /// No such scene, or a file that cannot be used.
@@ -35,18 +41,26 @@ impl Scene {
             return Self::builtin(name);
         }
         let path = Path::new(name);
+        if files::is_splats(path) {
+            return Self::model_file(path);
+        }
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match ending.as_deref() {
-            Some("ply") => Self::model_file(path),
             Some("toml") => Self::described(path),
             Some(other) if path.exists() => Err(SceneError::Ending {
                 path: path.to_owned(),
                 ending: format!(".{other}"),
+                expected: endings(),
             }),
-            _ => Err(SceneError::Unknown {
-                name: name.to_owned(),
-                builtin: BUILTIN.join(", "),
-            }),
+            _ => Err(Self::unknown(name)),
+        }
+    }
+
+    fn unknown(name: &str) -> SceneError {
+        SceneError::Unknown {
+            name: name.to_owned(),
+            builtin: BUILTIN.join(", "),
+            endings: endings(),
         }
     }
 
@@ -76,17 +90,12 @@ impl Scene {
                 group_side: None,
                 step: 0.5,
             },
-            _ => {
-                return Err(SceneError::Unknown {
-                    name: name.to_owned(),
-                    builtin: BUILTIN.join(", "),
-                });
-            }
+            _ => return Err(Self::unknown(name)),
         })
     }
 
     fn model_file(path: &Path) -> Result<Self, SceneError> {
-        let cloud = ply::read(path)?;
+        let cloud = files::read(path)?;
         let up = DVec3::NEG_Y;
         Ok(Self {
             name: path.display().to_string(),

@@ -202,3 +202,38 @@ fn a_configuration_that_cannot_hold_splats_is_refused_by_field() {
         assert!(error.to_string().contains(field), "{error}");
     }
 }
+
+#[test]
+fn every_splat_format_is_a_scene_and_a_model_of_a_description() {
+    let fixtures = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/splats");
+    let folder = tempfile::tempdir().unwrap();
+    let description = folder.path().join("scene.toml");
+    for (file, name) in [
+        ("cloud.compressed.ply", "a.ply"),
+        ("cloud.v3.spz", "a.spz"),
+        ("cloud.v4.spz", "b.SPZ"),
+        ("cloud.sog", "a.sog"),
+    ] {
+        let path = folder.path().join(name);
+        fs::copy(format!("{fixtures}/{file}"), &path).unwrap();
+        let scene = Scene::open(path.to_str().unwrap()).unwrap();
+        let Model::Splats(cloud) = scene.model() else {
+            panic!("{name} holds splats")
+        };
+        assert_eq!((cloud.len(), cloud.degree()), (300, 3));
+        let text = format!("[model]\nkind = \"splats\"\npath = \"{name}\"\n");
+        fs::write(&description, text).unwrap();
+        let described = Scene::open(description.to_str().unwrap()).unwrap();
+        assert_eq!(described.model(), scene.model());
+    }
+    let source = concat!(env!("CARGO_MANIFEST_DIR"), "/src/lib.rs");
+    for (name, expected) in [
+        ("no.obj", "files end in .ply, .splat, .spz, .sog or .toml"),
+        ("no.spz", "cannot read no.spz"),
+        (fixtures, "no built-in scene and no file"),
+        (source, "end in `.rs` are not read: expected .ply, .splat"),
+    ] {
+        let error = Scene::open(name).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}

@@ -11,6 +11,7 @@ mod composite;
 mod coverage;
 mod depth;
 mod error;
+pub mod files;
 mod fixed;
 mod float;
 mod footprint;

@@ -15,13 +15,13 @@ use crate::splats::sh;
 const LIMIT: usize = 1 << 16;
 
 /// A header and the bytes it took.
-pub(super) struct Header {
-    pub(super) ply: PlyHeader,
-    pub(super) bytes: usize,
+pub(in crate::splats) struct Header {
+    pub(in crate::splats) ply: PlyHeader,
+    pub(in crate::splats) bytes: usize,
 }
 
 /// Reads up to and including `end_header`.
-pub(super) fn read(reader: &mut impl BufRead, origin: &str) -> Result<Header, PlyError> {
+pub(in crate::splats) fn read(reader: &mut impl BufRead, origin: &str) -> Result<Header, PlyError> {
     let wrong = |message: String| PlyError::Header {
         origin: origin.to_owned(),
         message,
@@ -100,7 +100,7 @@ fn refuse_duplicates(text: &str) -> Result<(), String> {
     Ok(())
 }
 
-const fn scalar_bytes(scalar: &ScalarType) -> u128 {
+pub(in crate::splats) const fn scalar_bytes(scalar: &ScalarType) -> u128 {
     match scalar {
         ScalarType::Char | ScalarType::UChar => 1,
         ScalarType::Short | ScalarType::UShort => 2,
@@ -110,7 +110,7 @@ const fn scalar_bytes(scalar: &ScalarType) -> u128 {
 }
 
 /// The bytes that the declared elements take at least.
-pub(super) fn least_bytes(header: &PlyHeader) -> u128 {
+pub(in crate::splats) fn least_bytes(header: &PlyHeader) -> u128 {
     let of_element = |element: &ElementDef| -> u128 {
         match header.encoding {
             // A digit and a separator each; the last line may lack its end.

@@ -6,7 +6,7 @@
 //! Others, normals for one, are read past. Binary files of either byte order
 //! and text files are read.
 
-mod header;
+pub(in crate::splats) mod header;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -62,7 +62,7 @@ pub enum PlyError {
     /// A property that a Gaussian needs is not there.
     #[error(
         "{origin}: element `vertex` has no property `{property}`: \
-         expected a 3D Gaussian splatting file, not compressed"
+         expected a 3D Gaussian splatting file"
     )]
     Missing {
         /// The file.
@@ -143,6 +143,12 @@ pub enum PlyError {
 /// The file cannot be read or is no complete 3D Gaussian splatting PLY file
 /// with finite values.
 pub fn read(path: &Path) -> Result<Cloud, PlyError> {
+    let (reader, length) = open(path)?;
+    parse(reader, length, &path.display().to_string())
+}
+
+/// Opens a regular file; its length with it.
+pub(in crate::splats) fn open(path: &Path) -> Result<(BufReader<File>, u64), PlyError> {
     let fail = |source| PlyError::Read {
         path: path.to_owned(),
         source,
@@ -154,11 +160,7 @@ pub fn read(path: &Path) -> Result<Cloud, PlyError> {
             path: path.to_owned(),
         });
     }
-    parse(
-        BufReader::with_capacity(1 << 16, file),
-        meta.len(),
-        &path.display().to_string(),
-    )
+    Ok((BufReader::with_capacity(1 << 16, file), meta.len()))
 }
 
 /// Reads a cloud from `length` bytes; `origin` names them in errors.

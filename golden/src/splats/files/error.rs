@@ -1,0 +1,101 @@
+//! What a splat file can have wrong.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::splats::CloudError;
+use crate::splats::ply::PlyError;
+
+/// A file that holds no readable cloud.
+#[derive(Debug, Error)]
+pub enum FileError {
+    /// The file system refused.
+    #[error("cannot read {path}: {source}; name a readable splat file")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The ending of the name is that of no format.
+    #[error("{path}: not known as a splat file: expected {expected}")]
+    Unknown {
+        /// The file.
+        path: PathBuf,
+        /// The endings that are known.
+        expected: String,
+    },
+    /// A PLY file cannot be used.
+    #[error(transparent)]
+    Ply(#[from] PlyError),
+    /// A field of the file has a value that it cannot have.
+    #[error("{origin}: {field} is {value}: expected {expected}")]
+    Field {
+        /// The file.
+        origin: String,
+        /// The field.
+        field: String,
+        /// Its value.
+        value: String,
+        /// What would be right.
+        expected: String,
+    },
+    /// A part of the file cannot be unpacked.
+    #[error("{origin}: {part}: {message}; the file is damaged or of another format")]
+    Part {
+        /// The file.
+        origin: String,
+        /// Which part of it.
+        part: String,
+        /// What the reader of that part said.
+        message: String,
+    },
+    /// Values that make no cloud.
+    #[error("{origin}: {source}")]
+    Cloud {
+        /// The file.
+        origin: String,
+        /// Why.
+        source: CloudError,
+    },
+}
+
+/// Errors of one file.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Origin<'a>(pub(super) &'a str);
+
+impl Origin<'_> {
+    /// A field with a value that it cannot have.
+    pub(super) fn field(
+        self,
+        field: impl Into<String>,
+        value: impl ToString,
+        expected: impl Into<String>,
+    ) -> FileError {
+        FileError::Field {
+            origin: self.0.to_owned(),
+            field: field.into(),
+            value: value.to_string(),
+            expected: expected.into(),
+        }
+    }
+
+    /// A part that cannot be unpacked.
+    pub(super) fn part(self, part: impl Into<String>, message: impl ToString) -> FileError {
+        let message = message.to_string();
+        FileError::Part {
+            origin: self.0.to_owned(),
+            part: part.into(),
+            message: message.split_whitespace().collect::<Vec<_>>().join(" "),
+        }
+    }
+
+    /// Values that make no cloud.
+    pub(super) fn cloud(self, source: CloudError) -> FileError {
+        FileError::Cloud {
+            origin: self.0.to_owned(),
+            source,
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! The containers of `.spz` files.
+//!
+//! Versions 2 and 3 are one gzip stream: 16 bytes of header, the arrays one
+//! after another, then extensions, which are not read. Version 4 has 32 bytes
+//! of header, extensions, a table of each stream's bytes packed and unpacked,
+//! and a ZSTD stream for each array that is not empty.
+
+use std::io::Read;
+
+use flate2::read::GzDecoder;
+use rayon::prelude::*;
+use ruzstd::decoding::StreamingDecoder;
+
+use super::error::{FileError, Origin};
+use crate::splats::sh;
+
+const MAGIC: &[u8; 4] = b"NGSP";
+/// Bytes of the header up to version 3, and of what version 4 shares with it.
+const HEADER: usize = 16;
+/// Bytes of the header of version 4.
+const HEADER_4: usize = 32;
+/// Bytes of an entry of the table of streams.
+const ENTRY: usize = 16;
+/// The largest ZSTD window of small streams, as the RFC recommends, in bytes.
+const WINDOW: u64 = 8 << 20;
+/// The most unpacked bytes after the arrays, of extensions.
+const EXTRA: usize = 1 << 20;
+/// Extension that says in which axes the file is.
+const AXES: u32 = 0xadbe_0003;
+/// The axes that a file has without it: right, up, back.
+const RIGHT_UP_BACK: u32 = 4;
+/// The names of the arrays, for errors.
+const NAMES: [&str; 6] = [
+    "positions",
+    "alphas",
+    "colors",
+    "scales",
+    "rotations",
+    "spherical harmonics",
+];
+
+/// What every version's header says.
+pub(super) struct Header {
+    /// 2 to 4.
+    pub(super) version: u32,
+    /// Gaussians, at least one.
+    pub(super) count: usize,
+    /// Degree of the spherical harmonics, 0 to 3.
+    pub(super) degree: usize,
+    /// Bits of a position after the point.
+    pub(super) fraction_bits: u8,
+}
+
+impl Header {
+    /// `packed` is the length of the file.
+    fn read(bytes: &[u8; HEADER], packed: usize, name: Origin<'_>) -> Result<Self, FileError> {
+        let word = |at: usize| {
+            u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+        };
+        if !bytes.starts_with(MAGIC) {
+            return Err(name.field("magic", format!("{:02x?}", &bytes[..4]), "`NGSP`"));
+        }
+        let version = word(4);
+        if !(2..=4).contains(&version) {
+            return Err(name.field("version", version, "2, 3 or 4"));
+        }
+        let (count, degree, fraction_bits) = (word(8) as usize, bytes[12], bytes[13]);
+        if !(1..=packed).contains(&count) {
+            let expected = format!("1 to {packed}: a byte of the file for each at the least");
+            return Err(name.field("number of Gaussians", count, expected));
+        }
+        if usize::from(degree) > sh::MAX_DEGREE {
+            let expected = format!("0 to {}", sh::MAX_DEGREE);
+            return Err(name.field("degree of spherical harmonics", degree, expected));
+        }
+        if fraction_bits > 24 {
+            return Err(name.field("fractional bits", fraction_bits, "0 to 24"));
+        }
+        Ok(Self {
+            version,
+            count,
+            degree: usize::from(degree),
+            fraction_bits,
+        })
+    }
+
+    /// Bytes of a Gaussian's coefficients above the constant.
+    pub(super) const fn rest(&self) -> usize {
+        3 * (sh::coefficients(self.degree) - 1)
+    }
+
+    /// Bytes of each array.
+    fn lengths(&self) -> [usize; 6] {
+        let rotation = if self.version == 2 { 3 } else { 4 };
+        [9, 1, 3, 3, rotation, self.rest()].map(|each| each * self.count)
+    }
+}
+
+/// The arrays of a file, each as long as its header says.
+pub(super) struct Arrays {
+    pub(super) header: Header,
+    pub(super) bytes: [Vec<u8>; 6],
+}
+
+/// Unpacks a file of any version.
+pub(super) fn unpack(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
+    if bytes.starts_with(MAGIC) {
+        streams(bytes, name)
+    } else {
+        gzip(bytes, name)
+    }
+}
+
+fn gzip(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
+    let mut reader = GzDecoder::new(bytes);
+    let mut head = [0; HEADER];
+    reader
+        .read_exact(&mut head)
+        .map_err(|e| name.part("gzip stream", e))?;
+    let header = Header::read(&head, bytes.len(), name)?;
+    if header.version == 4 {
+        return Err(name.field("version", 4, "2 or 3 in a gzip stream"));
+    }
+    let lengths = header.lengths();
+    let needed: usize = lengths.iter().sum();
+    let mut body = vec![];
+    // To the end, where the checksum is.
+    reader
+        .take((needed + EXTRA + 1) as u64)
+        .read_to_end(&mut body)
+        .map_err(|e| name.part("gzip stream", e))?;
+    if !(needed..=needed + EXTRA).contains(&body.len()) {
+        let expected = format!("{needed}, and at most {EXTRA} of extensions");
+        return Err(name.field("bytes after the header", body.len(), expected));
+    }
+    let mut left = body.as_slice();
+    let bytes = lengths.map(|length| {
+        let (array, rest) = left.split_at(length);
+        left = rest;
+        array.to_vec()
+    });
+    Ok(Arrays { header, bytes })
+}
+
+fn streams(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
+    let Some(head) = bytes.first_chunk::<HEADER_4>() else {
+        let expected = format!("at least the {HEADER_4} of a header");
+        return Err(name.field("length in bytes", bytes.len(), expected));
+    };
+    let common = head.first_chunk().unwrap_or(&[0; HEADER]);
+    let header = Header::read(common, bytes.len(), name)?;
+    if header.version != 4 {
+        return Err(name.field("version", header.version, "4 outside a gzip stream"));
+    }
+    let lengths = header.lengths();
+    let wanted = lengths.iter().filter(|l| **l > 0).count();
+    let streams = usize::from(head[HEADER - 1]);
+    let table = u32::from_le_bytes([head[16], head[17], head[18], head[19]]) as usize;
+    if streams != wanted {
+        return Err(name.field("number of streams", streams, wanted.to_string()));
+    }
+    let most = bytes.len().saturating_sub(streams * ENTRY);
+    if !(HEADER_4..=most).contains(&table) {
+        let expected = format!("{HEADER_4} to {most}, within the file");
+        return Err(name.field("offset of the table of streams", table, expected));
+    }
+    refuse_other_axes(&bytes[HEADER_4..table], name)?;
+    let (entries, mut packed) = bytes[table..].split_at(streams * ENTRY);
+    let mut parts = [&[][..]; 6];
+    for ((part, index), entry) in parts.iter_mut().zip(0..).zip(entries.chunks(ENTRY)) {
+        let [found, unpacked] = [0, 8].map(|at| {
+            let mut word = [0; 8];
+            word.copy_from_slice(&entry[at..at + 8]);
+            u64::from_le_bytes(word)
+        });
+        let length: usize = lengths[index];
+        if unpacked != length as u64 {
+            let field = format!("unpacked bytes of `{}`", NAMES[index]);
+            return Err(name.field(field, unpacked, length.to_string()));
+        }
+        let Some((this, rest)) = usize::try_from(found)
+            .ok()
+            .and_then(|n| packed.split_at_checked(n))
+        else {
+            let field = format!("packed bytes of `{}`", NAMES[index]);
+            let expected = format!("at most {}, which the file has left", packed.len());
+            return Err(name.field(field, found, expected));
+        };
+        (*part, packed) = (this, rest);
+    }
+    let unpacked: Vec<Vec<u8>> = (0..streams)
+        .into_par_iter()
+        .map(|i| {
+            zstd(parts[i], lengths[i])
+                .map_err(|message| name.part(format!("stream `{}`", NAMES[i]), message))
+        })
+        .collect::<Result<_, _>>()?;
+    let mut unpacked = unpacked.into_iter();
+    Ok(Arrays {
+        header,
+        bytes: [(); 6].map(|()| unpacked.next().unwrap_or_default()),
+    })
+}
+
+/// Extensions are records of type, length and content. One of them matters: a
+/// file in other axes would be shown upside down.
+fn refuse_other_axes(mut records: &[u8], name: Origin<'_>) -> Result<(), FileError> {
+    let word = |b: &[u8], at: usize| u32::from_le_bytes([b[at], b[at + 1], b[at + 2], b[at + 3]]);
+    while records.len() >= 8 {
+        let (kind, length) = (word(records, 0), word(records, 4) as usize);
+        let Some((content, rest)) = records[8..].split_at_checked(length) else {
+            let expected = format!("at most {}, within the extensions", records.len() - 8);
+            return Err(name.field("length of an extension", length, expected));
+        };
+        if kind == AXES && length >= 4 && ![0, RIGHT_UP_BACK].contains(&word(content, 0)) {
+            let expected = format!("{RIGHT_UP_BACK}: right, up, back");
+            return Err(name.field("coordinate system", word(content, 0), expected));
+        }
+        records = rest;
+    }
+    Ok(())
+}
+
+/// One ZSTD frame of a known length.
+fn zstd(packed: &[u8], length: usize) -> Result<Vec<u8>, String> {
+    // The decoder holds a window back, whatever its size.
+    let window = window(packed).ok_or("no ZSTD frame")?;
+    let most = (length as u64).next_power_of_two().max(WINDOW);
+    if window > most {
+        return Err(format!(
+            "a window of {window} bytes: expected at most {most}"
+        ));
+    }
+    let mut decoder = StreamingDecoder::new(packed).map_err(|e| e.to_string())?;
+    let mut bytes = vec![];
+    decoder
+        .by_ref()
+        .take(length as u64 + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|e| e.to_string())?;
+    if bytes.len() != length {
+        let found = if bytes.len() < length { "less" } else { "more" };
+        return Err(format!("{found} than the {length} bytes of its entry"));
+    }
+    let decoder = decoder.into_frame_decoder();
+    match decoder.get_checksum_from_data() {
+        Some(sum) if decoder.get_calculated_checksum() != Some(sum) => {
+            Err("its checksum is another".to_owned())
+        }
+        _ => Ok(bytes),
+    }
+}
+
+/// The window of a ZSTD frame in bytes, from its header (RFC 8878, 3.1.1.1).
+fn window(frame: &[u8]) -> Option<u64> {
+    let rest = frame.strip_prefix(&[0x28, 0xb5, 0x2f, 0xfd])?;
+    let (descriptor, rest) = rest.split_first()?;
+    if descriptor & 0x20 == 0 {
+        let code = *rest.first()?;
+        let base = 1u64 << (10 + (code >> 3));
+        return Some(base + base / 8 * u64::from(code & 7));
+    }
+    // A single segment: as large as the content.
+    let dictionary = [0, 1, 2, 4][usize::from(descriptor & 3)];
+    let width = [1, 2, 4, 8][usize::from(descriptor >> 6)];
+    let field = rest.get(dictionary..dictionary + width)?;
+    let mut word = [0; 8];
+    word[..width].copy_from_slice(field);
+    Some(u64::from_le_bytes(word).saturating_add(if width == 2 { 256 } else { 0 }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_read_as_the_rfc_says() {
+        let frame = |rest: &[u8]| window(&[&[0x28, 0xb5, 0x2f, 0xfd], rest].concat());
+        assert_eq!(frame(&[0, 0]), Some(1024));
+        assert_eq!(frame(&[0, 0b0000_1111]), Some(2048 + 7 * 256));
+        assert_eq!(frame(&[0x20, 7]), Some(7));
+        assert_eq!(frame(&[0x61, 99, 1, 2]), Some(0x201 + 256));
+        assert_eq!(frame(&[0xa0, 1, 2, 3, 4]), Some(0x0403_0201));
+        assert_eq!(frame(&[0xa0, 1, 2, 3]), None);
+        assert_eq!(window(b"no frame"), None);
+    }
+}
