@@ -11,6 +11,7 @@ mod composite;
 mod coverage;
 mod depth;
 mod error;
+mod exponential;
 mod fixed;
 mod float;
 mod footprint;
@@ -23,6 +24,7 @@ mod project;
 mod records;
 mod schedule;
 pub mod sh;
+mod tile;
 mod view;
 
 pub use cloud::{Cloud, CloudError, Field};
