@@ -79,9 +79,7 @@ pub(crate) fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
     let background = DVec3::from(options.background.map(f64::from));
     let mut picture = Picture::filled(width, height, [0.0; 3]);
     let mut transmittance = vec![1.0; picture.rgb.len()];
-    let mut decisions = options
-        .log_decisions
-        .then(|| Decisions::new(first.clone()));
+    let mut decisions = options.log_decisions.then(|| Decisions::new(first.clone()));
 
     // Bands of one tile's height: each thread writes pixels of its own.
     let band = TILE as usize * width as usize;
@@ -133,5 +131,148 @@ pub(crate) fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
         transmittance,
         stats,
         decisions,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::splats::view::TILE_PIXELS;
+    use glam::DVec2;
+    use rand::{Rng, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    const LOG: FloatOptions = FloatOptions {
+        background: [0.25, 0.0, 1.0],
+        log_decisions: true,
+    };
+
+    /// Every pixel of every entry with the library's exponential, one after
+    /// the other.
+    fn plain(view: &View) -> FloatFrame {
+        let rules = view.rules();
+        let [width, height] = view.size();
+        let (first, ranks) = view.by_tile();
+        let mut picture = Picture::filled(width, height, [0.0; 3]);
+        let mut transmittance = vec![1.0; picture.rgb.len()];
+        let mut decisions = Decisions::new(first.clone());
+        let mut stats = FloatStats::default();
+        for t in 0..view.tile_count() {
+            let [[x0, y0], [columns, rows]] = view.tile_pixels(t);
+            for pixel in 0..TILE_PIXELS {
+                let (x, y) = (pixel as u32 % TILE, pixel as u32 / TILE);
+                if x >= columns || y >= rows {
+                    continue;
+                }
+                let centre = DVec2::new(f64::from(x0 + x), f64::from(y0 + y)) + rules.pixel_centre;
+                let (mut colour, mut left) = (DVec3::ZERO, 1.0);
+                for (entry, place) in (first[t]..first[t + 1]).enumerate() {
+                    let splat = &view.splats()[ranks[place] as usize];
+                    stats.exponentials += 1;
+                    let alpha = splat.alpha(centre - splat.mean).min(rules.alpha_cap);
+                    if alpha < rules.alpha_min {
+                        continue;
+                    }
+                    let after = left * (1.0 - alpha);
+                    if rules.stops(after) {
+                        decisions.stop[t][pixel] = entry as u32;
+                        stats.stopped += 1;
+                        break;
+                    }
+                    colour += splat.colour * (alpha * left);
+                    left = after;
+                    stats.drawn += 1;
+                    decisions.drawn[place][pixel / 64] |= 1 << (pixel % 64);
+                }
+                let to = ((y0 + y) * width + x0 + x) as usize;
+                let background = DVec3::from(LOG.background.map(f64::from));
+                picture.rgb[to] = (colour + left * background).as_vec3().to_array();
+                transmittance[to] = left;
+            }
+        }
+        FloatFrame {
+            picture,
+            transmittance,
+            stats,
+            decisions: Some(decisions),
+        }
+    }
+
+    /// From dust to needles that cross the frame a million times over, with
+    /// opacities from none to all.
+    fn cloud(n: usize, scales: [f32; 2], seed: u64) -> Cloud {
+        let mut r = Pcg64::seed_from_u64(seed);
+        let mut draw = |low: f32, high: f32| r.random_range(low..high);
+        let means = (0..n)
+            .map(|_| [draw(-1.0, 1.0), draw(-1.0, 1.0), draw(0.3, 4.0)])
+            .collect();
+        let log_scales = (0..n).map(|_| [0; 3].map(|_| draw(scales[0], scales[1])));
+        let log_scales = log_scales.collect();
+        let rotations = (0..n).map(|_| [0; 4].map(|_| draw(-1.0, 1.0))).collect();
+        let logits = (0..n)
+            .map(|i| match i % 50 {
+                0 => f32::INFINITY,
+                1 => f32::NEG_INFINITY,
+                _ => draw(-7.0, 7.0),
+            })
+            .collect();
+        let sh = (0..n).map(|_| [0; 3].map(|_| draw(-2.0, 4.0))).collect();
+        Cloud::new(0, means, log_scales, rotations, logits, sh).unwrap()
+    }
+
+    fn camera(width: u32, height: u32) -> Camera {
+        Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 0.9, width, height)
+    }
+
+    #[test]
+    fn spans_and_groups_change_no_decision() {
+        let mut culled = 0;
+        for (seed, scales, size) in [
+            (1, [-6.0, -3.0], [75, 50]),
+            (2, [-6.0, -1.0], [17, 33]),
+            (3, [-12.0, 2.0], [61, 48]),
+            (4, [-30.0, 14.0], [40, 40]),
+            (5, [-80.0, 80.0], [16, 31]),
+        ] {
+            let cloud = cloud(500, scales, seed);
+            for profile in Profile::ALL {
+                let view = View::new(&cloud, &camera(size[0], size[1]), profile).unwrap();
+                let (fast, slow) = (render_view(&view, &LOG), plain(&view));
+                assert_eq!(fast.decisions, slow.decisions, "{seed} {profile}");
+                let counts = |s: &FloatStats| [s.exponentials, s.drawn, s.stopped];
+                assert_eq!(counts(&fast.stats), counts(&slow.stats));
+                let stats = fast.stats;
+                assert!(
+                    stats.drawn > 400 && stats.evaluated >= stats.drawn,
+                    "{stats:?}"
+                );
+                culled += u64::from(stats.evaluated < stats.exponentials / 2);
+                // Two units of the last place an exponential, some hundred deep.
+                for (a, b) in fast.transmittance.iter().zip(&slow.transmittance) {
+                    assert!((a - b).abs() < 1e-14, "{seed} {profile}: {a} {b}");
+                }
+                let pixels = fast.picture.rgb.iter().zip(&slow.picture.rgb);
+                for (a, b) in pixels.flat_map(|(a, b)| a.iter().zip(b)) {
+                    assert!((a - b).abs() <= f32::EPSILON * b.abs(), "{a} {b}");
+                }
+            }
+        }
+        assert!(culled > 5, "{culled}");
+    }
+
+    #[test]
+    fn threads_change_no_byte() {
+        let (cloud, camera) = (cloud(3000, [-6.0, -1.0], 9), camera(150, 90));
+        let render = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let frame = || render_float(&cloud, &camera, Profile::Inria, &LOG);
+            pool.build().unwrap().install(frame).unwrap()
+        };
+        let one = render(1);
+        assert!(one.stats.visible > 2048, "several blocks of Gaussians");
+        for threads in [2, 5] {
+            assert_eq!(render(threads), one);
+        }
     }
 }

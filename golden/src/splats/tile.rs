@@ -1,9 +1,10 @@
 //! Compositing one tile in 64-bit floats.
 //!
 //! Each row of pixels is cut to the span that a Gaussian reaches with an alpha
-//! that counts, and the span is composited four pixels at a time, without a
-//! branch. Spans err outwards, and the pixels decide by their own alphas: no
-//! decision depends on a span.
+//! that counts. The groups of four pixels that hold these spans, less those in
+//! which all have stopped, are composited without a branch. Spans err
+//! outwards, and pixels decide by their own alphas: no decision depends on a
+//! span.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,16 +14,20 @@ use super::profile::Rules;
 use super::project::Projected;
 use super::view::{TILE, TILE_PIXELS, View};
 
-/// Pixels that are composited together.
+/// Pixels that are composited together: two vectors of the least machine, so
+/// that one computes while the other waits.
 const LANES: usize = 4;
 /// Pixels on a side of a tile.
 const SIDE: usize = TILE as usize;
 /// Groups of a row.
 const GROUPS: usize = SIDE / LANES;
+/// Rows whose groups fill a word of bits.
+const ROWS_A_WORD: usize = 64 / GROUPS;
+const WORDS: usize = SIDE / ROWS_A_WORD;
 
 type Lanes = [f64; LANES];
 /// A value for each pixel of a tile, row by row.
-type Plane = [[Lanes; GROUPS]; SIDE];
+type Plane = [Lanes; TILE_PIXELS / LANES];
 
 /// How far a Gaussian reaches with an alpha that counts.
 #[derive(Debug, Clone, Copy)]
@@ -79,7 +84,7 @@ pub(crate) struct Tile {
 impl Tile {
     /// Linear RGB of a pixel, without background.
     pub(crate) fn colour(&self, pixel: usize) -> DVec3 {
-        let channel = |c: usize| self.channels[c].as_flattened().as_flattened()[pixel];
+        let channel = |c: usize| self.channels[c].as_flattened()[pixel];
         DVec3::new(channel(0), channel(1), channel(2))
     }
 }
@@ -151,50 +156,38 @@ impl<'a> Canvas<'a> {
 /// the picture, have a transmittance of 0, which draws and stops nothing.
 struct State {
     origin: [f64; 2],
-    /// Where the pixels of a row lie.
-    x: [Lanes; GROUPS],
     transmittance: Plane,
     channels: [Plane; 3],
     left: [f64; TILE_PIXELS],
     stop: [u32; TILE_PIXELS],
-    /// Pixels of each row that have not stopped, by bit.
-    live: [u32; SIDE],
+    /// Groups with pixels that have not stopped, by bit.
+    live: [u64; WORDS],
     pixels_live: u32,
     draws: [u64; LANES],
     groups: u64,
-}
-
-/// One row of one Gaussian.
-struct Row {
-    mean_x: f64,
-    l11: f64,
-    /// What the row adds to p, and to the squared distance.
-    p: f64,
-    q2: f64,
-    opacity: f64,
-    colour: [f64; 3],
+    /// What each row of the present Gaussian adds to p, and to the squared
+    /// distance.
+    rows: [[f64; 2]; SIDE],
 }
 
 impl State {
     fn new(origin: [f64; 2], columns: u32, rows: u32) -> Self {
         let mut state = Self {
             origin,
-            x: [[0.0; LANES]; GROUPS],
-            transmittance: [[[0.0; LANES]; GROUPS]; SIDE],
-            channels: [[[[0.0; LANES]; GROUPS]; SIDE]; 3],
+            transmittance: [[0.0; LANES]; TILE_PIXELS / LANES],
+            channels: [[[0.0; LANES]; TILE_PIXELS / LANES]; 3],
             left: [0.0; TILE_PIXELS],
             stop: [u32::MAX; TILE_PIXELS],
-            live: [0; SIDE],
+            live: [0; WORDS],
             pixels_live: columns * rows,
             draws: [0; LANES],
             groups: 0,
+            rows: [[0.0; 2]; SIDE],
         };
-        for (i, x) in state.x.as_flattened_mut().iter_mut().enumerate() {
-            *x = origin[0] + i as f64;
-        }
         for y in 0..rows as usize {
-            state.live[y] = (1 << columns) - 1;
-            state.transmittance[y].as_flattened_mut()[..columns as usize].fill(1.0);
+            let row = &mut state.transmittance.as_flattened_mut()[y * SIDE..][..SIDE];
+            row[..columns as usize].fill(1.0);
+            state.live[y / ROWS_A_WORD] |= groups(y, 0, columns as usize);
         }
         state
     }
@@ -207,6 +200,24 @@ impl State {
         entry: u32,
         mut drawn: Option<&mut [u64; TILE_PIXELS / 64]>,
     ) {
+        let todo = self.reached(splat, reach);
+        for (word, (bits, live)) in todo.into_iter().zip(self.live).enumerate() {
+            let mut bits = bits & live;
+            self.groups += u64::from(bits.count_ones());
+            while bits != 0 {
+                let group = word * 64 + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                let stops = self.blend(splat, group, limits, &mut drawn);
+                if stops.iter().fold(false, |any, s| any | s) {
+                    self.stop(group, stops, entry);
+                }
+            }
+        }
+    }
+
+    /// The groups that hold every pixel with an alpha that counts.
+    fn reached(&mut self, splat: &Projected, reach: &Reach) -> [u64; WORDS] {
+        let mut todo = [0; WORDS];
         let [l11, l21, l22] = splat.footprint.factor;
         let inverse = 1.0 / l11;
         let slope = l21 * inverse;
@@ -216,9 +227,9 @@ impl State {
         for y in top..bottom {
             let dy = self.origin[1] + y as f64 - splat.mean.y;
             let q = l22 * dy;
+            self.rows[y] = [l21 * dy, q * q];
             let room = reach.squared - q * q;
-            let live = self.live[y];
-            if room < 0.0 || live == 0 {
+            if room < 0.0 {
                 continue;
             }
             // p^2 <= room, solved for x, and rounding.
@@ -227,39 +238,28 @@ impl State {
             let half = half + 1e-3 + 1e-9 * (splat.mean.x.abs() + shift.abs() + half);
             let left = first(middle - shift - half);
             let right = last(middle - shift + half);
-            let row = Row {
-                mean_x: splat.mean.x,
-                l11,
-                p: l21 * dy,
-                q2: q * q,
-                opacity: splat.opacity,
-                colour: splat.colour.to_array(),
-            };
-            for group in left / LANES..right.div_ceil(LANES) {
-                if live >> (group * LANES) & ((1 << LANES) - 1) == 0 {
-                    continue;
-                }
-                self.blend(y, group, &row, limits, entry, &mut drawn);
-            }
+            todo[y / ROWS_A_WORD] |= groups(y, left, right);
         }
+        todo
     }
 
+    /// Composites a group; tells which of its pixels the Gaussian stops.
     #[inline(always)]
     fn blend(
         &mut self,
-        y: usize,
+        splat: &Projected,
         group: usize,
-        row: &Row,
         limits: &Limits,
-        entry: u32,
         drawn: &mut Option<&mut [u64; TILE_PIXELS / 64]>,
-    ) {
-        self.groups += 1;
-        let x = &self.x[group];
-        let before = self.transmittance[y][group];
+    ) -> [bool; LANES] {
+        let l11 = splat.footprint.factor[0];
+        let [row_p, q2] = self.rows[group / GROUPS];
+        let column = group % GROUPS * LANES;
+        let before = self.transmittance[group];
         let alpha: Lanes = std::array::from_fn(|i| {
-            let p = row.l11 * (x[i] - row.mean_x) + row.p;
-            let alpha = row.opacity * exp(-0.5 * (p * p + row.q2));
+            let x = self.origin[0] + (column + i) as f64;
+            let p = l11 * (x - splat.mean.x) + row_p;
+            let alpha = splat.opacity * exp(-0.5 * (p * p + q2));
             if alpha < limits.alpha_cap {
                 alpha
             } else {
@@ -272,38 +272,35 @@ impl State {
         let draws: [bool; LANES] = std::array::from_fn(|i| seen[i] & goes_on[i]);
         let weight: Lanes =
             std::array::from_fn(|i| if draws[i] { alpha[i] * before[i] } else { 0.0 });
-        for (plane, colour) in self.channels.iter_mut().zip(row.colour) {
+        for (plane, colour) in self.channels.iter_mut().zip(splat.colour.to_array()) {
             for i in 0..LANES {
-                plane[y][group][i] += colour * weight[i];
+                plane[group][i] += colour * weight[i];
             }
         }
         for i in 0..LANES {
-            self.transmittance[y][group][i] = if draws[i] { after[i] } else { before[i] };
+            self.transmittance[group][i] = if draws[i] { after[i] } else { before[i] };
             self.draws[i] += u64::from(draws[i]);
         }
-        let at = y * SIDE + group * LANES;
         if let Some(drawn) = drawn {
-            for i in 0..LANES {
-                drawn[at / 64] |= u64::from(draws[i]) << ((at + i) % 64);
+            for (i, draw) in draws.into_iter().enumerate() {
+                let pixel = group * LANES + i;
+                drawn[pixel / 64] |= u64::from(draw) << (pixel % 64);
             }
         }
-        let stops: [bool; LANES] =
-            std::array::from_fn(|i| seen[i] & !goes_on[i] & (before[i] > 0.0));
-        if stops.iter().fold(false, |any, s| any | s) {
-            self.stop(y, group, &stops, entry);
-        }
+        std::array::from_fn(|i| seen[i] & !goes_on[i] & (before[i] > 0.0))
     }
 
     #[cold]
     #[inline(never)]
-    fn stop(&mut self, y: usize, group: usize, stops: &[bool; LANES], entry: u32) {
-        for (i, _) in stops.iter().enumerate().filter(|(_, s)| **s) {
-            let pixel = y * SIDE + group * LANES + i;
-            let transmittance = &mut self.transmittance[y][group][i];
-            self.left[pixel] = std::mem::take(transmittance);
+    fn stop(&mut self, group: usize, stops: [bool; LANES], entry: u32) {
+        for (i, _) in stops.into_iter().enumerate().filter(|(_, stops)| *stops) {
+            let pixel = group * LANES + i;
+            self.left[pixel] = std::mem::take(&mut self.transmittance[group][i]);
             self.stop[pixel] = entry;
-            self.live[y] &= !(1 << (group * LANES + i));
             self.pixels_live -= 1;
+        }
+        if self.transmittance[group] == [0.0; LANES] {
+            self.live[group / 64] &= !(1 << (group % 64));
         }
     }
 
@@ -314,7 +311,7 @@ impl State {
         rows: u32,
         drawn: Option<Vec<[u64; TILE_PIXELS / 64]>>,
     ) -> Tile {
-        let transmittance = self.transmittance.as_flattened().as_flattened();
+        let transmittance = self.transmittance.as_flattened();
         let mut live = 0;
         for y in 0..rows as usize {
             for pixel in y * SIDE..y * SIDE + columns as usize {
@@ -338,6 +335,15 @@ impl State {
             },
         }
     }
+}
+
+/// The bits, in the word of row `y`, of the groups with the pixels
+/// `left..right` of that row.
+fn groups(y: usize, left: usize, right: usize) -> u64 {
+    let (from, to) = (left / LANES, right.div_ceil(LANES));
+    let row = (1u64 << to).wrapping_sub(1 << from);
+    // Where none is between, `to` may lie before `from`.
+    (if to > from { row } else { 0 }) << (y % ROWS_A_WORD * GROUPS)
 }
 
 /// The first pixel at or after `x`, 0 to 16. NaN gives 0.
