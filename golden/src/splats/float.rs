@@ -1,14 +1,14 @@
 //! The float renderer: the reference that fixed-point pictures are held to.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cloud::Cloud;
 use super::error::RenderError;
 use super::frame::Decisions;
 use super::profile::Profile;
-use super::project::Projected;
-use super::view::{TILE, TILE_PIXELS, View};
+use super::tile::{Canvas, Tile, TileLog};
+use super::view::{TILE, View};
 use crate::camera::Camera;
 use crate::picture::Picture;
 
@@ -30,9 +30,13 @@ pub struct FloatStats {
     pub visible: u64,
     /// (tile, Gaussian) pairs.
     pub entries: u64,
-    /// (pixel, entry) pairs whose exponential was taken: those of pixels that
-    /// had not stopped.
+    /// (pixel, entry) pairs of pixels that had not stopped: the exponentials
+    /// that the hardware takes.
     pub exponentials: u64,
+    /// Those that were evaluated here: what lies beyond the ellipse of the
+    /// faintest alpha that counts is skipped, but for the rest of a group of
+    /// four pixels.
+    pub evaluated: u64,
     /// (pixel, entry) pairs that were added to a pixel.
     pub drawn: u64,
     /// Pixels that stopped early.
@@ -52,16 +56,6 @@ pub struct FloatFrame {
     pub decisions: Option<Decisions>,
 }
 
-/// One tile, as its thread leaves it.
-struct TileResult {
-    colour: [DVec3; TILE_PIXELS],
-    transmittance: [f64; TILE_PIXELS],
-    stop: [u32; TILE_PIXELS],
-    drawn: Vec<[u64; TILE_PIXELS / 64]>,
-    exponentials: u64,
-    draws: u64,
-}
-
 /// Renders in 64-bit floats, tile by tile. The result does not depend on the
 /// number of threads, nor on the order of the Gaussians in the cloud.
 ///
@@ -79,42 +73,57 @@ pub fn render_float(
 
 pub(crate) fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
     let (first, ranks) = view.by_tile();
-    let tiles: Vec<TileResult> = (0..view.tile_count())
-        .into_par_iter()
-        .map(|t| {
-            let list = &ranks[first[t]..first[t + 1]];
-            render_tile(view, t, list, options.log_decisions)
+    let canvas = Canvas::new(view);
+    let [width, height] = view.size();
+    let [columns, _] = view.grid();
+    let background = DVec3::from(options.background.map(f64::from));
+    let mut picture = Picture::filled(width, height, [0.0; 3]);
+    let mut transmittance = vec![1.0; picture.rgb.len()];
+    let mut decisions = options.log_decisions.then(|| Decisions::new(first.clone()));
+
+    // Bands of one tile's height: each thread writes pixels of its own.
+    let band = TILE as usize * width as usize;
+    let bands: Vec<Vec<TileLog>> = picture
+        .rgb
+        .par_chunks_mut(band)
+        .zip(transmittance.par_chunks_mut(band))
+        .enumerate()
+        .map(|(row, (rgb, left))| {
+            let tiles: Vec<Tile> = (row * columns as usize..(row + 1) * columns as usize)
+                .into_par_iter()
+                .map(|t| canvas.render(t, &ranks[first[t]..first[t + 1]], options.log_decisions))
+                .collect();
+            for (column, tile) in tiles.iter().enumerate() {
+                let t = row * columns as usize + column;
+                let [[x0, _], [wide, high]] = view.tile_pixels(t);
+                for y in 0..high as usize {
+                    let at = y * width as usize + x0 as usize;
+                    for x in 0..wide as usize {
+                        let from = y * TILE as usize + x;
+                        let colour = tile.colour(from) + tile.left[from] * background;
+                        rgb[at + x] = colour.as_vec3().to_array();
+                        left[at + x] = tile.left[from];
+                    }
+                }
+            }
+            tiles.into_iter().map(|t| t.log).collect()
         })
         .collect();
 
-    let [width, height] = view.size();
-    let background = DVec3::from(options.background.map(f64::from));
-    let mut picture = Picture::filled(width, height, options.background);
-    let mut transmittance = vec![1.0; picture.rgb.len()];
     let mut stats = FloatStats {
         culled: view.culled() as u64,
         visible: view.splats().len() as u64,
         entries: view.entries() as u64,
         ..FloatStats::default()
     };
-    let mut decisions = options.log_decisions.then(|| Decisions::new(first.clone()));
-    for (t, tile) in tiles.iter().enumerate() {
-        let [[x0, y0], [columns, rows]] = view.tile_pixels(t);
-        for y in 0..rows {
-            for x in 0..columns {
-                let from = (y * TILE + x) as usize;
-                let to = (y0 + y) as usize * width as usize + (x0 + x) as usize;
-                let colour = tile.colour[from] + tile.transmittance[from] * background;
-                picture.rgb[to] = colour.as_vec3().to_array();
-                transmittance[to] = tile.transmittance[from];
-            }
-        }
-        stats.exponentials += tile.exponentials;
-        stats.drawn += tile.draws;
-        stats.stopped += tile.stop.iter().filter(|s| **s != u32::MAX).count() as u64;
-        if let Some(d) = &mut decisions {
-            d.stop[t] = tile.stop;
-            d.drawn[first[t]..first[t + 1]].copy_from_slice(&tile.drawn);
+    for (t, log) in bands.into_iter().flatten().enumerate() {
+        stats.exponentials += log.live;
+        stats.evaluated += log.evaluated;
+        stats.drawn += log.draws;
+        stats.stopped += log.stopped;
+        if let (Some(d), Some((drawn, stop))) = (&mut decisions, log.decisions) {
+            d.stop[t] = stop;
+            d.drawn[first[t]..first[t + 1]].copy_from_slice(&drawn);
         }
     }
     FloatFrame {
@@ -125,48 +134,145 @@ pub(crate) fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
     }
 }
 
-fn render_tile(view: &View, tile: usize, ranks: &[u32], log: bool) -> TileResult {
-    let rules = view.rules();
-    let [[x0, y0], [columns, rows]] = view.tile_pixels(tile);
-    let mut out = TileResult {
-        colour: [DVec3::ZERO; TILE_PIXELS],
-        transmittance: [1.0; TILE_PIXELS],
-        stop: [u32::MAX; TILE_PIXELS],
-        drawn: vec![[0; TILE_PIXELS / 64]; if log { ranks.len() } else { 0 }],
-        exponentials: 0,
-        draws: 0,
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::splats::view::TILE_PIXELS;
+    use glam::DVec2;
+    use rand::{Rng, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    const LOG: FloatOptions = FloatOptions {
+        background: [0.25, 0.0, 1.0],
+        log_decisions: true,
     };
-    let mut live: Vec<usize> = (0..rows)
-        .flat_map(|y| (0..columns).map(move |x| (y * TILE + x) as usize))
-        .collect();
-    let origin = DVec2::new(f64::from(x0), f64::from(y0)) + rules.pixel_centre;
-    for (entry, rank) in ranks.iter().enumerate() {
-        if live.is_empty() {
-            break;
+
+    /// Every pixel of every entry with the library's exponential, one after
+    /// the other.
+    fn plain(view: &View) -> FloatFrame {
+        let rules = view.rules();
+        let [width, height] = view.size();
+        let (first, ranks) = view.by_tile();
+        let mut picture = Picture::filled(width, height, [0.0; 3]);
+        let mut transmittance = vec![1.0; picture.rgb.len()];
+        let mut decisions = Decisions::new(first.clone());
+        let mut stats = FloatStats::default();
+        for t in 0..view.tile_count() {
+            let [[x0, y0], [columns, rows]] = view.tile_pixels(t);
+            for pixel in 0..TILE_PIXELS {
+                let (x, y) = (pixel as u32 % TILE, pixel as u32 / TILE);
+                if x >= columns || y >= rows {
+                    continue;
+                }
+                let centre = DVec2::new(f64::from(x0 + x), f64::from(y0 + y)) + rules.pixel_centre;
+                let (mut colour, mut left) = (DVec3::ZERO, 1.0);
+                for (entry, place) in (first[t]..first[t + 1]).enumerate() {
+                    let splat = &view.splats()[ranks[place] as usize];
+                    stats.exponentials += 1;
+                    let alpha = splat.alpha(centre - splat.mean).min(rules.alpha_cap);
+                    if alpha < rules.alpha_min {
+                        continue;
+                    }
+                    let after = left * (1.0 - alpha);
+                    if rules.stops(after) {
+                        decisions.stop[t][pixel] = entry as u32;
+                        stats.stopped += 1;
+                        break;
+                    }
+                    colour += splat.colour * (alpha * left);
+                    left = after;
+                    stats.drawn += 1;
+                    decisions.drawn[place][pixel / 64] |= 1 << (pixel % 64);
+                }
+                let to = ((y0 + y) * width + x0 + x) as usize;
+                let background = DVec3::from(LOG.background.map(f64::from));
+                picture.rgb[to] = (colour + left * background).as_vec3().to_array();
+                transmittance[to] = left;
+            }
         }
-        let splat: &Projected = &view.splats()[*rank as usize];
-        out.exponentials += live.len() as u64;
-        live.retain(|&pixel| {
-            let (x, y) = (pixel % TILE as usize, pixel / TILE as usize);
-            let offset = origin + DVec2::new(x as f64, y as f64) - splat.mean;
-            let alpha = splat.alpha(offset).min(rules.alpha_cap);
-            if alpha < rules.alpha_min {
-                return true;
-            }
-            let before = out.transmittance[pixel];
-            let after = before * (1.0 - alpha);
-            if rules.stops(after) {
-                out.stop[pixel] = entry as u32;
-                return false;
-            }
-            out.colour[pixel] += splat.colour * (alpha * before);
-            out.transmittance[pixel] = after;
-            out.draws += 1;
-            if log {
-                out.drawn[entry][pixel / 64] |= 1 << (pixel % 64);
-            }
-            true
-        });
+        FloatFrame {
+            picture,
+            transmittance,
+            stats,
+            decisions: Some(decisions),
+        }
     }
-    out
+
+    /// From dust to needles that cross the frame a million times over, with
+    /// opacities from none to all.
+    fn cloud(n: usize, scales: [f32; 2], seed: u64) -> Cloud {
+        let mut r = Pcg64::seed_from_u64(seed);
+        let mut draw = |low: f32, high: f32| r.random_range(low..high);
+        let means = (0..n)
+            .map(|_| [draw(-1.0, 1.0), draw(-1.0, 1.0), draw(0.3, 4.0)])
+            .collect();
+        let log_scales = (0..n).map(|_| [0; 3].map(|_| draw(scales[0], scales[1])));
+        let log_scales = log_scales.collect();
+        let rotations = (0..n).map(|_| [0; 4].map(|_| draw(-1.0, 1.0))).collect();
+        let logits = (0..n)
+            .map(|i| match i % 50 {
+                0 => f32::INFINITY,
+                1 => f32::NEG_INFINITY,
+                _ => draw(-7.0, 7.0),
+            })
+            .collect();
+        let sh = (0..n).map(|_| [0; 3].map(|_| draw(-2.0, 4.0))).collect();
+        Cloud::new(0, means, log_scales, rotations, logits, sh).unwrap()
+    }
+
+    fn camera(width: u32, height: u32) -> Camera {
+        Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 0.9, width, height)
+    }
+
+    #[test]
+    fn spans_and_groups_change_no_decision() {
+        let mut culled = 0;
+        for (seed, scales, size) in [
+            (1, [-6.0, -3.0], [75, 50]),
+            (2, [-6.0, -1.0], [17, 33]),
+            (3, [-12.0, 2.0], [61, 48]),
+            (4, [-30.0, 14.0], [40, 40]),
+            (5, [-80.0, 80.0], [16, 31]),
+        ] {
+            let cloud = cloud(500, scales, seed);
+            for profile in Profile::ALL {
+                let view = View::new(&cloud, &camera(size[0], size[1]), profile).unwrap();
+                let (fast, slow) = (render_view(&view, &LOG), plain(&view));
+                assert_eq!(fast.decisions, slow.decisions, "{seed} {profile}");
+                let counts = |s: &FloatStats| [s.exponentials, s.drawn, s.stopped];
+                assert_eq!(counts(&fast.stats), counts(&slow.stats));
+                let stats = fast.stats;
+                assert!(
+                    stats.drawn > 400 && stats.evaluated >= stats.drawn,
+                    "{stats:?}"
+                );
+                culled += u64::from(stats.evaluated < stats.exponentials / 2);
+                // Two units of the last place an exponential, some hundred deep.
+                for (a, b) in fast.transmittance.iter().zip(&slow.transmittance) {
+                    assert!((a - b).abs() < 1e-14, "{seed} {profile}: {a} {b}");
+                }
+                let pixels = fast.picture.rgb.iter().zip(&slow.picture.rgb);
+                for (a, b) in pixels.flat_map(|(a, b)| a.iter().zip(b)) {
+                    assert!((a - b).abs() <= f32::EPSILON * b.abs(), "{a} {b}");
+                }
+            }
+        }
+        assert!(culled > 5, "{culled}");
+    }
+
+    #[test]
+    fn threads_change_no_byte() {
+        let (cloud, camera) = (cloud(3000, [-6.0, -1.0], 9), camera(150, 90));
+        let render = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let frame = || render_float(&cloud, &camera, Profile::Inria, &LOG);
+            pool.build().unwrap().install(frame).unwrap()
+        };
+        let one = render(1);
+        assert!(one.stats.visible > 2048, "several blocks of Gaussians");
+        for threads in [2, 5] {
+            assert_eq!(render(threads), one);
+        }
+    }
 }

@@ -11,6 +11,7 @@ mod composite;
 mod coverage;
 mod depth;
 mod error;
+mod exponential;
 pub mod files;
 mod fixed;
 mod float;
@@ -24,6 +25,7 @@ mod project;
 mod records;
 mod schedule;
 pub mod sh;
+mod tile;
 mod view;
 
 pub use cloud::{Cloud, CloudError, Field};

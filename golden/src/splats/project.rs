@@ -57,50 +57,74 @@ pub(crate) fn sigmoid(x: f64) -> f64 {
     1.0 / (1.0 + (-x).exp())
 }
 
-/// Projects every Gaussian that the near plane leaves, in cloud order.
-pub(crate) fn project(cloud: &Cloud, camera: &Camera, rules: &Rules) -> Vec<Projected> {
-    let eye = camera.position();
-    (0..cloud.len())
-        .into_par_iter()
-        .filter_map(|i| project_one(cloud, i, camera, eye, rules))
-        .collect()
+/// From the world to the screen of one camera.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Projection<'a> {
+    cloud: &'a Cloud,
+    camera: &'a Camera,
+    rules: &'a Rules,
+    eye: DVec3,
 }
 
-fn project_one(
-    cloud: &Cloud,
-    index: usize,
-    camera: &Camera,
-    eye: DVec3,
-    rules: &Rules,
-) -> Option<Projected> {
-    let world = DVec3::from(cloud.means()[index].map(f64::from));
-    let view = camera.world_to_camera.transform_point3(world);
-    if !rules.sees(view.z) {
-        return None;
+impl<'a> Projection<'a> {
+    pub(crate) fn new(cloud: &'a Cloud, camera: &'a Camera, rules: &'a Rules) -> Self {
+        Self {
+            cloud,
+            camera,
+            rules,
+            eye: camera.position(),
+        }
     }
-    let slope = view.truncate() / view.z;
-    let half = DVec2::new(f64::from(camera.width), f64::from(camera.height)) / 2.0 / camera.focal;
-    let limit = half * rules.guard;
-    let held = slope.clamp(-limit, limit);
 
-    let scale = DVec3::from(cloud.log_scales()[index].map(|s| f64::from(s).exp()));
-    let axes = camera.world_to_camera.matrix3
-        * rotation(cloud.rotations()[index])
-        * DMat3::from_diagonal(scale);
-    let per_depth = camera.focal / view.z;
-    let footprint = Footprint::new(
-        per_depth.x * (axes.row(0) - held.x * axes.row(2)),
-        per_depth.y * (axes.row(1) - held.y * axes.row(2)),
-        rules.dilation,
-    );
-    Some(Projected {
-        index,
-        depth: view.z,
-        mean: slope * camera.focal + camera.centre - 0.5 + rules.pixel_centre,
-        footprint,
-        opacity: sigmoid(f64::from(cloud.opacity_logits()[index])),
-        colour: sh::colour(cloud.sh(index), (world - eye).normalize_or_zero()),
-    })
+    fn world(&self, index: usize) -> DVec3 {
+        DVec3::from(self.cloud.means()[index].map(f64::from))
+    }
+
+    fn view(&self, index: usize) -> DVec3 {
+        let world = self.world(index);
+        self.camera.world_to_camera.transform_point3(world)
+    }
+
+    /// (view depth, index) of the Gaussians that the near plane leaves, in
+    /// cloud order.
+    pub(crate) fn depths(&self) -> Vec<(f64, usize)> {
+        (0..self.cloud.len())
+            .into_par_iter()
+            .map(|i| (self.view(i).z, i))
+            .filter(|(depth, _)| self.rules.sees(*depth))
+            .collect()
+    }
+
+    /// A Gaussian of [`Projection::depths`] on screen.
+    pub(crate) fn project(&self, index: usize) -> Projected {
+        let (cloud, camera) = (self.cloud, self.camera);
+        let view = self.view(index);
+        let slope = view.truncate() / view.z;
+        let half =
+            DVec2::new(f64::from(camera.width), f64::from(camera.height)) / 2.0 / camera.focal;
+        let limit = half * self.rules.guard;
+        let held = slope.clamp(-limit, limit);
+
+        let scale = DVec3::from(cloud.log_scales()[index].map(|s| f64::from(s).exp()));
+        let axes = camera.world_to_camera.matrix3
+            * rotation(cloud.rotations()[index])
+            * DMat3::from_diagonal(scale);
+        let per_depth = camera.focal / view.z;
+        let footprint = Footprint::new(
+            per_depth.x * (axes.row(0) - held.x * axes.row(2)),
+            per_depth.y * (axes.row(1) - held.y * axes.row(2)),
+            self.rules.dilation,
+        );
+        let towards = (self.world(index) - self.eye).normalize_or_zero();
+        Projected {
+            index,
+            depth: view.z,
+            mean: slope * camera.focal + camera.centre - 0.5 + self.rules.pixel_centre,
+            footprint,
+            opacity: sigmoid(f64::from(cloud.opacity_logits()[index])),
+            colour: sh::colour(cloud.sh(index), towards),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -119,6 +143,12 @@ mod tests {
             vec![[0.0; 3]],
         )
         .unwrap()
+    }
+
+    fn project(cloud: &Cloud, camera: &Camera, rules: &Rules) -> Vec<Projected> {
+        let projection = Projection::new(cloud, camera, rules);
+        let depths = projection.depths();
+        depths.iter().map(|d| projection.project(d.1)).collect()
     }
 
     fn camera() -> Camera {

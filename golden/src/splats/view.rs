@@ -7,7 +7,7 @@ use super::coverage::{self, Grid};
 use super::depth;
 use super::error::RenderError;
 use super::profile::{Profile, Rules};
-use super::project::{Projected, project};
+use super::project::{Projected, Projection};
 use crate::camera::Camera;
 
 pub use super::coverage::TILE;
@@ -18,6 +18,8 @@ pub(crate) const TILE_PIXELS: usize = (TILE * TILE) as usize;
 const MAX_SIDE: u32 = 1 << 15;
 /// (tile, Gaussian) pairs that are held at most: 1 GiB of tile numbers.
 const MAX_ENTRIES: u64 = 1 << 28;
+/// Gaussians whose tiles one thread lists at a time.
+const BLOCK: usize = 1024;
 
 /// The Gaussians that a camera sees, front to back, and the tiles of each.
 #[derive(Debug, Clone)]
@@ -47,10 +49,14 @@ impl View {
             columns: camera.width.div_ceil(TILE),
             rows: camera.height.div_ceil(TILE),
         };
-        let mut splats = project(cloud, camera, &rules);
-        let culled = cloud.len() - splats.len();
-        depth::sort(cloud, &mut splats);
-        let counts: Vec<u64> = splats
+        let projection = Projection::new(cloud, camera, &rules);
+        let order = depth::sort(cloud, projection.depths());
+        let culled = cloud.len() - order.len();
+        let mut splats: Vec<Projected> = order
+            .par_iter()
+            .map(|(_, index)| projection.project(*index))
+            .collect();
+        let mut counts: Vec<u32> = splats
             .par_iter()
             .map(|s| {
                 let mut n = 0;
@@ -58,7 +64,7 @@ impl View {
                 n
             })
             .collect();
-        let entries = counts.iter().sum();
+        let entries = counts.iter().map(|n| u64::from(*n)).sum();
         if entries > MAX_ENTRIES {
             return Err(RenderError::TooManyEntries {
                 entries,
@@ -67,13 +73,27 @@ impl View {
         }
         let mut keep = counts.iter().map(|n| *n > 0);
         splats.retain(|_| keep.next().unwrap_or(false));
-        let mut first = Vec::with_capacity(splats.len() + 1);
-        let mut tiles = Vec::with_capacity(entries as usize);
-        first.push(0);
-        for s in &splats {
-            coverage::tiles(s, grid, &rules, |t| tiles.push(t));
-            first.push(tiles.len());
-        }
+        counts.retain(|n| *n > 0);
+        let first: Vec<usize> = std::iter::once(0)
+            .chain(counts.iter().scan(0, |sum, n| {
+                *sum += *n as usize;
+                Some(*sum)
+            }))
+            .collect();
+        let mut tiles = vec![0; entries as usize];
+        parts(&mut tiles, &first)
+            .into_par_iter()
+            .zip(splats.par_chunks(BLOCK))
+            .for_each(|(part, splats)| {
+                let mut places = part.iter_mut();
+                for s in splats {
+                    coverage::tiles(s, grid, &rules, |t| {
+                        if let Some(place) = places.next() {
+                            *place = t;
+                        }
+                    });
+                }
+            });
         Ok(Self {
             rules,
             width: camera.width,
@@ -167,6 +187,20 @@ impl View {
         }
         (first, ranks)
     }
+}
+
+/// Cuts `tiles` where every [`BLOCK`]th rank begins.
+fn parts<'a>(mut tiles: &'a mut [u32], first: &[usize]) -> Vec<&'a mut [u32]> {
+    let ranks = first.len() - 1;
+    (0..ranks)
+        .step_by(BLOCK)
+        .map(|start| {
+            let length = first[ranks.min(start + BLOCK)] - first[start];
+            let (part, rest) = std::mem::take(&mut tiles).split_at_mut(length);
+            tiles = rest;
+            part
+        })
+        .collect()
 }
 
 fn check(camera: &Camera) -> Result<(), RenderError> {
