@@ -46,6 +46,11 @@ pub(super) enum ModelDescription {
         /// A file or SOG folder, from the description's folder.
         path: PathBuf,
     },
+    /// A DirectVoxGO checkpoint.
+    Dvgo {
+        /// Its fine stage, from the description's folder.
+        path: PathBuf,
+    },
 }
 
 /// `[camera]`. Without it, the model's own.
@@ -61,6 +66,18 @@ pub(super) enum CameraDescription {
         /// JSON file, from the description's folder.
         path: PathBuf,
         /// Which camera of the file, from 0.
+        #[serde(default)]
+        index: usize,
+        /// Pixels a row; the file's unless given.
+        width: Option<u32>,
+        /// Rows; the file's unless given.
+        height: Option<u32>,
+    },
+    /// A frame of a camera path in the convention of NeRF and Instant-NGP.
+    Transforms {
+        /// JSON file, from the description's folder.
+        path: PathBuf,
+        /// Which frame of the path, from 0.
         #[serde(default)]
         index: usize,
         /// Pixels a row; the file's unless given.

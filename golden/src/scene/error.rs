@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::camera_file::CameraFileError;
+use super::transforms::TransformsError;
+use crate::fields::FieldError;
 use crate::splats::RenderError;
 use crate::splats::files::FileError;
 use crate::voxels::VoxelError;
@@ -75,6 +77,12 @@ pub enum SceneError {
     /// Voxels cannot be rendered.
     #[error(transparent)]
     Voxels(#[from] VoxelError),
+    /// A camera path cannot be used.
+    #[error(transparent)]
+    Path(#[from] TransformsError),
+    /// A field cannot be loaded or rendered.
+    #[error(transparent)]
+    Field(#[from] FieldError),
     /// The units of a configuration cannot render the scene.
     #[error("configuration: `{field}` is {value}: scene {scene} needs {expected}")]
     Config {
@@ -94,7 +102,9 @@ impl SceneError {
     #[must_use]
     pub fn unit(&self) -> Option<&(dyn std::error::Error + Send + Sync + 'static)> {
         match self {
-            Self::Splats(RenderError::Unit(e)) | Self::Voxels(VoxelError::Unit(e)) => Some(&**e),
+            Self::Splats(RenderError::Unit(e))
+            | Self::Voxels(VoxelError::Unit(e))
+            | Self::Field(FieldError::Voxels(VoxelError::Unit(e))) => Some(&**e),
             _ => None,
         }
     }

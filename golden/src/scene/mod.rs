@@ -20,6 +20,7 @@ pub use render::{FrameCounts, Rendered, SplatCounts};
 use glam::DVec3;
 
 use crate::camera::Camera;
+use crate::fields::dvgo::Dvgo;
 use crate::splats::{Cloud, Order, Profile};
 use crate::voxels::Grid;
 
@@ -30,6 +31,8 @@ pub enum Model {
     Splats(Cloud),
     /// A grid of vertex features.
     Voxels(Box<Grid>),
+    /// A DirectVoxGO model.
+    Dvgo(Box<Dvgo>),
 }
 
 /// A model, a camera, and how to render.

@@ -7,14 +7,18 @@ use glam::DVec3;
 use potamoi_formats::record::COLOUR;
 
 use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
-use super::{Model, Orbit, Scene, SceneError, camera_file, garden, lantern};
+use super::{Model, Orbit, Scene, SceneError, camera_file, garden, lantern, transforms};
 use crate::camera::Camera;
+use crate::fields::Field as _;
+use crate::fields::dvgo::Dvgo;
 use crate::splats::{Order, Profile, files};
 
 /// Scenes that need no file: splats, voxels.
 pub const BUILTIN: [&str; 2] = ["garden", "lantern"];
 /// Pixels a side of a picture whose size nobody gave.
 const SIDE: u32 = 400;
+/// Voxel edges from sample to sample unless a description says otherwise.
+const STEP: f64 = 0.5;
 /// The largest picture side, in pixels.
 const MAX_SIDE: u32 = 1 << 14;
 /// The largest background of voxels in magnitude, which their accumulator holds.
@@ -23,9 +27,22 @@ const VOXEL_BACKGROUND: f64 = 7.999;
 /// origin; poses past it lose their rotation to rounding.
 const FAR: f64 = 1e9;
 
+/// An orbit that frames a box.
+fn framing(bounds: [DVec3; 2]) -> Orbit {
+    let size = bounds[1] - bounds[0];
+    let fov = 45.0f64;
+    Orbit {
+        azimuth: 30.0,
+        elevation: 15.0,
+        distance: size.length() / 2.0 / (fov / 2.0).to_radians().sin(),
+        fov,
+        target: bounds[0] + size / 2.0,
+    }
+}
+
 /// The endings of files that are scenes.
 fn endings() -> String {
-    format!(".{} or .toml", files::ENDINGS.join(", ."))
+    format!(".{}, .tar or .toml", files::ENDINGS.join(", ."))
 }
 
 impl Scene {
@@ -47,6 +64,7 @@ impl Scene {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match ending.as_deref() {
             Some("toml") => Self::described(path),
+            Some("tar") => Self::dvgo(path),
             Some(other) if path.exists() => Err(SceneError::Ending {
                 path: path.to_owned(),
                 ending: format!(".{other}"),
@@ -76,7 +94,7 @@ impl Scene {
                 order: Order::Exact,
                 group_tiles: None,
                 group_side: None,
-                step: 0.5,
+                step: STEP,
             },
             "lantern" => Self {
                 name: name.to_owned(),
@@ -88,7 +106,7 @@ impl Scene {
                 order: Order::Exact,
                 group_tiles: None,
                 group_side: None,
-                step: 0.5,
+                step: STEP,
             },
             _ => return Err(Self::unknown(name)),
         })
@@ -107,8 +125,28 @@ impl Scene {
             order: Order::Exact,
             group_tiles: None,
             group_side: None,
-            step: 0.5,
+            step: STEP,
         })
+    }
+
+    /// A checkpoint, seen from [`Scene::default_orbit`] over white, on which such
+    /// models of objects are trained.
+    fn dvgo(path: &Path) -> Result<Self, SceneError> {
+        let field = Dvgo::load(path, STEP)?;
+        let mut scene = Self {
+            name: path.display().to_string(),
+            model: Model::Dvgo(Box::new(field)),
+            camera: lantern::camera(SIDE, SIDE),
+            up: DVec3::Z,
+            background: [1.0; 3],
+            profile: Profile::Inria,
+            order: Order::Exact,
+            group_tiles: None,
+            group_side: None,
+            step: STEP,
+        };
+        scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
+        Ok(scene)
     }
 
     fn described(path: &Path) -> Result<Self, SceneError> {
@@ -117,6 +155,7 @@ impl Scene {
         let mut scene = match &description.model {
             ModelDescription::Builtin { name } => Self::builtin(name)?,
             ModelDescription::Splats { path } => Self::model_file(&folder.join(path))?,
+            ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path))?,
         };
         scene.name = path.display().to_string();
         scene.look(&description.camera, folder)?;
@@ -134,6 +173,21 @@ impl Scene {
                 height,
             } => {
                 self.set_camera_file(&folder.join(path), *index)?;
+                self.set_size(*width, *height)
+            }
+            CameraDescription::Transforms {
+                path,
+                index,
+                width,
+                height,
+            } => {
+                let path = folder.join(path);
+                let frames = transforms::read(&path)?;
+                let Some(frame) = frames.get(*index) else {
+                    let expected = format!("0 to {}, as {} has", frames.len() - 1, path.display());
+                    return Err(self.value("camera.index", index.to_string(), &expected));
+                };
+                self.camera = frame.camera;
                 self.set_size(*width, *height)
             }
             CameraDescription::Orbit {
@@ -163,16 +217,10 @@ impl Scene {
     fn default_orbit(&self) -> Orbit {
         match &self.model {
             Model::Splats(cloud) => Orbit::around(cloud),
+            Model::Dvgo(field) => framing(field.sampling().bounds),
             Model::Voxels(grid) => {
                 let size = DVec3::from(grid.points().map(|p| (p - 1) as f64)) * grid.voxel();
-                let fov = 45.0f64;
-                Orbit {
-                    azimuth: 30.0,
-                    elevation: 15.0,
-                    distance: size.length() / 2.0 / (fov / 2.0).to_radians().sin(),
-                    fov,
-                    target: grid.corner() + size / 2.0,
-                }
+                framing([grid.corner(), grid.corner() + size])
             }
         }
     }
@@ -241,7 +289,9 @@ impl Scene {
         }
         self.group_tiles = render.group_tiles;
         self.group_side = render.group_side;
-        self.step = render.step.unwrap_or(self.step);
+        if let Some(step) = render.step {
+            self.set_step(step)?;
+        }
         let splats = matches!(self.model, Model::Splats(_));
         for (field, given, ours) in [
             ("render.profile", render.profile.is_some(), splats),
@@ -255,6 +305,19 @@ impl Scene {
                 let expected = format!("it left out: it is for {kind}");
                 return Err(self.value(field, "given".to_owned(), &expected));
             }
+        }
+        Ok(())
+    }
+
+    /// Voxel edges from sample to sample.
+    fn set_step(&mut self, step: f64) -> Result<(), SceneError> {
+        if !(1.0 / 64.0..=8.0).contains(&step) {
+            let expected = "1/64 to 8 voxel edges";
+            return Err(self.value("render.step", step.to_string(), expected));
+        }
+        self.step = step;
+        if let Model::Dvgo(field) = &mut self.model {
+            field.set_step(step);
         }
         Ok(())
     }
@@ -309,7 +372,7 @@ impl Scene {
     fn set_background(&mut self, field: &'static str, rgb: [f32; 3]) -> Result<(), SceneError> {
         let held = match &self.model {
             Model::Splats(_) => 0.0..=COLOUR.value(COLOUR.max()),
-            Model::Voxels(_) => -VOXEL_BACKGROUND..=VOXEL_BACKGROUND,
+            Model::Voxels(_) | Model::Dvgo(_) => -VOXEL_BACKGROUND..=VOXEL_BACKGROUND,
         };
         // Not a number is in no range.
         if !rgb.iter().all(|v| held.contains(&f64::from(*v))) {

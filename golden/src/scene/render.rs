@@ -8,10 +8,11 @@ use potamoi_formats::units::OpCode;
 use serde::Serialize;
 
 use super::{Model, Scene, SceneError};
+use crate::fields;
 use crate::picture::Picture;
 use crate::splats::{self, Decisions, Flips};
 use crate::units::Units;
-use crate::voxels::{self, MVoxels};
+use crate::voxels::{self, MVoxels, Volume};
 
 /// What the units did for a frame, by the renderer's own count.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -87,6 +88,15 @@ impl Scene {
                     decisions: frame.decisions,
                 })
             }
+            Model::Dvgo(field) => {
+                let frame = fields::render_float(&**field, &self.camera, self.background)?;
+                Ok(Rendered {
+                    picture: frame.picture,
+                    covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
+                    counts: FrameCounts::default(),
+                    decisions: None,
+                })
+            }
             Model::Voxels(grid) => {
                 let options = voxels::FloatOptions {
                     step: self.step,
@@ -153,28 +163,30 @@ impl Scene {
             }
             Model::Voxels(grid) => {
                 let mvoxels = MVoxels::new(grid, config)?;
-                let options = voxels::FixedOptions {
-                    step: self.step,
-                    background: self.background,
-                    group_side: self.group_side,
-                    ..voxels::FixedOptions::default()
-                };
+                let options = self.voxel_options();
                 let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
-                let clear = 1 << voxels::TRANSMITTANCE.frac_bits();
-                Ok(Rendered {
-                    picture: frame.picture,
-                    covered: frame.transmittance.iter().map(|t| *t < clear).collect(),
-                    counts: FrameCounts {
-                        mvoxels: frame.stats.tasks,
-                        feature_vectors: frame.stats.entries,
-                        elements: frame.stats.vector_elements,
-                        rit_bytes: frame.stats.rit_bytes,
-                        mvoxel_bytes: frame.stats.mft_bytes,
-                        splats: None,
-                    },
-                    decisions: None,
-                })
+                Ok(rendered(frame))
             }
+            Model::Dvgo(field) => {
+                let made = field.fixed(config)?;
+                let volume = Volume {
+                    mvoxels: made.mvoxels(),
+                    placement: made.placement(),
+                    head: made.head(),
+                };
+                let options = self.voxel_options();
+                let frame = voxels::render_volume(&volume, &self.camera, &options, units)?;
+                Ok(rendered(frame))
+            }
+        }
+    }
+
+    fn voxel_options(&self) -> voxels::FixedOptions {
+        voxels::FixedOptions {
+            step: self.step,
+            background: self.background,
+            group_side: self.group_side,
+            ..voxels::FixedOptions::default()
         }
     }
 
@@ -206,5 +218,22 @@ impl Scene {
             return refuse("gu.segments", config.gu.segments.to_string(), expected);
         }
         Ok(())
+    }
+}
+
+fn rendered(frame: voxels::FixedFrame) -> Rendered {
+    let clear = 1 << voxels::TRANSMITTANCE.frac_bits();
+    Rendered {
+        picture: frame.picture,
+        covered: frame.transmittance.iter().map(|t| *t < clear).collect(),
+        counts: FrameCounts {
+            mvoxels: frame.stats.tasks,
+            feature_vectors: frame.stats.entries,
+            elements: frame.stats.vector_elements,
+            rit_bytes: frame.stats.rit_bytes,
+            mvoxel_bytes: frame.stats.mft_bytes,
+            splats: None,
+        },
+        decisions: None,
     }
 }

@@ -26,7 +26,7 @@ const LEAST: f64 = 1e-4;
 const STOP: f64 = 1e-3;
 
 /// A DirectVoxGO model of its fine stage.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Dvgo {
     /// Channel 0 is the density, the features follow.
     tables: [Table; 1],
@@ -223,6 +223,14 @@ fn encode(direction: DVec3, frequencies: &[f64], out: &mut Vec<f64>) {
 }
 
 impl Dvgo {
+    /// Takes samples at another distance, in voxels.
+    pub fn set_step(&mut self, step: f64) {
+        let scale = step / self.spacing_of_steps;
+        self.interval *= scale;
+        self.step *= scale;
+        self.spacing_of_steps = step;
+    }
+
     /// Inputs of the perceptron.
     fn inputs(&self, features: &[f64], direction: DVec3, out: &mut Vec<f64>) {
         out.clear();

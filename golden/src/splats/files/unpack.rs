@@ -271,7 +271,22 @@ fn window(frame: &[u8]) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
+    use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+
     use super::*;
+
+    #[test]
+    fn length_and_checksum_of_a_frame_are_held_to() {
+        let bytes: Vec<u8> = (0..5000u32).map(|i| ((i * i) >> 7) as u8).collect();
+        let mut frame = compress_to_vec(bytes.as_slice(), CompressionLevel::Fastest);
+        assert_eq!(frame[4] & 4, 4, "a frame with a checksum");
+        assert_eq!(zstd(&frame, 5000), Ok(bytes));
+        assert!(zstd(&frame, 4999).is_err_and(|e| e.contains("more than the 4999 bytes")));
+        assert!(zstd(&frame, 5001).is_err_and(|e| e.contains("less than the 5001 bytes")));
+        let end = frame.len() - 1;
+        frame[end] ^= 1;
+        assert!(zstd(&frame, 5000).is_err_and(|e| e.contains("checksum")));
+    }
 
     #[test]
     fn windows_are_read_as_the_rfc_says() {
