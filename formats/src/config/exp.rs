@@ -46,7 +46,8 @@ pub struct ExpConfig {
     pub iterations_per_clock: u32,
     /// One result a clock: a stage for every clock's worth of iterations.
     pub pipelined: bool,
-    /// Input format: unsigned for alpha, signed for general.
+    /// Input format: unsigned for alpha, signed for general. Its fraction bits
+    /// are also those of the operands of sigmoid and softplus.
     pub input: Format,
     /// Fraction bits `F` of the result.
     pub output_bits: u32,

@@ -44,26 +44,28 @@ pub(super) fn iterative(
         accum: m.reg("r_accum", widths.accum, 0),
         digits: m.reg("r_digits", widths.digits, 0),
     };
-    let early = passes.as_ref().map(|passes| {
+    // What sigmoid's second exponential starts from is in the registers.
+    let early = passes.map(|passes| {
         let regs = registers(m);
         m.section("Exponential: start");
         let (size, sum) = passes.sum(m, widths, a, begin, regs);
         (regs, size, sum)
     });
-    let (start, large) = widths.start(m, a, orders.one_minus, early.map(|(_, size, _)| size));
+    let size = early.map(|(_, size, _)| size);
+    let (start, large) = widths.start(m, a, orders.one_minus, size);
     m.section("Exponential: steps");
     let regs = match early {
         Some((regs, ..)) => regs,
         None => registers(m),
     };
-    let begin = match passes.as_ref().and_then(|p| p.begin_again) {
+    let begin = match passes.and_then(|p| p.begin_again) {
         Some(again) => m.or(begin, again),
         None => begin,
     };
     let mut state = from(m, begin, start, regs);
     let mut rescaled = None;
     let mut logistic = None;
-    if let (Some(passes), Some((_, _, sum))) = (&passes, early) {
+    if let (Some(passes), Some((_, _, sum))) = (passes, early) {
         let held = m.reg("r_rescaled", Ty::bit(), 0);
         rescaled = Some(held);
         let power = widths.scaled(m, regs, held);
@@ -78,7 +80,7 @@ pub(super) fn iterative(
         digits: m.name(state.digits, "digits_now"),
     };
     for (i, place) in places.iter().enumerate() {
-        state = widths.step(m, state, *place, i as u32, passes.as_ref().map(|p| p.log));
+        state = widths.step(m, state, *place, i as u32, passes.map(|p| p.log));
     }
     if let Some(now) = tail {
         let end = widths.tail(m, regs);
