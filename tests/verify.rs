@@ -13,6 +13,7 @@ fn both_built_in_scenes_agree_in_every_bit_and_cycle() {
         ("lantern", "paper"),
         ("garden", "small"),
         ("lantern", "small"),
+        ("garden", "fields"),
     ] {
         let said = expect(
             folder.path(),
