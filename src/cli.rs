@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::characterise::CharacteriseArgs;
 use crate::common::Common;
 use crate::cost::CostArgs;
 use crate::render::RenderArgs;
@@ -31,6 +32,8 @@ pub(crate) enum Command {
     /// Render a scene in floating point, in the hardware's formats, or through
     /// the simulated hardware
     Render(RenderArgs),
+    /// Count what a scene's accesses do to memory and banks, beside the paper
+    Characterise(CharacteriseArgs),
     /// Measure what accuracy costs in time
     Cost(CostArgs),
     /// Show which outside tools are here, and what is lost without each

@@ -3,6 +3,7 @@
 //! Exit codes: 0 right, 1 a check failed, 2 usage or configuration, 3 a tool
 //! is missing, 4 inconclusive.
 
+mod characterise;
 mod cli;
 mod common;
 mod cost;
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
         cli::Command::Trace(args) => trace::run(&cli.common, args),
         cli::Command::Verify(args) => verify::run(&cli.common, args),
         cli::Command::Render(args) => render::run(&cli.common, args),
+        cli::Command::Characterise(args) => characterise::run(args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()).map_err(Into::into),
     };

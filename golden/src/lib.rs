@@ -5,6 +5,7 @@
 //! layouts, the configuration) lives in `potamoi-formats`.
 
 pub mod camera;
+pub mod characterise;
 pub mod fields;
 pub mod files;
 pub mod picture;

@@ -62,13 +62,11 @@ pub fn render_float(
     let pixels: Vec<Pixel> = (0..width * height)
         .into_par_iter()
         .map_init(
-            || Worker {
-                places: vec![DVec3::ZERO; field.tables().len()],
-                features: vec![],
-                weights: vec![],
-                scratch: vec![],
+            || Worker::new(field),
+            |worker, i| {
+                let pixel = [i % width, i / width];
+                march(field, &sampling, camera, pixel, worker, |_| ())
             },
-            |worker, i| march(field, &sampling, camera, [i % width, i / width], worker),
         )
         .collect();
     let behind = DVec3::from(background.map(f64::from));
@@ -84,6 +82,35 @@ pub fn render_float(
         gathered: pixels.iter().map(|p| p.gathered).sum(),
         coloured: pixels.iter().map(|p| p.coloured).sum(),
     })
+}
+
+impl Worker {
+    fn new(field: &dyn Field) -> Self {
+        Self {
+            places: vec![DVec3::ZERO; field.tables().len()],
+            features: vec![],
+            weights: vec![],
+            scratch: vec![],
+        }
+    }
+}
+
+/// Tells the places in the tables of every sample of a pixel that is gathered,
+/// front to back.
+///
+/// # Errors
+/// As [`render_float`].
+pub fn samples_of(
+    field: &dyn Field,
+    camera: &Camera,
+    pixel: [u32; 2],
+    seen: impl FnMut(&[DVec3]),
+) -> Result<(), FieldError> {
+    let sampling = field.sampling();
+    check(camera, &sampling)?;
+    let mut worker = Worker::new(field);
+    march(field, &sampling, camera, pixel, &mut worker, seen);
+    Ok(())
 }
 
 fn check(camera: &Camera, sampling: &Sampling) -> Result<(), FieldError> {
@@ -134,6 +161,7 @@ fn march(
     camera: &Camera,
     [x, y]: [u32; 2],
     worker: &mut Worker,
+    mut seen: impl FnMut(&[DVec3]),
 ) -> Pixel {
     let (origin, direction) = camera.ray(x, y);
     let axis = camera.world_to_camera.matrix3.row(2);
@@ -163,6 +191,7 @@ fn march(
             continue;
         }
         pixel.gathered += 1;
+        seen(&worker.places);
         let from = worker.features.len();
         worker.features.resize(from + channels, 0.0);
         let mut rest = &mut worker.features[from..];

@@ -11,12 +11,13 @@ mod error;
 pub mod mac;
 mod march;
 mod mlp;
+pub mod stored;
 mod table;
 
 use glam::DVec3;
 
 pub use error::FieldError;
-pub use march::{FieldFrame, render_float};
+pub use march::{FieldFrame, render_float, samples_of};
 pub use mlp::{Layer, Mlp};
 pub use table::Table;
 

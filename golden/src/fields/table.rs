@@ -89,6 +89,17 @@ impl Table {
     /// Gathering: the multilinear interpolation at a place in vertices, held
     /// within the table, one value a channel.
     pub fn gather(&self, place: DVec3, out: &mut [f64]) {
+        out.fill(0.0);
+        self.corners(place, |vertex, weight| {
+            let row = &self.values[vertex * self.channels..][..self.channels];
+            for (sum, value) in out.iter_mut().zip(row) {
+                *sum += weight * f64::from(*value);
+            }
+        });
+    }
+
+    /// Tells each vertex that a sample at a place reads, and its weight.
+    pub fn corners(&self, place: DVec3, mut read: impl FnMut(usize, f64)) {
         let mut cell = [0usize; 3];
         let mut fraction = [0f64; 3];
         for axis in 0..3 {
@@ -97,8 +108,7 @@ impl Table {
             cell[axis] = (held as usize).min(last.saturating_sub(1));
             fraction[axis] = held - cell[axis] as f64;
         }
-        out.fill(0.0);
-        let flat = [0, 1, 2].map(|axis| self.points[axis] == 1);
+        let flat = self.points.map(|points| points == 1);
         for corner in 0..8usize {
             let far = [0, 1, 2].map(|axis| corner >> axis & 1 == 1);
             if (0..3).any(|axis| far[axis] && flat[axis]) {
@@ -114,11 +124,10 @@ impl Table {
                     (false, false) => 1.0 - fraction[axis],
                 };
             }
-            let vertex = index[0] + self.points[0] * (index[1] + self.points[1] * index[2]);
-            let row = &self.values[vertex * self.channels..][..self.channels];
-            for (sum, value) in out.iter_mut().zip(row) {
-                *sum += weight * f64::from(*value);
-            }
+            read(
+                index[0] + self.points[0] * (index[1] + self.points[1] * index[2]),
+                weight,
+            );
         }
     }
 }

@@ -8,7 +8,9 @@ use potamoi_formats::units::OpCode;
 use serde::Serialize;
 
 use super::{Model, Scene, SceneError};
+use crate::characterise::{Accesses, field_accesses, splat_accesses};
 use crate::fields;
+use crate::fields::stored::StoredField;
 use crate::picture::Picture;
 use crate::splats::{self, Decisions, Flips};
 use crate::units::Units;
@@ -111,6 +113,22 @@ impl Scene {
                     decisions: None,
                 })
             }
+        }
+    }
+
+    /// Reads of feature vectors of a frame in pixel-centric order, so many rays
+    /// or tiles side by side.
+    ///
+    /// # Errors
+    /// As [`Scene::render_float`].
+    pub fn accesses(&self, lanes: usize) -> Result<Accesses, SceneError> {
+        match &self.model {
+            Model::Splats(cloud) => Ok(splat_accesses(cloud, &self.camera, self.profile, lanes)?),
+            Model::Voxels(grid) => {
+                let field = StoredField::new(grid, self.step)?;
+                Ok(field_accesses(&field, &self.camera, lanes)?)
+            }
+            Model::Dvgo(field) => Ok(field_accesses(&**field, &self.camera, lanes)?),
         }
     }
 

@@ -1,0 +1,101 @@
+//! Density and colours that are stored as they are: the grids of the built-in
+//! scenes as a field.
+
+use glam::DVec3;
+
+use super::{Field, FieldError, Sampling, Table};
+use crate::voxels::{Grid, STOP_BELOW};
+
+/// A grid, one table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredField {
+    tables: [Table; 1],
+    corner: DVec3,
+    voxel: f64,
+    coefficients: usize,
+    /// In voxel edges.
+    step: f64,
+}
+
+impl StoredField {
+    /// A grid that is sampled every `step` voxel edges.
+    ///
+    /// # Errors
+    /// A grid that is no table.
+    pub fn new(grid: &Grid, step: f64) -> Result<Self, FieldError> {
+        let layout = grid.layout();
+        let table = Table::new(grid.points(), layout.channels(), grid.features().to_vec())?;
+        Ok(Self {
+            tables: [table],
+            corner: grid.corner(),
+            voxel: grid.voxel(),
+            coefficients: layout.coefficients(),
+            step,
+        })
+    }
+}
+
+impl Field for StoredField {
+    fn tables(&self) -> &[Table] {
+        &self.tables
+    }
+
+    fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
+        places[0] = (at - self.corner) / self.voxel;
+        true
+    }
+
+    fn depth(&self, features: &[f64]) -> f64 {
+        features[0].max(0.0) * self.step
+    }
+
+    fn colour(&self, features: &[f64], direction: DVec3, _: &mut Vec<f64>) -> DVec3 {
+        let basis = [1.0, direction.x, direction.y, direction.z];
+        let channel = |c: usize| {
+            let terms = &features[1 + c * self.coefficients..][..self.coefficients];
+            let sum: f64 = terms.iter().zip(basis).map(|(v, b)| v * b).sum();
+            sum.max(0.0)
+        };
+        DVec3::new(channel(0), channel(1), channel(2))
+    }
+
+    fn sampling(&self) -> Sampling {
+        let last = DVec3::from(self.tables[0].points().map(|p| (p - 1) as f64));
+        Sampling {
+            bounds: [self.corner, self.corner + last * self.voxel],
+            step: self.step * self.voxel,
+            range: [0.0, f64::INFINITY],
+            least: 0.0,
+            stop: STOP_BELOW,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::fields::render_float;
+    use crate::scene::{Model, Scene};
+    use crate::voxels::{FloatOptions, render_float as render_grid};
+
+    /// The same picture as the renderer that grids have of their own.
+    #[test]
+    fn a_grid_is_a_field() {
+        let mut scene = Scene::open("lantern").unwrap();
+        scene.set_size(Some(60), None).unwrap();
+        let Model::Voxels(grid) = scene.model() else {
+            unreachable!("the lantern is a grid")
+        };
+        let field = StoredField::new(grid, 0.5).unwrap();
+        let found = render_float(&field, scene.camera(), [0.25; 3]).unwrap();
+        let options = FloatOptions {
+            background: [0.25; 3],
+            ..FloatOptions::default()
+        };
+        let expected = render_grid(grid, scene.camera(), &options).unwrap();
+        let psnr = found.picture.psnr(&expected.picture, |_| true).unwrap();
+        assert!(psnr > 100.0, "{psnr} dB");
+        assert!(found.samples > 10_000 && found.coloured < found.samples / 2);
+    }
+}
