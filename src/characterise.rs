@@ -6,11 +6,14 @@ use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanBytes;
 use potamoi_golden::characterise::{Accesses, Banks, Memory};
+use potamoi_golden::scene::Scene;
 use serde::Serialize;
 
+use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
+use crate::say::say;
 use crate::scene::SceneArgs;
 
 #[derive(Debug, Args)]
@@ -46,6 +49,19 @@ struct Report<'a> {
     miss_rate: f64,
     not_streaming_rate: f64,
     banks: Vec<BankPoint>,
+    /// Of splats alone.
+    merging: Option<Merging>,
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct Merging {
+    /// Gaussians that an MVoxel holds.
+    rows: u32,
+    mvoxels_before: usize,
+    mvoxels_after: usize,
+    points_before: f64,
+    points_after: f64,
+    tree_bytes: usize,
 }
 
 #[derive(Serialize)]
@@ -56,8 +72,9 @@ struct BankPoint {
     conflict_rate: f64,
 }
 
-pub(crate) fn run(args: &CharacteriseArgs) -> Result<(), Failure> {
+pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
+    let config = common.read_config()?;
     let scene = args.scene.open()?;
     let spinner = progress::spinner("counting the accesses of a frame");
     let mut banks = vec![];
@@ -100,6 +117,7 @@ pub(crate) fn run(args: &CharacteriseArgs) -> Result<(), Failure> {
         miss_rate: memory.miss_rate(),
         not_streaming_rate: memory.not_streaming_rate(),
         banks,
+        merging: merging(&scene, config.mvoxel.rows),
     };
     print(&report);
     if let Some(path) = &args.json {
@@ -108,10 +126,28 @@ pub(crate) fn run(args: &CharacteriseArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+fn merging(scene: &Scene, rows: u32) -> Option<Merging> {
+    let tree = scene.octree(rows as usize)?;
+    let points: usize = tree.points().iter().sum();
+    let per = |mvoxels: usize| points as f64 / mvoxels.max(1) as f64;
+    Some(Merging {
+        rows,
+        mvoxels_before: tree.cells(),
+        mvoxels_after: tree.points().len(),
+        points_before: per(tree.cells()),
+        points_after: per(tree.points().len()),
+        tree_bytes: tree.bytes(),
+    })
+}
+
 fn print(report: &Report<'_>) {
-    println!(
+    say!(
         "{} at {} x {}, pixel by pixel: {} reads of {} B vectors (counted)",
-        report.scene, report.width, report.height, report.memory.reads, report.vector_bytes
+        report.scene,
+        report.width,
+        report.height,
+        report.memory.reads,
+        report.vector_bytes
     );
     let percent = |rate: f64| format!("{:.1} %", 100.0 * rate);
     let mut table = Table::new();
@@ -132,6 +168,23 @@ fn print(report: &Report<'_>) {
         &percent(report.not_streaming_rate),
         "over 87 %; hash tables and splats over 99 %",
     ]);
+    if let Some(m) = report.merging {
+        table.add_row([
+            &format!("points an MVoxel of {} before merging", m.rows),
+            &format!("{:.1}", m.points_before),
+            "7.2",
+        ]);
+        table.add_row([
+            "the same merged",
+            &format!("{:.1}", m.points_after),
+            "172.8",
+        ]);
+        table.add_row([
+            "bytes of the octree",
+            &HumanBytes(m.tree_bytes as u64).to_string(),
+            "below 200 KB",
+        ]);
+    }
     for point in &report.banks {
         let paper = match (point.rays, point.banks) {
             (16, 16) => "51 % on average, 83 % at most",
@@ -150,5 +203,5 @@ fn print(report: &Report<'_>) {
     if let Some(column) = table.column_mut(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    println!("{table}");
+    say!("{table}");
 }

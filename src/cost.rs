@@ -18,6 +18,7 @@ use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
+use crate::say::say;
 
 #[derive(Debug, Args)]
 pub(crate) struct CostArgs {
@@ -182,7 +183,7 @@ fn check(config: &Config) -> Result<(), Failure> {
 }
 
 fn print(report: &Report, args: &CostArgs) {
-    println!(
+    say!(
         "exponential, configuration {}: n = {}, tail {}, widths {}/{}/{:+}, all {} inputs \
          through the Verilated unit",
         report.configuration,
@@ -193,26 +194,34 @@ fn print(report: &Report, args: &CostArgs) {
         report.offset,
         report.inputs
     );
-    println!(
+    say!(
         "  error: at most {:.4} ulp (input code {}), {:.4} ulp on average, bias {:+.4} ulp \
          (measured RTL against 120 bits; 1 ulp = 2^-{})",
-        report.max_ulp, report.worst_code, report.mean_ulp, report.bias_ulp, report.output_bits
+        report.max_ulp,
+        report.worst_code,
+        report.mean_ulp,
+        report.bias_ulp,
+        report.output_bits
     );
-    println!(
+    say!(
         "  budget: at most {:.4} ulp, of it {:.4} ulp for cutting off after n iterations (formula)",
-        report.budget_ulp, report.truncation_ulp
+        report.budget_ulp,
+        report.truncation_ulp
     );
-    println!(
+    say!(
         "  results not the nearest code: {}; monotone: {}",
         report.misrounded,
         if report.monotone { "yes" } else { "no" }
     );
-    println!(
+    say!(
         "  latency {} cycles, a vector of {} every {} cycles: {:.2} exponentials a cycle \
          (measured RTL)",
-        report.latency_cycles, report.lanes, report.interval_cycles, report.exponentials_per_cycle
+        report.latency_cycles,
+        report.lanes,
+        report.interval_cycles,
+        report.exponentials_per_cycle
     );
     if let Some(path) = &args.table {
-        println!("  every input, result and latency: {}", path.display());
+        say!("  every input, result and latency: {}", path.display());
     }
 }

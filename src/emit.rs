@@ -11,6 +11,7 @@ use crate::cli::EmitArgs;
 use crate::common::Common;
 use crate::failure::Failure;
 use crate::files::{self, FileError};
+use crate::say::say;
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
@@ -51,12 +52,12 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
             .collect(),
     };
     for path in &stale {
-        println!(
+        say!(
             "removed {}, a module of another configuration",
             path.display()
         );
     }
-    println!(
+    say!(
         "{} modules, {} lines of Verilog-2005 in {}, configuration {}",
         report.files.len(),
         report.files.values().sum::<usize>(),

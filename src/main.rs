@@ -13,6 +13,7 @@ mod failure;
 mod files;
 mod progress;
 mod render;
+mod say;
 mod scene;
 mod trace;
 mod verify;
@@ -28,7 +29,7 @@ fn main() -> ExitCode {
         cli::Command::Trace(args) => trace::run(&cli.common, args),
         cli::Command::Verify(args) => verify::run(&cli.common, args),
         cli::Command::Render(args) => render::run(&cli.common, args),
-        cli::Command::Characterise(args) => characterise::run(args),
+        cli::Command::Characterise(args) => characterise::run(&cli.common, args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()).map_err(Into::into),
     };

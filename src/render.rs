@@ -16,6 +16,7 @@ use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
+use crate::say::say;
 use crate::scene::SceneArgs;
 
 #[derive(Debug, Args)]
@@ -161,7 +162,7 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
         Numerics::Fixed => "the units' twins",
         Numerics::Rtl => "the Verilated units",
     };
-    println!(
+    say!(
         "{} at {} x {}, by {by}: {}",
         scene.name(),
         report.width,
@@ -169,23 +170,23 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
         args.out.display()
     );
     if let (Some(frame), Some(covered)) = (report.psnr_db, report.psnr_covered_db) {
-        println!(
+        say!(
             "  PSNR against floating point (linear RGB, unquantised): {frame:.1} dB over the \
              frame, {covered:.1} dB over {} covered pixels",
             report.covered_pixels
         );
     }
     if let (Some(skips), Some(stops)) = (report.flipped_skips, report.flipped_stops) {
-        println!("  decisions that flipped: {skips} skips, {stops} stops");
+        say!("  decisions that flipped: {skips} skips, {stops} stops");
     }
     if let Some(units) = &report.units {
-        println!(
+        say!(
             "  out of the gathering unit: {} feature vectors ({} MVoxels)",
             units.feature_vectors,
             report.frame.map_or(0, |f| f.mvoxels)
         );
         for (op, count) in units.elements {
-            println!(
+            say!(
                 "  out of the vector unit: {count} elements of {}",
                 op.name()
             );
@@ -193,27 +194,29 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
     }
     if let Some(splats) = report.frame.and_then(|f| f.splats) {
         if splats.inversions > 0 {
-            println!(
+            say!(
                 "  approximate order: {} entries after one that lies behind them",
                 splats.inversions
             );
         } else {
-            println!(
+            say!(
                 "  exact order: at most {} records held back, {} spilled",
-                splats.records_held, splats.records_spilled
+                splats.records_held,
+                splats.records_spilled
             );
         }
         if splats.saturated > 0 {
-            println!(
+            say!(
                 "  WARNING: {} values of records exceed their format and were held at its limit",
                 splats.saturated
             );
         }
     }
     if let Some(cycles) = &report.cycles {
-        println!(
+        say!(
             "  clock cycles (measured RTL, streams always ready): {} gathering, {} vector",
-            cycles.gather, cycles.vector
+            cycles.gather,
+            cycles.vector
         );
     }
 }

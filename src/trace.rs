@@ -14,6 +14,7 @@ use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
+use crate::say::say;
 use crate::scene::SceneArgs;
 
 #[derive(Debug, Args)]
@@ -93,7 +94,7 @@ pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
         elements: trace.computed.iter().map(|c| c.a.len()).sum(),
         bytes: std::fs::metadata(&args.out).map_or(0, |m| m.len()),
     };
-    println!(
+    say!(
         "{}: {} feature vectors of {} MVoxels, {} elements of {} vector operations, \
          configuration {}, {} bytes",
         args.out.display(),
@@ -105,7 +106,7 @@ pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
         HumanCount(report.bytes)
     );
     if let Some(folder) = &args.readmemh {
-        println!(
+        say!(
             "{}: $readmemh files, memories.json with their widths, and testbenches",
             folder.display()
         );

@@ -16,6 +16,7 @@ use crate::common::{Common, quoted};
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
+use crate::say::say;
 use crate::scene::SceneArgs;
 use report::{FORMAT_VERSION, Report, print};
 use work::Work;
@@ -207,30 +208,30 @@ fn agreement(report: &Report<'_>) -> Result<(), Failure> {
             report.scene
         )));
     }
-    println!("no mismatch in any bit or cycle");
+    say!("no mismatch in any bit or cycle");
     for (unit, _) in units.iter().filter(|(_, compared)| *compared == 0) {
-        println!("  the {unit} had no work and was not compared");
+        say!("  the {unit} had no work and was not compared");
     }
     Ok(())
 }
 
 fn difference(common: &Common, args: &VerifyArgs, failure: &Found) -> Result<(), Failure> {
     let m = &failure.mismatch;
-    println!("MISMATCH in {}, cycle {}: {}", m.module, m.cycle, m.signal);
-    println!("  expected {}, found {}", m.expected, m.found);
+    say!("MISMATCH in {}, cycle {}: {}", m.module, m.cycle, m.signal);
+    say!("  expected {}, found {}", m.expected, m.found);
     let stalls = if failure.stalled {
         "under random stalls"
     } else {
         "without stalls"
     };
-    println!("  {}; {stalls}, seed {}", m.place, failure.run_seed);
+    say!("  {}; {stalls}, seed {}", m.place, failure.run_seed);
     match (&failure.excerpt, &failure.excerpt_error) {
-        (Some(excerpt), _) => println!(
+        (Some(excerpt), _) => say!(
             "  waveform around it: {}, time {}",
             excerpt.path.display(),
             excerpt.time
         ),
-        (None, Some(error)) => println!("  no waveform: {error}"),
+        (None, Some(error)) => say!("  no waveform: {error}"),
         (None, None) => {}
     }
     let work = match &args.trace {
@@ -248,7 +249,7 @@ fn difference(common: &Common, args: &VerifyArgs, failure: &Found) -> Result<(),
             again.push_str(&format!(" --{name} {}", value.get_name()));
         }
     }
-    println!("  again: {again} --seed {}", args.seed);
+    say!("  again: {again} --seed {}", args.seed);
     Err(Failure::Check(match args.inject {
         Some(inject) => format!("the injected fault `{}` was found", inject.injection()),
         None => "hardware and golden models differ".to_owned(),

@@ -22,6 +22,7 @@ const LOG: FixedOptions = FixedOptions {
     schedule: ScheduleOptions {
         rows: 512,
         group_tiles: None,
+        merge: true,
     },
     order: Order::Exact,
     hold_records: 8192,
@@ -129,14 +130,20 @@ fn small() -> (Cloud, Camera) {
 fn the_picture_depends_on_neither_groups_nor_mvoxels() {
     let (cloud, camera) = small();
     let whole = fixed(&cloud, &camera, Profile::Inria, &LOG);
-    for (rows, group_tiles) in [
-        (512, Some([1, 1])),
-        (64, Some([4, 3])),
-        (7, None),
-        (65536, None),
+    for (rows, group_tiles, merge) in [
+        (512, Some([1, 1]), true),
+        (512, Some([1, 1]), false),
+        (64, Some([4, 3]), true),
+        (64, None, false),
+        (7, None, true),
+        (65536, None, true),
     ] {
         let options = FixedOptions {
-            schedule: ScheduleOptions { rows, group_tiles },
+            schedule: ScheduleOptions {
+                rows,
+                group_tiles,
+                merge,
+            },
             hold_records: 10,
             ..LOG
         };
@@ -219,6 +226,7 @@ fn the_approximate_order_is_counted_and_shows() {
         schedule: ScheduleOptions {
             rows: 65536,
             group_tiles: None,
+            merge: true,
         },
         ..options
     };
@@ -232,6 +240,7 @@ fn tasks_alone_are_what_rendering_gathers() {
     let options = ScheduleOptions {
         rows: 100,
         group_tiles: Some([3, 2]),
+        merge: true,
     };
     let groups = tasks(&cloud, &camera, Profile::Inria, &options).unwrap();
     let mut units = PlainUnits::default();

@@ -1,5 +1,6 @@
 //! What was found, as JSON and as a table.
 
+use crate::say::say;
 use std::path::PathBuf;
 
 use comfy_table::{CellAlignment, Table, presets};
@@ -55,9 +56,11 @@ pub(super) fn print(report: &Report<'_>, config: &Config) {
         (None, Some((width, height))) => format!("{} at {width} x {height}", report.scene),
         (None, None) => report.scene.to_owned(),
     };
-    println!(
+    say!(
         "{of}, configuration {}, engine {}, seed {}",
-        report.configuration, report.engine, report.seed
+        report.configuration,
+        report.engine,
+        report.seed
     );
     if report.failure.is_some() {
         return;
@@ -151,5 +154,5 @@ pub(super) fn print(report: &Report<'_>, config: &Config) {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
-    println!("{table}");
+    say!("{table}");
 }

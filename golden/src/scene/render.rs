@@ -12,7 +12,7 @@ use crate::characterise::{Accesses, field_accesses, splat_accesses};
 use crate::fields;
 use crate::fields::stored::StoredField;
 use crate::picture::Picture;
-use crate::splats::{self, Decisions, Flips};
+use crate::splats::{self, Decisions, Flips, Octree, Partition};
 use crate::units::Units;
 use crate::voxels::{self, MVoxels, Volume};
 
@@ -132,6 +132,20 @@ impl Scene {
         }
     }
 
+    /// The merged partition of splats into MVoxels of at most `rows` Gaussians;
+    /// nothing for other models.
+    #[must_use]
+    pub fn octree(&self, rows: usize) -> Option<Octree> {
+        let Model::Splats(cloud) = &self.model else {
+            return None;
+        };
+        Some(Octree::merge(
+            cloud,
+            &Partition::coarsest(cloud, rows),
+            rows,
+        ))
+    }
+
     /// Renders in the hardware's formats: every gather and every vector
     /// operation goes through `units`, which are those of `config`.
     ///
@@ -150,6 +164,7 @@ impl Scene {
                     schedule: splats::ScheduleOptions {
                         rows: config.mvoxel.rows as usize,
                         group_tiles: self.group_tiles,
+                        merge: true,
                     },
                     background: self.background,
                     order: self.order,

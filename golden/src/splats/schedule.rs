@@ -14,6 +14,7 @@ use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
 
 use super::cloud::Cloud;
 use super::error::RenderError;
+use super::octree::Octree;
 use super::partition::Partition;
 use super::profile::Profile;
 use super::records::{Saturations, record};
@@ -29,8 +30,8 @@ const MAX_SLOTS: usize = 1 << 16;
 /// One MVoxel of a ray group, in visiting order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MVoxel {
-    /// Its cell of the partition. Cells with more records than rows come as
-    /// several MVoxels.
+    /// Its cell of the partition, the lowest of those that are merged. Cells with
+    /// more records than rows come as several MVoxels.
     pub cell: [u32; 3],
     /// The smallest rank among its records.
     pub min_rank: u32,
@@ -54,6 +55,8 @@ pub struct ScheduleOptions {
     pub rows: usize,
     /// Columns and rows of tiles of a ray group; `None` is the whole frame.
     pub group_tiles: Option<[u32; 2]>,
+    /// Whether cells are merged as far as they fit an MVoxel.
+    pub merge: bool,
 }
 
 impl Default for ScheduleOptions {
@@ -61,6 +64,7 @@ impl Default for ScheduleOptions {
         Self {
             rows: 512,
             group_tiles: None,
+            merge: true,
         }
     }
 }
@@ -129,6 +133,9 @@ impl Schedule {
             }
         }
         let partition = Partition::coarsest(cloud, options.rows);
+        let tree = options
+            .merge
+            .then(|| Octree::merge(cloud, &partition, options.rows));
         let mut saturations = Saturations::default();
         Ok(Self {
             records: view
@@ -140,7 +147,10 @@ impl Schedule {
             cells: view
                 .splats()
                 .iter()
-                .map(|s| partition.cell(cloud.means()[s.index]))
+                .map(|s| {
+                    let cell = partition.cell(cloud.means()[s.index]);
+                    tree.as_ref().map_or(cell, |tree| tree.owner(cell))
+                })
                 .collect(),
             partition,
             saturations,

@@ -1,0 +1,69 @@
+//! `potamoi characterise`, and what closing its output does.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod common;
+
+use std::process::Stdio;
+
+use common::{expect, json, potamoi};
+
+#[test]
+fn accesses_of_both_built_in_scenes_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    for (scene, bytes) in [("garden", 92), ("lantern", 26)] {
+        let said = expect(
+            folder.path(),
+            0,
+            &[
+                "characterise",
+                "--scene",
+                scene,
+                "--width",
+                "120",
+                "--json",
+                "r.json",
+            ],
+        );
+        assert!(
+            said.contains("oracle") && said.contains("the paper"),
+            "{said}"
+        );
+        let r = json(&folder.path().join("r.json"));
+        assert_eq!(r["vector_bytes"], bytes);
+        let n = |path: &str| r.pointer(path).unwrap().as_u64().unwrap();
+        assert_eq!(n("/model_bytes"), n("/vectors") * bytes);
+        if n("/model_bytes") < n("/buffer_bytes") {
+            // What fits is fetched once.
+            assert!(n("/memory/misses") <= n("/vectors"));
+        }
+        assert!(n("/memory/not_streaming") <= n("/memory/misses"));
+        assert!(n("/memory/misses") <= n("/memory/reads"));
+        let points = r["banks"].as_array().unwrap();
+        assert_eq!(points.len(), 12);
+        let rate = |i: usize| points[i]["conflict_rate"].as_f64().unwrap();
+        // More rays on the same banks wait more.
+        assert!(rate(0) < rate(8), "{r}");
+        assert_eq!(r["merging"].is_null(), scene == "lantern");
+    }
+}
+
+/// `potamoi ... | head`: the work goes on, and the report is written.
+#[test]
+fn a_reader_that_leaves_stops_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = potamoi()
+        .current_dir(folder.path())
+        .args(["characterise", "--scene", "garden", "--json", "r.json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let done = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert!(
+        done.status.success() && !said.contains("panicked"),
+        "{said}"
+    );
+    assert!(folder.path().join("r.json").is_file());
+}
