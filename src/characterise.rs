@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanBytes;
-use potamoi_golden::characterise::{Accesses, Banks, Memory};
+use potamoi_golden::characterise::{Accesses, Banks, Halo, Memory, Traffic};
 use potamoi_golden::scene::Scene;
 use serde::Serialize;
 
@@ -51,6 +51,8 @@ struct Report<'a> {
     banks: Vec<BankPoint>,
     /// Of splats alone.
     merging: Option<Merging>,
+    /// Of fields in one volume: by ray group and halo.
+    traffic: Vec<Traffic>,
 }
 
 #[derive(Clone, Copy, Serialize)]
@@ -96,6 +98,8 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
             first = Some((accesses, memory));
         }
     }
+    spinner.set_message("counting the streams of the memory-centric order");
+    let traffic = scene.traffic(edge(config.mvoxel.rows), &sides(scene.camera().width))?;
     spinner.finish_and_clear();
     let Some((accesses, memory)) = first.filter(|(a, _)| !a.vectors.is_empty()) else {
         return Err(Failure::Inconclusive(format!(
@@ -118,12 +122,26 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
         not_streaming_rate: memory.not_streaming_rate(),
         banks,
         merging: merging(&scene, config.mvoxel.rows),
+        traffic,
     };
     print(&report);
     if let Some(path) = &args.json {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// Vertices an edge of the largest cube that so many rows hold.
+fn edge(rows: u32) -> usize {
+    let fits = |e: &usize| e * e * e <= rows as usize;
+    (2..=40).take_while(fits).last().unwrap_or(2)
+}
+
+/// Ray groups from 16 pixels a side to the frame.
+fn sides(width: u32) -> Vec<u32> {
+    let smaller = [16, 32, 64, 128, 256, 512];
+    let smaller = smaller.into_iter().filter(|side| *side < width);
+    smaller.chain([width]).collect()
 }
 
 fn merging(scene: &Scene, rows: u32) -> Option<Merging> {
@@ -202,6 +220,50 @@ fn print(report: &Report<'_>) {
     }
     if let Some(column) = table.column_mut(1) {
         column.set_cell_alignment(CellAlignment::Right);
+    }
+    say!("{table}");
+    streams(report);
+}
+
+fn streams(report: &Report<'_>) {
+    if report.traffic.is_empty() {
+        return;
+    }
+    say!("MVoxel by MVoxel, bytes of a frame (counted):");
+    let mut table = Table::new();
+    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
+    table.set_header([
+        "ray group",
+        "halo",
+        "MVoxels",
+        "entries",
+        "MVoxels, MB",
+        "RIT out and in, MB",
+        "features, MB",
+        "partial sums, MB",
+        "total, MB",
+    ]);
+    let megabytes = |bytes: u64| format!("{:.2}", bytes as f64 / 1e6);
+    for t in &report.traffic {
+        table.add_row([
+            t.side.to_string(),
+            match t.halo {
+                Halo::Shared => "shared".to_owned(),
+                Halo::Split => "split".to_owned(),
+            },
+            t.mvoxels.to_string(),
+            t.entries.to_string(),
+            megabytes(t.mvoxel_bytes),
+            megabytes(t.rit_bytes),
+            megabytes(t.feature_bytes),
+            megabytes(t.partial_bytes),
+            megabytes(t.total()),
+        ]);
+    }
+    for column in 2..9 {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
     }
     say!("{table}");
 }

@@ -8,6 +8,7 @@
 
 mod fields;
 mod splats;
+mod traffic;
 
 use std::collections::BTreeSet;
 
@@ -15,6 +16,7 @@ use serde::Serialize;
 
 pub use fields::field_accesses;
 pub use splats::splat_accesses;
+pub use traffic::{Halo, Traffic, traffic};
 
 /// Reads of feature vectors, in rounds.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -8,7 +8,7 @@ use potamoi_formats::units::OpCode;
 use serde::Serialize;
 
 use super::{Model, Scene, SceneError};
-use crate::characterise::{Accesses, field_accesses, splat_accesses};
+use crate::characterise::{Accesses, Traffic, field_accesses, splat_accesses, traffic};
 use crate::fields;
 use crate::fields::stored::StoredField;
 use crate::picture::Picture;
@@ -130,6 +130,23 @@ impl Scene {
             }
             Model::Dvgo(field) => Ok(field_accesses(&**field, &self.camera, lanes)?),
         }
+    }
+
+    /// Bytes of the memory-centric order of a field in one volume, whose MVoxels
+    /// have `edge` vertices an edge, for each side of ray groups and both halos;
+    /// nothing for splats.
+    ///
+    /// # Errors
+    /// As [`Scene::render_float`].
+    pub fn traffic(&self, edge: usize, sides: &[u32]) -> Result<Vec<Traffic>, SceneError> {
+        Ok(match &self.model {
+            Model::Splats(_) => vec![],
+            Model::Voxels(grid) => {
+                let field = StoredField::new(grid, self.step)?;
+                traffic(&field, &self.camera, edge, sides)?
+            }
+            Model::Dvgo(field) => traffic(&**field, &self.camera, edge, sides)?,
+        })
     }
 
     /// The merged partition of splats into MVoxels of at most `rows` Gaussians;
