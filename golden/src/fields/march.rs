@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Field, FieldError, Sampling};
+use super::{Along, Field, FieldError, Sampling};
 use crate::camera::Camera;
 use crate::picture::Picture;
 
@@ -137,8 +137,11 @@ fn march(
 ) -> Pixel {
     let (origin, direction) = camera.ray(x, y);
     let axis = camera.world_to_camera.matrix3.row(2);
-    // A step along the ray over one along the camera's axis.
-    let slant = 1.0 / axis.dot(direction);
+    // A step along the ray over one as the range is measured.
+    let slant = match sampling.along {
+        Along::Axis => 1.0 / axis.dot(direction),
+        Along::Ray => 1.0,
+    };
     let [near, far] = crossing(sampling, origin, direction, slant);
     let mut pixel = Pixel {
         colour: DVec3::ZERO,
@@ -173,10 +176,10 @@ fn march(
         }
         let alpha = -(-field.depth(&worker.features[from..])).exp_m1();
         let weight = alpha * pixel.left;
-        if alpha > sampling.least {
+        if alpha > sampling.least_opacity {
             pixel.left *= 1.0 - alpha;
         }
-        if alpha > sampling.least && weight > sampling.least {
+        if alpha > sampling.least_opacity && weight > sampling.least_weight {
             worker.weights.push(weight);
         } else {
             worker.features.truncate(from);
