@@ -8,7 +8,7 @@ use potamoi_formats::units::OpCode;
 use serde::Serialize;
 
 use super::{Model, Scene, SceneError};
-use crate::fields;
+use crate::fields::{self, Field};
 use crate::picture::Picture;
 use crate::splats::{self, Decisions, Flips};
 use crate::units::Units;
@@ -88,15 +88,8 @@ impl Scene {
                     decisions: frame.decisions,
                 })
             }
-            Model::Dvgo(field) => {
-                let frame = fields::render_float(&**field, &self.camera, self.background)?;
-                Ok(Rendered {
-                    picture: frame.picture,
-                    covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
-                    counts: FrameCounts::default(),
-                    decisions: None,
-                })
-            }
+            Model::Dvgo(field) => self.field_float(&**field),
+            Model::Tensorf(field) => self.field_float(&**field),
             Model::Voxels(grid) => {
                 let options = voxels::FloatOptions {
                     step: self.step,
@@ -118,7 +111,8 @@ impl Scene {
     /// operation goes through `units`, which are those of `config`.
     ///
     /// # Errors
-    /// A configuration that cannot hold the scene, a camera or an option that is
+    /// A kind of model that is rendered in floating point alone, a
+    /// configuration that cannot hold the scene, a camera or an option that is
     /// not sensible, or a unit that fails.
     pub fn render_fixed(
         &self,
@@ -167,6 +161,10 @@ impl Scene {
                 let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
                 Ok(rendered(frame))
             }
+            Model::Tensorf(_) => Err(SceneError::FloatOnly {
+                scene: self.name.clone(),
+                kind: "TensoRF",
+            }),
             Model::Dvgo(field) => {
                 let made = field.fixed(config)?;
                 let volume = Volume {
@@ -179,6 +177,16 @@ impl Scene {
                 Ok(rendered(frame))
             }
         }
+    }
+
+    fn field_float(&self, field: &dyn Field) -> Result<Rendered, SceneError> {
+        let frame = fields::render_float(field, &self.camera, self.background)?;
+        Ok(Rendered {
+            picture: frame.picture,
+            covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
+            counts: FrameCounts::default(),
+            decisions: None,
+        })
     }
 
     fn voxel_options(&self) -> voxels::FixedOptions {
