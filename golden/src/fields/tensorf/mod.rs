@@ -12,6 +12,7 @@
 //! edge times the step ratio. Colour is computed where the weight in the pixel
 //! is above a threshold; rays are followed until less than a millionth is left.
 
+mod gather;
 mod load;
 mod mask;
 #[cfg(test)]
@@ -20,6 +21,7 @@ mod tests;
 use glam::{DVec3, dvec3};
 
 use super::{Along, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
+pub use gather::{Gathers, Sample, Source, Tiled, TiledTable};
 use mask::AlphaMask;
 
 /// Axes of each plane, the faster one first.
@@ -265,6 +267,18 @@ impl Tensorf {
         ((high - low) / last).element_sum() / 3.0 * self.rules.step_ratio
     }
 
+    /// Where a point of the world lies in each table, in vertices.
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
+        let [low, high] = self.rules.bounds;
+        let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
+        let place = (at - low) / (high - low) * last;
+        for mode in 0..3 {
+            let [a, b] = PLANES[mode];
+            places[mode] = dvec3(place[a], place[b], 0.0);
+            places[3 + mode] = dvec3(place[LINES[mode]], 0.0, 0.0);
+        }
+    }
+
     /// Calls `with` for the components of each mode: those of its plane, those
     /// of its line, and how many of them are of density.
     fn modes(&self, features: &[f64], mut with: impl FnMut(&[f64], &[f64], usize)) {
@@ -319,14 +333,7 @@ impl Field for Tensorf {
         if self.mask.as_ref().is_some_and(|mask| !mask.holds(at)) {
             return false;
         }
-        let [low, high] = self.rules.bounds;
-        let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
-        let place = (at - low) / (high - low) * last;
-        for mode in 0..3 {
-            let [a, b] = PLANES[mode];
-            places[mode] = dvec3(place[a], place[b], 0.0);
-            places[3 + mode] = dvec3(place[LINES[mode]], 0.0, 0.0);
-        }
+        self.place(at, places);
         true
     }
 
