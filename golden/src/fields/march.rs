@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Field, FieldError, Sampling};
+use super::{Along, Field, FieldError, Sampling};
 use crate::camera::Camera;
 use crate::picture::Picture;
 
@@ -113,7 +113,8 @@ pub fn samples_of(
     Ok(())
 }
 
-fn check(camera: &Camera, sampling: &Sampling) -> Result<(), FieldError> {
+/// Whether samples along the camera's rays can be counted.
+pub(super) fn check(camera: &Camera, sampling: &Sampling) -> Result<(), FieldError> {
     let refuse = |part, found: String, expected: &str| {
         Err(FieldError::Part {
             part,
@@ -155,19 +156,58 @@ fn crossing(sampling: &Sampling, origin: DVec3, direction: DVec3, slant: f64) ->
     [near, far]
 }
 
+/// Samples of a ray.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Samples {
+    origin: DVec3,
+    /// Of length 1.
+    pub(super) direction: DVec3,
+    near: f64,
+    step: f64,
+    pub(super) count: u64,
+}
+
+impl Samples {
+    /// Those of the ray through the centre of a pixel.
+    pub(super) fn of(sampling: &Sampling, camera: &Camera, [x, y]: [u32; 2]) -> Self {
+        let (origin, direction) = camera.ray(x, y);
+        let axis = camera.world_to_camera.matrix3.row(2);
+        // A step along the ray over one as the range is measured.
+        let slant = match sampling.along {
+            Along::Axis => 1.0 / axis.dot(direction),
+            Along::Ray => 1.0,
+        };
+        let [near, far] = crossing(sampling, origin, direction, slant);
+        // Not a number is not at least another.
+        let count = if far >= near {
+            ((far - near) / sampling.step).min(MAX_SAMPLES) as u64 + 1
+        } else {
+            0
+        };
+        Self {
+            origin,
+            direction,
+            near,
+            step: sampling.step,
+            count,
+        }
+    }
+
+    /// Where sample `k` lies in the world.
+    pub(super) fn at(&self, k: u64) -> DVec3 {
+        self.origin + self.direction * (self.near + self.step * k as f64)
+    }
+}
+
 fn march(
     field: &dyn Field,
     sampling: &Sampling,
     camera: &Camera,
-    [x, y]: [u32; 2],
+    pixel: [u32; 2],
     worker: &mut Worker,
     mut seen: impl FnMut(&[DVec3]),
 ) -> Pixel {
-    let (origin, direction) = camera.ray(x, y);
-    let axis = camera.world_to_camera.matrix3.row(2);
-    // A step along the ray over one along the camera's axis.
-    let slant = 1.0 / axis.dot(direction);
-    let [near, far] = crossing(sampling, origin, direction, slant);
+    let ray = Samples::of(sampling, camera, pixel);
     let mut pixel = Pixel {
         colour: DVec3::ZERO,
         left: 1.0,
@@ -178,16 +218,9 @@ fn march(
     let channels = field.channels();
     worker.features.clear();
     worker.weights.clear();
-    // Not a number is not at least another.
-    let count = if far >= near {
-        ((far - near) / sampling.step).min(MAX_SAMPLES) as u64 + 1
-    } else {
-        0
-    };
-    for k in 0..count {
-        let t = near + sampling.step * k as f64;
+    for k in 0..ray.count {
         pixel.samples += 1;
-        if !field.index(origin + direction * t, &mut worker.places) {
+        if !field.index(ray.at(k), &mut worker.places) {
             continue;
         }
         pixel.gathered += 1;
@@ -202,10 +235,10 @@ fn march(
         }
         let alpha = -(-field.depth(&worker.features[from..])).exp_m1();
         let weight = alpha * pixel.left;
-        if alpha > sampling.least {
+        if alpha > sampling.least_opacity {
             pixel.left *= 1.0 - alpha;
         }
-        if alpha > sampling.least && weight > sampling.least {
+        if alpha > sampling.least_opacity && weight > sampling.least_weight {
             worker.weights.push(weight);
         } else {
             worker.features.truncate(from);
@@ -217,7 +250,7 @@ fn march(
     pixel.coloured = worker.weights.len() as u64;
     let samples = worker.features.chunks_exact(channels.max(1));
     for (features, weight) in samples.zip(&worker.weights) {
-        pixel.colour += *weight * field.colour(features, direction, &mut worker.scratch);
+        pixel.colour += *weight * field.colour(features, ray.direction, &mut worker.scratch);
     }
     pixel
 }

@@ -6,6 +6,7 @@
 //! A field brings its tables, the first and the last stage; gathering is the
 //! same for all of them, and is what the gathering unit does.
 
+mod codes;
 pub mod dvgo;
 mod error;
 pub mod mac;
@@ -13,6 +14,7 @@ mod march;
 mod mlp;
 pub mod stored;
 mod table;
+pub mod tensorf;
 
 use glam::DVec3;
 
@@ -56,11 +58,28 @@ pub struct Sampling {
     pub bounds: [DVec3; 2],
     /// From sample to sample, in the world.
     pub step: f64,
-    /// Nearest and farthest sample, along the camera's axis.
+    /// Nearest and farthest sample; the farthest may be infinite.
     pub range: [f64; 2],
-    /// Samples whose opacity, or whose weight in the pixel, is at most this are
-    /// left out.
-    pub least: f64,
+    /// How the range is measured.
+    pub along: Along,
+    /// Samples whose opacity is at most this are left out.
+    pub least_opacity: f64,
+    /// Samples whose weight in the pixel is at most this give it no colour.
+    pub least_weight: f64,
     /// A ray stops once less than this is left of it.
     pub stop: f64,
+}
+
+/// How a distance from the camera is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Along {
+    /// Along the camera's axis: its depth.
+    Axis,
+    /// Along each ray.
+    Ray,
+}
+
+/// `ln(1 + e^x)` without overflow or cancellation.
+fn softplus(x: f64) -> f64 {
+    x.max(0.0) + (-x.abs()).exp().ln_1p()
 }

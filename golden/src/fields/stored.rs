@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Field, FieldError, Sampling, Table};
+use super::{Along, Field, FieldError, Sampling, Table};
 use crate::voxels::{Grid, STOP_BELOW};
 
 /// A grid, one table.
@@ -65,7 +65,9 @@ impl Field for StoredField {
             bounds: [self.corner, self.corner + last * self.voxel],
             step: self.step * self.voxel,
             range: [0.0, f64::INFINITY],
-            least: 0.0,
+            along: Along::Axis,
+            least_opacity: 0.0,
+            least_weight: 0.0,
             stop: STOP_BELOW,
         }
     }

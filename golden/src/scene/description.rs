@@ -51,6 +51,11 @@ pub(super) enum ModelDescription {
         /// Its fine stage, from the description's folder.
         path: PathBuf,
     },
+    /// A TensoRF checkpoint.
+    Tensorf {
+        /// The `.th` file, from the description's folder.
+        path: PathBuf,
+    },
 }
 
 /// `[camera]`. Without it, the model's own.

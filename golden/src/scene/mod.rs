@@ -21,6 +21,7 @@ use glam::DVec3;
 
 use crate::camera::Camera;
 use crate::fields::dvgo::Dvgo;
+use crate::fields::tensorf::Tensorf;
 use crate::splats::{Cloud, Order, Profile};
 use crate::voxels::Grid;
 
@@ -33,6 +34,8 @@ pub enum Model {
     Voxels(Box<Grid>),
     /// A DirectVoxGO model.
     Dvgo(Box<Dvgo>),
+    /// A TensoRF model, in floating point alone.
+    Tensorf(Box<Tensorf>),
 }
 
 /// A model, a camera, and how to render.

@@ -11,6 +11,7 @@ use super::{Model, Orbit, Scene, SceneError, camera_file, garden, lantern, trans
 use crate::camera::Camera;
 use crate::fields::Field as _;
 use crate::fields::dvgo::Dvgo;
+use crate::fields::tensorf::Tensorf;
 use crate::splats::{Order, Profile, files};
 
 /// Scenes that need no file: splats, voxels.
@@ -42,7 +43,7 @@ fn framing(bounds: [DVec3; 2]) -> Orbit {
 
 /// The endings of files that are scenes.
 fn endings() -> String {
-    format!(".{}, .tar or .toml", files::ENDINGS.join(", ."))
+    format!(".{}, .tar, .th or .toml", files::ENDINGS.join(", ."))
 }
 
 impl Scene {
@@ -65,6 +66,7 @@ impl Scene {
         match ending.as_deref() {
             Some("toml") => Self::described(path),
             Some("tar") => Self::dvgo(path),
+            Some("th") => Self::tensorf(path),
             Some(other) if path.exists() => Err(SceneError::Ending {
                 path: path.to_owned(),
                 ending: format!(".{other}"),
@@ -133,9 +135,20 @@ impl Scene {
     /// models of objects are trained.
     fn dvgo(path: &Path) -> Result<Self, SceneError> {
         let field = Dvgo::load(path, STEP)?;
+        Ok(Self::object(path, Model::Dvgo(Box::new(field))))
+    }
+
+    /// The same of a checkpoint of TensoRF, whose samples are as far apart as it
+    /// says.
+    fn tensorf(path: &Path) -> Result<Self, SceneError> {
+        let field = Tensorf::load(path)?;
+        Ok(Self::object(path, Model::Tensorf(Box::new(field))))
+    }
+
+    fn object(path: &Path, model: Model) -> Self {
         let mut scene = Self {
             name: path.display().to_string(),
-            model: Model::Dvgo(Box::new(field)),
+            model,
             camera: lantern::camera(SIDE, SIDE),
             up: DVec3::Z,
             background: [1.0; 3],
@@ -146,7 +159,7 @@ impl Scene {
             step: STEP,
         };
         scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
-        Ok(scene)
+        scene
     }
 
     fn described(path: &Path) -> Result<Self, SceneError> {
@@ -156,6 +169,7 @@ impl Scene {
             ModelDescription::Builtin { name } => Self::builtin(name)?,
             ModelDescription::Splats { path } => Self::model_file(&folder.join(path))?,
             ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path))?,
+            ModelDescription::Tensorf { path } => Self::tensorf(&folder.join(path))?,
         };
         scene.name = path.display().to_string();
         scene.look(&description.camera, folder)?;
@@ -218,6 +232,7 @@ impl Scene {
         match &self.model {
             Model::Splats(cloud) => Orbit::around(cloud),
             Model::Dvgo(field) => framing(field.sampling().bounds),
+            Model::Tensorf(field) => framing(field.sampling().bounds),
             Model::Voxels(grid) => {
                 let size = DVec3::from(grid.points().map(|p| (p - 1) as f64)) * grid.voxel();
                 framing([grid.corner(), grid.corner() + size])
@@ -316,8 +331,10 @@ impl Scene {
             return Err(self.value("render.step", step.to_string(), expected));
         }
         self.step = step;
-        if let Model::Dvgo(field) = &mut self.model {
-            field.set_step(step);
+        match &mut self.model {
+            Model::Dvgo(field) => field.set_step(step),
+            Model::Tensorf(field) => field.set_step(step),
+            Model::Splats(_) | Model::Voxels(_) => {}
         }
         Ok(())
     }
@@ -372,7 +389,9 @@ impl Scene {
     fn set_background(&mut self, field: &'static str, rgb: [f32; 3]) -> Result<(), SceneError> {
         let held = match &self.model {
             Model::Splats(_) => 0.0..=COLOUR.value(COLOUR.max()),
-            Model::Voxels(_) | Model::Dvgo(_) => -VOXEL_BACKGROUND..=VOXEL_BACKGROUND,
+            Model::Voxels(_) | Model::Dvgo(_) | Model::Tensorf(_) => {
+                -VOXEL_BACKGROUND..=VOXEL_BACKGROUND
+            }
         };
         // Not a number is in no range.
         if !rgb.iter().all(|v| held.contains(&f64::from(*v))) {

@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use super::{Model, Scene, SceneError};
 use crate::characterise::{Accesses, Traffic, field_accesses, splat_accesses, traffic};
-use crate::fields;
 use crate::fields::stored::StoredField;
+use crate::fields::{self, Field};
 use crate::picture::Picture;
 use crate::splats::{self, Decisions, Flips, Octree, Partition};
 use crate::units::Units;
@@ -90,15 +90,8 @@ impl Scene {
                     decisions: frame.decisions,
                 })
             }
-            Model::Dvgo(field) => {
-                let frame = fields::render_float(&**field, &self.camera, self.background)?;
-                Ok(Rendered {
-                    picture: frame.picture,
-                    covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
-                    counts: FrameCounts::default(),
-                    decisions: None,
-                })
-            }
+            Model::Dvgo(field) => self.field_float(&**field),
+            Model::Tensorf(field) => self.field_float(&**field),
             Model::Voxels(grid) => {
                 let options = voxels::FloatOptions {
                     step: self.step,
@@ -129,6 +122,7 @@ impl Scene {
                 Ok(field_accesses(&field, &self.camera, lanes)?)
             }
             Model::Dvgo(field) => Ok(field_accesses(&**field, &self.camera, lanes)?),
+            Model::Tensorf(field) => Ok(field_accesses(&**field, &self.camera, lanes)?),
         }
     }
 
@@ -140,7 +134,7 @@ impl Scene {
     /// As [`Scene::render_float`].
     pub fn traffic(&self, edge: usize, sides: &[u32]) -> Result<Vec<Traffic>, SceneError> {
         Ok(match &self.model {
-            Model::Splats(_) => vec![],
+            Model::Splats(_) | Model::Tensorf(_) => vec![],
             Model::Voxels(grid) => {
                 let field = StoredField::new(grid, self.step)?;
                 traffic(&field, &self.camera, edge, sides)?
@@ -167,7 +161,8 @@ impl Scene {
     /// operation goes through `units`, which are those of `config`.
     ///
     /// # Errors
-    /// A configuration that cannot hold the scene, a camera or an option that is
+    /// A kind of model that is rendered in floating point alone, a
+    /// configuration that cannot hold the scene, a camera or an option that is
     /// not sensible, or a unit that fails.
     pub fn render_fixed(
         &self,
@@ -217,6 +212,10 @@ impl Scene {
                 let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
                 Ok(rendered(frame))
             }
+            Model::Tensorf(_) => Err(SceneError::FloatOnly {
+                scene: self.name.clone(),
+                kind: "TensoRF",
+            }),
             Model::Dvgo(field) => {
                 let made = field.fixed(config)?;
                 let volume = Volume {
@@ -229,6 +228,16 @@ impl Scene {
                 Ok(rendered(frame))
             }
         }
+    }
+
+    fn field_float(&self, field: &dyn Field) -> Result<Rendered, SceneError> {
+        let frame = fields::render_float(field, &self.camera, self.background)?;
+        Ok(Rendered {
+            picture: frame.picture,
+            covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
+            counts: FrameCounts::default(),
+            decisions: None,
+        })
     }
 
     fn voxel_options(&self) -> voxels::FixedOptions {

@@ -68,7 +68,7 @@ fn descriptions_name_model_camera_and_rules() {
     };
     let model = "[model]\nkind = \"builtin\"\nname = \"garden\"\n";
     refused("", "model");
-    refused("[model]\nkind = \"tensorf\"", "tensorf");
+    refused("[model]\nkind = \"nerf\"", "nerf");
     refused("[model]\nkind = \"builtin\"\nname = \"mars\"", "mars");
     refused("[model]\nkind = \"splats\"\npath = \"no.ply\"", "no.ply");
     refused(&format!("{model}colour = 3"), "colour");
@@ -230,7 +230,7 @@ fn every_splat_format_is_a_scene_and_a_model_of_a_description() {
     for (name, expected) in [
         (
             "no.obj",
-            "files end in .ply, .splat, .spz, .sog, .tar or .toml",
+            "files end in .ply, .splat, .spz, .sog, .tar, .th or .toml",
         ),
         ("no.spz", "cannot read no.spz"),
         (fixtures, "no built-in scene and no file"),
@@ -239,4 +239,42 @@ fn every_splat_format_is_a_scene_and_a_model_of_a_description() {
         let error = Scene::open(name).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     }
+}
+
+/// A checkpoint is a scene, bare and described, in floating point alone.
+#[test]
+fn a_tensorf_checkpoint_is_a_scene() {
+    let fixture = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/fixtures/tensorf/tiny.th"
+    );
+    let mut bare = Scene::open(fixture).unwrap();
+    assert_eq!(bare.background(), [1.0; 3]);
+    bare.set_size(Some(40), None).unwrap();
+    let shown = bare.render_float().unwrap();
+    let covered = shown.covered.iter().filter(|c| **c).count();
+    assert!((100..1500).contains(&covered), "{covered}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let open = |step: &str| {
+        let text = format!(
+            "[model]\nkind = \"tensorf\"\npath = \"{fixture}\"\n[camera]\nkind = \"orbit\"\n\
+             width = 40\n[render]\nstep = {step}\n"
+        );
+        fs::write(&path, text).unwrap();
+        Scene::open(path.to_str().unwrap()).unwrap()
+    };
+    // Half an edge is what the checkpoint itself says.
+    let same = open("0.5").render_float().unwrap();
+    assert_eq!(same.picture, shown.picture);
+    let finer = open("0.125").render_float().unwrap();
+    let psnr = finer.picture.psnr(&shown.picture, |_| true).unwrap();
+    assert!((20.0..60.0).contains(&psnr), "{psnr} dB");
+    let config = Config::paper();
+    let error = open("1").render_fixed(&config, &mut Twins::new(&config));
+    let error = error.unwrap_err().to_string();
+    assert!(
+        error.contains("TensoRF models are not available in the hardware's formats yet"),
+        "{error}"
+    );
 }

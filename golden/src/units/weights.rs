@@ -106,6 +106,48 @@ mod tests {
         }
     }
 
+    /// Every fraction of an edge: the sum is 1, each weight is the nearest, and
+    /// the far one never falls as the fraction grows.
+    #[test]
+    fn all_edges_are_exact_in_sum() {
+        for bits in 1..=15 {
+            let mut last = 0;
+            for u in 0..=4096u16 {
+                let [low, high] = linear(u, bits);
+                assert_eq!(u32::from(low) + u32::from(high), 1 << bits);
+                let exact = f64::from(u) * 2f64.powi(bits as i32 - 12);
+                assert!((f64::from(high) - exact).abs() <= 0.5, "W = {bits}, {u}");
+                assert!(high >= last);
+                last = high;
+            }
+            assert_eq!(linear(4096, bits), [0, 1 << bits]);
+            assert_eq!(linear(u16::MAX, bits), [0, 1 << bits]);
+        }
+    }
+
+    /// Every fraction of a face: the sum is 1, and the weights are within 3
+    /// units of 2^-W of the product form together: half a unit for the first
+    /// split, which both halves pass on, and one for each of the other two.
+    #[test]
+    fn all_faces_are_exact_in_sum() {
+        for bits in [4, 15] {
+            let one = 2f64.powi(bits as i32);
+            let mut worst = 0.0f64;
+            for y in 0..=4096u16 {
+                for x in 0..=4096u16 {
+                    let w = bilinear([x, y], bits);
+                    assert_eq!(w.map(u32::from).iter().sum::<u32>(), 1 << bits);
+                    let [u, v] = [x, y].map(|f| f64::from(f) / 4096.0);
+                    let exact = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+                    let off = |c: usize| (f64::from(w[c]) - exact[c] * one).abs();
+                    worst = worst.max(off(0) + off(1) + off(2) + off(3));
+                }
+            }
+            assert!(worst <= 3.0, "W = {bits}: {worst}");
+            assert!(worst >= 2.0, "the bound is not idle: {worst}");
+        }
+    }
+
     /// Rounded one by one, most weights do not sum to 1.
     #[test]
     fn weights_rounded_alone_do_not_sum_to_one() {

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use glam::{DVec3, dvec3};
 
-use super::{Field, FieldError, Layer, Mlp, Sampling, Table};
+use super::{Along, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
 use crate::torch::{Checkpoint, Tensor};
 use crate::voxels::Mask;
 
@@ -239,11 +239,6 @@ impl Dvgo {
     }
 }
 
-/// `ln(1 + e^x)` without overflow or cancellation.
-fn softplus(x: f64) -> f64 {
-    x.max(0.0) + (-x.abs()).exp().ln_1p()
-}
-
 impl Field for Dvgo {
     fn tables(&self) -> &[Table] {
         &self.tables
@@ -276,7 +271,9 @@ impl Field for Dvgo {
             bounds: self.bounds,
             step: self.step,
             range: [2.0, 6.0],
-            least: self.least,
+            along: Along::Axis,
+            least_opacity: self.least,
+            least_weight: self.least,
             stop: STOP,
         }
     }

@@ -1,0 +1,85 @@
+//! Where a model may be: the grid of bits that training leaves behind.
+
+use glam::DVec3;
+
+/// Bits at the vertices of a grid of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct AlphaMask {
+    /// Vertices along x, y, z.
+    pub(super) points: [usize; 3],
+    /// Corners of the box on whose faces the outer vertices lie.
+    pub(super) bounds: [DVec3; 2],
+    /// One a vertex, x fastest.
+    pub(super) filled: Vec<bool>,
+}
+
+impl AlphaMask {
+    /// Whether the trilinear interpolation of the bits at a place of the world
+    /// is above 0. Beyond the grid all bits are 0.
+    pub(super) fn holds(&self, at: DVec3) -> bool {
+        let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
+        let place = (at - self.bounds[0]) / (self.bounds[1] - self.bounds[0]) * last;
+        let low = place.floor();
+        (0..8u32).any(|corner| {
+            let mut vertex = low;
+            for axis in 0..3 {
+                if corner >> axis & 1 == 1 {
+                    if place[axis] == low[axis] {
+                        // No weight is left for the upper vertex.
+                        return false;
+                    }
+                    vertex[axis] += 1.0;
+                }
+            }
+            if !(vertex.cmpge(DVec3::ZERO).all() && vertex.cmple(last).all()) {
+                return false;
+            }
+            let [x, y, z] = vertex.to_array().map(|v| v as usize);
+            let index = x + self.points[0] * (y + self.points[1] * z);
+            self.filled.get(index).copied().unwrap_or_default()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One bit fills the eight cells around it and nothing else.
+    #[test]
+    fn a_bit_reaches_its_neighbours() {
+        let mut filled = vec![false; 3 * 4 * 5];
+        filled[1 + 3 * (2 + 4 * 3)] = true;
+        let mask = AlphaMask {
+            points: [3, 4, 5],
+            bounds: [DVec3::ZERO, DVec3::new(2.0, 3.0, 4.0)],
+            filled,
+        };
+        let centre = DVec3::new(1.0, 2.0, 3.0);
+        assert!(mask.holds(centre));
+        for axis in 0..3 {
+            for side in [-1.0, 1.0] {
+                let mut at = centre;
+                at[axis] += 0.99 * side;
+                assert!(mask.holds(at), "{at}");
+                at[axis] = centre[axis] + side;
+                assert!(!mask.holds(at), "{at}");
+            }
+        }
+        assert!(!mask.holds(DVec3::NAN));
+        assert!(!mask.holds(DVec3::splat(f64::INFINITY)));
+    }
+
+    /// Just outside, the vertices of a face still count, as zero padding does.
+    #[test]
+    fn beyond_the_grid_all_is_empty() {
+        let mask = AlphaMask {
+            points: [2, 2, 2],
+            bounds: [DVec3::ZERO, DVec3::ONE],
+            filled: vec![true; 8],
+        };
+        assert!(mask.holds(DVec3::new(-0.5, 0.5, 0.5)));
+        assert!(!mask.holds(DVec3::new(-1.0, 0.5, 0.5)));
+        assert!(!mask.holds(DVec3::new(0.5, 0.5, 2.0)));
+    }
+}
