@@ -11,6 +11,7 @@ mod error;
 pub mod mac;
 mod march;
 mod mlp;
+pub mod ngp;
 mod table;
 
 use glam::DVec3;
