@@ -83,6 +83,15 @@ pub enum SceneError {
     /// A field cannot be loaded or rendered.
     #[error(transparent)]
     Field(#[from] FieldError),
+    /// A field has no rendering in the hardware's formats.
+    #[error(
+        "scene {scene}: fields of this kind are not available in the hardware's formats yet; \
+         render it in floating point (--numerics float)"
+    )]
+    FloatOnly {
+        /// The scene.
+        scene: String,
+    },
     /// The units of a configuration cannot render the scene.
     #[error("configuration: `{field}` is {value}: scene {scene} needs {expected}")]
     Config {

@@ -20,6 +20,7 @@ pub use render::{FrameCounts, Rendered, SplatCounts};
 use glam::DVec3;
 
 use crate::camera::Camera;
+use crate::fields::AnyField;
 use crate::fields::dvgo::Dvgo;
 use crate::splats::{Cloud, Order, Profile};
 use crate::voxels::Grid;
@@ -33,6 +34,8 @@ pub enum Model {
     Voxels(Box<Grid>),
     /// A DirectVoxGO model.
     Dvgo(Box<Dvgo>),
+    /// A field that is rendered in floating point only.
+    Field(AnyField),
 }
 
 /// A model, a camera, and how to render.

@@ -90,12 +90,11 @@ impl Scene {
             }
             Model::Dvgo(field) => {
                 let frame = fields::render_float(&**field, &self.camera, self.background)?;
-                Ok(Rendered {
-                    picture: frame.picture,
-                    covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
-                    counts: FrameCounts::default(),
-                    decisions: None,
-                })
+                Ok(floated(frame))
+            }
+            Model::Field(field) => {
+                let frame = fields::render_float(&**field, &self.camera, self.background)?;
+                Ok(floated(frame))
             }
             Model::Voxels(grid) => {
                 let options = voxels::FloatOptions {
@@ -167,6 +166,9 @@ impl Scene {
                 let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
                 Ok(rendered(frame))
             }
+            Model::Field(_) => Err(SceneError::FloatOnly {
+                scene: self.name.clone(),
+            }),
             Model::Dvgo(field) => {
                 let made = field.fixed(config)?;
                 let volume = Volume {
@@ -218,6 +220,15 @@ impl Scene {
             return refuse("gu.segments", config.gu.segments.to_string(), expected);
         }
         Ok(())
+    }
+}
+
+fn floated(frame: fields::FieldFrame) -> Rendered {
+    Rendered {
+        covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
+        picture: frame.picture,
+        counts: FrameCounts::default(),
+        decisions: None,
     }
 }
 

@@ -123,7 +123,7 @@ mod tests {
         assert_eq!(first, Some(4));
     }
 
-    /// Larger scenes grow faster and are hashed earlier or alike.
+    /// 125 vertices have 128 entries; 343 share the 256 there may be.
     #[test]
     fn entries_are_rounded_up_and_limited() {
         let odd = GridShape {
