@@ -261,8 +261,14 @@ mod tests {
             assert!((out[0] - 3.0).abs() < 1e-12 && (out[1] + 1.0).abs() < 1e-12);
             two.gather(place.into(), &mut out[..1]);
             // Each axis moves between even and odd; 1 - 2 odd is a product.
-            let along =
-                |v: f64| (1.0 - 2.0 * v.fract()) * if v as u32 % 2 == 0 { 1.0 } else { -1.0 };
+            let along = |v: f64| {
+                (1.0 - 2.0 * v.fract())
+                    * if (v as u32).is_multiple_of(2) {
+                        1.0
+                    } else {
+                        -1.0
+                    }
+            };
             let odd = (1.0 - place.iter().map(|v| along(*v)).product::<f64>()) / 2.0;
             assert!((out[0] - odd).abs() < 1e-9, "{place:?}: {} {odd}", out[0]);
         }

@@ -51,8 +51,10 @@ impl Occupancy {
         let reach = middle.abs().max_element();
         let mut cube = 0;
         let mut half = 0.5;
-        // Not a number is in no cube.
-        while !(reach < half) {
+        if !reach.is_finite() {
+            return false;
+        }
+        while reach >= half {
             cube += 1;
             half *= 2.0;
             if cube >= self.cubes {
