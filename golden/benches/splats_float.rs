@@ -104,7 +104,7 @@ fn published(data: Option<&Path>, name: &str, file: &str) -> Option<(Cloud, Came
     match Scene::open(data.join(file).to_str()?) {
         Ok(scene) => match scene.model() {
             Model::Splats(cloud) => Some((cloud.clone(), cameras[0].camera)),
-            Model::Voxels(_) | Model::Dvgo(_) | Model::Tensorf(_) => panic!("{file} holds splats"),
+            _ => panic!("{file} holds splats"),
         },
         Err(error) => {
             println!("skipped: {name}: {error}");

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::ngp::SnapshotError;
 use crate::torch::TorchError;
 use crate::voxels::VoxelError;
 
@@ -11,6 +12,9 @@ pub enum FieldError {
     /// A checkpoint cannot be used.
     #[error(transparent)]
     Checkpoint(#[from] TorchError),
+    /// A snapshot cannot be used.
+    #[error(transparent)]
+    Snapshot(#[from] SnapshotError),
     /// The hardware's side of it.
     #[error(transparent)]
     Voxels(#[from] VoxelError),

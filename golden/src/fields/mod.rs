@@ -12,9 +12,14 @@ mod error;
 pub mod mac;
 mod march;
 mod mlp;
+pub mod ngp;
 pub mod stored;
 mod table;
 pub mod tensorf;
+
+use std::fmt;
+use std::ops::Deref;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -48,6 +53,38 @@ pub trait Field: Sync {
     /// Features of a sample: the sum of the tables' channels.
     fn channels(&self) -> usize {
         self.tables().iter().map(Table::channels).sum()
+    }
+}
+
+/// A field of any kind. Clones share it, and fields are equal that share one.
+#[derive(Clone)]
+pub struct AnyField(Arc<dyn Field + Send>);
+
+impl AnyField {
+    /// Takes a field.
+    #[must_use]
+    pub fn new(field: impl Field + Send + 'static) -> Self {
+        Self(Arc::new(field))
+    }
+}
+
+impl Deref for AnyField {
+    type Target = dyn Field + Send;
+
+    fn deref(&self) -> &Self::Target {
+        &*self.0
+    }
+}
+
+impl PartialEq for AnyField {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl fmt::Debug for AnyField {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a field of {} tables", self.tables().len())
     }
 }
 

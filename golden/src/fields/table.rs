@@ -1,4 +1,5 @@
-//! Tables of features at the vertices of a line, a plane or a volume.
+//! Tables of features at the vertices of a line, a plane or a volume, or of a
+//! volume whose vertices share entries by a hash.
 
 use glam::DVec3;
 
@@ -6,15 +7,23 @@ use super::FieldError;
 
 /// The most vertices along an axis.
 const MAX_POINTS: usize = 1 << 14;
+/// The most vertices along an axis of a hashed table, whose size does not
+/// depend on them.
+const MAX_HASHED_POINTS: usize = 1 << 20;
+/// What the parts of a vertex are multiplied by in its hash (Teschner et al.
+/// 2003; the first is 1 in Instant-NGP).
+const PRIMES: [u32; 3] = [1, 2_654_435_761, 805_459_861];
 /// The most values of a table.
 const MAX_VALUES: usize = 1 << 30;
 
-/// A dense table. Lines have one axis of more than one vertex, planes two,
-/// volumes three.
+/// A table. Lines have one axis of more than one vertex, planes two, volumes
+/// three.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     points: [usize; 3],
     channels: usize,
+    /// Of a hashed table; vertices of a dense one have one each.
+    entries: Option<usize>,
     values: Vec<f32>,
 }
 
@@ -25,6 +34,31 @@ impl Table {
     /// # Errors
     /// Sizes out of range, another number of values, or one that is not finite.
     pub fn new(points: [usize; 3], channels: usize, values: Vec<f32>) -> Result<Self, FieldError> {
+        Self::checked(points, None, channels, values)
+    }
+
+    /// A volume of `points` vertices along each axis that share `entries` of
+    /// `channels` values by the hash of Instant-NGP (Müller et al. 2022):
+    /// the parts of a vertex times a prime each, modulo 2^32, their exclusive
+    /// or modulo the entries.
+    ///
+    /// # Errors
+    /// Sizes out of range, another number of values, or one that is not finite.
+    pub fn hashed(
+        points: [usize; 3],
+        entries: usize,
+        channels: usize,
+        values: Vec<f32>,
+    ) -> Result<Self, FieldError> {
+        Self::checked(points, Some(entries), channels, values)
+    }
+
+    fn checked(
+        points: [usize; 3],
+        entries: Option<usize>,
+        channels: usize,
+        values: Vec<f32>,
+    ) -> Result<Self, FieldError> {
         let refuse = |part, found: String, expected: String| {
             Err(FieldError::Part {
                 part,
@@ -32,24 +66,35 @@ impl Table {
                 expected,
             })
         };
-        if points.iter().any(|p| !(1..=MAX_POINTS).contains(p)) {
-            let expected = format!("1 to {MAX_POINTS} vertices along each axis");
+        let most = match entries {
+            Some(_) => MAX_HASHED_POINTS,
+            None => MAX_POINTS,
+        };
+        if points.iter().any(|p| !(1..=most).contains(p)) {
+            let expected = format!("1 to {most} vertices along each axis");
             return refuse("table.points", format!("{points:?}"), expected);
         }
-        // Below 2^42 times the channels.
-        let count = points.iter().product::<usize>().checked_mul(channels);
+        // At most 2^60.
+        let rows = entries.unwrap_or_else(|| points.iter().product());
+        let count = rows.checked_mul(channels);
         let Some(count) = count.filter(|n| (1..=MAX_VALUES).contains(n)) else {
             let expected = format!("1 to {MAX_VALUES} values");
             return refuse("table", format!("{points:?} x {channels}"), expected);
         };
         if values.len() != count {
-            let expected = format!("{count}, one a vertex and channel");
+            let row = if entries.is_some() {
+                "an entry"
+            } else {
+                "a vertex"
+            };
+            let expected = format!("{count}, one {row} and channel");
             return refuse("table.values.len()", values.len().to_string(), expected);
         }
         if let Some(at) = values.iter().position(|v| !v.is_finite()) {
             let found = format!(
-                "{} at vertex {}, channel {}",
+                "{} at {} {}, channel {}",
                 values[at],
+                if entries.is_some() { "entry" } else { "vertex" },
                 at / channels,
                 at % channels
             );
@@ -58,8 +103,24 @@ impl Table {
         Ok(Self {
             points,
             channels,
+            entries,
             values,
         })
+    }
+
+    /// Whether vertices share entries.
+    #[must_use]
+    pub const fn is_hashed(&self) -> bool {
+        self.entries.is_some()
+    }
+
+    /// The row of values of a vertex.
+    #[must_use]
+    pub fn row(&self, vertex: [usize; 3]) -> usize {
+        match self.entries {
+            None => vertex[0] + self.points[0] * (vertex[1] + self.points[1] * vertex[2]),
+            Some(entries) => hash(vertex) as usize % entries,
+        }
     }
 
     /// Vertices along each axis.
@@ -74,7 +135,7 @@ impl Table {
         self.channels
     }
 
-    /// All values, channels fastest, then x, y, z.
+    /// All values, channels fastest, then x, y, z, or entries.
     #[must_use]
     pub fn values(&self) -> &[f32] {
         &self.values
@@ -124,12 +185,17 @@ impl Table {
                     (false, false) => 1.0 - fraction[axis],
                 };
             }
-            read(
-                index[0] + self.points[0] * (index[1] + self.points[1] * index[2]),
-                weight,
-            );
+            read(self.row(index), weight);
         }
     }
+}
+
+/// The hash of a vertex, before it is brought within a table.
+fn hash(vertex: [usize; 3]) -> u32 {
+    let products = vertex.iter().zip(PRIMES);
+    products.fold(0, |hash, (part, prime)| {
+        hash ^ (*part as u32).wrapping_mul(prime)
+    })
 }
 
 #[cfg(test)]
@@ -175,6 +241,46 @@ mod tests {
         }
     }
 
+    /// By hand: 3, 5 and 7 times their primes modulo 2^32.
+    #[test]
+    fn vertices_hash_as_computed_by_hand() {
+        assert_eq!(hash([0, 0, 0]), 0);
+        assert_eq!(hash([9, 0, 0]), 9);
+        assert_eq!(hash([0, 1, 0]), 0x9e37_79b1);
+        assert_eq!(hash([0, 0, 1]), 0x3002_5795);
+        // 5 x 0x9e3779b1 = 0x3_1715_6075, 7 x 0x30025795 = 0x1_5010_6513.
+        assert_eq!(hash([3, 5, 7]), 3 ^ 0x1715_6075 ^ 0x5010_6513);
+        let table = Table::hashed([99; 3], 256, 1, vec![0.0; 256]).unwrap();
+        assert_eq!(table.row([3, 5, 7]), 3 ^ 0x75 ^ 0x13);
+        assert!(table.is_hashed());
+    }
+
+    /// In a table of one entry all vertices collide: the interpolation is
+    /// that entry everywhere. In one of two, the weights of the even and of
+    /// the odd vertices (all primes are odd).
+    #[test]
+    fn colliding_vertices_share_their_entry() {
+        let one = Table::hashed([1000; 3], 1, 2, vec![3.0, -1.0]).unwrap();
+        let two = Table::hashed([1000; 3], 2, 1, vec![0.0, 1.0]).unwrap();
+        let mut out = [0.0; 2];
+        for place in [[0.5, 900.25, 3.125], [998.9, 0.0, 1.0]] {
+            one.gather(place.into(), &mut out);
+            assert!((out[0] - 3.0).abs() < 1e-12 && (out[1] + 1.0).abs() < 1e-12);
+            two.gather(place.into(), &mut out[..1]);
+            // Each axis moves between even and odd; 1 - 2 odd is a product.
+            let along = |v: f64| {
+                (1.0 - 2.0 * v.fract())
+                    * if (v as u32).is_multiple_of(2) {
+                        1.0
+                    } else {
+                        -1.0
+                    }
+            };
+            let odd = (1.0 - place.iter().map(|v| along(*v)).product::<f64>()) / 2.0;
+            assert!((out[0] - odd).abs() < 1e-9, "{place:?}: {} {odd}", out[0]);
+        }
+    }
+
     #[test]
     fn what_is_no_table_is_refused() {
         let error = |points, channels, values: Vec<f32>| {
@@ -187,5 +293,13 @@ mod tests {
         assert!(error([2, 1, 1], 1, vec![1.0]).contains("2, one a vertex"));
         assert!(error([2, 1, 1], 2, vec![0.0, 0.0, 0.0, f32::NAN]).contains("vertex 1, channel 1"));
         assert!(error([1 << 14; 3], 4, vec![]).contains("values"));
+        let error = |points, entries, values| {
+            let made = Table::hashed([points; 3], entries, 1, values);
+            made.unwrap_err().to_string()
+        };
+        assert!(error(9, 0, vec![]).contains("values"));
+        assert!(error(9, 2, vec![1.0]).contains("2, one an entry"));
+        assert!(error(9, 1, vec![f32::INFINITY]).contains("entry 0"));
+        assert!(error(1 << 21, 1, vec![1.0]).contains("1048576 vertices"));
     }
 }

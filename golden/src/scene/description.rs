@@ -46,6 +46,11 @@ pub(super) enum ModelDescription {
         /// A file or SOG folder, from the description's folder.
         path: PathBuf,
     },
+    /// An Instant-NGP snapshot.
+    Ngp {
+        /// Its `.ingp` or `.msgpack`, from the description's folder.
+        path: PathBuf,
+    },
     /// A DirectVoxGO checkpoint.
     Dvgo {
         /// Its fine stage, from the description's folder.

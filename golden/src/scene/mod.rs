@@ -20,6 +20,7 @@ pub use render::{FrameCounts, Rendered, SplatCounts};
 use glam::DVec3;
 
 use crate::camera::Camera;
+use crate::fields::AnyField;
 use crate::fields::dvgo::Dvgo;
 use crate::fields::tensorf::Tensorf;
 use crate::splats::{Cloud, Order, Profile};
@@ -36,6 +37,8 @@ pub enum Model {
     Dvgo(Box<Dvgo>),
     /// A TensoRF model, in floating point alone.
     Tensorf(Box<Tensorf>),
+    /// A field that is rendered in floating point only.
+    Field(AnyField),
 }
 
 /// A model, a camera, and how to render.

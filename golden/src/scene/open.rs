@@ -9,9 +9,10 @@ use potamoi_formats::record::COLOUR;
 use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
 use super::{Model, Orbit, Scene, SceneError, camera_file, garden, lantern, transforms};
 use crate::camera::Camera;
-use crate::fields::Field as _;
 use crate::fields::dvgo::Dvgo;
+use crate::fields::ngp::Ngp;
 use crate::fields::tensorf::Tensorf;
+use crate::fields::{AnyField, Field as _};
 use crate::splats::{Order, Profile, files};
 
 /// Scenes that need no file: splats, voxels.
@@ -43,7 +44,10 @@ fn framing(bounds: [DVec3; 2]) -> Orbit {
 
 /// The endings of files that are scenes.
 fn endings() -> String {
-    format!(".{}, .tar, .th or .toml", files::ENDINGS.join(", ."))
+    format!(
+        ".{}, .tar, .th, .ingp, .msgpack or .toml",
+        files::ENDINGS.join(", .")
+    )
 }
 
 impl Scene {
@@ -67,6 +71,7 @@ impl Scene {
             Some("toml") => Self::described(path),
             Some("tar") => Self::dvgo(path),
             Some("th") => Self::tensorf(path),
+            Some("ingp" | "msgpack") => Self::ngp(path),
             Some(other) if path.exists() => Err(SceneError::Ending {
                 path: path.to_owned(),
                 ending: format!(".{other}"),
@@ -162,12 +167,36 @@ impl Scene {
         scene
     }
 
+    /// A snapshot, seen from [`Scene::default_orbit`] over black.
+    fn ngp(path: &Path) -> Result<Self, SceneError> {
+        Ok(Self::of_field(path, AnyField::new(Ngp::load(path)?)))
+    }
+
+    /// A field in the world of `transforms.json`, z up.
+    fn of_field(path: &Path, field: AnyField) -> Self {
+        let mut scene = Self {
+            name: path.display().to_string(),
+            model: Model::Field(field),
+            camera: lantern::camera(SIDE, SIDE),
+            up: DVec3::Z,
+            background: [0.0; 3],
+            profile: Profile::Inria,
+            order: Order::Exact,
+            group_tiles: None,
+            group_side: None,
+            step: STEP,
+        };
+        scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
+        scene
+    }
+
     fn described(path: &Path) -> Result<Self, SceneError> {
         let description = Description::read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut scene = match &description.model {
             ModelDescription::Builtin { name } => Self::builtin(name)?,
             ModelDescription::Splats { path } => Self::model_file(&folder.join(path))?,
+            ModelDescription::Ngp { path } => Self::ngp(&folder.join(path))?,
             ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path))?,
             ModelDescription::Tensorf { path } => Self::tensorf(&folder.join(path))?,
         };
@@ -233,6 +262,7 @@ impl Scene {
             Model::Splats(cloud) => Orbit::around(cloud),
             Model::Dvgo(field) => framing(field.sampling().bounds),
             Model::Tensorf(field) => framing(field.sampling().bounds),
+            Model::Field(field) => framing(field.sampling().bounds),
             Model::Voxels(grid) => {
                 let size = DVec3::from(grid.points().map(|p| (p - 1) as f64)) * grid.voxel();
                 framing([grid.corner(), grid.corner() + size])
@@ -308,15 +338,25 @@ impl Scene {
             self.set_step(step)?;
         }
         let splats = matches!(self.model, Model::Splats(_));
-        for (field, given, ours) in [
-            ("render.profile", render.profile.is_some(), splats),
-            ("render.order", render.order.is_some(), splats),
-            ("render.group_tiles", render.group_tiles.is_some(), splats),
-            ("render.group_side", render.group_side.is_some(), !splats),
-            ("render.step", render.step.is_some(), !splats),
+        let voxels = matches!(self.model, Model::Voxels(_) | Model::Dvgo(_));
+        for (field, given, ours, kind) in [
+            ("render.profile", render.profile.is_some(), splats, "splats"),
+            ("render.order", render.order.is_some(), splats, "splats"),
+            (
+                "render.group_tiles",
+                render.group_tiles.is_some(),
+                splats,
+                "splats",
+            ),
+            (
+                "render.group_side",
+                render.group_side.is_some(),
+                voxels,
+                "voxels",
+            ),
+            ("render.step", render.step.is_some(), voxels, "voxels"),
         ] {
             if given && !ours {
-                let kind = if splats { "voxels" } else { "splats" };
                 let expected = format!("it left out: it is for {kind}");
                 return Err(self.value(field, "given".to_owned(), &expected));
             }
@@ -334,7 +374,7 @@ impl Scene {
         match &mut self.model {
             Model::Dvgo(field) => field.set_step(step),
             Model::Tensorf(field) => field.set_step(step),
-            Model::Splats(_) | Model::Voxels(_) => {}
+            Model::Splats(_) | Model::Voxels(_) | Model::Field(_) => {}
         }
         Ok(())
     }
@@ -389,7 +429,7 @@ impl Scene {
     fn set_background(&mut self, field: &'static str, rgb: [f32; 3]) -> Result<(), SceneError> {
         let held = match &self.model {
             Model::Splats(_) => 0.0..=COLOUR.value(COLOUR.max()),
-            Model::Voxels(_) | Model::Dvgo(_) | Model::Tensorf(_) => {
+            Model::Voxels(_) | Model::Dvgo(_) | Model::Tensorf(_) | Model::Field(_) => {
                 -VOXEL_BACKGROUND..=VOXEL_BACKGROUND
             }
         };

@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use super::{Model, Scene, SceneError};
 use crate::characterise::{Accesses, Traffic, field_accesses, splat_accesses, traffic};
+use crate::fields;
 use crate::fields::stored::StoredField;
-use crate::fields::{self, Field};
 use crate::picture::Picture;
 use crate::splats::{self, Decisions, Flips, Octree, Partition};
 use crate::units::Units;
@@ -90,8 +90,18 @@ impl Scene {
                     decisions: frame.decisions,
                 })
             }
-            Model::Dvgo(field) => self.field_float(&**field),
-            Model::Tensorf(field) => self.field_float(&**field),
+            Model::Dvgo(field) => {
+                let frame = fields::render_float(&**field, &self.camera, self.background)?;
+                Ok(floated(frame))
+            }
+            Model::Tensorf(field) => {
+                let frame = fields::render_float(&**field, &self.camera, self.background)?;
+                Ok(floated(frame))
+            }
+            Model::Field(field) => {
+                let frame = fields::render_float(&**field, &self.camera, self.background)?;
+                Ok(floated(frame))
+            }
             Model::Voxels(grid) => {
                 let options = voxels::FloatOptions {
                     step: self.step,
@@ -123,6 +133,7 @@ impl Scene {
             }
             Model::Dvgo(field) => Ok(field_accesses(&**field, &self.camera, lanes)?),
             Model::Tensorf(field) => Ok(field_accesses(&**field, &self.camera, lanes)?),
+            Model::Field(field) => Ok(field_accesses(&**field, &self.camera, lanes)?),
         }
     }
 
@@ -134,7 +145,7 @@ impl Scene {
     /// As [`Scene::render_float`].
     pub fn traffic(&self, edge: usize, sides: &[u32]) -> Result<Vec<Traffic>, SceneError> {
         Ok(match &self.model {
-            Model::Splats(_) | Model::Tensorf(_) => vec![],
+            Model::Splats(_) | Model::Tensorf(_) | Model::Field(_) => vec![],
             Model::Voxels(grid) => {
                 let field = StoredField::new(grid, self.step)?;
                 traffic(&field, &self.camera, edge, sides)?
@@ -212,9 +223,8 @@ impl Scene {
                 let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
                 Ok(rendered(frame))
             }
-            Model::Tensorf(_) => Err(SceneError::FloatOnly {
+            Model::Tensorf(_) | Model::Field(_) => Err(SceneError::FloatOnly {
                 scene: self.name.clone(),
-                kind: "TensoRF",
             }),
             Model::Dvgo(field) => {
                 let made = field.fixed(config)?;
@@ -228,16 +238,6 @@ impl Scene {
                 Ok(rendered(frame))
             }
         }
-    }
-
-    fn field_float(&self, field: &dyn Field) -> Result<Rendered, SceneError> {
-        let frame = fields::render_float(field, &self.camera, self.background)?;
-        Ok(Rendered {
-            picture: frame.picture,
-            covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
-            counts: FrameCounts::default(),
-            decisions: None,
-        })
     }
 
     fn voxel_options(&self) -> voxels::FixedOptions {
@@ -277,6 +277,15 @@ impl Scene {
             return refuse("gu.segments", config.gu.segments.to_string(), expected);
         }
         Ok(())
+    }
+}
+
+fn floated(frame: fields::FieldFrame) -> Rendered {
+    Rendered {
+        covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
+        picture: frame.picture,
+        counts: FrameCounts::default(),
+        decisions: None,
     }
 }
 

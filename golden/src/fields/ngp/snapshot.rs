@@ -1,0 +1,497 @@
+//! Snapshots of Instant-NGP, version 1: a MessagePack document, plain or within
+//! zlib or gzip, told apart by their first bytes. Only what is used of it is
+//! built, so that memory is bounded by the numbers that it holds.
+//!
+//! Parameters follow one another as in tiny-cuda-nn: density network, colour
+//! network, then the levels of the grid. A layer is a matrix of a row an
+//! output; inputs and outputs of a network are rounded up to 16. Inputs past
+//! the features of the grid are zero there, so their weights are dropped.
+
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use flate2::bufread::{GzDecoder, ZlibDecoder};
+use glam::DVec3;
+use half::f16;
+use thiserror::Error;
+
+use super::document::{Bounds, Direction, Document, Encoding, Network};
+use super::grid::{GridShape, Level};
+use super::occupancy::{CELLS, Occupancy, VOLUME};
+use super::{Ngp, Placement};
+use crate::fields::{FieldError, Layer, Mlp, Table};
+
+/// The largest document, in bytes, once expanded.
+const LIMIT: u64 = 1 << 30;
+/// How deep a document may be nested.
+const DEPTH: usize = 64;
+/// What widths of a fully fused network are rounded up to.
+const ALIGNMENT: usize = 16;
+/// The most hidden layers of a network.
+const MAX_HIDDEN: usize = 8;
+/// Inputs of the colour network that tell the direction: degree 4, 16 numbers.
+const DIRECTION: usize = 16;
+/// The largest box, in unit cubes.
+const MAX_AABB_SCALE: u32 = 128;
+/// The most vertices along an axis of a level.
+const MAX_RESOLUTION: u64 = (1 << 20) - 1;
+/// Scale and offset of datasets that say none.
+const SCALE: f64 = 0.33;
+const OFFSET: f64 = 0.5;
+
+/// A snapshot that cannot be used.
+#[derive(Debug, Error)]
+pub enum SnapshotError {
+    /// The file system refused.
+    #[error("cannot read snapshot {path}: {source}; name a readable file")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is no snapshot.
+    #[error("snapshot {path}: field `{field}`: {problem}; expected what Instant-NGP saves")]
+    Container {
+        /// The file.
+        path: PathBuf,
+        /// Where it went wrong.
+        field: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// Something of it is not as it should be, or of a variant that is not
+    /// read.
+    #[error("snapshot {path}: `{field}` is {found}; expected {expected}")]
+    Field {
+        /// The file.
+        path: PathBuf,
+        /// Path of the field.
+        field: String,
+        /// What is there.
+        found: String,
+        /// What would be right.
+        expected: String,
+    },
+}
+
+/// What a check finds wrong: a field, what it is, what was expected.
+struct Wrong {
+    field: String,
+    found: String,
+    expected: String,
+}
+
+/// Refuses unless it holds.
+fn check(
+    holds: bool,
+    field: &str,
+    found: impl ToString,
+    expected: impl Into<String>,
+) -> Result<(), Wrong> {
+    if holds {
+        return Ok(());
+    }
+    Err(Wrong {
+        field: field.to_owned(),
+        // Texts of the file may be long.
+        found: found.to_string().chars().take(200).collect(),
+        expected: expected.into(),
+    })
+}
+
+pub(super) fn load(path: &Path) -> Result<Ngp, FieldError> {
+    let document = read(path)?;
+    let wrong = |wrong: Wrong| SnapshotError::Field {
+        path: path.to_owned(),
+        field: wrong.field,
+        found: wrong.found,
+        expected: wrong.expected,
+    };
+    supported(&document).map_err(wrong)?;
+    let snapshot = &document.snapshot;
+    let aabb_scale = snapshot.nerf.aabb_scale;
+    let shape = shape(&document.encoding, aabb_scale).map_err(wrong)?;
+    let levels: Vec<Level> = shape.all().collect();
+    let features = (shape.levels * shape.features) as usize;
+    let latents = document.network.n_output_dims.unwrap_or(ALIGNMENT as u32) as usize;
+    let latents = latents.next_multiple_of(ALIGNMENT);
+    let density = widths(&document.network, "network", features, latents).map_err(wrong)?;
+    let inputs = latents + DIRECTION;
+    let colour = widths(&document.rgb_network, "rgb_network", inputs, 3).map_err(wrong)?;
+    let in_grid: usize = levels
+        .iter()
+        .map(|l| l.entries * shape.features as usize)
+        .sum();
+    let expected = parameters(&density) + parameters(&colour) + in_grid;
+    let mut numbers = Numbers::new(&document, expected).map_err(wrong)?;
+    let density = perceptron(&density, latents, &mut numbers)?;
+    let colour = perceptron(&colour, 3, &mut numbers)?;
+    let tables = levels.iter().map(|level| {
+        let count = level.entries * shape.features as usize;
+        table(level, shape.features as usize, numbers.take(count))
+    });
+    let tables = tables.collect::<Result<_, _>>()?;
+    let side = f64::from(aabb_scale);
+    let corner = 0.5 - side / 2.0;
+    let placement = placement(&document).map_err(wrong)?;
+    let bounds = shown(&document, corner, side).map_err(wrong)?;
+    // Cycling axes keeps the order of corners.
+    let bounds = bounds.map(|at| placement.to_world(at));
+    Ok(Ngp {
+        shape,
+        tables,
+        scales: levels.iter().map(|l| l.scale).collect(),
+        density,
+        colour,
+        occupancy: occupancy(&document).map_err(wrong)?,
+        placement,
+        corner,
+        side,
+        bounds,
+    })
+}
+
+fn read(path: &Path) -> Result<Document, SnapshotError> {
+    let fail = |source| SnapshotError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let file = File::open(path).map_err(fail)?;
+    if !file.metadata().map_err(fail)?.is_file() {
+        return Err(fail(std::io::Error::other("not a regular file")));
+    }
+    let mut file = BufReader::new(file);
+    let first = file.fill_buf().map_err(fail)?;
+    let bytes: Box<dyn Read> = match first {
+        [0x1f, 0x8b, ..] => Box::new(GzDecoder::new(file)),
+        // Deflate with any window; as MessagePack it would be a number.
+        [0x08 | 0x18 | 0x28 | 0x38 | 0x48 | 0x58 | 0x68 | 0x78, ..] => {
+            Box::new(ZlibDecoder::new(file))
+        }
+        _ => Box::new(file),
+    };
+    parse(bytes).map_err(|(field, problem)| SnapshotError::Container {
+        path: path.to_owned(),
+        field,
+        problem,
+    })
+}
+
+fn parse(bytes: impl Read) -> Result<Document, (String, String)> {
+    let mut reader = rmp_serde::Deserializer::new(BufReader::new(bytes.take(LIMIT)));
+    reader.set_max_depth(DEPTH);
+    serde_path_to_error::deserialize(&mut reader)
+        .map_err(|e| (e.path().to_string(), e.inner().to_string()))
+}
+
+/// What has one value that is read.
+fn supported(document: &Document) -> Result<(), Wrong> {
+    let snapshot = &document.snapshot;
+    check(
+        snapshot.version == 1,
+        "snapshot.version",
+        snapshot.version,
+        "1",
+    )?;
+    let mode = snapshot.mode.as_deref().unwrap_or("nerf");
+    let nerf = mode.eq_ignore_ascii_case("nerf");
+    check(nerf, "snapshot.mode", mode, "nerf")?;
+    let scale = snapshot.nerf.aabb_scale;
+    let known = scale.is_power_of_two() && scale <= MAX_AABB_SCALE;
+    let expected = "a power of two up to 128";
+    check(known, "snapshot.nerf.aabb_scale", scale, expected)?;
+    if let Some(dataset) = &snapshot.nerf.dataset {
+        let field = |name| format!("snapshot.nerf.dataset.{name}");
+        let expected = "false: their axes are others";
+        let mitsuba = dataset.from_mitsuba;
+        check(!mitsuba, &field("from_mitsuba"), mitsuba, expected)?;
+        let expected = "false: colours through the logistic function";
+        check(!dataset.is_hdr, &field("is_hdr"), dataset.is_hdr, expected)?;
+        let extra = dataset.n_extra_learnable_dims;
+        let name = field("n_extra_learnable_dims");
+        check(extra == 0, &name, extra, "0")?;
+    }
+    let encoding = &document.encoding;
+    let kind = &encoding.otype;
+    let hashed = kind.eq_ignore_ascii_case("HashGrid")
+        || (kind.eq_ignore_ascii_case("Grid") && is(&encoding.kind, "Hash"));
+    let expected = "HashGrid, or Grid with type Hash";
+    check(hashed, "encoding.otype", kind, expected)?;
+    let linear = is(&encoding.interpolation, "Linear");
+    let found = encoding.interpolation.as_deref().unwrap_or_default();
+    check(linear, "encoding.interpolation", found, "Linear")?;
+    direction(&document.dir_encoding)
+}
+
+/// Whether a text with a default is that default.
+fn is(text: &Option<String>, wanted: &str) -> bool {
+    text.as_ref().is_none_or(|t| t.eq_ignore_ascii_case(wanted))
+}
+
+/// Spherical harmonics of degree 4, alone or in a composite whose other parts
+/// have no dimensions left.
+fn direction(encoding: &Direction) -> Result<(), Wrong> {
+    let (part, field) = if encoding.otype.eq_ignore_ascii_case("Composite") {
+        let first = encoding.nested.as_ref().map(|first| &first.0);
+        let Some(first) = first.filter(|part| part.n_dims_to_encode == Some(3)) else {
+            let field = "dir_encoding.nested";
+            return check(false, field, "another", "3 dimensions in its first part");
+        };
+        (&**first, "dir_encoding.nested[0]")
+    } else {
+        (encoding, "dir_encoding")
+    };
+    let harmonics = part.otype.eq_ignore_ascii_case("SphericalHarmonics");
+    let name = format!("{field}.otype");
+    check(harmonics, &name, &part.otype, "SphericalHarmonics")?;
+    let degree = part.degree.unwrap_or(4);
+    check(degree == 4, &format!("{field}.degree"), degree, "4")
+}
+
+/// Sizes of the grid, with the reference's defaults.
+fn shape(encoding: &Encoding, aabb_scale: u32) -> Result<GridShape, Wrong> {
+    let features = encoding.n_features_per_level.unwrap_or(2);
+    let known = [1, 2, 4, 8].contains(&features);
+    let field = "encoding.n_features_per_level";
+    check(known, field, features, "1, 2, 4 or 8")?;
+    let levels = match encoding.n_features {
+        Some(all) if all > 0 => all / features,
+        _ => encoding.n_levels.unwrap_or(16),
+    };
+    let known = (1..=32).contains(&levels);
+    check(known, "encoding.n_levels", levels, "1 to 32")?;
+    let log2_entries = encoding.log2_hashmap_size.unwrap_or(15);
+    let known = (3..=24).contains(&log2_entries);
+    let field = "encoding.log2_hashmap_size";
+    check(known, field, log2_entries, "3 to 24")?;
+    let base = match encoding.base_resolution {
+        Some(base) if base > 0 => base,
+        _ => 1 << (log2_entries / 3),
+    };
+    let known = base <= 1 << 14;
+    check(known, "encoding.base_resolution", base, "1 to 16384")?;
+    let growth = match encoding.per_level_scale {
+        Some(growth) if growth > 0.0 => growth,
+        _ => GridShape::growth_to(levels, base, aabb_scale),
+    };
+    let field = "encoding.per_level_scale";
+    check((1.0..=64.0).contains(&growth), field, growth, "1 to 64")?;
+    let shape = GridShape {
+        levels,
+        features,
+        log2_entries,
+        base,
+        growth,
+    };
+    let finest = shape.level(levels - 1).resolution;
+    let found = format!("{growth}, with {finest} vertices along the finest level");
+    let expected = format!("at most {MAX_RESOLUTION} of them");
+    check(finest <= MAX_RESOLUTION, field, found, expected)?;
+    Ok(shape)
+}
+
+/// A network's matrices: as stored, and how many inputs the first one has.
+struct Widths {
+    inputs: usize,
+    /// Outputs and inputs.
+    matrices: Vec<[usize; 2]>,
+}
+
+fn widths(network: &Network, name: &str, inputs: usize, outputs: usize) -> Result<Widths, Wrong> {
+    let field = |part: &str| format!("{name}.{part}");
+    let fused = network.otype.eq_ignore_ascii_case("FullyFusedMLP");
+    check(fused, &field("otype"), &network.otype, "FullyFusedMLP")?;
+    for (part, found, wanted) in [
+        ("activation", &network.activation, "ReLU"),
+        ("output_activation", &network.output_activation, "None"),
+    ] {
+        let text = found.as_deref().unwrap_or_default();
+        check(is(found, wanted), &field(part), text, wanted)?;
+    }
+    let neurons = network.n_neurons.unwrap_or(128) as usize;
+    let known = [16, 32, 64, 128].contains(&neurons);
+    check(known, &field("n_neurons"), neurons, "16, 32, 64 or 128")?;
+    let hidden = network.n_hidden_layers.unwrap_or(5) as usize;
+    let known = (1..=MAX_HIDDEN).contains(&hidden);
+    check(known, &field("n_hidden_layers"), hidden, "1 to 8")?;
+    let given = network.n_output_dims.unwrap_or(outputs as u32);
+    let known = (1..=128).contains(&given) && given as usize <= outputs;
+    let expected = format!("1 to {}", outputs.min(128));
+    check(known, &field("n_output_dims"), given, expected)?;
+    let mut matrices = vec![[neurons, inputs.next_multiple_of(ALIGNMENT)]];
+    matrices.extend(vec![[neurons, neurons]; hidden - 1]);
+    matrices.push([outputs.next_multiple_of(ALIGNMENT), neurons]);
+    Ok(Widths { inputs, matrices })
+}
+
+fn parameters(widths: &Widths) -> usize {
+    widths
+        .matrices
+        .iter()
+        .map(|[rows, columns]| rows * columns)
+        .sum()
+}
+
+/// The parameters, in 16 or 32 bits, and how many were taken.
+struct Numbers<'a> {
+    bytes: &'a [u8],
+    half: bool,
+}
+
+impl<'a> Numbers<'a> {
+    fn new(document: &'a Document, expected: usize) -> Result<Self, Wrong> {
+        let snapshot = &document.snapshot;
+        let kind = snapshot.params_type.as_deref().unwrap_or("__half");
+        let half = kind == "__half";
+        let field = "snapshot.params_type";
+        check(half || kind == "float", field, kind, "__half or float")?;
+        let bytes = &snapshot.params_binary.0[..];
+        let size = expected * if half { 2 } else { 4 };
+        let found = format!("{} bytes", bytes.len());
+        let wanted = format!("{size}: {expected} parameters of type {kind}");
+        check(bytes.len() == size, "snapshot.params_binary", found, wanted)?;
+        if let Some(count) = snapshot.n_params {
+            let field = "snapshot.n_params";
+            check(count == expected as u64, field, count, expected.to_string())?;
+        }
+        Ok(Self { bytes, half })
+    }
+
+    /// The next `count`, of which there are as many: the sum was checked.
+    fn take(&mut self, count: usize) -> Vec<f32> {
+        let width = if self.half { 2 } else { 4 };
+        let (own, rest) = self.bytes.split_at(count * width);
+        self.bytes = rest;
+        if self.half {
+            halves(own).collect()
+        } else {
+            let (words, _) = own.as_chunks::<4>();
+            words.iter().map(|b| f32::from_le_bytes(*b)).collect()
+        }
+    }
+}
+
+fn halves(bytes: &[u8]) -> impl Iterator<Item = f32> + '_ {
+    let (words, _) = bytes.as_chunks::<2>();
+    words.iter().map(|b| f16::from_le_bytes(*b).to_f32())
+}
+
+/// Layers without bias; of the last, the first `outputs`.
+fn perceptron(
+    widths: &Widths,
+    outputs: usize,
+    numbers: &mut Numbers<'_>,
+) -> Result<Mlp, FieldError> {
+    let last = widths.matrices.len() - 1;
+    let layers = widths
+        .matrices
+        .iter()
+        .enumerate()
+        .map(|(i, [rows, columns])| {
+            let weights = numbers.take(rows * columns);
+            let kept = if i == last { outputs } else { *rows };
+            let inputs = if i == 0 { widths.inputs } else { *columns };
+            let rows = weights.chunks_exact(*columns).take(kept);
+            let weights = rows.flat_map(|row| &row[..inputs]).copied().collect();
+            Layer::new(inputs, weights, vec![0.0; kept])
+        });
+    Mlp::new(layers.collect::<Result<_, _>>()?)
+}
+
+/// A level's table. The reference numbers the vertices of a dense level modulo
+/// its entries, and reads one vertex past the last along an axis; a table of
+/// one vertex more, filled by that rule, gives what it reads.
+fn table(level: &Level, features: usize, values: Vec<f32>) -> Result<Table, FieldError> {
+    let resolution = level.resolution as usize;
+    let side = resolution + 1;
+    if level.is_hashed() {
+        return Table::hashed([side; 3], level.entries, features, values);
+    }
+    let mut all = Vec::with_capacity(side.pow(3) * features);
+    for z in 0..side {
+        for y in 0..side {
+            for x in 0..side {
+                let entry = (x + resolution * (y + resolution * z)) % level.entries;
+                all.extend_from_slice(&values[entry * features..][..features]);
+            }
+        }
+    }
+    Table::new([side; 3], features, all)
+}
+
+fn placement(document: &Document) -> Result<Placement, Wrong> {
+    let dataset = document.snapshot.nerf.dataset.as_ref();
+    let scale = dataset.and_then(|d| d.scale).unwrap_or(SCALE);
+    let offset = dataset.and_then(|d| d.offset).unwrap_or([OFFSET; 3]);
+    let known = (1e-6..=1e6).contains(&scale);
+    let field = "snapshot.nerf.dataset.scale";
+    check(known, field, scale, "1e-6 to 1e6")?;
+    let known = offset.iter().all(|v| v.abs() <= 1e6);
+    let field = "snapshot.nerf.dataset.offset";
+    check(known, field, format!("{offset:?}"), "-1e6 to 1e6")?;
+    Ok(Placement {
+        scale,
+        offset: DVec3::from(offset),
+    })
+}
+
+/// The part of the box that is shown, in the unit cube's frame.
+fn shown(document: &Document, corner: f64, side: f64) -> Result<[DVec3; 2], Wrong> {
+    let snapshot = &document.snapshot;
+    let whole = [DVec3::splat(corner), DVec3::splat(corner + side)];
+    if let Some(Bounds { min, max }) = snapshot.aabb {
+        let off = |found: [f64; 3], at: DVec3| (DVec3::from(found) - at).abs().max_element();
+        let fits = off(min, whole[0]) < 1e-5 && off(max, whole[1]) < 1e-5;
+        let expected = format!("{corner} to {}, as aabb_scale says", corner + side);
+        let found = format!("{min:?} to {max:?}");
+        check(fits, "snapshot.aabb", found, expected)?;
+    }
+    if let Some(turn) = snapshot.render_aabb_to_local {
+        let straight = turn.iter().enumerate().all(|(r, row)| {
+            let cells = row.iter().enumerate();
+            cells
+                .into_iter()
+                .all(|(c, v)| (v - f64::from(u8::from(r == c))).abs() < 1e-6)
+        });
+        let field = "snapshot.render_aabb_to_local";
+        check(
+            straight,
+            field,
+            "a turn",
+            "the identity: a box along the axes",
+        )?;
+    }
+    let Some(Bounds { min, max }) = snapshot.render_aabb else {
+        return Ok(whole);
+    };
+    let bounds = [
+        DVec3::from(min).max(whole[0]),
+        DVec3::from(max).min(whole[1]),
+    ];
+    let found = format!("{min:?} to {max:?}");
+    let holds = (bounds[1] - bounds[0]).cmpgt(DVec3::ZERO).all();
+    let expected = "a box that meets `aabb`";
+    check(holds, "snapshot.render_aabb", found, expected)?;
+    Ok(bounds)
+}
+
+fn occupancy(document: &Document) -> Result<Option<Occupancy>, Wrong> {
+    let snapshot = &document.snapshot;
+    let size = snapshot.density_grid_size;
+    let expected = CELLS.to_string();
+    check(size == CELLS, "snapshot.density_grid_size", size, expected)?;
+    let bytes = &snapshot.density_grid_binary.0[..];
+    if bytes.is_empty() {
+        // Saved before the first training step.
+        return Ok(None);
+    }
+    let cubes = snapshot.nerf.aabb_scale.ilog2() as usize + 1;
+    let expected = format!("{}: {cubes} grids of 128^3 in 16 bits", 2 * cubes * VOLUME);
+    let found = format!("{} bytes", bytes.len());
+    let fits = bytes.len() == 2 * cubes * VOLUME;
+    check(fits, "snapshot.density_grid_binary", found, expected)?;
+    let thickness: Vec<f32> = halves(bytes).collect();
+    Ok(Some(Occupancy::new(&thickness)))
+}

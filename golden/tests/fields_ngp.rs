@@ -1,0 +1,303 @@
+//! Instant-NGP snapshots against an independent writer and renderer,
+//! tools/ngp-fixtures.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use potamoi_formats::config::Config;
+use potamoi_golden::fields::ngp::Ngp;
+use potamoi_golden::fields::{Field as _, render_float};
+use potamoi_golden::scene::{Model, Scene};
+use potamoi_golden::units::Twins;
+use proptest::prelude::*;
+
+use serde::Deserialize;
+
+#[derive(Deserialize)]
+struct Expected {
+    hashed: Vec<bool>,
+    points: Vec<Point>,
+}
+
+#[derive(Deserialize)]
+struct Point {
+    at: [f64; 3],
+    direction: [f64; 3],
+    occupied: bool,
+    density: f64,
+    colour: [f64; 3],
+}
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/fixtures/ngp")
+        .join(name)
+}
+
+fn expanded() -> Vec<u8> {
+    let bytes = std::fs::read(fixture("cube.ingp")).unwrap();
+    let mut out = vec![];
+    let mut reader = flate2::read::ZlibDecoder::new(&bytes[..]);
+    reader.read_to_end(&mut out).unwrap();
+    out
+}
+
+/// Densities and colours of both snapshots within 1e-5 of the reference, and
+/// the same cells occupied.
+#[test]
+fn densities_and_colours_are_those_of_an_independent_renderer() {
+    for name in ["cube", "cascades"] {
+        let field = Ngp::load(&fixture(&format!("{name}.ingp"))).unwrap();
+        let expected = std::fs::read(fixture(&format!("{name}.json"))).unwrap();
+        let expected: Expected = serde_json::from_slice(&expected).unwrap();
+        let hashed: Vec<_> = field.tables().iter().map(|t| t.is_hashed()).collect();
+        assert_eq!(hashed, expected.hashed, "{name}");
+        let streams = (0..field.shape().levels).map(|l| !field.shape().streams(l));
+        assert!(streams.eq(hashed));
+        let mut places = vec![DVec3::ZERO; field.tables().len()];
+        let (mut occupied, mut farthest) = (0, 0f64);
+        for point in &expected.points {
+            let holds = field.index(point.at.into(), &mut places);
+            assert_eq!(holds, point.occupied, "{name} {:?}", point.at);
+            occupied += usize::from(holds);
+            if !holds {
+                continue;
+            }
+            let mut features = vec![0.0; field.channels()];
+            let mut from = 0;
+            for (table, place) in field.tables().iter().zip(&places) {
+                table.gather(*place, &mut features[from..from + table.channels()]);
+                from += table.channels();
+            }
+            let density = field.density(&features);
+            let off = (density - point.density).abs() / point.density.max(1.0);
+            let colour = field.colour(&features, point.direction.into(), &mut vec![]);
+            let shade = (colour - DVec3::from(point.colour)).abs().max_element();
+            farthest = farthest.max(off).max(shade);
+        }
+        println!("{name}: {occupied} occupied, farthest {farthest:.1e}");
+        assert!(farthest < 1e-5, "{name}: {farthest}");
+        assert!((5..expected.points.len()).contains(&occupied), "{occupied}");
+    }
+}
+
+/// The document of `cube.ingp`, changed.
+fn patched(change: impl Fn(&mut rmpv::Value)) -> Vec<u8> {
+    let mut document = rmpv::decode::read_value(&mut &expanded()[..]).unwrap();
+    change(&mut document);
+    let mut out = vec![];
+    rmpv::encode::write_value(&mut out, &document).unwrap();
+    out
+}
+
+fn load(bytes: &[u8]) -> Result<Ngp, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.msgpack");
+    std::fs::write(&path, bytes).unwrap();
+    Ngp::load(&path).map_err(|e| e.to_string())
+}
+
+/// The member at a path of keys, the last of which may be new.
+fn at<'a>(mut value: &'a mut rmpv::Value, keys: &str) -> &'a mut rmpv::Value {
+    for key in keys.split('.') {
+        let rmpv::Value::Map(pairs) = value else {
+            panic!("{key} of no map")
+        };
+        let found = pairs.iter().position(|(k, _)| k.as_str() == Some(key));
+        let found = found.unwrap_or_else(|| {
+            pairs.push((key.into(), rmpv::Value::Map(vec![])));
+            pairs.len() - 1
+        });
+        value = &mut pairs[found].1;
+    }
+    value
+}
+
+#[test]
+fn the_plain_document_is_the_same_model() {
+    let plain = load(&expanded()).unwrap();
+    assert_eq!(plain, Ngp::load(&fixture("cube.ingp")).unwrap());
+}
+
+/// Each field that does not fit is refused by its name.
+#[test]
+fn what_does_not_fit_is_refused_by_name() {
+    use rmpv::Value;
+    let short = |size: usize| Value::Binary(vec![0; size]);
+    let cases: Vec<(&str, Value)> = vec![
+        ("snapshot.version", 2.into()),
+        ("snapshot.mode", "sdf".into()),
+        ("snapshot.params_binary", short(7)),
+        ("snapshot.params_type", "__bfloat".into()),
+        ("snapshot.n_params", 3.into()),
+        ("snapshot.density_grid_size", 64.into()),
+        ("snapshot.density_grid_binary", short(128 * 128)),
+        ("snapshot.nerf.aabb_scale", 3.into()),
+        ("snapshot.nerf.aabb_scale", 256.into()),
+        ("snapshot.nerf.dataset.from_mitsuba", true.into()),
+        ("snapshot.nerf.dataset.is_hdr", true.into()),
+        ("snapshot.nerf.dataset.scale", 0.into()),
+        ("snapshot.nerf.dataset.n_extra_learnable_dims", 8.into()),
+        ("encoding.otype", "DenseGrid".into()),
+        ("encoding.interpolation", "Smoothstep".into()),
+        ("encoding.n_levels", 0.into()),
+        ("encoding.n_features_per_level", 3.into()),
+        ("encoding.log2_hashmap_size", 60.into()),
+        ("encoding.base_resolution", 1_000_000.into()),
+        ("encoding.per_level_scale", 0.5.into()),
+        ("encoding.per_level_scale", 64.0.into()),
+        ("dir_encoding.otype", "Frequency".into()),
+        ("network.otype", "CutlassMLP".into()),
+        ("network.activation", "Sine".into()),
+        ("network.n_neurons", 48.into()),
+        ("rgb_network.n_hidden_layers", 0.into()),
+        ("rgb_network.output_activation", "Sigmoid".into()),
+    ];
+    for (field, value) in cases {
+        let bytes = patched(|document| *at(document, field) = value.clone());
+        let error = load(&bytes).unwrap_err();
+        assert!(error.contains(&format!("`{field}` is ")), "{error}");
+    }
+    // Sizes that disagree with the number of parameters.
+    for (field, value) in [("encoding.n_levels", 5), ("network.n_neurons", 64)] {
+        let bytes = patched(|document| *at(document, field) = value.into());
+        let error = load(&bytes).unwrap_err();
+        assert!(error.contains("snapshot.params_binary"), "{error}");
+    }
+    let error = load(&patched(|d| *at(d, "snapshot.nerf.aabb_scale") = 2.into())).unwrap_err();
+    assert!(error.contains("snapshot.aabb"), "{error}");
+    // Of another kind, missing, or not a snapshot at all.
+    let error = load(&patched(|d| *at(d, "encoding.n_levels") = "x".into())).unwrap_err();
+    assert!(error.contains("field `encoding.n_levels`"), "{error}");
+    let error = load(&patched(|d| *at(d, "snapshot") = Value::Map(vec![]))).unwrap_err();
+    assert!(error.contains("missing field `version`"), "{error}");
+    for bytes in [&b""[..], b"\x80", b"\x78\x9c\x00", b"\x1f\x8b", b"ply\n"] {
+        assert!(load(bytes).is_err());
+    }
+    let error = Ngp::load(Path::new("no.ingp")).unwrap_err().to_string();
+    assert!(error.contains("cannot read snapshot no.ingp"), "{error}");
+}
+
+/// Lengths that a header claims cost nothing until the bytes come.
+#[test]
+fn claimed_lengths_take_no_memory() {
+    for tail in [
+        // A map, a list, binary data and a text of 2^32 - 1.
+        &b"\xdf\xff\xff\xff\xff"[..],
+        b"\x81\xa1x\xdd\xff\xff\xff\xff",
+        b"\x81\xa8snapshot\x81\xadparams_binary\xc6\xff\xff\xff\xff\x00",
+        b"\x81\xa8encoding\x81\xa5otype\xdb\xff\xff\xff\xffHash",
+    ] {
+        assert!(load(tail).unwrap_err().contains("field"));
+    }
+    // Nested deeper than is followed.
+    let deep = [&b"\x81\xa1x"[..], &[0x91; 100_000]].concat();
+    assert!(load(&deep).unwrap_err().contains("field"));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Bytes changed or cut anywhere, the numbers aside, are refused or load
+    /// as some model; nothing panics.
+    #[test]
+    fn damaged_documents_do_not_panic(
+        places in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        cut in any::<prop::sample::Index>(),
+        whole in any::<bool>(),
+    ) {
+        let mut bytes = patched(|document| {
+            *at(document, "snapshot.density_grid_binary") = rmpv::Value::Binary(vec![]);
+            *at(document, "snapshot.params_binary") = rmpv::Value::Binary(vec![0; 40]);
+        });
+        prop_assert!(bytes.len() < 2000);
+        for (place, byte) in places {
+            let place = place.index(bytes.len());
+            bytes[place] = byte;
+        }
+        if !whole {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        prop_assert!(load(&bytes).is_err(), "40 bytes are too few parameters");
+    }
+
+    /// Compressed bytes changed anywhere.
+    #[test]
+    fn damaged_files_do_not_panic(place in any::<prop::sample::Index>(), byte: u8, cut: bool) {
+        let mut bytes = std::fs::read(fixture("cube.ingp")).unwrap();
+        let place = place.index(bytes.len());
+        bytes[place] = byte;
+        if cut {
+            bytes.truncate(place);
+            prop_assert!(load(&bytes).is_err());
+        } else if let Ok(field) = load(&bytes) {
+            let mut places = vec![DVec3::ZERO; field.tables().len()];
+            field.index(DVec3::ZERO, &mut places);
+        }
+    }
+}
+
+/// As a scene: opened by its ending and by a description, rendered in floating
+/// point, and refused in the hardware's formats with one clear error.
+#[test]
+fn snapshots_are_scenes() {
+    let path = fixture("cube.ingp");
+    let mut scene = Scene::open(path.to_str().unwrap()).unwrap();
+    scene.set_size(Some(48), None).unwrap();
+    let frame = scene.render_float().unwrap();
+    let covered = frame.covered.iter().filter(|c| **c).count();
+    assert!((200..48 * 48).contains(&covered), "{covered} pixels");
+    let Model::Field(field) = scene.model() else {
+        panic!("a field")
+    };
+    let again = render_float(&**field, scene.camera(), [0.0; 3]).unwrap();
+    assert_eq!(again.picture, frame.picture);
+    assert!(again.gathered < again.samples, "empty cells are skipped");
+    // The unit cube in the world: 3.03 a side around the origin.
+    let [low, high] = field.sampling().bounds;
+    assert!((low + 0.5 / 0.33).length() < 1e-9 && (high - 0.5 / 0.33).length() < 1e-9);
+
+    let config = Config::paper();
+    let error = scene.render_fixed(&config, &mut Twins::new(&config));
+    let error = error.unwrap_err().to_string();
+    assert!(
+        error.contains("not available in the hardware's formats"),
+        "{error}"
+    );
+
+    let folder = tempfile::tempdir().unwrap();
+    let description = folder.path().join("scene.toml");
+    let model = format!(
+        "[model]\nkind = \"ngp\"\npath = {:?}\n",
+        path.to_str().unwrap()
+    );
+    std::fs::write(&description, &model).unwrap();
+    let described = Scene::open(description.to_str().unwrap()).unwrap();
+    assert_eq!(described.camera().width, 400);
+    std::fs::write(&description, format!("{model}[render]\nstep = 0.5\n")).unwrap();
+    let error = Scene::open(description.to_str().unwrap()).unwrap_err();
+    assert!(error.to_string().contains("render.step"), "{error}");
+}
+
+/// The part that is shown, of a dataset with its own scale and offset: the
+/// cube's (x, y, z) are the world's (y, z, x).
+#[test]
+fn a_crop_is_shown_where_the_dataset_has_it() {
+    let field = Ngp::load(&fixture("cascades.ingp")).unwrap();
+    let [low, high] = field.sampling().bounds;
+    // -1, -1.5, -0.5 to 2, 1.5, and 2.5 where the box ends.
+    let expected = |cube: [f64; 3]| {
+        let [x, y, z] = cube;
+        (DVec3::new(z, x, y) - DVec3::new(0.5, 0.25, 0.625)) / 0.5
+    };
+    assert!(
+        (low - expected([-1.0, -1.5, -0.5])).length() < 1e-12,
+        "{low}"
+    );
+    assert!(
+        (high - expected([2.0, 1.5, 2.5])).length() < 1e-12,
+        "{high}"
+    );
+}
