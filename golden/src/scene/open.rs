@@ -156,7 +156,10 @@ impl Scene {
 
     /// A snapshot, seen from [`Scene::default_orbit`] over black.
     fn ngp(path: &Path) -> Result<Self, SceneError> {
-        Ok(Self::of_field(path, AnyField::new(Ngp::load(path)?)))
+        Ok(Self::of_field(
+            path,
+            AnyField::new("Instant-NGP", Ngp::load(path)?),
+        ))
     }
 
     /// A field in the world of `transforms.json`, z up.

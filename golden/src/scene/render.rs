@@ -166,8 +166,9 @@ impl Scene {
                 let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
                 Ok(rendered(frame))
             }
-            Model::Field(_) => Err(SceneError::FloatOnly {
+            Model::Field(field) => Err(SceneError::FloatOnly {
                 scene: self.name.clone(),
+                kind: field.kind(),
             }),
             Model::Dvgo(field) => {
                 let made = field.fixed(config)?;

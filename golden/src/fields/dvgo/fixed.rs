@@ -15,10 +15,11 @@
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
-use potamoi_formats::fixed::{Format, Rounding};
+use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::Dvgo;
+use crate::fields::codes::{finest, quantised};
 use crate::fields::mac::MacMlp;
 use crate::fields::{Field, FieldError};
 use crate::voxels::{Head, Lanes, MVoxels, Placement, TRANSMITTANCE, VoxelError};
@@ -303,27 +304,4 @@ impl Head for DvgoHead {
         let colour = self.to_engine(&sums, self.mlp.output_frac(), lanes)?;
         lanes.compute_with(VectorOp::new(OpCode::Sigmoid), &colour, 0)
     }
-}
-
-/// The most fraction bits at which every value fits `bits` bits once rounded.
-fn finest<'a>(
-    values: impl Iterator<Item = &'a f32>,
-    bits: u32,
-    part: &'static str,
-) -> Result<u32, FieldError> {
-    let largest = values.fold(0f32, |m, v| m.max(v.abs()));
-    let most = 2f64.powi(bits as i32 - 1) - 1.0;
-    let fits =
-        |frac: &u32| (f64::from(largest) * 2f64.powi(*frac as i32)).round_ties_even() <= most;
-    (2..bits).rev().find(fits).ok_or_else(|| FieldError::Part {
-        part,
-        found: format!("up to {largest}"),
-        expected: format!("values that leave 2 fraction bits of {bits}"),
-    })
-}
-
-fn quantised(value: f32, bits: u32, frac: u32) -> i16 {
-    let format = Format::signed(bits - 1 - frac, frac);
-    let code = format.quantise(f64::from(value), Rounding::HalfEven);
-    code.unwrap_or_default() as i16
 }

@@ -1,0 +1,29 @@
+//! From values to codes of the finest format that holds them.
+
+use potamoi_formats::fixed::{Format, Rounding};
+
+use super::FieldError;
+
+/// The most fraction bits at which every value fits `bits` bits once rounded.
+pub(super) fn finest<'a>(
+    values: impl Iterator<Item = &'a f32>,
+    bits: u32,
+    part: &'static str,
+) -> Result<u32, FieldError> {
+    let largest = values.fold(0f32, |m, v| m.max(v.abs()));
+    let most = 2f64.powi(bits as i32 - 1) - 1.0;
+    let fits =
+        |frac: &u32| (f64::from(largest) * 2f64.powi(*frac as i32)).round_ties_even() <= most;
+    (2..bits).rev().find(fits).ok_or_else(|| FieldError::Part {
+        part,
+        found: format!("up to {largest}"),
+        expected: format!("values that leave 2 fraction bits of {bits}"),
+    })
+}
+
+/// A value's code; it is finite and fits by the format's choice.
+pub(super) fn quantised(value: f32, bits: u32, frac: u32) -> i16 {
+    let format = Format::signed(bits - 1 - frac, frac);
+    let code = format.quantise(f64::from(value), Rounding::HalfEven);
+    code.unwrap_or_default() as i16
+}
