@@ -58,13 +58,25 @@ pub trait Field: Sync {
 
 /// A field of any kind. Clones share it, and fields are equal that share one.
 #[derive(Clone)]
-pub struct AnyField(Arc<dyn Field + Send>);
+pub struct AnyField {
+    kind: &'static str,
+    field: Arc<dyn Field + Send>,
+}
 
 impl AnyField {
-    /// Takes a field.
+    /// Takes a field of a kind, told by its usual name.
     #[must_use]
-    pub fn new(field: impl Field + Send + 'static) -> Self {
-        Self(Arc::new(field))
+    pub fn new(kind: &'static str, field: impl Field + Send + 'static) -> Self {
+        Self {
+            kind,
+            field: Arc::new(field),
+        }
+    }
+
+    /// Its kind.
+    #[must_use]
+    pub const fn kind(&self) -> &'static str {
+        self.kind
     }
 }
 
@@ -72,19 +84,19 @@ impl Deref for AnyField {
     type Target = dyn Field + Send;
 
     fn deref(&self) -> &Self::Target {
-        &*self.0
+        &*self.field
     }
 }
 
 impl PartialEq for AnyField {
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0)
+        Arc::ptr_eq(&self.field, &other.field)
     }
 }
 
 impl fmt::Debug for AnyField {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a field of {} tables", self.tables().len())
+        write!(f, "{} of {} tables", self.kind, self.tables().len())
     }
 }
 

@@ -83,14 +83,16 @@ pub enum SceneError {
     /// A field cannot be loaded or rendered.
     #[error(transparent)]
     Field(#[from] FieldError),
-    /// A field has no rendering in the hardware's formats.
+    /// A kind of model that is not rendered in the hardware's formats.
     #[error(
-        "scene {scene}: fields of this kind are not available in the hardware's formats yet; \
-         render it in floating point (--numerics float)"
+        "scene {scene}: {kind} models are not available in the hardware's formats yet; \
+         render it in floating point"
     )]
     FloatOnly {
         /// The scene.
         scene: String,
+        /// The kind.
+        kind: &'static str,
     },
     /// The units of a configuration cannot render the scene.
     #[error("configuration: `{field}` is {value}: scene {scene} needs {expected}")]

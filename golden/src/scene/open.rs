@@ -169,7 +169,10 @@ impl Scene {
 
     /// A snapshot, seen from [`Scene::default_orbit`] over black.
     fn ngp(path: &Path) -> Result<Self, SceneError> {
-        Ok(Self::of_field(path, AnyField::new(Ngp::load(path)?)))
+        Ok(Self::of_field(
+            path,
+            AnyField::new("Instant-NGP", Ngp::load(path)?),
+        ))
     }
 
     /// A field in the world of `transforms.json`, z up.
@@ -339,6 +342,7 @@ impl Scene {
         }
         let splats = matches!(self.model, Model::Splats(_));
         let voxels = matches!(self.model, Model::Voxels(_) | Model::Dvgo(_));
+        let stepped = voxels || matches!(self.model, Model::Tensorf(_));
         for (field, given, ours, kind) in [
             ("render.profile", render.profile.is_some(), splats, "splats"),
             ("render.order", render.order.is_some(), splats, "splats"),
@@ -354,7 +358,7 @@ impl Scene {
                 voxels,
                 "voxels",
             ),
-            ("render.step", render.step.is_some(), voxels, "voxels"),
+            ("render.step", render.step.is_some(), stepped, "voxels"),
         ] {
             if given && !ours {
                 let expected = format!("it left out: it is for {kind}");

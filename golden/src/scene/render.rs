@@ -223,8 +223,13 @@ impl Scene {
                 let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
                 Ok(rendered(frame))
             }
-            Model::Tensorf(_) | Model::Field(_) => Err(SceneError::FloatOnly {
+            Model::Tensorf(_) => Err(SceneError::FloatOnly {
                 scene: self.name.clone(),
+                kind: "TensoRF",
+            }),
+            Model::Field(field) => Err(SceneError::FloatOnly {
+                scene: self.name.clone(),
+                kind: field.kind(),
             }),
             Model::Dvgo(field) => {
                 let made = field.fixed(config)?;

@@ -14,6 +14,7 @@
 //! up. Colours are those of the training pictures, and composited as such.
 
 mod document;
+pub mod gather;
 pub mod grid;
 mod occupancy;
 mod snapshot;
