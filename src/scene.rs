@@ -11,7 +11,7 @@ use crate::failure::Failure;
 
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
-    /// Built-in scene (garden, lantern), splat model (.ply, .splat, .spz, .sog) or description (.toml)
+    /// Built-in scene (garden, lantern, cairn, vase, lattice, mist, moons, chrome, gallery, city), splat model (.ply, .splat, .spz, .sog) or description (.toml)
     #[arg(long, value_name = "SCENE")]
     pub(crate) scene: Option<String>,
     /// Camera file in the OpenCV convention, instead of the scene's camera

@@ -3,14 +3,12 @@
 use glam::{DMat4, DVec3, DVec4};
 use rayon::prelude::*;
 
-use super::field::{Field, OUTSIDE};
+use super::field::{Field, INSIDE, OUTSIDE};
 use super::look::Look;
 use crate::voxels::{Grid, Layout, VoxelError};
 
 /// Directions over which colours are fitted.
-const DIRECTIONS: usize = 48;
-/// How much the directions that do not see the front of a surface count.
-const BEHIND: f64 = 1e-3;
+const DIRECTIONS: usize = 200;
 
 /// Samples a field at the vertices of its grid: densities as they are, colours
 /// as the linear functions of the direction nearest to them.
@@ -27,7 +25,9 @@ pub(super) fn bake(field: &dyn Field) -> Result<Grid, VoxelError> {
             let at = frame.corner + frame.voxel * DVec3::new(x as f64, y as f64, z as f64);
             let probe = field.probe(at);
             vertex[0] = (probe.density * frame.voxel).max(OUTSIDE) as f32;
-            if probe.clearance < 2.0 * frame.voxel {
+            // No light gets to colours deep inside.
+            let deep = probe.density * frame.voxel >= INSIDE;
+            if probe.clearance < 2.0 * frame.voxel && !deep {
                 colours(&field.look(at), frame.layout, &directions, &mut vertex[1..]);
             }
         }
@@ -56,7 +56,7 @@ fn directions() -> [DVec3; DIRECTIONS] {
 /// the surface they see.
 fn colours(look: &Look, layout: Layout, directions: &[DVec3], out: &mut [f32]) {
     let terms = layout.coefficients();
-    if layout == Layout::Constant || look.is_matte() {
+    if layout == Layout::Constant || look.is_matte() || look.normal() == DVec3::ZERO {
         let colour = look.along(-look.normal());
         for (to, v) in out.chunks_exact_mut(terms).zip(colour.to_array()) {
             to[0] = v as f32;
@@ -66,21 +66,19 @@ fn colours(look: &Look, layout: Layout, directions: &[DVec3], out: &mut [f32]) {
     let mut normal = DMat4::ZERO;
     let mut right = [DVec4::ZERO; 3];
     for d in directions {
-        let weight = (-d.dot(look.normal())).max(BEHIND);
+        let weight = -d.dot(look.normal());
+        if weight <= 0.0 {
+            continue;
+        }
         let basis = DVec4::new(1.0, d.x, d.y, d.z);
-        let column = |v: f64| basis * (weight * v);
-        normal += DMat4::from_cols(
-            column(basis.x),
-            column(basis.y),
-            column(basis.z),
-            column(basis.w),
-        );
+        let heavy = basis * weight;
+        normal += DMat4::from_cols(heavy, heavy * d.x, heavy * d.y, heavy * d.z);
         let seen = look.along(*d);
         for (sum, v) in right.iter_mut().zip(seen.to_array()) {
             *sum += basis * (weight * v);
         }
     }
-    // Positive definite: the directions span the space, and all of them count.
+    // Positive definite: a normal has a hemisphere of directions that face it.
     let inverse = normal.inverse();
     for (to, sum) in out.chunks_exact_mut(terms).zip(right) {
         for (to, v) in to.iter_mut().zip((inverse * sum).to_array()) {

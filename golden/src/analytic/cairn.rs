@@ -1,6 +1,8 @@
 //! Stones in balance: diffuse solids in sun and shade.
 
-use glam::{DVec3, dvec3};
+use std::sync::LazyLock;
+
+use glam::{DMat3, DVec3, dvec3};
 
 use super::field::{Field, Frame, Motion, Probe, colour};
 use super::look::{Daylight, Look, smooth_step};
@@ -29,6 +31,7 @@ const LIGHT: Daylight = Daylight {
     sky: dvec3(0.52, 0.62, 0.74),
     ground: dvec3(0.26, 0.26, 0.20),
     reach: 0.24,
+    stride: 0.25,
 };
 
 /// Middle, half axes, axis and angle of tilt, and colour of the stones.
@@ -91,17 +94,20 @@ const STONES: [(DVec3, DVec3, DVec3, f64, DVec3); 8] = [
     ),
 ];
 
+/// Into the stones' own axes.
+static TILTS: LazyLock<[DMat3; 8]> = LazyLock::new(|| STONES.map(|s| sdf::turned(s.2, s.3)));
+
 /// Signed distance, and which stone; none for the ground.
 fn nearest(p: DVec3) -> (f64, Option<usize>) {
     // Uneven ground that falls off to a rounded rim.
-    let ground = p - DVec3::Z * (0.025 * (noise::value(p * dvec3(3.0, 3.0, 0.0)) - 0.5));
+    let ground = p - DVec3::Z * (0.008 * (p.x * 9.0).sin() * (p.y * 8.0 + 1.0).cos());
     let mut best = (sdf::disc(ground - DVec3::Z * -0.01, 0.95, 0.07, 0.05), None);
-    for (i, (middle, half, axis, degrees, _)) in STONES.iter().enumerate() {
+    for (i, (middle, half, ..)) in STONES.iter().enumerate() {
         let reach = (p - *middle).length() - half.max_element();
         if reach > best.0 {
             continue;
         }
-        let own = sdf::turned(*axis, *degrees) * (p - *middle);
+        let own = TILTS[i] * (p - *middle);
         let d = sdf::ellipsoid(own, *half);
         if d < best.0 {
             best = (d, Some(i));
@@ -124,7 +130,7 @@ impl Field for Cairn {
         let (normal, light) = LIGHT.at(|p| nearest(p).0, p, FRAME.voxel);
         let albedo = match nearest(p).1 {
             Some(i) => {
-                let turned = sdf::turned(STONES[i].2, STONES[i].3) * (p - STONES[i].0);
+                let turned = TILTS[i] * (p - STONES[i].0);
                 // Layers that wander, and a few pale spots.
                 let wander = noise::octaves(p * 5.0, 2);
                 let layer = (turned.z * 38.0 + 6.0 * wander).sin();

@@ -30,6 +30,7 @@ const LIGHT: Daylight = Daylight {
     sky: dvec3(0.40, 0.48, 0.60),
     ground: dvec3(0.25, 0.22, 0.20),
     reach: 0.30,
+    stride: 0.25,
 };
 const TO_SUN: DVec3 = dvec3(-0.50, -0.60, 0.624);
 

@@ -19,16 +19,17 @@ const FRAME: Frame = Frame {
     background: colour(3270, 3520, 3730),
     eye: dvec3(2.3, -3.3, 2.5),
     target: dvec3(0.0, 0.0, 0.12),
-    fov: 30.0,
+    fov: 35.0,
     motion: Motion::Orbit(24.0),
 };
 
 const LIGHT: Daylight = Daylight {
     to_sun: dvec3(-0.70, -0.35, 0.622),
     sun: dvec3(1.0, 0.86, 0.66),
-    sky: dvec3(0.48, 0.56, 0.70),
-    ground: dvec3(0.26, 0.26, 0.26),
-    reach: 0.12,
+    sky: dvec3(0.56, 0.62, 0.74),
+    ground: dvec3(0.38, 0.36, 0.35),
+    reach: 0.06,
+    stride: LOT / 2.0,
 };
 
 /// From lot to lot, and lots a side.
@@ -105,9 +106,10 @@ fn nearest(p: DVec3) -> (f64, Part) {
     }
     let at = p.truncate() / LOT + glam::DVec2::splat(LOTS as f64 / 2.0 - 0.5);
     let [x, y] = at.round().to_array().map(|v| v as i64);
-    for dx in -1..=1 {
-        for dy in -1..=1 {
-            let (i, j) = (x + dx, y + dy);
+    // The lot below and its neighbours on the side of the point.
+    let side = |v: f64| if v - v.round() < 0.0 { -1 } else { 1 };
+    for i in [x, x + side(at.x)] {
+        for j in [y, y + side(at.y)] {
             let middle =
                 dvec3(i as f64, j as f64, 0.0) - dvec3(1.0, 1.0, 0.0) * (LOTS as f64 / 2.0 - 0.5);
             let own = lot(p - middle * LOT, i, j);
@@ -116,8 +118,7 @@ fn nearest(p: DVec3) -> (f64, Part) {
             }
         }
     }
-    // What stands two lots away is at least this far.
-    (best.0.min(LOT), best.1)
+    best
 }
 
 const ROOFS: [DVec3; 6] = [
@@ -136,7 +137,8 @@ impl Field for City {
 
     fn probe(&self, p: DVec3) -> Probe {
         let d = nearest(p).0;
-        Probe::solid(d, d, FRAME.voxel)
+        // What stands on other lots is at least half of one away.
+        Probe::solid(d, d.min(0.5 * LOT), FRAME.voxel)
     }
 
     fn look(&self, p: DVec3) -> Look {

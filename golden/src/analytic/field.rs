@@ -8,7 +8,7 @@ use crate::voxels::Layout;
 /// Optical depth a voxel edge far outside a surface, before the ReLU.
 pub(super) const OUTSIDE: f64 = -4.0;
 /// The same deep inside.
-const INSIDE: f64 = 6.0;
+pub(super) const INSIDE: f64 = 7.9;
 /// How fast it rises through the surface, a voxel edge.
 const RISE: f64 = 3.0;
 /// Steps a voxel edge through surfaces.

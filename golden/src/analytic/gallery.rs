@@ -103,10 +103,10 @@ fn nearest(p: DVec3) -> (f64, Part) {
 
 /// What is painted at a place of a canvas, each side of which is about 1.
 fn painting(number: f64, x: f64, y: f64) -> DVec3 {
-    let turn = 0.17 * number;
+    let turn = 0.55 + 0.13 * number;
     let flow = noise::octaves(dvec3(x * 1.3, y * 1.3, number * 7.0), 3);
-    let low = wheel(turn + 0.62) * 0.55 + DVec3::splat(0.12);
-    let high = wheel(turn + 0.08) * 0.60 + DVec3::splat(0.32);
+    let low = wheel(turn + 0.62) * 0.30 + DVec3::splat(0.14);
+    let high = wheel(turn + 0.08) * 0.36 + DVec3::splat(0.46);
     let hills = smooth_step(-0.04, 0.04, y - 0.9 * (flow - 0.5) + 0.12);
     let sun = smooth_step(0.24, 0.19, (x - 0.25).hypot(y - 0.30));
     let far = high * (0.82 + 0.22 * y);
@@ -146,7 +146,7 @@ impl Field for Gallery {
         let lamp = dvec3(0.0, p.y.clamp(-1.7, 1.7), 1.9) - surface;
         let facing = (normal.dot(lamp.normalize_or_zero()) + 0.25).max(0.0) / 1.25;
         let light =
-            dvec3(1.0, 0.96, 0.90) * (0.36 + 1.45 * facing / (0.9 + lamp.length_squared())) * open;
+            dvec3(1.0, 0.96, 0.90) * (0.42 + 1.75 * facing / (0.9 + lamp.length_squared())) * open;
         let albedo = match part {
             Part::Room if normal.z > 0.7 => {
                 let plank = (p.x / 0.24).floor();

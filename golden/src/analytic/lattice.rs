@@ -12,9 +12,9 @@ pub(super) struct Lattice;
 const FRAME: Frame = Frame {
     name: "lattice",
     asks: "thin parts",
-    points: [126, 126, 126],
+    points: [136, 136, 136],
     corner: dvec3(-1.0, -1.0, -1.0),
-    voxel: 2.0 / 125.0,
+    voxel: 2.0 / 135.0,
     layout: Layout::Constant,
     background: colour(3890, 3850, 3740),
     eye: dvec3(2.1, -3.6, 1.75),
@@ -24,8 +24,8 @@ const FRAME: Frame = Frame {
 };
 
 /// From rod to rod, and half their width.
-const PERIOD: f64 = 0.38;
-const ROD: f64 = 0.019;
+const PERIOD: f64 = 0.42;
+const ROD: f64 = 0.024;
 /// Of the balls where rods meet.
 const KNOT: f64 = 0.046;
 const RADIUS: f64 = 0.95;
@@ -38,7 +38,7 @@ fn distance(p: DVec3) -> f64 {
     let open = sdf::smooth_min(rods, q.length() - KNOT, 0.02);
     let inside = open.max(p.length() - RADIUS);
     // Three hoops hold the ends.
-    let hoop = |q: DVec3| sdf::torus(q, RADIUS, 0.024);
+    let hoop = |q: DVec3| sdf::torus(q, RADIUS, 0.027);
     inside.min(hoop(p)).min(hoop(p.yzx())).min(hoop(p.zxy()))
 }
 
@@ -57,7 +57,7 @@ impl Field for Lattice {
         let facing = 0.5 + 0.5 * normal.dot(dvec3(-0.5, -0.6, 0.63));
         // Paler to the middle, as through haze.
         let hue = wheel(0.12 + 0.30 * (p.x - 0.5 * p.y) + 0.36 * p.z);
-        let albedo = hue * 0.72 + DVec3::splat(0.06);
+        let albedo = hue * 0.56 + DVec3::splat(0.16);
         Look::matte(albedo * (0.34 + 0.80 * facing * facing))
     }
 }

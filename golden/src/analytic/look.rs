@@ -87,6 +87,8 @@ pub(super) struct Daylight {
     pub(super) ground: DVec3,
     /// How far from a surface others darken it.
     pub(super) reach: f64,
+    /// The longest step towards the sun.
+    pub(super) stride: f64,
 }
 
 impl Daylight {
@@ -109,7 +111,13 @@ impl Daylight {
         }
         let facing = normal.dot(self.to_sun);
         let sun = if facing > 0.0 {
-            facing * shadow(&distance, surface + normal * voxel, self.to_sun, voxel)
+            facing
+                * shadow(
+                    &distance,
+                    surface + normal * voxel,
+                    self.to_sun,
+                    [1.5 * voxel, self.stride],
+                )
         } else {
             0.0
         };
@@ -121,17 +129,17 @@ impl Daylight {
 
 /// The share of a small sun that is seen: from the narrowest gap, over its
 /// distance, that the way there leaves.
-fn shadow(distance: impl Fn(DVec3) -> f64, from: DVec3, to: DVec3, voxel: f64) -> f64 {
+fn shadow(distance: impl Fn(DVec3) -> f64, from: DVec3, to: DVec3, steps: [f64; 2]) -> f64 {
     const SHARPNESS: f64 = 9.0;
     let mut seen: f64 = 1.0;
-    let mut t = 1.5 * voxel;
+    let mut t = steps[0];
     for _ in 0..28 {
         let gap = distance(from + to * t);
         seen = seen.min(SHARPNESS * gap / t);
         if seen <= 0.0 || t > 2.5 {
             break;
         }
-        t += gap.clamp(1.5 * voxel, 0.25);
+        t += gap.clamp(steps[0], steps[1]);
     }
     let seen = seen.clamp(0.0, 1.0);
     seen * seen * (3.0 - 2.0 * seen)

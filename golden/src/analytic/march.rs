@@ -8,9 +8,9 @@ use crate::camera::Camera;
 use crate::picture::Picture;
 
 /// A ray stops once less than this of the light behind would be seen.
-const STOP_BELOW: f64 = 1e-4;
+const STOP_BELOW: f64 = 3e-4;
 /// Samples with a smaller weight in the pixel show no colour.
-const LEAST: f64 = 1e-6;
+const LEAST: f64 = 1e-4;
 
 /// A rendered field.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +34,12 @@ struct Pixel {
 
 /// Renders a field in steps of `scale` times what its probes ask for. The
 /// camera has been checked.
-pub(super) fn render(field: &dyn Field, camera: &Camera, scale: f64) -> Truth {
+pub(super) fn render(
+    field: &dyn Field,
+    camera: &Camera,
+    background: [f32; 3],
+    scale: f64,
+) -> Truth {
     let (width, height) = (camera.width, camera.height);
     let bounds = field.frame().bounds();
     let pixels: Vec<Pixel> = (0..width * height)
@@ -44,7 +49,7 @@ pub(super) fn render(field: &dyn Field, camera: &Camera, scale: f64) -> Truth {
             ray(field, bounds, origin, direction, scale)
         })
         .collect();
-    let behind = DVec3::from(field.frame().background.map(f64::from));
+    let behind = DVec3::from(background.map(f64::from));
     let mut picture = Picture::filled(width, height, [0.0; 3]);
     for (to, pixel) in picture.rgb.iter_mut().zip(&pixels) {
         let colour = pixel.colour + pixel.left * behind;

@@ -1,6 +1,6 @@
 //! Hills in the morning: fog lies in the valleys, thick below and torn above.
 
-use glam::{DVec3, dvec3};
+use glam::{DVec2, DVec3, dvec2, dvec3};
 
 use super::field::{Field, Frame, Motion, Probe, colour};
 use super::look::{Daylight, Look, smooth_step};
@@ -29,29 +29,60 @@ const LIGHT: Daylight = Daylight {
     sky: dvec3(0.42, 0.52, 0.70),
     ground: dvec3(0.20, 0.20, 0.18),
     reach: 0.22,
+    stride: 0.25,
 };
 
 const RADIUS: f64 = 1.15;
 
-fn height(p: DVec3) -> f64 {
-    let at = dvec3(p.x, p.y, 0.0);
-    let broad = noise::octaves(at * 1.7 + dvec3(3.1, 1.7, 0.5), 3);
-    // Crests where the noise crosses its middle.
-    let crest = 1.0 - (2.0 * noise::octaves(at * 2.1 + dvec3(9.2, 4.4, 0.5), 3) - 1.0).abs() * 2.4;
-    let peak = (-(p.truncate() - glam::dvec2(0.25, 0.3)).length_squared() / 0.22).exp();
-    0.02 + 0.34 * broad * crest.max(0.0) + 0.62 * peak * (0.45 + 0.55 * crest.max(0.0))
+/// Place, height and half width of the hills.
+const HILLS: [(DVec2, f64, f64); 11] = [
+    (dvec2(0.22, 0.32), 0.66, 0.34),
+    (dvec2(-0.20, 0.48), 0.30, 0.22),
+    (dvec2(0.58, 0.12), 0.24, 0.20),
+    (dvec2(-0.62, 0.16), 0.40, 0.28),
+    (dvec2(-0.78, -0.34), 0.20, 0.16),
+    (dvec2(-0.34, -0.50), 0.24, 0.18),
+    (dvec2(0.10, -0.34), 0.17, 0.15),
+    (dvec2(0.46, -0.62), 0.26, 0.20),
+    (dvec2(0.86, -0.28), 0.22, 0.18),
+    (dvec2(0.74, 0.62), 0.28, 0.22),
+    (dvec2(-0.02, -0.86), 0.16, 0.15),
+];
+
+/// Height of the land, and its slopes along x and y.
+fn land(at: DVec2) -> (f64, DVec2) {
+    let (mut height, mut slope) = (0.0, DVec2::ZERO);
+    for (middle, high, wide) in HILLS {
+        let off = (at - middle) / wide;
+        let below = 1.0 / (1.0 + 1.6 * off.length_squared());
+        let own = high * below * below;
+        height += own;
+        slope -= off * (6.4 * own * below / wide);
+    }
+    let [x, y] = (at * 13.0 + dvec2(0.7, 2.0)).to_array();
+    let [u, v] = (dvec2(at.x - at.y, at.x + at.y) * 17.0).to_array();
+    height += 0.016 * x.sin() * y.cos() + 0.009 * u.sin() * v.cos();
+    slope += 13.0 * 0.016 * dvec2(x.cos() * y.cos(), -x.sin() * y.sin());
+    let (du, dv) = (
+        0.009 * 17.0 * u.cos() * v.cos(),
+        -0.009 * 17.0 * u.sin() * v.sin(),
+    );
+    slope += dvec2(du + dv, dv - du);
+    (height, slope)
 }
 
+/// To first order: exact on the surface.
 fn distance(p: DVec3) -> f64 {
-    let top = 0.55 * (p.z - height(p));
+    let (height, slope) = land(p.truncate());
+    let top = (p.z - height) / slope.length().hypot(1.0);
     let rim = p.truncate().length() - RADIUS;
-    top.max(rim).max(-0.07 - p.z)
+    top.max(rim).max(-0.08 - p.z)
 }
 
 /// Optical depth a unit of length.
 fn fog(p: DVec3) -> f64 {
     let rim = smooth_step(RADIUS - 0.02, RADIUS - 0.30, p.truncate().length());
-    let torn = noise::octaves(p * dvec3(3.0, 3.0, 5.0) + dvec3(0.3, 7.7, 2.2), 3);
+    let torn = noise::octaves(p * dvec3(3.0, 3.0, 5.0) + dvec3(0.3, 7.7, 2.2), 2);
     let level = smooth_step(0.46, 0.14, p.z + 0.30 * (torn - 0.5));
     7.5 * level * rim * smooth_step(0.28, 0.66, torn)
 }
@@ -70,9 +101,9 @@ impl Field for Mist {
         } else {
             d.min(0.0)
         };
-        let solid = Probe::solid(d, bound.max(0.0), FRAME.voxel);
+        let solid = Probe::solid(d, 0.55 * bound, FRAME.voxel);
         let hazy = solid.with_haze(fog(p), FRAME.voxel);
-        let apart = d - FRAME.voxel;
+        let apart = 0.7 * d - FRAME.voxel;
         Probe {
             step: apart.clamp(hazy.step.min(FRAME.voxel / 8.0), FRAME.voxel / 2.0),
             ..hazy
@@ -82,7 +113,7 @@ impl Field for Mist {
     fn look(&self, p: DVec3) -> Look {
         let d = distance(p);
         let lit = smooth_step(-0.05, 0.45, p.z);
-        let toward = 0.5 - 0.5 * p.truncate().dot(glam::dvec2(0.9, 0.4)) / RADIUS;
+        let toward = 0.5 - 0.5 * p.truncate().dot(dvec2(0.9, 0.4)) / RADIUS;
         let shaded = dvec3(0.58, 0.64, 0.78);
         let bright = dvec3(1.0, 0.86, 0.72);
         let haze = shaded.lerp(bright, (0.30 + 0.5 * toward) * (0.45 + 0.55 * lit));
@@ -95,7 +126,7 @@ impl Field for Mist {
         let rock = dvec3(0.46, 0.40, 0.37) * (0.75 + 0.5 * grain);
         let meadow =
             dvec3(0.30, 0.40, 0.20).lerp(dvec3(0.50, 0.48, 0.26), smooth_step(0.15, 0.5, p.z));
-        let snow = smooth_step(0.50, 0.66, p.z + 0.12 * (grain - 0.5));
+        let snow = smooth_step(0.42, 0.58, p.z + 0.12 * (grain - 0.5));
         let earth = dvec3(0.36, 0.27, 0.22);
         let side = smooth_step(RADIUS - 0.035, RADIUS - 0.015, p.truncate().length());
         let albedo = rock

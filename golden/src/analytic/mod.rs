@@ -132,15 +132,20 @@ impl Analytic {
     /// of one through haze, and as far as nothing is through empty space; half as
     /// long, they give the same picture to better than 60 dB.
     #[must_use]
-    pub fn truth(self, camera: &Camera) -> Truth {
-        self.truth_in_steps(camera, 1.0)
+    pub fn truth(self, camera: &Camera, background: [f32; 3]) -> Truth {
+        self.truth_in_steps(camera, background, 1.0)
     }
 
     /// The same in steps that are `scale` times as long, above 0: below 1, to
     /// see how near the truth is to its limit.
     #[must_use]
-    pub fn truth_in_steps(self, camera: &Camera, scale: f64) -> Truth {
-        march::render(self.field(), camera, scale.clamp(1.0 / 64.0, 8.0))
+    pub fn truth_in_steps(self, camera: &Camera, background: [f32; 3], scale: f64) -> Truth {
+        march::render(
+            self.field(),
+            camera,
+            background,
+            scale.clamp(1.0 / 64.0, 8.0),
+        )
     }
 
     /// Samples it to a grid: densities at the vertices, colours by least squares

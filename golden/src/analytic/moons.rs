@@ -37,7 +37,7 @@ const MOONS: [(DVec3, f64, DVec3); 3] = [
 
 /// Into the planet's own frame, whose equator is its plane z = 0.
 fn own(p: DVec3) -> DVec3 {
-    let tilt: DMat3 = sdf::turned(dvec3(0.8, 0.6, 0.0), 17.0);
+    let tilt: DMat3 = sdf::turned(dvec3(0.8, 0.6, 0.0), -14.0);
     tilt * p
 }
 
@@ -109,7 +109,7 @@ impl Field for Moons {
         let q = own(p);
         let (moon_d, i) = moon(p);
         let d = planet(p);
-        let lambert = |normal: DVec3| 0.05 + 1.0 * smooth_step(-0.12, 1.1, normal.dot(TO_SUN));
+        let lambert = |normal: DVec3| 0.07 + 1.08 * smooth_step(-0.12, 1.1, normal.dot(TO_SUN));
         if moon_d < d.min(rings(q) + FRAME.voxel) {
             let normal = (p - MOONS[i].0).normalize_or_zero();
             let spots = noise::octaves(p * 16.0, 3);

@@ -29,6 +29,7 @@ const LIGHT: Daylight = Daylight {
     sky: dvec3(0.42, 0.44, 0.50),
     ground: dvec3(0.20, 0.16, 0.13),
     reach: 0.25,
+    stride: 0.25,
 };
 
 /// Radius of the outside at a height of 0 to 1.

@@ -19,6 +19,7 @@ pub use render::{FrameCounts, Rendered, SplatCounts};
 
 use glam::DVec3;
 
+use crate::analytic::Analytic;
 use crate::camera::Camera;
 use crate::fields::dvgo::Dvgo;
 use crate::splats::{Cloud, Order, Profile};
@@ -49,6 +50,8 @@ pub struct Scene {
     group_tiles: Option<[u32; 2]>,
     group_side: Option<u32>,
     step: f64,
+    /// The field that a built-in model was sampled from.
+    truth: Option<Analytic>,
 }
 
 impl Scene {
@@ -74,6 +77,12 @@ impl Scene {
     #[must_use]
     pub const fn background(&self) -> [f32; 3] {
         self.background
+    }
+
+    /// The analytic field that the model was sampled from, where there is one.
+    #[must_use]
+    pub const fn analytic(&self) -> Option<Analytic> {
+        self.truth
     }
 
     /// Rule set for splats.
