@@ -22,7 +22,7 @@ const FRAME: Frame = Frame {
     eye: dvec3(2.3, -4.0, 2.35),
     target: dvec3(0.0, 0.0, 0.93),
     fov: 30.0,
-    motion: Motion::Orbit(24.0),
+    motion: Motion::Orbit(36.0),
 };
 
 const LIGHT: Daylight = Daylight {

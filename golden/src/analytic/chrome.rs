@@ -21,7 +21,7 @@ const FRAME: Frame = Frame {
     eye: dvec3(1.4, -4.2, 2.0),
     target: dvec3(0.0, 0.0, 0.36),
     fov: 28.0,
-    motion: Motion::Orbit(24.0),
+    motion: Motion::Orbit(36.0),
 };
 
 const LIGHT: Daylight = Daylight {

@@ -20,7 +20,7 @@ const FRAME: Frame = Frame {
     eye: dvec3(2.3, -3.3, 2.5),
     target: dvec3(0.0, 0.0, 0.12),
     fov: 35.0,
-    motion: Motion::Orbit(24.0),
+    motion: Motion::Orbit(54.0),
 };
 
 const LIGHT: Daylight = Daylight {

@@ -20,7 +20,7 @@ const FRAME: Frame = Frame {
     eye: dvec3(2.1, -3.6, 1.75),
     target: dvec3(0.0, 0.0, 0.0),
     fov: 28.0,
-    motion: Motion::Orbit(24.0),
+    motion: Motion::Orbit(36.0),
 };
 
 /// From rod to rod, and half their width.

@@ -20,7 +20,7 @@ const FRAME: Frame = Frame {
     eye: dvec3(2.2, -3.9, 2.5),
     target: dvec3(0.0, 0.0, 0.26),
     fov: 28.0,
-    motion: Motion::Orbit(24.0),
+    motion: Motion::Orbit(36.0),
 };
 
 const LIGHT: Daylight = Daylight {

@@ -20,7 +20,7 @@ const FRAME: Frame = Frame {
     eye: dvec3(1.9, -4.3, 1.75),
     target: dvec3(0.0, 0.0, 0.0),
     fov: 29.0,
-    motion: Motion::Orbit(24.0),
+    motion: Motion::Orbit(36.0),
 };
 
 const TO_SUN: DVec3 = dvec3(-0.66, -0.60, 0.452);

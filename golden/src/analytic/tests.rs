@@ -43,7 +43,7 @@ fn overlap(scene: Analytic, seconds: f64) -> f64 {
                 .filter(|p| p.iter().all(|v| (0..i64::from(SIDE)).contains(v)))
                 .any(|[x, y]| {
                     let there = to.distance[(y * i64::from(SIDE) + x) as usize];
-                    (there - local.length()).abs() < 0.06
+                    (there - local.length()).abs() < 0.04
                 });
             seen += u32::from(hit);
         }
@@ -62,6 +62,13 @@ fn all_are_built_in_by_their_names() {
         assert_eq!(Analytic::named(scene.name()), Some(scene));
     }
     assert_eq!(Analytic::named("garden"), None);
+    let scene = Scene::open("moons").unwrap();
+    let path = scene.path(30.0, 31).unwrap();
+    assert_eq!(path[0], *scene.camera());
+    assert_eq!(path[30], scene.path(1.0, 2).unwrap()[1]);
+    for (fps, frames) in [(0.0, 1), (f64::NAN, 1), (30.0, 100_001)] {
+        assert!(scene.path(fps, frames).is_err());
+    }
     let error = Scene::open("lantern").unwrap().render_truth().unwrap_err();
     assert!(error.to_string().contains("only cairn, vase"), "{error}");
 }
@@ -125,7 +132,7 @@ fn scenes_are_what_they_claim() {
     let partly = mist.iter().filter(|t| (0.02..0.98).contains(*t)).count();
     assert!(partly * 20 > mist.len(), "{partly}");
     // A mirror's colour is its direction's, a stone's is not.
-    let away = DVec3::new(0.3, -0.4, -0.5).normalize();
+    let away = DVec3::new(0.3, 0.6, 0.7).normalize();
     let change = |scene: Analytic, p| {
         let look = scene.look(p);
         (look.along(away) - look.along(DVec3::Y))
@@ -145,7 +152,7 @@ fn thirty_frames_a_second_overlap_and_one_does_not() {
         let [fast, slow] = [1.0 / 30.0, 1.0].map(|t| overlap(scene, t));
         println!("{}: {fast:.3} at 30 FPS, {slow:.3} at 1 FPS", scene.name());
         assert!(
-            fast > 0.9 && slow < fast - 0.1,
+            fast > 0.9 && slow < 0.93 && slow < fast - 0.06,
             "{}: {fast} {slow}",
             scene.name()
         );

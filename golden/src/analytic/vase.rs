@@ -20,7 +20,7 @@ const FRAME: Frame = Frame {
     eye: dvec3(1.6, -4.1, 2.35),
     target: dvec3(0.0, 0.0, 0.86),
     fov: 28.0,
-    motion: Motion::Orbit(24.0),
+    motion: Motion::Orbit(36.0),
 };
 
 const LIGHT: Daylight = Daylight {

@@ -85,6 +85,37 @@ impl Scene {
         self.truth
     }
 
+    /// The first `frames` cameras of the built-in way through the scene, `fps`
+    /// frames a second, of the size of the scene's picture. Neighbours at 30
+    /// show nearly the same; at 1 they do not.
+    ///
+    /// # Errors
+    /// A model without such a way, a rate outside 0.001 to 1000, or more than
+    /// 100,000 frames.
+    pub fn path(&self, fps: f64, frames: u32) -> Result<Vec<Camera>, SceneError> {
+        let refuse = |field, value: String, expected: &str| {
+            Err(SceneError::Value {
+                scene: self.name.clone(),
+                field,
+                value,
+                expected: expected.to_owned(),
+            })
+        };
+        let Some(analytic) = self.truth else {
+            let expected = "a scene that is sampled from an analytic field";
+            return refuse("path", "not known of this model".to_owned(), expected);
+        };
+        if !(1e-3..=1e3).contains(&fps) {
+            return refuse("fps", fps.to_string(), "0.001 to 1000 frames a second");
+        }
+        if frames > 100_000 {
+            return refuse("frames", frames.to_string(), "at most 100000");
+        }
+        let Camera { width, height, .. } = self.camera;
+        let at = |k| analytic.camera(f64::from(k) / fps, width, height);
+        Ok((0..frames).map(at).collect())
+    }
+
     /// Rule set for splats.
     #[must_use]
     pub const fn profile(&self) -> Profile {
