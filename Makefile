@@ -66,6 +66,8 @@ refresh: setup
 	  cargo run --locked --release --quiet -- render --scene $$scene --numerics rtl \
 	    --out docs/images/$$scene.png || exit 1; \
 	done
+	cargo run --locked --release --quiet -p potamoi-golden --example contact_sheet -- \
+	  docs/images/scenes.png
 	$(call step,snapshots)
 	INSTA_UPDATE=always INSTA_FORCE_PASS=1 TRYCMD=overwrite cargo test --locked --quiet
 	@git status --short -- rtl_out docs/images ':(glob)**/*.snap' ':(glob)tests/**'

@@ -37,6 +37,8 @@ pub(crate) struct RenderArgs {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum Numerics {
+    /// The analytic field that a built-in model was sampled from
+    Truth,
     /// 64-bit floating point
     Float,
     /// The hardware's formats, by the units' twins
@@ -98,6 +100,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     let spinner = progress::spinner("rendering");
     let float = scene.render_float()?;
     let (picture, units, cycles): (Rendered, Option<UnitCounts>, _) = match args.numerics {
+        Numerics::Truth => (scene.render_truth()?, None, None),
         Numerics::Float => (float.clone(), None, None),
         Numerics::Fixed => {
             let mut twins = Twins::new(&config);
@@ -158,6 +161,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
 
 fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
     let by = match args.numerics {
+        Numerics::Truth => "its analytic field",
         Numerics::Float => "64-bit floating point",
         Numerics::Fixed => "the units' twins",
         Numerics::Rtl => "the Verilated units",

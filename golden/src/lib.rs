@@ -4,6 +4,7 @@
 //! Nothing here knows the netlist. What both sides must agree on (formats,
 //! layouts, the configuration) lives in `potamoi-formats`.
 
+pub mod analytic;
 pub mod camera;
 pub mod characterise;
 pub mod fields;

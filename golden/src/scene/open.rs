@@ -8,6 +8,7 @@ use potamoi_formats::record::COLOUR;
 
 use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
 use super::{Model, Orbit, Scene, SceneError, camera_file, garden, lantern, transforms};
+use crate::analytic::Analytic;
 use crate::camera::Camera;
 use crate::fields::dvgo::Dvgo;
 use crate::fields::ngp::Ngp;
@@ -15,8 +16,11 @@ use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, Field as _};
 use crate::splats::{Order, Profile, files};
 
-/// Scenes that need no file: splats, voxels.
-pub const BUILTIN: [&str; 2] = ["garden", "lantern"];
+/// Scenes that need no file: splats, voxels, and voxels sampled from the fields
+/// of [`Analytic`].
+pub const BUILTIN: [&str; 10] = [
+    "garden", "lantern", "cairn", "vase", "lattice", "mist", "moons", "chrome", "gallery", "city",
+];
 /// Pixels a side of a picture whose size nobody gave.
 const SIDE: u32 = 400;
 /// Voxel edges from sample to sample unless a description says otherwise.
@@ -102,6 +106,7 @@ impl Scene {
                 group_tiles: None,
                 group_side: None,
                 step: STEP,
+                truth: None,
             },
             "lantern" => Self {
                 name: name.to_owned(),
@@ -114,8 +119,25 @@ impl Scene {
                 group_tiles: None,
                 group_side: None,
                 step: STEP,
+                truth: None,
             },
-            _ => return Err(Self::unknown(name)),
+            _ => {
+                let known = Analytic::named(name);
+                let analytic = known.ok_or_else(|| Self::unknown(name))?;
+                Self {
+                    name: name.to_owned(),
+                    model: Model::Voxels(Box::new(analytic.bake()?)),
+                    camera: analytic.camera(0.0, SIDE, SIDE),
+                    up: DVec3::Z,
+                    background: analytic.background(),
+                    profile: Profile::Inria,
+                    order: Order::Exact,
+                    group_tiles: None,
+                    group_side: None,
+                    step: STEP,
+                    truth: Some(analytic),
+                }
+            }
         })
     }
 
@@ -133,6 +155,7 @@ impl Scene {
             group_tiles: None,
             group_side: None,
             step: STEP,
+            truth: None,
         })
     }
 
@@ -162,6 +185,7 @@ impl Scene {
             group_tiles: None,
             group_side: None,
             step: STEP,
+            truth: None,
         };
         scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
         scene
@@ -188,6 +212,7 @@ impl Scene {
             group_tiles: None,
             group_side: None,
             step: STEP,
+            truth: None,
         };
         scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
         scene

@@ -8,6 +8,7 @@ use potamoi_formats::units::OpCode;
 use serde::Serialize;
 
 use super::{Model, Scene, SceneError};
+use crate::analytic::Analytic;
 use crate::characterise::{Accesses, Traffic, field_accesses, splat_accesses, traffic};
 use crate::fields;
 use crate::fields::stored::StoredField;
@@ -15,6 +16,9 @@ use crate::picture::Picture;
 use crate::splats::{self, Decisions, Flips, Octree, Partition};
 use crate::units::Units;
 use crate::voxels::{self, MVoxels, Volume};
+
+/// The most pixels of a picture.
+const MAX_PIXELS: u64 = 1 << 26;
 
 /// What the units did for a frame, by the renderer's own count.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -166,6 +170,45 @@ impl Scene {
             &Partition::coarsest(cloud, rows),
             rows,
         ))
+    }
+
+    /// Renders the analytic field that a built-in model was sampled from: what
+    /// every picture of the model is an approximation of.
+    ///
+    /// # Errors
+    /// A model without such a field, or a picture of more than 2^26 pixels.
+    pub fn render_truth(&self) -> Result<Rendered, SceneError> {
+        let refuse = |field, value: String, expected: String| {
+            Err(SceneError::Value {
+                scene: self.name.clone(),
+                field,
+                value,
+                expected,
+            })
+        };
+        let Some(analytic) = self.truth else {
+            let expected = format!(
+                "another: only {} have one",
+                Analytic::ALL.map(Analytic::name).join(", ")
+            );
+            return refuse(
+                "ground truth",
+                "not known of this model".to_owned(),
+                expected,
+            );
+        };
+        let [width, height] = [self.camera.width, self.camera.height];
+        if u64::from(width) * u64::from(height) > MAX_PIXELS {
+            let expected = format!("at most {MAX_PIXELS} pixels");
+            return refuse("width x height", format!("{width} x {height}"), expected);
+        }
+        let truth = analytic.truth(&self.camera, self.background);
+        Ok(Rendered {
+            picture: truth.picture,
+            covered: truth.transmittance.iter().map(|t| *t < 1.0).collect(),
+            counts: FrameCounts::default(),
+            decisions: None,
+        })
     }
 
     /// Renders in the hardware's formats: every gather and every vector
