@@ -11,6 +11,7 @@ use crate::fields::{FieldError, Layer, Mlp, Table};
 pub(super) const ALIGNMENT: usize = 16;
 /// The most hidden layers of a network.
 const MAX_HIDDEN: usize = 8;
+
 /// A network's matrices: as stored, and how many inputs the first one has.
 pub(super) struct Widths {
     inputs: usize,
