@@ -17,6 +17,7 @@ mod document;
 pub mod gather;
 pub mod grid;
 mod occupancy;
+mod parameters;
 mod snapshot;
 
 use std::path::Path;
