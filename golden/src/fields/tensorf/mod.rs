@@ -12,6 +12,8 @@
 //! edge times the step ratio. Colour is computed where the weight in the pixel
 //! is above a threshold; rays are followed until less than a millionth is left.
 
+mod decompose;
+mod eigen;
 mod gather;
 mod load;
 mod mask;
@@ -21,6 +23,7 @@ mod tests;
 use glam::{DVec3, dvec3};
 
 use super::{Along, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
+pub use decompose::{Dense, Factors};
 pub use gather::{Gathers, Sample, Source, Tiled, TiledTable};
 use mask::AlphaMask;
 
