@@ -1,7 +1,7 @@
 //! Eigenvectors of symmetric matrices by Jacobi's rotations, row after row
 //! (Golub and Van Loan, Matrix Computations, Sec. 8.5).
 //!
-//! Ours, since the linear-algebra crates that were tried bring in a crate that
+//! Ours, since the linear-algebra crate that was tried brings in one that
 //! is no longer maintained; and the same on every machine, since no kernel is
 //! picked for the processor.
 
