@@ -13,7 +13,9 @@ fn built_in_scenes_hold_their_formats_promise() {
     for name in BUILTIN {
         let mut scene = Scene::open(name).unwrap();
         let own = ["garden", "lantern"].contains(&name);
-        scene.set_size(Some(if own { 160 } else { 80 }), None).unwrap();
+        scene
+            .set_size(Some(if own { 160 } else { 80 }), None)
+            .unwrap();
         let float = scene.render_float().unwrap();
         let mut units = Twins::new(&config);
         let fixed = scene.render_fixed(&config, &mut units).unwrap();
