@@ -18,6 +18,34 @@ pub struct Camera {
     pub world_to_camera: DAffine3,
 }
 
+/// Where a ray from `origin` along `direction` is within the box between two
+/// corners and within `range`: from nearest to farthest, in lengths of the
+/// direction; the first above the second if it is nowhere.
+#[must_use]
+pub fn crossing(
+    [low, high]: [DVec3; 2],
+    origin: DVec3,
+    direction: DVec3,
+    [mut near, mut far]: [f64; 2],
+) -> [f64; 2] {
+    for axis in 0..3 {
+        let (o, d) = (origin[axis], direction[axis]);
+        let (low, high) = (low[axis], high[axis]);
+        if d == 0.0 {
+            // Parallel to these faces: inside all along, or never. Dividing
+            // would give 0 / 0 for a ray in a face.
+            if !(low..=high).contains(&o) {
+                far = f64::NEG_INFINITY;
+            }
+            continue;
+        }
+        let (a, b) = ((low - o) / d, (high - o) / d);
+        near = near.max(a.min(b));
+        far = far.min(a.max(b));
+    }
+    [near, far]
+}
+
 impl Camera {
     /// A camera at `eye` that looks at `target`, with the vertical field of
     /// view in radians. `up` points up on screen and must not be parallel to
@@ -82,7 +110,29 @@ impl Camera {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[test]
+    fn a_ray_is_in_a_box_from_where_it_enters_to_where_it_leaves() {
+        let bounds = [DVec3::ZERO, DVec3::new(4.0, 2.0, 2.0)];
+        let all = [0.0, f64::INFINITY];
+        let middle = DVec3::new(-2.0, 1.0, 1.0);
+        assert_eq!(crossing(bounds, middle, DVec3::X, all), [2.0, 6.0]);
+        assert_eq!(crossing(bounds, middle, DVec3::X, [3.0, 5.0]), [3.0, 5.0]);
+        // From within; along a face; beside it; away from it.
+        let [near, far] = crossing(bounds, DVec3::ONE, DVec3::NEG_X, all);
+        assert_eq!([near, far], [0.0, 1.0]);
+        let on = DVec3::new(-2.0, 0.0, 2.0);
+        assert_eq!(crossing(bounds, on, DVec3::X, all), [2.0, 6.0]);
+        for (from, to) in [
+            (DVec3::new(-2.0, 3.0, 1.0), DVec3::X),
+            (middle, DVec3::NEG_X),
+        ] {
+            let [near, far] = crossing(bounds, from, to, all);
+            assert!(near > far, "{near} {far}");
+        }
+    }
 
     #[test]
     fn looking_along_z_keeps_the_axes() {

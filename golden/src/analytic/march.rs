@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::field::Field;
-use crate::camera::Camera;
+use crate::camera::{Camera, crossing};
 use crate::picture::Picture;
 
 /// A ray stops once less than this of the light behind would be seen.
@@ -62,26 +62,6 @@ pub(super) fn render(
     }
 }
 
-/// Where a ray enters and leaves a box.
-fn crossing(bounds: [DVec3; 2], origin: DVec3, direction: DVec3) -> [f64; 2] {
-    let (mut near, mut far) = (0f64, f64::INFINITY);
-    for axis in 0..3 {
-        let (o, d) = (origin[axis], direction[axis]);
-        let (low, high) = (bounds[0][axis], bounds[1][axis]);
-        if d == 0.0 {
-            // Parallel to these faces: inside all along, or never.
-            if !(low..=high).contains(&o) {
-                far = f64::NEG_INFINITY;
-            }
-            continue;
-        }
-        let (a, b) = ((low - o) / d, (high - o) / d);
-        near = near.max(a.min(b));
-        far = far.min(a.max(b));
-    }
-    [near, far]
-}
-
 /// Trapezoids of density, which are exact where it is linear, and the colour in
 /// their middle. Every turn of the loop goes a step ahead, or more.
 fn ray(
@@ -91,7 +71,7 @@ fn ray(
     direction: DVec3,
     scale: f64,
 ) -> Pixel {
-    let [mut t, far] = crossing(bounds, origin, direction);
+    let [mut t, far] = crossing(bounds, origin, direction, [0.0, f64::INFINITY]);
     let mut pixel = Pixel {
         colour: DVec3::ZERO,
         left: 1.0,

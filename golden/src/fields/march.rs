@@ -5,7 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Along, Field, FieldError, Sampling};
-use crate::camera::Camera;
+use crate::camera::{Camera, crossing};
 use crate::picture::Picture;
 
 /// The most pixels of a picture.
@@ -136,26 +136,6 @@ pub(super) fn check(camera: &Camera, sampling: &Sampling) -> Result<(), FieldErr
     Ok(())
 }
 
-/// Where a ray enters and leaves the bounds, within the range.
-fn crossing(sampling: &Sampling, origin: DVec3, direction: DVec3, slant: f64) -> [f64; 2] {
-    let [mut near, mut far] = sampling.range.map(|depth| depth * slant);
-    for axis in 0..3 {
-        let (o, d) = (origin[axis], direction[axis]);
-        let (low, high) = (sampling.bounds[0][axis], sampling.bounds[1][axis]);
-        if d == 0.0 {
-            // Parallel to these faces: inside all along, or never.
-            if !(low..=high).contains(&o) {
-                far = f64::NEG_INFINITY;
-            }
-            continue;
-        }
-        let (a, b) = ((low - o) / d, (high - o) / d);
-        near = near.max(a.min(b));
-        far = far.min(a.max(b));
-    }
-    [near, far]
-}
-
 /// Samples of a ray.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Samples {
@@ -177,7 +157,8 @@ impl Samples {
             Along::Axis => 1.0 / axis.dot(direction),
             Along::Ray => 1.0,
         };
-        let [near, far] = crossing(sampling, origin, direction, slant);
+        let range = sampling.range.map(|depth| depth * slant);
+        let [near, far] = crossing(sampling.bounds, origin, direction, range);
         // Not a number is not at least another.
         let count = if far >= near {
             ((far - near) / sampling.step).min(MAX_SAMPLES) as u64 + 1

@@ -21,9 +21,9 @@ use glam::DVec3;
 
 use crate::analytic::Analytic;
 use crate::camera::Camera;
-use crate::fields::AnyField;
 use crate::fields::dvgo::Dvgo;
 use crate::fields::tensorf::Tensorf;
+use crate::fields::{AnyField, Field};
 use crate::splats::{Cloud, Order, Profile};
 use crate::voxels::Grid;
 
@@ -40,6 +40,25 @@ pub enum Model {
     Tensorf(Box<Tensorf>),
     /// A field that is rendered in floating point only.
     Field(AnyField),
+}
+
+/// A model by how it is rendered.
+enum Kind<'a> {
+    Splats(&'a Cloud),
+    Voxels(&'a Grid),
+    Field(&'a dyn Field),
+}
+
+impl Model {
+    fn kind(&self) -> Kind<'_> {
+        match self {
+            Self::Splats(cloud) => Kind::Splats(cloud),
+            Self::Voxels(grid) => Kind::Voxels(grid),
+            Self::Dvgo(field) => Kind::Field(&**field),
+            Self::Tensorf(field) => Kind::Field(&**field),
+            Self::Field(field) => Kind::Field(&**field),
+        }
+    }
 }
 
 /// A model, a camera, and how to render.

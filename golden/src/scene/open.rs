@@ -7,13 +7,13 @@ use glam::DVec3;
 use potamoi_formats::record::COLOUR;
 
 use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
-use super::{Model, Orbit, Scene, SceneError, camera_file, garden, lantern, transforms};
+use super::{Kind, Model, Orbit, Scene, SceneError, camera_file, garden, lantern, transforms};
 use crate::analytic::Analytic;
 use crate::camera::Camera;
+use crate::fields::AnyField;
 use crate::fields::dvgo::Dvgo;
 use crate::fields::ngp::Ngp;
 use crate::fields::tensorf::Tensorf;
-use crate::fields::{AnyField, Field as _};
 use crate::splats::{Order, Profile, files};
 
 /// Scenes that need no file: splats, voxels, and voxels sampled from the fields
@@ -93,49 +93,43 @@ impl Scene {
         }
     }
 
+    /// A model as it is seen unless something else is said.
+    fn of(name: &str, model: Model, camera: Camera, up: DVec3, background: [f32; 3]) -> Self {
+        Self {
+            name: name.to_owned(),
+            model,
+            camera,
+            up,
+            background,
+            profile: Profile::Inria,
+            order: Order::Exact,
+            group_tiles: None,
+            group_side: None,
+            step: STEP,
+            truth: None,
+        }
+    }
+
     fn builtin(name: &str) -> Result<Self, SceneError> {
         Ok(match name {
-            "garden" => Self {
-                name: name.to_owned(),
-                model: Model::Splats(garden::cloud()),
-                camera: garden::camera().resized(SIDE, SIDE),
-                up: DVec3::Y,
-                background: garden::BACKGROUND,
-                profile: Profile::Inria,
-                order: Order::Exact,
-                group_tiles: None,
-                group_side: None,
-                step: STEP,
-                truth: None,
-            },
-            "lantern" => Self {
-                name: name.to_owned(),
-                model: Model::Voxels(Box::new(lantern::lantern()?)),
-                camera: lantern::camera(SIDE, SIDE),
-                up: DVec3::Z,
-                background: lantern::BACKGROUND,
-                profile: Profile::Inria,
-                order: Order::Exact,
-                group_tiles: None,
-                group_side: None,
-                step: STEP,
-                truth: None,
-            },
+            "garden" => {
+                let camera = garden::camera().resized(SIDE, SIDE);
+                let model = Model::Splats(garden::cloud());
+                Self::of(name, model, camera, DVec3::Y, garden::BACKGROUND)
+            }
+            "lantern" => {
+                let camera = lantern::camera(SIDE, SIDE);
+                let model = Model::Voxels(Box::new(lantern::lantern()?));
+                Self::of(name, model, camera, DVec3::Z, lantern::BACKGROUND)
+            }
             _ => {
                 let known = Analytic::named(name);
                 let analytic = known.ok_or_else(|| Self::unknown(name))?;
+                let camera = analytic.camera(0.0, SIDE, SIDE);
+                let model = Model::Voxels(Box::new(analytic.bake()?));
                 Self {
-                    name: name.to_owned(),
-                    model: Model::Voxels(Box::new(analytic.bake()?)),
-                    camera: analytic.camera(0.0, SIDE, SIDE),
-                    up: DVec3::Z,
-                    background: analytic.background(),
-                    profile: Profile::Inria,
-                    order: Order::Exact,
-                    group_tiles: None,
-                    group_side: None,
-                    step: STEP,
                     truth: Some(analytic),
+                    ..Self::of(name, model, camera, DVec3::Z, analytic.background())
                 }
             }
         })
@@ -144,76 +138,36 @@ impl Scene {
     fn model_file(path: &Path) -> Result<Self, SceneError> {
         let cloud = files::read(path)?;
         let up = DVec3::NEG_Y;
-        Ok(Self {
-            name: path.display().to_string(),
-            camera: Orbit::around(&cloud).camera(up, SIDE, SIDE),
-            model: Model::Splats(cloud),
-            up,
-            background: [0.0; 3],
-            profile: Profile::Inria,
-            order: Order::Exact,
-            group_tiles: None,
-            group_side: None,
-            step: STEP,
-            truth: None,
-        })
+        let camera = Orbit::around(&cloud).camera(up, SIDE, SIDE);
+        let name = path.display().to_string();
+        Ok(Self::of(&name, Model::Splats(cloud), camera, up, [0.0; 3]))
     }
 
-    /// A checkpoint, seen from [`Scene::default_orbit`] over white, on which such
-    /// models of objects are trained.
+    /// A checkpoint over white, on which such models of objects are trained.
     fn dvgo(path: &Path) -> Result<Self, SceneError> {
-        let field = Dvgo::load(path, STEP)?;
-        Ok(Self::object(path, Model::Dvgo(Box::new(field))))
+        let model = Model::Dvgo(Box::new(Dvgo::load(path, STEP)?));
+        Ok(Self::framed(path, model, [1.0; 3]))
     }
 
     /// The same of a checkpoint of TensoRF, whose samples are as far apart as it
     /// says.
     fn tensorf(path: &Path) -> Result<Self, SceneError> {
-        let field = Tensorf::load(path)?;
-        Ok(Self::object(path, Model::Tensorf(Box::new(field))))
+        let model = Model::Tensorf(Box::new(Tensorf::load(path)?));
+        Ok(Self::framed(path, model, [1.0; 3]))
     }
 
-    fn object(path: &Path, model: Model) -> Self {
-        let mut scene = Self {
-            name: path.display().to_string(),
-            model,
-            camera: lantern::camera(SIDE, SIDE),
-            up: DVec3::Z,
-            background: [1.0; 3],
-            profile: Profile::Inria,
-            order: Order::Exact,
-            group_tiles: None,
-            group_side: None,
-            step: STEP,
-            truth: None,
-        };
-        scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
-        scene
-    }
-
-    /// A snapshot, seen from [`Scene::default_orbit`] over black.
+    /// A snapshot, over black.
     fn ngp(path: &Path) -> Result<Self, SceneError> {
-        Ok(Self::of_field(
-            path,
-            AnyField::new("Instant-NGP", Ngp::load(path)?),
-        ))
+        let field = AnyField::new("Instant-NGP", Ngp::load(path)?);
+        Ok(Self::framed(path, Model::Field(field), [0.0; 3]))
     }
 
-    /// A field in the world of `transforms.json`, z up.
-    fn of_field(path: &Path, field: AnyField) -> Self {
-        let mut scene = Self {
-            name: path.display().to_string(),
-            model: Model::Field(field),
-            camera: lantern::camera(SIDE, SIDE),
-            up: DVec3::Z,
-            background: [0.0; 3],
-            profile: Profile::Inria,
-            order: Order::Exact,
-            group_tiles: None,
-            group_side: None,
-            step: STEP,
-            truth: None,
-        };
+    /// A field in the world of `transforms.json`, z up, seen from
+    /// [`Scene::default_orbit`].
+    fn framed(path: &Path, model: Model, background: [f32; 3]) -> Self {
+        let name = path.display().to_string();
+        let camera = lantern::camera(SIDE, SIDE);
+        let mut scene = Self::of(&name, model, camera, DVec3::Z, background);
         scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
         scene
     }
@@ -286,12 +240,10 @@ impl Scene {
     }
 
     fn default_orbit(&self) -> Orbit {
-        match &self.model {
-            Model::Splats(cloud) => Orbit::around(cloud),
-            Model::Dvgo(field) => framing(field.sampling().bounds),
-            Model::Tensorf(field) => framing(field.sampling().bounds),
-            Model::Field(field) => framing(field.sampling().bounds),
-            Model::Voxels(grid) => {
+        match self.model.kind() {
+            Kind::Splats(cloud) => Orbit::around(cloud),
+            Kind::Field(field) => framing(field.sampling().bounds),
+            Kind::Voxels(grid) => {
                 let size = DVec3::from(grid.points().map(|p| (p - 1) as f64)) * grid.voxel();
                 framing([grid.corner(), grid.corner() + size])
             }
@@ -458,9 +410,7 @@ impl Scene {
     fn set_background(&mut self, field: &'static str, rgb: [f32; 3]) -> Result<(), SceneError> {
         let held = match &self.model {
             Model::Splats(_) => 0.0..=COLOUR.value(COLOUR.max()),
-            Model::Voxels(_) | Model::Dvgo(_) | Model::Tensorf(_) | Model::Field(_) => {
-                -VOXEL_BACKGROUND..=VOXEL_BACKGROUND
-            }
+            _ => -VOXEL_BACKGROUND..=VOXEL_BACKGROUND,
         };
         // Not a number is in no range.
         if !rgb.iter().all(|v| held.contains(&f64::from(*v))) {

@@ -7,7 +7,7 @@ use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::units::OpCode;
 use serde::Serialize;
 
-use super::{Model, Scene, SceneError};
+use super::{Kind, Model, Scene, SceneError};
 use crate::analytic::Analytic;
 use crate::characterise::{Accesses, Traffic, field_accesses, splat_accesses, traffic};
 use crate::fields;
@@ -80,45 +80,30 @@ impl Scene {
     /// # Errors
     /// A camera or an option that is not sensible.
     pub fn render_float(&self) -> Result<Rendered, SceneError> {
-        match &self.model {
-            Model::Splats(cloud) => {
+        match self.model.kind() {
+            Kind::Splats(cloud) => {
                 let options = splats::FloatOptions {
                     background: self.background,
                     log_decisions: true,
                 };
                 let frame = splats::render_float(cloud, &self.camera, self.profile, &options)?;
                 Ok(Rendered {
-                    picture: frame.picture,
-                    covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
-                    counts: FrameCounts::default(),
                     decisions: frame.decisions,
+                    ..floated(frame.picture, &frame.transmittance)
                 })
             }
-            Model::Dvgo(field) => {
-                let frame = fields::render_float(&**field, &self.camera, self.background)?;
-                Ok(floated(frame))
-            }
-            Model::Tensorf(field) => {
-                let frame = fields::render_float(&**field, &self.camera, self.background)?;
-                Ok(floated(frame))
-            }
-            Model::Field(field) => {
-                let frame = fields::render_float(&**field, &self.camera, self.background)?;
-                Ok(floated(frame))
-            }
-            Model::Voxels(grid) => {
+            Kind::Voxels(grid) => {
                 let options = voxels::FloatOptions {
                     step: self.step,
                     background: self.background,
                     ..voxels::FloatOptions::default()
                 };
                 let frame = voxels::render_float(grid, &self.camera, &options)?;
-                Ok(Rendered {
-                    picture: frame.picture,
-                    covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
-                    counts: FrameCounts::default(),
-                    decisions: None,
-                })
+                Ok(floated(frame.picture, &frame.transmittance))
+            }
+            Kind::Field(field) => {
+                let frame = fields::render_float(field, &self.camera, self.background)?;
+                Ok(floated(frame.picture, &frame.transmittance))
             }
         }
     }
@@ -129,32 +114,32 @@ impl Scene {
     /// # Errors
     /// As [`Scene::render_float`].
     pub fn accesses(&self, lanes: usize) -> Result<Accesses, SceneError> {
-        match &self.model {
-            Model::Splats(cloud) => Ok(splat_accesses(cloud, &self.camera, self.profile, lanes)?),
-            Model::Voxels(grid) => {
+        Ok(match self.model.kind() {
+            Kind::Splats(cloud) => splat_accesses(cloud, &self.camera, self.profile, lanes)?,
+            Kind::Voxels(grid) => {
                 let field = StoredField::new(grid, self.step)?;
-                Ok(field_accesses(&field, &self.camera, lanes)?)
+                field_accesses(&field, &self.camera, lanes)?
             }
-            Model::Dvgo(field) => Ok(field_accesses(&**field, &self.camera, lanes)?),
-            Model::Tensorf(field) => Ok(field_accesses(&**field, &self.camera, lanes)?),
-            Model::Field(field) => Ok(field_accesses(&**field, &self.camera, lanes)?),
-        }
+            Kind::Field(field) => field_accesses(field, &self.camera, lanes)?,
+        })
     }
 
     /// Bytes of the memory-centric order of a field in one volume, whose MVoxels
     /// have `edge` vertices an edge, for each side of ray groups and both halos;
-    /// nothing for splats.
+    /// nothing for other models.
     ///
     /// # Errors
     /// As [`Scene::render_float`].
     pub fn traffic(&self, edge: usize, sides: &[u32]) -> Result<Vec<Traffic>, SceneError> {
-        Ok(match &self.model {
-            Model::Splats(_) | Model::Tensorf(_) | Model::Field(_) => vec![],
-            Model::Voxels(grid) => {
+        Ok(match self.model.kind() {
+            Kind::Voxels(grid) => {
                 let field = StoredField::new(grid, self.step)?;
                 traffic(&field, &self.camera, edge, sides)?
             }
-            Model::Dvgo(field) => traffic(&**field, &self.camera, edge, sides)?,
+            Kind::Field(field) if field.tables().len() == 1 => {
+                traffic(field, &self.camera, edge, sides)?
+            }
+            Kind::Splats(_) | Kind::Field(_) => vec![],
         })
     }
 
@@ -203,12 +188,7 @@ impl Scene {
             return refuse("width x height", format!("{width} x {height}"), expected);
         }
         let truth = analytic.truth(&self.camera, self.background);
-        Ok(Rendered {
-            picture: truth.picture,
-            covered: truth.transmittance.iter().map(|t| *t < 1.0).collect(),
-            counts: FrameCounts::default(),
-            decisions: None,
-        })
+        Ok(floated(truth.picture, &truth.transmittance))
     }
 
     /// Renders in the hardware's formats: every gather and every vector
@@ -328,10 +308,10 @@ impl Scene {
     }
 }
 
-fn floated(frame: fields::FieldFrame) -> Rendered {
+fn floated(picture: Picture, transmittance: &[f64]) -> Rendered {
     Rendered {
-        covered: frame.transmittance.iter().map(|t| *t < 1.0).collect(),
-        picture: frame.picture,
+        picture,
+        covered: transmittance.iter().map(|t| *t < 1.0).collect(),
         counts: FrameCounts::default(),
         decisions: None,
     }

@@ -288,6 +288,15 @@ fn finite<const N: usize>(
     Ok(())
 }
 
+/// Gaussians at these centres, alike but for them.
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+pub(crate) fn at_centres(means: Vec<[f32; 3]>) -> Cloud {
+    let n = means.len();
+    let (three, four) = (vec![[0.0; 3]; n], vec![[0.0; 4]; n]);
+    Cloud::new(0, means, three.clone(), four, vec![0.0; n], three).unwrap()
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]

@@ -125,22 +125,9 @@ impl Octree {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::splats::cloud::at_centres as cloud;
     use proptest::prelude::*;
-
-    fn cloud(means: Vec<[f32; 3]>) -> Cloud {
-        let n = means.len();
-        Cloud::new(
-            0,
-            means,
-            vec![[0.0; 3]; n],
-            vec![[0.0; 4]; n],
-            vec![0.0; n],
-            vec![[0.0; 3]; n],
-        )
-        .unwrap()
-    }
 
     /// Two dense corners keep the grid fine; the sparse rest is joined.
     #[test]

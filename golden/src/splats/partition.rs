@@ -89,22 +89,9 @@ impl Partition {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::splats::cloud::at_centres as cloud;
     use proptest::prelude::*;
-
-    fn cloud(means: Vec<[f32; 3]>) -> Cloud {
-        let n = means.len();
-        Cloud::new(
-            0,
-            means,
-            vec![[0.0; 3]; n],
-            vec![[0.0; 4]; n],
-            vec![0.0; n],
-            vec![[0.0; 3]; n],
-        )
-        .unwrap()
-    }
 
     #[test]
     fn one_place_is_one_cell_however_full() {

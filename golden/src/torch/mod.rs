@@ -7,6 +7,7 @@
 //! few hundred bytes can ask for any amount of memory.
 
 mod pickle;
+mod value;
 
 use std::fs::File;
 use std::io::{BufReader, Read as _};
@@ -16,7 +17,7 @@ use half::{bf16, f16};
 use thiserror::Error;
 use zip::{CompressionMethod, ZipArchive};
 
-use pickle::{Arena, Kind, Value};
+use value::{Arena, Kind, Value};
 
 /// The largest description, in bytes.
 const PICKLE_LIMIT: u64 = 1 << 24;

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::error::VoxelError;
 use super::grid::Grid;
-use crate::camera::Camera;
+use crate::camera::{Camera, crossing};
 
 /// The most pixels of a picture.
 pub(super) const MAX_PIXELS: u64 = 1 << 26;
@@ -46,21 +46,8 @@ impl Ray {
         step: f64,
         range: [f64; 2],
     ) -> Self {
-        let [mut near, mut far] = range;
-        for axis in 0..3 {
-            let (o, d, last) = (origin[axis], direction[axis], (points[axis] - 1) as f64);
-            if d == 0.0 {
-                // Parallel to these faces: inside all along, or never. Dividing
-                // would give 0 / 0 for a ray in a face.
-                if !(0.0..=last).contains(&o) {
-                    far = f64::NEG_INFINITY;
-                }
-                continue;
-            }
-            let (a, b) = ((0.0 - o) / d, (last - o) / d);
-            near = near.max(a.min(b));
-            far = far.min(a.max(b));
-        }
+        let last = DVec3::from(points.map(|p| (p - 1) as f64));
+        let [near, far] = crossing([DVec3::ZERO, last], origin, direction, range);
         let samples = if far >= near && far.is_finite() {
             ((far - near) / step) as u32 + 1
         } else {
