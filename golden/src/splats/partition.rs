@@ -89,6 +89,7 @@ impl Partition {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::splats::cloud::at_centres as cloud;
     use proptest::prelude::*;
