@@ -114,12 +114,17 @@ impl Table {
         self.entries.is_some()
     }
 
+    /// The row of a vertex in a hashed table of so many entries.
+    pub(super) fn hashed_row(vertex: [usize; 3], entries: usize) -> usize {
+        hash(vertex) as usize % entries
+    }
+
     /// The row of values of a vertex.
     #[must_use]
     pub fn row(&self, vertex: [usize; 3]) -> usize {
         match self.entries {
             None => vertex[0] + self.points[0] * (vertex[1] + self.points[1] * vertex[2]),
-            Some(entries) => hash(vertex) as usize % entries,
+            Some(entries) => Self::hashed_row(vertex, entries),
         }
     }
 

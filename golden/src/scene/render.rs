@@ -10,8 +10,8 @@ use serde::Serialize;
 use super::{Kind, Model, Scene, SceneError};
 use crate::analytic::Analytic;
 use crate::characterise::{Accesses, Traffic, field_accesses, splat_accesses, traffic};
-use crate::fields;
 use crate::fields::stored::StoredField;
+use crate::fields::{self, Field, FixedField};
 use crate::picture::Picture;
 use crate::splats::{self, Decisions, Flips, Octree, Partition};
 use crate::units::Units;
@@ -33,6 +33,9 @@ pub struct FrameCounts {
     pub rit_bytes: u64,
     /// Bytes of rows loaded into the MVoxel feature table.
     pub mvoxel_bytes: u64,
+    /// Those of them that were fetched row by row, from tables that do not
+    /// stream.
+    pub scattered_bytes: u64,
     /// Of splats alone.
     pub splats: Option<SplatCounts>,
 }
@@ -195,8 +198,7 @@ impl Scene {
     /// operation goes through `units`, which are those of `config`.
     ///
     /// # Errors
-    /// A kind of model that is rendered in floating point alone, a
-    /// configuration that cannot hold the scene, a camera or an option that is
+    /// A configuration that cannot hold the scene, a camera or an option that is
     /// not sensible, or a unit that fails.
     pub fn render_fixed(
         &self,
@@ -229,6 +231,7 @@ impl Scene {
                         elements: frame.stats.vector_elements,
                         rit_bytes: frame.stats.rit_bytes,
                         mvoxel_bytes: frame.stats.mvoxel_bytes,
+                        scattered_bytes: 0,
                         splats: Some(SplatCounts {
                             records_held: frame.stats.hold.occupancy,
                             entries_held: frame.stats.hold.entries,
@@ -246,14 +249,8 @@ impl Scene {
                 let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
                 Ok(rendered(frame))
             }
-            Model::Tensorf(_) => Err(SceneError::FloatOnly {
-                scene: self.name.clone(),
-                kind: "TensoRF",
-            }),
-            Model::Field(field) => Err(SceneError::FloatOnly {
-                scene: self.name.clone(),
-                kind: field.kind(),
-            }),
+            Model::Tensorf(field) => self.render_tables(&**field, config, units),
+            Model::Field(field) => self.render_tables(&**field, config, units),
             Model::Dvgo(field) => {
                 let made = field.fixed(config)?;
                 let volume = Volume {
@@ -266,6 +263,21 @@ impl Scene {
                 Ok(rendered(frame))
             }
         }
+    }
+
+    fn render_tables(
+        &self,
+        field: &dyn Field,
+        config: &Config,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        let options = fields::FixedOptions {
+            background: self.background,
+            group_side: self.group_side,
+            ..fields::FixedOptions::default()
+        };
+        let frame = FixedField::new(field, config)?.render(&self.camera, &options, units)?;
+        Ok(rendered(frame))
     }
 
     fn voxel_options(&self) -> voxels::FixedOptions {
@@ -328,6 +340,7 @@ fn rendered(frame: voxels::FixedFrame) -> Rendered {
             elements: frame.stats.vector_elements,
             rit_bytes: frame.stats.rit_bytes,
             mvoxel_bytes: frame.stats.mft_bytes,
+            scattered_bytes: frame.stats.scattered_bytes,
             splats: None,
         },
         decisions: None,
