@@ -10,17 +10,26 @@ use potamoi_golden::units::Twins;
 use potamoi_golden::voxels::FixedFrame;
 
 /// A checkpoint of TensoRF and two snapshots of Instant-NGP, which other
-/// programs wrote (tools/torch-fixtures, tools/ngp-fixtures), and the least PSNR
-/// of the fixed-point picture against the float one, over covered pixels, in dB.
-const SCENES: [(&str, f64); 3] = [
+/// programs wrote (tools/torch-fixtures, tools/ngp-fixtures), a built-in scene as
+/// a tree of EfficientNeRF, and the least PSNR of the fixed-point picture against
+/// the float one, over covered pixels, in dB.
+const SCENES: [(&str, f64); 4] = [
     ("tensorf/tiny.th", 75.0),
     ("ngp/cube.ingp", 65.0),
     ("ngp/cascades.ingp", 75.0),
+    ("cairn:efficientnerf", 75.0),
 ];
 
 fn scene(name: &str, side: u32) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures");
-    let mut scene = Scene::open(folder.join(name).to_str().unwrap()).unwrap();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/fixtures")
+        .join(name);
+    let name = if file.exists() {
+        file.to_str().unwrap()
+    } else {
+        name
+    };
+    let mut scene = Scene::open(name).unwrap();
     scene.set_size(Some(side), None).unwrap();
     scene
 }
@@ -73,7 +82,7 @@ fn pictures_stay_next_to_float_ones() {
 fn the_picture_depends_neither_on_ray_groups_nor_on_batches() {
     let config = config();
     for (name, _) in SCENES {
-        let scene = scene(name, 33);
+        let scene = scene(name, 22);
         let pixel_centric = FixedOptions {
             group_side: Some(1),
             batch_entries: 1,
@@ -81,11 +90,11 @@ fn the_picture_depends_neither_on_ray_groups_nor_on_batches() {
         };
         let expected = render(&scene, &config, &pixel_centric);
         let covered = expected.transmittance.iter().filter(|t| **t < 1 << 20);
-        assert!(covered.count() > 100);
+        assert!(covered.count() > 50);
         for (side, batch) in [
             (16, 1),
             (7, 1000),
-            (33, 5000),
+            (22, 5000),
             (1000, 1 << 18),
             (20, 1 << 18),
         ] {
@@ -120,7 +129,14 @@ fn counts_are_those_of_the_tables() {
         let samples = stats.entries / tables.len() as u64;
         assert_eq!(stats.entries, samples * tables.len() as u64);
         assert_eq!(stats.features, samples * field.channels() as u64);
-        let bytes = |vertices: usize| 6 * vertices as u64;
+        // An id alone, or an id and a weight a vertex.
+        let bytes = |vertices: usize| {
+            if vertices == 1 {
+                4
+            } else {
+                6 * vertices as u64
+            }
+        };
         let entry: u64 = tables.iter().map(|t| bytes(t.vertices())).sum();
         assert_eq!(stats.rit_bytes, samples * entry);
         assert_eq!(

@@ -10,12 +10,14 @@ mod calibrate;
 pub mod coded;
 mod codes;
 pub mod dvgo;
+pub mod efficient;
 mod error;
 mod fixed;
 pub mod mac;
 mod march;
 mod mlp;
 pub mod ngp;
+mod nodes;
 mod opacity;
 pub mod stored;
 mod table;
@@ -32,6 +34,7 @@ pub use error::FieldError;
 pub use fixed::{Coded, FixedField, FixedOptions};
 pub use march::{FieldFrame, render_float, samples_of};
 pub use mlp::{Layer, Mlp};
+pub use nodes::Nodes;
 pub use table::Table;
 
 /// A radiance field.

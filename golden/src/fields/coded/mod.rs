@@ -10,6 +10,7 @@ mod mvoxels;
 mod scattered;
 #[cfg(test)]
 mod tests;
+mod tree;
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
@@ -22,6 +23,7 @@ use crate::units::weights::{self, FRACTION_BITS};
 
 pub use mvoxels::MVoxelTable;
 pub use scattered::ScatteredTable;
+pub use tree::TreeTable;
 
 /// A table as codes.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +32,8 @@ pub enum CodedTable {
     Streaming(MVoxelTable),
     /// Rows are loaded as samples need them.
     Scattered(ScatteredTable),
+    /// MVoxels of coarse cells whose nodes follow one another.
+    Tree(TreeTable),
 }
 
 /// A sample of a batch.
@@ -82,6 +86,9 @@ impl CodedTable {
         let codes: Vec<i16> = codes.map(|(v, frac)| quantised(*v, bits, *frac)).collect();
         // A row number has 16 bits.
         let rows = (config.mvoxel.rows as usize).min(1 << 16);
+        if let Some(nodes) = table.nodes() {
+            return Ok(Self::Tree(TreeTable::new(nodes, codes, channels, rows)?));
+        }
         Ok(if table.is_hashed() {
             Self::Scattered(ScatteredTable::new(table, codes, rows)?)
         } else {
@@ -95,6 +102,7 @@ impl CodedTable {
         match self {
             Self::Streaming(table) => table.channels(),
             Self::Scattered(table) => table.channels(),
+            Self::Tree(table) => table.channels(),
         }
     }
 
@@ -105,12 +113,14 @@ impl CodedTable {
     }
 
     /// The tasks of a batch of samples, each ray's front to back, seen from
-    /// `eye` in vertices. Every sample has one entry.
+    /// `eye` in vertices. Every sample has one entry; in a tree, every sample in a
+    /// node.
     #[must_use]
     pub fn gathers(&self, eye: DVec3, samples: &[Located], weight_bits: u32) -> Gathers {
         match self {
             Self::Streaming(table) => table.gathers(eye, samples, weight_bits),
             Self::Scattered(table) => table.gathers(samples, weight_bits),
+            Self::Tree(table) => table.gathers(eye, samples),
         }
     }
 }
@@ -151,7 +161,7 @@ fn vertices(table: &Table) -> Vertices {
 }
 
 /// A coordinate with 12 fraction bits, to nearest; monotone, and saturating.
-fn position_code(v: f64) -> i64 {
+pub(super) fn position_code(v: f64) -> i64 {
     (v * f64::from(1u32 << FRACTION_BITS)).round() as i64
 }
 
@@ -169,6 +179,33 @@ fn cell(points: [usize; 3], place: DVec3) -> ([usize; 3], [u16; 3]) {
     (low, fraction)
 }
 
+/// An entry, its MVoxel, and how far that is from the camera's.
+struct Placed {
+    distance: u64,
+    mvoxel: u32,
+    sample: u32,
+    entry: RitEntry,
+}
+
+/// Puts entries in the order of their MVoxels: the nearest first, and in each
+/// that of the samples.
+fn visit(mut placed: Vec<Placed>, task: impl Fn(&[Placed]) -> GatherTask) -> Gathers {
+    placed.sort_unstable_by_key(|e| (e.distance, e.mvoxel, e.sample));
+    let same = placed.chunk_by(|a, b| a.mvoxel == b.mvoxel);
+    Gathers {
+        tasks: same.map(task).collect(),
+        samples: placed.iter().map(|e| e.sample).collect(),
+    }
+}
+
+/// The index along an axis of what is `wide` vertices wide; far enough off, and
+/// no sum of three overflows.
+fn index_of(place: f64, wide: usize) -> i64 {
+    position_code(place)
+        .div_euclid((wide as i64) << FRACTION_BITS)
+        .clamp(-(1 << 50), 1 << 50)
+}
+
 /// An entry whose corners lie along the axes that have more than one vertex.
 fn entry(
     slot: u32,
@@ -184,7 +221,8 @@ fn entry(
     };
     let [x, y, _] = fraction;
     match vertices {
-        Vertices::One => entry.weights[0] = 1 << weight_bits,
+        // An id alone.
+        Vertices::One => {}
         Vertices::Two => entry.weights[..2].copy_from_slice(&weights::linear(x, weight_bits)),
         Vertices::Four => {
             entry.weights[..4].copy_from_slice(&weights::bilinear([x, y], weight_bits));

@@ -11,10 +11,9 @@
 use glam::DVec3;
 use potamoi_formats::rit::{RitEntry, Vertices};
 
-use super::{Gathers, Located, cell, entry, part, position_code, vertices};
+use super::{Gathers, Located, Placed, cell, entry, index_of, part, vertices, visit};
 use crate::fields::{FieldError, Table};
 use crate::units::GatherTask;
-use crate::units::weights::FRACTION_BITS;
 
 /// A dense table as codes in MVoxels. Flat tables have one vertex along their
 /// last axes.
@@ -27,14 +26,6 @@ pub struct MVoxelTable {
     vertices: Vertices,
     /// Rows of each MVoxel, channels fastest, then the first axis.
     rows: Vec<Vec<i16>>,
-}
-
-/// An entry, its MVoxel, and how far that is from the camera's.
-struct Placed {
-    distance: u64,
-    mvoxel: u32,
-    sample: u32,
-    entry: RitEntry,
 }
 
 /// Vertices of an MVoxel with so many rows along each axis of a table.
@@ -160,11 +151,7 @@ impl MVoxelTable {
             if self.points[axis] == 1 {
                 return 0;
             }
-            let own = position_code(eye[axis])
-                .div_euclid((stride[axis] as i64) << FRACTION_BITS)
-                // Far enough, and no sum of three overflows.
-                .clamp(-(1 << 50), 1 << 50);
-            own.abs_diff(index[axis] as i64)
+            index_of(eye[axis], stride[axis]).abs_diff(index[axis] as i64)
         };
         along(0) + along(1) + along(2)
     }
@@ -173,7 +160,7 @@ impl MVoxelTable {
         let distances: Vec<u64> = (0..self.rows.len())
             .map(|mvoxel| self.distance(mvoxel, eye))
             .collect();
-        let mut placed: Vec<Placed> = (0..)
+        let placed = (0..)
             .zip(samples)
             .map(|(sample, at)| {
                 let (mvoxel, entry) = self.entry(at, weight_bits);
@@ -185,12 +172,7 @@ impl MVoxelTable {
                 }
             })
             .collect();
-        placed.sort_unstable_by_key(|e| (e.distance, e.mvoxel, e.sample));
-        let same = placed.chunk_by(|a, b| a.mvoxel == b.mvoxel);
-        Gathers {
-            tasks: same.map(|same| self.task(same)).collect(),
-            samples: placed.iter().map(|e| e.sample).collect(),
-        }
+        visit(placed, |same| self.task(same))
     }
 
     /// A task that loads the rows up to the last that its entries use.
