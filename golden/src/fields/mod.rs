@@ -9,6 +9,7 @@
 mod codes;
 pub mod dvgo;
 mod error;
+mod hashed_colour;
 pub mod mac;
 mod march;
 mod mlp;
@@ -24,6 +25,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 pub use error::FieldError;
+pub use hashed_colour::HashedColour;
 pub use march::{FieldFrame, render_float, samples_of};
 pub use mlp::{Layer, Mlp};
 pub use table::Table;
