@@ -233,7 +233,7 @@ fn tensors_within_an_array_of_objects_are_read() {
         assert!(error.contains(expected), "{error}");
     }
     // A storage whose description is a storage again.
-    let mut nested = alone(6, &[])[..29].to_vec();
+    let mut nested = alone(6, &[])[..21].to_vec();
     nested.extend(b"\x80\x02}.\x80\x02ctorch.storage\n_load_from_bytes\nC\x00\x85R.");
     let error = read(&objects(&nested, false)).unwrap_err().to_string();
     assert!(error.contains("storages within storages"), "{error}");
