@@ -12,8 +12,8 @@ use crate::failure::Failure;
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
     /// Built-in scene (garden, lantern, cairn, vase, lattice, mist, moons, chrome, gallery, city),
-    /// splat model (.ply, .splat, .spz, .sog), checkpoint of `DirectVoxGO` (.tar) or `TensoRF` (.th),
-    /// Instant-NGP snapshot (.ingp, .msgpack) or description (.toml)
+    /// splat model (.ply, .splat, .spz, .sog, .npz of Compact-3DGS), checkpoint of `DirectVoxGO`
+    /// (.tar) or `TensoRF` (.th), Instant-NGP snapshot (.ingp, .msgpack) or description (.toml)
     #[arg(long, value_name = "SCENE")]
     pub(crate) scene: Option<String>,
     /// Camera file in the OpenCV convention, instead of the scene's camera

@@ -12,6 +12,18 @@ const SEEN: u32 = 8192;
 /// Tries for each of them: most of a box may be empty.
 const TRIES: u32 = 64;
 
+fn fraction(n: u32, step: f64) -> f64 {
+    (f64::from(n) * step).fract()
+}
+
+/// One of the directions of a spiral over the sphere, evenly spread.
+pub(super) fn direction(n: u32) -> DVec3 {
+    let height = 2.0 * fraction(n, 0.618_033_988_749_894_8) - 1.0;
+    let (sin, cos) = (2.399_963_229_728_653 * f64::from(n)).sin_cos();
+    let wide = (1.0 - height * height).sqrt();
+    DVec3::new(wide * cos, wide * sin, height)
+}
+
 /// Gathers at a fixed set of places, spread evenly over a field's box, where the
 /// field is not known to be empty, until enough of them are seen. Tells the
 /// features, the opacity of a step and a direction, spread evenly over the
@@ -21,7 +33,6 @@ pub(super) fn visit(field: &dyn Field, mut tell: impl FnMut(&[f64], f64, DVec3))
     let [low, high] = sampling.bounds;
     let mut features = vec![0.0; field.channels()];
     let mut places = vec![DVec3::ZERO; field.tables().len()];
-    let fraction = |n: u32, step: f64| (f64::from(n) * step).fract();
     let mut seen = 0;
     for n in 1..SEEN * TRIES {
         // The sequence of Roberts (2018), of low discrepancy in three
@@ -41,11 +52,7 @@ pub(super) fn visit(field: &dyn Field, mut tell: impl FnMut(&[f64], f64, DVec3))
             rest = other;
         }
         let alpha = -(-field.depth(&features)).exp_m1();
-        // A spiral over the sphere.
-        let height = 2.0 * fraction(n, 0.618_033_988_749_894_8) - 1.0;
-        let (sin, cos) = (2.399_963_229_728_653 * f64::from(n)).sin_cos();
-        let wide = (1.0 - height * height).sqrt();
-        tell(&features, alpha, DVec3::new(wide * cos, wide * sin, height));
+        tell(&features, alpha, direction(n));
         if alpha > sampling.least_opacity.max(SEEN_FROM) {
             seen += 1;
             if seen == SEEN {

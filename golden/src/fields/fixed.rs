@@ -251,8 +251,7 @@ impl<'a> FixedField<'a> {
         for (table, own) in self.tables.iter().zip(gathers) {
             gather(units, &own.tasks, &mut codes, stats)?;
             if table.is_scattered() {
-                let bytes = own.tasks.iter().map(|t| 2 * t.rows.len() as u64);
-                stats.scattered_bytes += bytes.sum::<u64>();
+                stats.count_scattered(&own.tasks);
             }
             let width = table.channels();
             for (sample, codes) in own.samples.iter().zip(codes.chunks_exact(width)) {

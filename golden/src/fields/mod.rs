@@ -13,6 +13,7 @@ pub mod dvgo;
 pub mod efficient;
 mod error;
 mod fixed;
+mod hashed_colour;
 pub mod mac;
 mod march;
 mod mlp;
@@ -32,6 +33,7 @@ use potamoi_formats::config::Config;
 
 pub use error::FieldError;
 pub use fixed::{Coded, FixedField, FixedOptions};
+pub use hashed_colour::{FixedColour, HashedColour};
 pub use march::{FieldFrame, render_float, samples_of};
 pub use mlp::{Layer, Mlp};
 pub use nodes::Nodes;

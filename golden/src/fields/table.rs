@@ -119,7 +119,7 @@ impl Table {
             return refuse("table", format!("{points:?} x {channels}"), expected);
         };
         if values.len() != count {
-            let expected = format!("{count}, one a {} and channel", layout.owner());
+            let expected = format!("{count}, one for each {} and channel", layout.owner());
             return refuse("table.values.len()", values.len().to_string(), expected);
         }
         if let Some(at) = values.iter().position(|v| !v.is_finite()) {
@@ -349,7 +349,7 @@ mod tests {
         };
         assert!(error([0, 1, 1], 1, vec![]).contains("vertices along each axis"));
         assert!(error([2, 1, 1], 0, vec![]).contains("table"));
-        assert!(error([2, 1, 1], 1, vec![1.0]).contains("2, one a vertex"));
+        assert!(error([2, 1, 1], 1, vec![1.0]).contains("2, one for each vertex"));
         assert!(error([2, 1, 1], 2, vec![0.0, 0.0, 0.0, f32::NAN]).contains("vertex 1, channel 1"));
         assert!(error([1 << 14; 3], 4, vec![]).contains("values"));
         let error = |points, entries, values| {
@@ -357,7 +357,7 @@ mod tests {
             made.unwrap_err().to_string()
         };
         assert!(error(9, 0, vec![]).contains("values"));
-        assert!(error(9, 2, vec![1.0]).contains("2, one an entry"));
+        assert!(error(9, 2, vec![1.0]).contains("2, one for each entry"));
         assert!(error(9, 1, vec![f32::INFINITY]).contains("entry 0"));
         assert!(error(1 << 21, 1, vec![1.0]).contains("1048576 vertices"));
     }

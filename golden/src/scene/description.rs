@@ -48,6 +48,12 @@ pub(super) enum ModelDescription {
         /// A file or SOG folder, from the description's folder.
         path: PathBuf,
     },
+    /// A Compact-3DGS model.
+    #[serde(rename = "compact-3dgs")]
+    Compact3dgs {
+        /// Its `.npz`, from the description's folder.
+        path: PathBuf,
+    },
     /// An Instant-NGP snapshot.
     Ngp {
         /// Its `.ingp` or `.msgpack`, from the description's folder.

@@ -25,6 +25,7 @@ use crate::camera::Camera;
 use crate::fields::dvgo::Dvgo;
 use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, Field};
+use crate::splats::compact::Compact;
 use crate::splats::{Cloud, Order, Profile};
 use crate::voxels::Grid;
 
@@ -33,6 +34,9 @@ use crate::voxels::Grid;
 pub enum Model {
     /// 3D Gaussians.
     Splats(Cloud),
+    /// 3D Gaussians in the colours of a neural field, which every camera asks
+    /// anew.
+    Compact(Box<Compact>),
     /// A grid of vertex features.
     Voxels(Box<Grid>),
     /// A DirectVoxGO model.
@@ -45,6 +49,7 @@ pub enum Model {
 
 /// A model by how it is rendered.
 enum Kind<'a> {
+    /// Of a model whose colours depend on the camera, in none.
     Splats(&'a Cloud),
     Voxels(&'a Grid),
     Field(&'a dyn Field),
@@ -54,6 +59,7 @@ impl Model {
     fn kind(&self) -> Kind<'_> {
         match self {
             Self::Splats(cloud) => Kind::Splats(cloud),
+            Self::Compact(model) => Kind::Splats(model.gaussians()),
             Self::Voxels(grid) => Kind::Voxels(grid),
             Self::Dvgo(field) => Kind::Field(&**field),
             Self::Tensorf(field) => Kind::Field(&**field),

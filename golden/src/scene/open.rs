@@ -13,6 +13,7 @@ use crate::fields::AnyField;
 use crate::fields::dvgo::Dvgo;
 use crate::fields::ngp::Ngp;
 use crate::fields::tensorf::Tensorf;
+use crate::splats::compact::{self, Compact};
 use crate::splats::{Order, Profile, files};
 
 /// Pixels a side of a picture whose size nobody gave.
@@ -43,16 +44,17 @@ fn framing(bounds: [DVec3; 2]) -> Orbit {
 /// The endings of files that are scenes.
 fn endings() -> String {
     format!(
-        ".{}, .tar, .th, .ingp, .msgpack or .toml",
-        files::ENDINGS.join(", .")
+        ".{}, .{}, .tar, .th, .ingp, .msgpack or .toml",
+        files::ENDINGS.join(", ."),
+        compact::ENDING
     )
 }
 
 impl Scene {
     /// Opens a scene: a built-in name, with a colon and a representation if it is
-    /// known exactly, a splat model of any format of
-    /// [`files`], or a `.toml` description. A bare model is seen from
-    /// [`Orbit::around`] it, y down as 3DGS trains, by the rules of `inria` on
+    /// known exactly, a splat model of any format of [`files`] or of [`compact`],
+    /// a field, or a `.toml` description. Bare splats are seen from
+    /// [`Orbit::around`] them, y down as 3DGS trains, by the rules of `inria` on
     /// black.
     ///
     /// # Errors
@@ -68,6 +70,7 @@ impl Scene {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match ending.as_deref() {
             Some("toml") => Self::described(path),
+            Some(compact::ENDING) => Self::compact(path),
             Some("tar") => Self::dvgo(path),
             Some("th") => Self::tensorf(path),
             Some("ingp" | "msgpack") => Self::ngp(path),
@@ -112,11 +115,18 @@ impl Scene {
     }
 
     fn model_file(path: &Path) -> Result<Self, SceneError> {
-        let cloud = files::read(path)?;
-        let up = DVec3::NEG_Y;
-        let camera = Orbit::around(&cloud).camera(up, SIDE, SIDE);
-        let name = path.display().to_string();
-        Ok(Self::of(&name, Model::Splats(cloud), camera, up, [0.0; 3]))
+        Ok(Self::splats(path, Model::Splats(files::read(path)?)))
+    }
+
+    fn compact(path: &Path) -> Result<Self, SceneError> {
+        let model = Box::new(Compact::load(path)?);
+        Ok(Self::splats(path, Model::Compact(model)))
+    }
+
+    /// Gaussians as 3DGS trains them, y down, over black, seen from
+    /// [`Scene::default_orbit`].
+    fn splats(path: &Path, model: Model) -> Self {
+        Self::file(path, model, DVec3::NEG_Y, [0.0; 3])
     }
 
     /// A checkpoint over white, on which such models of objects are trained.
@@ -141,9 +151,13 @@ impl Scene {
     /// A field in the world of `transforms.json`, z up, seen from
     /// [`Scene::default_orbit`].
     fn framed(path: &Path, model: Model, background: [f32; 3]) -> Self {
+        Self::file(path, model, DVec3::Z, background)
+    }
+
+    fn file(path: &Path, model: Model, up: DVec3, background: [f32; 3]) -> Self {
         let name = path.display().to_string();
         let camera = lantern::camera(SIDE, SIDE);
-        let mut scene = Self::of(&name, model, camera, DVec3::Z, background);
+        let mut scene = Self::of(&name, model, camera, up, background);
         scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
         scene
     }
@@ -157,6 +171,7 @@ impl Scene {
                 representation,
             } => Self::represented(name, name, representation.as_deref())?,
             ModelDescription::Splats { path } => Self::model_file(&folder.join(path))?,
+            ModelDescription::Compact3dgs { path } => Self::compact(&folder.join(path))?,
             ModelDescription::Ngp { path } => Self::ngp(&folder.join(path))?,
             ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path))?,
             ModelDescription::Tensorf { path } => Self::tensorf(&folder.join(path))?,
@@ -296,7 +311,7 @@ impl Scene {
         if let Some(step) = render.step {
             self.set_step(step)?;
         }
-        let splats = matches!(self.model, Model::Splats(_));
+        let splats = matches!(self.model.kind(), Kind::Splats(_));
         let voxels = matches!(self.model, Model::Voxels(_) | Model::Dvgo(_));
         let stepped = voxels || matches!(self.model, Model::Tensorf(_));
         for (field, given, ours, kind) in [
@@ -334,7 +349,7 @@ impl Scene {
         match &mut self.model {
             Model::Dvgo(field) => field.set_step(step),
             Model::Tensorf(field) => field.set_step(step),
-            Model::Splats(_) | Model::Voxels(_) | Model::Field(_) => {}
+            Model::Splats(_) | Model::Compact(_) | Model::Voxels(_) | Model::Field(_) => {}
         }
         Ok(())
     }
@@ -387,8 +402,8 @@ impl Scene {
 
     /// Codes saturate: what a format does not hold would be another colour.
     fn set_background(&mut self, field: &'static str, rgb: [f32; 3]) -> Result<(), SceneError> {
-        let held = match &self.model {
-            Model::Splats(_) => 0.0..=COLOUR.value(COLOUR.max()),
+        let held = match self.model.kind() {
+            Kind::Splats(_) => 0.0..=COLOUR.value(COLOUR.max()),
             _ => -VOXEL_BACKGROUND..=VOXEL_BACKGROUND,
         };
         // Not a number is in no range.

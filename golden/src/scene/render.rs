@@ -1,5 +1,6 @@
 //! Rendering of any scene, in floating point or through units.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use potamoi_formats::config::Config;
@@ -13,7 +14,7 @@ use crate::characterise::{Accesses, Traffic, field_accesses, splat_accesses, tra
 use crate::fields::stored::StoredField;
 use crate::fields::{self, Field, FixedField};
 use crate::picture::Picture;
-use crate::splats::{self, Decisions, Flips, Octree, Partition};
+use crate::splats::{self, Cloud, Decisions, Flips, Octree, Partition};
 use crate::units::Units;
 use crate::voxels::{self, MVoxels, Volume};
 
@@ -57,6 +58,20 @@ pub struct SplatCounts {
     pub saturated: u64,
 }
 
+impl FrameCounts {
+    /// Adds what was gathered and computed of vertices.
+    fn add(&mut self, stats: voxels::FixedStats) {
+        self.mvoxels += stats.tasks;
+        self.feature_vectors += stats.entries;
+        self.rit_bytes += stats.rit_bytes;
+        self.mvoxel_bytes += stats.mft_bytes;
+        self.scattered_bytes += stats.scattered_bytes;
+        for (op, elements) in stats.vector_elements {
+            *self.elements.entry(op).or_default() += elements;
+        }
+    }
+}
+
 /// A rendered frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rendered {
@@ -89,7 +104,8 @@ impl Scene {
                     background: self.background,
                     log_decisions: true,
                 };
-                let frame = splats::render_float(cloud, &self.camera, self.profile, &options)?;
+                let frame =
+                    splats::render_float(&self.seen(cloud), &self.camera, self.profile, &options)?;
                 Ok(Rendered {
                     decisions: frame.decisions,
                     ..floated(frame.picture, &frame.transmittance)
@@ -150,7 +166,7 @@ impl Scene {
     /// nothing for other models.
     #[must_use]
     pub fn octree(&self, rows: usize) -> Option<Octree> {
-        let Model::Splats(cloud) = &self.model else {
+        let Kind::Splats(cloud) = self.model.kind() else {
             return None;
         };
         Some(Octree::merge(
@@ -206,42 +222,13 @@ impl Scene {
         units: &mut dyn Units,
     ) -> Result<Rendered, SceneError> {
         match &self.model {
-            Model::Splats(cloud) => {
-                self.check_splats(config)?;
-                let options = splats::FixedOptions {
-                    schedule: splats::ScheduleOptions {
-                        rows: config.mvoxel.rows as usize,
-                        group_tiles: self.group_tiles,
-                        merge: true,
-                    },
-                    background: self.background,
-                    order: self.order,
-                    log_decisions: true,
-                    ..splats::FixedOptions::default()
-                };
-                let frame =
-                    splats::render_fixed(cloud, &self.camera, self.profile, &options, units)?;
-                let clear = 1 << splats::TRANSMITTANCE.frac_bits();
-                Ok(Rendered {
-                    picture: frame.picture,
-                    covered: frame.transmittance.iter().map(|t| *t < clear).collect(),
-                    counts: FrameCounts {
-                        mvoxels: frame.stats.tasks,
-                        feature_vectors: frame.stats.gathers,
-                        elements: frame.stats.vector_elements,
-                        rit_bytes: frame.stats.rit_bytes,
-                        mvoxel_bytes: frame.stats.mvoxel_bytes,
-                        scattered_bytes: 0,
-                        splats: Some(SplatCounts {
-                            records_held: frame.stats.hold.occupancy,
-                            entries_held: frame.stats.hold.entries,
-                            records_spilled: frame.stats.hold.spilled,
-                            inversions: frame.stats.inversions,
-                            saturated: frame.stats.saturations.total(),
-                        }),
-                    },
-                    decisions: frame.decisions,
-                })
+            Model::Splats(cloud) => self.splats_fixed(cloud, config, units),
+            Model::Compact(model) => {
+                let eye = self.camera.position();
+                let (cloud, stats) = model.seen_in_codes(eye, config, units)?;
+                let mut rendered = self.splats_fixed(&cloud, config, units)?;
+                rendered.counts.add(stats);
+                Ok(rendered)
             }
             Model::Voxels(grid) => {
                 let mvoxels = MVoxels::new(grid, config)?;
@@ -278,6 +265,56 @@ impl Scene {
         };
         let frame = FixedField::new(field, config)?.render(&self.camera, &options, units)?;
         Ok(rendered(frame))
+    }
+
+    /// Gaussians in the colours of the camera's side.
+    fn seen<'a>(&'a self, cloud: &'a Cloud) -> Cow<'a, Cloud> {
+        match &self.model {
+            Model::Compact(model) => Cow::Owned(model.seen_from(self.camera.position())),
+            _ => Cow::Borrowed(cloud),
+        }
+    }
+
+    fn splats_fixed(
+        &self,
+        cloud: &Cloud,
+        config: &Config,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        self.check_splats(config)?;
+        let options = splats::FixedOptions {
+            schedule: splats::ScheduleOptions {
+                rows: config.mvoxel.rows as usize,
+                group_tiles: self.group_tiles,
+                merge: true,
+            },
+            background: self.background,
+            order: self.order,
+            log_decisions: true,
+            ..splats::FixedOptions::default()
+        };
+        let frame = splats::render_fixed(cloud, &self.camera, self.profile, &options, units)?;
+        let clear = 1 << splats::TRANSMITTANCE.frac_bits();
+        Ok(Rendered {
+            picture: frame.picture,
+            covered: frame.transmittance.iter().map(|t| *t < clear).collect(),
+            counts: FrameCounts {
+                mvoxels: frame.stats.tasks,
+                feature_vectors: frame.stats.gathers,
+                elements: frame.stats.vector_elements,
+                rit_bytes: frame.stats.rit_bytes,
+                mvoxel_bytes: frame.stats.mvoxel_bytes,
+                scattered_bytes: 0,
+                splats: Some(SplatCounts {
+                    records_held: frame.stats.hold.occupancy,
+                    entries_held: frame.stats.hold.entries,
+                    records_spilled: frame.stats.hold.spilled,
+                    inversions: frame.stats.inversions,
+                    saturated: frame.stats.saturations.total(),
+                }),
+            },
+            decisions: frame.decisions,
+        })
     }
 
     fn voxel_options(&self) -> voxels::FixedOptions {
@@ -331,18 +368,12 @@ fn floated(picture: Picture, transmittance: &[f64]) -> Rendered {
 
 fn rendered(frame: voxels::FixedFrame) -> Rendered {
     let clear = 1 << voxels::TRANSMITTANCE.frac_bits();
+    let mut counts = FrameCounts::default();
+    counts.add(frame.stats);
     Rendered {
         picture: frame.picture,
         covered: frame.transmittance.iter().map(|t| *t < clear).collect(),
-        counts: FrameCounts {
-            mvoxels: frame.stats.tasks,
-            feature_vectors: frame.stats.entries,
-            elements: frame.stats.vector_elements,
-            rit_bytes: frame.stats.rit_bytes,
-            mvoxel_bytes: frame.stats.mft_bytes,
-            scattered_bytes: frame.stats.scattered_bytes,
-            splats: None,
-        },
+        counts,
         decisions: None,
     }
 }

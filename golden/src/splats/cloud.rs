@@ -224,6 +224,17 @@ impl Cloud {
         [low, high]
     }
 
+    /// The same Gaussians in colours that depend on no direction: a finite
+    /// coefficient of the constant basis function for each.
+    pub(super) fn recoloured(&self, constants: Vec<[f32; 3]>) -> Self {
+        debug_assert_eq!(constants.len(), self.len());
+        Self {
+            degree: 0,
+            sh: constants,
+            ..self.clone()
+        }
+    }
+
     /// The same Gaussians, those of `order` in that order.
     ///
     /// # Errors

@@ -7,6 +7,7 @@
 
 mod array;
 mod cloud;
+pub mod compact;
 mod composite;
 mod coverage;
 mod depth;

@@ -6,6 +6,7 @@
 //! maintained one that was tried copies shared objects, so that a file of a
 //! few hundred bytes can ask for any amount of memory.
 
+mod legacy;
 mod pickle;
 mod value;
 
@@ -17,7 +18,7 @@ use half::{bf16, f16};
 use thiserror::Error;
 use zip::{CompressionMethod, ZipArchive};
 
-use value::{Arena, Kind, Value};
+use value::{Arena, Kind, Place, Value};
 
 /// The largest description, in bytes.
 const PICKLE_LIMIT: u64 = 1 << 24;
@@ -37,7 +38,8 @@ pub enum TorchError {
     },
     /// No checkpoint, or one that says something that is not read.
     #[error(
-        "checkpoint {path}: {problem}; expected what torch.save of PyTorch 1.6 or later writes"
+        "checkpoint {path}: {problem}; expected what torch.save of PyTorch 1.6 or later writes, \
+         or numpy.savez of a state_dict"
     )]
     Container {
         /// The file.
@@ -72,7 +74,8 @@ pub struct Tensor {
 #[derive(Debug)]
 pub struct Checkpoint {
     path: PathBuf,
-    archive: ZipArchive<BufReader<File>>,
+    /// Beside the pickle; none where the numbers are within it.
+    archive: Option<ZipArchive<BufReader<File>>>,
     /// Folder of all members.
     prefix: String,
     arena: Arena,
@@ -116,8 +119,37 @@ impl Checkpoint {
         }
         Ok(Self {
             path: path.to_owned(),
-            archive,
+            archive: Some(archive),
             prefix,
+            arena,
+            root,
+        })
+    }
+
+    /// What NumPy stores of an array of one object, which is a dictionary of
+    /// tensors: their numbers are within the pickle. `path` names it in errors.
+    ///
+    /// # Errors
+    /// It is something else.
+    pub fn of_object_array(path: &Path, pickle: &[u8]) -> Result<Self, TorchError> {
+        let wrong = |problem: String| TorchError::Container {
+            path: path.to_owned(),
+            problem,
+        };
+        let (arena, root) = pickle::read(pickle).map_err(wrong)?;
+        let object = match root {
+            Value::Array(at) => arena.arrays[at].object,
+            _ => None,
+        };
+        let object = object.filter(|o| matches!(o, Value::Dict(_)));
+        let root = object.ok_or_else(|| {
+            let found = object.unwrap_or(root).kind();
+            wrong(format!("{found} instead of an array of one dictionary"))
+        })?;
+        Ok(Self {
+            path: path.to_owned(),
+            archive: None,
+            prefix: String::new(),
             arena,
             root,
         })
@@ -245,23 +277,20 @@ impl Checkpoint {
             );
             return Err(self.field(keys, found, "a view within its numbers"));
         }
-        let name = format!("{}data/{}", self.prefix, self.arena.texts[storage.key]);
-        let most = (storage.count * storage.kind.bytes()) as u64;
-        let bytes =
-            member(&mut self.archive, &name, most).map_err(|problem| TorchError::Container {
-                path: self.path.clone(),
-                problem,
-            })?;
-        if (bytes.len() as u64) < most {
-            let found = format!("{} bytes in {name}", bytes.len());
-            return Err(self.field(keys, found, &format!("{most} bytes")));
-        }
+        let owned;
+        let bytes = match storage.place {
+            Place::Within(blob, from) => &self.arena.bytes[blob][from..],
+            Place::Member(key) => {
+                owned = self.beside(keys, key, storage.count * storage.kind.bytes())?;
+                &owned
+            }
+        };
         let mut values = Vec::with_capacity(count);
         let mut index = vec![0usize; view.shape.len()];
         for _ in 0..count {
             let steps = index.iter().zip(&view.strides).map(|(i, s)| i * s);
             let at = view.offset + steps.sum::<usize>();
-            values.push(number(storage.kind, &bytes, at));
+            values.push(number(storage.kind, bytes, at));
             for axis in (0..index.len()).rev() {
                 index[axis] += 1;
                 if index[axis] < view.shape[axis] {
@@ -272,6 +301,24 @@ impl Checkpoint {
         }
         let shape = view.shape;
         Ok(Tensor { shape, values })
+    }
+
+    /// The numbers of a storage beside the pickle, of so many bytes.
+    fn beside(&mut self, keys: &[&str], key: usize, most: usize) -> Result<Vec<u8>, TorchError> {
+        let name = format!("{}data/{}", self.prefix, self.arena.texts[key]);
+        let read = match &mut self.archive {
+            Some(archive) => member(archive, &name, most as u64),
+            None => Err(format!("it has no member {name}")),
+        };
+        let bytes = read.map_err(|problem| TorchError::Container {
+            path: self.path.clone(),
+            problem,
+        })?;
+        if bytes.len() < most {
+            let found = format!("{} bytes in {name}", bytes.len());
+            return Err(self.field(keys, found, &format!("{most} bytes")));
+        }
+        Ok(bytes)
     }
 
     fn array(&self, keys: &[&str], at: usize) -> Result<Tensor, TorchError> {

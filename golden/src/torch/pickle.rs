@@ -7,13 +7,29 @@
 
 use std::collections::HashMap;
 
-use super::value::{Arena, Array, Class, Kind, Storage, TensorView, Value, class};
+use super::legacy;
+use super::value::{Arena, Array, Class, Kind, Place, Storage, TensorView, Value, class};
 
 /// Reads the one object of a pickle.
 ///
 /// # Errors
 /// What is wrong, at which byte.
 pub(super) fn read(bytes: &[u8]) -> Result<(Arena, Value), String> {
+    let (machine, value) = run(bytes, true)?;
+    Ok((machine.arena, value))
+}
+
+/// Reads the object of a pickle that a storage within another pickle is
+/// described by, and the bytes that it takes.
+///
+/// # Errors
+/// As [`read`]; or it holds such a storage itself, which PyTorch never writes.
+pub(super) fn read_inner(bytes: &[u8]) -> Result<(Arena, Value, usize), String> {
+    let (machine, value) = run(bytes, false)?;
+    Ok((machine.arena, value, machine.at))
+}
+
+fn run(bytes: &[u8], loads: bool) -> Result<(Machine<'_>, Value), String> {
     let mut machine = Machine {
         bytes,
         at: 0,
@@ -21,12 +37,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Arena, Value), String> {
         marks: vec![],
         memo: HashMap::new(),
         copied: 0,
+        loads,
+        loaded: 0,
         arena: Arena::default(),
     };
     loop {
         let at = machine.at;
         match machine.step() {
-            Ok(Some(value)) => return Ok((machine.arena, value)),
+            Ok(Some(value)) => return Ok((machine, value)),
             Ok(None) => {}
             Err(problem) => return Err(format!("pickle, byte {at}: {problem}")),
         }
@@ -41,6 +59,10 @@ struct Machine<'a> {
     memo: HashMap<u32, Value>,
     /// Bytes of arrays made from texts so far.
     copied: usize,
+    /// Whether storages within it are read.
+    loads: bool,
+    /// Bytes of such storages so far.
+    loaded: usize,
     arena: Arena,
 }
 
@@ -346,15 +368,16 @@ impl Machine<'_> {
         items.iter().map(whole).collect()
     }
 
-    /// `("storage", class, key, location, count)`.
+    /// `("storage", class, key, location, count)`, and before PyTorch 1.6 what
+    /// it is a view of: nothing.
     fn storage(&mut self, id: Value) -> Step<Value> {
-        let [
-            tag,
-            Value::Class(Class::Storage(kind)),
-            Value::Text(key),
-            _,
-            Value::Int(count),
-        ] = *self.items(id)?
+        let ([tag, class, key, _, count] | [tag, class, key, _, count, Value::None]) =
+            *self.items(id)?
+        else {
+            return Err("a storage that is not described as PyTorch does".to_owned());
+        };
+        let (Value::Class(Class::Storage(kind)), Value::Text(key), Value::Int(count)) =
+            (class, key, count)
         else {
             return Err("a storage that is not described as PyTorch does".to_owned());
         };
@@ -362,7 +385,31 @@ impl Machine<'_> {
             return Err("something other than a storage beside the pickle".to_owned());
         }
         let count = usize::try_from(count).map_err(|_| format!("a storage of {count} numbers"))?;
-        let storage = Storage { kind, key, count };
+        let storage = Storage {
+            kind,
+            place: Place::Member(key),
+            count,
+        };
+        Ok(Value::Storage(place(&mut self.arena.storages, storage)))
+    }
+
+    /// A storage that was saved on its own, as bytes within this pickle.
+    fn load(&mut self, blob: usize) -> Step<Value> {
+        let bytes = &self.arena.bytes[blob];
+        // One array of bytes may be named again and again.
+        self.loaded += bytes.len();
+        if self.loaded > self.bytes.len() {
+            return Err("storages of more bytes than the pickle has".to_owned());
+        }
+        if !self.loads {
+            return Err("storages within storages".to_owned());
+        }
+        let (kind, count, from) = legacy::storage(bytes)?;
+        let storage = Storage {
+            kind,
+            place: Place::Within(blob, from),
+            count,
+        };
         Ok(Value::Storage(place(&mut self.arena.storages, storage)))
     }
 
@@ -430,6 +477,7 @@ impl Machine<'_> {
                 }
                 Ok(Value::Bytes(place(&mut self.arena.bytes, bytes)))
             }
+            (Class::LoadStorage, [Value::Bytes(blob)]) => self.load(*blob),
             (Class::Size, [sizes]) => Ok(*sizes),
             (Class::Device, _) => Ok(Value::None),
             _ => Err(format!(
@@ -454,15 +502,16 @@ impl Machine<'_> {
                 )),
             };
         }
-        let [
-            _,
-            shape,
-            Value::Array(dtype),
-            Value::Bool(fortran),
-            Value::Bytes(bytes),
-        ] = *self.items(state)?
+        let [_, shape, Value::Array(dtype), Value::Bool(fortran), content] = *self.items(state)?
         else {
+            return Err("an array that is not described as NumPy does".to_owned());
+        };
+        let Value::Bytes(bytes) = content else {
             // An array of objects has a list here.
+            self.arena.arrays[at].object = match *self.items(content)? {
+                [object] => Some(object),
+                _ => None,
+            };
             return Ok(());
         };
         if fortran {

@@ -171,8 +171,92 @@ fn a_view_that_leaves_or_repeats_its_numbers_is_refused() {
     }
 }
 
+/// What PyTorch pickles of a storage on its own: by hand.
+fn alone(count: u64, numbers: &[u8]) -> Vec<u8> {
+    let mut p = b"\x80\x02\x8a\x0al\xfc\x9cF\xf9 j\xa8P\x19.\x80\x02M\xe9\x03.\x80\x02}.".to_vec();
+    p.extend(b"\x80\x02(X\x07\x00\x00\x00storagectorch\nHalfStorage\nX\x01\x00\x00\x009");
+    p.extend(b"X\x03\x00\x00\x00cpuK\x06NtQ.\x80\x02]X\x01\x00\x00\x009a.");
+    p.extend(count.to_le_bytes());
+    p.extend(numbers);
+    p
+}
+
+/// An array of one dictionary with a tensor of these bytes, `twice` of them.
+fn objects(alone: &[u8], twice: bool) -> Vec<u8> {
+    let mut p =
+        b"\x80\x03cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\nK\x00\x85".to_vec();
+    p.extend(b"C\x01b\x87R(K\x01)cnumpy\ndtype\nX\x02\x00\x00\x00O8\x89\x88\x87R\x89]}(");
+    for name in ["t", "u"].into_iter().take(1 + usize::from(twice)) {
+        p.extend(b"X\x01\x00\x00\x00");
+        p.extend(name.as_bytes());
+        p.extend(b"ctorch._utils\n_rebuild_tensor_v2\n(");
+        p.extend(b"ctorch.storage\n_load_from_bytes\n");
+        if name == "t" {
+            p.push(b'B');
+            p.extend((alone.len() as u32).to_le_bytes());
+            p.extend(alone);
+            p.extend(b"q\x07");
+        } else {
+            p.extend(b"h\x07");
+        }
+        p.extend(b"\x85RK\x00K\x02K\x03\x86K\x01K\x02\x86\x89NtR");
+    }
+    p.extend(b"uatb.");
+    p
+}
+
+#[test]
+fn tensors_within_an_array_of_objects_are_read() {
+    let path = Path::new("f");
+    let read = |pickle: &[u8]| Checkpoint::of_object_array(path, pickle);
+    let mut found = read(&objects(&alone(6, &numbers()), false)).unwrap();
+    let tensor = found.tensor_of(&["t"], &[2, 3]).unwrap();
+    assert_eq!(tensor.values, [1.0, 3.0, 5.0, 2.0, 4.0, -6.5]);
+    let mut headless = alone(6, &numbers());
+    headless[5] ^= 1;
+    let large = alone(6, &[numbers(), vec![0; 1000]].concat());
+    for (pickle, expected) in [
+        (
+            objects(&alone(7, &numbers()), false),
+            "6 numbers with 12 bytes",
+        ),
+        (
+            objects(&alone(6, &numbers()[..11]), false),
+            "6 numbers with 11 bytes",
+        ),
+        (objects(&alone(6, &[])[..80], false), "pickle, byte"),
+        (objects(&headless, false), "without the head"),
+        (objects(&large, true), "more bytes than the pickle has"),
+        (b"\x80\x02}.".to_vec(), "a dictionary instead of an array"),
+    ] {
+        let error = read(&pickle).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    // A storage whose description is a storage again.
+    let mut nested = alone(6, &[])[..21].to_vec();
+    nested.extend(b"\x80\x02}.\x80\x02ctorch.storage\n_load_from_bytes\nC\x00\x85R.");
+    let error = read(&objects(&nested, false)).unwrap_err().to_string();
+    assert!(error.contains("storages within storages"), "{error}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn damage_to_an_array_of_objects_is_never_a_panic(
+        at in any::<prop::sample::Index>(), byte: u8, cut: bool,
+    ) {
+        let mut pickle = objects(&alone(6, &numbers()), true);
+        let at = at.index(pickle.len());
+        if cut {
+            pickle.truncate(at);
+        } else {
+            pickle[at] = byte;
+        }
+        if let Ok(mut found) = Checkpoint::of_object_array(Path::new("f"), &pickle) {
+            let _ = found.tensor(&["t"]);
+        }
+    }
 
     #[test]
     fn damage_is_never_a_panic(at in any::<prop::sample::Index>(), byte: u8, cut: bool) {

@@ -33,6 +33,8 @@ pub(super) enum Class {
     Scalar,
     /// `_codecs.encode`.
     Encode,
+    /// `torch.storage._load_from_bytes`.
+    LoadStorage,
     Size,
     Device,
 }
@@ -77,13 +79,21 @@ impl Kind {
     }
 }
 
-/// Numbers of a file beside the pickle.
+/// Stored numbers.
 #[derive(Debug, Clone)]
 pub(super) struct Storage {
     pub(super) kind: Kind,
-    /// Name of the member below `data/`.
-    pub(super) key: usize,
+    pub(super) place: Place,
     pub(super) count: usize,
+}
+
+/// Where the numbers of a storage are.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Place {
+    /// Beside the pickle: a text, the name of the member below `data/`.
+    Member(usize),
+    /// Within the pickle: an array of bytes, and the first of theirs.
+    Within(usize, usize),
 }
 
 /// A view of a storage.
@@ -102,6 +112,8 @@ pub(super) struct Array {
     pub(super) kind: Option<Kind>,
     /// An array of bytes; none before its state was set.
     pub(super) bytes: Option<usize>,
+    /// Of an array of one object, that object.
+    pub(super) object: Option<Value>,
     /// Of a type object alone.
     pub(super) is_dtype: bool,
 }
@@ -149,6 +161,7 @@ pub(super) fn class(module: &str, name: &str) -> Result<Class, String> {
         ("collections", "OrderedDict") => Ok(Class::OrderedDict),
         ("torch._utils", "_rebuild_tensor_v2") => Ok(Class::RebuildTensor),
         ("torch._utils", "_rebuild_parameter") => Ok(Class::RebuildParameter),
+        ("torch.storage", "_load_from_bytes") => Ok(Class::LoadStorage),
         ("torch", "HalfStorage") => storage(Kind::F16),
         ("torch", "BFloat16Storage") => storage(Kind::BF16),
         ("torch", "FloatStorage") => storage(Kind::F32),

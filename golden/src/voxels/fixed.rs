@@ -91,6 +91,12 @@ pub struct FixedStats {
 }
 
 impl FixedStats {
+    /// Counts the bytes of tasks whose rows were fetched one by one.
+    pub(crate) fn count_scattered(&mut self, tasks: &[GatherTask]) {
+        let bytes = tasks.iter().map(|t| 2 * t.rows.len() as u64);
+        self.scattered_bytes += bytes.sum::<u64>();
+    }
+
     /// Takes over what compositing counted.
     pub(crate) fn take(&mut self, work: Work) {
         self.vector_elements = work.elements;

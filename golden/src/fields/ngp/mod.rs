@@ -30,6 +30,7 @@ use crate::splats::sh;
 use grid::GridShape;
 use occupancy::Occupancy;
 
+pub(super) use parameters::table as level_table;
 pub use snapshot::SnapshotError;
 
 /// From sample to sample, in the unit cube: its diagonal in 1024.

@@ -128,7 +128,11 @@ pub(super) fn perceptron(
 /// A level's table. The reference numbers the vertices of a dense level modulo
 /// its entries, and reads one vertex past the last along an axis; a table of
 /// one vertex more, filled by that rule, gives what it reads.
-pub(super) fn table(level: &Level, features: usize, values: Vec<f32>) -> Result<Table, FieldError> {
+pub(in crate::fields) fn table(
+    level: &Level,
+    features: usize,
+    values: Vec<f32>,
+) -> Result<Table, FieldError> {
     let resolution = level.resolution as usize;
     let side = resolution + 1;
     if level.is_hashed() {

@@ -63,11 +63,11 @@ pub enum FileError {
 
 /// Errors of one file.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Origin<'a>(pub(super) &'a str);
+pub(in crate::splats) struct Origin<'a>(pub(in crate::splats) &'a str);
 
 impl Origin<'_> {
     /// A field with a value that it cannot have.
-    pub(super) fn field(
+    pub(in crate::splats) fn field(
         self,
         field: impl Into<String>,
         value: impl ToString,
@@ -82,7 +82,11 @@ impl Origin<'_> {
     }
 
     /// A part that cannot be unpacked.
-    pub(super) fn part(self, part: impl Into<String>, message: impl ToString) -> FileError {
+    pub(in crate::splats) fn part(
+        self,
+        part: impl Into<String>,
+        message: impl ToString,
+    ) -> FileError {
         let message = message.to_string();
         FileError::Part {
             origin: self.0.to_owned(),
@@ -92,7 +96,7 @@ impl Origin<'_> {
     }
 
     /// Values that make no cloud.
-    pub(super) fn cloud(self, source: CloudError) -> FileError {
+    pub(in crate::splats) fn cloud(self, source: CloudError) -> FileError {
         FileError::Cloud {
             origin: self.0.to_owned(),
             source,

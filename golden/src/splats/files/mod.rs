@@ -16,7 +16,7 @@ pub mod sog;
 pub mod splat;
 pub mod spz;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod unpack;
 mod values;
 
@@ -24,6 +24,7 @@ use std::io::{Read as _, Seek as _};
 use std::path::Path;
 
 pub use error::FileError;
+pub(super) use error::Origin;
 
 use super::cloud::Cloud;
 use super::ply;
@@ -88,7 +89,8 @@ pub fn read(path: &Path) -> Result<Cloud, FileError> {
     }
 }
 
-fn whole(path: &Path) -> Result<Vec<u8>, FileError> {
+/// All bytes of a file that is not too large.
+pub(super) fn whole(path: &Path) -> Result<Vec<u8>, FileError> {
     limited(path, LARGEST)
 }
 

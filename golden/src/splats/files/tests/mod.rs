@@ -3,7 +3,7 @@
 
 mod agree;
 mod fuzz;
-mod pack;
+pub(in crate::splats) mod pack;
 mod refuse;
 
 use std::path::PathBuf;
