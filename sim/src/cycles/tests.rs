@@ -8,6 +8,7 @@ use potamoi_formats::rit::Vertices;
 use rand::{RngCore, SeedableRng};
 use rand_pcg::Pcg32;
 
+use super::closed::{overlapped_cycles, rit_keeps_up};
 use super::gather::{Cause, Counters, GatherInputs, GatherModel, RitBeat};
 use super::*;
 

@@ -2,7 +2,7 @@
 
 mod operators;
 
-use num_bigint::BigInt;
+use num_bigint::{BigInt, BigUint};
 
 use super::{InterpretError, Interpreter};
 use crate::ir::{ModuleBuilder, Ty};
