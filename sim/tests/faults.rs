@@ -38,11 +38,15 @@ fn check<'a>(progress: &'a mut dyn FnMut(u64)) -> Check<'a> {
     }
 }
 
-/// The signal at which a comparison fails; none if it does not.
+/// The signal at which a comparison fails; none if it does not. The whole
+/// message is shown where a test fails.
 fn signal<T>(result: Result<T, RtlError>) -> Option<String> {
     match result {
         Ok(_) => None,
-        Err(RtlError::Mismatch(mismatch)) => Some(mismatch.signal.clone()),
+        Err(RtlError::Mismatch(mismatch)) => {
+            println!("{mismatch}\nagain: cargo test -p potamoi-sim --test faults");
+            Some(mismatch.signal.clone())
+        }
         Err(other) => panic!("{other}"),
     }
 }

@@ -17,6 +17,9 @@ use potamoi_sim::rtl::{Check, EngineKind, VectorBatch, VectorUnit};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+/// The command that runs these tests again.
+const AGAIN: &str = "cargo test -p potamoi-sim --test vector_unit";
+
 fn config(text: &str) -> Config {
     Config::from_toml(text, "test").unwrap_or_else(|e| panic!("{text}: {e}"))
 }
@@ -68,7 +71,11 @@ fn every_exponential_of_the_stated_widths() {
         let (results, cycles) = sweep(&config, OpCode::Exp, &codes);
         let twin = ExpTwin::new(&config.vu.exp);
         for (u, y) in codes.iter().zip(&results) {
-            assert_eq!(*y, twin.exp(*u), "{text}: u code {u}");
+            let expected = twin.exp(*u);
+            assert_eq!(
+                *y, expected,
+                "vector_unit: exp of code {u} is {y}, expected {expected}\n{text}\nagain: {AGAIN}"
+            );
         }
         let reference = Reference::of(config.vu.exp.input).unwrap();
         let error = reference.measure(f, |u| results[u as usize]);
@@ -369,6 +376,6 @@ fn agrees(config: &Config, unit: &VectorUnit, seed: u64) {
     };
     let totals = unit
         .check(config, &batches, &results, check)
-        .unwrap_or_else(|e| panic!("{:?}, seed {seed}: {e}", config.vu));
+        .unwrap_or_else(|e| panic!("{:?}, seed {seed}: {e}\nagain: {AGAIN}", config.vu));
     assert!(totals.vectors >= 40);
 }

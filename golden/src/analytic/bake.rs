@@ -1,6 +1,6 @@
 //! Grids sampled from analytic fields.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec3, DVec4, Vec3Swizzles, Vec4Swizzles};
 use rayon::prelude::*;
 
 use super::field::{Field, INSIDE, OUTSIDE};
@@ -9,6 +9,9 @@ use crate::voxels::{Grid, Layout, VoxelError};
 
 /// Directions over which colours are fitted.
 const DIRECTIONS: usize = 200;
+
+/// Of a cell, in voxel edges, rounded up.
+const DIAGONAL: f64 = 1.733;
 
 /// Samples a field at the vertices of its grid: densities as they are, colours
 /// as the linear functions of the direction nearest to them.
@@ -25,9 +28,10 @@ pub(super) fn bake(field: &dyn Field) -> Result<Grid, VoxelError> {
             let at = frame.corner + frame.voxel * DVec3::new(x as f64, y as f64, z as f64);
             let probe = field.probe(at);
             vertex[0] = (probe.density * frame.voxel).max(OUTSIDE) as f32;
-            // No light gets to colours deep inside.
+            // No light gets to colours deep inside, and none from cells with no
+            // corner inside.
             let deep = probe.density * frame.voxel >= INSIDE;
-            if probe.clearance < 2.0 * frame.voxel && !deep {
+            if probe.clearance <= DIAGONAL * frame.voxel && !deep {
                 colours(&field.look(at), frame.layout, &directions, &mut vertex[1..]);
             }
         }
@@ -52,6 +56,30 @@ pub(super) fn directions() -> [DVec3; DIRECTIONS] {
     })
 }
 
+/// Sums over weighted directions (x, y, z): the 4 x 4 matrix of the products of
+/// 1, x, y and z.
+#[derive(Default)]
+struct Moments {
+    /// 1, x, y, z.
+    first: DVec4,
+    /// xx, yy, zz.
+    squares: DVec3,
+    /// xy, yz, zx.
+    mixed: DVec3,
+}
+
+impl Moments {
+    fn matrix(&self) -> DMat4 {
+        let (f, s, m) = (self.first, self.squares, self.mixed);
+        DMat4::from_cols(
+            f,
+            DVec4::new(f.y, s.x, m.x, m.z),
+            DVec4::new(f.z, m.x, s.y, m.y),
+            DVec4::new(f.w, m.z, m.y, s.z),
+        )
+    }
+}
+
 /// Least squares over the directions that see the front, weighted by how much of
 /// the surface they see.
 fn colours(look: &Look, layout: Layout, directions: &[DVec3], out: &mut [f32]) {
@@ -63,23 +91,24 @@ fn colours(look: &Look, layout: Layout, directions: &[DVec3], out: &mut [f32]) {
         }
         return;
     }
-    let mut normal = DMat4::ZERO;
+    let mut normal = Moments::default();
     let mut right = [DVec4::ZERO; 3];
     for d in directions {
         let weight = -d.dot(look.normal());
         if weight <= 0.0 {
             continue;
         }
-        let basis = DVec4::new(1.0, d.x, d.y, d.z);
-        let heavy = basis * weight;
-        normal += DMat4::from_cols(heavy, heavy * d.x, heavy * d.y, heavy * d.z);
+        let heavy = DVec4::new(1.0, d.x, d.y, d.z) * weight;
+        normal.first += heavy;
+        normal.squares += *d * heavy.yzw();
+        normal.mixed += d.yzx() * heavy.yzw();
         let seen = look.along(*d);
         for (sum, v) in right.iter_mut().zip(seen.to_array()) {
-            *sum += basis * (weight * v);
+            *sum += heavy * v;
         }
     }
     // Positive definite: a normal has a hemisphere of directions that face it.
-    let inverse = normal.inverse();
+    let inverse = normal.matrix().inverse();
     for (to, sum) in out.chunks_exact_mut(terms).zip(right) {
         for (to, v) in to.iter_mut().zip((inverse * sum).to_array()) {
             *to = v as f32;

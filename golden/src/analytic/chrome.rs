@@ -1,8 +1,12 @@
 //! Metal balls that reflect a sky, a horizon and a sun: what is seen of them is
 //! all direction.
 
-use glam::{DVec3, dvec3};
+use std::f64::consts::TAU;
+use std::sync::LazyLock;
 
+use glam::{DVec2, DVec3, dvec3};
+
+use super::curve::Curve;
 use super::field::{Field, Frame, Motion, Probe, colour};
 use super::look::{Daylight, Look, smooth_step};
 use super::sdf;
@@ -45,19 +49,52 @@ const BALLS: [(DVec3, f64, DVec3); 5] = [
 
 /// The sky, brighter to the horizon, over a chequered plain.
 fn outdoors(d: DVec3) -> DVec3 {
-    let sky = dvec3(0.92, 0.90, 0.86).lerp(dvec3(0.20, 0.42, 0.78), d.z.max(0.0).powf(0.55));
-    let disc = smooth_step(0.955, 0.985, d.dot(TO_SUN));
-    let glow = smooth_step(0.70, 1.0, d.dot(TO_SUN));
-    let above = sky + dvec3(2.6, 2.3, 1.7) * disc + dvec3(0.30, 0.22, 0.10) * glow;
-    // A plain under the balls, in squares that fade with distance.
+    const HORIZON: f64 = 0.03;
+    if d.z >= HORIZON {
+        sky(d)
+    } else if d.z <= -HORIZON {
+        plain(d)
+    } else {
+        plain(d).lerp(sky(d), smooth_step(-HORIZON, HORIZON, d.z))
+    }
+}
+
+fn sky(d: DVec3) -> DVec3 {
+    // The square root is not as steep at the horizon.
+    static RISE: LazyLock<Curve> = LazyLock::new(|| Curve::new([0.0, 1.0], 4096, |v| v.powf(1.1)));
+    let rise = RISE.at(d.z.max(0.0).sqrt());
+    let sky = dvec3(0.92, 0.90, 0.86).lerp(dvec3(0.20, 0.42, 0.78), rise);
+    let toward = d.dot(TO_SUN);
+    if toward <= 0.70 {
+        return sky;
+    }
+    let disc = smooth_step(0.955, 0.985, toward);
+    let glow = smooth_step(0.70, 1.0, toward);
+    sky + dvec3(2.6, 2.3, 1.7) * disc + dvec3(0.30, 0.22, 0.10) * glow
+}
+
+/// A plain under the balls, in squares that fade with distance.
+fn plain(d: DVec3) -> DVec3 {
+    static NEAR: LazyLock<Curve> = LazyLock::new(|| {
+        Curve::new([0.0, 1.0], 4096, |down| {
+            let away = (1.0 - down * down).sqrt() / down.max(1e-3);
+            (-0.225 * away).exp()
+        })
+    });
     let down = (-d.z).max(1e-3);
-    let at = d.truncate() / down * 0.9;
-    let near = (-at.length() / 4.0).exp();
-    let wave = |v: f64| (3.0 * (v * 3.2).sin()).tanh();
-    let square = 0.5 + 0.5 * wave(at.x) * wave(at.y) * near;
+    let near = NEAR.at(down);
+    let square = 0.5 + 0.5 * chequered(d.truncate() * (0.9 * 3.2 / down)) * near;
     let plain = dvec3(0.16, 0.14, 0.14).lerp(dvec3(0.78, 0.72, 0.64), square);
-    let far = plain.lerp(dvec3(0.66, 0.62, 0.58), 1.0 - near);
-    far.lerp(above, smooth_step(-0.03, 0.03, d.z))
+    plain.lerp(dvec3(0.66, 0.62, 0.58), 1.0 - near)
+}
+
+/// From -1 to 1 in squares with sides of half a turn and soft edges.
+fn chequered(at: DVec2) -> f64 {
+    static WAVE: LazyLock<Curve> =
+        LazyLock::new(|| Curve::new([-1.0, 1.0], 8192, |turn| (3.0 * (TAU * turn).sin()).tanh()));
+    let wave = |v: f64| WAVE.at(v - v as i64 as f64);
+    let turns = at * TAU.recip();
+    wave(turns.x) * wave(turns.y)
 }
 
 fn ball(p: DVec3) -> (f64, usize) {
@@ -104,8 +141,7 @@ impl Field for Chrome {
             );
         }
         let (_, light) = LIGHT.at(distance, p, FRAME.voxel);
-        let wave = |v: f64| (3.0 * (v * std::f64::consts::TAU / 0.68).sin()).tanh();
-        let square = 0.5 + 0.5 * wave(p.x) * wave(p.y);
+        let square = 0.5 + 0.5 * chequered(p.truncate() * (TAU / 0.68));
         let albedo = dvec3(0.27, 0.25, 0.26).lerp(dvec3(0.86, 0.80, 0.72), square);
         Look::matte(albedo * light)
     }

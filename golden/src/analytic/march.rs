@@ -12,6 +12,11 @@ const STOP_BELOW: f64 = 3e-4;
 /// Samples with a smaller weight in the pixel show no colour.
 const LEAST: f64 = 1e-4;
 
+/// Steps of a ray have one colour together while their share of the pixel, times
+/// their length squared, is at most this, in voxel edges: a fraction of what the
+/// heaviest steps through a surface come to alone.
+const TOGETHER: f64 = 0.0006;
+
 /// A rendered field.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
@@ -30,6 +35,37 @@ struct Pixel {
     colour: DVec3,
     left: f64,
     half: f64,
+}
+
+/// A part of a ray that has one colour.
+#[derive(Clone, Copy)]
+struct Part {
+    from: f64,
+    to: f64,
+    /// Its share of the pixel, and the sum of shares times places.
+    weight: f64,
+    moment: f64,
+}
+
+impl Part {
+    fn with(self, next: Self) -> Self {
+        Self {
+            from: self.from,
+            to: next.to,
+            weight: self.weight + next.weight,
+            moment: self.moment + next.moment,
+        }
+    }
+
+    fn spread(self) -> f64 {
+        self.weight * (self.to - self.from).powi(2)
+    }
+
+    /// What it looks like at its centre of mass.
+    fn colour(self, field: &dyn Field, origin: DVec3, direction: DVec3) -> DVec3 {
+        let at = origin + direction * (self.moment / self.weight);
+        self.weight * field.look(at).along(direction)
+    }
 }
 
 /// Renders a field in steps of `scale` times what its probes ask for. The
@@ -63,7 +99,8 @@ pub(super) fn render(
 }
 
 /// Trapezoids of density, which are exact where it is linear, and the colour in
-/// their middle. Every turn of the loop goes a step ahead, or more.
+/// their middle, or in that of several. Every turn of the loop goes a step
+/// ahead, or more.
 fn ray(
     field: &dyn Field,
     bounds: [DVec3; 2],
@@ -81,6 +118,10 @@ fn ray(
     if !(t < far && far.is_finite()) {
         return pixel;
     }
+    // Errors of a part's colour fall with its length squared, as those of a
+    // step do with the step.
+    let together = TOGETHER * field.frame().voxel.powi(2) * scale.powi(3);
+    let mut part: Option<Part> = None;
     let mut here = field.probe(origin + direction * t);
     while t < far {
         let step = here.step * scale;
@@ -96,8 +137,20 @@ fn ray(
             let alpha = -(-depth).exp_m1();
             let weight = alpha * pixel.left;
             if weight > LEAST {
-                let look = field.look(origin + direction * (t + 0.5 * step));
-                pixel.colour += weight * look.along(direction);
+                let next = Part {
+                    from: t,
+                    to: t + step,
+                    weight,
+                    moment: weight * (t + 0.5 * step),
+                };
+                part = match part {
+                    Some(last) if last.with(next).spread() <= together => Some(last.with(next)),
+                    Some(last) => {
+                        pixel.colour += last.colour(field, origin, direction);
+                        Some(next)
+                    }
+                    None => Some(next),
+                };
             }
             pixel.left -= weight;
             if pixel.left < 0.5 && pixel.half.is_infinite() {
@@ -113,6 +166,9 @@ fn ray(
         }
         t += step;
         here = next;
+    }
+    if let Some(last) = part {
+        pixel.colour += last.colour(field, origin, direction);
     }
     pixel
 }

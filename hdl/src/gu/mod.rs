@@ -2,6 +2,7 @@
 
 mod mft;
 mod reducer;
+mod report;
 mod rit_buffer;
 mod rit_reader;
 mod rit_shape;

@@ -37,22 +37,57 @@ pub(super) struct Order {
     pub(super) held: Signal,
 }
 
+/// The operation that is offered.
+#[derive(Clone, Copy)]
+pub(super) struct Offer {
+    pub(super) accept: Signal,
+    /// The engine has to compute it.
+    pub(super) is_exp: Signal,
+}
+
+impl Offer {
+    /// The engine begins with it.
+    fn begins(self, m: &mut ModuleBuilder) -> Signal {
+        let begin = m.and(self.accept, self.is_exp);
+        m.name(begin, "begin_power")
+    }
+}
+
+/// Whether the engine is in the middle of an operation, and whether it steps.
+fn runs(m: &mut ModuleBuilder, free: Signal, begin: Signal) -> [Signal; 2] {
+    let busy = m.not(free);
+    let busy = m.name(busy, "mid_power");
+    let step = m.or(begin, busy);
+    let step = m.name(step, "step");
+    [busy, step]
+}
+
+/// Counts the phases up to the last; that, and whether a result is complete.
+fn count(m: &mut ModuleBuilder, phase: Signal, step: Signal, last: Signal, offer: Offer) -> Signal {
+    let next = plus_one(m, phase);
+    let zero = m.lit(0, phase.ty());
+    let next = m.mux(last, zero, next);
+    m.set_next_if(phase, step, next);
+    let plain = m.not(offer.is_exp);
+    let plain = m.and(offer.accept, plain);
+    let done = m.or(plain, last);
+    m.name(done, "done")
+}
+
 /// Of operations of one pass.
 pub(super) fn sequence(
     m: &mut ModuleBuilder,
     config: &Config,
     phase: Option<Signal>,
     free: Signal,
-    accept: Signal,
-    is_exp: Signal,
+    offer: Offer,
     interval: u32,
 ) -> Sequence {
-    let begin = m.and(accept, is_exp);
-    let begin = m.name(begin, "begin_power");
+    let begin = offer.begins(m);
     let never = m.lit(0, Ty::bit());
     let Some(phase) = phase else {
         return Sequence {
-            done: accept,
+            done: offer.accept,
             step: begin,
             begin,
             tail: never,
@@ -61,20 +96,10 @@ pub(super) fn sequence(
             log: None,
         };
     };
-    let busy = m.not(free);
-    let busy = m.name(busy, "mid_power");
-    let step = m.or(begin, busy);
-    let step = m.name(step, "step");
+    let [busy, step] = runs(m, free, begin);
     let last = is(m, phase, interval - 1);
     let last = m.name(last, "last_phase");
-    let next = plus_one(m, phase);
-    let zero = m.lit(0, phase.ty());
-    let next = m.mux(last, zero, next);
-    m.set_next_if(phase, step, next);
-    let plain = m.not(is_exp);
-    let plain = m.and(accept, plain);
-    let done = m.or(plain, last);
-    let done = m.name(done, "done");
+    let done = count(m, phase, step, last, offer);
     let (tail, rotate) = if config.vu.exp.tail {
         let early = m.not(last);
         (last, m.and(step, early))
@@ -98,17 +123,12 @@ pub(super) fn passes(
     config: &Config,
     phase: Signal,
     free: Signal,
-    accept: Signal,
-    is_exp: Signal,
+    offer: Offer,
     [sigmoid, softplus]: [Option<Order>; 2],
 ) -> Sequence {
     let engine = config.vu.exp.engine();
-    let begin = m.and(accept, is_exp);
-    let begin = m.name(begin, "begin_power");
-    let busy = m.not(free);
-    let busy = m.name(busy, "mid_power");
-    let step = m.or(begin, busy);
-    let step = m.name(step, "step");
+    let begin = offer.begins(m);
+    let [busy, step] = runs(m, free, begin);
 
     let mut end = m.lit(engine.interval - 1, phase.ty());
     for (order, op) in [(sigmoid, OpCode::Sigmoid), (softplus, OpCode::Softplus)] {
@@ -121,14 +141,7 @@ pub(super) fn passes(
     let ends = m.eq(phase, end);
     let last = m.and(step, ends);
     let last = m.name(last, "last_phase");
-    let next = plus_one(m, phase);
-    let zero = m.lit(0, phase.ty());
-    let next = m.mux(last, zero, next);
-    m.set_next_if(phase, step, next);
-    let plain = m.not(is_exp);
-    let plain = m.and(accept, plain);
-    let done = m.or(plain, last);
-    let done = m.name(done, "done");
+    let done = count(m, phase, step, last, offer);
 
     let from = m.lit(engine.interval, phase.ty());
     let mut steps = m.ge(phase, from);

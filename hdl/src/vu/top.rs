@@ -9,7 +9,7 @@ use super::alu::is_op;
 use super::control::exp_constants;
 use super::engine::Widths;
 use super::lane::{Kinds, lane};
-use super::sequence::{Order, Sequence, passes, sequence};
+use super::sequence::{Offer, Order, Sequence, passes, sequence};
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::{bits_for, counter, fifo, is, sticky};
 
@@ -131,11 +131,12 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     };
     let sigmoid = held(m, kinds.sigmoid, "result_sigmoid", sigmoid);
     let softplus = held(m, kinds.softplus, "result_softplus", softplus);
+    let offer = Offer { accept, is_exp };
     let sequence = match phase {
         Some(phase) if kinds.logistic() => {
-            passes(m, config, phase, free, accept, is_exp, [sigmoid, softplus])
+            passes(m, config, phase, free, offer, [sigmoid, softplus])
         }
-        _ => sequence(m, config, phase, free, accept, is_exp, interval),
+        _ => sequence(m, config, phase, free, offer, interval),
     };
     let tag = Tag::follow(
         m,

@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use num_bigint::BigInt;
 use potamoi_formats::fixed::Rounding;
 use potamoi_hdl::ir::{Module, ModuleBuilder, Signal, Ty};
+
+use super::random::Random;
 
 /// Widths around every limit of the simulators' words.
 pub(crate) const WIDTHS: [u32; 15] = [
@@ -65,120 +66,19 @@ pub(crate) fn class(width: u32) -> &'static str {
 /// Kinds of nodes that were made, with the operand's type.
 pub(crate) type Made = BTreeSet<(&'static str, u32, bool)>;
 
-/// Random numbers of a seed.
-pub(crate) struct Random(u64);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ x >> 31
-    }
-
-    pub(crate) fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-
-    pub(crate) fn flip(&mut self) -> bool {
-        self.next() & 1 == 1
-    }
-
-    pub(crate) fn of<T: Copy>(&mut self, all: &[T]) -> T {
-        all[self.below(all.len())]
-    }
-
-    /// Bits with long runs of ones and zeros, or a single bit, or anything.
-    pub(crate) fn words(&mut self, width: u32) -> Vec<u32> {
-        let mut words: Vec<u32> = (0..width.div_ceil(32))
-            .map(|_| self.next() as u32)
-            .collect();
-        match self.below(10) {
-            0 => words.fill(0),
-            1 => words.fill(u32::MAX),
-            2 => {
-                words.fill(0);
-                let bit = self.below(width as usize);
-                words[bit / 32] = 1 << (bit % 32);
-            }
-            3 => {
-                words.fill(u32::MAX);
-                words[(width as usize - 1) / 32] = !(1 << ((width - 1) % 32));
-            }
-            4 => words.iter_mut().for_each(|w| *w &= 0x8000_0001),
-            5 => {
-                words.fill(u32::MAX);
-                let bit = self.below(width as usize);
-                words[bit / 32] = !(1 << (bit % 32));
-            }
-            6 => {
-                // A narrower number with its sign, or none.
-                let from = self.below(width as usize);
-                let ones = self.flip();
-                for bit in from..width as usize {
-                    words[bit / 32] &= !(1 << (bit % 32));
-                    words[bit / 32] |= u32::from(ones) << (bit % 32);
-                }
-            }
-            _ => {}
-        }
-        if !width.is_multiple_of(32)
-            && let Some(last) = words.last_mut()
-        {
-            *last &= (1 << (width % 32)) - 1;
-        }
-        words
-    }
-
-    /// A value of a type.
-    fn value(&mut self, ty: Ty) -> BigInt {
-        let words = self.words(ty.width);
-        let code = BigInt::from(num_bigint::BigUint::new(words));
-        if ty.signed && code.bit(u64::from(ty.width - 1)) {
-            code - (BigInt::from(1) << ty.width)
-        } else {
-            code
-        }
-    }
-}
-
-/// The inputs that the wrapper shares among its modules: their names and types.
-pub(crate) fn pool() -> Vec<(String, Ty)> {
-    let mut all = vec![];
-    for width in WIDTHS {
-        for signed in [false, true] {
-            for copy in 0..2 {
-                let ty = Ty { width, signed };
-                all.push((format!("in_{ty}_{copy}"), ty));
-            }
-        }
-    }
-    for bits in AMOUNTS.into_iter().flatten() {
-        all.push((format!("amount_{bits}"), Ty::u(*bits)));
-    }
-    all.push(("init".to_owned(), Ty::bit()));
-    all.push(("init_row".to_owned(), Ty::u(3)));
-    all
-}
-
 /// A module that is being made.
-struct Making<'a> {
-    b: ModuleBuilder,
-    random: &'a mut Random,
-    made: &'a mut Made,
+pub(crate) struct Making<'a> {
+    pub(crate) b: ModuleBuilder,
+    pub(crate) random: &'a mut Random,
+    pub(crate) made: &'a mut Made,
     /// Inputs that are used so far.
-    inputs: Vec<(String, Signal)>,
+    pub(crate) inputs: Vec<(String, Signal)>,
     /// Every value, in order.
-    values: Vec<Signal>,
+    pub(crate) values: Vec<Signal>,
     /// Values that something reads.
-    used: Vec<Signal>,
-    registers: Vec<(Signal, bool)>,
-    names: usize,
+    pub(crate) used: Vec<Signal>,
+    pub(crate) registers: Vec<(Signal, bool)>,
+    pub(crate) names: usize,
 }
 
 impl Making<'_> {
@@ -186,12 +86,12 @@ impl Making<'_> {
         self.made.insert((kind, of.width(), of.signed()));
     }
 
-    fn fresh(&mut self, stem: &str) -> String {
+    pub(crate) fn fresh(&mut self, stem: &str) -> String {
         self.names += 1;
         format!("{stem}_{}", self.names)
     }
 
-    fn input(&mut self, name: &str, ty: Ty) -> Signal {
+    pub(crate) fn input(&mut self, name: &str, ty: Ty) -> Signal {
         if let Some((_, s)) = self.inputs.iter().find(|(n, _)| n == name) {
             return *s;
         }
@@ -201,7 +101,7 @@ impl Making<'_> {
     }
 
     /// A value of a type: one that is there, or a new input or constant.
-    fn value(&mut self, ty: Ty) -> Signal {
+    pub(crate) fn value(&mut self, ty: Ty) -> Signal {
         let there: Vec<_> = self
             .values
             .iter()
@@ -245,7 +145,7 @@ impl Making<'_> {
         s
     }
 
-    fn bit(&mut self) -> Signal {
+    pub(crate) fn bit(&mut self) -> Signal {
         self.value(Ty::bit())
     }
 
@@ -405,84 +305,6 @@ impl Making<'_> {
         self.b.saturate(a, to)
     }
 
-    /// A memory whose rows are all written while `init` is set, read within
-    /// its depth, of this data.
-    fn memory(&mut self, sync: bool, data: Signal) -> Signal {
-        let depth = 2 + self.random.below(7) as u32;
-        let bits = (depth - 1).ilog2() + 1;
-        let name = self.fresh("rows");
-        let mem = self.b.memory(&name, depth, data.width(), "");
-        let (init, row) = (
-            self.input("init", Ty::bit()),
-            self.input("init_row", Ty::u(3)),
-        );
-        let data = self.b.as_unsigned(data);
-        let fixed = self.input(
-            &format!("in_{}_0", Ty::u(data.width())),
-            Ty::u(data.width()),
-        );
-        let mut data = self.b.mux(init, fixed, data);
-        for _ in 0..=self.random.below(2) {
-            let addr = self.address(init, row, depth, bits);
-            let en = self.bit();
-            let en = self.b.or(init, en);
-            self.b.mem_write(mem, en, addr, data);
-            // Two writes to one row are told apart.
-            data = self.b.not(data);
-        }
-        let addr = self.address(init, row, depth, bits);
-        if sync {
-            let en = self.bit();
-            let en = self.b.or(init, en);
-            let name = self.fresh("read");
-            self.b.mem_read(mem, en, addr, &name)
-        } else {
-            self.b.mem_read_async(mem, addr)
-        }
-    }
-
-    fn address(&mut self, init: Signal, row: Signal, depth: u32, bits: u32) -> Signal {
-        let any = self.input("amount_3", Ty::u(3));
-        let turn = self.bit();
-        let turn = self.b.extend(turn, 3);
-        let any = self.b.add(any, turn);
-        let addr = self.b.mux(init, row, any);
-        let last = self.b.lit(depth - 1, Ty::u(3));
-        let past = self.b.gt(addr, last);
-        let none = self.b.lit(0, Ty::u(3));
-        let addr = self.b.mux(past, none, addr);
-        self.b.truncate(addr, bits)
-    }
-
-    /// An instance of a small module of its own, with a way through it and a
-    /// register.
-    fn instance(&mut self, a: Signal) -> Signal {
-        let name = self.fresh("below");
-        let mut inner = ModuleBuilder::new(&format!("inner_{}_{:x}", a.ty(), self.random.next()));
-        let (x, y) = (inner.input("x", a.ty(), ""), inner.input("y", a.ty(), ""));
-        let kept = inner.reg("kept", a.ty(), 0);
-        let sum = inner.add(x, kept);
-        inner.set_next(kept, y);
-        inner.output("sum", sum, "");
-        inner.output("old", kept, "");
-        let inner = inner.finish().unwrap();
-        let late = self.random.flip();
-        let inst = if late {
-            self.b.instance(&name, &inner, &[("x", a)])
-        } else {
-            let y = self.value(a.ty());
-            self.b.instance(&name, &inner, &[("y", y), ("x", a)])
-        };
-        let (sum, old) = (self.b.out(inst, "sum"), self.b.out(inst, "old"));
-        self.values.push(old);
-        if late {
-            // What follows from an output comes back in.
-            let back = self.b.xor(sum, a);
-            self.b.connect(inst, "y", back);
-        }
-        sum
-    }
-
     fn finish(mut self) -> Arc<Module> {
         for (reg, enabled) in std::mem::take(&mut self.registers) {
             let next = self.value(reg.ty());
@@ -546,34 +368,4 @@ pub(crate) fn plan(random: &mut Random) -> Vec<(&'static str, Ty)> {
         all.swap(i, random.below(i + 1));
     }
     all
-}
-
-/// All modules side by side: the inputs are one vector, the outputs one each.
-pub(crate) fn wrapper(modules: &[Arc<Module>]) -> Arc<Module> {
-    let mut b = ModuleBuilder::new("all_random");
-    let pool = pool();
-    let inputs: Vec<_> = pool
-        .iter()
-        .map(|(name, ty)| (name.clone(), b.input(name, *ty, "")))
-        .collect();
-    for (i, module) in modules.iter().enumerate() {
-        let ports = module.ports();
-        let given: Vec<_> = ports
-            .iter()
-            .filter(|p| !p.output)
-            .filter_map(|p| inputs.iter().find(|(n, _)| *n == p.name))
-            .map(|(n, s)| (n.as_str(), *s))
-            .collect();
-        let name = format!("m{i}");
-        let inst = b.instance(&name, module, &given);
-        for port in ports.iter().filter(|p| p.output) {
-            let s = b.out(inst, &port.name);
-            b.output(&format!("{name}_{}", port.name), s, "");
-        }
-    }
-    for (_, s) in inputs {
-        b.unused(s, "shared by random modules");
-    }
-    b.finish()
-        .unwrap_or_else(|e| panic!("the wrapper is refused: {e}"))
 }

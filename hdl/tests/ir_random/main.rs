@@ -6,14 +6,18 @@
 
 mod generate;
 mod icarus;
+mod random;
+mod stateful;
+mod wrapper;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use generate::{KINDS, Made, Random, WIDTHS, class};
+use generate::{KINDS, Made, WIDTHS, class};
 use potamoi_hdl::ir::{Header, Interpreter, Module, ranges, verilog};
 use potamoi_verilated::{ModelBuilder, Opt, Toolchain, Warnings};
+use random::Random;
 
 /// Nodes that are asked of a module; it has more, to feed them.
 const NODES: usize = 12;
@@ -164,7 +168,7 @@ fn random_netlists(seed: u64) -> (Arc<Module>, Made) {
         .enumerate()
         .map(|(i, nodes)| generate::module(&format!("random_{i}"), nodes, &mut random, &mut made))
         .collect();
-    (generate::wrapper(&modules), made)
+    (wrapper::wrapper(&modules), made)
 }
 
 #[test]

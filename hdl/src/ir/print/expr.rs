@@ -1,12 +1,10 @@
-//! Expressions: what is inlined, what gets a wire, and under which name.
-
-use std::collections::BTreeSet;
+//! Expressions of Verilog.
 
 use num_bigint::BigInt;
 use potamoi_formats::fixed::Rounding;
 
+use super::names::Names;
 use crate::ir::Module;
-use crate::ir::check::{live, read_memories};
 use crate::ir::node::{Binary, Op, Ty, Unary};
 
 /// Bits of the widest signed product that Verilator computes.
@@ -23,290 +21,16 @@ fn atom(text: String) -> Text {
     Text { text, top: None }
 }
 
-/// Names and expressions of one module.
+/// Expressions of one module.
 pub(super) struct Exprs<'a> {
-    module: &'a Module,
-    pub(super) live: Vec<bool>,
-    /// The memories that are printed.
-    pub(super) read: Vec<bool>,
-    /// The identifier of every node that has one.
-    names: Vec<Option<String>>,
-    /// Bits of each node that something reads.
-    used: Vec<Vec<bool>>,
+    pub(super) names: Names<'a>,
 }
 
 impl<'a> Exprs<'a> {
     pub(super) fn new(module: &'a Module) -> Self {
-        let live = live(module);
-        let mut this = Self {
-            module,
-            read: read_memories(module, &live),
-            live,
-            names: vec![None; module.nodes.len()],
-            used: module
-                .nodes
-                .iter()
-                .map(|n| vec![false; n.ty.width as usize])
-                .collect(),
-        };
-        this.find_names();
-        this.find_uses();
-        this
-    }
-
-    /// The identifier of a node, if it has one.
-    pub(super) fn ident(&self, id: usize) -> Option<&str> {
-        self.names[id].as_deref()
-    }
-
-    /// Writes to memories that are printed.
-    fn writes(&self) -> impl Iterator<Item = &'a (usize, usize, usize)> + use<'a> {
-        let memories = self.module.memories.iter().zip(self.read.clone());
-        memories
-            .filter(|(_, read)| *read)
-            .flat_map(|(m, _)| &m.writes)
-    }
-
-    fn find_names(&mut self) {
-        let nodes = &self.module.nodes;
-        let mut uses = vec![0u32; nodes.len()];
-        let mut sliced = vec![false; nodes.len()];
-        for (id, node) in nodes.iter().enumerate() {
-            if !self.live[id] {
-                continue;
-            }
-            for o in node
-                .op
-                .operands()
-                .into_iter()
-                .chain(node.op.edge_operands())
-            {
-                uses[o] += 1;
-            }
-            match &node.op {
-                Op::Slice(a, _) | Op::Round(a, ..) | Op::Saturate(a) => sliced[*a] = true,
-                Op::Extend(a) if nodes[*a].ty.signed => sliced[*a] = true,
-                Op::Binary(Binary::Mul, a, b) => (sliced[*a], sliced[*b]) = (true, true),
-                _ => {}
-            }
+        Self {
+            names: Names::new(module),
         }
-        for inst in &self.module.instances {
-            for (_, n) in &inst.inputs {
-                uses[*n] += 1;
-            }
-        }
-        for (en, addr, data) in self.writes() {
-            for n in [en, addr, data] {
-                uses[*n] += 1;
-            }
-        }
-        for port in self.module.ports.iter().filter(|p| p.output) {
-            uses[port.node] += 1;
-        }
-        // Icarus 11 does not keep an index that is computed in place to its own
-        // width: 1'd0 - 1'd1 would be below every row. A name does.
-        let mut index = vec![false; nodes.len()];
-        for (_, address, _) in self.writes() {
-            index[*address] = true;
-        }
-        for node in nodes {
-            if let Op::ReadSync(_, _, address) | Op::ReadAsync(_, address) = node.op {
-                index[address] = true;
-            }
-        }
-        // A reinterpretation without a name is its operand.
-        for (id, node) in nodes.iter().enumerate().rev() {
-            if let (Op::Cast(a), None) = (&node.op, &node.name) {
-                uses[*a] += uses[id].saturating_sub(1);
-                sliced[*a] |= sliced[id];
-                index[*a] |= index[id];
-            }
-        }
-        let mut taken: BTreeSet<String> = ["clk", "rst_n", "unused_ok"].map(str::to_owned).into();
-        taken.extend(self.module.ports.iter().map(|p| p.name.clone()));
-        taken.extend(self.module.memories.iter().map(|m| m.name.clone()));
-        taken.extend(self.module.instances.iter().map(|i| i.name.clone()));
-        taken.extend(nodes.iter().filter_map(|n| n.name.clone()));
-        for (id, node) in nodes.iter().enumerate() {
-            if !self.live[id] && !matches!(node.op, Op::Input) {
-                continue;
-            }
-            if let Some(name) = &node.name {
-                self.names[id] = Some(name.clone());
-                continue;
-            }
-            let shared = uses[id] > 1
-                && !matches!(
-                    node.op,
-                    Op::Lit(_) | Op::Cast(_) | Op::Slice(..) | Op::Repeat(..)
-                );
-            let needed = match &node.op {
-                Op::Select(..) | Op::ReadAsync(..) => true,
-                Op::Binary(Binary::Mul, ..) | Op::Shr(..) => node.ty.signed || sliced[id],
-                Op::Lit(_) | Op::Cast(_) => false,
-                Op::Slice(..) | Op::Cat(_) | Op::Repeat(..) => sliced[id],
-                _ => sliced[id] || index[id],
-            };
-            // A literal under a slice is the one thing that a name must be made for.
-            let literal = matches!(node.op, Op::Lit(_)) && sliced[id];
-            if shared || needed || literal {
-                let wish = self.derive(id);
-                let name = unique(&wish, &mut taken);
-                self.names[id] = Some(name);
-            }
-        }
-    }
-
-    /// A name that says what an unnamed node is.
-    fn derive(&self, id: usize) -> String {
-        let of = |n: &usize| self.short(*n);
-        let name = match &self.module.nodes[id].op {
-            Op::Lit(v) => format!("const_{}", v.magnitude()),
-            Op::Unary(Unary::Not, a) => format!("not_{}", of(a)),
-            Op::Unary(Unary::Neg, a) => format!("minus_{}", of(a)),
-            Op::Unary(Unary::Any, a) => format!("any_{}", of(a)),
-            Op::Unary(Unary::All, a) => format!("all_{}", of(a)),
-            Op::Unary(Unary::Parity, a) => format!("parity_{}", of(a)),
-            Op::Binary(op, a, b) => {
-                let word = match op {
-                    Binary::And => "and",
-                    Binary::Or => "or",
-                    Binary::Xor => "xor",
-                    Binary::Add => "plus",
-                    Binary::Sub => "minus",
-                    Binary::Mul => "times",
-                    Binary::Eq => "is",
-                    Binary::Ne => "is_not",
-                    Binary::Lt => "below",
-                    Binary::Le => "up_to",
-                };
-                format!("{}_{word}_{}", of(a), of(b))
-            }
-            Op::Shl(a, _) | Op::Shr(a, _) => format!("{}_shifted", of(a)),
-            Op::Slice(a, _) => format!("{}_part", of(a)),
-            Op::Cat(parts) => format!("{}_joined", parts.first().map_or_else(String::new, of)),
-            Op::Repeat(a, _) => format!("{}_mask", of(a)),
-            Op::Extend(a) => format!("{}_wide", of(a)),
-            Op::Round(a, ..) => format!("{}_rounded", of(a)),
-            Op::Saturate(a) => format!("{}_held", of(a)),
-            Op::Mux(c, ..) => format!("by_{}", of(c)),
-            Op::Select(i, _) => format!("picked_by_{}", of(i)),
-            Op::ReadAsync(m, _) => format!("{}_out", self.module.memories[*m].name),
-            Op::Cast(a) => of(a),
-            _ => "signal".to_owned(),
-        };
-        let mut name: String = name.chars().take(32).collect();
-        while name.ends_with('_') {
-            name.pop();
-        }
-        name
-    }
-
-    fn short(&self, id: usize) -> String {
-        if let Some(name) = &self.names[id] {
-            return name.clone();
-        }
-        match &self.module.nodes[id].op {
-            Op::Lit(v) => v.magnitude().to_string(),
-            Op::Slice(a, low) => format!("{}_{low}", self.short(*a)),
-            Op::Cast(a) | Op::Extend(a) | Op::Repeat(a, _) => self.short(*a),
-            Op::Unary(Unary::Not, a) => format!("no_{}", self.short(*a)),
-            Op::Binary(Binary::Add, a, _) => format!("{}_sum", self.short(*a)),
-            Op::Binary(_, a, _) | Op::Unary(_, a) | Op::Round(a, ..) | Op::Saturate(a) => {
-                self.short(*a)
-            }
-            Op::Mux(_, a, _) | Op::Shl(a, _) | Op::Shr(a, _) => self.short(*a),
-            Op::Cat(parts) => parts.first().map_or_else(String::new, |p| self.short(*p)),
-            _ => "value".to_owned(),
-        }
-    }
-
-    /// The node whose identifier stands for this one's bits.
-    fn base(&self, id: usize) -> usize {
-        match (&self.names[id], &self.module.nodes[id].op) {
-            (None, Op::Cast(a)) => self.base(*a),
-            _ => id,
-        }
-    }
-
-    fn find_uses(&mut self) {
-        let nodes = &self.module.nodes;
-        let mut reads: Vec<(usize, u32, u32)> = vec![];
-        for (id, node) in nodes.iter().enumerate() {
-            if !self.live[id] {
-                continue;
-            }
-            match &node.op {
-                Op::Slice(a, low) => reads.push((*a, *low, node.ty.width)),
-                Op::Cast(_) if self.names[id].is_none() => {}
-                Op::InstanceOut(..) => {}
-                // Rounding down or half-up does not look below the dropped bit.
-                Op::Round(a, bits, Rounding::Floor) => {
-                    reads.push((*a, *bits, nodes[*a].ty.width - bits))
-                }
-                Op::Round(a, bits, Rounding::HalfUp) => {
-                    reads.push((*a, bits - 1, nodes[*a].ty.width - bits + 1))
-                }
-                op => reads.extend(
-                    op.operands()
-                        .into_iter()
-                        .chain(op.edge_operands())
-                        .map(|o| (o, 0, nodes[o].ty.width)),
-                ),
-            }
-        }
-        let whole = |n: usize| (n, 0, nodes[n].ty.width);
-        reads.extend(
-            self.module
-                .instances
-                .iter()
-                .flat_map(|i| &i.inputs)
-                .map(|(_, n)| whole(*n)),
-        );
-        for (en, addr, data) in self.writes() {
-            reads.extend([whole(*en), whole(*addr), whole(*data)]);
-        }
-        reads.extend(
-            self.module
-                .ports
-                .iter()
-                .filter(|p| p.output)
-                .map(|p| whole(p.node)),
-        );
-        for (id, low, width) in reads {
-            let base = self.base(id);
-            for bit in &mut self.used[base][low as usize..(low + width) as usize] {
-                *bit = true;
-            }
-        }
-    }
-
-    /// Parts of identifiers that nothing reads, for the lint-clean sink.
-    pub(super) fn unread(&self) -> Vec<String> {
-        let mut parts = vec![];
-        for (id, node) in self.module.nodes.iter().enumerate() {
-            let Some(name) = &self.names[id] else {
-                continue;
-            };
-            if matches!(node.op, Op::Lit(_)) {
-                continue;
-            }
-            let used = &self.used[id];
-            let mut low = 0;
-            while low < used.len() {
-                let run = used[low..].iter().take_while(|u| **u == used[low]).count();
-                if !used[low] {
-                    let whole = run == used.len();
-                    parts.push(if whole {
-                        name.clone()
-                    } else {
-                        range(name, low as u32, run as u32, node.ty.width)
-                    });
-                }
-                low += run;
-            }
-        }
-        parts
     }
 
     /// The defining expression of a node.
@@ -320,8 +44,8 @@ impl<'a> Exprs<'a> {
     }
 
     fn text(&self, id: usize) -> Text {
-        match &self.names[id] {
-            Some(name) => atom(name.clone()),
+        match self.names.ident(id) {
+            Some(name) => atom(name.to_owned()),
             None => self.expand(id),
         }
     }
@@ -342,30 +66,25 @@ impl<'a> Exprs<'a> {
         format!("$signed({})", self.operand(id))
     }
 
-    /// The identifier behind a node that is sliced.
-    fn sliceable(&self, id: usize) -> String {
-        self.operand(id)
-    }
-
     fn part(&self, id: usize, low: u32, width: u32) -> String {
         range(
-            &self.sliceable(id),
+            &self.operand(id),
             low,
             width,
-            self.module.nodes[id].ty.width,
+            self.names.module.nodes[id].ty.width,
         )
     }
 
     fn expand(&self, id: usize) -> Text {
-        let node = &self.module.nodes[id];
-        let nodes = &self.module.nodes;
+        let node = &self.names.module.nodes[id];
+        let nodes = &self.names.module.nodes;
         let op = |text: String, top: &'static str| Text {
             text,
             top: Some(top),
         };
         match &node.op {
             Op::Input | Op::Reg { .. } | Op::ReadSync(..) | Op::InstanceOut(..) => {
-                atom(self.names[id].clone().unwrap_or_default())
+                atom(self.names.ident(id).unwrap_or_default().to_owned())
             }
             Op::Lit(v) => atom(literal(v, node.ty)),
             Op::Unary(unary, a) => {
@@ -457,14 +176,14 @@ impl<'a> Exprs<'a> {
             Op::Select(..) => atom(String::new()),
             Op::ReadAsync(m, addr) => atom(format!(
                 "{}[{}]",
-                self.module.memories[*m].name,
+                self.names.module.memories[*m].name,
                 self.operand(*addr)
             )),
         }
     }
 
     fn widened(&self, a: usize, width: u32) -> String {
-        let ty = self.module.nodes[a].ty;
+        let ty = self.names.module.nodes[a].ty;
         let more = width - ty.width;
         if more == 0 {
             return self.operand(a);
@@ -480,7 +199,7 @@ impl<'a> Exprs<'a> {
     }
 
     fn rounded(&self, a: usize, bits: u32, rounding: Rounding) -> Text {
-        let ty = self.module.nodes[a].ty;
+        let ty = self.names.module.nodes[a].ty;
         let kept = ty.width - bits;
         let high = if ty.signed {
             self.part(a, ty.width - 1, 1)
@@ -508,7 +227,7 @@ impl<'a> Exprs<'a> {
     }
 
     fn saturated(&self, a: usize, to: Ty) -> Text {
-        let from = self.module.nodes[a].ty;
+        let from = self.names.module.nodes[a].ty;
         let (w, t) = (from.width, to.width);
         let sign = self.part(a, w - 1, 1);
         let max = literal(&to.max(), to);
@@ -564,22 +283,8 @@ impl<'a> Exprs<'a> {
     }
 }
 
-fn unique(wish: &str, taken: &mut BTreeSet<String>) -> String {
-    let wish = if wish.is_empty() || wish.starts_with(|c: char| c.is_ascii_digit()) {
-        format!("v_{wish}")
-    } else {
-        wish.to_owned()
-    };
-    let mut name = wish.clone();
-    let mut n = 1;
-    while !taken.insert(name.clone()) {
-        n += 1;
-        name = format!("{wish}_{n}");
-    }
-    name
-}
-
-fn range(name: &str, low: u32, width: u32, of: u32) -> String {
+/// Some bits of an identifier that is `of` bits wide.
+pub(super) fn range(name: &str, low: u32, width: u32, of: u32) -> String {
     if of == 1 {
         return name.to_owned();
     }

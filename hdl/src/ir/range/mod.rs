@@ -8,6 +8,7 @@
 mod analyse;
 mod contract;
 mod interval;
+mod order;
 #[cfg(test)]
 mod tests;
 mod transfer;

