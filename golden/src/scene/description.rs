@@ -95,6 +95,20 @@ pub(super) enum CameraDescription {
         /// Rows; the file's unless given.
         height: Option<u32>,
     },
+    /// An image of a COLMAP reconstruction in text form; images are sorted by
+    /// name.
+    Colmap {
+        /// The folder, from the description's folder.
+        path: PathBuf,
+        /// Which image, from 0.
+        index: Option<usize>,
+        /// Or its name.
+        name: Option<String>,
+        /// Pixels a row; the file's unless given.
+        width: Option<u32>,
+        /// Rows; the file's unless given.
+        height: Option<u32>,
+    },
     /// Looking at a point from a distance.
     Orbit {
         /// Degrees about the vertical axis; the default's unless given.

@@ -131,6 +131,56 @@ fn descriptions_name_model_camera_and_rules() {
     refused(&format!("{model}{file}"), "camera.index is 4");
 }
 
+/// A camera of a file is the first of a path, of the size that is asked for.
+#[test]
+fn the_cameras_of_a_file_are_a_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let one = r#"{"width": 40, "height": 20, "fx": 30, "fy": 31, "position": [1, 2, 3],
+        "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}"#;
+    let far = one.replace("[1, 2, 3]", "[5, 2, 3]");
+    fs::write(
+        folder.path().join("camera.json"),
+        format!("[{one}, {one}, {far}]"),
+    )
+    .unwrap();
+    let fixtures = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/colmap");
+    let open = |camera: &str| {
+        let model = "[model]\nkind = \"builtin\"\nname = \"garden\"\n";
+        fs::write(&path, format!("{model}[camera]\n{camera}")).unwrap();
+        Scene::open(path.to_str().unwrap())
+    };
+    let poses = format!("kind = \"colmap\"\npath = \"{fixtures}\"\n");
+    let scene = open(&format!("{poses}name = \"shots/view 6.png\"\nwidth = 32")).unwrap();
+    assert_eq!((scene.camera().width, scene.camera().height), (32, 24));
+    assert_eq!(scene.camera().focal.x, 25.0);
+    let frames = scene.path(30.0, 3).unwrap();
+    assert_eq!(frames[0], *scene.camera());
+    // Each keeps its shape.
+    let sizes: Vec<_> = frames.iter().map(|c| (c.width, c.height)).collect();
+    assert_eq!(sizes, [(32, 24), (32, 20), (32, 24)]);
+    let mut again = open(&format!("{poses}index = 2")).unwrap();
+    again.set_size(Some(32), None).unwrap();
+    assert_eq!(again.camera(), scene.camera());
+    let error = again.path(30.0, 4).unwrap_err().to_string();
+    assert!(error.contains("frames is 4: expected at most 3"), "{error}");
+    let scene = open("kind = \"opencv-json\"\npath = \"camera.json\"\nindex = 1").unwrap();
+    let frames = scene.path(1.0, 2).unwrap();
+    assert_eq!(frames[1].position().x, 5.0);
+    for (camera, expected) in [
+        (format!("{poses}name = \"no.png\""), "camera.name is no.png"),
+        (format!("{poses}index = 5"), "camera.index is 5"),
+        (format!("{poses}index = 0\nname = \"a\""), "left out"),
+        (poses.replace("colmap\"\n", "no\"\n"), "`no`"),
+        (poses.replace("fixtures/colmap", "no"), "cameras.txt"),
+    ] {
+        let error = open(&camera).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    let error = Scene::open("garden").unwrap().path(30.0, 1).unwrap_err();
+    assert!(error.to_string().contains("one of a file"), "{error}");
+}
+
 /// Both orders, by way of a description, and what each says of itself.
 #[test]
 fn approximate_order_counts_its_inversions() {
