@@ -142,6 +142,8 @@ pub(super) struct RenderDescription {
     pub(super) group_tiles: Option<[u32; 2]>,
     /// Pixels a side of a ray group, for voxels.
     pub(super) group_side: Option<u32>,
+    /// How MVoxels share vertices, for voxels: shared or split.
+    pub(super) halo: Option<String>,
     /// Voxel edges from sample to sample, for voxels.
     pub(super) step: Option<f64>,
 }

@@ -26,7 +26,7 @@ use crate::fields::dvgo::Dvgo;
 use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, Field};
 use crate::splats::{Cloud, Order, Profile};
-use crate::voxels::Grid;
+use crate::voxels::{Grid, Halo};
 
 /// What is shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +77,7 @@ pub struct Scene {
     order: Order,
     group_tiles: Option<[u32; 2]>,
     group_side: Option<u32>,
+    halo: Halo,
     step: f64,
     /// The field that a built-in model was sampled from.
     truth: Option<Analytic>,

@@ -18,6 +18,7 @@ use crate::fields::dvgo::Dvgo;
 use crate::fields::ngp::Ngp;
 use crate::fields::tensorf::Tensorf;
 use crate::splats::{Order, Profile, files};
+use crate::voxels::Halo;
 
 /// Scenes that need no file: splats, voxels, and voxels sampled from the fields
 /// of [`Analytic`].
@@ -113,6 +114,7 @@ impl Scene {
             order: Order::Exact,
             group_tiles: None,
             group_side: None,
+            halo: Halo::Shared,
             step: STEP,
             truth: None,
         }
@@ -342,6 +344,13 @@ impl Scene {
                 }
             };
         }
+        if let Some(name) = &render.halo {
+            self.halo = match name.as_str() {
+                "shared" => Halo::Shared,
+                "split" => Halo::Split,
+                _ => return Err(self.value("render.halo", name.clone(), "shared or split")),
+            };
+        }
         self.group_tiles = render.group_tiles;
         self.group_side = render.group_side;
         if let Some(step) = render.step {
@@ -365,6 +374,7 @@ impl Scene {
                 voxels,
                 "voxels",
             ),
+            ("render.halo", render.halo.is_some(), voxels, "voxels"),
             ("render.step", render.step.is_some(), stepped, "voxels"),
         ] {
             if given && !ours {

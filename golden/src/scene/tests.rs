@@ -181,6 +181,42 @@ fn the_cameras_of_a_file_are_a_path() {
     assert!(error.to_string().contains("one of a file"), "{error}");
 }
 
+/// A halo chosen in a description changes what is moved and not what is seen.
+#[test]
+fn a_halo_changes_no_bit_of_a_described_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let config = Config::paper();
+    let open = |model: &str, halo: &str| {
+        let text = format!(
+            "[model]\nkind = \"builtin\"\nname = \"{model}\"\n[render]\nhalo = \"{halo}\"\n"
+        );
+        fs::write(&path, text).unwrap();
+        Scene::open(path.to_str().unwrap())
+    };
+    let [shared, split] = ["shared", "split"].map(|halo| {
+        let mut scene = open("lantern", halo).unwrap();
+        scene.set_size(Some(48), None).unwrap();
+        let mut twins = Twins::new(&config);
+        scene.render_fixed(&config, &mut twins).unwrap()
+    });
+    assert_eq!(shared.picture, split.picture);
+    let [a, b] = [shared.counts.streams, split.counts.streams];
+    assert!(a.mvoxels_read > b.mvoxels_read && a.rit_written < b.rit_written);
+    assert!(a.partial_sums == 0 && b.partial_sums > 0);
+    for (model, halo, expected) in [
+        (
+            "lantern",
+            "open",
+            "render.halo is open: expected shared or split",
+        ),
+        ("garden", "split", "render.halo is given"),
+    ] {
+        let error = open(model, halo).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
 /// Both orders, by way of a description, and what each says of itself.
 #[test]
 fn approximate_order_counts_its_inversions() {

@@ -14,15 +14,18 @@ mod head;
 mod mvoxels;
 mod ray;
 mod schedule;
+mod split;
 #[cfg(test)]
 mod tests;
 
 pub use error::VoxelError;
 pub use fixed::{FixedFrame, FixedOptions, FixedStats, Volume, render_fixed, render_volume, tasks};
 pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float};
+pub(crate) use formats::FRACTION_BITS;
 pub use formats::{Formats, TRANSMITTANCE};
 pub use grid::{Grid, Layout, MAX_POINTS, MAX_VALUES};
 pub use head::{Head, Lanes};
-pub use mvoxels::{MVoxels, Mask, Place};
+pub use mvoxels::{Halo, MVoxels, Mask, Place};
+pub(crate) use mvoxels::{cube_edge, position_code};
 pub use ray::{Placement, Ray};
 pub use schedule::{GROUP_RAYS, Skip, default_group_side};

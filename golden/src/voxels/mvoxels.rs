@@ -6,24 +6,51 @@
 //! (the *halo*) are stored in both, so that every sample has one entry. With 8
 //! vertices an edge that takes (8/7)^3 = 1.49 times the bytes in bulk.
 //!
+//! Where the halo is *split* nothing is stored twice: MVoxels follow one another
+//! at a stride of `e`, and a sample whose vertices lie in several has an entry in
+//! each. Their unrounded sums are added up and rounded once, so that the picture
+//! is the same bit for bit.
+//!
 //! A sample belongs to the cell whose lower faces it is on or above; on the
 //! volume's upper faces, to the last cell. So it has one owner everywhere.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
+use serde::Serialize;
 
 use super::error::VoxelError;
 use super::formats::{FRACTION_BITS, Formats, code};
 use super::grid::Grid;
+use crate::streams::RitReads;
+use crate::units::gather::Reducer;
+
+/// How MVoxels share the vertices between them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Halo {
+    /// Stored in both.
+    #[default]
+    Shared,
+    /// Stored once.
+    Split,
+}
+
+/// Vertices an edge of the largest cube that so many rows hold.
+pub(crate) fn cube_edge(rows: u32) -> Option<usize> {
+    // A row number has 16 bits.
+    (2..=40).take_while(|e| e * e * e <= rows as usize).last()
+}
 
 /// A grid's features as codes, cut into MVoxels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MVoxels {
     edge: usize,
+    halo: Halo,
     points: [usize; 3],
     counts: [usize; 3],
     channels: usize,
-    weight_bits: u32,
+    reducer: Reducer,
+    rit_reads: RitReads,
     /// Of codes that are a grid's.
     formats: Option<Formats>,
     mask: Option<Mask>,
@@ -116,22 +143,21 @@ impl MVoxels {
                 expected: "one a vertex and channel of 2 x 2 x 2 vertices or more".to_owned(),
             });
         }
-        let rows = config.mvoxel.rows as usize;
-        // A row number has 16 bits.
-        let edge = (2..=40).take_while(|e| e * e * e <= rows).last();
-        let Some(edge) = edge else {
+        let Some(edge) = cube_edge(config.mvoxel.rows) else {
             return Err(VoxelError::Config {
                 field: "mvoxel.rows",
-                value: rows.to_string(),
+                value: config.mvoxel.rows.to_string(),
                 expected: "8 rows or more, for 2 x 2 x 2 vertices".to_owned(),
             });
         };
         let mut mvoxels = Self {
             edge,
+            halo: Halo::Shared,
             points,
-            counts: points.map(|p| (p - 1).div_ceil(edge - 1)),
+            counts: Self::counts_of(points, edge, Halo::Shared),
             channels,
-            weight_bits: config.gu.weight_bits,
+            reducer: Reducer::new(config),
+            rit_reads: RitReads::of(config),
             formats: None,
             mask: None,
             rows: Vec::new(),
@@ -150,6 +176,60 @@ impl MVoxels {
     pub fn masked(mut self, mask: Mask) -> Self {
         self.mask = Some(mask);
         self
+    }
+
+    fn counts_of(points: [usize; 3], edge: usize, halo: Halo) -> [usize; 3] {
+        points.map(|p| match halo {
+            Halo::Shared => (p - 1).div_ceil(edge - 1),
+            Halo::Split => p.div_ceil(edge),
+        })
+    }
+
+    /// The same vertices, cut with another halo.
+    #[must_use]
+    pub fn with_halo(&self, halo: Halo) -> Self {
+        let mut made = Self {
+            halo,
+            counts: Self::counts_of(self.points, self.edge, halo),
+            rows: vec![],
+            ..self.clone()
+        };
+        let codes = self.codes();
+        made.rows = (0..made.counts.iter().product())
+            .map(|m| made.cut(m, &codes))
+            .collect();
+        made.occupied = vec![false; made.rows.len()];
+        let [x, y, z] = self.points.map(|p| p - 1);
+        for index in (0..x * y * z).filter(|i| self.cells[i / 64] >> (i % 64) & 1 == 1) {
+            let cell = [index % x, index / x % y, index / (x * y)];
+            let owner = made.number(cell.map(|c| c / made.stride()));
+            made.occupied[owner] = true;
+        }
+        made
+    }
+
+    /// The codes of all vertices, x fastest.
+    fn codes(&self) -> Vec<i16> {
+        let [x, y, z] = self.points;
+        let mut codes = Vec::with_capacity(x * y * z * self.channels);
+        for vertex in 0..x * y * z {
+            let at = [vertex % x, vertex / x % y, vertex / (x * y)];
+            let mut index = [0; 3];
+            for axis in 0..3 {
+                index[axis] = (at[axis] / self.stride()).min(self.counts[axis] - 1);
+            }
+            let mvoxel = self.number(index);
+            let local = [0, 1, 2].map(|axis| at[axis] - index[axis] * self.stride());
+            let row = self.row(mvoxel, local) * self.channels;
+            codes.extend_from_slice(&self.rows[mvoxel][row..][..self.channels]);
+        }
+        codes
+    }
+
+    /// The row of a vertex of an MVoxel.
+    fn row(&self, mvoxel: usize, [x, y, z]: [usize; 3]) -> usize {
+        let [wide, high, _] = self.extent(mvoxel);
+        x + wide * (y + high * z)
     }
 
     fn cut(&self, mvoxel: usize, codes: &[i16]) -> Vec<i16> {
@@ -200,10 +280,32 @@ impl MVoxels {
         x + self.counts[0] * (y + self.counts[1] * z)
     }
 
-    /// Cells an edge of an MVoxel: vertices less one.
+    /// From MVoxel to MVoxel in vertices: cells an edge whose vertices one MVoxel
+    /// holds, or vertices an edge where the halo is split.
     #[must_use]
     pub fn stride(&self) -> usize {
-        self.edge - 1
+        match self.halo {
+            Halo::Shared => self.edge - 1,
+            Halo::Split => self.edge,
+        }
+    }
+
+    /// How MVoxels share vertices.
+    #[must_use]
+    pub fn halo(&self) -> Halo {
+        self.halo
+    }
+
+    /// The arithmetic of sums.
+    #[must_use]
+    pub fn reducer(&self) -> &Reducer {
+        &self.reducer
+    }
+
+    /// How often the ray index table is read.
+    #[must_use]
+    pub fn rit_reads(&self) -> RitReads {
+        self.rit_reads
     }
 
     /// MVoxels along x, y, z.
@@ -233,7 +335,7 @@ impl MVoxels {
     /// Fraction bits of weights.
     #[must_use]
     pub fn weight_bits(&self) -> u32 {
-        self.weight_bits
+        self.reducer.weight_bits()
     }
 
     /// Whether anything may be at a place in vertices: the mask's word, or yes.
@@ -321,24 +423,66 @@ impl MVoxels {
         }
     }
 
-    /// Rows of the eight corners of a place's cell; bit 0 of the corner's index
-    /// is x, bit 1 y, bit 2 z.
+    /// Rows of the eight corners of a place's cell, all of which its owner holds;
+    /// bit 0 of the corner's index is x, bit 1 y, bit 2 z.
     #[must_use]
     pub fn corner_rows(&self, place: &Place) -> [u16; 8] {
-        let [wide, high, _] = self.extent(place.mvoxel);
-        let [x, y, z] = place.local;
         let mut rows = [0; 8];
         for (corner, row) in rows.iter_mut().enumerate() {
-            let (i, j, k) = (corner & 1, corner >> 1 & 1, corner >> 2);
-            *row = (x + i + wide * (y + j + high * (z + k))) as u16;
+            let bit = |axis: usize| corner >> axis & 1;
+            let at = [0, 1, 2].map(|axis| place.local[axis] + bit(axis));
+            *row = self.row(place.mvoxel, at) as u16;
         }
         rows
     }
 
+    /// The axes, by bit, along which the far vertices of a place's cell lie in
+    /// the next MVoxel; none where faces are shared.
+    #[must_use]
+    pub fn straddles(&self, place: &Place) -> usize {
+        (0..3)
+            .filter(|axis| place.local[*axis] + 1 == self.edge)
+            .fold(0, |bits, axis| bits | 1 << axis)
+    }
+
+    /// The MVoxels that hold vertices of a place's cell, and for each along which
+    /// axes it lies behind the owner.
+    pub fn holders(&self, place: &Place) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let across = self.straddles(place);
+        let owner = place.mvoxel;
+        let [x, y, _] = self.counts;
+        let ahead = [1, x, x * y];
+        let behind = (0..8usize).filter(move |bits| bits & !across == 0);
+        behind.map(move |bits| {
+            let next = (0..3).filter(|axis| bits >> axis & 1 == 1);
+            (owner + next.map(|axis| ahead[axis]).sum::<usize>(), bits)
+        })
+    }
+
+    /// Rows of the corners of a place's cell in one of its holders, and which
+    /// corners are there, by bit. Those that are not have row 0.
+    #[must_use]
+    pub fn part_rows(&self, place: &Place, (mvoxel, behind): (usize, usize)) -> ([u16; 8], u8) {
+        let across = self.straddles(place);
+        let (mut rows, mut held) = ([0; 8], 0);
+        for (corner, row) in rows.iter_mut().enumerate() {
+            if corner & across != behind {
+                continue;
+            }
+            held |= 1 << corner;
+            let at = [0, 1, 2].map(|axis| match (across >> axis & 1, corner >> axis & 1) {
+                (1, 1) => 0,
+                (_, bit) => place.local[axis] + bit,
+            });
+            *row = self.row(mvoxel, at) as u16;
+        }
+        (rows, held)
+    }
+
     /// For every MVoxel, how far it is from the camera's: the Manhattan
     /// distance of their indices, less the least of all. A ray that leaves the
-    /// camera, at `camera` in vertex units, meets MVoxels at strictly increasing
-    /// distances, since none of its indices ever turns back.
+    /// camera, at `camera` in vertex units, meets the owners of its samples at
+    /// strictly increasing distances, since none of its indices ever turns back.
     #[must_use]
     pub fn distances(&self, camera: [f64; 3]) -> Vec<u32> {
         let own = camera.map(|v| {
@@ -359,6 +503,6 @@ impl MVoxels {
 }
 
 /// A coordinate with 12 fraction bits, to nearest; monotone, and saturating.
-fn position_code(v: f64) -> i64 {
+pub(crate) fn position_code(v: f64) -> i64 {
     (v * f64::from(1u32 << FRACTION_BITS)).round() as i64
 }
