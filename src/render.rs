@@ -248,6 +248,15 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
             );
         }
     }
+    if let Some(streams) = report.frame.map(|f| f.streams) {
+        let megabytes = |bytes: u64| bytes as f64 / 1e6;
+        say!(
+            "  bytes of all streams: {:.2} MB, of it {:.2} of MVoxels and {:.2} of the ray index table",
+            megabytes(streams.total()),
+            megabytes(streams.mvoxels_read),
+            megabytes(streams.rit_written + streams.rit_read)
+        );
+    }
     if let Some(splats) = report.frame.and_then(|f| f.splats) {
         if splats.inversions > 0 {
             say!(

@@ -251,8 +251,8 @@ mod tests {
     }
 
     /// Where no ray stops and no sample is left out, every stream and the total
-    /// are those that the renderer counts; with
-    /// read for, too.
+    /// are those that the renderer counts; where the table is read several times,
+    /// too.
     #[test]
     fn counts_are_those_of_the_renderer() {
         let mut scene = Scene::open("lantern").unwrap();
