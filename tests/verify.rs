@@ -47,6 +47,38 @@ fn both_built_in_scenes_agree_in_every_bit_and_cycle() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
+/// Traces of every algorithm: DirectVoxGO, TensoRF, Instant-NGP, EfficientNeRF
+/// and Gaussians.
+#[test]
+fn every_algorithm_agrees_in_every_bit_and_cycle() {
+    let folder = tempfile::tempdir().unwrap();
+    let fixtures = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/tests/fixtures");
+    let file = |name: &str| fixtures.join(name).display().to_string();
+    for (scene, width) in [
+        (file("tensorf/tiny.th"), "32"),
+        (file("ngp/cube.ingp"), "16"),
+        ("moons:efficientnerf".to_owned(), "48"),
+    ] {
+        let said = expect(
+            folder.path(),
+            0,
+            &[
+                "verify", "--config", "fields", "--scene", &scene, "--width", width, "--level",
+                "full", "--json", "r.json",
+            ],
+        );
+        assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
+        let r = json(&folder.path().join("r.json"));
+        let n = |field: &str| r[field].as_u64().unwrap();
+        assert_eq!(n("cycles"), n("cycles_predicted"), "{scene}");
+        assert!(n("samples") > 500 && n("vectors") > 500, "{r}");
+        for (unit, compared) in [("gathering_unit", "samples"), ("vector_unit", "elements")] {
+            let unit = &r[unit];
+            assert_eq!(unit[compared], unit[format!("{compared}_total")], "{scene}");
+        }
+    }
+}
+
 #[test]
 fn an_injected_fault_is_found_with_its_first_cycle() {
     let folder = tempfile::tempdir().unwrap();

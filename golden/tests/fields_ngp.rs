@@ -2,16 +2,13 @@
 //! tools/ngp-fixtures.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use std::collections::HashSet;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use potamoi_formats::config::Config;
 use potamoi_golden::fields::ngp::Ngp;
-use potamoi_golden::fields::{Field as _, Table, render_float};
+use potamoi_golden::fields::{Field as _, render_float};
 use potamoi_golden::scene::{Model, Scene};
-use potamoi_golden::units::{Twins, Units as _};
 use proptest::prelude::*;
 
 use serde::Deserialize;
@@ -240,8 +237,7 @@ proptest! {
     }
 }
 
-/// As a scene: opened by its ending and by a description, rendered in floating
-/// point, and refused in the hardware's formats with one clear error.
+/// As a scene: opened by its ending and by a description, and rendered.
 #[test]
 fn snapshots_are_scenes() {
     let path = fixture("cube.ingp");
@@ -259,14 +255,6 @@ fn snapshots_are_scenes() {
     // The unit cube in the world: 3.03 a side around the origin.
     let [low, high] = field.sampling().bounds;
     assert!((low + 0.5 / 0.33).length() < 1e-9 && (high - 0.5 / 0.33).length() < 1e-9);
-
-    let config = Config::paper();
-    let error = scene.render_fixed(&config, &mut Twins::new(&config));
-    let error = error.unwrap_err().to_string();
-    assert!(
-        error.contains("Instant-NGP models are not available in the hardware's formats"),
-        "{error}"
-    );
 
     let folder = tempfile::tempdir().unwrap();
     let description = folder.path().join("scene.toml");
@@ -301,113 +289,4 @@ fn a_crop_is_shown_where_the_dataset_has_it() {
         (high - expected([2.0, 1.5, 2.5])).length() < 1e-12,
         "{high}"
     );
-}
-
-/// The most that neighbouring vertices of a channel differ, in codes, with the
-/// codes' own rounding.
-fn steepest(table: &Table, channel: usize, scale: f64) -> f64 {
-    let [wide, high, deep] = table.points();
-    let at = |v: [usize; 3]| table.values()[table.row(v) * table.channels() + channel];
-    let mut most = 0f32;
-    for vertex in 0..wide * high * deep {
-        let own = [vertex % wide, vertex / wide % high, vertex / (wide * high)];
-        for axis in 0..3 {
-            let mut next = own;
-            next[axis] = (own[axis] + 1).min(table.points()[axis] - 1);
-            most = most.max((at(next) - at(own)).abs());
-        }
-    }
-    f64::from(most) * scale + 1.0
-}
-
-/// What the twins gather of the dense levels is the float gathering within the
-/// sum of what is rounded: half a code of each vertex and half of the result;
-/// 2^-13 vertices of the place along each axis; and weights that are together
-/// 1 + 2 + 4 = 7 units of 2^-W off, which counts half since both sets sum to 1,
-/// times the span of the cell, at most three steps. Every MVoxel of a level is
-/// loaded once, and none before one that is nearer.
-#[test]
-fn twins_gather_the_dense_levels_as_floats_do() {
-    let mut checked = 0;
-    for name in ["cube", "cascades"] {
-        let field = Ngp::load(&fixture(&format!("{name}.ingp"))).unwrap();
-        for text in ["", "[mvoxel]\nrows = 32\n[gu]\nweight_bits = 8\n"] {
-            let config = Config::from_toml(text, "test").unwrap();
-            let streamed = field.streamed(&config).unwrap();
-            let dense = (0..field.shape().levels).filter(|l| field.shape().streams(*l));
-            assert_eq!(streamed.levels().len(), dense.count());
-            // Rays from an eye through the box.
-            let [low, high] = field.sampling().bounds;
-            let eye = low - (high - low) * 0.2;
-            let ray = |i: u32, k: u32| {
-                let to = DVec3::new(f64::from(i % 9) / 8.0, f64::from(i / 9) / 8.0, 1.0);
-                eye + (low + (high - low) * to - eye) * (0.2 + 0.01 * f64::from(k))
-            };
-            let samples = (0..81).flat_map(|i| (0..80).map(move |k| ray(i, k)));
-            let samples: Vec<DVec3> = samples
-                .filter(|p| p.cmpge(low).all() && p.cmple(high).all())
-                .collect();
-            let gathers = streamed.gathers(eye, &samples);
-            let mut twins = Twins::new(&config);
-            let mut codes = vec![];
-            twins.gather(&gathers.tasks, &mut codes).unwrap();
-            assert_eq!(twins.gather_flags(), 0);
-            let unit = 2f64.powi(-(config.gu.weight_bits as i32));
-            let width = field.shape().features as usize;
-            let mut places = vec![DVec3::ZERO; field.tables().len()];
-            let filled = samples.iter().filter(|at| field.index(**at, &mut places));
-            let entries = filled.count() * streamed.levels().len();
-            assert_eq!(gathers.sources.len(), entries);
-            assert_eq!(codes.len(), entries * width);
-            let mut exact = vec![0.0; width];
-            let mut worst = 0f64;
-            let scales: Vec<f64> = streamed
-                .levels()
-                .iter()
-                .map(|l| l.frac_bits())
-                .map(|b| 2f64.powi(b as i32))
-                .collect();
-            let slopes = streamed.levels().iter().zip(&scales).map(|(l, scale)| {
-                let table = &field.tables()[l.level()];
-                (0..width).map(|c| steepest(table, c, *scale)).collect()
-            });
-            let slopes: Vec<Vec<f64>> = slopes.collect();
-            for (source, codes) in gathers.sources.iter().zip(codes.chunks_exact(width)) {
-                assert!(field.index(samples[source.sample], &mut places));
-                field.tables()[source.level].gather(places[source.level], &mut exact);
-                // Dense levels come first.
-                for channel in 0..width {
-                    let value = exact[channel] * scales[source.level];
-                    let slope = slopes[source.level][channel];
-                    let bound = 1.0 + 3.0 * slope * (2f64.powi(-13) + 3.5 * unit);
-                    let share = (f64::from(codes[channel]) - value).abs() / bound;
-                    assert!(share <= 1.0, "{source:?}: {} {value}", codes[channel]);
-                    worst = worst.max(share);
-                }
-            }
-            println!(
-                "{name}: {entries} entries, {:.0} % of the bound",
-                100.0 * worst
-            );
-            assert!(worst > 0.02, "the bound means something: {worst}");
-            // Of every task, its level and its MVoxel.
-            let (mut seen, mut from) = (HashSet::new(), 0);
-            let mut last = (0, 0);
-            for task in &gathers.tasks {
-                let source = gathers.sources[from];
-                from += task.entries.len();
-                field.index(samples[source.sample], &mut places);
-                let level = &streamed.levels()[source.level];
-                let place = level.mvoxels().locate(places[source.level].to_array());
-                assert!(seen.insert((source.level, place.mvoxel)), "loaded once");
-                assert_eq!(task.rows, level.mvoxels().rows(place.mvoxel));
-                let from_eye = level.mvoxels().index(place.mvoxel).iter().sum::<usize>();
-                // The eye is below the first MVoxel along every axis.
-                assert!((source.level, from_eye) >= last, "nearest first");
-                last = (source.level, from_eye);
-            }
-            checked += entries;
-        }
-    }
-    assert!(checked > 2000, "{checked}");
 }

@@ -42,7 +42,7 @@ pub(super) fn bake(field: &dyn Field) -> Result<Grid, VoxelError> {
 }
 
 /// Directions spread evenly over the sphere, on a spiral of the golden angle.
-fn directions() -> [DVec3; DIRECTIONS] {
+pub(super) fn directions() -> [DVec3; DIRECTIONS] {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     std::array::from_fn(|i| {
         let z = 1.0 - (2 * i + 1) as f64 / DIRECTIONS as f64;

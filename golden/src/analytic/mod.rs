@@ -20,6 +20,7 @@ mod noise;
 mod sdf;
 #[cfg(test)]
 mod tests;
+mod tree;
 mod vase;
 
 use glam::DVec3;
@@ -28,6 +29,8 @@ pub use look::Look;
 pub use march::Truth;
 
 use crate::camera::Camera;
+use crate::fields::FieldError;
+use crate::fields::efficient::EfficientNerf;
 use crate::voxels::{Grid, VoxelError};
 use field::{Field, Frame, Motion};
 
@@ -155,6 +158,15 @@ impl Analytic {
     /// None in practice: its size and its values are right by construction.
     pub fn bake(self) -> Result<Grid, VoxelError> {
         bake::bake(self.field())
+    }
+
+    /// Samples it to a tree of EfficientNeRF with fine cells as wide as the grid's
+    /// voxels.
+    ///
+    /// # Errors
+    /// None in practice, as [`Analytic::bake`].
+    pub fn tree(self) -> Result<EfficientNerf, FieldError> {
+        tree::tree(self.field())
     }
 
     /// Density, an optical depth a unit of length and 0 or more, at a point of

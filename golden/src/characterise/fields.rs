@@ -7,9 +7,9 @@ use super::{Accesses, interleave};
 use crate::camera::Camera;
 use crate::fields::{Field, FieldError, samples_of};
 
-/// Reads of a frame: every vertex of every sample that is gathered, a ray a
-/// lane, rays of a picture row side by side. Vectors are the vertices of the
-/// tables, one table behind another, in two bytes a channel.
+/// Reads of a frame: every row of every sample that is gathered, a ray a lane,
+/// rays of a picture row side by side. Vectors are the rows of the tables, one
+/// table behind another, in two bytes a channel.
 ///
 /// # Errors
 /// As [`crate::fields::render_float`].
@@ -22,14 +22,14 @@ pub fn field_accesses(
     let mut firsts = vec![];
     for table in field.tables() {
         firsts.push(first);
-        let vertices = table.points().iter().product::<usize>();
-        first = u32::try_from(vertices)
+        let rows = table.rows();
+        first = u32::try_from(rows)
             .ok()
             .and_then(|n| first.checked_add(n))
             .ok_or_else(|| FieldError::Part {
                 part: "tables",
-                found: format!("{vertices} vertices and more"),
-                expected: "below 2^32 vertices".to_owned(),
+                found: format!("{rows} rows and more"),
+                expected: "below 2^32 rows".to_owned(),
             })?;
     }
     let pixels: Vec<[u32; 2]> = (0..camera.height)
@@ -41,7 +41,7 @@ pub fn field_accesses(
             let mut list = vec![];
             samples_of(field, camera, *pixel, |places: &[DVec3]| {
                 for ((table, place), first) in field.tables().iter().zip(places).zip(&firsts) {
-                    table.corners(*place, |vertex, _| list.push(first + vertex as u32));
+                    table.corners(*place, |row, _| list.push(first + row as u32));
                 }
             })?;
             Ok(list)

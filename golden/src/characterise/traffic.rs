@@ -236,8 +236,11 @@ mod tests {
         fn tables(&self) -> &[crate::fields::Table] {
             self.0.tables()
         }
-        fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
-            self.0.index(at, places)
+        fn place(&self, at: DVec3, places: &mut [DVec3]) {
+            self.0.place(at, places);
+        }
+        fn holds(&self, at: DVec3) -> bool {
+            self.0.holds(at)
         }
         fn depth(&self, _: &[f64]) -> f64 {
             0.0

@@ -27,3 +27,9 @@ pub(super) fn quantised(value: f32, bits: u32, frac: u32) -> i16 {
     let code = format.quantise(f64::from(value), Rounding::HalfEven);
     code.unwrap_or_default() as i16
 }
+
+/// The nearest code of 16 bits, half to even.
+pub(super) fn held(scaled: f64) -> i16 {
+    let code = scaled.round_ties_even();
+    code.clamp(i16::MIN.into(), i16::MAX.into()) as i16
+}

@@ -18,6 +18,9 @@ pub enum FieldError {
     /// The hardware's side of it.
     #[error(transparent)]
     Voxels(#[from] VoxelError),
+    /// It has no feature computation in the hardware's formats.
+    #[error("this kind of field is rendered in floating point alone: use --numerics float")]
+    FloatOnly,
     /// A part of a field does not fit the others.
     #[error("field: `{part}` is {found}; expected {expected}")]
     Part {

@@ -6,9 +6,11 @@
 //! Between layers sums are rounded once, half to even, and held within 16 bits;
 //! what was held is counted.
 
+use potamoi_formats::units::{OpCode, VectorOp};
 use rayon::prelude::*;
 
 use super::{FieldError, Layer, Mlp};
+use crate::voxels::{Lanes, VoxelError};
 
 /// Bits of activations and weights.
 const CODE_BITS: u32 = 16;
@@ -69,10 +71,37 @@ impl MacMlp {
         Ok(Self { layers, input_frac })
     }
 
+    /// Computes samples that follow one another: layers in the MAC array, ReLU
+    /// between them in the vector unit. The results are within 16 bits.
+    ///
+    /// # Errors
+    /// A unit that fails.
+    pub fn run(&self, mut inputs: Vec<i16>, lanes: &mut Lanes<'_>) -> Result<Vec<i32>, VoxelError> {
+        let mut sums = vec![];
+        for (i, layer) in self.layers.iter().enumerate() {
+            sums.clear();
+            let held = layer.run(&inputs, &mut sums);
+            lanes.count_products((sums.len() * layer.inputs()) as u64, held);
+            if i + 1 < self.layers.len() {
+                let positive = lanes.compute_with(VectorOp::new(OpCode::Relu), &sums, 0)?;
+                inputs.clear();
+                // Sums were held within 16 bits.
+                inputs.extend(positive.iter().map(|v| *v as i16));
+            }
+        }
+        Ok(sums)
+    }
+
     /// The layers.
     #[must_use]
     pub fn layers(&self) -> &[MacLayer] {
         &self.layers
+    }
+
+    /// Outputs of the last layer.
+    #[must_use]
+    pub fn outputs(&self) -> usize {
+        self.layers.last().map_or(0, MacLayer::outputs)
     }
 
     /// Fraction bits of the inputs.

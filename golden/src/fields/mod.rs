@@ -6,13 +6,19 @@
 //! A field brings its tables, the first and the last stage; gathering is the
 //! same for all of them, and is what the gathering unit does.
 
+mod calibrate;
+pub mod coded;
 mod codes;
 pub mod dvgo;
+pub mod efficient;
 mod error;
+mod fixed;
 pub mod mac;
 mod march;
 mod mlp;
 pub mod ngp;
+mod nodes;
+mod opacity;
 pub mod stored;
 mod table;
 pub mod tensorf;
@@ -22,10 +28,13 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use glam::DVec3;
+use potamoi_formats::config::Config;
 
 pub use error::FieldError;
+pub use fixed::{Coded, FixedField, FixedOptions};
 pub use march::{FieldFrame, render_float, samples_of};
 pub use mlp::{Layer, Mlp};
+pub use nodes::Nodes;
 pub use table::Table;
 
 /// A radiance field.
@@ -35,9 +44,22 @@ pub trait Field: Sync {
     fn tables(&self) -> &[Table];
 
     /// Indexing: where a point of the world lies in each table, in vertices
-    /// from its first one, one place a table. `false` where the field is known
-    /// to be empty; the places are then not set.
-    fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool;
+    /// from its first one, one place a table.
+    fn place(&self, at: DVec3, places: &mut [DVec3]);
+
+    /// Whether the field may be anything at a point of the world; it is known
+    /// to be empty elsewhere.
+    fn holds(&self, at: DVec3) -> bool;
+
+    /// Both: `false` where the field is known to be empty; the places are then
+    /// not set.
+    fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
+        let holds = self.holds(at);
+        if holds {
+            self.place(at, places);
+        }
+        holds
+    }
 
     /// Feature computation, of every sample: the optical depth of one step, 0
     /// and up.
@@ -49,6 +71,15 @@ pub trait Field: Sync {
 
     /// Where samples lie and which of them count.
     fn sampling(&self) -> Sampling;
+
+    /// Formats and feature computation of the hardware.
+    ///
+    /// # Errors
+    /// A field that is rendered in floating point alone, a configuration whose
+    /// units lack what it needs, or values that no format holds.
+    fn coded(&self, _: &Config) -> Result<Coded<'_>, FieldError> {
+        Err(FieldError::FloatOnly)
+    }
 
     /// Features of a sample: the sum of the tables' channels.
     fn channels(&self) -> usize {

@@ -40,8 +40,11 @@ impl Field for StoredField {
         &self.tables
     }
 
-    fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
         places[0] = (at - self.corner) / self.voxel;
+    }
+
+    fn holds(&self, _: DVec3) -> bool {
         true
     }
 

@@ -1,9 +1,9 @@
 //! Tables of features at the vertices of a line, a plane or a volume, or of a
-//! volume whose vertices share entries by a hash.
+//! volume whose vertices share entries by a hash, or of the fine cells of a tree.
 
 use glam::DVec3;
 
-use super::FieldError;
+use super::{FieldError, Nodes};
 
 /// The most vertices along an axis.
 const MAX_POINTS: usize = 1 << 14;
@@ -22,9 +22,39 @@ const MAX_VALUES: usize = 1 << 30;
 pub struct Table {
     points: [usize; 3],
     channels: usize,
-    /// Of a hashed table; vertices of a dense one have one each.
-    entries: Option<usize>,
+    layout: Layout,
     values: Vec<f32>,
+}
+
+/// Where vertices have their rows.
+#[derive(Debug, Clone, PartialEq)]
+enum Layout {
+    /// One each, x fastest.
+    Dense,
+    /// Any of so many, by a hash.
+    Hashed(usize),
+    /// In the node of their coarse cell.
+    Nodes(Nodes),
+}
+
+impl Layout {
+    fn rows(&self, points: [usize; 3]) -> usize {
+        match self {
+            // At most 2^60.
+            Self::Dense => points.iter().product(),
+            Self::Hashed(entries) => *entries,
+            Self::Nodes(nodes) => nodes.rows(),
+        }
+    }
+
+    /// What a row belongs to.
+    const fn owner(&self) -> &'static str {
+        match self {
+            Self::Dense => "vertex",
+            Self::Hashed(_) => "entry",
+            Self::Nodes(_) => "fine cell",
+        }
+    }
 }
 
 impl Table {
@@ -34,7 +64,7 @@ impl Table {
     /// # Errors
     /// Sizes out of range, another number of values, or one that is not finite.
     pub fn new(points: [usize; 3], channels: usize, values: Vec<f32>) -> Result<Self, FieldError> {
-        Self::checked(points, None, channels, values)
+        Self::checked(points, Layout::Dense, channels, values)
     }
 
     /// A volume of `points` vertices along each axis that share `entries` of
@@ -50,12 +80,21 @@ impl Table {
         channels: usize,
         values: Vec<f32>,
     ) -> Result<Self, FieldError> {
-        Self::checked(points, Some(entries), channels, values)
+        Self::checked(points, Layout::Hashed(entries), channels, values)
+    }
+
+    /// A two-level tree, a row a fine cell, whose value is that everywhere in
+    /// the cell: nothing is interpolated.
+    ///
+    /// # Errors
+    /// Sizes out of range, another number of values, or one that is not finite.
+    pub fn tree(nodes: Nodes, channels: usize, values: Vec<f32>) -> Result<Self, FieldError> {
+        Self::checked(nodes.points(), Layout::Nodes(nodes), channels, values)
     }
 
     fn checked(
         points: [usize; 3],
-        entries: Option<usize>,
+        layout: Layout,
         channels: usize,
         values: Vec<f32>,
     ) -> Result<Self, FieldError> {
@@ -66,35 +105,28 @@ impl Table {
                 expected,
             })
         };
-        let most = match entries {
-            Some(_) => MAX_HASHED_POINTS,
-            None => MAX_POINTS,
+        let most = match layout {
+            Layout::Hashed(_) => MAX_HASHED_POINTS,
+            Layout::Dense | Layout::Nodes(_) => MAX_POINTS,
         };
         if points.iter().any(|p| !(1..=most).contains(p)) {
             let expected = format!("1 to {most} vertices along each axis");
             return refuse("table.points", format!("{points:?}"), expected);
         }
-        // At most 2^60.
-        let rows = entries.unwrap_or_else(|| points.iter().product());
-        let count = rows.checked_mul(channels);
+        let count = layout.rows(points).checked_mul(channels);
         let Some(count) = count.filter(|n| (1..=MAX_VALUES).contains(n)) else {
             let expected = format!("1 to {MAX_VALUES} values");
             return refuse("table", format!("{points:?} x {channels}"), expected);
         };
         if values.len() != count {
-            let row = if entries.is_some() {
-                "an entry"
-            } else {
-                "a vertex"
-            };
-            let expected = format!("{count}, one {row} and channel");
+            let expected = format!("{count}, one a {} and channel", layout.owner());
             return refuse("table.values.len()", values.len().to_string(), expected);
         }
         if let Some(at) = values.iter().position(|v| !v.is_finite()) {
             let found = format!(
                 "{} at {} {}, channel {}",
                 values[at],
-                if entries.is_some() { "entry" } else { "vertex" },
+                layout.owner(),
                 at / channels,
                 at % channels
             );
@@ -103,7 +135,7 @@ impl Table {
         Ok(Self {
             points,
             channels,
-            entries,
+            layout,
             values,
         })
     }
@@ -111,15 +143,33 @@ impl Table {
     /// Whether vertices share entries.
     #[must_use]
     pub const fn is_hashed(&self) -> bool {
-        self.entries.is_some()
+        matches!(self.layout, Layout::Hashed(_))
     }
 
-    /// The row of values of a vertex.
+    /// The nodes of a tree.
+    pub(super) const fn nodes(&self) -> Option<&Nodes> {
+        match &self.layout {
+            Layout::Nodes(nodes) => Some(nodes),
+            _ => None,
+        }
+    }
+
+    /// Rows of values.
     #[must_use]
-    pub fn row(&self, vertex: [usize; 3]) -> usize {
-        match self.entries {
-            None => vertex[0] + self.points[0] * (vertex[1] + self.points[1] * vertex[2]),
-            Some(entries) => hash(vertex) as usize % entries,
+    pub fn rows(&self) -> usize {
+        self.values.len() / self.channels
+    }
+
+    /// The row of a vertex in a hashed table of so many entries.
+    pub(super) fn hashed_row(vertex: [usize; 3], entries: usize) -> usize {
+        hash(vertex) as usize % entries
+    }
+
+    /// The row of values of a vertex, of a dense or hashed table.
+    fn row(&self, vertex: [usize; 3]) -> usize {
+        match self.layout {
+            Layout::Hashed(entries) => Self::hashed_row(vertex, entries),
+            _ => vertex[0] + self.points[0] * (vertex[1] + self.points[1] * vertex[2]),
         }
     }
 
@@ -144,6 +194,9 @@ impl Table {
     /// Vertices that a sample reads: 2, 4 or 8, or the only one.
     #[must_use]
     pub fn vertices(&self) -> usize {
+        if self.nodes().is_some() {
+            return 1;
+        }
         1 << self.points.iter().filter(|p| **p > 1).count()
     }
 
@@ -159,8 +212,14 @@ impl Table {
         });
     }
 
-    /// Tells each vertex that a sample at a place reads, and its weight.
+    /// Tells each row that a sample at a place reads, and its weight.
     pub fn corners(&self, place: DVec3, mut read: impl FnMut(usize, f64)) {
+        if let Some(nodes) = self.nodes() {
+            if let Some(row) = nodes.row(nodes.cell(place)) {
+                read(row, 1.0);
+            }
+            return;
+        }
         let mut cell = [0usize; 3];
         let mut fraction = [0f64; 3];
         for axis in 0..3 {

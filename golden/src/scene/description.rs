@@ -40,6 +40,8 @@ pub(super) enum ModelDescription {
     Builtin {
         /// Its name.
         name: String,
+        /// What it is made into, if it is known exactly.
+        representation: Option<String>,
     },
     /// A model file of Gaussians.
     Splats {

@@ -87,17 +87,6 @@ pub enum SceneError {
     /// A field cannot be loaded or rendered.
     #[error(transparent)]
     Field(#[from] FieldError),
-    /// A kind of model that is not rendered in the hardware's formats.
-    #[error(
-        "scene {scene}: {kind} models are not available in the hardware's formats yet; \
-         render it in floating point"
-    )]
-    FloatOnly {
-        /// The scene.
-        scene: String,
-        /// The kind.
-        kind: &'static str,
-    },
     /// The units of a configuration cannot render the scene.
     #[error("configuration: `{field}` is {value}: scene {scene} needs {expected}")]
     Config {

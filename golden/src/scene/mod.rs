@@ -1,5 +1,6 @@
 //! Scenes: built-in ones, model files and scene descriptions.
 
+mod builtin;
 pub mod camera_file;
 pub mod colmap;
 mod description;
@@ -13,8 +14,8 @@ mod render;
 mod tests;
 pub mod transforms;
 
+pub use builtin::{BUILTIN, Representation};
 pub use error::SceneError;
-pub use open::BUILTIN;
 pub use orbit::Orbit;
 pub use render::{FrameCounts, Rendered, SplatCounts};
 
@@ -37,9 +38,9 @@ pub enum Model {
     Voxels(Box<Grid>),
     /// A DirectVoxGO model.
     Dvgo(Box<Dvgo>),
-    /// A TensoRF model, in floating point alone.
+    /// A TensoRF model.
     Tensorf(Box<Tensorf>),
-    /// A field that is rendered in floating point only.
+    /// A field of another kind.
     Field(AnyField),
 }
 

@@ -9,9 +9,8 @@ use potamoi_formats::record::COLOUR;
 use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
 use super::transforms::PathFrame;
 use super::{
-    Kind, Model, Orbit, Scene, SceneError, camera_file, colmap, garden, lantern, transforms,
+    BUILTIN, Kind, Model, Orbit, Scene, SceneError, camera_file, colmap, lantern, transforms,
 };
-use crate::analytic::Analytic;
 use crate::camera::Camera;
 use crate::fields::AnyField;
 use crate::fields::dvgo::Dvgo;
@@ -20,13 +19,8 @@ use crate::fields::tensorf::Tensorf;
 use crate::splats::{Order, Profile, files};
 use crate::voxels::Halo;
 
-/// Scenes that need no file: splats, voxels, and voxels sampled from the fields
-/// of [`Analytic`].
-pub const BUILTIN: [&str; 10] = [
-    "garden", "lantern", "cairn", "vase", "lattice", "mist", "moons", "chrome", "gallery", "city",
-];
 /// Pixels a side of a picture whose size nobody gave.
-const SIDE: u32 = 400;
+pub(super) const SIDE: u32 = 400;
 /// Voxel edges from sample to sample unless a description says otherwise.
 const STEP: f64 = 0.5;
 /// The largest picture side, in pixels.
@@ -63,7 +57,8 @@ fn endings() -> String {
 }
 
 impl Scene {
-    /// Opens a scene: a built-in name, a splat model of any format of
+    /// Opens a scene: a built-in name, with a colon and a representation if it is
+    /// known exactly, a splat model of any format of
     /// [`files`], or a `.toml` description. A bare model is seen from
     /// [`Orbit::around`] it, y down as 3DGS trains, by the rules of `inria` on
     /// black.
@@ -71,8 +66,8 @@ impl Scene {
     /// # Errors
     /// No such scene, or a file that cannot be used.
     pub fn open(name: &str) -> Result<Self, SceneError> {
-        if BUILTIN.contains(&name) {
-            return Self::builtin(name);
+        if let Some(scene) = Self::builtin(name) {
+            return scene;
         }
         let path = Path::new(name);
         if files::is_splats(path) {
@@ -93,7 +88,7 @@ impl Scene {
         }
     }
 
-    fn unknown(name: &str) -> SceneError {
+    pub(super) fn unknown(name: &str) -> SceneError {
         SceneError::Unknown {
             name: name.to_owned(),
             builtin: BUILTIN.join(", "),
@@ -102,7 +97,13 @@ impl Scene {
     }
 
     /// A model as it is seen unless something else is said.
-    fn of(name: &str, model: Model, camera: Camera, up: DVec3, background: [f32; 3]) -> Self {
+    pub(super) fn of(
+        name: &str,
+        model: Model,
+        camera: Camera,
+        up: DVec3,
+        background: [f32; 3],
+    ) -> Self {
         Self {
             name: name.to_owned(),
             model,
@@ -118,31 +119,6 @@ impl Scene {
             step: STEP,
             truth: None,
         }
-    }
-
-    fn builtin(name: &str) -> Result<Self, SceneError> {
-        Ok(match name {
-            "garden" => {
-                let camera = garden::camera().resized(SIDE, SIDE);
-                let model = Model::Splats(garden::cloud());
-                Self::of(name, model, camera, DVec3::Y, garden::BACKGROUND)
-            }
-            "lantern" => {
-                let camera = lantern::camera(SIDE, SIDE);
-                let model = Model::Voxels(Box::new(lantern::lantern()?));
-                Self::of(name, model, camera, DVec3::Z, lantern::BACKGROUND)
-            }
-            _ => {
-                let known = Analytic::named(name);
-                let analytic = known.ok_or_else(|| Self::unknown(name))?;
-                let camera = analytic.camera(0.0, SIDE, SIDE);
-                let model = Model::Voxels(Box::new(analytic.bake()?));
-                Self {
-                    truth: Some(analytic),
-                    ..Self::of(name, model, camera, DVec3::Z, analytic.background())
-                }
-            }
-        })
     }
 
     fn model_file(path: &Path) -> Result<Self, SceneError> {
@@ -186,7 +162,10 @@ impl Scene {
         let description = Description::read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut scene = match &description.model {
-            ModelDescription::Builtin { name } => Self::builtin(name)?,
+            ModelDescription::Builtin {
+                name,
+                representation,
+            } => Self::represented(name, name, representation.as_deref())?,
             ModelDescription::Splats { path } => Self::model_file(&folder.join(path))?,
             ModelDescription::Ngp { path } => Self::ngp(&folder.join(path))?,
             ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path))?,

@@ -12,8 +12,8 @@ use crate::analytic::Analytic;
 use crate::characterise::{
     Accesses, Traffic, field_accesses, splat_accesses, splat_traffic, traffic,
 };
-use crate::fields;
 use crate::fields::stored::StoredField;
+use crate::fields::{self, Field, FixedField};
 use crate::picture::Picture;
 use crate::splats::{self, Decisions, Flips, Octree, Partition};
 use crate::streams::{RitReads, Streams};
@@ -35,6 +35,9 @@ pub struct FrameCounts {
     pub elements: BTreeMap<OpCode, u64>,
     /// Bytes, stream by stream.
     pub streams: Streams,
+    /// Of the bytes of MVoxels, those that were fetched row by row, from tables
+    /// that do not stream.
+    pub scattered_bytes: u64,
     /// Of splats alone.
     pub splats: Option<SplatCounts>,
 }
@@ -201,8 +204,7 @@ impl Scene {
     /// operation goes through `units`, which are those of `config`.
     ///
     /// # Errors
-    /// A kind of model that is rendered in floating point alone, a
-    /// configuration that cannot hold the scene, a camera or an option that is
+    /// A configuration that cannot hold the scene, a camera or an option that is
     /// not sensible, or a unit that fails.
     pub fn render_fixed(
         &self,
@@ -224,6 +226,7 @@ impl Scene {
                         feature_vectors: frame.stats.gathers,
                         elements: frame.stats.vector_elements,
                         streams: frame.stats.streams,
+                        scattered_bytes: 0,
                         splats: Some(SplatCounts {
                             records_held: frame.stats.hold.occupancy,
                             entries_held: frame.stats.hold.entries,
@@ -241,14 +244,8 @@ impl Scene {
                 let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
                 Ok(rendered(frame))
             }
-            Model::Tensorf(_) => Err(SceneError::FloatOnly {
-                scene: self.name.clone(),
-                kind: "TensoRF",
-            }),
-            Model::Field(field) => Err(SceneError::FloatOnly {
-                scene: self.name.clone(),
-                kind: field.kind(),
-            }),
+            Model::Tensorf(field) => self.render_tables(&**field, config, units),
+            Model::Field(field) => self.render_tables(&**field, config, units),
             Model::Dvgo(field) => {
                 let made = field.fixed(config)?;
                 let mvoxels = self.cut(made.mvoxels().clone());
@@ -284,6 +281,21 @@ impl Scene {
             Halo::Shared => shared,
             Halo::Split => shared.with_halo(Halo::Split),
         }
+    }
+
+    fn render_tables(
+        &self,
+        field: &dyn Field,
+        config: &Config,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        let options = fields::FixedOptions {
+            background: self.background,
+            group_side: self.group_side,
+            ..fields::FixedOptions::default()
+        };
+        let frame = FixedField::new(field, config)?.render(&self.camera, &options, units)?;
+        Ok(rendered(frame))
     }
 
     fn voxel_options(&self) -> voxels::FixedOptions {
@@ -345,6 +357,7 @@ fn rendered(frame: voxels::FixedFrame) -> Rendered {
             feature_vectors: frame.stats.entries - frame.stats.split_entries,
             elements: frame.stats.vector_elements,
             streams: frame.stats.streams,
+            scattered_bytes: frame.stats.scattered_bytes,
             splats: None,
         },
         decisions: None,

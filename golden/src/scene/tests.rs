@@ -364,3 +364,41 @@ fn a_tensorf_checkpoint_is_a_scene() {
         "{error}"
     );
 }
+
+#[test]
+fn a_representation_is_chosen_behind_a_colon_or_in_a_description() {
+    let opened = |name: &str| Scene::open(name).map_err(|e| e.to_string());
+    let plain = opened("moons").unwrap();
+    assert_eq!(plain.model(), opened("moons:voxels").unwrap().model());
+    let tree = opened("moons:efficientnerf").unwrap();
+    assert_eq!(tree.name(), "moons:efficientnerf");
+    assert_eq!(tree.camera(), plain.camera());
+    assert!(tree.analytic().is_some());
+    let error = opened("moons:cubes").unwrap_err();
+    assert!(
+        error.contains("representation is cubes: expected voxels, "),
+        "{error}"
+    );
+    let error = opened("garden:voxels").unwrap_err();
+    assert!(error.contains("garden has its own"), "{error}");
+    assert!(
+        opened("meadow:voxels")
+            .unwrap_err()
+            .contains("built in are")
+    );
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let described = |representation: &str| {
+        let text = format!(
+            "[model]\nkind = \"builtin\"\nname = \"moons\"\nrepresentation = {representation:?}\n"
+        );
+        fs::write(&path, text).unwrap();
+        opened(path.to_str().unwrap())
+    };
+    let Model::Field(field) = described("efficientnerf").unwrap().model().clone() else {
+        panic!("a field")
+    };
+    assert_eq!(field.kind(), "EfficientNeRF");
+    assert!(described("cubes").unwrap_err().contains("representation"));
+}

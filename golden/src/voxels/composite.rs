@@ -10,19 +10,18 @@
 //! Products are summed exactly. The weights T - T' and what is left of T add up
 //! to exactly 1, but for weights that a head leaves out.
 //!
-//! A ray stops where the exact product T (2^F - alpha) is below 1e-3, before it
-//! is rounded.
+//! A ray stops where the exact product T (2^F - alpha) is below the head's limit,
+//! 1e-3 unless it has another, before it is rounded.
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::error::VoxelError;
-use super::float::STOP_BELOW;
 use super::formats::TRANSMITTANCE;
-use super::head::{Head, Lanes};
-use super::ray::Ray;
+use super::head::{Head, Lanes, Opacities};
 use super::schedule::Span;
 use crate::units::Units;
 
@@ -36,6 +35,8 @@ pub(crate) struct Work {
     pub(crate) products: u64,
     /// Sums of the MAC array that were held at an end of their format.
     pub(crate) held: u64,
+    /// Sines and cosines of features.
+    pub(crate) waves: u64,
     /// Samples that added to a pixel.
     pub(crate) composited: u64,
     pub(crate) stopped: u64,
@@ -64,20 +65,26 @@ struct Seen {
 }
 
 impl<'h> Compositor<'h> {
-    pub(crate) fn new(head: &'h dyn Head, terminate: bool, rays: &[Ray]) -> Self {
+    /// For rays along unit directions in the world.
+    pub(crate) fn new(
+        head: &'h dyn Head,
+        terminate: bool,
+        towards: impl ExactSizeIterator<Item = DVec3>,
+    ) -> Self {
         let bits = (TRANSMITTANCE.frac_bits() + head.alpha_bits()) as i32;
-        let mut directions = Vec::with_capacity(rays.len() * head.direction_codes());
-        for ray in rays {
-            head.encode(ray.towards, &mut directions);
+        let rays = towards.len();
+        let mut directions = Vec::with_capacity(rays * head.direction_codes());
+        for towards in towards {
+            head.encode(towards, &mut directions);
         }
         Self {
             head,
             colour: ColourScale::of(head.colour_bits()),
-            stop: terminate.then(|| (STOP_BELOW * 2f64.powi(bits)).ceil() as i64),
+            stop: terminate.then(|| (head.stop() * 2f64.powi(bits)).ceil() as i64),
             directions,
-            transmittance: vec![CLEAR; rays.len()],
-            sums: vec![[0; 3]; rays.len()],
-            stopped: vec![false; rays.len()],
+            transmittance: vec![CLEAR; rays],
+            sums: vec![[0; 3]; rays],
+            stopped: vec![false; rays],
         }
     }
 
@@ -100,7 +107,7 @@ impl<'h> Compositor<'h> {
         work: &mut Work,
     ) -> Result<(), VoxelError> {
         let mut lanes = Lanes { units, work };
-        let mut alpha = self.head.alphas(features, &mut lanes)?;
+        let Opacities { mut alpha, kept } = self.head.opacities(features, &mut lanes)?;
         let [least, _] = self.head.least();
         for alpha in &mut alpha {
             if *alpha <= least {
@@ -108,7 +115,7 @@ impl<'h> Compositor<'h> {
             }
         }
         let seen = self.chain(&alpha, spans, units, work)?;
-        self.add(features, &seen, units, work)
+        self.add(&kept, &seen, units, work)
     }
 
     /// Follows each ray through its span: all first samples, all second ones,
@@ -166,16 +173,16 @@ impl<'h> Compositor<'h> {
 
     fn add(
         &mut self,
-        features: &[i16],
+        kept: &[i16],
         seen: &[Seen],
         units: &mut dyn Units,
         work: &mut Work,
     ) -> Result<(), VoxelError> {
-        let (channels, codes) = (self.head.channels(), self.head.direction_codes());
-        let mut rows = Vec::with_capacity(seen.len() * channels);
+        let (width, codes) = (self.head.kept(), self.head.direction_codes());
+        let mut rows = Vec::with_capacity(seen.len() * width);
         let mut towards = Vec::with_capacity(seen.len() * codes);
         for s in seen {
-            rows.extend_from_slice(&features[s.entry as usize * channels..][..channels]);
+            rows.extend_from_slice(&kept[s.entry as usize * width..][..width]);
             towards.extend_from_slice(&self.directions[s.ray as usize * codes..][..codes]);
         }
         let mut lanes = Lanes { units, work };

@@ -13,7 +13,7 @@ use super::grid::Grid;
 use super::head::{Head, Stored};
 use super::mvoxels::{Halo, MVoxels};
 use super::ray::{Placement, Rays};
-use super::schedule::{Group, Schedule, Skip};
+use super::schedule::{Schedule, Skip};
 use super::split;
 use crate::camera::Camera;
 use crate::picture::Picture;
@@ -77,6 +77,9 @@ pub struct FixedStats {
     pub waiting: u64,
     /// Bytes, stream by stream.
     pub streams: Streams,
+    /// Of the bytes of MVoxels, those that were fetched row by row, from
+    /// anywhere in a table that does not stream.
+    pub scattered_bytes: u64,
     /// Feature codes out of the gathering unit.
     pub features: u64,
     /// Elements out of the vector unit, by operation.
@@ -85,10 +88,32 @@ pub struct FixedStats {
     pub products: u64,
     /// Sums of the MAC array that were held at an end of their format.
     pub held: u64,
+    /// Sines and cosines of features.
+    pub waves: u64,
     /// Samples that added to a pixel.
     pub composited: u64,
     /// Rays that stopped early.
     pub stopped: u64,
+}
+
+impl FixedStats {
+    /// Counts tasks whose entries have all their vertices.
+    pub(crate) fn count(&mut self, tasks: &[GatherTask], reads: RitReads) {
+        self.tasks += tasks.len() as u64;
+        for task in tasks {
+            let visit = Visit::of(task);
+            self.entries += visit.whole;
+            self.features += visit.whole * task.channels as u64;
+            self.streams.visit(&visit, reads);
+        }
+    }
+
+    /// Takes over what compositing counted.
+    pub(crate) fn take(&mut self, work: Work) {
+        self.vector_elements = work.elements;
+        (self.products, self.held, self.waves) = (work.products, work.held, work.waves);
+        (self.composited, self.stopped) = (work.composited, work.stopped);
+    }
 }
 
 /// A rendered frame.
@@ -171,12 +196,16 @@ pub fn render_volume(
         frame.stats.groups += 1;
         frame.stats.rays += group.rays.len() as u64;
         frame.stats.samples += Schedule::samples(&group);
-        let mut done = Compositor::new(*head, options.terminate, &group.rays);
+        let mut done = Compositor::new(
+            *head,
+            options.terminate,
+            group.rays.iter().map(|ray| ray.towards),
+        );
         let most = options.batch_entries;
         if mvoxels.halo() == Halo::Split {
             let stats = &mut frame.stats;
             split::run(&schedule, &group, most, &mut done, units, stats, &mut work)?;
-            place(&mut frame, &group, &done, options);
+            place(&mut frame, &group.pixels, &done, options.background);
             continue;
         }
         let (mut tasks, mut spans, mut features) = (Vec::new(), Vec::new(), Vec::new());
@@ -188,12 +217,9 @@ pub fn render_volume(
             frame.stats.count(&tasks, mvoxels.rit_reads());
             done.run(&features, &spans, units, &mut work)?;
         }
-        place(&mut frame, &group, &done, options);
+        place(&mut frame, &group.pixels, &done, options.background);
     }
-    frame.stats.vector_elements = work.elements;
-    (frame.stats.products, frame.stats.held) = (work.products, work.held);
-    frame.stats.composited = work.composited;
-    frame.stats.stopped = work.stopped;
+    frame.stats.take(work);
     Ok(frame)
 }
 
@@ -273,16 +299,26 @@ fn check(
     if options.batch_entries == 0 {
         return option("batch_entries", "0".to_owned(), "1 or more");
     }
-    let fits = |v: f32| v.is_finite() && v.abs() < 8.0;
-    if !options.background.iter().all(|v| fits(*v)) {
-        let value = format!("{:?}", options.background);
-        return option("background", value, "finite numbers below 8");
-    }
+    check_background(options.background)?;
     Rays::placed(placement, camera, options.step)
 }
 
-/// Features of all entries of some tasks, as many as there must be.
-pub(super) fn gather(
+/// Whether the sums of pixels hold a background.
+pub(crate) fn check_background(background: [f32; 3]) -> Result<(), VoxelError> {
+    let fits = |v: &f32| v.is_finite() && v.abs() < 8.0;
+    if background.iter().all(fits) {
+        return Ok(());
+    }
+    Err(VoxelError::Option {
+        field: "background",
+        value: format!("{background:?}"),
+        expected: "finite numbers below 8",
+    })
+}
+
+/// Features of all entries of some tasks, as many as there must be, in their
+/// order.
+pub(crate) fn gather(
     units: &mut dyn Units,
     tasks: &[GatherTask],
     features: &mut Vec<i16>,
@@ -302,26 +338,20 @@ pub(super) fn gather(
     Ok(())
 }
 
-impl FixedStats {
-    fn count(&mut self, tasks: &[GatherTask], reads: RitReads) {
-        self.tasks += tasks.len() as u64;
-        for task in tasks {
-            let visit = Visit::of(task);
-            self.entries += visit.whole;
-            self.features += visit.whole * task.channels as u64;
-            self.streams.visit(&visit, reads);
-        }
-    }
-}
-
-fn place(frame: &mut FixedFrame, group: &Group, done: &Compositor<'_>, options: &FixedOptions) {
-    let background = options.background.map(|v| {
+/// Puts what was composited at the pixels of its rays, over a background.
+pub(crate) fn place(
+    frame: &mut FixedFrame,
+    pixels: &[[u32; 2]],
+    done: &Compositor<'_>,
+    background: [f32; 3],
+) {
+    let background = background.map(|v| {
         let code = BACKGROUND.quantise(f64::from(v), Rounding::HalfEven);
         code.unwrap_or_default() as i64
     });
     let up = PIXEL_BITS - done.pixel_bits();
     let behind_up = PIXEL_BITS - BACKGROUND.frac_bits() - TRANSMITTANCE.frac_bits();
-    for (slot, [x, y]) in group.pixels.iter().enumerate() {
+    for (slot, [x, y]) in pixels.iter().enumerate() {
         let to = (y * frame.picture.width + x) as usize;
         let left = done.transmittance[slot];
         // Never negative, at most 1.

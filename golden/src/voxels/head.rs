@@ -1,12 +1,15 @@
 //! Feature computation in the hardware's formats: what makes opacity and colour
 //! of gathered features.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::composite::Work;
 use super::error::VoxelError;
+use super::float::STOP_BELOW;
 use super::formats::{DIRECTION_BITS, Formats, STEP_BITS};
 use super::grid::Layout;
 use crate::units::Units;
@@ -28,6 +31,17 @@ pub trait Head: Sync {
         [0, 0]
     }
 
+    /// A ray stops where less than this is left of it.
+    fn stop(&self) -> f64 {
+        STOP_BELOW
+    }
+
+    /// Codes of a sample that colours are made of: its features, unless opacity
+    /// leaves something else.
+    fn kept(&self) -> usize {
+        self.channels()
+    }
+
     /// Codes that stand for a direction.
     fn direction_codes(&self) -> usize;
 
@@ -38,19 +52,31 @@ pub trait Head: Sync {
     ///
     /// # Errors
     /// A unit that fails.
-    fn alphas(&self, features: &[i16], lanes: &mut Lanes<'_>) -> Result<Vec<i32>, VoxelError>;
+    fn opacities<'f>(
+        &self,
+        features: &'f [i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Opacities<'f>, VoxelError>;
 
-    /// Three colour codes, 0 and up, of each sample, whose features and whose
+    /// Three colour codes, 0 and up, of each sample, whose kept codes and whose
     /// directions' codes follow one another.
     ///
     /// # Errors
     /// A unit that fails.
     fn colours(
         &self,
-        features: &[i16],
+        kept: &[i16],
         directions: &[i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Vec<i32>, VoxelError>;
+}
+
+/// What a head makes of features first.
+pub struct Opacities<'f> {
+    /// Codes of [`Head::alpha_bits`] fraction bits, one a sample.
+    pub alpha: Vec<i32>,
+    /// [`Head::kept`] codes a sample.
+    pub kept: Cow<'f, [i16]>,
 }
 
 /// The vector unit, and the count of what it was given.
@@ -93,6 +119,12 @@ impl Lanes<'_> {
     pub fn count_products(&mut self, products: u64, held: u64) {
         self.work.products += products;
         self.work.held += held;
+    }
+
+    /// Counts sines and cosines of features, which a table next to the MAC
+    /// array gives.
+    pub fn count_waves(&mut self, waves: u64) {
+        self.work.waves += waves;
     }
 }
 
@@ -138,7 +170,11 @@ impl Head for Stored {
         out.extend((direction * one).to_array().map(|v| v.round() as i16));
     }
 
-    fn alphas(&self, features: &[i16], lanes: &mut Lanes<'_>) -> Result<Vec<i32>, VoxelError> {
+    fn opacities<'f>(
+        &self,
+        features: &'f [i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Opacities<'f>, VoxelError> {
         let channels = self.channels();
         let density = features.chunks_exact(channels).map(|f| i32::from(f[0]));
         let density: Vec<i32> = density.collect();
@@ -149,16 +185,19 @@ impl Head for Stored {
             rounding: Rounding::Floor,
         };
         let depth = lanes.compute_with(to_depth, &positive, self.step)?;
-        lanes.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)
+        Ok(Opacities {
+            alpha: lanes.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)?,
+            kept: Cow::Borrowed(features),
+        })
     }
 
     fn colours(
         &self,
-        features: &[i16],
+        kept: &[i16],
         directions: &[i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Vec<i32>, VoxelError> {
-        let samples = features.chunks_exact(self.channels());
+        let samples = kept.chunks_exact(self.channels());
         let mut colour = Vec::with_capacity(3 * samples.len());
         match self.layout {
             Layout::Constant => {

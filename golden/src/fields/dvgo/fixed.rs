@@ -3,31 +3,25 @@
 //! | step | unit | result |
 //! |---|---|---|
 //! | density, features | gathering | a format each, the finest that holds the grid |
-//! | d + shift | multiply by a power of two, add | the fraction bits of the exponential's input |
-//! | softplus | softplus | F fraction bits |
-//! | s | multiply by the interval, half even | U4.G, G = `one_minus_frac_bits` |
-//! | alpha | 1 - exp(-s) | U0.F |
+//! | alpha | softplus, 1 - exp(-s) ([`crate::fields::opacity`]) | U0.F |
 //! | layers | MAC array, ReLU between them | 16 bits with a scale a layer |
 //! | colour | sigmoid | U0.F |
 //!
 //! A direction and its sines and cosines are found once a ray, in floating
 //! point, and rounded to the features' format.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 use potamoi_formats::config::Config;
-use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::Dvgo;
-use crate::fields::codes::{finest, quantised};
+use crate::fields::codes::{finest, held, quantised};
 use crate::fields::mac::MacMlp;
-use crate::fields::{Field, FieldError};
-use crate::voxels::{Head, Lanes, MVoxels, Placement, TRANSMITTANCE, VoxelError};
-
-/// Fraction bits of the interval.
-const INTERVAL_BITS: u32 = 24;
-/// Samples with which the perceptron's scales are found.
-const CALIBRATION: u32 = 8192;
+use crate::fields::opacity::{Curve, Opacity, need, rescale};
+use crate::fields::{Field, FieldError, calibrate};
+use crate::voxels::{Head, Lanes, MVoxels, Opacities, Placement, TRANSMITTANCE, VoxelError};
 
 /// A model in codes, ready to be rendered MVoxel by MVoxel.
 #[derive(Debug)]
@@ -64,10 +58,9 @@ pub struct DvgoHead {
     density_bits: u32,
     /// Fraction bits of features and directions, the perceptron's input.
     input_bits: u32,
-    shift: i32,
-    interval: i32,
-    /// Fraction bits of the exponential's input, of its results, and of s.
-    engine: [u32; 3],
+    opacity: Opacity,
+    /// Fraction bits of the exponential's input.
+    logit_bits: u32,
     least: [i32; 2],
     frequencies: Vec<f64>,
     mlp: MacMlp,
@@ -82,23 +75,9 @@ impl Dvgo {
     /// A configuration whose units lack an operation or have other formats than
     /// rendering needs, or values that no format holds.
     pub fn fixed(&self, config: &Config) -> Result<FixedDvgo, FieldError> {
-        let exp = &config.vu.exp;
-        for op in [
-            OpCode::Relu,
-            OpCode::Add,
-            OpCode::Multiply,
-            OpCode::OneMinusExp,
-            OpCode::Softplus,
-            OpCode::Sigmoid,
-        ] {
-            if !config.vu.ops.contains(&op) {
-                return Err(FieldError::Part {
-                    part: "vu.ops",
-                    found: OpCode::list(&config.vu.ops),
-                    expected: format!("\"{}\" among the operations", op.name()),
-                });
-            }
-        }
+        need(config, &[OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid])?;
+        let curve = Curve::Softplus { shift: self.shift };
+        let opacity = Opacity::new(curve, self.interval, config)?;
         let [table] = &self.tables;
         let channels = table.channels();
         let bits = config.gu.feature_bits;
@@ -121,11 +100,6 @@ impl Dvgo {
             Some(mask) => mvoxels.masked(mask.clone()),
             None => mvoxels,
         };
-        let engine = [
-            exp.input.frac_bits(),
-            exp.output_bits,
-            exp.one_minus_frac_bits,
-        ];
         let largest = self.magnitudes();
         Ok(FixedDvgo {
             mvoxels,
@@ -134,14 +108,12 @@ impl Dvgo {
                 channels,
                 density_bits,
                 input_bits,
-                shift: (self.shift * 2f64.powi(engine[0] as i32)).round_ties_even() as i32,
-                interval: (self.interval * 2f64.powi(INTERVAL_BITS as i32)).round_ties_even()
-                    as i32,
-                engine,
+                logit_bits: config.vu.exp.input.frac_bits(),
                 least: [
-                    (self.least * 2f64.powi(engine[1] as i32)) as i32,
+                    (self.least * 2f64.powi(opacity.alpha_bits() as i32)) as i32,
                     (self.least * 2f64.powi(TRANSMITTANCE.frac_bits() as i32)) as i32,
                 ],
+                opacity,
                 frequencies: self.frequencies.clone(),
                 mlp: MacMlp::quantise(&self.mlp, input_bits as i32, &largest)?,
             },
@@ -163,42 +135,15 @@ impl Dvgo {
     /// The largest magnitude of each layer's outputs on the calibration set.
     fn magnitudes(&self) -> Vec<f64> {
         let mut largest = vec![0f64; self.mlp.layers().len()];
-        let mut features = vec![0.0; self.channels()];
-        let mut places = [DVec3::ZERO];
         let mut inputs = vec![];
-        let size = self.bounds[1] - self.bounds[0];
-        let fraction = |n: u32, step: f64| (f64::from(n) * step).fract();
-        let mut found = 0;
-        // Most of a box may be empty.
-        for n in 1..64 * CALIBRATION {
-            // The sequence of Roberts (2018), of low discrepancy in three
-            // dimensions: powers of the root of x^4 = x + 1.
-            let spread = DVec3::new(
-                fraction(n, 0.819_172_513_396_164_4),
-                fraction(n, 0.671_043_606_703_789_2),
-                fraction(n, 0.549_700_477_901_970_2),
-            );
-            if !self.index(self.bounds[0] + size * spread, &mut places) {
-                continue;
+        calibrate::visit(self, |features, alpha, direction| {
+            if alpha > self.least {
+                self.inputs(features, direction, &mut inputs);
+                self.mlp.run_watched(&mut inputs, |layer, value| {
+                    largest[layer] = largest[layer].max(value.abs());
+                });
             }
-            self.tables[0].gather(places[0], &mut features);
-            if -(-self.depth(&features)).exp_m1() <= self.least {
-                continue;
-            }
-            // A spiral over the sphere.
-            let height = 2.0 * fraction(n, 0.618_033_988_749_894_8) - 1.0;
-            let (sin, cos) = (2.399_963_229_728_653 * f64::from(n)).sin_cos();
-            let wide = (1.0 - height * height).sqrt();
-            let direction = DVec3::new(wide * cos, wide * sin, height);
-            self.inputs(&features, direction, &mut inputs);
-            self.mlp.run_watched(&mut inputs, |layer, value| {
-                largest[layer] = largest[layer].max(value.abs());
-            });
-            found += 1;
-            if found == CALIBRATION {
-                break;
-            }
-        }
+        });
         largest
     }
 }
@@ -209,23 +154,6 @@ impl DvgoHead {
     pub fn mlp(&self) -> &MacMlp {
         &self.mlp
     }
-
-    /// Brings codes from one number of fraction bits to that of the
-    /// exponential's input.
-    fn to_engine(
-        &self,
-        codes: &[i32],
-        frac_bits: i32,
-        lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
-        let up = self.engine[0] as i32 - frac_bits;
-        let op = VectorOp {
-            code: OpCode::Multiply,
-            shift: (-up).max(0) as u8,
-            rounding: Rounding::HalfEven,
-        };
-        lanes.compute_with(op, codes, 1 << up.clamp(0, 30))
-    }
 }
 
 impl Head for DvgoHead {
@@ -234,11 +162,11 @@ impl Head for DvgoHead {
     }
 
     fn alpha_bits(&self) -> u32 {
-        self.engine[1]
+        self.opacity.alpha_bits()
     }
 
     fn colour_bits(&self) -> u32 {
-        self.engine[1]
+        self.opacity.alpha_bits()
     }
 
     fn least(&self) -> [i32; 2] {
@@ -253,55 +181,38 @@ impl Head for DvgoHead {
         let mut inputs = vec![];
         super::encode(direction, &self.frequencies, &mut inputs);
         let scale = 2f64.powi(self.input_bits as i32);
-        out.extend(inputs.iter().map(|v| {
-            let code = (v * scale).round_ties_even();
-            code.clamp(i16::MIN.into(), i16::MAX.into()) as i16
-        }));
+        out.extend(inputs.iter().map(|v| held(v * scale)));
     }
 
-    fn alphas(&self, features: &[i16], lanes: &mut Lanes<'_>) -> Result<Vec<i32>, VoxelError> {
+    fn opacities<'f>(
+        &self,
+        features: &'f [i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Opacities<'f>, VoxelError> {
         let density = features.chunks_exact(self.channels);
         let density: Vec<i32> = density.map(|f| i32::from(f[0])).collect();
-        let density = self.to_engine(&density, self.density_bits as i32, lanes)?;
-        let shifted = lanes.compute_with(VectorOp::new(OpCode::Add), &density, self.shift)?;
-        let positive = lanes.compute_with(VectorOp::new(OpCode::Softplus), &shifted, 0)?;
-        let [_, output, depth] = self.engine;
-        let to_depth = VectorOp {
-            code: OpCode::Multiply,
-            shift: (output + INTERVAL_BITS).saturating_sub(depth) as u8,
-            rounding: Rounding::HalfEven,
-        };
-        let depth = lanes.compute_with(to_depth, &positive, self.interval)?;
-        lanes.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)
+        let bits = self.density_bits as i32;
+        Ok(Opacities {
+            alpha: self.opacity.alphas(&density, bits, lanes)?,
+            kept: Cow::Borrowed(features),
+        })
     }
 
     fn colours(
         &self,
-        features: &[i16],
+        kept: &[i16],
         directions: &[i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Vec<i32>, VoxelError> {
-        let samples = features.chunks_exact(self.channels);
+        let samples = kept.chunks_exact(self.channels);
         let encoded = directions.chunks_exact(self.direction_codes());
-        let mut inputs: Vec<i16> = Vec::with_capacity(features.len() + directions.len());
+        let mut inputs: Vec<i16> = Vec::with_capacity(kept.len() + directions.len());
         for (features, direction) in samples.zip(encoded) {
             inputs.extend_from_slice(&features[1..]);
             inputs.extend_from_slice(direction);
         }
-        let layers = self.mlp.layers();
-        let mut sums = vec![];
-        for (i, layer) in layers.iter().enumerate() {
-            sums.clear();
-            let held = layer.run(&inputs, &mut sums);
-            lanes.count_products((sums.len() * layer.inputs()) as u64, held);
-            if i + 1 < layers.len() {
-                let positive = lanes.compute_with(VectorOp::new(OpCode::Relu), &sums, 0)?;
-                inputs.clear();
-                // Sums were held within 16 bits.
-                inputs.extend(positive.iter().map(|v| *v as i16));
-            }
-        }
-        let colour = self.to_engine(&sums, self.mlp.output_frac(), lanes)?;
-        lanes.compute_with(VectorOp::new(OpCode::Sigmoid), &colour, 0)
+        let sums = self.mlp.run(inputs, lanes)?;
+        let logits = rescale(&sums, self.mlp.output_frac(), self.logit_bits, lanes)?;
+        lanes.compute_with(VectorOp::new(OpCode::Sigmoid), &logits, 0)
     }
 }

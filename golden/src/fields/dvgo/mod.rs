@@ -231,6 +231,12 @@ impl Dvgo {
         self.spacing_of_steps = step;
     }
 
+    /// Where a point of the world lies, in vertices.
+    fn vertex(&self, at: DVec3) -> DVec3 {
+        let last = DVec3::from(self.tables[0].points().map(|p| (p - 1) as f64));
+        (at - self.bounds[0]) / (self.bounds[1] - self.bounds[0]) * last
+    }
+
     /// Inputs of the perceptron.
     fn inputs(&self, features: &[f64], direction: DVec3, out: &mut Vec<f64>) {
         out.clear();
@@ -244,11 +250,13 @@ impl Field for Dvgo {
         &self.tables
     }
 
-    fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
-        let last = DVec3::from(self.tables[0].points().map(|p| (p - 1) as f64));
-        let place = (at - self.bounds[0]) / (self.bounds[1] - self.bounds[0]) * last;
-        places[0] = place;
-        self.mask.as_ref().is_none_or(|mask| mask.holds(place))
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
+        places[0] = self.vertex(at);
+    }
+
+    fn holds(&self, at: DVec3) -> bool {
+        let mask = self.mask.as_ref();
+        mask.is_none_or(|mask| mask.holds(self.vertex(at)))
     }
 
     fn depth(&self, features: &[f64]) -> f64 {

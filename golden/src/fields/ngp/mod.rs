@@ -14,7 +14,7 @@
 //! up. Colours are those of the training pictures, and composited as such.
 
 mod document;
-pub mod gather;
+mod fixed;
 pub mod grid;
 mod occupancy;
 mod parameters;
@@ -23,8 +23,9 @@ mod snapshot;
 use std::path::Path;
 
 use glam::{DVec3, dvec3};
+use potamoi_formats::config::Config;
 
-use super::{Along, Field, FieldError, Mlp, Sampling, Table};
+use super::{Along, Coded, Field, FieldError, Mlp, Sampling, Table};
 use crate::splats::sh;
 use grid::GridShape;
 use occupancy::Occupancy;
@@ -120,17 +121,18 @@ impl Field for Ngp {
         &self.tables
     }
 
-    fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
+    fn holds(&self, at: DVec3) -> bool {
+        let grid = self.occupancy.as_ref();
+        grid.is_none_or(|grid| grid.holds(self.placement.to_cube(at)))
+    }
+
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
         let at = self.placement.to_cube(at);
-        if !self.occupancy.as_ref().is_none_or(|grid| grid.holds(at)) {
-            return false;
-        }
         // Rounding at the faces would lead out of the tables.
         let within = ((at - self.corner) / self.side).clamp(DVec3::ZERO, DVec3::ONE);
         for (place, scale) in places.iter_mut().zip(&self.scales) {
             *place = within * *scale + 0.5;
         }
-        true
     }
 
     fn depth(&self, features: &[f64]) -> f64 {
@@ -159,5 +161,9 @@ impl Field for Ngp {
             least_weight: 0.0,
             stop: STOP,
         }
+    }
+
+    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+        fixed::coded(self, config)
     }
 }

@@ -14,17 +14,17 @@
 
 mod decompose;
 mod eigen;
-mod gather;
+mod fixed;
 mod load;
 mod mask;
 #[cfg(test)]
 mod tests;
 
 use glam::{DVec3, dvec3};
+use potamoi_formats::config::Config;
 
-use super::{Along, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
+use super::{Along, Coded, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
 pub use decompose::{Dense, Factors};
-pub use gather::{Gathers, Sample, Source, Tiled, TiledTable};
 use mask::AlphaMask;
 
 /// Axes of each plane, the faster one first.
@@ -270,18 +270,6 @@ impl Tensorf {
         ((high - low) / last).element_sum() / 3.0 * self.rules.step_ratio
     }
 
-    /// Where a point of the world lies in each table, in vertices.
-    fn place(&self, at: DVec3, places: &mut [DVec3]) {
-        let [low, high] = self.rules.bounds;
-        let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
-        let place = (at - low) / (high - low) * last;
-        for mode in 0..3 {
-            let [a, b] = PLANES[mode];
-            places[mode] = dvec3(place[a], place[b], 0.0);
-            places[3 + mode] = dvec3(place[LINES[mode]], 0.0, 0.0);
-        }
-    }
-
     /// Calls `with` for the components of each mode: those of its plane, those
     /// of its line, and how many of them are of density.
     fn modes(&self, features: &[f64], mut with: impl FnMut(&[f64], &[f64], usize)) {
@@ -314,6 +302,14 @@ impl Tensorf {
         });
         self.basis.run(out);
     }
+
+    /// Appends what else the perceptron takes to the features.
+    fn inputs(&self, direction: DVec3, values: &mut Vec<f64>) {
+        let count = values.len();
+        values.extend(direction.to_array());
+        encode(0..count, self.rules.feature_frequencies, values);
+        encode(count..count + 3, self.rules.view_frequencies, values);
+    }
 }
 
 /// Appends the sines of values times 1, 2, 4 and so on, a value after another,
@@ -332,12 +328,19 @@ impl Field for Tensorf {
         &self.tables
     }
 
-    fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
-        if self.mask.as_ref().is_some_and(|mask| !mask.holds(at)) {
-            return false;
+    fn holds(&self, at: DVec3) -> bool {
+        self.mask.as_ref().is_none_or(|mask| mask.holds(at))
+    }
+
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
+        let [low, high] = self.rules.bounds;
+        let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
+        let place = (at - low) / (high - low) * last;
+        for mode in 0..3 {
+            let [a, b] = PLANES[mode];
+            places[mode] = dvec3(place[a], place[b], 0.0);
+            places[3 + mode] = dvec3(place[LINES[mode]], 0.0, 0.0);
         }
-        self.place(at, places);
-        true
     }
 
     fn depth(&self, features: &[f64]) -> f64 {
@@ -351,10 +354,7 @@ impl Field for Tensorf {
 
     fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
         self.appearance(features, scratch);
-        let count = scratch.len();
-        scratch.extend(direction.to_array());
-        encode(0..count, self.rules.feature_frequencies, scratch);
-        encode(count..count + 3, self.rules.view_frequencies, scratch);
+        self.inputs(direction, scratch);
         self.mlp.run(scratch);
         DVec3::from([0, 1, 2].map(|i| 1.0 / (1.0 + (-scratch[i]).exp())))
     }
@@ -369,5 +369,9 @@ impl Field for Tensorf {
             least_weight: self.rules.weight_threshold,
             stop: STOP,
         }
+    }
+
+    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+        fixed::coded(self, config)
     }
 }

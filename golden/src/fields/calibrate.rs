@@ -1,0 +1,56 @@
+//! Places at which a field's perceptrons are run to find the range of their
+//! sums.
+
+use glam::DVec3;
+
+use super::Field;
+
+/// A sample of at least this opacity is seen.
+pub(super) const SEEN_FROM: f64 = 1e-4;
+/// Samples that are seen.
+const SEEN: u32 = 8192;
+/// Tries for each of them: most of a box may be empty.
+const TRIES: u32 = 64;
+
+/// Gathers at a fixed set of places, spread evenly over a field's box, where the
+/// field is not known to be empty, until enough of them are seen. Tells the
+/// features, the opacity of a step and a direction, spread evenly over the
+/// sphere.
+pub(super) fn visit(field: &dyn Field, mut tell: impl FnMut(&[f64], f64, DVec3)) {
+    let sampling = field.sampling();
+    let [low, high] = sampling.bounds;
+    let mut features = vec![0.0; field.channels()];
+    let mut places = vec![DVec3::ZERO; field.tables().len()];
+    let fraction = |n: u32, step: f64| (f64::from(n) * step).fract();
+    let mut seen = 0;
+    for n in 1..SEEN * TRIES {
+        // The sequence of Roberts (2018), of low discrepancy in three
+        // dimensions: powers of the root of x^4 = x + 1.
+        let spread = DVec3::new(
+            fraction(n, 0.819_172_513_396_164_4),
+            fraction(n, 0.671_043_606_703_789_2),
+            fraction(n, 0.549_700_477_901_970_2),
+        );
+        if !field.index(low + (high - low) * spread, &mut places) {
+            continue;
+        }
+        let mut rest = &mut features[..];
+        for (table, place) in field.tables().iter().zip(&places) {
+            let (own, other) = rest.split_at_mut(table.channels());
+            table.gather(*place, own);
+            rest = other;
+        }
+        let alpha = -(-field.depth(&features)).exp_m1();
+        // A spiral over the sphere.
+        let height = 2.0 * fraction(n, 0.618_033_988_749_894_8) - 1.0;
+        let (sin, cos) = (2.399_963_229_728_653 * f64::from(n)).sin_cos();
+        let wide = (1.0 - height * height).sqrt();
+        tell(&features, alpha, DVec3::new(wide * cos, wide * sin, height));
+        if alpha > sampling.least_opacity.max(SEEN_FROM) {
+            seen += 1;
+            if seen == SEEN {
+                break;
+            }
+        }
+    }
+}

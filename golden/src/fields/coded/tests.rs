@@ -1,0 +1,215 @@
+#![allow(clippy::unwrap_used)]
+
+use std::collections::HashSet;
+
+use rand::{Rng as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
+
+use super::*;
+use crate::units::{Twins, Units as _};
+
+/// Lines, planes, a volume, and hashed ones, of components of their own.
+fn tables(random: &mut Pcg64Mcg) -> Vec<Table> {
+    let mut values = |count: usize, channels: usize| -> Vec<f32> {
+        let each = (0..count * channels).map(|i| {
+            let scale = if i % channels < 2 { 3.0 } else { 0.7 };
+            random.random_range(-scale..scale)
+        });
+        each.collect()
+    };
+    let dense = [([700, 1, 1], 5), ([70, 45, 1], 4), ([33, 21, 17], 3)];
+    let mut all: Vec<Table> = dense
+        .iter()
+        .map(|(points, channels)| {
+            let count = points.iter().product();
+            Table::new(*points, *channels, values(count, *channels)).unwrap()
+        })
+        .collect();
+    for entries in [2, 97, 4096] {
+        all.push(Table::hashed([300; 3], entries, 4, values(entries, 4)).unwrap());
+    }
+    all
+}
+
+/// The finest format for the first two channels, and for the others.
+fn bits(table: &Table, config: &Config) -> Vec<u32> {
+    let of = |low: bool| finest_of([table], |c| (c < 2) == low, config, "test").unwrap();
+    (0..table.channels()).map(|c| of(c < 2)).collect()
+}
+
+/// Samples along rays from an eye before the first vertex.
+fn samples(table: &Table, random: &mut Pcg64Mcg) -> (DVec3, Vec<Located>) {
+    let last = DVec3::from(table.points().map(|p| p as f64 - 1.0));
+    let eye = -0.3 * last;
+    let mut all = vec![];
+    for slot in 0..90 {
+        let mut part = || random.random_range(0.0..=1.0);
+        let to = last * DVec3::new(part(), part(), part());
+        let steps = (0..60).map(|k| f64::from(k) / 50.0);
+        let along = steps.map(|t| eye + (to - eye) * t);
+        let inside = along.filter(|p| p.cmpge(DVec3::ZERO).all() && p.cmple(last).all());
+        all.extend(inside.map(|place| Located { slot, place }));
+    }
+    (eye, all)
+}
+
+fn configs() -> [Config; 2] {
+    ["", "[mvoxel]\nrows = 32\n[gu]\nweight_bits = 8\n"]
+        .map(|text| Config::from_toml(text, "test").unwrap())
+}
+
+/// Every gathered code is within the sum of what is rounded: half a code of the
+/// vertices, half a code of the result, 2^-13 vertices of the place along each
+/// axis, and weights that are together 2^axes - 1 units of 2^-W off, which
+/// counts half since both sets sum to 1; the latter two times the span of the
+/// cell.
+#[test]
+fn twins_gather_what_floats_do() {
+    let mut random = Pcg64Mcg::seed_from_u64(20);
+    for (number, table) in tables(&mut random).iter().enumerate() {
+        for config in configs() {
+            let bits = bits(table, &config);
+            let coded = CodedTable::new(table, &bits, &config).unwrap();
+            let (eye, samples) = samples(table, &mut random);
+            let gathers = coded.gathers(eye, &samples, config.gu.weight_bits);
+            let each: HashSet<_> = gathers.samples.iter().collect();
+            assert_eq!(
+                (each.len(), gathers.samples.len()),
+                (samples.len(), samples.len())
+            );
+            let mut twins = Twins::new(&config);
+            let mut codes = vec![];
+            twins.gather(&gathers.tasks, &mut codes).unwrap();
+            assert_eq!(twins.gather_flags(), 0);
+            let axes = table.vertices().ilog2();
+            let unit = 2f64.powi(-(config.gu.weight_bits as i32));
+            let off = f64::from(axes) * 2f64.powi(-13) + f64::from((1 << axes) - 1) / 2.0 * unit;
+            let channels = table.channels();
+            let mut exact = vec![0.0; channels];
+            let mut worst = 0f64;
+            let rows = codes.chunks_exact(channels);
+            for (sample, codes) in gathers.samples.iter().zip(rows) {
+                let place = samples[*sample as usize].place;
+                table.gather(place, &mut exact);
+                for channel in 0..channels {
+                    let scale = 2f64.powi(bits[channel] as i32);
+                    let (mut low, mut high) = (f64::MAX, f64::MIN);
+                    table.corners(place, |row, _| {
+                        let value = f64::from(table.values()[row * channels + channel]);
+                        (low, high) = (low.min(value), high.max(value));
+                    });
+                    // The place's code may be of the next cell, as far from it.
+                    let span = (high - low) * scale + 1.0;
+                    let next = if axes == 0 {
+                        0.0
+                    } else {
+                        6.1 * scale * 2f64.powi(-13)
+                    };
+                    let bound = 1.0 + off * span + next;
+                    let share = (f64::from(codes[channel]) - exact[channel] * scale).abs() / bound;
+                    assert!(
+                        share <= 1.0,
+                        "table {number}, {place}: {share} of the bound"
+                    );
+                    worst = worst.max(share);
+                }
+            }
+            assert!(
+                worst > 0.1,
+                "table {number}: the bound is not idle: {worst}"
+            );
+        }
+    }
+}
+
+/// In a batch, MVoxels of a table come once and never nearer the camera, and a
+/// ray's come front to back.
+#[test]
+fn mvoxels_are_loaded_once_in_order() {
+    let mut random = Pcg64Mcg::seed_from_u64(21);
+    for table in &tables(&mut random)[..3] {
+        let config = Config::from_toml("[mvoxel]\nrows = 32\n", "test").unwrap();
+        let coded = CodedTable::new(table, &bits(table, &config), &config).unwrap();
+        let CodedTable::Streaming(tiles) = &coded else {
+            unreachable!("a dense table streams")
+        };
+        let (eye, samples) = samples(table, &mut random);
+        let gathers = coded.gathers(eye, &samples, 15);
+        let (mut loaded, mut last, mut from) = (HashSet::new(), 0, 0);
+        for task in &gathers.tasks {
+            let own = &gathers.samples[from..from + task.entries.len()];
+            assert!(own.is_sorted());
+            from += task.entries.len();
+            let (mvoxel, _) = tiles.entry(&samples[own[0] as usize], 15);
+            assert!(loaded.insert(mvoxel), "loaded once");
+            assert!(tiles.rows(mvoxel).starts_with(&task.rows));
+            let distance = tiles.distance(mvoxel, eye);
+            assert!(distance >= last, "{distance} after {last}");
+            last = distance;
+        }
+        assert!(loaded.len() > 5, "{}", loaded.len());
+        for ray in samples.chunk_by(|a, b| a.slot == b.slot) {
+            let distances = ray
+                .iter()
+                .map(|at| tiles.distance(tiles.entry(at, 15).0, eye));
+            assert!(distances.is_sorted());
+        }
+    }
+}
+
+/// Hashed tables keep the order of samples; a task holds as many rows as fit
+/// and none twice, and ends only where the next sample's do not fit.
+#[test]
+fn scattered_rows_are_fetched_once_a_task() {
+    let mut random = Pcg64Mcg::seed_from_u64(22);
+    let config = Config::from_toml("[mvoxel]\nrows = 32\n", "test").unwrap();
+    for table in &tables(&mut random)[3..] {
+        let coded = CodedTable::new(table, &bits(table, &config), &config).unwrap();
+        assert!(coded.is_scattered());
+        let (eye, samples) = samples(table, &mut random);
+        let gathers = coded.gathers(eye, &samples, 15);
+        assert!(gathers.samples.iter().copied().eq(0..samples.len() as u32));
+        let rows_of = |sample: usize| {
+            let mut rows = HashSet::new();
+            table.corners(samples[sample].place, |row, _| {
+                rows.insert(row);
+            });
+            rows
+        };
+        let mut next = 0;
+        for task in &gathers.tasks {
+            let mut needed = HashSet::new();
+            for sample in next..next + task.entries.len() {
+                needed.extend(rows_of(sample));
+            }
+            next += task.entries.len();
+            let rows = task.rows.len() / task.channels;
+            // Places next to a vertex may round into the next cell.
+            assert!(rows <= 32 && rows.abs_diff(needed.len()) <= 8, "{rows}");
+            if next < samples.len() && rows.abs_diff(needed.len()) == 0 {
+                needed.extend(rows_of(next));
+                assert!(needed.len() > 32 - 8, "ended early: {}", needed.len());
+            }
+        }
+    }
+}
+
+#[test]
+fn units_that_cannot_gather_are_refused_by_field() {
+    let all = tables(&mut Pcg64Mcg::seed_from_u64(23));
+    for (table, text, expected) in [
+        (0, "[gu]\nvertices = [8]", "gu.vertices"),
+        (1, "[gu]\nvertices = [8]", "gu.vertices"),
+        (2, "[gu]\nvertices = [4]", "gu.vertices"),
+        (0, "[gu]\nbanks = 4\nsegments = 1", "gu.segments"),
+    ] {
+        let config = Config::from_toml(text, "test").unwrap();
+        let table = &all[table];
+        let made = CodedTable::new(table, &vec![8; table.channels()], &config);
+        let error = made.unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    let odd = Table::new([3, 1, 6], 1, vec![0.0; 18]).unwrap();
+    let error = CodedTable::new(&odd, &[8], &Config::paper()).unwrap_err();
+    assert!(error.to_string().contains("table.points"), "{error}");
+}

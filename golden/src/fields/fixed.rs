@@ -1,0 +1,270 @@
+//! The renderer of fields of several tables in the hardware's formats: every
+//! gather and every vector operation goes through the units.
+//!
+//! A frame is cut into square ray groups. In a group, samples are taken in
+//! batches, as many from every ray that goes on, front to back. A batch is
+//! gathered table after table, each in the memory-centric order ([`super::coded`]),
+//! its features are put together, and its rays are composited. The picture
+//! depends neither on ray groups nor on batches.
+
+use glam::DVec3;
+use potamoi_formats::config::Config;
+use rayon::prelude::*;
+
+use super::coded::{CodedTable, Gathers, Located};
+use super::march::{Samples, check};
+use super::{Field, FieldError};
+use crate::camera::Camera;
+use crate::picture::Picture;
+use crate::streams::RitReads;
+use crate::units::Units;
+use crate::voxels::{
+    Compositor, FixedFrame, FixedStats, Head, Span, Work, check_background, default_group_side,
+    gather, place,
+};
+
+/// What a field has in the hardware's formats.
+pub struct Coded<'a> {
+    /// Fraction bits of the codes of each table, channel by channel.
+    pub frac_bits: Vec<Vec<u32>>,
+    /// What makes opacity and colour of the features of all tables, one after
+    /// another.
+    pub head: Box<dyn Head + 'a>,
+}
+
+/// A field as codes, ready to be rendered.
+pub struct FixedField<'a> {
+    field: &'a dyn Field,
+    tables: Vec<CodedTable>,
+    head: Box<dyn Head + 'a>,
+    weight_bits: u32,
+    rit_reads: RitReads,
+}
+
+/// How to render.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedOptions {
+    /// Whether rays stop where the field says.
+    pub terminate: bool,
+    /// Linear RGB behind everything, rounded to 12 fraction bits.
+    pub background: [f32; 3],
+    /// Pixels a side of a ray group; by default the largest whose rays are at
+    /// most [`crate::voxels::GROUP_RAYS`].
+    pub group_side: Option<u32>,
+    /// Entries of a batch, over all tables; a batch has one sample of each ray
+    /// at least.
+    pub batch_entries: usize,
+}
+
+impl Default for FixedOptions {
+    fn default() -> Self {
+        Self {
+            terminate: true,
+            background: [0.0; 3],
+            group_side: None,
+            batch_entries: 1 << 18,
+        }
+    }
+}
+
+/// A ray of a group, and the next of its samples.
+struct Ray {
+    samples: Samples,
+    next: u64,
+}
+
+/// Samples of a batch, ray after ray.
+#[derive(Default)]
+struct Batch {
+    at: Vec<DVec3>,
+    slots: Vec<u32>,
+    spans: Vec<Span>,
+}
+
+impl<'a> FixedField<'a> {
+    /// Rounds a field to the formats of a configuration.
+    ///
+    /// # Errors
+    /// A field that is rendered in floating point alone, a configuration whose
+    /// units lack what it needs, or values that no format holds.
+    pub fn new(field: &'a dyn Field, config: &Config) -> Result<Self, FieldError> {
+        let Coded { frac_bits, head } = field.coded(config)?;
+        let tables = field.tables().iter().zip(&frac_bits);
+        let tables = tables.map(|(table, frac_bits)| CodedTable::new(table, frac_bits, config));
+        Ok(Self {
+            field,
+            tables: tables.collect::<Result<_, _>>()?,
+            head,
+            weight_bits: config.gu.weight_bits,
+            rit_reads: RitReads::of(config),
+        })
+    }
+
+    /// Its tables.
+    #[must_use]
+    pub fn tables(&self) -> &[CodedTable] {
+        &self.tables
+    }
+
+    /// The tasks of a batch of samples in the world, each ray's front to back,
+    /// seen from `eye`: those of each table. Samples lie where the field is not
+    /// known to be empty.
+    #[must_use]
+    pub fn gathers(&self, eye: DVec3, slots: &[u32], samples: &[DVec3]) -> Vec<Gathers> {
+        let count = self.tables.len();
+        let mut eyes = vec![DVec3::ZERO; count];
+        self.field.place(eye, &mut eyes);
+        let mut places = vec![DVec3::ZERO; count * samples.len()];
+        places
+            .par_chunks_exact_mut(count)
+            .zip(samples)
+            .for_each(|(places, at)| self.field.place(*at, places));
+        let tables = self.tables.par_iter().enumerate();
+        tables
+            .map(|(number, table)| {
+                let own = places.iter().skip(number).step_by(count);
+                let located = slots.iter().zip(own);
+                let located: Vec<Located> = located
+                    .map(|(slot, place)| Located {
+                        slot: *slot,
+                        place: *place,
+                    })
+                    .collect();
+                table.gathers(eyes[number], &located, self.weight_bits)
+            })
+            .collect()
+    }
+
+    /// Renders it.
+    ///
+    /// # Errors
+    /// A camera without pixels, an option that is not sensible, a sampling that
+    /// would not end, or a unit that fails.
+    pub fn render(
+        &self,
+        camera: &Camera,
+        options: &FixedOptions,
+        units: &mut dyn Units,
+    ) -> Result<FixedFrame, FieldError> {
+        let sampling = self.field.sampling();
+        check(camera, &sampling)?;
+        check_background(options.background)?;
+        let side = options.group_side.unwrap_or_else(default_group_side);
+        if side == 0 || options.batch_entries == 0 {
+            return Err(FieldError::Part {
+                part: "group_side and batch_entries",
+                found: format!("{side} and {}", options.batch_entries),
+                expected: "1 or more".to_owned(),
+            });
+        }
+        let (width, height) = (camera.width, camera.height);
+        let mut frame = FixedFrame {
+            picture: Picture::filled(width, height, [0.0; 3]),
+            transmittance: vec![0; width as usize * height as usize],
+            stats: FixedStats::default(),
+        };
+        let mut work = Work::default();
+        for top in (0..height).step_by(side as usize) {
+            for left in (0..width).step_by(side as usize) {
+                let columns = left..left.saturating_add(side).min(width);
+                let lines = top..top.saturating_add(side).min(height);
+                let pixels: Vec<[u32; 2]> = lines
+                    .flat_map(|y| columns.clone().map(move |x| [x, y]))
+                    .collect();
+                let mut rays: Vec<Ray> = pixels
+                    .iter()
+                    .map(|pixel| Ray {
+                        samples: Samples::of(&sampling, camera, *pixel),
+                        next: 0,
+                    })
+                    .collect();
+                frame.stats.groups += 1;
+                frame.stats.rays += rays.len() as u64;
+                frame.stats.samples += rays.iter().map(|r| r.samples.count).sum::<u64>();
+                let towards = rays.iter().map(|ray| ray.samples.direction);
+                let mut done = Compositor::new(&*self.head, options.terminate, towards);
+                loop {
+                    let batch = self.batch(&mut rays, &done, options.batch_entries);
+                    if batch.at.is_empty() {
+                        break;
+                    }
+                    let features = self.features(camera, &batch, units, &mut frame.stats)?;
+                    done.run(&features, &batch.spans, units, &mut work)?;
+                }
+                place(&mut frame, &pixels, &done, options.background);
+            }
+        }
+        frame.stats.take(work);
+        Ok(frame)
+    }
+
+    /// The next samples of every ray that goes on, where the field is not known
+    /// to be empty.
+    fn batch(&self, rays: &mut [Ray], done: &Compositor<'_>, entries: usize) -> Batch {
+        let on = |(slot, ray): (u32, &Ray)| ray.next < ray.samples.count && done.is_alive(slot);
+        let alive = (0..).zip(&*rays).filter(|ray| on((ray.0, ray.1))).count();
+        let most = (entries / self.tables.len() / alive.max(1)).max(1);
+        let taken: Vec<Vec<DVec3>> = rays
+            .par_iter_mut()
+            .enumerate()
+            .map_init(
+                || vec![DVec3::ZERO; self.tables.len()],
+                |places, (slot, ray)| {
+                    let mut own = vec![];
+                    if !on((slot as u32, ray)) {
+                        return own;
+                    }
+                    while own.len() < most && ray.next < ray.samples.count {
+                        let at = ray.samples.at(ray.next);
+                        ray.next += 1;
+                        if self.field.index(at, places) {
+                            own.push(at);
+                        }
+                    }
+                    own
+                },
+            )
+            .collect();
+        let mut batch = Batch::default();
+        for (slot, own) in (0..).zip(taken).filter(|(_, own)| !own.is_empty()) {
+            batch.spans.push(Span {
+                ray: slot,
+                start: batch.at.len() as u32,
+                len: own.len() as u32,
+            });
+            batch.slots.extend(own.iter().map(|_| slot));
+            batch.at.extend(own);
+        }
+        batch
+    }
+
+    /// Gathers a batch and puts the channels of each sample together.
+    fn features(
+        &self,
+        camera: &Camera,
+        batch: &Batch,
+        units: &mut dyn Units,
+        stats: &mut FixedStats,
+    ) -> Result<Vec<i16>, FieldError> {
+        let all = self.head.channels();
+        let mut features = vec![0; batch.at.len() * all];
+        let mut codes = vec![];
+        let mut first = 0;
+        let gathers = self.gathers(camera.position(), &batch.slots, &batch.at);
+        for (table, own) in self.tables.iter().zip(gathers) {
+            gather(units, &own.tasks, &mut codes)?;
+            stats.count(&own.tasks, self.rit_reads);
+            if table.is_scattered() {
+                let bytes = own.tasks.iter().map(|t| 2 * t.rows.len() as u64);
+                stats.scattered_bytes += bytes.sum::<u64>();
+            }
+            let width = table.channels();
+            for (sample, codes) in own.samples.iter().zip(codes.chunks_exact(width)) {
+                let to = *sample as usize * all + first;
+                features[to..to + width].copy_from_slice(codes);
+            }
+            first += width;
+        }
+        Ok(features)
+    }
+}

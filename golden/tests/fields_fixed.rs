@@ -1,0 +1,188 @@
+//! Fields of several tables in the hardware's formats.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use std::path::Path;
+
+use potamoi_formats::config::Config;
+use potamoi_golden::fields::{Field, FixedField, FixedOptions};
+use potamoi_golden::scene::{Model, Scene};
+use potamoi_golden::units::Twins;
+use potamoi_golden::voxels::FixedFrame;
+
+/// A checkpoint of TensoRF and two snapshots of Instant-NGP, which other
+/// programs wrote (tools/torch-fixtures, tools/ngp-fixtures), a built-in scene as
+/// a tree of EfficientNeRF, and the least PSNR of the fixed-point picture against
+/// the float one, over covered pixels, in dB.
+const SCENES: [(&str, f64); 4] = [
+    ("tensorf/tiny.th", 75.0),
+    ("ngp/cube.ingp", 65.0),
+    ("ngp/cascades.ingp", 75.0),
+    ("cairn:efficientnerf", 75.0),
+];
+
+fn scene(name: &str, side: u32) -> Scene {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/fixtures")
+        .join(name);
+    let name = if file.exists() {
+        file.to_str().unwrap()
+    } else {
+        name
+    };
+    let mut scene = Scene::open(name).unwrap();
+    scene.set_size(Some(side), None).unwrap();
+    scene
+}
+
+fn config() -> Config {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/fields.toml");
+    Config::from_toml(&std::fs::read_to_string(path).unwrap(), "fields").unwrap()
+}
+
+fn field(scene: &Scene) -> &dyn Field {
+    match scene.model() {
+        Model::Tensorf(field) => &**field,
+        Model::Field(field) => &**field,
+        _ => panic!("a field"),
+    }
+}
+
+fn render(scene: &Scene, config: &Config, options: &FixedOptions) -> FixedFrame {
+    let made = FixedField::new(field(scene), config).unwrap();
+    let mut twins = Twins::new(config);
+    let frame = made.render(scene.camera(), options, &mut twins).unwrap();
+    assert_eq!(twins.gather_flags(), 0);
+    frame
+}
+
+/// What the formats cost: the picture stays next to the float one. The issue of
+/// a field in 16 bits is 45 dB; these leave room for a change of a scale, not
+/// for a mistake.
+#[test]
+fn pictures_stay_next_to_float_ones() {
+    let config = config();
+    for (name, least) in SCENES {
+        let scene = scene(name, 64);
+        let float = scene.render_float().unwrap();
+        let fixed = scene
+            .render_fixed(&config, &mut Twins::new(&config))
+            .unwrap();
+        let psnr = fixed
+            .picture
+            .psnr(&float.picture, |i| float.covered[i])
+            .unwrap();
+        println!("{name}: {psnr:.1} dB over covered pixels");
+        assert!(psnr > least, "{name}: {psnr}");
+    }
+}
+
+/// The memory-centric order shows what the pixel-centric one does, bit for bit:
+/// one ray after another and one sample after another, and any group and batch.
+#[test]
+fn the_picture_depends_neither_on_ray_groups_nor_on_batches() {
+    let config = config();
+    for (name, _) in SCENES {
+        let scene = scene(name, 22);
+        let pixel_centric = FixedOptions {
+            group_side: Some(1),
+            batch_entries: 1,
+            ..FixedOptions::default()
+        };
+        let expected = render(&scene, &config, &pixel_centric);
+        let covered = expected.transmittance.iter().filter(|t| **t < 1 << 20);
+        assert!(covered.count() > 50);
+        for (side, batch) in [
+            (16, 1),
+            (7, 1000),
+            (22, 5000),
+            (1000, 1 << 18),
+            (20, 1 << 18),
+        ] {
+            let options = FixedOptions {
+                group_side: Some(side),
+                batch_entries: batch,
+                ..FixedOptions::default()
+            };
+            let frame = render(&scene, &config, &options);
+            assert_eq!(frame.picture, expected.picture, "{name}, {side}, {batch}");
+            assert_eq!(frame.transmittance, expected.transmittance);
+            assert_eq!(frame.stats.samples, expected.stats.samples);
+            assert!(frame.stats.tasks <= expected.stats.tasks);
+            assert!(frame.stats.streams.mvoxels_read <= expected.stats.streams.mvoxels_read);
+        }
+    }
+}
+
+/// Counts add up: every sample that is gathered has an entry in each table.
+#[test]
+fn counts_are_those_of_the_tables() {
+    let config = config();
+    for (name, _) in SCENES {
+        let scene = scene(name, 24);
+        let field = field(&scene);
+        let options = FixedOptions {
+            terminate: false,
+            ..FixedOptions::default()
+        };
+        let stats = render(&scene, &config, &options).stats;
+        let tables = field.tables();
+        let samples = stats.entries / tables.len() as u64;
+        assert_eq!(stats.entries, samples * tables.len() as u64);
+        assert_eq!(stats.features, samples * field.channels() as u64);
+        // An id alone, or an id and a weight a vertex.
+        let bytes = |vertices: usize| {
+            if vertices == 1 {
+                4
+            } else {
+                6 * vertices as u64
+            }
+        };
+        let entry: u64 = tables.iter().map(|t| bytes(t.vertices())).sum();
+        assert_eq!(stats.streams.rit_written, samples * entry);
+        assert_eq!(
+            stats.scattered_bytes > 0,
+            tables.iter().any(|t| t.is_hashed())
+        );
+        assert!(stats.scattered_bytes < stats.streams.mvoxels_read);
+        assert_eq!(stats.waves > 0, name.starts_with("tensorf"));
+        assert_eq!(
+            stats.held, 0,
+            "{name}: the calibration set covers the scene"
+        );
+        // Rays that stop leave samples out.
+        let stopping = render(&scene, &config, &FixedOptions::default()).stats;
+        assert!(stopping.entries <= stats.entries && stopping.stopped > 0);
+    }
+}
+
+/// A unit without an operation, or without the vertices of a table.
+#[test]
+fn configurations_that_do_not_fit_are_refused_by_field() {
+    let tensorf = scene("tensorf/tiny.th", 8);
+    let ngp = scene("ngp/cube.ingp", 8);
+    let refused = |scene: &Scene, text: &str| {
+        let config = Config::from_toml(text, "test").unwrap();
+        let rendered = scene.render_fixed(&config, &mut Twins::new(&config));
+        rendered.unwrap_err().to_string()
+    };
+    let error = refused(&ngp, "");
+    assert!(
+        error.contains("vu.ops") && error.contains("sigmoid"),
+        "{error}"
+    );
+    let fields = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/fields.toml"),
+    )
+    .unwrap();
+    let with = |text: &str| format!("{text}\n{fields}");
+    let error = refused(&tensorf, &with("[gu]\nvertices = [8]\n"));
+    assert!(
+        error.contains("gu.vertices") && error.contains("4 among them"),
+        "{error}"
+    );
+    let error = refused(&ngp, &with("[gu]\nvertices = [4]\n"));
+    assert!(
+        error.contains("gu.vertices") && error.contains("8 among them"),
+        "{error}"
+    );
+}
