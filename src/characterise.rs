@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanBytes;
-use potamoi_golden::characterise::{Accesses, Banks, Halo, Memory, Traffic};
+use potamoi_golden::characterise::{Accesses, Banks, Memory, Traffic};
 use potamoi_golden::scene::Scene;
+use potamoi_golden::voxels::Halo;
 use serde::Serialize;
 
 use crate::common::Common;
@@ -51,7 +52,7 @@ struct Report<'a> {
     banks: Vec<BankPoint>,
     /// Of splats alone.
     merging: Option<Merging>,
-    /// Of fields in one volume: by ray group and halo.
+    /// Of splats by ray group, of fields in one volume by halo too.
     traffic: Vec<Traffic>,
 }
 
@@ -99,7 +100,7 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
         }
     }
     spinner.set_message("counting the streams of the memory-centric order");
-    let traffic = scene.traffic(edge(config.mvoxel.rows), &sides(scene.camera().width))?;
+    let traffic = scene.traffic(&config, &sides(&scene))?;
     spinner.finish_and_clear();
     let Some((accesses, memory)) = first.filter(|(a, _)| !a.vectors.is_empty()) else {
         return Err(Failure::Inconclusive(format!(
@@ -131,17 +132,12 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
     Ok(())
 }
 
-/// Vertices an edge of the largest cube that so many rows hold.
-fn edge(rows: u32) -> usize {
-    let fits = |e: &usize| e * e * e <= rows as usize;
-    (2..=40).take_while(fits).last().unwrap_or(2)
-}
-
 /// Ray groups from 16 pixels a side to the frame.
-fn sides(width: u32) -> Vec<u32> {
+fn sides(scene: &Scene) -> Vec<u32> {
+    let frame = scene.camera().width.max(scene.camera().height);
     let smaller = [16, 32, 64, 128, 256, 512];
-    let smaller = smaller.into_iter().filter(|side| *side < width);
-    smaller.chain([width]).collect()
+    let smaller = smaller.into_iter().filter(|side| *side < frame);
+    smaller.chain([frame]).collect()
 }
 
 fn merging(scene: &Scene, rows: u32) -> Option<Merging> {
@@ -229,7 +225,7 @@ fn streams(report: &Report<'_>) {
     if report.traffic.is_empty() {
         return;
     }
-    say!("MVoxel by MVoxel, bytes of a frame (counted):");
+    say!("MVoxel by MVoxel, MB of a frame, every stream (counted):");
     let mut table = Table::new();
     table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
     table.set_header([
@@ -237,33 +233,44 @@ fn streams(report: &Report<'_>) {
         "halo",
         "MVoxels",
         "entries",
-        "MVoxels, MB",
-        "RIT out and in, MB",
-        "features, MB",
-        "partial sums, MB",
-        "total, MB",
+        "records out",
+        "MVoxels in",
+        "RIT out",
+        "RIT in",
+        "features",
+        "partial sums",
+        "spills",
+        "total",
     ]);
     let megabytes = |bytes: u64| format!("{:.2}", bytes as f64 / 1e6);
     for t in &report.traffic {
-        table.add_row([
+        let s = &t.streams;
+        let bytes = [
+            s.records_written,
+            s.mvoxels_read,
+            s.rit_written,
+            s.rit_read,
+            s.features,
+            s.partial_sums,
+            s.spills,
+            s.total(),
+        ];
+        let halo = match t.halo {
+            None => "",
+            Some(Halo::Shared) => "shared",
+            Some(Halo::Split) => "split",
+        };
+        let mut row = vec![
             t.side.to_string(),
-            match t.halo {
-                Halo::Shared => "shared".to_owned(),
-                Halo::Split => "split".to_owned(),
-            },
+            halo.to_owned(),
             t.mvoxels.to_string(),
             t.entries.to_string(),
-            megabytes(t.mvoxel_bytes),
-            megabytes(t.rit_bytes),
-            megabytes(t.feature_bytes),
-            megabytes(t.partial_bytes),
-            megabytes(t.total()),
-        ]);
+        ];
+        row.extend(bytes.map(megabytes));
+        table.add_row(row);
     }
-    for column in 2..9 {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+    for column in table.column_iter_mut().skip(2) {
+        column.set_cell_alignment(CellAlignment::Right);
     }
     say!("{table}");
 }

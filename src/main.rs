@@ -15,6 +15,7 @@ mod progress;
 mod render;
 mod say;
 mod scene;
+mod sequence;
 mod trace;
 mod verify;
 

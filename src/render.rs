@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 use potamoi_golden::scene::{FrameCounts, Rendered, Scene};
 use potamoi_golden::splats::Flips;
@@ -18,6 +19,7 @@ use crate::files;
 use crate::progress;
 use crate::say::say;
 use crate::scene::SceneArgs;
+use crate::sequence;
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
@@ -26,17 +28,24 @@ pub(crate) struct RenderArgs {
     /// What computes the picture
     #[arg(long, value_enum, default_value_t = Numerics::Fixed)]
     numerics: Numerics,
-    /// PNG file
+    /// PNG file; of several, the name to which numbers are added
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// So many pictures of the way through the scene: the cameras of its file
+    /// from the chosen one on, or an analytic scene's own
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    frames: Option<u32>,
+    /// Frames a second of an analytic scene's way
+    #[arg(long, value_name = "F", default_value_t = 30.0, requires = "frames")]
+    fps: f64,
     /// Report as JSON
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "frames")]
     json: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
-enum Numerics {
+pub(crate) enum Numerics {
     /// The analytic field that a built-in model was sampled from
     Truth,
     /// 64-bit floating point
@@ -85,6 +94,57 @@ struct Units<'a> {
     elements: &'a BTreeMap<OpCode, u64>,
 }
 
+/// A picture and what the units did for it.
+pub(crate) struct Shot {
+    pub(crate) picture: Rendered,
+    units: Option<UnitCounts>,
+    cycles: Option<RtlCycles>,
+}
+
+impl Shot {
+    /// A picture without units.
+    fn of(picture: Rendered) -> Self {
+        Self {
+            picture,
+            units: None,
+            cycles: None,
+        }
+    }
+}
+
+/// Renders what the scene's camera sees.
+pub(crate) fn shoot(scene: &Scene, config: &Config, numerics: Numerics) -> Result<Shot, Failure> {
+    Ok(match numerics {
+        Numerics::Truth => Shot::of(scene.render_truth()?),
+        Numerics::Float => Shot::of(scene.render_float()?),
+        Numerics::Fixed => {
+            let mut twins = Twins::new(config);
+            let picture = scene.render_fixed(config, &mut twins)?;
+            Shot {
+                picture,
+                units: Some(twins.counts().clone()),
+                cycles: None,
+            }
+        }
+        Numerics::Rtl => {
+            let mut rtl = RtlUnits::new(config);
+            let picture = scene.render_fixed(config, &mut rtl)?;
+            if rtl.gather_flags() != 0 {
+                return Err(Failure::Check(format!(
+                    "the gathering unit raised flags {:#010b} of stat_errors, which \
+                     docs/gathering-unit.md names; no picture is written",
+                    rtl.gather_flags()
+                )));
+            }
+            Shot {
+                picture,
+                units: Some(rtl.counts().clone()),
+                cycles: Some(rtl.cycles()),
+            }
+        }
+    })
+}
+
 pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     let ending = args.out.extension().map(|e| e.to_ascii_lowercase());
     if ending.is_none_or(|e| e != "png") {
@@ -96,30 +156,22 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     files::prepare([Some(&args.out), args.json.as_ref()])?;
     let config = common.read_config()?;
     let scene = args.scene.open()?;
+    if let Some(frames) = args.frames {
+        return sequence::run(scene, &config, args.numerics, &args.out, args.fps, frames);
+    }
     let start = Instant::now();
     let spinner = progress::spinner("rendering");
     let float = scene.render_float()?;
-    let (picture, units, cycles): (Rendered, Option<UnitCounts>, _) = match args.numerics {
-        Numerics::Truth => (scene.render_truth()?, None, None),
-        Numerics::Float => (float.clone(), None, None),
-        Numerics::Fixed => {
-            let mut twins = Twins::new(&config);
-            let picture = scene.render_fixed(&config, &mut twins)?;
-            (picture, Some(twins.counts().clone()), None)
-        }
-        Numerics::Rtl => {
-            spinner.set_message("rendering through the Verilated units");
-            let mut rtl = RtlUnits::new(&config);
-            let picture = scene.render_fixed(&config, &mut rtl)?;
-            if rtl.gather_flags() != 0 {
-                return Err(Failure::Check(format!(
-                    "the gathering unit raised flags {:#010b} of stat_errors, which \
-                     docs/gathering-unit.md names; no picture is written",
-                    rtl.gather_flags()
-                )));
-            }
-            (picture, Some(rtl.counts().clone()), Some(rtl.cycles()))
-        }
+    if args.numerics == Numerics::Rtl {
+        spinner.set_message("rendering through the Verilated units");
+    }
+    let Shot {
+        picture,
+        units,
+        cycles,
+    } = match args.numerics {
+        Numerics::Float => Shot::of(float.clone()),
+        other => shoot(&scene, &config, other)?,
     };
     let seconds = start.elapsed().as_secs_f64();
     spinner.finish_and_clear();
@@ -195,6 +247,15 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
                 op.name()
             );
         }
+    }
+    if let Some(streams) = report.frame.map(|f| f.streams) {
+        let megabytes = |bytes: u64| bytes as f64 / 1e6;
+        say!(
+            "  bytes of all streams: {:.2} MB, of it {:.2} of MVoxels and {:.2} of the ray index table",
+            megabytes(streams.total()),
+            megabytes(streams.mvoxels_read),
+            megabytes(streams.rit_written + streams.rit_read)
+        );
     }
     if let Some(splats) = report.frame.and_then(|f| f.splats) {
         if splats.inversions > 0 {

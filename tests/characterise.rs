@@ -44,6 +44,21 @@ fn accesses_of_both_built_in_scenes_are_counted() {
         // More rays on the same banks wait more.
         assert!(rate(0) < rate(8), "{r}");
         assert_eq!(r["merging"].is_null(), scene == "lantern");
+        // Every ray group, of fields with both halos; the total is that of all
+        // streams, and larger groups move less.
+        let traffic = r["traffic"].as_array().unwrap();
+        let halos = if scene == "lantern" { 2 } else { 1 };
+        assert_eq!(traffic.len(), 4 * halos);
+        let moved = |i: usize| {
+            let streams = traffic[i]["streams"].as_object().unwrap();
+            assert_eq!(streams.len(), 7);
+            streams.values().map(|v| v.as_u64().unwrap()).sum::<u64>()
+        };
+        assert!(moved(0) > moved(traffic.len() - halos), "{r}");
+        assert_eq!(traffic[0]["halo"].is_null(), scene == "garden");
+        assert!(said.contains("every stream"), "{said}");
+        let records = traffic[0]["streams"]["records_written"].as_u64();
+        assert_eq!(records > Some(0), scene == "garden");
     }
 }
 

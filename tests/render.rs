@@ -73,6 +73,52 @@ fn threads_change_no_byte() {
     }
 }
 
+/// A way through a scene as numbered pictures, each that of its camera alone.
+#[test]
+fn a_path_is_rendered_as_numbered_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let poses = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/tests/fixtures/colmap");
+    let scene = |index: u32| {
+        let text = format!(
+            "[model]\nkind = \"builtin\"\nname = \"garden\"\n[camera]\nkind = \"colmap\"\n\
+             path = \"{poses}\"\nindex = {index}\n"
+        );
+        std::fs::write(at.join(format!("{index}.toml")), text).unwrap();
+    };
+    scene(1);
+    scene(3);
+    let render = |scene: &str, out: &str, more: &[&str]| {
+        let mut arguments = vec!["render", "--scene", scene, "--width", "32", "--out", out];
+        arguments.extend(more);
+        let code = if more.contains(&"5") { 2 } else { 0 };
+        expect(at, code, &arguments)
+    };
+    let said = render("1.toml", "way/p.png", &["--frames", "3"]);
+    assert!(said.contains("3 pictures"), "{said}");
+    let names = |folder: &str| {
+        let files = std::fs::read_dir(at.join(folder)).unwrap();
+        let mut names: Vec<_> = files.map(|f| f.unwrap().file_name()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names("way"), ["p.0000.png", "p.0001.png", "p.0002.png"]);
+    let bytes = |name: &str| std::fs::read(at.join(name)).unwrap();
+    render("1.toml", "first.png", &[]);
+    render("3.toml", "third.png", &[]);
+    assert_eq!(bytes("first.png"), bytes("way/p.0000.png"));
+    assert_eq!(bytes("third.png"), bytes("way/p.0002.png"));
+    assert_ne!(bytes("first.png"), bytes("third.png"));
+    // Four are left from the second on.
+    let said = render("1.toml", "way/q.png", &["--frames", "5"]);
+    assert!(said.contains("at most 4"), "{said}");
+    let float = ["--frames", "2", "--fps", "1", "--numerics", "float"];
+    render("moons", "moons/m.png", &float);
+    assert_ne!(bytes("moons/m.0000.png"), bytes("moons/m.0001.png"));
+    let said = expect(at, 2, &["render", "--out", "p.png", "--frames", "0"]);
+    assert!(said.contains("--frames"), "{said}");
+}
+
 #[test]
 fn every_exponential_is_listed() {
     let folder = tempfile::tempdir().unwrap();

@@ -12,6 +12,7 @@ pub mod files;
 pub mod picture;
 pub mod scene;
 pub mod splats;
+pub mod streams;
 pub mod torch;
 pub mod trace;
 pub mod units;

@@ -10,7 +10,7 @@ use potamoi_golden::fields::render_float;
 use potamoi_golden::picture::Picture;
 use potamoi_golden::scene::transforms;
 use potamoi_golden::units::Twins;
-use potamoi_golden::voxels::{FixedOptions, Volume, render_volume};
+use potamoi_golden::voxels::{FixedOptions, Halo, Volume, render_volume};
 
 fn shared() -> Option<PathBuf> {
     let path = std::env::var_os("POTAMOI_SHARED").map_or_else(
@@ -64,6 +64,43 @@ fn test_pose_0_of_lego_is_as_far_from_the_truth_as_its_training_says() {
     );
     assert!((psnr - stated).abs() < 0.1, "{psnr} dB, stated {stated} dB");
     assert!(rendered.coloured < rendered.gathered && rendered.gathered < rendered.samples);
+}
+
+/// The same bits with both halos, for ray groups of any size.
+#[test]
+fn a_split_halo_changes_no_bit_of_lego() {
+    let Some(data) = shared() else {
+        return;
+    };
+    let field = Dvgo::load(&data.join("lego_dvgo/fine_last.tar"), 0.5).unwrap();
+    let path = transforms::read(&data.join("lego_orbit/transforms.json")).unwrap();
+    let camera = path[0].camera.resized(48, 48);
+    let config =
+        Config::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/fields.toml"));
+    let config = config.unwrap();
+    let made = field.fixed(&config).unwrap();
+    let mut first = None;
+    for halo in [Halo::Shared, Halo::Split] {
+        let mvoxels = made.mvoxels().with_halo(halo);
+        let volume = Volume {
+            mvoxels: &mvoxels,
+            placement: made.placement(),
+            head: made.head(),
+        };
+        for side in [16, 48] {
+            let options = FixedOptions {
+                background: [1.0; 3],
+                group_side: Some(side),
+                ..FixedOptions::default()
+            };
+            let mut units = Twins::new(&config);
+            let frame = render_volume(&volume, &camera, &options, &mut units).unwrap();
+            assert_eq!(frame.stats.split_entries > 0, halo == Halo::Split);
+            let bits = (frame.picture, frame.transmittance);
+            let expected = first.get_or_insert_with(|| bits.clone());
+            assert!(bits == *expected, "{halo:?}, {side}");
+        }
+    }
 }
 
 #[test]

@@ -112,7 +112,7 @@ fn the_picture_depends_neither_on_ray_groups_nor_on_batches() {
             assert_eq!(frame.transmittance, expected.transmittance);
             assert_eq!(frame.stats.samples, expected.stats.samples);
             assert!(frame.stats.tasks <= expected.stats.tasks);
-            assert!(frame.stats.mft_bytes <= expected.stats.mft_bytes);
+            assert!(frame.stats.streams.mvoxels_read <= expected.stats.streams.mvoxels_read);
         }
     }
 }
@@ -142,12 +142,12 @@ fn counts_are_those_of_the_tables() {
             }
         };
         let entry: u64 = tables.iter().map(|t| bytes(t.vertices())).sum();
-        assert_eq!(stats.rit_bytes, samples * entry);
+        assert_eq!(stats.streams.rit_written, samples * entry);
         assert_eq!(
             stats.scattered_bytes > 0,
             tables.iter().any(|t| t.is_hashed())
         );
-        assert!(stats.scattered_bytes < stats.mft_bytes);
+        assert!(stats.scattered_bytes < stats.streams.mvoxels_read);
         assert_eq!(stats.waves > 0, name.starts_with("tensorf"));
         assert_eq!(
             stats.held, 0,

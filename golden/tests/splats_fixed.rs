@@ -11,6 +11,7 @@ use potamoi_golden::splats::{
     Cloud, FixedFrame, FixedOptions, Flips, FloatFrame, FloatOptions, Order, Profile,
     ScheduleOptions, ply, render_fixed, render_float, tasks,
 };
+use potamoi_golden::streams::RitReads;
 use potamoi_golden::units::{Twins, Units};
 use splats_common::{PlainUnits, shared};
 
@@ -26,6 +27,7 @@ const LOG: FixedOptions = FixedOptions {
     },
     order: Order::Exact,
     hold_records: 8192,
+    rit_reads: RitReads::PAPER,
     background: [0.0; 3],
     log_decisions: true,
 };
@@ -76,7 +78,7 @@ fn hold_to_float(
     assert!(flips.stop * 20 <= float.stats.stopped, "{flips:?}");
     // The counts are the frame's.
     assert_eq!(fixed.stats.gathers, float.stats.entries);
-    assert_eq!(fixed.stats.rit_bytes, 4 * float.stats.entries);
+    assert_eq!(fixed.stats.streams.rit_written, 4 * float.stats.entries);
     let elements = &fixed.stats.vector_elements;
     assert_eq!(elements[&OpCode::Exp], fixed.stats.exponentials);
     assert_eq!(elements[&OpCode::SquareSum], fixed.stats.exponentials);

@@ -7,6 +7,7 @@
 //! every round each lane that is not done reads its next vector.
 
 mod fields;
+mod splat_traffic;
 mod splats;
 mod traffic;
 
@@ -15,8 +16,9 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 pub use fields::field_accesses;
+pub use splat_traffic::splat_traffic;
 pub use splats::splat_accesses;
-pub use traffic::{Halo, Traffic, traffic};
+pub use traffic::{Traffic, traffic};
 
 /// Reads of feature vectors, in rounds.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

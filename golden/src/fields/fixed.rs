@@ -16,6 +16,7 @@ use super::march::{Samples, check};
 use super::{Field, FieldError};
 use crate::camera::Camera;
 use crate::picture::Picture;
+use crate::streams::RitReads;
 use crate::units::Units;
 use crate::voxels::{
     Compositor, FixedFrame, FixedStats, Head, Span, Work, check_background, default_group_side,
@@ -37,6 +38,7 @@ pub struct FixedField<'a> {
     tables: Vec<CodedTable>,
     head: Box<dyn Head + 'a>,
     weight_bits: u32,
+    rit_reads: RitReads,
 }
 
 /// How to render.
@@ -94,6 +96,7 @@ impl<'a> FixedField<'a> {
             tables: tables.collect::<Result<_, _>>()?,
             head,
             weight_bits: config.gu.weight_bits,
+            rit_reads: RitReads::of(config),
         })
     }
 
@@ -249,7 +252,8 @@ impl<'a> FixedField<'a> {
         let mut first = 0;
         let gathers = self.gathers(camera.position(), &batch.slots, &batch.at);
         for (table, own) in self.tables.iter().zip(gathers) {
-            gather(units, &own.tasks, &mut codes, stats)?;
+            gather(units, &own.tasks, &mut codes)?;
+            stats.count(&own.tasks, self.rit_reads);
             if table.is_scattered() {
                 stats.count_scattered(&own.tasks);
             }

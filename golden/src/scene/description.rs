@@ -103,6 +103,20 @@ pub(super) enum CameraDescription {
         /// Rows; the file's unless given.
         height: Option<u32>,
     },
+    /// An image of a COLMAP reconstruction in text form; images are sorted by
+    /// name.
+    Colmap {
+        /// The folder, from the description's folder.
+        path: PathBuf,
+        /// Which image, from 0.
+        index: Option<usize>,
+        /// Or its name.
+        name: Option<String>,
+        /// Pixels a row; the file's unless given.
+        width: Option<u32>,
+        /// Rows; the file's unless given.
+        height: Option<u32>,
+    },
     /// Looking at a point from a distance.
     Orbit {
         /// Degrees about the vertical axis; the default's unless given.
@@ -136,6 +150,8 @@ pub(super) struct RenderDescription {
     pub(super) group_tiles: Option<[u32; 2]>,
     /// Pixels a side of a ray group, for voxels.
     pub(super) group_side: Option<u32>,
+    /// How MVoxels share vertices, for voxels: shared or split.
+    pub(super) halo: Option<String>,
     /// Voxel edges from sample to sample, for voxels.
     pub(super) step: Option<f64>,
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::camera_file::CameraFileError;
+use super::colmap::ColmapError;
 use super::transforms::TransformsError;
 use crate::fields::FieldError;
 use crate::splats::RenderError;
@@ -80,6 +81,9 @@ pub enum SceneError {
     /// A camera path cannot be used.
     #[error(transparent)]
     Path(#[from] TransformsError),
+    /// Poses of a reconstruction cannot be used.
+    #[error(transparent)]
+    Poses(#[from] ColmapError),
     /// A field cannot be loaded or rendered.
     #[error(transparent)]
     Field(#[from] FieldError),

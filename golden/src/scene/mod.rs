@@ -2,6 +2,7 @@
 
 mod builtin;
 pub mod camera_file;
+pub mod colmap;
 mod description;
 mod error;
 pub mod garden;
@@ -27,7 +28,7 @@ use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, Field};
 use crate::splats::compact::Compact;
 use crate::splats::{Cloud, Order, Profile};
-use crate::voxels::Grid;
+use crate::voxels::{Grid, Halo};
 
 /// What is shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,6 +75,8 @@ pub struct Scene {
     name: String,
     model: Model,
     camera: Camera,
+    /// The cameras of the file that the camera is of, from it on.
+    path: Vec<Camera>,
     /// The vertical axis, for orbits.
     up: DVec3,
     background: [f32; 3],
@@ -81,6 +84,7 @@ pub struct Scene {
     order: Order,
     group_tiles: Option<[u32; 2]>,
     group_side: Option<u32>,
+    halo: Halo,
     step: f64,
     /// The field that a built-in model was sampled from.
     truth: Option<Analytic>,
@@ -117,13 +121,20 @@ impl Scene {
         self.truth
     }
 
-    /// The first `frames` cameras of the built-in way through the scene, `fps`
-    /// frames a second, of the size of the scene's picture. Neighbours at 30
-    /// show nearly the same; at 1 they do not.
+    /// Looks through another camera.
+    pub fn set_camera(&mut self, camera: Camera) {
+        self.camera = camera;
+    }
+
+    /// The first `frames` cameras of a way through the scene. Where the camera
+    /// is one of a file, they are those of the file from it on, and `fps` is not
+    /// used; otherwise they are of the built-in way, `fps` frames a second, of
+    /// the size of the scene's picture. Neighbours at 30 show nearly the same;
+    /// at 1 they do not.
     ///
     /// # Errors
-    /// A model without such a way, a rate outside 0.001 to 1000, or more than
-    /// 100,000 frames.
+    /// A model without such a way, a rate outside 0.001 to 1000, more frames
+    /// than the file has, or more than 100,000.
     pub fn path(&self, fps: f64, frames: u32) -> Result<Vec<Camera>, SceneError> {
         let refuse = |field, value: String, expected: &str| {
             Err(SceneError::Value {
@@ -133,8 +144,15 @@ impl Scene {
                 expected: expected.to_owned(),
             })
         };
+        if !self.path.is_empty() {
+            let found = self.path.get(..frames as usize);
+            let expected = format!("at most {}, as its cameras have", self.path.len());
+            let all = found.map(<[Camera]>::to_vec);
+            return all.map_or_else(|| refuse("frames", frames.to_string(), &expected), Ok);
+        }
         let Some(analytic) = self.truth else {
-            let expected = "a scene that is sampled from an analytic field";
+            let expected = "a scene that is sampled from an analytic field, or whose camera is \
+                            one of a file";
             return refuse("path", "not known of this model".to_owned(), expected);
         };
         if !(1e-3..=1e3).contains(&fps) {

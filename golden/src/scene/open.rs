@@ -7,7 +7,10 @@ use glam::DVec3;
 use potamoi_formats::record::COLOUR;
 
 use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
-use super::{BUILTIN, Kind, Model, Orbit, Scene, SceneError, camera_file, lantern, transforms};
+use super::transforms::PathFrame;
+use super::{
+    BUILTIN, Kind, Model, Orbit, Scene, SceneError, camera_file, colmap, lantern, transforms,
+};
 use crate::camera::Camera;
 use crate::fields::AnyField;
 use crate::fields::dvgo::Dvgo;
@@ -15,6 +18,7 @@ use crate::fields::ngp::Ngp;
 use crate::fields::tensorf::Tensorf;
 use crate::splats::compact::{self, Compact};
 use crate::splats::{Order, Profile, files};
+use crate::voxels::Halo;
 
 /// Pixels a side of a picture whose size nobody gave.
 pub(super) const SIDE: u32 = 400;
@@ -39,6 +43,10 @@ fn framing(bounds: [DVec3; 2]) -> Orbit {
         fov,
         target: bounds[0] + size / 2.0,
     }
+}
+
+fn cameras_of(frames: &[PathFrame]) -> Vec<Camera> {
+    frames.iter().map(|f| f.camera).collect()
 }
 
 /// The endings of files that are scenes.
@@ -103,12 +111,14 @@ impl Scene {
             name: name.to_owned(),
             model,
             camera,
+            path: vec![],
             up,
             background,
             profile: Profile::Inria,
             order: Order::Exact,
             group_tiles: None,
             group_side: None,
+            halo: Halo::Shared,
             step: STEP,
             truth: None,
         }
@@ -202,11 +212,33 @@ impl Scene {
             } => {
                 let path = folder.join(path);
                 let frames = transforms::read(&path)?;
-                let Some(frame) = frames.get(*index) else {
-                    let expected = format!("0 to {}, as {} has", frames.len() - 1, path.display());
-                    return Err(self.value("camera.index", index.to_string(), &expected));
+                self.follow(cameras_of(&frames), *index, &path)?;
+                self.set_size(*width, *height)
+            }
+            CameraDescription::Colmap {
+                path,
+                index,
+                name,
+                width,
+                height,
+            } => {
+                let path = folder.join(path);
+                let frames = colmap::read(&path)?;
+                let index = match (index, name) {
+                    (Some(_), Some(name)) => {
+                        let expected = "it left out, as camera.index is given";
+                        return Err(self.value("camera.name", name.clone(), expected));
+                    }
+                    (index, None) => index.unwrap_or_default(),
+                    (None, Some(name)) => {
+                        let found = frames.iter().position(|f| f.picture == Path::new(name));
+                        found.ok_or_else(|| {
+                            let expected = format!("an image of {}", path.display());
+                            self.value("camera.name", name.clone(), &expected)
+                        })?
+                    }
                 };
-                self.camera = frame.camera;
+                self.follow(cameras_of(&frames), index, &path)?;
                 self.set_size(*width, *height)
             }
             CameraDescription::Orbit {
@@ -306,6 +338,13 @@ impl Scene {
                 }
             };
         }
+        if let Some(name) = &render.halo {
+            self.halo = match name.as_str() {
+                "shared" => Halo::Shared,
+                "split" => Halo::Split,
+                _ => return Err(self.value("render.halo", name.clone(), "shared or split")),
+            };
+        }
         self.group_tiles = render.group_tiles;
         self.group_side = render.group_side;
         if let Some(step) = render.step {
@@ -329,6 +368,7 @@ impl Scene {
                 voxels,
                 "voxels",
             ),
+            ("render.halo", render.halo.is_some(), voxels, "voxels"),
             ("render.step", render.step.is_some(), stepped, "voxels"),
         ] {
             if given && !ours {
@@ -361,31 +401,52 @@ impl Scene {
     /// the model's colour format does not hold.
     pub fn set_camera_file(&mut self, path: &Path, index: usize) -> Result<(), SceneError> {
         let cameras = camera_file::read(path)?;
-        let Some(found) = cameras.get(index) else {
-            let expected = format!("0 to {}, as {} has", cameras.len() - 1, path.display());
+        self.follow(cameras.iter().map(|c| c.camera).collect(), index, path)?;
+        self.set_background("camera.background", cameras[index].background)
+    }
+
+    /// Looks through one of a file's cameras; those from it on are the scene's
+    /// path.
+    fn follow(
+        &mut self,
+        mut cameras: Vec<Camera>,
+        index: usize,
+        file: &Path,
+    ) -> Result<(), SceneError> {
+        let Some(camera) = cameras.get(index).copied() else {
+            let expected = format!("0 to {}, as {} has", cameras.len() - 1, file.display());
             return Err(self.value("camera.index", index.to_string(), &expected));
         };
-        self.set_background("camera.background", found.background)?;
-        self.camera = found.camera;
+        self.camera = camera;
+        self.path = cameras.split_off(index);
         Ok(())
     }
 
-    /// Gives the picture another size; one side alone keeps the shape.
+    /// Gives the picture, and those of a path, another size; one side alone
+    /// keeps the shape of each.
     ///
     /// # Errors
     /// A side of 0 or above 16,384 pixels.
     pub fn set_size(&mut self, width: Option<u32>, height: Option<u32>) -> Result<(), SceneError> {
-        let Camera {
-            width: w,
-            height: h,
-            ..
-        } = self.camera;
+        let resized = |camera: &Camera| self.resized(camera, width, height);
+        let path: Result<Vec<Camera>, SceneError> = self.path.iter().map(resized).collect();
+        (self.camera, self.path) = (resized(&self.camera)?, path?);
+        Ok(())
+    }
+
+    fn resized(
+        &self,
+        camera: &Camera,
+        width: Option<u32>,
+        height: Option<u32>,
+    ) -> Result<Camera, SceneError> {
+        let [w, h] = [camera.width, camera.height];
         let scaled = |side: u32, from: u32, to: u32| {
             let exact = f64::from(side) * f64::from(to) / f64::from(from);
             (exact.round() as u32).max(1)
         };
         let size = match (width, height) {
-            (None, None) => return Ok(()),
+            (None, None) => return Ok(*camera),
             (Some(width), Some(height)) => [width, height],
             (Some(width), None) => [width, scaled(width, w, h)],
             (None, Some(height)) => [scaled(height, h, w), height],
@@ -396,8 +457,7 @@ impl Scene {
                 return Err(self.value(field, side.to_string(), &expected));
             }
         }
-        self.camera = self.camera.resized(size[0], size[1]);
-        Ok(())
+        Ok(camera.resized(size[0], size[1]))
     }
 
     /// Codes saturate: what a format does not hold would be another colour.

@@ -10,13 +10,16 @@ use serde::Serialize;
 
 use super::{Kind, Model, Scene, SceneError};
 use crate::analytic::Analytic;
-use crate::characterise::{Accesses, Traffic, field_accesses, splat_accesses, traffic};
+use crate::characterise::{
+    Accesses, Traffic, field_accesses, splat_accesses, splat_traffic, traffic,
+};
 use crate::fields::stored::StoredField;
 use crate::fields::{self, Field, FixedField};
 use crate::picture::Picture;
 use crate::splats::{self, Cloud, Decisions, Flips, Octree, Partition};
+use crate::streams::{RitReads, Streams};
 use crate::units::Units;
-use crate::voxels::{self, MVoxels, Volume};
+use crate::voxels::{self, Halo, MVoxels, Volume};
 
 /// The most pixels of a picture.
 const MAX_PIXELS: u64 = 1 << 26;
@@ -26,16 +29,15 @@ const MAX_PIXELS: u64 = 1 << 26;
 pub struct FrameCounts {
     /// MVoxels gathered, over all ray groups.
     pub mvoxels: u64,
-    /// Feature vectors out of the gathering unit, one a RIT entry.
+    /// Feature vectors out of the gathering unit, one a RIT entry that has all
+    /// its vertices.
     pub feature_vectors: u64,
     /// Elements out of the vector unit, by operation.
     pub elements: BTreeMap<OpCode, u64>,
-    /// Bytes of the ray index table.
-    pub rit_bytes: u64,
-    /// Bytes of rows loaded into the MVoxel feature table.
-    pub mvoxel_bytes: u64,
-    /// Those of them that were fetched row by row, from tables that do not
-    /// stream.
+    /// Bytes, stream by stream.
+    pub streams: Streams,
+    /// Of the bytes of MVoxels, those that were fetched row by row, from tables
+    /// that do not stream.
     pub scattered_bytes: u64,
     /// Of splats alone.
     pub splats: Option<SplatCounts>,
@@ -62,9 +64,8 @@ impl FrameCounts {
     /// Adds what was gathered and computed of vertices.
     fn add(&mut self, stats: voxels::FixedStats) {
         self.mvoxels += stats.tasks;
-        self.feature_vectors += stats.entries;
-        self.rit_bytes += stats.rit_bytes;
-        self.mvoxel_bytes += stats.mft_bytes;
+        self.feature_vectors += stats.entries - stats.split_entries;
+        self.streams = self.streams + stats.streams;
         self.scattered_bytes += stats.scattered_bytes;
         for (op, elements) in stats.vector_elements {
             *self.elements.entry(op).or_default() += elements;
@@ -143,22 +144,26 @@ impl Scene {
         })
     }
 
-    /// Bytes of the memory-centric order of a field in one volume, whose MVoxels
-    /// have `edge` vertices an edge, for each side of ray groups and both halos;
-    /// nothing for other models.
+    /// Bytes of the memory-centric order of splats or of a field in one volume,
+    /// for each side of ray groups, and of fields for both halos; nothing for
+    /// other models.
     ///
     /// # Errors
-    /// As [`Scene::render_float`].
-    pub fn traffic(&self, edge: usize, sides: &[u32]) -> Result<Vec<Traffic>, SceneError> {
+    /// As [`Scene::render_float`], or rows for less than 2 x 2 x 2 vertices.
+    pub fn traffic(&self, config: &Config, sides: &[u32]) -> Result<Vec<Traffic>, SceneError> {
         Ok(match self.model.kind() {
             Kind::Voxels(grid) => {
                 let field = StoredField::new(grid, self.step)?;
-                traffic(&field, &self.camera, edge, sides)?
+                traffic(&field, &self.camera, config, sides)?
             }
             Kind::Field(field) if field.tables().len() == 1 => {
-                traffic(field, &self.camera, edge, sides)?
+                traffic(field, &self.camera, config, sides)?
             }
-            Kind::Splats(_) | Kind::Field(_) => vec![],
+            Kind::Splats(cloud) => {
+                let options = self.splat_options(config);
+                splat_traffic(cloud, &self.camera, self.profile, &options, sides)?
+            }
+            Kind::Field(_) => vec![],
         })
     }
 
@@ -231,7 +236,7 @@ impl Scene {
                 Ok(rendered)
             }
             Model::Voxels(grid) => {
-                let mvoxels = MVoxels::new(grid, config)?;
+                let mvoxels = self.cut(MVoxels::new(grid, config)?);
                 let options = self.voxel_options();
                 let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
                 Ok(rendered(frame))
@@ -240,8 +245,9 @@ impl Scene {
             Model::Field(field) => self.render_tables(&**field, config, units),
             Model::Dvgo(field) => {
                 let made = field.fixed(config)?;
+                let mvoxels = self.cut(made.mvoxels().clone());
                 let volume = Volume {
-                    mvoxels: made.mvoxels(),
+                    mvoxels: &mvoxels,
                     placement: made.placement(),
                     head: made.head(),
                 };
@@ -249,6 +255,28 @@ impl Scene {
                 let frame = voxels::render_volume(&volume, &self.camera, &options, units)?;
                 Ok(rendered(frame))
             }
+        }
+    }
+
+    fn splat_options(&self, config: &Config) -> splats::FixedOptions {
+        splats::FixedOptions {
+            schedule: splats::ScheduleOptions {
+                rows: config.mvoxel.rows as usize,
+                group_tiles: self.group_tiles,
+                merge: true,
+            },
+            background: self.background,
+            order: self.order,
+            rit_reads: RitReads::of(config),
+            log_decisions: true,
+            ..splats::FixedOptions::default()
+        }
+    }
+
+    fn cut(&self, shared: MVoxels) -> MVoxels {
+        match self.halo {
+            Halo::Shared => shared,
+            Halo::Split => shared.with_halo(Halo::Split),
         }
     }
 
@@ -282,17 +310,7 @@ impl Scene {
         units: &mut dyn Units,
     ) -> Result<Rendered, SceneError> {
         self.check_splats(config)?;
-        let options = splats::FixedOptions {
-            schedule: splats::ScheduleOptions {
-                rows: config.mvoxel.rows as usize,
-                group_tiles: self.group_tiles,
-                merge: true,
-            },
-            background: self.background,
-            order: self.order,
-            log_decisions: true,
-            ..splats::FixedOptions::default()
-        };
+        let options = self.splat_options(config);
         let frame = splats::render_fixed(cloud, &self.camera, self.profile, &options, units)?;
         let clear = 1 << splats::TRANSMITTANCE.frac_bits();
         Ok(Rendered {
@@ -302,8 +320,7 @@ impl Scene {
                 mvoxels: frame.stats.tasks,
                 feature_vectors: frame.stats.gathers,
                 elements: frame.stats.vector_elements,
-                rit_bytes: frame.stats.rit_bytes,
-                mvoxel_bytes: frame.stats.mvoxel_bytes,
+                streams: frame.stats.streams,
                 scattered_bytes: 0,
                 splats: Some(SplatCounts {
                     records_held: frame.stats.hold.occupancy,

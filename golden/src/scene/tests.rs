@@ -131,6 +131,92 @@ fn descriptions_name_model_camera_and_rules() {
     refused(&format!("{model}{file}"), "camera.index is 4");
 }
 
+/// A camera of a file is the first of a path, of the size that is asked for.
+#[test]
+fn the_cameras_of_a_file_are_a_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let one = r#"{"width": 40, "height": 20, "fx": 30, "fy": 31, "position": [1, 2, 3],
+        "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}"#;
+    let far = one.replace("[1, 2, 3]", "[5, 2, 3]");
+    fs::write(
+        folder.path().join("camera.json"),
+        format!("[{one}, {one}, {far}]"),
+    )
+    .unwrap();
+    let fixtures = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/colmap");
+    let open = |camera: &str| {
+        let model = "[model]\nkind = \"builtin\"\nname = \"garden\"\n";
+        fs::write(&path, format!("{model}[camera]\n{camera}")).unwrap();
+        Scene::open(path.to_str().unwrap())
+    };
+    let poses = format!("kind = \"colmap\"\npath = \"{fixtures}\"\n");
+    let scene = open(&format!("{poses}name = \"shots/view 6.png\"\nwidth = 32")).unwrap();
+    assert_eq!((scene.camera().width, scene.camera().height), (32, 24));
+    assert_eq!(scene.camera().focal.x, 25.0);
+    let frames = scene.path(30.0, 3).unwrap();
+    assert_eq!(frames[0], *scene.camera());
+    // Each keeps its shape.
+    let sizes: Vec<_> = frames.iter().map(|c| (c.width, c.height)).collect();
+    assert_eq!(sizes, [(32, 24), (32, 20), (32, 24)]);
+    let mut again = open(&format!("{poses}index = 2")).unwrap();
+    again.set_size(Some(32), None).unwrap();
+    assert_eq!(again.camera(), scene.camera());
+    let error = again.path(30.0, 4).unwrap_err().to_string();
+    assert!(error.contains("frames is 4: expected at most 3"), "{error}");
+    let scene = open("kind = \"opencv-json\"\npath = \"camera.json\"\nindex = 1").unwrap();
+    let frames = scene.path(1.0, 2).unwrap();
+    assert_eq!(frames[1].position().x, 5.0);
+    for (camera, expected) in [
+        (format!("{poses}name = \"no.png\""), "camera.name is no.png"),
+        (format!("{poses}index = 5"), "camera.index is 5"),
+        (format!("{poses}index = 0\nname = \"a\""), "left out"),
+        (poses.replace("colmap\"\n", "no\"\n"), "`no`"),
+        (poses.replace("fixtures/colmap", "no"), "cameras.txt"),
+    ] {
+        let error = open(&camera).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    let error = Scene::open("garden").unwrap().path(30.0, 1).unwrap_err();
+    assert!(error.to_string().contains("one of a file"), "{error}");
+}
+
+/// A halo chosen in a description changes what is moved and not what is seen.
+#[test]
+fn a_halo_changes_no_bit_of_a_described_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let config = Config::paper();
+    let open = |model: &str, halo: &str| {
+        let text = format!(
+            "[model]\nkind = \"builtin\"\nname = \"{model}\"\n[render]\nhalo = \"{halo}\"\n"
+        );
+        fs::write(&path, text).unwrap();
+        Scene::open(path.to_str().unwrap())
+    };
+    let [shared, split] = ["shared", "split"].map(|halo| {
+        let mut scene = open("lantern", halo).unwrap();
+        scene.set_size(Some(48), None).unwrap();
+        let mut twins = Twins::new(&config);
+        scene.render_fixed(&config, &mut twins).unwrap()
+    });
+    assert_eq!(shared.picture, split.picture);
+    let [a, b] = [shared.counts.streams, split.counts.streams];
+    assert!(a.mvoxels_read > b.mvoxels_read && a.rit_written < b.rit_written);
+    assert!(a.partial_sums == 0 && b.partial_sums > 0);
+    for (model, halo, expected) in [
+        (
+            "lantern",
+            "open",
+            "render.halo is open: expected shared or split",
+        ),
+        ("garden", "split", "render.halo is given"),
+    ] {
+        let error = open(model, halo).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
 /// Both orders, by way of a description, and what each says of itself.
 #[test]
 fn approximate_order_counts_its_inversions() {

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::record::{COLOUR, RECORD_CHANNELS, SplatRecord};
-use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
 
 use super::cloud::Cloud;
@@ -19,6 +18,7 @@ use super::schedule::{Group, Schedule, ScheduleOptions};
 use super::view::{TILE, View};
 use crate::camera::Camera;
 use crate::picture::Picture;
+use crate::streams::{RitReads, Streams, Visit};
 use crate::units::{GatherTask, Units};
 
 /// Entries that are gathered, or wait to be composited, before work is done.
@@ -33,6 +33,8 @@ pub struct FixedOptions {
     pub order: Order,
     /// Records that fit on chip while they are held back; more spill.
     pub hold_records: usize,
+    /// How often the ray index table is read.
+    pub rit_reads: RitReads,
     /// Linear RGB behind everything, rounded to U4.12.
     pub background: [f32; 3],
     /// Whether to keep [`FixedFrame::decisions`] (exact order alone).
@@ -45,6 +47,7 @@ impl Default for FixedOptions {
             schedule: ScheduleOptions::default(),
             order: Order::Exact,
             hold_records: 8192,
+            rit_reads: RitReads::default(),
             background: [0.0; 3],
             log_decisions: false,
         }
@@ -60,10 +63,8 @@ pub struct FixedStats {
     pub gathers: u64,
     /// MVoxels gathered, over all ray groups.
     pub tasks: u64,
-    /// Bytes of the ray index table.
-    pub rit_bytes: u64,
-    /// Bytes of records read as MVoxel feature tables.
-    pub mvoxel_bytes: u64,
+    /// Bytes, stream by stream.
+    pub streams: Streams,
     /// Elements out of the vector unit, by operation.
     pub vector_elements: BTreeMap<OpCode, u64>,
     /// Exponentials: one for each (pixel, entry) whose pixel had not stopped.
@@ -127,6 +128,8 @@ pub fn render_fixed(
             frame.place(&view, &group, &done);
         }
     }
+    let stats = &mut frame.stats;
+    stats.streams.records(stats.visible, stats.hold.spilled);
     Ok(frame.finish())
 }
 
@@ -147,7 +150,7 @@ fn render_group(
     while start < group.tasks.len() {
         let end = batch_end(&group.tasks, start);
         let batch = &group.tasks[start..end];
-        gather(units, batch, &mut features, stats)?;
+        gather(units, batch, &mut features, options.rit_reads, stats)?;
         let mut rows = features.as_chunks::<RECORD_CHANNELS>().0.iter();
         for (t, task) in (start..).zip(batch) {
             for (entry, row) in task.entries.iter().zip(&mut rows) {
@@ -199,6 +202,7 @@ fn gather(
     units: &mut dyn Units,
     tasks: &[GatherTask],
     features: &mut Vec<i16>,
+    reads: RitReads,
     stats: &mut FixedStats,
 ) -> Result<(), RenderError> {
     features.clear();
@@ -213,8 +217,9 @@ fn gather(
     }
     stats.tasks += tasks.len() as u64;
     stats.gathers += entries as u64;
-    stats.rit_bytes += (entries * Vertices::One.entry_bytes()) as u64;
-    stats.mvoxel_bytes += tasks.iter().map(|t| 2 * t.rows.len() as u64).sum::<u64>();
+    for task in tasks {
+        stats.streams.visit(&Visit::of(task), reads);
+    }
     Ok(())
 }
 

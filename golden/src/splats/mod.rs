@@ -37,6 +37,7 @@ pub use fixed::{FixedFrame, FixedOptions, FixedStats, render_fixed};
 pub use float::{FloatFrame, FloatOptions, FloatStats, render_float};
 pub use footprint::Footprint;
 pub use frame::{Decisions, Flips};
+pub(crate) use hold::Hold;
 pub use hold::{HoldStats, Order};
 pub use octree::Octree;
 pub use partition::Partition;

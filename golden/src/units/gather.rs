@@ -89,12 +89,63 @@ pub enum GatherError {
     },
 }
 
-/// The gathering unit: what its reducers compute, no clock.
-#[derive(Debug, Clone)]
-pub struct GatherTwin {
+/// The arithmetic of a reducer: exact sums in an accumulator that wraps, and
+/// one rounding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reducer {
     feature: Format,
     weight_bits: u32,
     accumulator_bits: u32,
+}
+
+impl Reducer {
+    /// Of the unit that `config` describes.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self {
+            feature: Format::signed(config.gu.feature_bits.clamp(2, 16) - 1, 0),
+            weight_bits: config.gu.weight_bits.min(15),
+            accumulator_bits: config.accumulator_bits().min(60),
+        }
+    }
+
+    /// Fraction bits of weights, `W`.
+    #[must_use]
+    pub fn weight_bits(&self) -> u32 {
+        self.weight_bits
+    }
+
+    /// The bits of a weight that count.
+    fn weight(&self, code: u16) -> i64 {
+        i64::from(code) & ((2 << self.weight_bits) - 1)
+    }
+
+    /// The accumulator of one channel, unrounded: the sum of weight times code
+    /// over `terms`. Sums of parts of an entry add up to that of all of it.
+    #[must_use]
+    pub fn sum(&self, terms: impl Iterator<Item = (u16, i16)>) -> i64 {
+        let products = terms.map(|(w, code)| self.weight(w) * i64::from(code));
+        self.wrap(products.sum())
+    }
+
+    fn wrap(&self, sum: i64) -> i64 {
+        let spare = 64 - self.accumulator_bits;
+        sum << spare >> spare
+    }
+
+    /// The feature code of an accumulator, half to even.
+    #[must_use]
+    pub fn round(&self, sum: i64) -> i16 {
+        let sum = i128::from(self.wrap(sum));
+        let rounded = round_shift(sum, self.weight_bits, Rounding::HalfEven);
+        self.feature.saturate(rounded).0 as i16
+    }
+}
+
+/// The gathering unit: what its reducers compute, no clock.
+#[derive(Debug, Clone)]
+pub struct GatherTwin {
+    reducer: Reducer,
     trusted: bool,
     table_rows: usize,
     banks: usize,
@@ -111,9 +162,7 @@ impl GatherTwin {
     #[must_use]
     pub fn new(config: &Config) -> Self {
         Self {
-            feature: Format::signed(config.gu.feature_bits.clamp(2, 16) - 1, 0),
-            weight_bits: config.gu.weight_bits.min(15),
-            accumulator_bits: config.accumulator_bits().min(60),
+            reducer: Reducer::new(config),
             trusted: config.gu.weights == WeightTrust::Trusted,
             table_rows: config.mvoxel.rows as usize,
             banks: config.gu.banks.max(1) as usize,
@@ -157,13 +206,13 @@ impl GatherTwin {
                 channels,
             });
         }
-        let outside = |&code: &i16| self.feature.saturate(i128::from(code)).1;
+        let outside = |&code: &i16| self.reducer.feature.saturate(i128::from(code)).1;
         if let Some(at) = task.rows.iter().position(outside) {
             return Err(GatherError::Feature {
                 row: at / channels,
                 channel: at % channels,
                 code: task.rows[at],
-                bits: self.feature.width(),
+                bits: self.reducer.feature.width(),
             });
         }
         if !task.vertices.is_structured() {
@@ -229,27 +278,18 @@ impl GatherTwin {
             }
             return;
         }
-        let mut terms = [(0i64, [].as_slice()); potamoi_formats::rit::MAX_VERTICES];
+        let mut terms = [(0u16, [].as_slice()); potamoi_formats::rit::MAX_VERTICES];
         let mut used = 0;
         for v in 0..vertices.count() {
             if let Some(row) = row(v) {
-                terms[used] = (self.weight(entry.weights[v]), row);
+                terms[used] = (entry.weights[v], row);
                 used += 1;
             }
         }
-        let spare = 64 - self.accumulator_bits;
         for (channel, out) in out.iter_mut().enumerate() {
-            let products = terms[..used]
-                .iter()
-                .map(|(w, row)| w * i64::from(row[channel]));
-            let sum = products.sum::<i64>() << spare >> spare;
-            let rounded = round_shift(i128::from(sum), self.weight_bits, Rounding::HalfEven);
-            *out = self.feature.saturate(rounded).0 as i16;
+            let terms = terms[..used].iter().map(|(w, row)| (*w, row[channel]));
+            *out = self.reducer.round(self.reducer.sum(terms));
         }
-    }
-
-    fn weight(&self, code: u16) -> i64 {
-        i64::from(code) & ((2 << self.weight_bits) - 1)
     }
 
     fn flags(&self, vertices: Vertices, loaded: usize, entry: &RitEntry) -> u8 {
@@ -263,11 +303,12 @@ impl GatherTwin {
         }
         if vertices.is_structured() {
             let weights = &entry.weights[..count];
-            if weights.iter().any(|&w| self.weight(w) != i64::from(w)) {
+            let weight = |w: u16| self.reducer.weight(w);
+            if weights.iter().any(|&w| weight(w) != i64::from(w)) {
                 flags |= FLAG_WEIGHT;
             }
-            let sum: i64 = weights.iter().map(|&w| self.weight(w)).sum();
-            if self.trusted && sum != 1 << self.weight_bits {
+            let sum: i64 = weights.iter().map(|&w| weight(w)).sum();
+            if self.trusted && sum != 1 << self.reducer.weight_bits {
                 flags |= FLAG_SUM;
             }
         }
@@ -376,6 +417,27 @@ mod tests {
     }
 
     proptest! {
+        /// However an entry's vertices are parted, the sums of the parts are
+        /// rounded to what the whole entry gives; rounding each part is not.
+        #[test]
+        fn sums_of_parts_are_rounded_as_the_whole(
+            codes in prop::array::uniform8(any::<i16>()),
+            fractions in prop::array::uniform3(0u16..=4096),
+            parts in prop::array::uniform8(0usize..3),
+        ) {
+            let weights = crate::units::weights::trilinear(fractions, 15);
+            let rows = [0, 1, 2, 3, 4, 5, 6, 7];
+            let whole = task(Vertices::Eight, codes.to_vec(), vec![entry(rows, weights)]);
+            let reducer = Reducer::new(&Config::paper());
+            let sums = [0, 1, 2].map(|part| {
+                let own = (0..8).filter(|v| parts[*v] == part);
+                reducer.sum(own.map(|v| (weights[v], codes[v])))
+            });
+            prop_assert!(sums.iter().all(|s| i32::try_from(*s).is_ok()));
+            let rounded = reducer.round(sums.iter().sum());
+            prop_assert_eq!(run("", &whole).0, [rounded]);
+        }
+
         /// Any rows, weights and widths against exact integers.
         #[test]
         fn features_are_the_rounded_exact_sums(

@@ -11,11 +11,13 @@ use super::error::VoxelError;
 use super::formats::{Formats, TRANSMITTANCE};
 use super::grid::Grid;
 use super::head::{Head, Stored};
-use super::mvoxels::MVoxels;
+use super::mvoxels::{Halo, MVoxels};
 use super::ray::{Placement, Rays};
 use super::schedule::{Schedule, Skip};
+use super::split;
 use crate::camera::Camera;
 use crate::picture::Picture;
+use crate::streams::{RitReads, Streams, Visit};
 use crate::units::{GatherTask, Units};
 
 /// Format of the background.
@@ -65,14 +67,18 @@ pub struct FixedStats {
     pub samples: u64,
     /// MVoxels loaded, over all ray groups.
     pub tasks: u64,
-    /// Entries of the ray index table: samples gathered.
+    /// Entries of the ray index table: samples gathered, those that lie in
+    /// several MVoxels once in each.
     pub entries: u64,
-    /// Bytes of the ray index table.
-    pub rit_bytes: u64,
-    /// Bytes of rows loaded into the MVoxel feature table, 16 bits a channel.
-    pub mft_bytes: u64,
-    /// Those of them that were fetched row by row, from anywhere in a table that
-    /// does not stream.
+    /// Of them, entries that lack vertices.
+    pub split_entries: u64,
+    /// The most samples that waited for others while the next MVoxels were
+    /// gathered; none where faces are shared.
+    pub waiting: u64,
+    /// Bytes, stream by stream.
+    pub streams: Streams,
+    /// Of the bytes of MVoxels, those that were fetched row by row, from
+    /// anywhere in a table that does not stream.
     pub scattered_bytes: u64,
     /// Feature codes out of the gathering unit.
     pub features: u64,
@@ -95,6 +101,17 @@ impl FixedStats {
     pub(crate) fn count_scattered(&mut self, tasks: &[GatherTask]) {
         let bytes = tasks.iter().map(|t| 2 * t.rows.len() as u64);
         self.scattered_bytes += bytes.sum::<u64>();
+    }
+
+    /// Counts tasks whose entries have all their vertices.
+    pub(crate) fn count(&mut self, tasks: &[GatherTask], reads: RitReads) {
+        self.tasks += tasks.len() as u64;
+        for task in tasks {
+            let visit = Visit::of(task);
+            self.entries += visit.whole;
+            self.features += visit.whole * task.channels as u64;
+            self.streams.visit(&visit, reads);
+        }
     }
 
     /// Takes over what compositing counted.
@@ -120,7 +137,7 @@ pub struct FixedFrame {
 /// positions are found in floating point, as the GPU does, and rounded to 12
 /// fraction bits; everything from there on goes through `units`, but for sums
 /// of products (MAC array) and additions to a pixel. The picture depends neither
-/// on ray groups, nor on batches, nor on [`Skip`].
+/// on ray groups, nor on batches, nor on [`Skip`], nor on [`Halo`].
 ///
 /// # Errors
 /// A camera or an option that is not sensible, MVoxels of another grid, a unit
@@ -190,13 +207,20 @@ pub fn render_volume(
             options.terminate,
             group.rays.iter().map(|ray| ray.towards),
         );
+        let most = options.batch_entries;
+        if mvoxels.halo() == Halo::Split {
+            let stats = &mut frame.stats;
+            split::run(&schedule, &group, most, &mut done, units, stats, &mut work)?;
+            place(&mut frame, &group.pixels, &done, options.background);
+            continue;
+        }
         let (mut tasks, mut spans, mut features) = (Vec::new(), Vec::new(), Vec::new());
         let mut next = 0;
         while next < group.crossings() {
-            let most = options.batch_entries;
             let alive = |ray| done.is_alive(ray);
             next = schedule.batch(&group, next, most, alive, &mut tasks, &mut spans);
-            gather(units, &tasks, &mut features, &mut frame.stats)?;
+            gather(units, &tasks, &mut features)?;
+            frame.stats.count(&tasks, mvoxels.rit_reads());
             done.run(&features, &spans, units, &mut work)?;
         }
         place(&mut frame, &group.pixels, &done, options.background);
@@ -209,7 +233,7 @@ pub fn render_volume(
 /// no ray stopped early, up to `most` entries (the last task may exceed it).
 ///
 /// # Errors
-/// As [`render_fixed`].
+/// As [`render_fixed`], and for MVoxels whose halo is split.
 pub fn tasks(
     grid: &Grid,
     mvoxels: &MVoxels,
@@ -218,6 +242,13 @@ pub fn tasks(
     most: usize,
 ) -> Result<Vec<GatherTask>, VoxelError> {
     fits(grid, mvoxels)?;
+    if mvoxels.halo() == Halo::Split {
+        return Err(VoxelError::Option {
+            field: "halo",
+            value: "split".to_owned(),
+            expected: "shared: not all of its entries are the gathering unit's",
+        });
+    }
     let rays = check(&Placement::of(grid), mvoxels, camera, options)?;
     let schedule = Schedule::new(mvoxels, rays, options.group_side, options.skip)?;
     let mut all = Vec::new();
@@ -291,19 +322,18 @@ pub(crate) fn check_background(background: [f32; 3]) -> Result<(), VoxelError> {
     })
 }
 
-/// Gathers tasks, in whose order features then follow one another.
+/// Features of all entries of some tasks, as many as there must be, in their
+/// order.
 pub(crate) fn gather(
     units: &mut dyn Units,
     tasks: &[GatherTask],
     features: &mut Vec<i16>,
-    stats: &mut FixedStats,
 ) -> Result<(), VoxelError> {
     features.clear();
     if tasks.is_empty() {
         return Ok(());
     }
     units.gather(tasks, features).map_err(VoxelError::Unit)?;
-    let entries: usize = tasks.iter().map(|t| t.entries.len()).sum();
     let expected: usize = tasks.iter().map(|t| t.entries.len() * t.channels).sum();
     if features.len() != expected {
         return Err(VoxelError::Features {
@@ -311,14 +341,6 @@ pub(crate) fn gather(
             expected,
         });
     }
-    stats.tasks += tasks.len() as u64;
-    stats.entries += entries as u64;
-    let rit = tasks
-        .iter()
-        .map(|t| t.entries.len() * t.vertices.entry_bytes());
-    stats.rit_bytes += rit.sum::<usize>() as u64;
-    stats.mft_bytes += tasks.iter().map(|t| 2 * t.rows.len() as u64).sum::<u64>();
-    stats.features += expected as u64;
     Ok(())
 }
 

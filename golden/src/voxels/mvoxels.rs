@@ -6,8 +6,15 @@
 //! (the *halo*) are stored in both, so that every sample has one entry. With 8
 //! vertices an edge that takes (8/7)^3 = 1.49 times the bytes in bulk.
 //!
+//! Where the halo is *split* nothing is stored twice: MVoxels follow one another
+//! at a stride of `e`, and a sample whose vertices lie in several has an entry in
+//! each. Their unrounded sums are added up and rounded once, so that the picture
+//! is the same bit for bit.
+//!
 //! A sample belongs to the cell whose lower faces it is on or above; on the
 //! volume's upper faces, to the last cell. So it has one owner everywhere.
+
+mod halo;
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
@@ -15,15 +22,27 @@ use potamoi_formats::config::Config;
 use super::error::VoxelError;
 use super::formats::{FRACTION_BITS, Formats, code};
 use super::grid::Grid;
+use crate::streams::RitReads;
+use crate::units::gather::Reducer;
+
+pub use halo::Halo;
+
+/// Vertices an edge of the largest cube that so many rows hold.
+pub(crate) fn cube_edge(rows: u32) -> Option<usize> {
+    // A row number has 16 bits.
+    (2..=40).take_while(|e| e * e * e <= rows as usize).last()
+}
 
 /// A grid's features as codes, cut into MVoxels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MVoxels {
     edge: usize,
+    halo: Halo,
     points: [usize; 3],
     counts: [usize; 3],
     channels: usize,
-    weight_bits: u32,
+    reducer: Reducer,
+    rit_reads: RitReads,
     /// Of codes that are a grid's.
     formats: Option<Formats>,
     mask: Option<Mask>,
@@ -116,22 +135,21 @@ impl MVoxels {
                 expected: "one a vertex and channel of 2 x 2 x 2 vertices or more".to_owned(),
             });
         }
-        let rows = config.mvoxel.rows as usize;
-        // A row number has 16 bits.
-        let edge = (2..=40).take_while(|e| e * e * e <= rows).last();
-        let Some(edge) = edge else {
+        let Some(edge) = cube_edge(config.mvoxel.rows) else {
             return Err(VoxelError::Config {
                 field: "mvoxel.rows",
-                value: rows.to_string(),
+                value: config.mvoxel.rows.to_string(),
                 expected: "8 rows or more, for 2 x 2 x 2 vertices".to_owned(),
             });
         };
         let mut mvoxels = Self {
             edge,
+            halo: Halo::Shared,
             points,
-            counts: points.map(|p| (p - 1).div_ceil(edge - 1)),
+            counts: Self::counts_of(points, edge, Halo::Shared),
             channels,
-            weight_bits: config.gu.weight_bits,
+            reducer: Reducer::new(config),
+            rit_reads: RitReads::of(config),
             formats: None,
             mask: None,
             rows: Vec::new(),
@@ -150,6 +168,19 @@ impl MVoxels {
     pub fn masked(mut self, mask: Mask) -> Self {
         self.mask = Some(mask);
         self
+    }
+
+    fn counts_of(points: [usize; 3], edge: usize, halo: Halo) -> [usize; 3] {
+        points.map(|p| match halo {
+            Halo::Shared => (p - 1).div_ceil(edge - 1),
+            Halo::Split => p.div_ceil(edge),
+        })
+    }
+
+    /// The row of a vertex of an MVoxel.
+    fn row(&self, mvoxel: usize, [x, y, z]: [usize; 3]) -> usize {
+        let [wide, high, _] = self.extent(mvoxel);
+        x + wide * (y + high * z)
     }
 
     fn cut(&self, mvoxel: usize, codes: &[i16]) -> Vec<i16> {
@@ -200,10 +231,32 @@ impl MVoxels {
         x + self.counts[0] * (y + self.counts[1] * z)
     }
 
-    /// Cells an edge of an MVoxel: vertices less one.
+    /// From MVoxel to MVoxel in vertices: cells an edge whose vertices one MVoxel
+    /// holds, or vertices an edge where the halo is split.
     #[must_use]
     pub fn stride(&self) -> usize {
-        self.edge - 1
+        match self.halo {
+            Halo::Shared => self.edge - 1,
+            Halo::Split => self.edge,
+        }
+    }
+
+    /// How MVoxels share vertices.
+    #[must_use]
+    pub fn halo(&self) -> Halo {
+        self.halo
+    }
+
+    /// The arithmetic of sums.
+    #[must_use]
+    pub fn reducer(&self) -> &Reducer {
+        &self.reducer
+    }
+
+    /// How often the ray index table is read.
+    #[must_use]
+    pub fn rit_reads(&self) -> RitReads {
+        self.rit_reads
     }
 
     /// MVoxels along x, y, z.
@@ -233,7 +286,7 @@ impl MVoxels {
     /// Fraction bits of weights.
     #[must_use]
     pub fn weight_bits(&self) -> u32 {
-        self.weight_bits
+        self.reducer.weight_bits()
     }
 
     /// Whether anything may be at a place in vertices: the mask's word, or yes.
@@ -321,24 +374,23 @@ impl MVoxels {
         }
     }
 
-    /// Rows of the eight corners of a place's cell; bit 0 of the corner's index
-    /// is x, bit 1 y, bit 2 z.
+    /// Rows of the eight corners of a place's cell, all of which its owner holds;
+    /// bit 0 of the corner's index is x, bit 1 y, bit 2 z.
     #[must_use]
     pub fn corner_rows(&self, place: &Place) -> [u16; 8] {
-        let [wide, high, _] = self.extent(place.mvoxel);
-        let [x, y, z] = place.local;
         let mut rows = [0; 8];
         for (corner, row) in rows.iter_mut().enumerate() {
-            let (i, j, k) = (corner & 1, corner >> 1 & 1, corner >> 2);
-            *row = (x + i + wide * (y + j + high * (z + k))) as u16;
+            let bit = |axis: usize| corner >> axis & 1;
+            let at = [0, 1, 2].map(|axis| place.local[axis] + bit(axis));
+            *row = self.row(place.mvoxel, at) as u16;
         }
         rows
     }
 
     /// For every MVoxel, how far it is from the camera's: the Manhattan
     /// distance of their indices, less the least of all. A ray that leaves the
-    /// camera, at `camera` in vertex units, meets MVoxels at strictly increasing
-    /// distances, since none of its indices ever turns back.
+    /// camera, at `camera` in vertex units, meets the owners of its samples at
+    /// strictly increasing distances, since none of its indices ever turns back.
     #[must_use]
     pub fn distances(&self, camera: [f64; 3]) -> Vec<u32> {
         let own = camera.map(|v| {
@@ -359,6 +411,6 @@ impl MVoxels {
 }
 
 /// A coordinate with 12 fraction bits, to nearest; monotone, and saturating.
-fn position_code(v: f64) -> i64 {
+pub(crate) fn position_code(v: f64) -> i64 {
     (v * f64::from(1u32 << FRACTION_BITS)).round() as i64
 }

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use potamoi_formats::rit::{RitEntry, Vertices};
 
 use super::error::VoxelError;
-use super::mvoxels::MVoxels;
+use super::mvoxels::{MVoxels, Place};
 use super::ray::{Ray, Rays};
 use crate::units::{GatherTask, weights};
 
@@ -31,14 +31,14 @@ pub enum Skip {
     Cells,
 }
 
-/// The samples that a ray has in one MVoxel, front to back.
+/// The samples of a ray that need one MVoxel, front to back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Crossing {
-    distance: u32,
-    mvoxel: u32,
-    ray: u32,
-    first: u32,
-    end: u32,
+pub(super) struct Crossing {
+    pub(super) distance: u32,
+    pub(super) mvoxel: u32,
+    pub(super) ray: u32,
+    pub(super) first: u32,
+    pub(super) end: u32,
 }
 
 /// Entries that one ray has in a batch of tasks.
@@ -52,9 +52,9 @@ pub(crate) struct Span {
 /// The ray groups of a frame.
 #[derive(Debug)]
 pub(crate) struct Schedule<'a> {
-    mvoxels: &'a MVoxels,
+    pub(super) mvoxels: &'a MVoxels,
     rays: Rays,
-    distances: Vec<u32>,
+    pub(super) distances: Vec<u32>,
     side: u32,
     skip: Skip,
 }
@@ -65,7 +65,7 @@ pub(crate) struct Group {
     /// Pixel of each slot.
     pub(crate) pixels: Vec<[u32; 2]>,
     pub(crate) rays: Vec<Ray>,
-    crossings: Vec<Crossing>,
+    pub(super) crossings: Vec<Crossing>,
 }
 
 /// The largest side of a square group of at most [`GROUP_RAYS`].
@@ -139,31 +139,39 @@ impl<'a> Schedule<'a> {
         }
     }
 
-    /// The MVoxels in which a ray has samples that are not left out.
+    /// Where a sample is, unless it is left out.
+    pub(super) fn place(&self, ray: &Ray, k: u32) -> Option<Place> {
+        let at = ray.at(k);
+        let place = self.mvoxels.locate(at.to_array());
+        let called_for = match self.skip {
+            _ if !self.mvoxels.holds(at) => false,
+            Skip::Nothing => true,
+            Skip::MVoxels => self.mvoxels.is_occupied(place.mvoxel),
+            Skip::Cells => self.mvoxels.is_cell_occupied(&place),
+        };
+        called_for.then_some(place)
+    }
+
+    /// The MVoxels that the samples of a ray need which are not left out.
     fn cross(&self, slot: u32, ray: &Ray) -> Vec<Crossing> {
         let mut crossings: Vec<Crossing> = Vec::new();
         for k in 0..ray.samples {
-            let at = ray.at(k);
-            let place = self.mvoxels.locate(at.to_array());
-            let called_for = match self.skip {
-                _ if !self.mvoxels.holds(at) => false,
-                Skip::Nothing => true,
-                Skip::MVoxels => self.mvoxels.is_occupied(place.mvoxel),
-                Skip::Cells => self.mvoxels.is_cell_occupied(&place),
-            };
-            if !called_for {
+            let Some(place) = self.place(ray, k) else {
                 continue;
-            }
-            let mvoxel = place.mvoxel as u32;
-            match crossings.last_mut() {
-                Some(last) if last.mvoxel == mvoxel => last.end = k + 1,
-                _ => crossings.push(Crossing {
-                    distance: self.distances[place.mvoxel],
-                    mvoxel,
-                    ray: slot,
-                    first: k,
-                    end: k + 1,
-                }),
+            };
+            for (number, _) in self.mvoxels.holders(&place) {
+                let mvoxel = number as u32;
+                // Mostly among the last; a ray needs no MVoxel twice.
+                match crossings.iter_mut().rev().find(|c| c.mvoxel == mvoxel) {
+                    Some(open) => open.end = k + 1,
+                    None => crossings.push(Crossing {
+                        distance: self.distances[number],
+                        mvoxel,
+                        ray: slot,
+                        first: k,
+                        end: k + 1,
+                    }),
+                }
             }
         }
         crossings
@@ -174,7 +182,7 @@ impl<'a> Schedule<'a> {
         group.rays.iter().map(|r| u64::from(r.samples)).sum()
     }
 
-    /// Cuts the next tasks of a group from crossing `next` on, for the rays that
+    /// Cuts, with shared faces, the next tasks of a group from crossing `next` on, for the rays that
     /// are `alive`: MVoxels of one distance, one at least, and no more once
     /// there are `most` entries. Returns the crossing to go on with.
     pub(crate) fn batch(
@@ -221,12 +229,9 @@ impl<'a> Schedule<'a> {
     fn entries(&self, group: &Group, crossing: &Crossing, out: &mut Vec<RitEntry>) {
         let ray = &group.rays[crossing.ray as usize];
         for k in crossing.first..crossing.end {
-            let at = ray.at(k);
-            let place = self.mvoxels.locate(at.to_array());
-            let empty = self.skip == Skip::Cells && !self.mvoxels.is_cell_occupied(&place);
-            if empty || !self.mvoxels.holds(at) {
+            let Some(place) = self.place(ray, k) else {
                 continue;
-            }
+            };
             out.push(RitEntry {
                 slot: crossing.ray,
                 rows: self.mvoxels.corner_rows(&place),
@@ -238,12 +243,16 @@ impl<'a> Schedule<'a> {
     /// A task that loads the rows up to the last that its entries use.
     fn task(&self, mvoxel: usize, entries: Vec<RitEntry>) -> GatherTask {
         let last = entries.iter().map(|e| e.rows[7]).max().unwrap_or_default();
+        self.loading(mvoxel, usize::from(last) + 1, entries)
+    }
+
+    /// A task that loads so many rows.
+    pub(super) fn loading(&self, mvoxel: usize, rows: usize, entries: Vec<RitEntry>) -> GatherTask {
         let channels = self.mvoxels.channels();
-        let used = (usize::from(last) + 1) * channels;
         GatherTask {
             vertices: Vertices::Eight,
             channels,
-            rows: self.mvoxels.rows(mvoxel)[..used].to_vec(),
+            rows: self.mvoxels.rows(mvoxel)[..rows * channels].to_vec(),
             entries,
         }
     }

@@ -2,6 +2,7 @@
 
 mod bound;
 mod exact;
+mod halo;
 mod work;
 
 use glam::DVec3;

@@ -20,6 +20,7 @@ use crate::fields::codes::held;
 use crate::fields::mac::MacMlp;
 use crate::fields::opacity::need;
 use crate::fields::{FieldError, Layer, Mlp};
+use crate::streams::RitReads;
 use crate::units::Units;
 use crate::voxels::{FixedStats, Lanes, Work, gather};
 
@@ -40,6 +41,7 @@ pub struct FixedColour<'a> {
     /// Fraction bits of harmonics as they enter the first layer.
     harmonic_bits: i32,
     weight_bits: u32,
+    rit_reads: RitReads,
 }
 
 impl<'a> FixedColour<'a> {
@@ -70,6 +72,7 @@ impl<'a> FixedColour<'a> {
             )?,
             harmonic_bits: frac as i32 - down,
             weight_bits: config.gu.weight_bits,
+            rit_reads: RitReads::of(config),
         })
     }
 
@@ -135,7 +138,8 @@ impl<'a> FixedColour<'a> {
             });
             let located: Vec<_> = located.collect();
             let own = table.gathers(eyes[level], &located, self.weight_bits);
-            gather(units, &own.tasks, &mut codes, stats)?;
+            gather(units, &own.tasks, &mut codes)?;
+            stats.count(&own.tasks, self.rit_reads);
             if table.is_scattered() {
                 stats.count_scattered(&own.tasks);
             }

@@ -46,10 +46,10 @@ fn tasks_are_what_rendering_gathers() {
         (stats.tasks, stats.entries),
         (all.len() as u64, entries as u64)
     );
-    assert_eq!(stats.rit_bytes, 48 * stats.entries);
+    assert_eq!(stats.streams.rit_written, 48 * stats.entries);
     assert_eq!(stats.features, 13 * stats.entries);
     let bytes: usize = all.iter().map(|t| 2 * t.rows.len()).sum();
-    assert_eq!(stats.mft_bytes, bytes as u64);
+    assert_eq!(stats.streams.mvoxels_read, bytes as u64);
     assert!(stats.entries < stats.samples && stats.stopped == 0);
     for task in &all {
         let rows = task.rows.len() / 13;

@@ -1,0 +1,144 @@
+//! Bytes that the memory-centric order of splats moves, by ray group.
+
+use potamoi_formats::record::{RECORD_CHANNELS, SplatRecord};
+
+use super::Traffic;
+use crate::camera::Camera;
+use crate::splats::{
+    Cloud, FixedOptions, Group, Hold, Order, Profile, RenderError, Schedule, ScheduleOptions, TILE,
+    View,
+};
+use crate::streams::{Streams, Visit};
+
+/// Counts a frame for each side of ray groups, rounded up to whole tiles. The
+/// GPU writes one record a visible Gaussian; every ray group loads the rows of
+/// each MVoxel that it needs, for one entry a (tile, Gaussian). Entries are
+/// gathered whether or not pixels of their tile have stopped.
+///
+/// # Errors
+/// As [`crate::splats::render_fixed`].
+pub fn splat_traffic(
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+    options: &FixedOptions,
+    sides: &[u32],
+) -> Result<Vec<Traffic>, RenderError> {
+    let view = View::new(cloud, camera, profile)?;
+    let mut all = vec![];
+    for side in sides.iter().copied() {
+        let tiles = side.div_ceil(TILE);
+        let schedule = ScheduleOptions {
+            group_tiles: Some([tiles; 2]),
+            ..options.schedule
+        };
+        let schedule = Schedule::new(cloud, &view, &schedule)?;
+        let mut found = Traffic {
+            side: tiles * TILE,
+            halo: None,
+            mvoxels: 0,
+            entries: 0,
+            streams: Streams::default(),
+        };
+        let mut spilled = 0;
+        for group in (0..schedule.groups()).filter_map(|g| schedule.group(g)) {
+            for task in &group.tasks {
+                found.mvoxels += 1;
+                found.entries += task.entries.len() as u64;
+                found.streams.visit(&Visit::of(task), options.rit_reads);
+            }
+            if options.order == Order::Exact {
+                spilled += held_back(&group, options.hold_records);
+            }
+        }
+        found.streams.records(view.splats().len() as u64, spilled);
+        all.push(found);
+    }
+    Ok(all)
+}
+
+/// Records of a group that spill where `capacity` of them fit on chip.
+fn held_back(group: &Group, capacity: usize) -> u64 {
+    let mut hold = Hold::new(capacity);
+    for (t, task) in group.tasks.iter().enumerate() {
+        let rows = task.rows.as_chunks::<RECORD_CHANNELS>().0;
+        for entry in &task.entries {
+            let record = SplatRecord::from_channels(&rows[usize::from(entry.rows[0])]);
+            hold.arrive((entry.slot as u16, record));
+        }
+        let next = group.mvoxels.get(t + 1).map(|m| m.min_rank);
+        hold.retire(next, |_| ());
+    }
+    hold.stats().spilled
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic)]
+    use std::collections::BTreeSet;
+
+    use potamoi_formats::config::Config;
+
+    use super::*;
+    use crate::scene::{Model, Scene};
+    use crate::splats::render_fixed;
+    use crate::streams::RitReads;
+    use crate::units::Twins;
+
+    /// Stream for stream and in total what the renderer counts, which holds few
+    /// records on chip and reads the table more than once; and the same counted
+    /// anew from the Gaussians of each tile.
+    #[test]
+    fn counts_are_those_of_the_renderer_and_of_the_tiles() {
+        let config = Config::from_toml("[gu]\nbanks = 8\nsegments = 2\n[rit]\nentries = 8", "test");
+        let config = config.unwrap();
+        let mut scene = Scene::open("garden").unwrap();
+        scene.set_size(Some(150), Some(90)).unwrap();
+        let Model::Splats(cloud) = scene.model() else {
+            panic!("the garden is splats")
+        };
+        let camera = scene.camera();
+        let profile = scene.profile();
+        let view = View::new(cloud, camera, profile).unwrap();
+        let mut again = 0;
+        for order in [Order::Exact, Order::Approximate] {
+            let mut options = FixedOptions {
+                order,
+                hold_records: 20,
+                rit_reads: RitReads::of(&config),
+                ..FixedOptions::default()
+            };
+            let sides = [16, 60, 150];
+            let counted = splat_traffic(cloud, camera, profile, &options, &sides).unwrap();
+            for (side, found) in sides.into_iter().zip(&counted) {
+                let tiles = side.div_ceil(TILE);
+                options.schedule.group_tiles = Some([tiles; 2]);
+                let mut units = Twins::new(&config);
+                let frame = render_fixed(cloud, camera, profile, &options, &mut units).unwrap();
+                let stats = &frame.stats;
+                assert_eq!((found.mvoxels, found.entries), (stats.tasks, stats.gathers));
+                assert_eq!(found.streams, stats.streams, "{side}");
+                assert_eq!(found.streams.total(), stats.streams.total());
+                let columns = view.grid()[0];
+                let mut loaded = BTreeSet::new();
+                let mut entries = 0;
+                for rank in 0..view.splats().len() {
+                    for tile in view.tiles_of(rank) {
+                        let group = [tile % columns / tiles, tile / columns / tiles];
+                        loaded.insert((group, rank));
+                        entries += 1;
+                    }
+                }
+                let s = found.streams;
+                assert_eq!(s.records_written, 32 * view.splats().len() as u64);
+                assert_eq!(s.mvoxels_read, 32 * loaded.len() as u64);
+                assert_eq!((s.rit_written, s.features), (4 * entries, 32 * entries));
+                assert!((s.rit_written..=2 * s.rit_written).contains(&s.rit_read));
+                again += u64::from(s.rit_read > s.rit_written);
+                assert_eq!(s.spills > 0, order == Order::Exact, "{s:?}");
+                assert_eq!(s.partial_sums, 0);
+            }
+        }
+        assert!(again >= 2, "no MVoxel exceeded both halves");
+    }
+}

@@ -1,0 +1,321 @@
+//! Poses of a COLMAP reconstruction in text form: a folder with `cameras.txt`
+//! and `images.txt` (COLMAP's document "Output Format").
+//!
+//! COLMAP's cameras look along +z with y down, poses map the world to the
+//! camera, and the centre of the upper left pixel is at (0.5, 0.5): all of it
+//! is this project's convention too, so that no number is converted.
+
+use std::collections::HashMap;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use glam::{DAffine3, DQuat, DVec2, DVec3};
+use thiserror::Error;
+
+use super::transforms::PathFrame;
+use crate::camera::Camera;
+
+/// The largest file, in bytes: `images.txt` holds every point of every image.
+const LIMIT: u64 = 1 << 29;
+/// The most cameras and the most images.
+const MAX_ENTRIES: usize = 1 << 20;
+/// The longest picture side.
+const MAX_SIDE: f64 = 16384.0;
+/// How far a quaternion's length may be from 1: files may hold few digits.
+const UNIT_TOLERANCE: f64 = 1e-2;
+
+/// Poses that cannot be used.
+#[derive(Debug, Error)]
+pub enum ColmapError {
+    /// The file system refused.
+    #[error(
+        "cannot read poses {path}: {source}; name a folder with COLMAP's cameras.txt and \
+         images.txt (colmap model_converter --output_type TXT writes them)"
+    )]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file that is no such text as a whole.
+    #[error("poses {path}: {found}: expected {expected}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        found: String,
+        /// What would be right.
+        expected: String,
+    },
+    /// A line that says something else.
+    #[error("poses {path}, line {line}: {field} is {value}: expected {expected}")]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Its line, from 1.
+        line: usize,
+        /// The field, as COLMAP names it.
+        field: &'static str,
+        /// Its value.
+        value: String,
+        /// What would be right.
+        expected: String,
+    },
+}
+
+/// What is wrong in a line: field, value, what was expected.
+type Wrong = (&'static str, String, String);
+
+/// Reads all images of a folder, at least one, sorted by name.
+///
+/// # Errors
+/// A file cannot be read, is no such text, or holds numbers that make no
+/// undistorted camera.
+pub fn read(folder: &Path) -> Result<Vec<PathFrame>, ColmapError> {
+    let cameras = Text::read(folder.join("cameras.txt"))?.cameras()?;
+    let images = Text::read(folder.join("images.txt"))?;
+    let mut frames = images.images(&cameras)?;
+    frames.sort_by(|a, b| a.picture.cmp(&b.picture));
+    let twice = frames.windows(2).find(|w| w[0].picture == w[1].picture);
+    match (twice, frames.is_empty()) {
+        (Some(pair), _) => {
+            let found = format!("two images named {}", pair[0].picture.display());
+            Err(images.wrong(found, "each name once"))
+        }
+        (None, true) => Err(images.wrong("no image".to_owned(), "at least one")),
+        (None, false) => Ok(frames),
+    }
+}
+
+struct Text {
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl Text {
+    fn read(path: PathBuf) -> Result<Self, ColmapError> {
+        match crate::files::read(&path, LIMIT) {
+            Ok(Some(bytes)) => Ok(Self { path, bytes }),
+            Ok(None) => Err(ColmapError::File {
+                path,
+                found: "it is larger".to_owned(),
+                expected: format!("at most {LIMIT} bytes"),
+            }),
+            Err(source) => Err(ColmapError::Read { path, source }),
+        }
+    }
+
+    fn wrong(&self, found: String, expected: &str) -> ColmapError {
+        ColmapError::File {
+            path: self.path.clone(),
+            found,
+            expected: expected.to_owned(),
+        }
+    }
+
+    fn at(&self, line: usize, (field, value, expected): Wrong) -> ColmapError {
+        ColmapError::Line {
+            path: self.path.clone(),
+            line: line + 1,
+            field,
+            value,
+            expected,
+        }
+    }
+
+    /// Lines and their numbers, from 0.
+    fn lines(&self) -> impl Iterator<Item = (usize, &[u8])> {
+        let lines = self.bytes.split(|b| *b == b'\n').enumerate();
+        lines.map(|(n, line)| (n, line.trim_ascii()))
+    }
+
+    /// Intrinsics by `CAMERA_ID`, posed nowhere.
+    fn cameras(&self) -> Result<HashMap<u32, Camera>, ColmapError> {
+        let mut cameras = HashMap::new();
+        for (n, line) in self.lines().filter(|(_, line)| says_something(line)) {
+            let (id, camera) = Fields::of(line)
+                .and_then(intrinsics)
+                .map_err(|wrong| self.at(n, wrong))?;
+            if cameras.insert(id, camera).is_some() {
+                let wrong = ("CAMERA_ID", id.to_string(), "each camera once".to_owned());
+                return Err(self.at(n, wrong));
+            }
+            if cameras.len() > MAX_ENTRIES {
+                let expected = format!("at most {MAX_ENTRIES} cameras");
+                return Err(self.wrong("more".to_owned(), &expected));
+            }
+        }
+        Ok(cameras)
+    }
+
+    /// Two lines an image: its pose, and its points, which may be none.
+    fn images(&self, cameras: &HashMap<u32, Camera>) -> Result<Vec<PathFrame>, ColmapError> {
+        let mut frames = vec![];
+        let mut lines = self.lines();
+        while let Some((n, line)) = lines.find(|(_, line)| says_something(line)) {
+            let frame = Fields::of(line).and_then(|fields| image(fields, cameras));
+            frames.push(frame.map_err(|wrong| self.at(n, wrong))?);
+            if frames.len() > MAX_ENTRIES {
+                let expected = format!("at most {MAX_ENTRIES} images");
+                return Err(self.wrong("more".to_owned(), &expected));
+            }
+            // A file whose empty lines were taken out would lose every other
+            // image unseen.
+            let Some((n, points)) = lines.next() else {
+                break;
+            };
+            let values = points.split(u8::is_ascii_whitespace);
+            let values = values.filter(|v| !v.is_empty()).count();
+            if !values.is_multiple_of(3) {
+                let expected = "X, Y and POINT3D_ID of each point, or an empty line behind \
+                                every image";
+                let wrong = (
+                    "POINTS2D[]",
+                    format!("{values} values"),
+                    expected.to_owned(),
+                );
+                return Err(self.at(n, wrong));
+            }
+        }
+        Ok(frames)
+    }
+}
+
+/// Neither empty nor a comment.
+fn says_something(line: &[u8]) -> bool {
+    !line.is_empty() && !line.starts_with(b"#")
+}
+
+/// The fields of a line, one after the other.
+struct Fields<'a>(&'a str);
+
+impl<'a> Fields<'a> {
+    fn of(line: &'a [u8]) -> Result<Self, Wrong> {
+        let text = std::str::from_utf8(line);
+        let text = text.map_err(|e| ("text", e.to_string(), "UTF-8".to_owned()))?;
+        Ok(Self(text))
+    }
+
+    /// The next field's text; empty behind the last.
+    fn next(&mut self) -> &'a str {
+        let (field, rest) = self
+            .0
+            .split_once(|c: char| c.is_ascii_whitespace())
+            .unwrap_or((self.0, ""));
+        self.0 = rest.trim_start();
+        field
+    }
+
+    fn parse<T: FromStr>(&mut self, field: &'static str, expected: &str) -> Result<T, Wrong> {
+        let text = self.next();
+        let wrong = |_| (field, shown(text), expected.to_owned());
+        text.parse().map_err(wrong)
+    }
+
+    fn number<R>(&mut self, field: &'static str, range: R, expected: &str) -> Result<f64, Wrong>
+    where
+        R: std::ops::RangeBounds<f64>,
+    {
+        let value: f64 = self.parse(field, expected)?;
+        // Not a number is in no range.
+        if range.contains(&value) {
+            Ok(value)
+        } else {
+            Err((field, shown(value), expected.to_owned()))
+        }
+    }
+
+    fn id(&mut self, field: &'static str) -> Result<u32, Wrong> {
+        self.parse(field, "a whole number from 0 to 4294967295")
+    }
+}
+
+fn shown(value: impl Display) -> String {
+    match value.to_string() {
+        text if text.is_empty() => "missing".to_owned(),
+        text => text,
+    }
+}
+
+/// `CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]`.
+fn intrinsics(mut fields: Fields<'_>) -> Result<(u32, Camera), Wrong> {
+    let id = fields.id("CAMERA_ID")?;
+    let model = fields.next();
+    let (focals, distortions): (_, &[&'static str]) = match model {
+        "SIMPLE_PINHOLE" => (1, &[]),
+        "PINHOLE" => (2, &[]),
+        "SIMPLE_RADIAL" => (1, &["k"]),
+        "RADIAL" => (1, &["k1", "k2"]),
+        "OPENCV" => (2, &["k1", "k2", "p1", "p2"]),
+        other => {
+            let expected = "PINHOLE or SIMPLE_PINHOLE, or SIMPLE_RADIAL, RADIAL or OPENCV without \
+                            distortion; colmap image_undistorter makes such pictures";
+            return Err(("MODEL", shown(other), expected.to_owned()));
+        }
+    };
+    let mut side = |field| fields.number(field, 1.0..=MAX_SIDE, "1 to 16384 pixels");
+    let [width, height] = [side("WIDTH")?, side("HEIGHT")?];
+    let mut focal = |field| fields.number(field, 1e-3..=1e9, "0.001 to 1e9 pixels");
+    let focal = match focals {
+        1 => DVec2::splat(focal("f")?),
+        _ => DVec2::new(focal("fx")?, focal("fy")?),
+    };
+    let mut centre = |field| fields.number(field, -1e6..=1e6, "-1e6 to 1e6 pixels");
+    let centre = DVec2::new(centre("cx")?, centre("cy")?);
+    for field in distortions {
+        let expected = "0: distorted pictures are not rendered; colmap image_undistorter makes \
+                        others";
+        fields.number(field, 0.0..=0.0, expected)?;
+    }
+    if !fields.0.is_empty() {
+        let expected = format!("{} of {model}", focals + 2 + distortions.len());
+        return Err(("PARAMS[]", format!("{} too much", fields.0), expected));
+    }
+    let camera = Camera {
+        width: width as u32,
+        height: height as u32,
+        focal,
+        centre,
+        world_to_camera: DAffine3::IDENTITY,
+    };
+    Ok((id, camera))
+}
+
+/// `IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME`.
+fn image(mut fields: Fields<'_>, cameras: &HashMap<u32, Camera>) -> Result<PathFrame, Wrong> {
+    fields.id("IMAGE_ID")?;
+    let mut part = |field| fields.number(field, -2.0..=2.0, "a part of a unit quaternion");
+    let [w, x, y, z] = [part("QW")?, part("QX")?, part("QY")?, part("QZ")?];
+    let turn = DQuat::from_xyzw(x, y, z, w);
+    if (turn.length() - 1.0).abs() > UNIT_TOLERANCE {
+        let value = format!("({w}, {x}, {y}, {z})");
+        return Err(("QW QX QY QZ", value, "a unit quaternion".to_owned()));
+    }
+    let mut along = |field| fields.number(field, -1e9..=1e9, "-1e9 to 1e9");
+    let shift = DVec3::new(along("TX")?, along("TY")?, along("TZ")?);
+    let id = fields.id("CAMERA_ID")?;
+    let Some(lens) = cameras.get(&id) else {
+        let expected = "a camera of cameras.txt".to_owned();
+        return Err(("CAMERA_ID", id.to_string(), expected));
+    };
+    if fields.0.is_empty() {
+        return Err((
+            "NAME",
+            "missing".to_owned(),
+            "the picture's name".to_owned(),
+        ));
+    }
+    Ok(PathFrame {
+        camera: Camera {
+            world_to_camera: DAffine3::from_rotation_translation(turn.normalize(), shift),
+            ..*lens
+        },
+        picture: PathBuf::from(fields.0),
+    })
+}
+
+#[cfg(test)]
+#[path = "colmap_tests.rs"]
+mod tests;

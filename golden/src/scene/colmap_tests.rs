@@ -1,0 +1,173 @@
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+
+use super::*;
+
+const CAMERA: &str = "7 PINHOLE 40 20 30 31 20.5 9.25\n";
+const IMAGE: &str = "1 1 0 0 0 0 0 0 7 a.png\n";
+
+fn read_texts(cameras: &str, images: &str) -> Result<Vec<PathFrame>, ColmapError> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("cameras.txt"), cameras).unwrap();
+    fs::write(folder.path().join("images.txt"), images).unwrap();
+    read(folder.path())
+}
+
+/// The pixel at which a world point is seen.
+fn pixel(camera: &Camera, at: DVec3) -> DVec2 {
+    let p = camera.world_to_camera.transform_point3(at);
+    p.truncate() / p.z * camera.focal + camera.centre
+}
+
+/// By hand: a quarter turn about y takes +x of the world ahead of the camera,
+/// where the shift adds 1; y, which stays, is 31 x 0.5 / 3 below the centre.
+#[test]
+fn a_known_point_is_seen_at_its_known_pixel() {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let images = format!(
+        "# IMAGE_ID, ...\n\n2 {half} 0 -{half} 0 0.25 0 1 7 b c.png\r\n1.5 2.5 -1\r\n{IMAGE}\n"
+    );
+    let frames = read_texts(&format!("# a comment\n{CAMERA}"), &images).unwrap();
+    let names: Vec<_> = frames.iter().map(|f| f.picture.to_str().unwrap()).collect();
+    assert_eq!(names, ["a.png", "b c.png"]);
+    let camera = &frames[1].camera;
+    let seen = pixel(camera, DVec3::new(2.0, 0.5, 0.0));
+    let expected = DVec2::new(20.5 + 30.0 * 0.25 / 3.0, 9.25 + 31.0 * 0.5 / 3.0);
+    assert!((seen - expected).length() < 1e-12, "{seen} {expected}");
+    assert_eq!((camera.width, camera.height), (40, 20));
+    // The ray of the pixel whose centre is the principal point looks ahead:
+    // COLMAP's upper left pixel has its centre at (0.5, 0.5), as ours has.
+    let level = Camera {
+        centre: DVec2::new(20.5, 9.5),
+        ..*camera
+    };
+    let (_, ahead) = level.ray(20, 9);
+    assert!((ahead - DVec3::X).length() < 1e-12, "{ahead}");
+}
+
+#[derive(serde::Deserialize)]
+struct Told {
+    points: Vec<[f64; 3]>,
+    seen: HashMap<String, Vec<[f64; 2]>>,
+}
+
+/// Written and projected by COLMAP itself (tools/colmap-fixtures).
+#[test]
+fn points_are_seen_where_colmap_sees_them() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/colmap");
+    let told: Told = serde_json::from_slice(&fs::read(folder.join("seen.json")).unwrap()).unwrap();
+    let frames = read(&folder).unwrap();
+    assert_eq!(frames.len(), 5);
+    assert_eq!(frames[0].picture, Path::new("shots/view 4.png"));
+    for frame in &frames {
+        for (at, expected) in told
+            .points
+            .iter()
+            .zip(&told.seen[frame.picture.to_str().unwrap()])
+        {
+            let off = pixel(&frame.camera, DVec3::from(*at)) - DVec2::from(*expected);
+            assert!(off.length() < 1e-9, "{off}");
+        }
+    }
+}
+
+#[test]
+fn what_makes_no_camera_is_refused_by_file_line_and_field() {
+    let refused = |cameras: &str, images: &str, expected: &[&str]| {
+        let error = read_texts(cameras, images).unwrap_err().to_string();
+        for part in expected {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+    };
+    for (from, to, parts) in [
+        ("PINHOLE", "FISHEYE", ["line 1", "MODEL is FISHEYE"]),
+        ("40", "0", ["line 1", "WIDTH is 0"]),
+        ("20 ", "1e9 ", ["line 1", "HEIGHT is 1000000000"]),
+        ("30", "-30", ["line 1", "fx is -30"]),
+        ("31", "nan", ["line 1", "fy is NaN"]),
+        ("9.25", "", ["line 1", "cy is missing"]),
+        ("9.25", "9.25 1", ["line 1", "PARAMS[] is 1 too much"]),
+        ("7 ", "-7 ", ["line 1", "CAMERA_ID is -7"]),
+        (
+            "7 PINHOLE",
+            "8 PINHOLE",
+            ["images.txt, line 1", "CAMERA_ID is 7"],
+        ),
+        (
+            CAMERA,
+            "7 OPENCV 40 20 30 31 20 9 0 0 1e-3 0",
+            ["line 1", "p1 is 0.001"],
+        ),
+        (
+            CAMERA,
+            "7 SIMPLE_RADIAL 40 20 30 20 9 0.1",
+            ["line 1", "k is 0.1"],
+        ),
+        (
+            CAMERA,
+            "7 RADIAL 40 20 30 20 9 0",
+            ["line 1", "k2 is missing"],
+        ),
+        (
+            "\n",
+            "\n\n7 PINHOLE 40 20 30 31 20 9",
+            ["line 3", "CAMERA_ID is 7"],
+        ),
+        (CAMERA, "", ["images.txt", "CAMERA_ID is 7"]),
+    ] {
+        refused(&CAMERA.replace(from, to), IMAGE, &parts);
+    }
+    let next = IMAGE.replace("1 1 0", "2 1 0");
+    for (images, parts) in [
+        (String::new(), ["images.txt", "no image"]),
+        ("# 1 1 0 0 0 0 0 0 7 a\n".to_owned(), ["", "no image"]),
+        (IMAGE.replace("a.png", ""), ["line 1", "NAME is missing"]),
+        (IMAGE.replace("1 1 0", "1 1.1 0"), ["line 1", "QW QX QY QZ"]),
+        (IMAGE.replace("1 1 0", "1 x 0"), ["line 1", "QW is x"]),
+        (IMAGE.replace("0 7", "inf 7"), ["line 1", "TZ is inf"]),
+        (
+            IMAGE.replace("0 7", "0 7.5"),
+            ["line 1", "CAMERA_ID is 7.5"],
+        ),
+        (
+            format!("{IMAGE}{next}"),
+            ["line 2", "POINTS2D[] is 10 values"],
+        ),
+        (format!("{IMAGE}\n{next}\n"), ["two images", "a.png"]),
+    ] {
+        refused(CAMERA, &images, &parts);
+    }
+    // No text, no file, no folder.
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("cameras.txt"), b"7 \xff\n").unwrap();
+    let error = read(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("line 1: text is"), "{error}");
+    fs::write(folder.path().join("cameras.txt"), CAMERA).unwrap();
+    let error = read(folder.path()).unwrap_err().to_string();
+    assert!(
+        error.contains("images.txt") && error.contains("cannot read"),
+        "{error}"
+    );
+}
+
+proptest::proptest! {
+    /// Any change of a byte gives poses or one error, never a panic.
+    #[test]
+    fn damaged_files_are_read_or_refused(
+        at in 0usize..400, byte in proptest::prelude::any::<u8>(), cut in 0usize..400,
+    ) {
+        let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/colmap");
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["cameras.txt", "images.txt"] {
+            let mut bytes = fs::read(fixtures.join(name)).unwrap();
+            let place = at % bytes.len();
+            bytes[place] = byte;
+            bytes.truncate(bytes.len() - cut.min(bytes.len()));
+            fs::write(folder.path().join(name), bytes).unwrap();
+        }
+        if let Err(error) = read(folder.path()) {
+            proptest::prop_assert!(!error.to_string().is_empty());
+        }
+    }
+}

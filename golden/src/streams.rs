@@ -1,0 +1,195 @@
+//! Bytes that the memory-centric order moves, stream by stream.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::record::RECORD_CHANNELS;
+use potamoi_formats::rit::Vertices;
+use serde::Serialize;
+
+use crate::units::GatherTask;
+
+/// Bytes of a feature code.
+const CODE: u64 = 2;
+/// Bytes of an unrounded sum.
+const SUM: u64 = 4;
+
+/// Bytes of a frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Streams {
+    /// Records of Gaussians, written by the GPU, each once.
+    pub records_written: u64,
+    /// Rows loaded into the MVoxel feature table, each MVoxel up to the last
+    /// that is used.
+    pub mvoxels_read: u64,
+    /// The ray index table, written by the GPU.
+    pub rit_written: u64,
+    /// The same, read by the gathering unit: [`RitReads`].
+    pub rit_read: u64,
+    /// Features out of the gathering unit, 16 bits a channel.
+    pub features: u64,
+    /// Unrounded sums of samples that several MVoxels share, 32 bits a channel.
+    pub partial_sums: u64,
+    /// Records held back beyond what fits on chip, out and back.
+    pub spills: u64,
+}
+
+/// What one MVoxel and ray group exchange with memory.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Visit {
+    pub(crate) vertices: Vertices,
+    pub(crate) channels: usize,
+    /// Rows loaded.
+    pub(crate) rows: u64,
+    /// Entries whose vertices are all here.
+    pub(crate) whole: u64,
+    /// Entries that lack some.
+    pub(crate) split: u64,
+}
+
+impl std::ops::Add for Streams {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            records_written: self.records_written + other.records_written,
+            mvoxels_read: self.mvoxels_read + other.mvoxels_read,
+            rit_written: self.rit_written + other.rit_written,
+            rit_read: self.rit_read + other.rit_read,
+            features: self.features + other.features,
+            partial_sums: self.partial_sums + other.partial_sums,
+            spills: self.spills + other.spills,
+        }
+    }
+}
+
+impl Visit {
+    /// Of a task whose entries have all their vertices.
+    pub(crate) fn of(task: &GatherTask) -> Self {
+        Self {
+            vertices: task.vertices,
+            channels: task.channels,
+            rows: (task.rows.len() / task.channels.max(1)) as u64,
+            whole: task.entries.len() as u64,
+            split: 0,
+        }
+    }
+}
+
+impl Streams {
+    /// All streams.
+    #[must_use]
+    pub const fn total(&self) -> u64 {
+        self.records_written
+            + self.mvoxels_read
+            + self.rit_written
+            + self.rit_read
+            + self.features
+            + self.partial_sums
+            + self.spills
+    }
+
+    /// Counts records that the GPU writes, and those that are held back in
+    /// memory.
+    pub(crate) fn records(&mut self, written: u64, spilled: u64) {
+        let bytes = RECORD_CHANNELS as u64 * CODE;
+        self.records_written += written * bytes;
+        self.spills += 2 * spilled * bytes;
+    }
+
+    pub(crate) fn visit(&mut self, visit: &Visit, reads: RitReads) {
+        let channels = visit.channels as u64;
+        let entries = visit.whole + visit.split;
+        let table = entries * visit.vertices.entry_bytes() as u64;
+        self.mvoxels_read += visit.rows * channels * CODE;
+        self.rit_written += table;
+        self.rit_read += table * reads.passes(visit.vertices, visit.channels, entries);
+        self.features += visit.whole * channels * CODE;
+        self.partial_sums += visit.split * channels * SUM;
+    }
+}
+
+/// How often the gathering unit reads the ray index table: once, and once more
+/// for each further segment of channels where an MVoxel's entries do not fit
+/// both halves of the buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RitReads {
+    banks: usize,
+    /// Eight-vertex entries of a half.
+    half: usize,
+}
+
+impl RitReads {
+    /// Of the paper's unit.
+    pub const PAPER: Self = Self {
+        banks: 32,
+        half: 128,
+    };
+
+    /// Of the unit that `config` describes.
+    #[must_use]
+    pub fn of(config: &Config) -> Self {
+        Self {
+            banks: config.gu.banks.max(1) as usize,
+            half: config.rit.entries as usize,
+        }
+    }
+
+    /// Times that `entries` of one MVoxel are read.
+    #[must_use]
+    pub fn passes(self, vertices: Vertices, channels: usize, entries: u64) -> u64 {
+        let held = 2 * self.half * Vertices::Eight.entry_bytes();
+        let fits = entries * vertices.entry_bytes() as u64 <= held as u64;
+        if fits {
+            1
+        } else {
+            channels.div_ceil(self.banks).max(1) as u64
+        }
+    }
+}
+
+impl Default for RitReads {
+    fn default() -> Self {
+        Self::PAPER
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Halves of 128 structured entries and of 1,536 single ids; 32 banks.
+    #[test]
+    fn the_table_is_read_again_for_each_segment_where_it_exceeds_both_halves() {
+        let reads = RitReads::of(&Config::paper());
+        assert_eq!(reads, RitReads::default());
+        for (vertices, held) in [
+            (Vertices::Eight, 256),
+            (Vertices::Four, 512),
+            (Vertices::Two, 1024),
+            (Vertices::One, 3072),
+        ] {
+            assert_eq!(reads.passes(vertices, 33, held), 1);
+            assert_eq!(reads.passes(vertices, 33, held + 1), 2);
+            assert_eq!(reads.passes(vertices, 32, held + 1), 1);
+            assert_eq!(reads.passes(vertices, 128, held + 1), 4);
+        }
+        let mut streams = Streams::default();
+        let visit = Visit {
+            vertices: Vertices::Eight,
+            channels: 40,
+            rows: 10,
+            whole: 200,
+            split: 57,
+        };
+        streams.visit(&visit, reads);
+        let expected = Streams {
+            mvoxels_read: 800,
+            rit_written: 48 * 257,
+            rit_read: 2 * 48 * 257,
+            features: 80 * 200,
+            partial_sums: 160 * 57,
+            ..Streams::default()
+        };
+        assert_eq!(streams, expected);
+        assert_eq!(streams.total(), 800 + 3 * 48 * 257 + 16_000 + 9_120);
+    }
+}
