@@ -35,7 +35,12 @@ const DEFAULT: &str = "garden";
 
 impl SceneArgs {
     pub(crate) fn open(&self) -> Result<Scene, Failure> {
-        let mut scene = Scene::open(self.name())?;
+        self.open_named(self.name())
+    }
+
+    /// The same of another scene.
+    pub(crate) fn open_named(&self, name: &str) -> Result<Scene, Failure> {
+        let mut scene = Scene::open(name)?;
         if let Some(path) = &self.camera {
             scene.set_camera_file(path, self.camera_index)?;
         }

@@ -1,6 +1,5 @@
 //! Accesses of fields that are sampled along rays.
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Accesses, interleave};
@@ -39,7 +38,7 @@ pub fn field_accesses(
         .par_iter()
         .map(|pixel| {
             let mut list = vec![];
-            samples_of(field, camera, *pixel, |places: &[DVec3]| {
+            samples_of(field, camera, *pixel, |_, places| {
                 for ((table, place), first) in field.tables().iter().zip(places).zip(&firsts) {
                     table.corners(*place, |row, _| list.push(first + row as u32));
                 }

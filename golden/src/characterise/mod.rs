@@ -9,16 +9,20 @@
 mod fields;
 mod splat_traffic;
 mod splats;
+mod tables;
 mod traffic;
 
 use std::collections::BTreeSet;
 
 use serde::Serialize;
+#[cfg(test)]
+use {crate::fields::Field, glam::DVec3};
 
 pub use fields::field_accesses;
 pub use splat_traffic::splat_traffic;
 pub use splats::splat_accesses;
-pub use traffic::{Traffic, traffic};
+pub use tables::table_traffic;
+pub use traffic::{Traffic, is_volume, traffic};
 
 /// Reads of feature vectors, in rounds.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -179,6 +183,32 @@ fn interleave(lists: &[Vec<u32>], lanes: usize, stored: u64, bytes: u32) -> Acce
         }
     }
     all
+}
+
+/// A field that stops no ray.
+#[cfg(test)]
+struct Endless<'a>(&'a dyn Field);
+
+#[cfg(test)]
+impl Field for Endless<'_> {
+    fn tables(&self) -> &[crate::fields::Table] {
+        self.0.tables()
+    }
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
+        self.0.place(at, places);
+    }
+    fn holds(&self, at: DVec3) -> bool {
+        self.0.holds(at)
+    }
+    fn depth(&self, _: &[f64]) -> f64 {
+        0.0
+    }
+    fn colour(&self, _: &[f64], _: DVec3, _: &mut Vec<f64>) -> DVec3 {
+        DVec3::ZERO
+    }
+    fn sampling(&self) -> crate::fields::Sampling {
+        self.0.sampling()
+    }
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use crate::splats::{
     Cloud, FixedOptions, Group, Hold, Order, Profile, RenderError, Schedule, ScheduleOptions, TILE,
     View,
 };
-use crate::streams::{Streams, Visit};
+use crate::streams::Visit;
 
 /// Counts a frame for each side of ray groups, rounded up to whole tiles. The
 /// GPU writes one record a visible Gaussian; every ray group loads the rows of
@@ -33,13 +33,7 @@ pub fn splat_traffic(
             ..options.schedule
         };
         let schedule = Schedule::new(cloud, &view, &schedule)?;
-        let mut found = Traffic {
-            side: tiles * TILE,
-            halo: None,
-            mvoxels: 0,
-            entries: 0,
-            streams: Streams::default(),
-        };
+        let mut found = Traffic::of(tiles * TILE, None);
         let mut spilled = 0;
         for group in (0..schedule.groups()).filter_map(|g| schedule.group(g)) {
             for task in &group.tasks {

@@ -65,7 +65,7 @@ pub fn render_float(
             || Worker::new(field),
             |worker, i| {
                 let pixel = [i % width, i / width];
-                march(field, &sampling, camera, pixel, worker, |_| ())
+                march(field, &sampling, camera, pixel, worker, |_, _| ())
             },
         )
         .collect();
@@ -95,8 +95,8 @@ impl Worker {
     }
 }
 
-/// Tells the places in the tables of every sample of a pixel that is gathered,
-/// front to back.
+/// Tells of every sample of a pixel that is gathered where it lies in the world
+/// and in the tables, front to back.
 ///
 /// # Errors
 /// As [`render_float`].
@@ -104,7 +104,7 @@ pub fn samples_of(
     field: &dyn Field,
     camera: &Camera,
     pixel: [u32; 2],
-    seen: impl FnMut(&[DVec3]),
+    seen: impl FnMut(DVec3, &[DVec3]),
 ) -> Result<(), FieldError> {
     let sampling = field.sampling();
     check(camera, &sampling)?;
@@ -186,7 +186,7 @@ fn march(
     camera: &Camera,
     pixel: [u32; 2],
     worker: &mut Worker,
-    mut seen: impl FnMut(&[DVec3]),
+    mut seen: impl FnMut(DVec3, &[DVec3]),
 ) -> Pixel {
     let ray = Samples::of(sampling, camera, pixel);
     let mut pixel = Pixel {
@@ -201,11 +201,12 @@ fn march(
     worker.weights.clear();
     for k in 0..ray.count {
         pixel.samples += 1;
-        if !field.index(ray.at(k), &mut worker.places) {
+        let at = ray.at(k);
+        if !field.index(at, &mut worker.places) {
             continue;
         }
         pixel.gathered += 1;
-        seen(&worker.places);
+        seen(at, &worker.places);
         let from = worker.features.len();
         worker.features.resize(from + channels, 0.0);
         let mut rest = &mut worker.features[from..];

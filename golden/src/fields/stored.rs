@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 
+use super::coded::cell;
 use super::{Along, Field, FieldError, Sampling, Table};
 use crate::voxels::{Grid, STOP_BELOW};
 
@@ -15,6 +16,26 @@ pub struct StoredField {
     coefficients: usize,
     /// In voxel edges.
     step: f64,
+    /// Whether a vertex of each cell has a positive density, x fastest.
+    filled: Vec<bool>,
+}
+
+/// Cells with a vertex of positive density.
+fn filled(grid: &Grid) -> Vec<bool> {
+    let [nx, ny, nz] = grid.points();
+    let mut filled = vec![false; (nx - 1) * (ny - 1) * (nz - 1)];
+    let vertices = grid.features().chunks_exact(grid.layout().channels());
+    for (i, _) in vertices.enumerate().filter(|(_, v)| v[0] > 0.0) {
+        let near = |at: usize, points: usize| at.saturating_sub(1)..=at.min(points - 2);
+        for z in near(i / (nx * ny), nz) {
+            for y in near(i / nx % ny, ny) {
+                for x in near(i % nx, nx) {
+                    filled[x + (nx - 1) * (y + (ny - 1) * z)] = true;
+                }
+            }
+        }
+    }
+    filled
 }
 
 impl StoredField {
@@ -31,6 +52,7 @@ impl StoredField {
             voxel: grid.voxel(),
             coefficients: layout.coefficients(),
             step,
+            filled: filled(grid),
         })
     }
 }
@@ -44,8 +66,10 @@ impl Field for StoredField {
         places[0] = (at - self.corner) / self.voxel;
     }
 
-    fn holds(&self, _: DVec3) -> bool {
-        true
+    fn holds(&self, at: DVec3) -> bool {
+        let points = self.tables[0].points();
+        let ([x, y, z], _) = cell(points, (at - self.corner) / self.voxel);
+        self.filled[x + (points[0] - 1) * (y + (points[1] - 1) * z)]
     }
 
     fn depth(&self, features: &[f64]) -> f64 {

@@ -57,6 +57,19 @@ enum Kind<'a> {
 }
 
 impl Model {
+    /// The algorithm, by its usual name.
+    #[must_use]
+    pub fn algorithm(&self) -> &'static str {
+        match self {
+            Self::Splats(_) => "3DGS",
+            Self::Compact(_) => "Compact-3DGS",
+            Self::Voxels(_) => "stored voxels",
+            Self::Dvgo(_) => "DirectVoxGO",
+            Self::Tensorf(_) => "TensoRF",
+            Self::Field(field) => field.kind(),
+        }
+    }
+
     fn kind(&self) -> Kind<'_> {
         match self {
             Self::Splats(cloud) => Kind::Splats(cloud),

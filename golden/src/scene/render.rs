@@ -11,7 +11,8 @@ use serde::Serialize;
 use super::{Kind, Model, Scene, SceneError};
 use crate::analytic::Analytic;
 use crate::characterise::{
-    Accesses, Traffic, field_accesses, splat_accesses, splat_traffic, traffic,
+    Accesses, Traffic, field_accesses, is_volume, splat_accesses, splat_traffic, table_traffic,
+    traffic,
 };
 use crate::fields::stored::StoredField;
 use crate::fields::{self, Field, FixedField};
@@ -156,14 +157,12 @@ impl Scene {
                 let field = StoredField::new(grid, self.step)?;
                 traffic(&field, &self.camera, config, sides)?
             }
-            Kind::Field(field) if field.tables().len() == 1 => {
-                traffic(field, &self.camera, config, sides)?
-            }
+            Kind::Field(field) if is_volume(field) => traffic(field, &self.camera, config, sides)?,
+            Kind::Field(field) => table_traffic(field, &self.camera, config, sides)?,
             Kind::Splats(cloud) => {
                 let options = self.splat_options(config);
                 splat_traffic(cloud, &self.camera, self.profile, &options, sides)?
             }
-            Kind::Field(_) => vec![],
         })
     }
 

@@ -167,7 +167,7 @@ pub(super) fn position_code(v: f64) -> i64 {
 
 /// The lowest vertex of the cell of a place, held within the table, and how far
 /// through the cell it is: U1.12, 1 only on the upper faces.
-fn cell(points: [usize; 3], place: DVec3) -> ([usize; 3], [u16; 3]) {
+pub(super) fn cell(points: [usize; 3], place: DVec3) -> ([usize; 3], [u16; 3]) {
     let (mut low, mut fraction) = ([0; 3], [0; 3]);
     for axis in 0..3 {
         let cells = points[axis] - 1;
