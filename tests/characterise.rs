@@ -82,3 +82,45 @@ fn a_reader_that_leaves_stops_nothing() {
     );
     assert!(folder.path().join("r.json").is_file());
 }
+
+/// Scenes of several algorithms in one table, and in one report.
+#[test]
+fn scenes_stand_side_by_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let ngp = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("golden/tests/fixtures/ngp/cube.ingp")
+        .display()
+        .to_string();
+    let list = format!("garden,moons,moons:efficientnerf,{ngp}");
+    let said = expect(
+        folder.path(),
+        0,
+        &[
+            "characterise",
+            "--scenes",
+            &list,
+            "--width",
+            "60",
+            "--json",
+            "r.json",
+        ],
+    );
+    let r = json(&folder.path().join("r.json"));
+    let scenes = r["scenes"].as_array().unwrap();
+    let algorithms = ["3DGS", "stored voxels", "EfficientNeRF", "Instant-NGP"];
+    assert_eq!(scenes.len(), algorithms.len());
+    for (scene, algorithm) in scenes.iter().zip(algorithms) {
+        assert_eq!(scene["algorithm"], algorithm);
+        assert!(said.contains(algorithm), "{said}");
+        assert!(!scene["traffic"].as_array().unwrap().is_empty());
+        let scattered = scene["traffic"][0]["scattered"].as_u64().unwrap();
+        assert_eq!(scattered > 0, algorithm == "Instant-NGP");
+    }
+    assert!(said.contains("the paper"), "{said}");
+    let said = expect(
+        folder.path(),
+        2,
+        &["characterise", "--scenes", "garden", "--scene", "moons"],
+    );
+    assert!(said.contains("cannot be used with"), "{said}");
+}
