@@ -1,0 +1,100 @@
+#![allow(clippy::unwrap_used)]
+
+use super::*;
+use crate::scene::Scene;
+
+/// Stored models, bytes in all.
+const MOST_BYTES: u64 = 20 << 20;
+
+fn scene(name: &str) -> Scene {
+    let mut scene = Scene::open(name).unwrap();
+    scene.set_size(Some(100), Some(100)).unwrap();
+    scene
+}
+
+/// Floors are what was measured at this size, less 1 dB.
+#[test]
+fn every_representation_of_a_scene_shows_it() {
+    let truth = scene("cairn").render_truth().unwrap().picture;
+    for (kind, floor) in Representation::ALL.into_iter().zip(FLOORS) {
+        let scene = scene(&format!("cairn:{}", kind.name()));
+        assert_eq!(scene.analytic(), Some(Analytic::Cairn));
+        assert_eq!(scene.name(), format!("cairn:{}", kind.name()));
+        let found = scene.render_float().unwrap().picture;
+        let psnr = found.psnr(&truth, |_| true).unwrap();
+        println!("{}: {psnr:.1} dB", kind.name());
+        assert!(psnr > floor, "{}: {psnr} dB, floor {floor}", kind.name());
+    }
+}
+
+/// The fitted files are of the scene that they are named for: at a few pixels
+/// every one is nearer to its own truth than to a picture of its background.
+#[test]
+fn fitted_files_load_and_show_their_scene() {
+    for analytic in Analytic::ALL {
+        let mut scene = Scene::open(&format!("{}:ngp", analytic.name())).unwrap();
+        scene.set_size(Some(32), Some(32)).unwrap();
+        let truth = scene.render_truth().unwrap().picture;
+        let found = scene.render_float().unwrap().picture;
+        let psnr = found.psnr(&truth, |_| true).unwrap();
+        println!("{}: {psnr:.1} dB", analytic.name());
+        assert!(psnr > 18.0, "{}: {psnr} dB", analytic.name());
+    }
+}
+
+#[test]
+fn stored_models_are_small() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/models");
+    let files = std::fs::read_dir(folder).unwrap();
+    let sizes = files.map(|file| file.unwrap().metadata().unwrap().len());
+    let sizes: Vec<u64> = sizes.collect();
+    let sum: u64 = sizes.iter().sum();
+    assert_eq!(sizes.len(), Analytic::ALL.len() + 1);
+    assert!(sum <= MOST_BYTES, "{sum} bytes");
+}
+
+/// DirectVoxGO's model goes through the hardware's formats as a trained one
+/// does.
+#[test]
+fn the_dvgo_model_is_rendered_in_codes() {
+    let mut scene = Scene::open("cairn:dvgo").unwrap();
+    scene.set_size(Some(40), Some(40)).unwrap();
+    let config = potamoi_formats::config::Config::fields();
+    let mut units = crate::units::TwinUnits::new(&config);
+    let fixed = scene.render_fixed(&config, &mut units).unwrap().picture;
+    let float = scene.render_float().unwrap().picture;
+    let psnr = fixed.psnr(&float, |_| true).unwrap();
+    println!("{psnr:.1} dB");
+    assert!(psnr > 40.0, "{psnr} dB");
+}
+
+#[test]
+fn models_are_the_same_every_time() {
+    for name in ["moons:splats", "moons:tensorf"] {
+        assert_eq!(scene(name).model(), scene(name).model(), "{name}");
+    }
+}
+
+#[test]
+fn an_unknown_representation_is_refused_by_name() {
+    let refused = |name: &str| Scene::open(name).unwrap_err().to_string();
+    assert_eq!(
+        refused("cairn:nerf"),
+        "scene cairn: representation is `nerf`: expected voxels, dvgo, tensorf, ngp, splats"
+    );
+    assert!(refused("garden:ngp").contains("expected it left out: only cairn, vase"));
+    assert!(refused("nowhere:ngp").contains("no built-in scene"));
+}
+
+#[test]
+fn a_description_names_a_representation() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let text = "[model]\nkind = \"builtin\"\nname = \"cairn\"\nrepresentation = \"ngp\"\n";
+    std::fs::write(&path, text).unwrap();
+    let scene = Scene::open(path.to_str().unwrap()).unwrap();
+    assert!(matches!(scene.model(), Model::Field(_)));
+    std::fs::write(&path, text.replace("\"ngp\"", "\"mesh\"")).unwrap();
+    let error = Scene::open(path.to_str().unwrap()).unwrap_err().to_string();
+    assert!(error.contains("expected voxels, dvgo"), "{error}");
+}
