@@ -2,8 +2,8 @@
 //!
 //! - `contact_sheet scenes FILE.png [SIDE]`: the ground truth of all.
 //! - `contact_sheet models FILE.png [SIDE] [SCENE]`: a row a scene, the ground
-//!   truth and behind it each ready-made model, the PSNR below: decibels of
-//!   linear RGB over the frame. Prints them as the rows of a Markdown table too.
+//!   truth and behind it each ready-made model, rendered at SIDE and shown at
+//!   half of it, the PSNR below: decibels of linear RGB over the frame. Prints them as the rows of a Markdown table too.
 
 use std::path::Path;
 use std::time::Instant;
@@ -77,8 +77,9 @@ fn models(side: u32, only: Option<&str>) -> Result<Picture, Failure> {
         .filter(|scene| only.is_none_or(|name| name == scene.name()))
         .collect();
     let columns = 1 + Representation::ALL.len() as u32;
-    let tall = side + MARGIN;
-    let mut sheet = Picture::filled(columns * side, shown.len() as u32 * tall, [1.0; 3]);
+    let half = side / 2;
+    let tall = half + MARGIN;
+    let mut sheet = Picture::filled(columns * half, shown.len() as u32 * tall, [1.0; 3]);
     let names = Representation::ALL.map(Representation::name);
     println!("| scene | {} |", names.join(" | "));
     for (row, analytic) in (0..).zip(shown) {
@@ -90,7 +91,7 @@ fn models(side: u32, only: Option<&str>) -> Result<Picture, Failure> {
                 Some(truth) => truth,
                 none => none.insert(scene.render_truth()?.picture),
             };
-            paste(&mut sheet, [0, row * tall], truth);
+            paste(&mut sheet, [0, row * tall], &halved(truth));
             let start = Instant::now();
             let float = scene.render_float()?.picture;
             eprintln!("  rendered in {:.2} s", start.elapsed().as_secs_f64());
@@ -98,15 +99,31 @@ fn models(side: u32, only: Option<&str>) -> Result<Picture, Failure> {
                 .psnr(truth, |_| true)
                 .ok_or("pictures of different sizes")?;
             let text = format!("{psnr:.1}");
-            paste(&mut sheet, [column * side, row * tall], &float);
+            paste(&mut sheet, [column * half, row * tall], &halved(&float));
             let wide = 8 * text.len() as u32;
-            let at = [column * side + (side - wide) / 2, row * tall + side + 3];
+            let at = [column * half + (half - wide) / 2, row * tall + half + 3];
             write(&mut sheet, at, &text);
             cells.push(text);
         }
         println!("| `{}` | {} |", analytic.name(), cells.join(" | "));
     }
     Ok(sheet)
+}
+
+/// The mean of every two by two pixels.
+fn halved(picture: &Picture) -> Picture {
+    let [width, height] = [picture.width / 2, picture.height / 2];
+    let mut half = Picture::filled(width, height, [0.0; 3]);
+    for (i, to) in (0..).zip(&mut half.rgb) {
+        let corner = i / width * 2 * picture.width + i % width * 2;
+        for at in [0, 1, picture.width, picture.width + 1] {
+            let own = picture.rgb[(corner + at) as usize];
+            for (sum, value) in to.iter_mut().zip(own) {
+                *sum += value / 4.0;
+            }
+        }
+    }
+    half
 }
 
 /// Copies a picture to where its corner is to lie.

@@ -17,9 +17,9 @@ const COEFFICIENTS: usize = 12;
 /// Optical depth of a voxel edge where softplus gives 1: so little that it turns
 /// sharply about 0.
 const SOFTPLUS: f64 = 1.0 / 8.0;
-/// What stands for a density of 0. Softplus gives 0.05 there, and nothing far
-/// outside, at -35.
-const ZERO: f64 = -3.0;
+/// What stands for a density of 0. Softplus gives 0.3 there, and nothing far
+/// outside, at -33.
+const ZERO: f64 = -1.0;
 /// Features of TensoRF's appearance.
 const FEATURES: usize = 27;
 /// Optical depth a voxel edge from which on solids are hollow. The shell about
@@ -34,7 +34,7 @@ fn bounds(grid: &Grid) -> [DVec3; 2] {
 }
 
 /// The densities of a grid, scaled for softplus, and its colours.
-pub(super) fn dvgo(grid: &Grid) -> Result<Dvgo, FieldError> {
+pub(in crate::scene) fn dvgo(grid: &Grid) -> Result<Dvgo, FieldError> {
     let terms = grid.layout().coefficients();
     let vertices = grid.features().chunks_exact(grid.layout().channels());
     let mut values = Vec::with_capacity(vertices.len() * (1 + COEFFICIENTS));
@@ -71,7 +71,7 @@ fn before_softplus(density: f64) -> f64 {
 
 /// Factors through the vertices of all cells in which something is seen. Solids
 /// are hollow: no light gets through their shell.
-pub(super) fn tensorf(grid: &Grid) -> Result<Tensorf, FieldError> {
+pub(in crate::scene) fn tensorf(grid: &Grid) -> Result<Tensorf, FieldError> {
     let points = grid.points();
     let channels = grid.layout().channels();
     let density = |vertex: usize| grid.features()[vertex * channels];

@@ -12,7 +12,7 @@ use crate::splats::{Cloud, CloudError, sh};
 /// About the most discs.
 const MOST: f64 = 60_000.0;
 /// Discs lie where this is the optical depth a voxel edge.
-const LEVEL: f64 = 2.75;
+const LEVEL: f64 = 1.5;
 /// Opacity of discs.
 const OPACITY: f64 = 0.97;
 /// Standard deviation of a disc over the distance of its neighbours.
@@ -30,8 +30,8 @@ const FOG: [f64; 2] = [1.5, 4.0];
 const BLOB: f64 = 0.6;
 /// Optical depth a voxel edge above which a place is no fog, and how much it may
 /// change in one.
-const THICK: f64 = 0.5;
-const STEEP: f64 = 0.5;
+const THICK: f64 = 1.0;
+const STEEP: f64 = 1.5;
 /// Blobs below are left out: no pixel would take them.
 const FAINT: f64 = 1.0 / 255.0;
 /// Places of the path from which surfaces are seen.
@@ -49,7 +49,7 @@ struct Splat {
 }
 
 /// The splats of a scene.
-pub(super) fn cloud(scene: Analytic) -> Result<Cloud, CloudError> {
+pub(in crate::scene) fn cloud(scene: Analytic) -> Result<Cloud, CloudError> {
     let eyes: Vec<DVec3> = (0..EYES)
         .map(|k| PATH * f64::from(k) / f64::from(EYES))
         .map(|seconds| scene.camera(seconds, 8, 8).position())
@@ -207,9 +207,12 @@ fn fog(scene: Analytic, spacing: f64) -> Vec<Splat> {
             let part = [k % 3, k / 3 % 3, k / 9].map(|v| (v as f64 + 0.5) / 3.0);
             let at = low + spacing * DVec3::from(part);
             let density = scene.density(at);
+            // To both sides: outside, nothing is steep.
             let steep = || {
-                let next = |axis: DVec3| scene.density(at + axis * (0.5 * voxel)) - density;
-                dvec3(next(DVec3::X), next(DVec3::Y), next(DVec3::Z)).length() * 2.0 * voxel
+                let e = 0.5 * voxel;
+                let next = |to: DVec3| (scene.density(at + to * e) - density).abs();
+                let most = |axis: DVec3| next(axis).max(next(-axis));
+                dvec3(most(DVec3::X), most(DVec3::Y), most(DVec3::Z)).length() * 2.0 * voxel
             };
             if density > 0.0 && density * voxel < THICK && steep() < STEEP {
                 sum += density;
