@@ -16,10 +16,10 @@ const STEP: f64 = 0.5;
 const COEFFICIENTS: usize = 12;
 /// Optical depth of a voxel edge where softplus gives 1: so little that it turns
 /// sharply about 0.
-const SOFTPLUS: f64 = 1.0 / 8.0;
-/// What stands for a density of 0. Softplus gives 0.3 there, and nothing far
-/// outside, at -33.
-const ZERO: f64 = -1.0;
+const SOFTPLUS: f64 = 1.0 / 16.0;
+/// What stands for a density of 0. Softplus gives 0.25 there, and nothing far
+/// outside, at -65.
+const ZERO: f64 = -1.25;
 /// Features of TensoRF's appearance.
 const FEATURES: usize = 27;
 /// Optical depth a voxel edge from which on solids are hollow. The shell about

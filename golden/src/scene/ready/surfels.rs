@@ -10,7 +10,7 @@ use crate::analytic::Analytic;
 use crate::splats::{Cloud, CloudError, sh};
 
 /// About the most discs.
-const MOST: f64 = 60_000.0;
+const MOST: f64 = 90_000.0;
 /// Discs lie where this is the optical depth a voxel edge.
 const LEVEL: f64 = 1.5;
 /// Opacity of discs.

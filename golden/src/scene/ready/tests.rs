@@ -36,8 +36,7 @@ fn every_representation_of_a_scene_shows_it() {
     }
 }
 
-/// The fitted files are of the scene that they are named for: at a few pixels
-/// every one is nearer to its own truth than to a picture of its background.
+/// Mirrors, which three layers do not hold, have a floor of their own.
 #[test]
 fn fitted_files_load_and_show_their_scene() {
     for analytic in Analytic::ALL {
@@ -47,7 +46,11 @@ fn fitted_files_load_and_show_their_scene() {
         let found = scene.render_float().unwrap().picture;
         let psnr = found.psnr(&truth, |_| true).unwrap();
         println!("{}: {psnr:.1} dB", analytic.name());
-        assert!(psnr > 18.0, "{}: {psnr} dB", analytic.name());
+        let floor = match analytic {
+            Analytic::Chrome => 20.5,
+            _ => 30.0,
+        };
+        assert!(psnr > floor, "{}: {psnr} dB", analytic.name());
     }
 }
 
@@ -68,7 +71,9 @@ fn stored_models_are_small() {
 fn the_dvgo_model_is_rendered_in_codes() {
     let mut scene = Scene::open("cairn:dvgo").unwrap();
     scene.set_size(Some(40), Some(40)).unwrap();
-    let config = Config::read(Path::new("fields")).unwrap();
+    let config =
+        Config::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/fields.toml"))
+            .unwrap();
     let mut units = Twins::new(&config);
     let fixed = scene.render_fixed(&config, &mut units).unwrap().picture;
     let float = scene.render_float().unwrap().picture;
