@@ -1,47 +1,149 @@
-//! The ground truth of all analytic scenes in one picture, and how far their
-//! models are from it: `contact_sheet FILE.png [SIDE]`.
+//! The analytic scenes in pictures.
+//!
+//! - `contact_sheet scenes FILE.png [SIDE]`: the ground truth of all.
+//! - `contact_sheet models FILE.png [SIDE] [SCENE]`: a row a scene, the ground
+//!   truth and behind it each ready-made model, rendered at SIDE and shown at
+//!   half of it, the PSNR below: decibels of linear RGB over the frame. Prints them as the rows of a Markdown table too.
 
 use std::path::Path;
 use std::time::Instant;
 
 use potamoi_golden::analytic::Analytic;
 use potamoi_golden::picture::Picture;
-use potamoi_golden::scene::Scene;
+use potamoi_golden::scene::{Representation, Scene};
 
-/// Pictures a row.
+type Failure = Box<dyn std::error::Error>;
+
+/// Pictures a row of the scenes.
 const COLUMNS: u32 = 4;
+/// Pixels below pictures, for figures of 3 x 5 dots of 2 x 2 pixels.
+const MARGIN: u32 = 16;
+/// The dots of each figure, a row three bits, and of the point.
+const FIGURES: [[u8; 5]; 11] = [
+    [7, 5, 5, 5, 7],
+    [2, 6, 2, 2, 7],
+    [7, 1, 7, 4, 7],
+    [7, 1, 7, 1, 7],
+    [5, 5, 7, 1, 1],
+    [7, 4, 7, 1, 7],
+    [7, 4, 7, 5, 7],
+    [7, 1, 2, 2, 2],
+    [7, 5, 7, 5, 7],
+    [7, 5, 7, 1, 7],
+    [0, 0, 0, 0, 2],
+];
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> Result<(), Failure> {
     let mut args = std::env::args().skip(1);
-    let path = args.next().ok_or("expected a PNG file to write")?;
+    let kind = args.next().unwrap_or_default();
+    let path = args
+        .next()
+        .ok_or("expected `scenes` or `models`, and a PNG file to write")?;
     let side: u32 = args.next().map_or(Ok(240), |text| text.parse())?;
-    if !(8..=2048).contains(&side) {
-        return Err(format!("side {side}: expected 8 to 2048 pixels").into());
+    if !(80..=2048).contains(&side) {
+        return Err(format!("side {side}: expected 80 to 2048 pixels").into());
     }
+    let sheet = match kind.as_str() {
+        "scenes" => scenes(side)?,
+        "models" => models(side, args.next().as_deref())?,
+        _ => return Err(format!("`{kind}`: expected `scenes` or `models`").into()),
+    };
+    sheet.write_png(Path::new(&path))?;
+    Ok(())
+}
+
+fn open(name: &str, side: u32) -> Result<Scene, Failure> {
+    let start = Instant::now();
+    let mut scene = Scene::open(name)?;
+    scene.set_size(Some(side), Some(side))?;
+    eprintln!("{name}: opened in {:.2} s", start.elapsed().as_secs_f64());
+    Ok(scene)
+}
+
+fn scenes(side: u32) -> Result<Picture, Failure> {
     let rows = (Analytic::ALL.len() as u32).div_ceil(COLUMNS);
     let mut sheet = Picture::filled(COLUMNS * side, rows * side, [1.0; 3]);
     for (i, analytic) in (0..).zip(Analytic::ALL) {
-        let start = Instant::now();
-        let mut scene = Scene::open(analytic.name())?;
-        let opened = start.elapsed().as_secs_f64();
-        scene.set_size(Some(side), Some(side))?;
-        let start = Instant::now();
-        let truth = scene.render_truth()?;
-        let took = start.elapsed().as_secs_f64();
-        let float = scene.render_float()?;
-        let psnr = float.picture.psnr(&truth.picture, |_| true);
-        println!(
-            "{}: {}; opened in {opened:.2} s, truth in {took:.2} s, model {:.1} dB",
-            analytic.name(),
-            analytic.asks(),
-            psnr.ok_or("pictures of different sizes")?
-        );
-        let corner = (i / COLUMNS * side * COLUMNS + i % COLUMNS) * side;
-        for (y, row) in truth.picture.rgb.chunks_exact(side as usize).enumerate() {
-            let from = corner as usize + y * (COLUMNS * side) as usize;
-            sheet.rgb[from..from + row.len()].copy_from_slice(row);
+        let truth = open(analytic.name(), side)?.render_truth()?;
+        let corner = [i % COLUMNS * side, i / COLUMNS * side];
+        paste(&mut sheet, corner, &truth.picture);
+    }
+    Ok(sheet)
+}
+
+fn models(side: u32, only: Option<&str>) -> Result<Picture, Failure> {
+    let shown: Vec<_> = Analytic::ALL
+        .into_iter()
+        .filter(|scene| only.is_none_or(|name| name == scene.name()))
+        .collect();
+    let columns = 1 + Representation::ALL.len() as u32;
+    let half = side / 2;
+    let tall = half + MARGIN;
+    let mut sheet = Picture::filled(columns * half, shown.len() as u32 * tall, [1.0; 3]);
+    let names = Representation::ALL.map(Representation::name);
+    println!("| scene | {} |", names.join(" | "));
+    for (row, analytic) in (0..).zip(shown) {
+        let mut truth = None;
+        let mut cells = vec![];
+        for (column, kind) in (1..).zip(Representation::ALL) {
+            let scene = open(&format!("{}:{}", analytic.name(), kind.name()), side)?;
+            let truth = match &mut truth {
+                Some(truth) => truth,
+                none => none.insert(scene.render_truth()?.picture),
+            };
+            paste(&mut sheet, [0, row * tall], &halved(truth));
+            let start = Instant::now();
+            let float = scene.render_float()?.picture;
+            eprintln!("  rendered in {:.2} s", start.elapsed().as_secs_f64());
+            let psnr = float
+                .psnr(truth, |_| true)
+                .ok_or("pictures of different sizes")?;
+            let text = format!("{psnr:.1}");
+            paste(&mut sheet, [column * half, row * tall], &halved(&float));
+            let wide = 8 * text.len() as u32;
+            let at = [column * half + (half - wide) / 2, row * tall + half + 3];
+            write(&mut sheet, at, &text);
+            cells.push(text);
+        }
+        println!("| `{}` | {} |", analytic.name(), cells.join(" | "));
+    }
+    Ok(sheet)
+}
+
+/// The mean of every two by two pixels.
+fn halved(picture: &Picture) -> Picture {
+    let [width, height] = [picture.width / 2, picture.height / 2];
+    let mut half = Picture::filled(width, height, [0.0; 3]);
+    for (i, to) in (0..).zip(&mut half.rgb) {
+        let corner = i / width * 2 * picture.width + i % width * 2;
+        for at in [0, 1, picture.width, picture.width + 1] {
+            let own = picture.rgb[(corner + at) as usize];
+            for (sum, value) in to.iter_mut().zip(own) {
+                *sum += value / 4.0;
+            }
         }
     }
-    sheet.write_png(Path::new(&path))?;
-    Ok(())
+    half
+}
+
+/// Copies a picture to where its corner is to lie.
+fn paste(sheet: &mut Picture, [x, y]: [u32; 2], picture: &Picture) {
+    let rows = picture.rgb.chunks_exact(picture.width as usize);
+    for (row, pixels) in (y..).zip(rows) {
+        let from = (row * sheet.width + x) as usize;
+        sheet.rgb[from..from + pixels.len()].copy_from_slice(pixels);
+    }
+}
+
+/// Writes figures and points, their upper left corner at a place.
+fn write(sheet: &mut Picture, [x, y]: [u32; 2], text: &str) {
+    let wide = sheet.width;
+    for (place, figure) in (0..).zip(text.chars()) {
+        let dots = FIGURES[figure.to_digit(10).unwrap_or(10) as usize];
+        for (dy, dx) in (0..10).flat_map(|dy| (0..6).map(move |dx| (dy, dx))) {
+            if dots[dy as usize / 2] >> (2 - dx / 2) & 1 == 1 {
+                sheet.rgb[((y + dy) * wide + x + 8 * place + dx) as usize] = [0.0; 3];
+            }
+        }
+    }
 }

@@ -1,5 +1,7 @@
 //! Grids sampled from analytic fields.
 
+use std::sync::LazyLock;
+
 use glam::{DMat4, DVec3, DVec4, Vec3Swizzles, Vec4Swizzles};
 use rayon::prelude::*;
 
@@ -8,7 +10,8 @@ use super::look::Look;
 use crate::voxels::{Grid, Layout, VoxelError};
 
 /// Directions over which colours are fitted.
-const DIRECTIONS: usize = 200;
+const COUNT: usize = 200;
+static DIRECTIONS: LazyLock<[DVec3; COUNT]> = LazyLock::new(directions);
 
 /// Of a cell, in voxel edges, rounded up.
 const DIAGONAL: f64 = 1.733;
@@ -19,7 +22,6 @@ pub(super) fn bake(field: &dyn Field) -> Result<Grid, VoxelError> {
     let frame = field.frame();
     let [nx, ny, _] = frame.points;
     let channels = frame.layout.channels();
-    let directions = directions();
     let mut features = vec![0f32; frame.points.iter().product::<usize>() * channels];
     let rows = features.par_chunks_exact_mut(nx * channels);
     rows.enumerate().for_each(|(row, values)| {
@@ -32,7 +34,12 @@ pub(super) fn bake(field: &dyn Field) -> Result<Grid, VoxelError> {
             // corner inside.
             let deep = probe.density * frame.voxel >= INSIDE;
             if probe.clearance <= DIAGONAL * frame.voxel && !deep {
-                colours(&field.look(at), frame.layout, &directions, &mut vertex[1..]);
+                colours(
+                    &field.look(at),
+                    frame.layout,
+                    &*DIRECTIONS,
+                    &mut vertex[1..],
+                );
             }
         }
     });
@@ -45,11 +52,18 @@ pub(super) fn bake(field: &dyn Field) -> Result<Grid, VoxelError> {
     )
 }
 
+/// The same of one point, without regard to a layout.
+pub(super) fn linear(look: &Look) -> [[f32; 4]; 3] {
+    let mut out = [[0.0; 4]; 3];
+    colours(look, Layout::Linear, &*DIRECTIONS, out.as_flattened_mut());
+    out
+}
+
 /// Directions spread evenly over the sphere, on a spiral of the golden angle.
-pub(super) fn directions() -> [DVec3; DIRECTIONS] {
+pub(super) fn directions() -> [DVec3; COUNT] {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     std::array::from_fn(|i| {
-        let z = 1.0 - (2 * i + 1) as f64 / DIRECTIONS as f64;
+        let z = 1.0 - (2 * i + 1) as f64 / COUNT as f64;
         let (sin, cos) = (golden * i as f64).sin_cos();
         let across = (1.0 - z * z).sqrt();
         DVec3::new(across * cos, across * sin, z)

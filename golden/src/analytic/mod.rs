@@ -171,15 +171,35 @@ impl Analytic {
         tree::tree(self.field())
     }
 
+    /// Corners of the box outside which nothing is, in the world.
+    #[must_use]
+    pub fn bounds(self) -> [DVec3; 2] {
+        self.frame().bounds()
+    }
+
+    /// Edge of a voxel of the grid that is sampled from it.
+    #[must_use]
+    pub fn voxel(self) -> f64 {
+        self.frame().voxel
+    }
+
     /// Density, an optical depth a unit of length and 0 or more, at a point of
     /// the world.
     #[must_use]
     pub fn density(self, p: DVec3) -> f64 {
-        let [low, high] = self.frame().bounds();
+        let [low, high] = self.bounds();
         if p.cmplt(low).any() || p.cmpgt(high).any() {
             return 0.0;
         }
         self.field().probe(p).density.max(0.0)
+    }
+
+    /// The colour, linear in the unit direction of view (x, y, z), nearest to
+    /// what a point of the world looks like from where it is seen: of red, green
+    /// and blue a constant and the slopes along x, y, z.
+    #[must_use]
+    pub fn linear_colour(self, p: DVec3) -> [[f32; 4]; 3] {
+        bake::linear(&self.field().look(p))
     }
 
     /// What a point of the world looks like, where its density is not 0.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::open::SIDE;
-use super::{Model, Scene, SceneError, garden, lantern};
+use super::{Model, Scene, SceneError, garden, lantern, ready};
 use crate::analytic::Analytic;
 use crate::fields::AnyField;
 
@@ -18,19 +18,38 @@ pub const BUILTIN: [&str; 10] = [
 pub enum Representation {
     /// A grid of densities and colours, sampled.
     Voxels,
+    /// DirectVoxGO, sampled.
+    Dvgo,
+    /// TensoRF, factors of what is sampled.
+    Tensorf,
+    /// Instant-NGP, fitted and stored.
+    Ngp,
+    /// 3D Gaussians, laid on surfaces and into fog.
+    Splats,
     /// A two-level tree of EfficientNeRF, sampled.
     EfficientNerf,
 }
 
 impl Representation {
     /// All of them; the first unless another is asked for.
-    pub const ALL: [Self; 2] = [Self::Voxels, Self::EfficientNerf];
+    pub const ALL: [Self; 6] = [
+        Self::Voxels,
+        Self::Dvgo,
+        Self::Tensorf,
+        Self::Ngp,
+        Self::Splats,
+        Self::EfficientNerf,
+    ];
 
     /// Its name behind a scene's and a colon.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Voxels => "voxels",
+            Self::Dvgo => "dvgo",
+            Self::Tensorf => "tensorf",
+            Self::Ngp => "ngp",
+            Self::Splats => "splats",
             Self::EfficientNerf => "efficientnerf",
         }
     }
@@ -38,6 +57,10 @@ impl Representation {
     fn model(self, analytic: Analytic) -> Result<Model, SceneError> {
         Ok(match self {
             Self::Voxels => Model::Voxels(Box::new(analytic.bake()?)),
+            Self::Dvgo => Model::Dvgo(Box::new(ready::dvgo(&analytic.bake()?)?)),
+            Self::Tensorf => Model::Tensorf(Box::new(ready::tensorf(&analytic.bake()?)?)),
+            Self::Ngp => Model::Field(AnyField::new("Instant-NGP", ready::ngp(analytic)?)),
+            Self::Splats => Model::Splats(ready::cloud(analytic)?),
             Self::EfficientNerf => Model::Field(AnyField::new("EfficientNeRF", analytic.tree()?)),
         })
     }

@@ -8,8 +8,8 @@ use super::camera_file::CameraFileError;
 use super::colmap::ColmapError;
 use super::transforms::TransformsError;
 use crate::fields::FieldError;
-use crate::splats::RenderError;
 use crate::splats::files::FileError;
+use crate::splats::{CloudError, RenderError};
 use crate::voxels::VoxelError;
 
 /// A scene that cannot be opened or rendered.
@@ -72,6 +72,9 @@ pub enum SceneError {
     /// A camera file cannot be used.
     #[error(transparent)]
     Camera(#[from] CameraFileError),
+    /// Gaussians that make no cloud.
+    #[error(transparent)]
+    Cloud(#[from] CloudError),
     /// Splats cannot be rendered.
     #[error(transparent)]
     Splats(#[from] RenderError),

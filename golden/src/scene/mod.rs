@@ -9,6 +9,7 @@ pub mod garden;
 pub mod lantern;
 mod open;
 mod orbit;
+mod ready;
 mod render;
 #[cfg(test)]
 mod tests;

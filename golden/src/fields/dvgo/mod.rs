@@ -24,6 +24,9 @@ const MAX_FREQUENCIES: usize = 16;
 const LEAST: f64 = 1e-4;
 /// A ray ends where less than this is left.
 const STOP: f64 = 1e-3;
+/// Nearest and farthest depth of samples in checkpoints, which do not say: those
+/// of NeRF's synthetic scenes.
+const RANGE: [f64; 2] = [2.0, 6.0];
 
 /// A DirectVoxGO model of its fine stage.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,6 +41,8 @@ pub struct Dvgo {
     step: f64,
     /// The step in voxels.
     spacing_of_steps: f64,
+    /// Depths of the nearest and the farthest sample.
+    range: [f64; 2],
     least: f64,
     /// Factors of the direction whose sines and cosines are inputs.
     frequencies: Vec<f64>,
@@ -125,9 +130,86 @@ impl Dvgo {
             interval: step * ratio,
             step: step * voxel,
             spacing_of_steps: step,
+            range: RANGE,
             least,
             frequencies,
             mlp,
+        })
+    }
+}
+
+/// What a model is made of, besides a checkpoint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parts {
+    /// A volume whose channel 0 is the density before its activation; features
+    /// follow.
+    pub table: Table,
+    /// The corners of the box on whose faces its outer vertices lie.
+    pub bounds: [DVec3; 2],
+    /// Added to densities.
+    pub shift: f64,
+    /// Optical depth of a mean voxel edge where softplus gives 1.
+    pub scale: f64,
+    /// Mean voxel edges from sample to sample.
+    pub step: f64,
+    /// Depths of the nearest and the farthest sample; the latter may be
+    /// infinite.
+    pub range: [f64; 2],
+    /// Rounds of sines and cosines of the direction, by the factor 2.
+    pub frequencies: usize,
+    /// From features and the direction to logits of colour.
+    pub mlp: Mlp,
+}
+
+impl Dvgo {
+    /// A model of its parts, without a mask.
+    ///
+    /// # Errors
+    /// A perceptron that does not fit the table, or numbers out of range.
+    pub fn new(parts: Parts) -> Result<Self, FieldError> {
+        let [low, high] = parts.bounds;
+        let inputs = parts.table.channels() + 2 + 6 * parts.frequencies;
+        let sizes = [parts.mlp.inputs(), parts.mlp.outputs()];
+        let step = parts.step;
+        let refuse = |part, found: String, expected: String| {
+            Err(FieldError::Part {
+                part,
+                found,
+                expected,
+            })
+        };
+        if parts.frequencies > MAX_FREQUENCIES || sizes != [inputs, 3] {
+            let found = format!("{} inputs and {} outputs", sizes[0], sizes[1]);
+            return refuse("mlp", found, format!("{inputs} inputs, 3 outputs"));
+        }
+        if parts.table.points().iter().any(|p| *p < 2) {
+            let found = format!("{:?} vertices", parts.table.points());
+            return refuse("table", found, "2 or more along each axis".to_owned());
+        }
+        let box_is_right = (high - low).cmpgt(DVec3::splat(1e-6)).all();
+        let numbers = [parts.shift, parts.scale, step];
+        let right = numbers.iter().all(|v| v.is_finite()) && parts.scale > 0.0 && step > 0.0;
+        if !(box_is_right && (high - low).is_finite() && right) {
+            let found = format!("{:?}, {numbers:?}", parts.bounds);
+            let expected = "a box, a shift, and a scale and a step above 0";
+            return refuse("numbers", found, expected.to_owned());
+        }
+        let last = DVec3::from(parts.table.points().map(|p| (p - 1) as f64));
+        let voxel = ((high - low) / last).element_product().cbrt();
+        Ok(Self {
+            tables: [parts.table],
+            bounds: parts.bounds,
+            mask: None,
+            shift: parts.shift,
+            interval: step * parts.scale,
+            step: step * voxel,
+            spacing_of_steps: step,
+            range: parts.range,
+            least: LEAST,
+            frequencies: (0..parts.frequencies as i32)
+                .map(|k| 2f64.powi(k))
+                .collect(),
+            mlp: parts.mlp,
         })
     }
 }
@@ -278,7 +360,7 @@ impl Field for Dvgo {
         Sampling {
             bounds: self.bounds,
             step: self.step,
-            range: [2.0, 6.0],
+            range: self.range,
             along: Along::Axis,
             least_opacity: self.least,
             least_weight: self.least,

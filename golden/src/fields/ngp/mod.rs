@@ -95,6 +95,14 @@ impl Ngp {
         snapshot::load(path)
     }
 
+    /// Takes the bytes of a snapshot; `name` stands for the file in errors.
+    ///
+    /// # Errors
+    /// As [`Ngp::load`].
+    pub fn from_bytes(name: &str, bytes: &[u8]) -> Result<Self, FieldError> {
+        snapshot::from_reader(Path::new(name), bytes)
+    }
+
     /// Sizes of its grid.
     #[must_use]
     pub fn shape(&self) -> &GridShape {

@@ -8,7 +8,7 @@
 //! the features of the grid are zero there, so their weights are dropped.
 
 use std::fs::File;
-use std::io::{BufRead as _, BufReader, Read};
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use flate2::bufread::{GzDecoder, ZlibDecoder};
@@ -98,7 +98,20 @@ pub(super) fn check(
 }
 
 pub(super) fn load(path: &Path) -> Result<Ngp, FieldError> {
-    let document = read(path)?;
+    let fail = |source| SnapshotError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let file = File::open(path).map_err(fail)?;
+    if !file.metadata().map_err(fail)?.is_file() {
+        return Err(fail(std::io::Error::other("not a regular file")).into());
+    }
+    from_reader(path, BufReader::new(file))
+}
+
+/// A snapshot from anything that is read; `path` names it in errors.
+pub(super) fn from_reader(path: &Path, bytes: impl BufRead) -> Result<Ngp, FieldError> {
+    let document = read(path, bytes)?;
     let wrong = |wrong: Wrong| SnapshotError::Field {
         path: path.to_owned(),
         field: wrong.field,
@@ -149,24 +162,18 @@ pub(super) fn load(path: &Path) -> Result<Ngp, FieldError> {
     })
 }
 
-fn read(path: &Path) -> Result<Document, SnapshotError> {
-    let fail = |source| SnapshotError::Read {
+fn read(path: &Path, mut bytes: impl BufRead) -> Result<Document, SnapshotError> {
+    let first = bytes.fill_buf().map_err(|source| SnapshotError::Read {
         path: path.to_owned(),
         source,
-    };
-    let file = File::open(path).map_err(fail)?;
-    if !file.metadata().map_err(fail)?.is_file() {
-        return Err(fail(std::io::Error::other("not a regular file")));
-    }
-    let mut file = BufReader::new(file);
-    let first = file.fill_buf().map_err(fail)?;
-    let bytes: Box<dyn Read> = match first {
-        [0x1f, 0x8b, ..] => Box::new(GzDecoder::new(file)),
+    })?;
+    let bytes: Box<dyn Read + '_> = match first {
+        [0x1f, 0x8b, ..] => Box::new(GzDecoder::new(bytes)),
         // Deflate with any window; as MessagePack it would be a number.
         [0x08 | 0x18 | 0x28 | 0x38 | 0x48 | 0x58 | 0x68 | 0x78, ..] => {
-            Box::new(ZlibDecoder::new(file))
+            Box::new(ZlibDecoder::new(bytes))
         }
-        _ => Box::new(file),
+        _ => Box::new(bytes),
     };
     parse(bytes).map_err(|(field, problem)| SnapshotError::Container {
         path: path.to_owned(),

@@ -17,6 +17,7 @@ mod eigen;
 mod fixed;
 mod load;
 mod mask;
+mod planes;
 #[cfg(test)]
 mod tests;
 
@@ -26,6 +27,7 @@ use potamoi_formats::config::Config;
 use super::{Along, Coded, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
 pub use decompose::{Dense, Factors};
 use mask::AlphaMask;
+pub use planes::Known;
 
 /// Axes of each plane, the faster one first.
 pub const PLANES: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];

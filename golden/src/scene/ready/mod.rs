@@ -1,0 +1,34 @@
+//! Ready-made models of the analytic scenes, one of each representation: grids
+//! by sampling, factors by least squares, hash grids fitted to points and stored,
+//! splats laid on surfaces and into fog.
+
+mod grids;
+mod shade;
+mod surfels;
+#[cfg(test)]
+mod tests;
+
+use crate::analytic::Analytic;
+use crate::fields::FieldError;
+use crate::fields::ngp::Ngp;
+pub(super) use grids::{dvgo, tensorf};
+pub(super) use surfels::cloud;
+
+/// The stored Instant-NGP snapshot of a scene.
+fn snapshot(scene: Analytic) -> &'static [u8] {
+    match scene {
+        Analytic::Cairn => include_bytes!("../../../models/cairn.ingp"),
+        Analytic::Vase => include_bytes!("../../../models/vase.ingp"),
+        Analytic::Lattice => include_bytes!("../../../models/lattice.ingp"),
+        Analytic::Mist => include_bytes!("../../../models/mist.ingp"),
+        Analytic::Moons => include_bytes!("../../../models/moons.ingp"),
+        Analytic::Chrome => include_bytes!("../../../models/chrome.ingp"),
+        Analytic::Gallery => include_bytes!("../../../models/gallery.ingp"),
+        Analytic::City => include_bytes!("../../../models/city.ingp"),
+    }
+}
+
+/// The fitted hash grid of a scene.
+pub(super) fn ngp(scene: Analytic) -> Result<Ngp, FieldError> {
+    Ngp::from_bytes(&format!("{}.ingp", scene.name()), snapshot(scene))
+}

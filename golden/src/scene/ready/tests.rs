@@ -1,0 +1,90 @@
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+
+use potamoi_formats::config::Config;
+
+use crate::analytic::Analytic;
+use crate::scene::{Representation, Scene};
+use crate::units::Twins;
+
+/// Decibels, in the order of [`Representation::ALL`]; EfficientNeRF, last, has tests
+/// of its own.
+const FLOORS: [f64; 5] = [41.2, 40.5, 40.2, 43.3, 19.5];
+/// Stored models, bytes in all.
+const MOST_BYTES: u64 = 20 << 20;
+
+fn scene(name: &str) -> Scene {
+    let mut scene = Scene::open(name).unwrap();
+    scene.set_size(Some(100), Some(100)).unwrap();
+    scene
+}
+
+/// Floors are what was measured at this size, less 1 dB. Pixels are so large here
+/// that the filter of splats, a third of a pixel, widens them by half a voxel.
+#[test]
+fn every_representation_of_a_scene_shows_it() {
+    let truth = scene("cairn").render_truth().unwrap().picture;
+    for (kind, floor) in Representation::ALL.into_iter().zip(FLOORS) {
+        let scene = scene(&format!("cairn:{}", kind.name()));
+        assert_eq!(scene.analytic(), Some(Analytic::Cairn));
+        assert_eq!(scene.name(), format!("cairn:{}", kind.name()));
+        let found = scene.render_float().unwrap().picture;
+        let psnr = found.psnr(&truth, |_| true).unwrap();
+        println!("{}: {psnr:.1} dB", kind.name());
+        assert!(psnr > floor, "{}: {psnr} dB, floor {floor}", kind.name());
+    }
+}
+
+/// Mirrors, which three layers do not hold, have a floor of their own.
+#[test]
+fn fitted_files_load_and_show_their_scene() {
+    for analytic in Analytic::ALL {
+        let mut scene = Scene::open(&format!("{}:ngp", analytic.name())).unwrap();
+        scene.set_size(Some(32), Some(32)).unwrap();
+        let truth = scene.render_truth().unwrap().picture;
+        let found = scene.render_float().unwrap().picture;
+        let psnr = found.psnr(&truth, |_| true).unwrap();
+        println!("{}: {psnr:.1} dB", analytic.name());
+        let floor = match analytic {
+            Analytic::Chrome => 20.5,
+            _ => 30.0,
+        };
+        assert!(psnr > floor, "{}: {psnr} dB", analytic.name());
+    }
+}
+
+#[test]
+fn stored_models_are_small() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/models");
+    let files = std::fs::read_dir(folder).unwrap();
+    let sizes = files.map(|file| file.unwrap().metadata().unwrap().len());
+    let sizes: Vec<u64> = sizes.collect();
+    let sum: u64 = sizes.iter().sum();
+    assert_eq!(sizes.len(), Analytic::ALL.len() + 1);
+    assert!(sum <= MOST_BYTES, "{sum} bytes");
+}
+
+/// DirectVoxGO's model goes through the hardware's formats as a trained one
+/// does.
+#[test]
+fn the_dvgo_model_is_rendered_in_codes() {
+    let mut scene = Scene::open("cairn:dvgo").unwrap();
+    scene.set_size(Some(40), Some(40)).unwrap();
+    let config =
+        Config::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/fields.toml"))
+            .unwrap();
+    let mut units = Twins::new(&config);
+    let fixed = scene.render_fixed(&config, &mut units).unwrap().picture;
+    let float = scene.render_float().unwrap().picture;
+    let psnr = fixed.psnr(&float, |_| true).unwrap();
+    println!("{psnr:.1} dB");
+    assert!(psnr > 40.0, "{psnr} dB");
+}
+
+#[test]
+fn models_are_the_same_every_time() {
+    for name in ["moons:splats", "moons:tensorf"] {
+        assert_eq!(scene(name).model(), scene(name).model(), "{name}");
+    }
+}
