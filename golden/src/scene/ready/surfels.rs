@@ -12,7 +12,7 @@ use crate::splats::{Cloud, CloudError, sh};
 /// About the most discs.
 const MOST: f64 = 90_000.0;
 /// Discs lie where this is the optical depth a voxel edge.
-const LEVEL: f64 = 1.5;
+const LEVEL: f64 = 1.62;
 /// Opacity of discs.
 const OPACITY: f64 = 0.97;
 /// Standard deviation of a disc over the distance of its neighbours.
@@ -21,7 +21,7 @@ const WIDTH: f64 = 0.52;
 const THICKNESS: f64 = 0.05;
 /// How far two standard deviations may bring a disc off a curved surface, in
 /// voxel edges.
-const OFF: f64 = 0.12;
+const OFF: f64 = 0.06;
 /// About the most blobs of fog.
 const BLOBS: f64 = 12_000.0;
 /// Nearest and farthest distance of blobs, in voxel edges.
