@@ -12,8 +12,6 @@
 //! edge times the step ratio. Colour is computed where the weight in the pixel
 //! is above a threshold; rays are followed until less than a millionth is left.
 
-mod decompose;
-mod eigen;
 mod fixed;
 mod load;
 mod mask;
@@ -25,7 +23,6 @@ use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
 use super::{Along, Coded, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
-pub use decompose::{Dense, Factors};
 use mask::AlphaMask;
 pub use planes::Known;
 
