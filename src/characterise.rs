@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use clap::Args;
 use potamoi_formats::config::Config;
 use potamoi_golden::analytic::Analytic;
-use potamoi_golden::characterise::{Accesses, Banks, Memory, Traffic};
+use potamoi_golden::characterise::{Accesses, Banks, Memory, Stages, Traffic};
 use potamoi_golden::scene::{BUILTIN, Representation, Scene};
 use serde::Serialize;
 
@@ -75,6 +75,8 @@ struct Found {
     miss_rate: f64,
     not_streaming_rate: f64,
     banks: Vec<BankPoint>,
+    /// Seconds, measured.
+    stages: Stages,
     /// Of splats alone.
     merging: Option<Merging>,
     /// By ray group, of fields in one volume by halo too.
@@ -198,6 +200,7 @@ fn characterise(scene: &Scene, config: &Config) -> Result<Found, Failure> {
         miss_rate: memory.miss_rate(),
         not_streaming_rate: memory.not_streaming_rate(),
         banks,
+        stages: scene.stages()?,
         merging: merging(scene, config.mvoxel.rows),
         traffic: scene.traffic(config, &sides(scene))?,
     })

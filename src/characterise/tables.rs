@@ -2,6 +2,7 @@
 
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanBytes;
+use potamoi_golden::characterise::Stages;
 use potamoi_golden::voxels::Halo;
 
 use super::Found;
@@ -39,6 +40,16 @@ pub(super) fn print(found: &Found) {
         &percent(found.not_streaming_rate),
         "over 87 %; hash tables and splats over 99 %",
     ]);
+    let [indexing, gathering, computation] = found.stages.shares();
+    for (stage, share) in [
+        ("indexing", indexing),
+        ("gathering", gathering),
+        ("feature computation", computation),
+    ] {
+        let row = format!("{stage}, of the float renderer's time here (measured)");
+        let share = share.map_or_else(|| "with the next".to_owned(), percent);
+        table.add_row([&row, &share, ""]);
+    }
     if let Some(m) = found.merging {
         table.add_row([
             &format!("points an MVoxel of {} before merging", m.rows),
@@ -133,6 +144,13 @@ fn streams(found: &Found) {
     say!("{table}");
 }
 
+/// Shares in per cent; gathering and computation of splats are one.
+fn stages(stages: &Stages) -> String {
+    let percent = |share: f64| format!("{:.0}", 100.0 * share);
+    let shares = stages.shares().map(|s| s.map_or("-".to_owned(), percent));
+    format!("{} %", shares.join(", "))
+}
+
 /// A row a scene.
 pub(super) fn side_by_side(scenes: &[Found]) {
     let mut table = Table::new();
@@ -146,6 +164,7 @@ pub(super) fn side_by_side(scenes: &[Found]) {
         "conflicts 16 on 16",
         "64 on 16",
         "points an MVoxel, merged",
+        "indexing, gathering, computation",
         "pixel-centric, MB",
         "MVoxel by MVoxel, MB",
     ]);
@@ -168,6 +187,7 @@ pub(super) fn side_by_side(scenes: &[Found]) {
             found.merging.map_or_else(String::new, |m| {
                 format!("{:.1}, {:.1}", m.points_before, m.points_after)
             }),
+            stages(&found.stages),
             megabytes(fetched),
             frame.map_or_else(String::new, |t| megabytes(t.streams.total())),
         ]);
@@ -183,13 +203,14 @@ pub(super) fn side_by_side(scenes: &[Found]) {
         "7.2, 172.8",
         "",
         "",
+        "",
     ]);
     for column in table.column_iter_mut().skip(2) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     say!("{table}");
     say!(
-        "counted; misses of a 2 MB buffer with oracle replacement, and their bytes; MVoxel by MVoxel \
+        "stages are measured in the float renderer here, all else is counted; misses of a 2 MB buffer with oracle replacement, and their bytes; MVoxel by MVoxel \
          with the frame as one ray group"
     );
 }

@@ -9,6 +9,7 @@
 mod fields;
 mod splat_traffic;
 mod splats;
+mod stages;
 mod tables;
 mod traffic;
 
@@ -21,6 +22,7 @@ use {crate::fields::Field, glam::DVec3};
 pub use fields::field_accesses;
 pub use splat_traffic::splat_traffic;
 pub use splats::splat_accesses;
+pub use stages::{Stages, field_stages, splat_stages};
 pub use tables::table_traffic;
 pub use traffic::{Traffic, is_volume, traffic};
 

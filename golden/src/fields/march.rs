@@ -29,20 +29,20 @@ pub struct FieldFrame {
 }
 
 /// What a worker keeps from pixel to pixel.
-struct Worker {
+pub(super) struct Worker {
     places: Vec<DVec3>,
     /// Of each seen sample of the ray, its features and its weight.
     features: Vec<f64>,
     weights: Vec<f64>,
-    scratch: Vec<f64>,
+    pub(super) scratch: Vec<f64>,
 }
 
 /// A pixel, and what it took.
 #[derive(Clone, Copy)]
-struct Pixel {
+pub(super) struct Pixel {
     colour: DVec3,
     left: f64,
-    samples: u64,
+    pub(super) samples: u64,
     gathered: u64,
     coloured: u64,
 }
@@ -85,7 +85,7 @@ pub fn render_float(
 }
 
 impl Worker {
-    fn new(field: &dyn Field) -> Self {
+    pub(super) fn new(field: &dyn Field) -> Self {
         Self {
             places: vec![DVec3::ZERO; field.tables().len()],
             features: vec![],
@@ -180,7 +180,7 @@ impl Samples {
     }
 }
 
-fn march(
+pub(super) fn march(
     field: &dyn Field,
     sampling: &Sampling,
     camera: &Camera,

@@ -20,6 +20,7 @@ mod mlp;
 pub mod ngp;
 mod nodes;
 mod opacity;
+mod ray_stages;
 pub mod stored;
 mod table;
 pub mod tensorf;
@@ -37,6 +38,7 @@ pub use hashed_colour::{FixedColour, HashedColour};
 pub use march::{FieldFrame, render_float, samples_of};
 pub use mlp::{Layer, Mlp};
 pub use nodes::Nodes;
+pub use ray_stages::RayStages;
 pub use table::Table;
 
 /// A radiance field.

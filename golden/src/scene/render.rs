@@ -11,8 +11,8 @@ use serde::Serialize;
 use super::{Kind, Model, Scene, SceneError};
 use crate::analytic::Analytic;
 use crate::characterise::{
-    Accesses, Traffic, field_accesses, is_volume, splat_accesses, splat_traffic, table_traffic,
-    traffic,
+    Accesses, Stages, Traffic, field_accesses, field_stages, is_volume, splat_accesses,
+    splat_stages, splat_traffic, table_traffic, traffic,
 };
 use crate::fields::stored::StoredField;
 use crate::fields::{self, Field, FixedField};
@@ -163,6 +163,21 @@ impl Scene {
                 let options = self.splat_options(config);
                 splat_traffic(cloud, &self.camera, self.profile, &options, sides)?
             }
+        })
+    }
+
+    /// Time of the paper's three stages in the float renderer, measured.
+    ///
+    /// # Errors
+    /// As [`Scene::render_float`].
+    pub fn stages(&self) -> Result<Stages, SceneError> {
+        Ok(match self.model.kind() {
+            Kind::Splats(cloud) => splat_stages(cloud, &self.camera, self.profile)?,
+            Kind::Voxels(grid) => {
+                let field = StoredField::new(grid, self.step)?;
+                field_stages(&field, &self.camera)?
+            }
+            Kind::Field(field) => field_stages(field, &self.camera)?,
         })
     }
 

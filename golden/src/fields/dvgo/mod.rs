@@ -144,6 +144,8 @@ pub struct Parts {
     /// A volume whose channel 0 is the density before its activation; features
     /// follow.
     pub table: Table,
+    /// Vertices of the table about which something may be, x fastest.
+    pub filled: Vec<bool>,
     /// The corners of the box on whose faces its outer vertices lie.
     pub bounds: [DVec3; 2],
     /// Added to densities.
@@ -162,10 +164,11 @@ pub struct Parts {
 }
 
 impl Dvgo {
-    /// A model of its parts, without a mask.
+    /// A model of its parts.
     ///
     /// # Errors
-    /// A perceptron that does not fit the table, or numbers out of range.
+    /// A perceptron or a mask that does not fit the table, or numbers out of
+    /// range.
     pub fn new(parts: Parts) -> Result<Self, FieldError> {
         let [low, high] = parts.bounds;
         let inputs = parts.table.channels() + 2 + 6 * parts.frequencies;
@@ -186,6 +189,11 @@ impl Dvgo {
             let found = format!("{:?} vertices", parts.table.points());
             return refuse("table", found, "2 or more along each axis".to_owned());
         }
+        let vertices = parts.table.rows();
+        if parts.filled.len() != vertices {
+            let found = format!("{} vertices", parts.filled.len());
+            return refuse("filled", found, format!("{vertices}, as the table has"));
+        }
         let box_is_right = (high - low).cmpgt(DVec3::splat(1e-6)).all();
         let numbers = [parts.shift, parts.scale, step];
         let right = numbers.iter().all(|v| v.is_finite()) && parts.scale > 0.0 && step > 0.0;
@@ -196,10 +204,16 @@ impl Dvgo {
         }
         let last = DVec3::from(parts.table.points().map(|p| (p - 1) as f64));
         let voxel = ((high - low) / last).element_product().cbrt();
+        let mask = Mask {
+            points: parts.table.points(),
+            filled: parts.filled,
+            scale: DVec3::ONE,
+            shift: DVec3::ZERO,
+        };
         Ok(Self {
             tables: [parts.table],
             bounds: parts.bounds,
-            mask: None,
+            mask: Some(mask),
             shift: parts.shift,
             interval: step * parts.scale,
             step: step * voxel,

@@ -48,6 +48,7 @@ pub(in crate::scene) fn dvgo(grid: &Grid) -> Result<Dvgo, FieldError> {
     }
     Dvgo::new(dvgo::Parts {
         table: Table::new(grid.points(), 1 + COEFFICIENTS, values)?,
+        filled: near_something(grid),
         bounds: bounds(grid),
         shift: 0.0,
         scale: SOFTPLUS,
@@ -56,6 +57,24 @@ pub(in crate::scene) fn dvgo(grid: &Grid) -> Result<Dvgo, FieldError> {
         frequencies: 4,
         mlp: perceptron("dvgo")?,
     })
+}
+
+/// Vertices that have one of positive density next to them, or are one: a sample
+/// whose nearest vertex is none of these is in a cell without any.
+fn near_something(grid: &Grid) -> Vec<bool> {
+    let points = grid.points();
+    let vertices = grid.features().chunks_exact(grid.layout().channels());
+    let mut near: Vec<bool> = vertices.map(|v| v[0] > 0.0).collect();
+    let mut stride = 1;
+    for points in points {
+        let own = near.clone();
+        for (i, to) in near.iter_mut().enumerate() {
+            let at = i / stride % points;
+            *to |= at > 0 && own[i - stride] || at + 1 < points && own[i + stride];
+        }
+        stride *= points;
+    }
+    near
 }
 
 /// What softplus makes a density of, an optical depth a voxel edge.
