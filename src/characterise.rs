@@ -31,6 +31,9 @@ pub(crate) struct CharacteriseArgs {
         conflicts_with = "scene"
     )]
     scenes: Vec<String>,
+    /// Reads of tables as large as the algorithm's authors use, with the model's samples
+    #[arg(long)]
+    full_size: bool,
     /// Report as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -66,6 +69,8 @@ struct Found {
     algorithm: &'static str,
     width: u32,
     height: u32,
+    /// Whether reads are of tables as large as the algorithm's authors use.
+    full_size: bool,
     /// Feature vectors of the model, and bytes of one.
     vectors: u64,
     vector_bytes: u32,
@@ -109,7 +114,7 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
     let format_version = FORMAT_VERSION;
     if args.scenes.is_empty() {
         let spinner = progress::spinner("counting the accesses of a frame");
-        let found = characterise(&args.scene.open()?, &config)?;
+        let found = characterise(&args.scene.open()?, &config, args.full_size)?;
         spinner.finish_and_clear();
         tables::print(&found);
         let report = Report {
@@ -127,7 +132,11 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
     let mut scenes = vec![];
     for name in names {
         bar.set_message(name.clone());
-        scenes.push(characterise(&args.scene.open_named(&name)?, &config)?);
+        scenes.push(characterise(
+            &args.scene.open_named(&name)?,
+            &config,
+            args.full_size,
+        )?);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -162,11 +171,11 @@ fn named(list: &[String]) -> Vec<String> {
     names
 }
 
-fn characterise(scene: &Scene, config: &Config) -> Result<Found, Failure> {
+fn characterise(scene: &Scene, config: &Config, full: bool) -> Result<Found, Failure> {
     let mut banks = vec![];
     let mut first: Option<(Accesses, Memory)> = None;
     for rays in LANES {
-        let accesses = scene.accesses(rays)?;
+        let accesses = scene.accesses(rays, full)?;
         for number in BANKS {
             let counts = accesses.banks(number);
             banks.push(BankPoint {
@@ -192,6 +201,7 @@ fn characterise(scene: &Scene, config: &Config) -> Result<Found, Failure> {
         algorithm: scene.model().algorithm(),
         width: scene.camera().width,
         height: scene.camera().height,
+        full_size: full && scene.model().full_size().is_some(),
         vectors: accesses.stored,
         vector_bytes: accesses.bytes,
         model_bytes: accesses.stored_bytes(),

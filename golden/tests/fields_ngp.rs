@@ -178,6 +178,31 @@ fn what_does_not_fit_is_refused_by_name() {
     assert!(error.contains("cannot read snapshot no.ingp"), "{error}");
 }
 
+/// A small file that expands without end is refused where a model of its length
+/// would have ended.
+#[test]
+fn a_file_that_expands_too_far_is_refused() {
+    use std::io::Write as _;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bomb.ingp");
+    let mut out = flate2::write::ZlibEncoder::new(
+        std::fs::File::create(&path).unwrap(),
+        flate2::Compression::fast(),
+    );
+    // A map of one text that claims 200 MB, all of which come.
+    out.write_all(b"\x81\xa1x\xdb\x0b\xeb\xc2\x00").unwrap();
+    for _ in 0..200 {
+        out.write_all(&[b'a'; 1_000_000]).unwrap();
+    }
+    out.finish().unwrap();
+    assert!(path.metadata().unwrap().len() < 1_000_000);
+    let error = Ngp::load(&path).unwrap_err().to_string();
+    assert!(
+        error.contains("expands to more than 67108864 bytes"),
+        "{error}"
+    );
+}
+
 /// Lengths that a header claims cost nothing until the bytes come.
 #[test]
 fn claimed_lengths_take_no_memory() {

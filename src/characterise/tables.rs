@@ -178,7 +178,11 @@ pub(super) fn side_by_side(scenes: &[Found]) {
         let frame = found.traffic.iter().rfind(|t| t.halo != Some(Halo::Split));
         table.add_row([
             found.scene.clone(),
-            found.algorithm.to_owned(),
+            format!(
+                "{}{}",
+                found.algorithm,
+                if found.full_size { ", full size" } else { "" }
+            ),
             HumanBytes(found.model_bytes).to_string(),
             percent(found.miss_rate),
             percent(found.not_streaming_rate),

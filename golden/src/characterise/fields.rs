@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Accesses, interleave};
+use super::{Accesses, FullSize, interleave};
 use crate::camera::Camera;
 use crate::fields::{Field, FieldError, samples_of};
 
@@ -10,16 +10,20 @@ use crate::fields::{Field, FieldError, samples_of};
 /// rays of a picture row side by side. Vectors are the rows of the tables, one
 /// table behind another, in two bytes a channel.
 ///
+/// With `full`, rows are those of other tables in place of the field's.
+///
 /// # Errors
 /// As [`crate::fields::render_float`].
 pub fn field_accesses(
     field: &dyn Field,
+    full: Option<&FullSize>,
     camera: &Camera,
     lanes: usize,
 ) -> Result<Accesses, FieldError> {
+    let tables = full.map_or(field.tables(), FullSize::tables);
     let mut first = 0u32;
     let mut firsts = vec![];
-    for table in field.tables() {
+    for table in tables {
         firsts.push(first);
         let rows = table.rows();
         first = u32::try_from(rows)
@@ -39,19 +43,16 @@ pub fn field_accesses(
         .map(|pixel| {
             let mut list = vec![];
             samples_of(field, camera, *pixel, |_, places| {
-                for ((table, place), first) in field.tables().iter().zip(places).zip(&firsts) {
-                    table.corners(*place, |row, _| list.push(first + row as u32));
+                for (number, (table, first)) in tables.iter().zip(&firsts).enumerate() {
+                    let own = places[number];
+                    let place = full.map_or(own, |full| full.place(number, own));
+                    table.corners(place, |row, _| list.push(first + row as u32));
                 }
             })?;
             Ok(list)
         })
         .collect();
-    let channels = field
-        .tables()
-        .iter()
-        .map(|t| t.channels())
-        .max()
-        .unwrap_or(0);
+    let channels = tables.iter().map(|t| t.channels()).max().unwrap_or(0);
     Ok(interleave(
         &lists?,
         lanes,

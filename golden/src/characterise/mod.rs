@@ -7,6 +7,7 @@
 //! every round each lane that is not done reads its next vector.
 
 mod fields;
+mod full_size;
 mod splat_traffic;
 mod splats;
 mod stages;
@@ -20,6 +21,7 @@ use serde::Serialize;
 use {crate::fields::Field, glam::DVec3};
 
 pub use fields::field_accesses;
+pub use full_size::{FullSize, Size};
 pub use splat_traffic::splat_traffic;
 pub use splats::splat_accesses;
 pub use stages::{Stages, field_stages, splat_stages};

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::open::SIDE;
-use super::{Model, Scene, SceneError, garden, lantern, ready};
+use super::{EFFICIENT_NERF, Model, NGP, Scene, SceneError, garden, lantern, ready};
 use crate::analytic::Analytic;
 use crate::fields::AnyField;
 
@@ -59,9 +59,9 @@ impl Representation {
             Self::Voxels => Model::Voxels(Box::new(analytic.bake()?)),
             Self::Dvgo => Model::Dvgo(Box::new(ready::dvgo(&analytic.bake()?)?)),
             Self::Tensorf => Model::Tensorf(Box::new(ready::tensorf(&analytic.bake()?)?)),
-            Self::Ngp => Model::Field(AnyField::new("Instant-NGP", ready::ngp(analytic)?)),
+            Self::Ngp => Model::Field(AnyField::new(NGP, ready::ngp(analytic)?)),
             Self::Splats => Model::Splats(ready::cloud(analytic)?),
-            Self::EfficientNerf => Model::Field(AnyField::new("EfficientNeRF", analytic.tree()?)),
+            Self::EfficientNerf => Model::Field(AnyField::new(EFFICIENT_NERF, analytic.tree()?)),
         })
     }
 }

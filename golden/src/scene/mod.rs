@@ -24,12 +24,17 @@ use glam::DVec3;
 
 use crate::analytic::Analytic;
 use crate::camera::Camera;
+use crate::characterise::Size;
 use crate::fields::dvgo::Dvgo;
 use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, Field};
 use crate::splats::compact::Compact;
 use crate::splats::{Cloud, Order, Profile};
 use crate::voxels::{Grid, Halo};
+
+/// Kinds of [`Model::Field`].
+const NGP: &str = "Instant-NGP";
+const EFFICIENT_NERF: &str = "EfficientNeRF";
 
 /// What is shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,6 +73,25 @@ impl Model {
             Self::Dvgo(_) => "DirectVoxGO",
             Self::Tensorf(_) => "TensoRF",
             Self::Field(field) => field.kind(),
+        }
+    }
+
+    /// How large the algorithm's authors make its tables, where that is one
+    /// number: DirectVoxGO's fine grid of 160^3, TensoRF's of 300^3, 2^19 entries
+    /// a level of Instant-NGP's base configuration. Of EfficientNeRF half of its
+    /// 384^3 coarse cells along each axis: the nodes of what is sampled here, one
+    /// cell thick, would be more than fit memory.
+    #[must_use]
+    pub fn full_size(&self) -> Option<Size> {
+        match self {
+            Self::Dvgo(_) => Some(Size::Points(160)),
+            Self::Tensorf(_) => Some(Size::Points(300)),
+            Self::Field(field) => match field.kind() {
+                NGP => Some(Size::Entries(1 << 19)),
+                EFFICIENT_NERF => Some(Size::Cells(192)),
+                _ => None,
+            },
+            Self::Splats(_) | Self::Compact(_) | Self::Voxels(_) => None,
         }
     }
 

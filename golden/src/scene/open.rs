@@ -9,7 +9,7 @@ use potamoi_formats::record::COLOUR;
 use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
 use super::transforms::PathFrame;
 use super::{
-    BUILTIN, Kind, Model, Orbit, Scene, SceneError, camera_file, colmap, lantern, transforms,
+    BUILTIN, Kind, Model, NGP, Orbit, Scene, SceneError, camera_file, colmap, lantern, transforms,
 };
 use crate::camera::Camera;
 use crate::fields::AnyField;
@@ -154,7 +154,7 @@ impl Scene {
 
     /// A snapshot, over black.
     fn ngp(path: &Path) -> Result<Self, SceneError> {
-        let field = AnyField::new("Instant-NGP", Ngp::load(path)?);
+        let field = AnyField::new(NGP, Ngp::load(path)?);
         Ok(Self::framed(path, Model::Field(field), [0.0; 3]))
     }
 
@@ -365,10 +365,15 @@ impl Scene {
             (
                 "render.group_side",
                 render.group_side.is_some(),
-                voxels,
-                "voxels",
+                !splats,
+                "voxels and fields",
             ),
-            ("render.halo", render.halo.is_some(), voxels, "voxels"),
+            (
+                "render.halo",
+                render.halo.is_some(),
+                voxels,
+                "fields in one volume",
+            ),
             ("render.step", render.step.is_some(), stepped, "voxels"),
         ] {
             if given && !ours {

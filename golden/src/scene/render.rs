@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::{Kind, Model, Scene, SceneError};
 use crate::analytic::Analytic;
 use crate::characterise::{
-    Accesses, Stages, Traffic, field_accesses, field_stages, is_volume, splat_accesses,
+    Accesses, FullSize, Stages, Traffic, field_accesses, field_stages, is_volume, splat_accesses,
     splat_stages, splat_traffic, table_traffic, traffic,
 };
 use crate::fields::stored::StoredField;
@@ -130,18 +130,23 @@ impl Scene {
     }
 
     /// Reads of feature vectors of a frame in pixel-centric order, so many rays
-    /// or tiles side by side.
+    /// or tiles side by side; with `full`, of tables as large as the algorithm's
+    /// authors use, where [`Model::full_size`] knows that.
     ///
     /// # Errors
     /// As [`Scene::render_float`].
-    pub fn accesses(&self, lanes: usize) -> Result<Accesses, SceneError> {
+    pub fn accesses(&self, lanes: usize, full: bool) -> Result<Accesses, SceneError> {
+        let size = self.model.full_size().filter(|_| full);
         Ok(match self.model.kind() {
             Kind::Splats(cloud) => splat_accesses(cloud, &self.camera, self.profile, lanes)?,
             Kind::Voxels(grid) => {
                 let field = StoredField::new(grid, self.step)?;
-                field_accesses(&field, &self.camera, lanes)?
+                field_accesses(&field, None, &self.camera, lanes)?
             }
-            Kind::Field(field) => field_accesses(field, &self.camera, lanes)?,
+            Kind::Field(field) => {
+                let full = size.map(|size| FullSize::new(field, size)).transpose()?;
+                field_accesses(field, full.as_ref(), &self.camera, lanes)?
+            }
         })
     }
 

@@ -100,7 +100,7 @@ impl Ngp {
     /// # Errors
     /// As [`Ngp::load`].
     pub fn from_bytes(name: &str, bytes: &[u8]) -> Result<Self, FieldError> {
-        snapshot::from_reader(Path::new(name), bytes)
+        snapshot::from_reader(Path::new(name), bytes, bytes.len() as u64)
     }
 
     /// Sizes of its grid.

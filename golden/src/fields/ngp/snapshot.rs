@@ -22,8 +22,12 @@ use super::parameters::{ALIGNMENT, Numbers, halves, parameters, perceptron, tabl
 use super::{Ngp, Placement};
 use crate::fields::FieldError;
 
-/// The largest document, in bytes, once expanded.
+/// The largest document, in bytes, once expanded: of any file, of small ones, and
+/// over the file's own length. Occupancy is mostly zeros, which hardly take room
+/// in a file: 4 MiB a cube, of which there are eight at most.
 const LIMIT: u64 = 1 << 30;
+const SMALL: u64 = 64 << 20;
+const EXPANSION: u64 = 64;
 /// How deep a document may be nested.
 const DEPTH: usize = 64;
 /// Inputs of the colour network that tell the direction: degree 4, 16 numbers.
@@ -103,15 +107,21 @@ pub(super) fn load(path: &Path) -> Result<Ngp, FieldError> {
         source,
     };
     let file = File::open(path).map_err(fail)?;
-    if !file.metadata().map_err(fail)?.is_file() {
+    let metadata = file.metadata().map_err(fail)?;
+    if !metadata.is_file() {
         return Err(fail(std::io::Error::other("not a regular file")).into());
     }
-    from_reader(path, BufReader::new(file))
+    from_reader(path, BufReader::new(file), metadata.len())
 }
 
-/// A snapshot from anything that is read; `path` names it in errors.
-pub(super) fn from_reader(path: &Path, bytes: impl BufRead) -> Result<Ngp, FieldError> {
-    let document = read(path, bytes)?;
+/// A snapshot from `length` bytes of anything that is read; `path` names it in
+/// errors.
+pub(super) fn from_reader(
+    path: &Path,
+    bytes: impl BufRead,
+    length: u64,
+) -> Result<Ngp, FieldError> {
+    let document = read(path, bytes, length)?;
     let wrong = |wrong: Wrong| SnapshotError::Field {
         path: path.to_owned(),
         field: wrong.field,
@@ -162,7 +172,7 @@ pub(super) fn from_reader(path: &Path, bytes: impl BufRead) -> Result<Ngp, Field
     })
 }
 
-fn read(path: &Path, mut bytes: impl BufRead) -> Result<Document, SnapshotError> {
+fn read(path: &Path, mut bytes: impl BufRead, length: u64) -> Result<Document, SnapshotError> {
     let first = bytes.fill_buf().map_err(|source| SnapshotError::Read {
         path: path.to_owned(),
         source,
@@ -175,18 +185,28 @@ fn read(path: &Path, mut bytes: impl BufRead) -> Result<Document, SnapshotError>
         }
         _ => Box::new(bytes),
     };
-    parse(bytes).map_err(|(field, problem)| SnapshotError::Container {
+    let limit = length.saturating_mul(EXPANSION).clamp(SMALL, LIMIT);
+    parse(bytes.take(limit)).map_err(|(field, problem, left)| SnapshotError::Container {
         path: path.to_owned(),
         field,
-        problem,
+        problem: if left == 0 {
+            format!("the file expands to more than {limit} bytes")
+        } else {
+            problem
+        },
     })
 }
 
-fn parse(bytes: impl Read) -> Result<Document, (String, String)> {
-    let mut reader = rmp_serde::Deserializer::new(BufReader::new(bytes.take(LIMIT)));
+/// The document, or the field, what is wrong there, and how many bytes might
+/// still have come.
+fn parse(bytes: std::io::Take<impl Read>) -> Result<Document, (String, String, u64)> {
+    let mut reader = rmp_serde::Deserializer::new(BufReader::new(bytes));
     reader.set_max_depth(DEPTH);
-    serde_path_to_error::deserialize(&mut reader)
-        .map_err(|e| (e.path().to_string(), e.inner().to_string()))
+    let read = serde_path_to_error::deserialize(&mut reader);
+    read.map_err(|e| {
+        let left = reader.get_ref().get_ref().limit();
+        (e.path().to_string(), e.inner().to_string(), left)
+    })
 }
 
 /// What has one value that is read.
