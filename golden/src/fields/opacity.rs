@@ -154,7 +154,10 @@ pub(super) fn need(config: &Config, ops: &[OpCode]) -> Result<(), FieldError> {
         Err(FieldError::Part {
             part: "vu.ops",
             found: OpCode::list(&config.vu.ops),
-            expected: format!("\"{}\" among the operations", op.name()),
+            expected: format!(
+                "\"{}\" among the operations, as the preset `fields` has",
+                op.name()
+            ),
         })
     })
 }
