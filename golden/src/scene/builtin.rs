@@ -60,7 +60,7 @@ impl Representation {
             Self::Dvgo => Model::Dvgo(Box::new(ready::dvgo(&analytic.bake()?)?)),
             Self::Tensorf => Model::Tensorf(Box::new(ready::tensorf(&analytic.bake()?)?)),
             Self::Ngp => Model::Field(AnyField::new(NGP, ready::ngp(analytic)?)),
-            Self::Splats => Model::Splats(ready::cloud(analytic)?),
+            Self::Splats => Model::Splats(ready::cloud(analytic, ready::DISCS)?),
             Self::EfficientNerf => Model::Field(AnyField::new(EFFICIENT_NERF, analytic.tree()?)),
         })
     }

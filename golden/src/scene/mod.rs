@@ -18,6 +18,7 @@ pub mod transforms;
 pub use builtin::{BUILTIN, Representation};
 pub use error::SceneError;
 pub use orbit::Orbit;
+pub use ready::cloud as laid_splats;
 pub use render::{FrameCounts, Rendered, SplatCounts};
 
 use glam::DVec3;

@@ -1,6 +1,7 @@
 //! Ready-made models of the analytic scenes, one of each representation: grids
 //! by sampling, factors by least squares, hash grids fitted to points and stored,
-//! splats laid on surfaces and into fog.
+//! splats laid on surfaces and into fog, and fewer of these coded and stored
+//! with a colour field that is fitted to them.
 
 mod grids;
 mod shade;
@@ -12,7 +13,10 @@ use crate::analytic::Analytic;
 use crate::fields::FieldError;
 use crate::fields::ngp::Ngp;
 pub(super) use grids::{dvgo, tensorf};
-pub(super) use surfels::cloud;
+pub use surfels::cloud;
+
+/// About the most discs of a scene's splats.
+pub(super) const DISCS: u32 = 90_000;
 
 /// The stored Instant-NGP snapshot of a scene.
 fn snapshot(scene: Analytic) -> &'static [u8] {

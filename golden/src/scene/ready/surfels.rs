@@ -9,8 +9,6 @@ use rayon::prelude::*;
 use crate::analytic::Analytic;
 use crate::splats::{Cloud, CloudError, sh};
 
-/// About the most discs.
-const MOST: f64 = 90_000.0;
 /// Discs lie where this is the optical depth a voxel edge.
 const LEVEL: f64 = 1.62;
 /// Opacity of discs.
@@ -48,15 +46,21 @@ struct Splat {
     opacity: f64,
 }
 
-/// The splats of a scene.
-pub(in crate::scene) fn cloud(scene: Analytic) -> Result<Cloud, CloudError> {
+/// The splats of an analytic scene, those of `SCENE:splats` with 90,000 discs:
+/// at most about so many discs on surfaces, farther apart and wider where they
+/// are fewer, and at most about 12,000 blobs in fog. Of degree 1.
+///
+/// # Errors
+/// Nothing of the scene is seen, as with no discs and no fog.
+pub fn cloud(scene: Analytic, discs: u32) -> Result<Cloud, CloudError> {
     let eyes: Vec<DVec3> = (0..EYES)
         .map(|k| PATH * f64::from(k) / f64::from(EYES))
         .map(|seconds| scene.camera(seconds, 8, 8).position())
         .collect();
     let coarse = 1.5 * scene.voxel();
     let count = surface(scene, &eyes, coarse).len() as f64;
-    let spacing = (coarse * (count / MOST).sqrt()).clamp(0.6 * scene.voxel(), coarse * 2.0);
+    let spacing = (coarse * (count / f64::from(discs.max(1))).sqrt())
+        .clamp(0.6 * scene.voxel(), coarse * 2.0);
     let places = surface(scene, &eyes, spacing);
     let discs = places.into_par_iter();
     let mut splats: Vec<Splat> = discs
