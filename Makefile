@@ -67,7 +67,9 @@ refresh: setup
 	    --out docs/images/$$scene.png || exit 1; \
 	done
 	cargo run --locked --release --quiet -p potamoi-golden --example contact_sheet -- \
-	  docs/images/scenes.png
+	  scenes docs/images/scenes.png
+	cargo run --locked --release --quiet -p potamoi-golden --example contact_sheet -- \
+	  models docs/images/models.png 400
 	$(call step,snapshots)
 	INSTA_UPDATE=always INSTA_FORCE_PASS=1 TRYCMD=overwrite cargo test --locked --quiet
 	@git status --short -- rtl_out docs/images ':(glob)**/*.snap' ':(glob)tests/**'

@@ -304,6 +304,19 @@ mod tests {
         }
     }
 
+    /// Ties go to the even code, so that no sum of many samples drifts.
+    #[test]
+    fn products_are_rounded_half_to_even() {
+        let config = config();
+        let (mut units, mut work) = (Twins::new(&config), Work::default());
+        let mut lanes = Lanes {
+            units: &mut units,
+            work: &mut work,
+        };
+        let found = rescale(&[1, 3, 5, -1, -3, 6], 3, 2, &mut lanes).unwrap();
+        assert_eq!(found, [0, 2, 2, 0, -2, 3]);
+    }
+
     #[test]
     fn intervals_and_units_that_do_not_fit_are_refused() {
         let refused = |interval, config: &Config| {
