@@ -28,17 +28,20 @@ pub enum Representation {
     Splats,
     /// A two-level tree of EfficientNeRF, sampled.
     EfficientNerf,
+    /// Compact-3DGS: 3D Gaussians laid as those are, coded, fitted and stored.
+    Compact,
 }
 
 impl Representation {
     /// All of them; the first unless another is asked for.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Voxels,
         Self::Dvgo,
         Self::Tensorf,
         Self::Ngp,
         Self::Splats,
         Self::EfficientNerf,
+        Self::Compact,
     ];
 
     /// Its name behind a scene's and a colon.
@@ -51,6 +54,7 @@ impl Representation {
             Self::Ngp => "ngp",
             Self::Splats => "splats",
             Self::EfficientNerf => "efficientnerf",
+            Self::Compact => "compact",
         }
     }
 
@@ -62,6 +66,7 @@ impl Representation {
             Self::Ngp => Model::Field(AnyField::new(NGP, ready::ngp(analytic)?)),
             Self::Splats => Model::Splats(ready::cloud(analytic, ready::DISCS)?),
             Self::EfficientNerf => Model::Field(AnyField::new(EFFICIENT_NERF, analytic.tree()?)),
+            Self::Compact => Model::Compact(Box::new(ready::compact(analytic)?)),
         })
     }
 }

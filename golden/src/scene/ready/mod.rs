@@ -12,6 +12,8 @@ mod tests;
 use crate::analytic::Analytic;
 use crate::fields::FieldError;
 use crate::fields::ngp::Ngp;
+use crate::splats::compact::Compact;
+use crate::splats::files::FileError;
 pub(super) use grids::{dvgo, tensorf};
 pub use surfels::cloud;
 
@@ -35,4 +37,23 @@ fn snapshot(scene: Analytic) -> &'static [u8] {
 /// The fitted hash grid of a scene.
 pub(super) fn ngp(scene: Analytic) -> Result<Ngp, FieldError> {
     Ngp::from_bytes(&format!("{}.ingp", scene.name()), snapshot(scene))
+}
+
+/// The stored Compact-3DGS model of a scene.
+fn coded(scene: Analytic) -> &'static [u8] {
+    match scene {
+        Analytic::Cairn => include_bytes!("../../../models/cairn.npz"),
+        Analytic::Vase => include_bytes!("../../../models/vase.npz"),
+        Analytic::Lattice => include_bytes!("../../../models/lattice.npz"),
+        Analytic::Mist => include_bytes!("../../../models/mist.npz"),
+        Analytic::Moons => include_bytes!("../../../models/moons.npz"),
+        Analytic::Chrome => include_bytes!("../../../models/chrome.npz"),
+        Analytic::Gallery => include_bytes!("../../../models/gallery.npz"),
+        Analytic::City => include_bytes!("../../../models/city.npz"),
+    }
+}
+
+/// The coded splats of a scene.
+pub(super) fn compact(scene: Analytic) -> Result<Compact, FileError> {
+    Compact::parse(coded(scene), &format!("{}.npz", scene.name()))
 }
