@@ -79,6 +79,20 @@ impl Camera {
         self.world_to_camera.inverse().translation
     }
 
+    /// The direction in which the camera looks, of length 1.
+    #[must_use]
+    pub fn axis(&self) -> DVec3 {
+        self.world_to_camera.matrix3.row(2)
+    }
+
+    /// Depth along the axis a unit of distance along the ray of a pixel, told by
+    /// its number from the top left, row by row.
+    #[must_use]
+    pub fn slant(&self, pixel: u32) -> f64 {
+        let (_, direction) = self.ray(pixel % self.width, pixel / self.width);
+        self.axis().dot(direction)
+    }
+
     /// The same view with another picture size; focal lengths and principal
     /// point scale along.
     #[must_use]

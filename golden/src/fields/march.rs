@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::{Along, Field, FieldError, Sampling};
 use crate::camera::{Camera, crossing};
+use crate::mask::Mask;
 use crate::picture::Picture;
 
 /// The most pixels of a picture.
@@ -20,6 +21,9 @@ pub struct FieldFrame {
     pub picture: Picture,
     /// What is left of each ray behind the field.
     pub transmittance: Vec<f64>,
+    /// Depth of each pixel along the camera's axis: the mean of its samples,
+    /// each with its weight; infinite where nothing has a weight.
+    pub depth: Vec<f64>,
     /// Samples within the bounds, up to where rays stop.
     pub samples: u64,
     /// Samples that were gathered: where the field is not known to be empty.
@@ -42,6 +46,9 @@ pub(super) struct Worker {
 pub(super) struct Pixel {
     colour: DVec3,
     left: f64,
+    /// Sums of weights, and of weights times distances along the ray.
+    weight: f64,
+    moment: f64,
     pub(super) samples: u64,
     gathered: u64,
     coloured: u64,
@@ -56,14 +63,32 @@ pub fn render_float(
     camera: &Camera,
     background: [f32; 3],
 ) -> Result<FieldFrame, FieldError> {
+    render_masked(field, camera, background, None)
+}
+
+/// As [`render_float`], but of a mask its pixels alone; the others are
+/// background.
+///
+/// # Errors
+/// As [`render_float`], and for a mask of another size than the camera's.
+pub fn render_masked(
+    field: &dyn Field,
+    camera: &Camera,
+    background: [f32; 3],
+    only: Option<&Mask>,
+) -> Result<FieldFrame, FieldError> {
     let sampling = field.sampling();
     check(camera, &sampling)?;
+    check_mask(camera, only)?;
     let (width, height) = (camera.width, camera.height);
     let pixels: Vec<Pixel> = (0..width * height)
         .into_par_iter()
         .map_init(
             || Worker::new(field),
             |worker, i| {
+                if only.is_some_and(|mask| !mask.has(i as usize)) {
+                    return Pixel::CLEAR;
+                }
                 let pixel = [i % width, i / width];
                 march(field, &sampling, camera, pixel, worker, |_, _| ())
             },
@@ -78,10 +103,35 @@ pub fn render_float(
     Ok(FieldFrame {
         picture,
         transmittance: pixels.iter().map(|p| p.left).collect(),
+        depth: (0..)
+            .zip(&pixels)
+            .map(|(i, p)| p.depth(camera, i))
+            .collect(),
         samples: pixels.iter().map(|p| p.samples).sum(),
         gathered: pixels.iter().map(|p| p.gathered).sum(),
         coloured: pixels.iter().map(|p| p.coloured).sum(),
     })
+}
+
+impl Pixel {
+    /// Of a ray that meets nothing.
+    const CLEAR: Self = Self {
+        colour: DVec3::ZERO,
+        left: 1.0,
+        weight: 0.0,
+        moment: 0.0,
+        samples: 0,
+        gathered: 0,
+        coloured: 0,
+    };
+
+    fn depth(&self, camera: &Camera, number: u32) -> f64 {
+        if self.weight > 0.0 {
+            self.moment / self.weight * camera.slant(number)
+        } else {
+            f64::INFINITY
+        }
+    }
 }
 
 impl Worker {
@@ -136,6 +186,18 @@ pub(super) fn check(camera: &Camera, sampling: &Sampling) -> Result<(), FieldErr
     Ok(())
 }
 
+/// Whether a mask is of a camera's size.
+pub(super) fn check_mask(camera: &Camera, only: Option<&Mask>) -> Result<(), FieldError> {
+    match only {
+        Some(mask) if mask.size() != [camera.width, camera.height] => Err(FieldError::Part {
+            part: "mask",
+            found: format!("{:?} pixels", mask.size()),
+            expected: format!("the camera's {} x {}", camera.width, camera.height),
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// Samples of a ray.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Samples {
@@ -151,7 +213,7 @@ impl Samples {
     /// Those of the ray through the centre of a pixel.
     pub(super) fn of(sampling: &Sampling, camera: &Camera, [x, y]: [u32; 2]) -> Self {
         let (origin, direction) = camera.ray(x, y);
-        let axis = camera.world_to_camera.matrix3.row(2);
+        let axis = camera.axis();
         // A step along the ray over one as the range is measured.
         let slant = match sampling.along {
             Along::Axis => 1.0 / axis.dot(direction),
@@ -174,9 +236,14 @@ impl Samples {
         }
     }
 
+    /// How far along the ray sample `k` lies.
+    fn distance(&self, k: u64) -> f64 {
+        self.near + self.step * k as f64
+    }
+
     /// Where sample `k` lies in the world.
     pub(super) fn at(&self, k: u64) -> DVec3 {
-        self.origin + self.direction * (self.near + self.step * k as f64)
+        self.origin + self.direction * self.distance(k)
     }
 }
 
@@ -189,13 +256,7 @@ pub(super) fn march(
     mut seen: impl FnMut(DVec3, &[DVec3]),
 ) -> Pixel {
     let ray = Samples::of(sampling, camera, pixel);
-    let mut pixel = Pixel {
-        colour: DVec3::ZERO,
-        left: 1.0,
-        samples: 0,
-        gathered: 0,
-        coloured: 0,
-    };
+    let mut pixel = Pixel::CLEAR;
     let channels = field.channels();
     worker.features.clear();
     worker.weights.clear();
@@ -222,6 +283,8 @@ pub(super) fn march(
         }
         if alpha > sampling.least_opacity && weight > sampling.least_weight {
             worker.weights.push(weight);
+            pixel.weight += weight;
+            pixel.moment += weight * ray.distance(k);
         } else {
             worker.features.truncate(from);
         }

@@ -35,7 +35,7 @@ use potamoi_formats::config::Config;
 pub use error::FieldError;
 pub use fixed::{Coded, FixedField, FixedOptions};
 pub use hashed_colour::{FixedColour, HashedColour};
-pub use march::{FieldFrame, render_float, samples_of};
+pub use march::{FieldFrame, render_float, render_masked, samples_of};
 pub use mlp::{Layer, Mlp};
 pub use nodes::Nodes;
 pub use ray_stages::RayStages;

@@ -11,6 +11,7 @@ mod open;
 mod orbit;
 mod ready;
 mod render;
+mod shade;
 #[cfg(test)]
 mod tests;
 pub mod transforms;

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::{Kind, Model, Scene, SceneError};
 use crate::analytic::Analytic;
+use crate::camera::Camera;
 use crate::characterise::{
     Accesses, FullSize, Stages, Traffic, field_accesses, field_stages, is_volume, splat_accesses,
     splat_stages, splat_traffic, table_traffic, traffic,
@@ -105,9 +106,14 @@ impl Scene {
                 let options = splats::FloatOptions {
                     background: self.background,
                     log_decisions: true,
+                    depth: false,
                 };
-                let frame =
-                    splats::render_float(&self.seen(cloud), &self.camera, self.profile, &options)?;
+                let frame = splats::render_float(
+                    &self.seen_from(cloud, &self.camera),
+                    &self.camera,
+                    self.profile,
+                    &options,
+                )?;
                 Ok(Rendered {
                     decisions: frame.decisions,
                     ..floated(frame.picture, &frame.transmittance)
@@ -314,10 +320,10 @@ impl Scene {
         Ok(rendered(frame))
     }
 
-    /// Gaussians in the colours of the camera's side.
-    fn seen<'a>(&'a self, cloud: &'a Cloud) -> Cow<'a, Cloud> {
+    /// Gaussians in the colours of a camera's side.
+    pub(super) fn seen_from<'a>(&'a self, cloud: &'a Cloud, camera: &Camera) -> Cow<'a, Cloud> {
         match &self.model {
-            Model::Compact(model) => Cow::Owned(model.seen_from(self.camera.position())),
+            Model::Compact(model) => Cow::Owned(model.seen_from(camera.position())),
             _ => Cow::Borrowed(cloud),
         }
     }

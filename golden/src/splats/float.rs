@@ -7,9 +7,10 @@ use super::cloud::Cloud;
 use super::error::RenderError;
 use super::frame::Decisions;
 use super::profile::Profile;
-use super::tile::{Canvas, Tile, TileLog};
+use super::tile::{Canvas, Tile, TileLog, Wanted};
 use super::view::{TILE, View};
 use crate::camera::Camera;
+use crate::mask::Mask;
 use crate::picture::Picture;
 
 /// How to render.
@@ -19,6 +20,8 @@ pub struct FloatOptions {
     pub background: [f32; 3],
     /// Whether to keep [`FloatFrame::decisions`].
     pub log_decisions: bool,
+    /// Whether to find [`FloatFrame::depth`].
+    pub depth: bool,
 }
 
 /// Counts of a frame.
@@ -50,6 +53,10 @@ pub struct FloatFrame {
     pub picture: Picture,
     /// Transmittance left at each pixel, 1 where nothing was drawn.
     pub transmittance: Vec<f64>,
+    /// Depth of each pixel along the camera's axis, where asked for: the mean
+    /// of its Gaussians' centres, each with its weight; infinite where nothing
+    /// was drawn.
+    pub depth: Option<Vec<f64>>,
     /// Counts.
     pub stats: FloatStats,
     /// Each skip and stop, where asked for.
@@ -71,7 +78,39 @@ pub fn render_float(
     Ok(render_view(&view, options))
 }
 
+/// As [`render_float`], but of a mask its pixels alone; the others are
+/// background. Entries are counted of tiles with such pixels.
+///
+/// # Errors
+/// As [`render_float`], and for a mask of another size than the camera's.
+pub fn render_masked(
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+    options: &FloatOptions,
+    only: &Mask,
+) -> Result<FloatFrame, RenderError> {
+    let view = View::new(cloud, camera, profile)?;
+    if only.size() != view.size() {
+        return Err(RenderError::Option {
+            field: "mask",
+            value: format!("{:?} pixels", only.size()),
+            expected: "a mask of the camera's size",
+        });
+    }
+    Ok(composite(&view, options, Some(only)))
+}
+
 pub(crate) fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
+    composite(view, options, None)
+}
+
+fn composite(view: &View, options: &FloatOptions, only: Option<&Mask>) -> FloatFrame {
+    let wanted = Wanted {
+        decisions: options.log_decisions,
+        depths: options.depth,
+        only,
+    };
     let (first, ranks) = view.by_tile();
     let canvas = Canvas::new(view);
     let [width, height] = view.size();
@@ -79,6 +118,7 @@ pub(crate) fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
     let background = DVec3::from(options.background.map(f64::from));
     let mut picture = Picture::filled(width, height, [0.0; 3]);
     let mut transmittance = vec![1.0; picture.rgb.len()];
+    let mut depth = vec![f64::INFINITY; picture.rgb.len()];
     let mut decisions = options.log_decisions.then(|| Decisions::new(first.clone()));
 
     // Bands of one tile's height: each thread writes pixels of its own.
@@ -87,11 +127,12 @@ pub(crate) fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
         .rgb
         .par_chunks_mut(band)
         .zip(transmittance.par_chunks_mut(band))
+        .zip(depth.par_chunks_mut(band))
         .enumerate()
-        .map(|(row, (rgb, left))| {
+        .map(|(row, ((rgb, left), depth))| {
             let tiles: Vec<Tile> = (row * columns as usize..(row + 1) * columns as usize)
                 .into_par_iter()
-                .map(|t| canvas.render(t, &ranks[first[t]..first[t + 1]], options.log_decisions))
+                .map(|t| canvas.render(t, &ranks[first[t]..first[t + 1]], wanted))
                 .collect();
             for (column, tile) in tiles.iter().enumerate() {
                 let t = row * columns as usize + column;
@@ -103,6 +144,9 @@ pub(crate) fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
                         let colour = tile.colour(from) + tile.left[from] * background;
                         rgb[at + x] = colour.as_vec3().to_array();
                         left[at + x] = tile.left[from];
+                        if wanted.depths {
+                            depth[at + x] = tile.depth(from);
+                        }
                     }
                 }
             }
@@ -113,10 +157,12 @@ pub(crate) fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
     let mut stats = FloatStats {
         culled: view.culled() as u64,
         visible: view.splats().len() as u64,
-        entries: view.entries() as u64,
         ..FloatStats::default()
     };
     for (t, log) in bands.into_iter().flatten().enumerate() {
+        if log.pixels > 0 {
+            stats.entries += (first[t + 1] - first[t]) as u64;
+        }
         stats.exponentials += log.live;
         stats.evaluated += log.evaluated;
         stats.drawn += log.draws;
@@ -129,6 +175,7 @@ pub(crate) fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
     FloatFrame {
         picture,
         transmittance,
+        depth: options.depth.then_some(depth),
         stats,
         decisions,
     }
@@ -146,6 +193,7 @@ mod tests {
     const LOG: FloatOptions = FloatOptions {
         background: [0.25, 0.0, 1.0],
         log_decisions: true,
+        depth: true,
     };
 
     /// Every pixel of every entry with the library's exponential, one after
@@ -156,6 +204,7 @@ mod tests {
         let (first, ranks) = view.by_tile();
         let mut picture = Picture::filled(width, height, [0.0; 3]);
         let mut transmittance = vec![1.0; picture.rgb.len()];
+        let mut depth = vec![f64::INFINITY; picture.rgb.len()];
         let mut decisions = Decisions::new(first.clone());
         let mut stats = FloatStats::default();
         for t in 0..view.tile_count() {
@@ -166,7 +215,7 @@ mod tests {
                     continue;
                 }
                 let centre = DVec2::new(f64::from(x0 + x), f64::from(y0 + y)) + rules.pixel_centre;
-                let (mut colour, mut left) = (DVec3::ZERO, 1.0);
+                let (mut colour, mut left, mut far) = (DVec3::ZERO, 1.0, 0.0);
                 for (entry, place) in (first[t]..first[t + 1]).enumerate() {
                     let splat = &view.splats()[ranks[place] as usize];
                     stats.exponentials += 1;
@@ -181,6 +230,7 @@ mod tests {
                         break;
                     }
                     colour += splat.colour * (alpha * left);
+                    far += splat.depth * (alpha * left);
                     left = after;
                     stats.drawn += 1;
                     decisions.drawn[place][pixel / 64] |= 1 << (pixel % 64);
@@ -189,11 +239,15 @@ mod tests {
                 let background = DVec3::from(LOG.background.map(f64::from));
                 picture.rgb[to] = (colour + left * background).as_vec3().to_array();
                 transmittance[to] = left;
+                if left < 1.0 {
+                    depth[to] = far / (1.0 - left);
+                }
             }
         }
         FloatFrame {
             picture,
             transmittance,
+            depth: Some(depth),
             stats,
             decisions: Some(decisions),
         }
@@ -226,6 +280,47 @@ mod tests {
     }
 
     #[test]
+    fn a_mask_renders_its_pixels_and_nothing_else() {
+        let cloud = cloud(300, [-5.0, -1.0], 7);
+        let camera = camera(45, 37);
+        let view = View::new(&cloud, &camera, Profile::Inria).unwrap();
+        let all = render_view(&view, &LOG);
+        // Single pixels, and tiles without any.
+        let mask = Mask::new([45, 37], |i| i % 7 == 3 && i / 45 < 20);
+        let some = render_masked(&cloud, &camera, Profile::Inria, &LOG, &mask).unwrap();
+        let [all_depth, some_depth] = [&all, &some].map(|f| f.depth.as_ref().unwrap());
+        for i in 0..all.transmittance.len() {
+            if mask.has(i) {
+                assert_eq!(some.picture.rgb[i], all.picture.rgb[i]);
+                assert_eq!(some.transmittance[i], all.transmittance[i]);
+                assert_eq!(some_depth[i], all_depth[i]);
+            } else {
+                assert_eq!(some.picture.rgb[i], LOG.background);
+                assert_eq!((some.transmittance[i], some_depth[i]), (1.0, f64::INFINITY));
+            }
+        }
+        // Entries of the lower tile row are not taken; few pixels, few exponentials.
+        let [some_stats, all_stats] = [some.stats, all.stats];
+        assert!(
+            0 < some_stats.entries && some_stats.entries < all_stats.entries,
+            "{some_stats:?} {all_stats:?}"
+        );
+        assert!(
+            some_stats.exponentials * 6 < all_stats.exponentials,
+            "{some_stats:?} {all_stats:?}"
+        );
+        let every = Mask::new([45, 37], |_| true);
+        let again = render_masked(&cloud, &camera, Profile::Inria, &LOG, &every).unwrap();
+        assert_eq!(again, all);
+        let other = Mask::new([37, 45], |_| true);
+        let error = render_masked(&cloud, &camera, Profile::Inria, &LOG, &other).unwrap_err();
+        assert!(
+            error.to_string().contains("`mask` is [37, 45] pixels"),
+            "{error}"
+        );
+    }
+
+    #[test]
     fn spans_and_groups_change_no_decision() {
         let mut culled = 0;
         for (seed, scales, size) in [
@@ -251,6 +346,14 @@ mod tests {
                 // Two units of the last place an exponential, some hundred deep.
                 for (a, b) in fast.transmittance.iter().zip(&slow.transmittance) {
                     assert!((a - b).abs() < 1e-14, "{seed} {profile}: {a} {b}");
+                }
+                // A weight of at least 1/255, less what 1 - T cancels.
+                let [fast_depth, slow_depth] = [&fast, &slow].map(|f| f.depth.as_ref().unwrap());
+                for (a, b) in fast_depth.iter().zip(slow_depth) {
+                    assert!(
+                        a == b || (a - b).abs() < 1e-11 * b,
+                        "{seed} {profile}: {a} {b}"
+                    );
                 }
                 let pixels = fast.picture.rgb.iter().zip(&slow.picture.rgb);
                 for (a, b) in pixels.flat_map(|(a, b)| a.iter().zip(b)) {

@@ -35,7 +35,7 @@ pub use composite::TRANSMITTANCE;
 pub use error::RenderError;
 pub use fixed::{FixedFrame, FixedOptions, FixedStats, render_fixed};
 pub(crate) use float::render_view;
-pub use float::{FloatFrame, FloatOptions, FloatStats, render_float};
+pub use float::{FloatFrame, FloatOptions, FloatStats, render_float, render_masked};
 pub use footprint::Footprint;
 pub use frame::{Decisions, Flips};
 pub(crate) use hold::Hold;

@@ -13,6 +13,7 @@ use super::exponential::exp;
 use super::profile::Rules;
 use super::project::Projected;
 use super::view::{TILE, TILE_PIXELS, View};
+use crate::mask::Mask;
 
 /// Pixels that are composited together: two vectors of the least machine, so
 /// that one computes while the other waits.
@@ -59,6 +60,8 @@ impl Reach {
 /// What a tile tells beside its pixels.
 #[derive(Debug)]
 pub(crate) struct TileLog {
+    /// Pixels that are rendered.
+    pub(crate) pixels: u32,
     /// (pixel, entry) pairs of pixels that had not stopped.
     pub(crate) live: u64,
     /// (pixel, entry) pairs that were evaluated.
@@ -76,6 +79,8 @@ pub(crate) struct TileLog {
 #[derive(Debug)]
 pub(crate) struct Tile {
     channels: [Plane; 3],
+    /// Sums of depths, each with its weight; where asked for.
+    depths: Plane,
     /// Transmittance left.
     pub(crate) left: [f64; TILE_PIXELS],
     pub(crate) log: TileLog,
@@ -87,6 +92,28 @@ impl Tile {
         let channel = |c: usize| self.channels[c].as_flattened()[pixel];
         DVec3::new(channel(0), channel(1), channel(2))
     }
+
+    /// Mean depth of what is drawn at a pixel, each Gaussian with its weight;
+    /// infinite where none is. Only where depths were asked for.
+    pub(crate) fn depth(&self, pixel: usize) -> f64 {
+        let weight = 1.0 - self.left[pixel];
+        if weight > 0.0 {
+            self.depths.as_flattened()[pixel] / weight
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// What is asked for of a frame beside its colours.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Wanted<'a> {
+    /// Each skip and stop.
+    pub(crate) decisions: bool,
+    /// Depths.
+    pub(crate) depths: bool,
+    /// Pixels; all where there is none.
+    pub(crate) only: Option<&'a Mask>,
 }
 
 /// The rules as the pixels need them.
@@ -125,10 +152,28 @@ impl<'a> Canvas<'a> {
     }
 
     /// Composites the Gaussians of ranks `list`, front to back.
-    pub(crate) fn render(&self, tile: usize, list: &[u32], log_decisions: bool) -> Tile {
+    pub(crate) fn render(&self, tile: usize, list: &[u32], wanted: Wanted<'_>) -> Tile {
+        if wanted.depths {
+            self.composite::<true>(tile, list, wanted)
+        } else {
+            self.composite::<false>(tile, list, wanted)
+        }
+    }
+
+    fn composite<const DEPTHS: bool>(&self, tile: usize, list: &[u32], wanted: Wanted<'_>) -> Tile {
+        let Wanted {
+            decisions: log_decisions,
+            only,
+            ..
+        } = wanted;
         let [corner, [columns, rows]] = self.view.tile_pixels(tile);
         let origin = corner.map(|v| f64::from(v) + self.view.rules().pixel_centre);
-        let mut state = State::new(origin, columns, rows);
+        let width = self.view.size()[0];
+        let chosen = |x: u32, y: u32| {
+            let pixel = (corner[1] + y) as usize * width as usize + (corner[0] + x) as usize;
+            x < columns && y < rows && only.is_none_or(|mask| mask.has(pixel))
+        };
+        let mut state = State::new(origin, chosen);
         let mut drawn = vec![[0; TILE_PIXELS / 64]; if log_decisions { list.len() } else { 0 }];
         let near = origin.map(|v| v as f32);
         let far = near.map(|v| v + (TILE - 1) as f32);
@@ -146,23 +191,26 @@ impl<'a> Canvas<'a> {
             }
             let splat = &self.view.splats()[*rank as usize];
             let drawn = drawn.get_mut(entry);
-            state.draw(splat, reach, &self.limits, entry as u32, drawn);
+            state.draw::<DEPTHS>(splat, reach, &self.limits, entry as u32, drawn);
         }
-        state.finish(list.len(), columns, rows, log_decisions.then_some(drawn))
+        state.finish(list.len(), log_decisions.then_some(drawn))
     }
 }
 
-/// A tile while it is composited. Pixels that stopped, and those outside of
-/// the picture, have a transmittance of 0, which draws and stops nothing.
+/// A tile while it is composited. Pixels that stopped, and those that are not
+/// rendered, have a transmittance of 0, which draws and stops nothing.
 struct State {
     origin: [f64; 2],
     transmittance: Plane,
     channels: [Plane; 3],
+    depths: Plane,
+    /// At first 1 where nothing is to be rendered.
     left: [f64; TILE_PIXELS],
     stop: [u32; TILE_PIXELS],
     /// Groups with pixels that have not stopped, by bit.
     live: [u64; WORDS],
     pixels_live: u32,
+    pixels: u32,
     draws: [u64; LANES],
     groups: u64,
     /// What each row of the present Gaussian adds to p, and to the squared
@@ -171,28 +219,35 @@ struct State {
 }
 
 impl State {
-    fn new(origin: [f64; 2], columns: u32, rows: u32) -> Self {
+    fn new(origin: [f64; 2], chosen: impl Fn(u32, u32) -> bool) -> Self {
         let mut state = Self {
             origin,
             transmittance: [[0.0; LANES]; TILE_PIXELS / LANES],
             channels: [[[0.0; LANES]; TILE_PIXELS / LANES]; 3],
-            left: [0.0; TILE_PIXELS],
+            depths: [[0.0; LANES]; TILE_PIXELS / LANES],
+            left: [1.0; TILE_PIXELS],
             stop: [u32::MAX; TILE_PIXELS],
             live: [0; WORDS],
-            pixels_live: columns * rows,
+            pixels_live: 0,
+            pixels: 0,
             draws: [0; LANES],
             groups: 0,
             rows: [[0.0; 2]; SIDE],
         };
-        for y in 0..rows as usize {
-            let row = &mut state.transmittance.as_flattened_mut()[y * SIDE..][..SIDE];
-            row[..columns as usize].fill(1.0);
-            state.live[y / ROWS_A_WORD] |= groups(y, 0, columns as usize);
+        for pixel in 0..TILE_PIXELS {
+            let (x, y) = (pixel % SIDE, pixel / SIDE);
+            if chosen(x as u32, y as u32) {
+                state.transmittance[pixel / LANES][pixel % LANES] = 1.0;
+                state.left[pixel] = 0.0;
+                state.live[y / ROWS_A_WORD] |= groups(y, x, x + 1);
+                state.pixels += 1;
+            }
         }
+        state.pixels_live = state.pixels;
         state
     }
 
-    fn draw(
+    fn draw<const DEPTHS: bool>(
         &mut self,
         splat: &Projected,
         reach: &Reach,
@@ -207,7 +262,7 @@ impl State {
             while bits != 0 {
                 let group = word * 64 + bits.trailing_zeros() as usize;
                 bits &= bits - 1;
-                let stops = self.blend(splat, group, limits, &mut drawn);
+                let stops = self.blend::<DEPTHS>(splat, group, limits, &mut drawn);
                 if stops.iter().fold(false, |any, s| any | s) {
                     self.stop(group, stops, entry);
                 }
@@ -245,7 +300,7 @@ impl State {
 
     /// Composites a group; tells which of its pixels the Gaussian stops.
     #[inline(always)]
-    fn blend(
+    fn blend<const DEPTHS: bool>(
         &mut self,
         splat: &Projected,
         group: usize,
@@ -277,6 +332,11 @@ impl State {
                 plane[group][i] += colour * weight[i];
             }
         }
+        if DEPTHS {
+            for i in 0..LANES {
+                self.depths[group][i] += splat.depth * weight[i];
+            }
+        }
         for i in 0..LANES {
             self.transmittance[group][i] = if draws[i] { after[i] } else { before[i] };
             self.draws[i] += u64::from(draws[i]);
@@ -304,33 +364,27 @@ impl State {
         }
     }
 
-    fn finish(
-        mut self,
-        entries: usize,
-        columns: u32,
-        rows: u32,
-        drawn: Option<Vec<[u64; TILE_PIXELS / 64]>>,
-    ) -> Tile {
+    fn finish(mut self, entries: usize, drawn: Option<Vec<[u64; TILE_PIXELS / 64]>>) -> Tile {
         let transmittance = self.transmittance.as_flattened();
         let mut live = 0;
-        for y in 0..rows as usize {
-            for pixel in y * SIDE..y * SIDE + columns as usize {
-                if self.stop[pixel] == u32::MAX {
-                    self.left[pixel] = transmittance[pixel];
-                    live += entries as u64;
-                } else {
-                    live += u64::from(self.stop[pixel]) + 1;
-                }
+        for pixel in 0..TILE_PIXELS {
+            if self.stop[pixel] != u32::MAX {
+                live += u64::from(self.stop[pixel]) + 1;
+            } else if self.left[pixel] == 0.0 {
+                self.left[pixel] = transmittance[pixel];
+                live += entries as u64;
             }
         }
         Tile {
             channels: self.channels,
+            depths: self.depths,
             left: self.left,
             log: TileLog {
+                pixels: self.pixels,
                 live,
                 evaluated: self.groups * LANES as u64,
                 draws: self.draws.iter().sum(),
-                stopped: u64::from(columns * rows - self.pixels_live),
+                stopped: u64::from(self.pixels - self.pixels_live),
                 decisions: drawn.map(|drawn| (drawn, self.stop)),
             },
         }

@@ -7,6 +7,7 @@ use super::error::VoxelError;
 use super::grid::Grid;
 use super::ray::{Ray, Rays};
 use crate::camera::Camera;
+use crate::mask::Mask;
 use crate::picture::Picture;
 
 /// A ray stops once less than this of the light behind would be seen.
@@ -40,6 +41,9 @@ pub struct FloatFrame {
     pub picture: Picture,
     /// Transmittance left at each pixel.
     pub transmittance: Vec<f64>,
+    /// Depth of each pixel along the camera's axis: the mean of its samples,
+    /// each with its weight; infinite where nothing has a weight.
+    pub depth: Vec<f64>,
     /// Samples interpolated.
     pub samples: u64,
 }
@@ -54,37 +58,95 @@ pub fn render_float(
     camera: &Camera,
     options: &FloatOptions,
 ) -> Result<FloatFrame, VoxelError> {
+    render_masked(grid, camera, options, None)
+}
+
+/// As [`render_float`], but of a mask its pixels alone; the others are
+/// background.
+///
+/// # Errors
+/// As [`render_float`], and for a mask of another size than the camera's.
+pub fn render_masked(
+    grid: &Grid,
+    camera: &Camera,
+    options: &FloatOptions,
+    only: Option<&Mask>,
+) -> Result<FloatFrame, VoxelError> {
     let rays = Rays::new(grid, camera, options.step)?;
     let [width, height] = rays.size();
+    if let Some(mask) = only.filter(|mask| mask.size() != rays.size()) {
+        return Err(VoxelError::Option {
+            field: "mask",
+            value: format!("{:?} pixels", mask.size()),
+            expected: "a mask of the camera's size",
+        });
+    }
     let background = DVec3::from(options.background.map(f64::from));
-    let pixels: Vec<(DVec3, f64, u64)> = (0..width * height)
+    let pixels: Vec<Pixel> = (0..width * height)
         .into_par_iter()
-        .map(|i| march(grid, &rays.ray(i % width, i / width), options.terminate))
+        .map(|i| {
+            if only.is_some_and(|mask| !mask.has(i as usize)) {
+                return Pixel::CLEAR;
+            }
+            march(grid, &rays.ray(i % width, i / width), options.terminate)
+        })
         .collect();
     let mut picture = Picture::filled(width, height, [0.0; 3]);
-    for (to, (colour, left, _)) in picture.rgb.iter_mut().zip(&pixels) {
-        *to = (*colour + *left * background).to_array().map(|v| v as f32);
+    for (to, pixel) in picture.rgb.iter_mut().zip(&pixels) {
+        let colour = pixel.colour + pixel.left * background;
+        *to = colour.to_array().map(|v| v as f32);
     }
     Ok(FloatFrame {
         picture,
-        transmittance: pixels.iter().map(|p| p.1).collect(),
-        samples: pixels.iter().map(|p| p.2).sum(),
+        transmittance: pixels.iter().map(|p| p.left).collect(),
+        depth: (0..)
+            .zip(&pixels)
+            .map(|(i, p)| p.distance() * grid.voxel() * camera.slant(i))
+            .collect(),
+        samples: pixels.iter().map(|p| p.samples).sum(),
     })
 }
 
-/// Colour, transmittance left and samples taken along a ray.
-fn march(grid: &Grid, ray: &Ray, terminate: bool) -> (DVec3, f64, u64) {
+/// What a ray adds up to.
+#[derive(Clone, Copy)]
+struct Pixel {
+    colour: DVec3,
+    left: f64,
+    /// Sums of weights, and of weights times distances along the ray.
+    weight: f64,
+    moment: f64,
+    samples: u64,
+}
+
+impl Pixel {
+    /// Of a ray that meets nothing.
+    const CLEAR: Self = Self {
+        colour: DVec3::ZERO,
+        left: 1.0,
+        weight: 0.0,
+        moment: 0.0,
+        samples: 0,
+    };
+
+    fn distance(&self) -> f64 {
+        if self.weight > 0.0 {
+            self.moment / self.weight
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+fn march(grid: &Grid, ray: &Ray, terminate: bool) -> Pixel {
     let coefficients = grid.layout().coefficients();
     let mut values = [0f64; 13];
     let values = &mut values[..grid.layout().channels()];
-    let mut colour = DVec3::ZERO;
-    let mut left = 1.0;
-    let mut samples = 0;
+    let mut pixel = Pixel::CLEAR;
     let d = ray.direction;
     let basis = [1.0, d.x, d.y, d.z];
     for k in 0..ray.samples {
         grid.sample(ray.at(k), values);
-        samples += 1;
+        pixel.samples += 1;
         let depth = values[0].max(0.0) * ray.step;
         if depth == 0.0 {
             continue;
@@ -93,12 +155,14 @@ fn march(grid: &Grid, ray: &Ray, terminate: bool) -> (DVec3, f64, u64) {
         for c in 0..3 {
             let terms = &values[1 + c * coefficients..][..coefficients];
             let sum: f64 = terms.iter().zip(basis).map(|(v, b)| v * b).sum();
-            colour[c] += left * alpha * sum.max(0.0);
+            pixel.colour[c] += pixel.left * alpha * sum.max(0.0);
         }
-        left *= 1.0 - alpha;
-        if terminate && left < STOP_BELOW {
+        pixel.weight += pixel.left * alpha;
+        pixel.moment += pixel.left * alpha * ray.distance(k);
+        pixel.left *= 1.0 - alpha;
+        if terminate && pixel.left < STOP_BELOW {
             break;
         }
     }
-    (colour, left, samples)
+    pixel
 }

@@ -22,7 +22,7 @@ pub(crate) use composite::{Compositor, Work};
 pub use error::VoxelError;
 pub use fixed::{FixedFrame, FixedOptions, FixedStats, Volume, render_fixed, render_volume, tasks};
 pub(crate) use fixed::{check_background, gather, place};
-pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float};
+pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float, render_masked};
 pub(crate) use formats::FRACTION_BITS;
 pub use formats::{Formats, TRANSMITTANCE};
 pub use grid::{Grid, Layout, MAX_POINTS, MAX_VALUES};

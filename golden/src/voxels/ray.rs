@@ -63,12 +63,17 @@ impl Ray {
         }
     }
 
+    /// How far along it a sample lies, in voxel edges.
+    #[must_use]
+    pub fn distance(&self, k: u32) -> f64 {
+        self.start + f64::from(k) * self.step
+    }
+
     /// Position of a sample in vertex units. Every coordinate is monotone in
     /// `k`, rounding included.
     #[must_use]
     pub fn at(&self, k: u32) -> DVec3 {
-        let t = self.start + f64::from(k) * self.step;
-        self.origin + self.direction * t
+        self.origin + self.direction * self.distance(k)
     }
 }
 
