@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::SceneError;
+use super::images::ImagesDescription;
 
 /// The largest description, in bytes.
 const LIMIT: u64 = 1 << 20;
@@ -69,6 +70,8 @@ pub(super) enum ModelDescription {
         /// The `.th` file, from the description's folder.
         path: PathBuf,
     },
+    /// An image sequence with depth.
+    Images(ImagesDescription),
 }
 
 /// `[camera]`. Without it, the model's own.

@@ -6,6 +6,7 @@ pub mod colmap;
 mod description;
 mod error;
 pub mod garden;
+mod images;
 pub mod lantern;
 mod open;
 mod orbit;
@@ -18,6 +19,7 @@ pub mod transforms;
 
 pub use builtin::{BUILTIN, Representation};
 pub use error::SceneError;
+pub use images::Images;
 pub use orbit::Orbit;
 pub use ready::cloud as laid_splats;
 pub use render::{FrameCounts, Rendered, SplatCounts};

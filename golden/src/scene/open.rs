@@ -185,6 +185,14 @@ impl Scene {
             ModelDescription::Ngp { path } => Self::ngp(&folder.join(path))?,
             ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path))?,
             ModelDescription::Tensorf { path } => Self::tensorf(&folder.join(path))?,
+            ModelDescription::Images(_) => {
+                return Err(SceneError::Description {
+                    path: path.to_owned(),
+                    message: "field `model.kind`: an image sequence has no model to render: \
+                              only `warp` takes one"
+                        .to_owned(),
+                });
+            }
         };
         scene.name = path.display().to_string();
         scene.look(&description.camera, folder)?;

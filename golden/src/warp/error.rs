@@ -32,8 +32,8 @@ pub enum WarpError {
     },
     /// A camera that an image sequence does not have.
     #[error(
-        "{sequence}: no image was taken from this camera; image sequences are warped from their \
-         own frames: choose --reference centre or first"
+        "scene {sequence}: no image was taken from this camera; image sequences are warped from \
+         their own frames: choose --reference centre or first"
     )]
     NotTaken {
         /// The sequence.
