@@ -10,6 +10,7 @@ use crate::cost::CostArgs;
 use crate::render::RenderArgs;
 use crate::trace::TraceArgs;
 use crate::verify::VerifyArgs;
+use crate::warp::WarpArgs;
 
 /// Hardware generator, golden models and simulation for neural rendering.
 #[derive(Debug, Parser)]
@@ -32,6 +33,8 @@ pub(crate) enum Command {
     /// Render a scene in floating point, in the hardware's formats, or through
     /// the simulated hardware
     Render(RenderArgs),
+    /// Warp frames of a camera path from references, and render what those do not show
+    Warp(WarpArgs),
     /// Count what a scene's accesses do to memory and banks, beside the paper
     Characterise(CharacteriseArgs),
     /// Measure what accuracy costs in time

@@ -8,6 +8,7 @@ use potamoi_golden::picture::PictureError;
 use potamoi_golden::scene::SceneError;
 use potamoi_golden::trace::TraceError;
 use potamoi_golden::units::UnitError;
+use potamoi_golden::warp::WarpError;
 use potamoi_hdl::ir::IrErrors;
 use potamoi_sim::rtl::RtlError;
 use thiserror::Error;
@@ -27,6 +28,8 @@ pub(crate) enum Failure {
     Picture(#[from] PictureError),
     #[error(transparent)]
     Scene(#[from] SceneError),
+    #[error(transparent)]
+    Warp(#[from] WarpError),
     #[error(transparent)]
     Trace(#[from] TraceError),
     /// Units that a trace was sent through.
@@ -57,6 +60,7 @@ impl Failure {
             | Self::File(_)
             | Self::Trace(_)
             | Self::Picture(_)
+            | Self::Warp(_)
             | Self::Usage(_) => 2,
             Self::Netlist(_) | Self::Check(_) => 1,
             Self::Inconclusive(_) => 4,

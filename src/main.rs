@@ -18,6 +18,7 @@ mod scene;
 mod sequence;
 mod trace;
 mod verify;
+mod warp;
 
 use std::process::ExitCode;
 
@@ -30,6 +31,7 @@ fn main() -> ExitCode {
         cli::Command::Trace(args) => trace::run(&cli.common, args),
         cli::Command::Verify(args) => verify::run(&cli.common, args),
         cli::Command::Render(args) => render::run(&cli.common, args),
+        cli::Command::Warp(args) => warp::run(args),
         cli::Command::Characterise(args) => characterise::run(&cli.common, args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()).map_err(Into::into),

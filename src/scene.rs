@@ -48,7 +48,12 @@ impl SceneArgs {
         Ok(scene)
     }
 
-    fn name(&self) -> &str {
+    /// Whether a camera or a size is asked for that is not the scene's own.
+    pub(crate) const fn looks_otherwise(&self) -> bool {
+        self.camera.is_some() || self.width.is_some() || self.height.is_some()
+    }
+
+    pub(crate) fn name(&self) -> &str {
         self.scene.as_deref().unwrap_or(DEFAULT)
     }
 

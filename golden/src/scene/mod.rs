@@ -168,6 +168,18 @@ impl Scene {
         self.camera = camera;
     }
 
+    /// Cameras that its file has from the chosen one on, if it is of a file.
+    #[must_use]
+    pub fn path_length(&self) -> Option<u32> {
+        (!self.path.is_empty()).then(|| self.path.len().try_into().unwrap_or(u32::MAX))
+    }
+
+    /// Whether [`Scene::path`] is a built-in way, at any rate.
+    #[must_use]
+    pub fn has_own_way(&self) -> bool {
+        self.path.is_empty() && self.truth.is_some()
+    }
+
     /// The first `frames` cameras of a way through the scene. Where the camera
     /// is one of a file, they are those of the file from it on, and `fps` is not
     /// used; otherwise they are of the built-in way, `fps` frames a second, of

@@ -1,0 +1,211 @@
+//! How good frames are, and what they took.
+
+use indicatif::ProgressBar;
+use potamoi_golden::camera::Camera;
+use potamoi_golden::picture::Picture;
+use potamoi_golden::ssim::ssim;
+use potamoi_golden::warp::{Counts, Frame, Geometry, Shaded, Warper, is_void};
+use serde::Serialize;
+
+use super::source::Source;
+use crate::failure::Failure;
+
+/// Of a path, what the model shows in full, and what is there.
+pub(super) struct Footage {
+    full: Vec<Shaded>,
+    truth: Vec<Option<Picture>>,
+}
+
+impl Footage {
+    pub(super) fn new(
+        source: &Source,
+        geometry: Option<&dyn Geometry>,
+        path: &[Camera],
+        bar: &ProgressBar,
+    ) -> Result<Self, Failure> {
+        let warper = Warper {
+            renderer: source.renderer(),
+            geometry,
+            rule: potamoi_golden::warp::Rule::default(),
+        };
+        let mut footage = Self {
+            full: vec![],
+            truth: vec![],
+        };
+        for camera in path {
+            footage.full.push(warper.reference(camera)?);
+            footage.truth.push(source.truth(camera)?);
+            bar.inc(1);
+        }
+        Ok(footage)
+    }
+
+    pub(super) fn size(&self) -> [u32; 2] {
+        self.full
+            .first()
+            .map_or([0, 0], |f| [f.picture.width, f.picture.height])
+    }
+
+    /// Of the model itself.
+    pub(super) fn quality(&self) -> Option<Likeness> {
+        let mut sums = Sums::default();
+        for (full, truth) in self.full.iter().zip(&self.truth) {
+            sums.add(&full.picture, truth.as_ref()?, |_| true);
+        }
+        sums.likeness()
+    }
+}
+
+/// How like two pictures are, or two sequences.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Likeness {
+    /// Of the mean squared error over all pixels that count, in dB, peak 1;
+    /// none where they are equal.
+    pub(super) psnr_db: Option<f64>,
+    /// The mean over frames of each one's PSNR; none where one is equal.
+    pub(super) mean_psnr_db: Option<f64>,
+    /// Mean structural similarity over frames; none where no window of 11 x 11
+    /// fits.
+    pub(super) ssim: Option<f64>,
+}
+
+/// Likenesses, frame by frame.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    frames: usize,
+    squared: f64,
+    pixels: f64,
+    psnr: f64,
+    ssim: f64,
+    ssims: usize,
+}
+
+impl Sums {
+    fn add(&mut self, a: &Picture, b: &Picture, counts: impl Fn(usize) -> bool) {
+        let Some(mse) = a.mean_squared_error(b, &counts) else {
+            return;
+        };
+        let pixels = (0..a.rgb.len()).filter(|i| counts(*i)).count() as f64;
+        self.frames += 1;
+        self.squared += mse * pixels;
+        self.pixels += pixels;
+        self.psnr += decibels(mse);
+        if let Some(ssim) = ssim(a, b, counts) {
+            self.ssim += ssim;
+            self.ssims += 1;
+        }
+    }
+
+    fn likeness(&self) -> Option<Likeness> {
+        let finite = |v: f64| v.is_finite().then_some(v);
+        (self.frames > 0).then(|| Likeness {
+            psnr_db: finite(decibels(self.squared / self.pixels)),
+            mean_psnr_db: finite(self.psnr / self.frames as f64),
+            ssim: (self.ssims > 0).then(|| self.ssim / self.ssims as f64),
+        })
+    }
+}
+
+fn decibels(mse: f64) -> f64 {
+    -10.0 * mse.log10()
+}
+
+/// Of the frame, or of its foreground: pixels where the model shows something.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Part {
+    pub(super) pixels: Counts,
+    /// Against the model in full.
+    pub(super) model: Option<Likeness>,
+    /// Against ground truth.
+    pub(super) truth: Option<Likeness>,
+}
+
+/// One frame.
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct FrameFound {
+    pub(super) number: usize,
+    /// The reference that it was warped from.
+    pub(super) reference: Option<usize>,
+    /// Whether it was rendered in full though it was to be warped.
+    pub(super) fell_back: bool,
+    pub(super) frame: Part,
+    pub(super) foreground: Part,
+}
+
+/// Frames of one way, as they come.
+pub(super) struct Measured<'a> {
+    footage: &'a Footage,
+    pub(super) frames: Vec<FrameFound>,
+    all: [Totals; 2],
+}
+
+/// Over all frames.
+#[derive(Debug, Clone, Copy, Default)]
+struct Totals {
+    pixels: Counts,
+    model: Sums,
+    truth: Sums,
+}
+
+impl Totals {
+    fn add(
+        &mut self,
+        frame: &Frame,
+        full: &Picture,
+        truth: Option<&Picture>,
+        counts: impl Fn(usize) -> bool,
+    ) -> Part {
+        let picture = &frame.target.shaded.picture;
+        let mut own = Self {
+            pixels: Counts::of(&frame.target.classes, &counts),
+            ..Self::default()
+        };
+        for sums in [&mut own.model, &mut self.model] {
+            sums.add(picture, full, &counts);
+        }
+        if let Some(truth) = truth {
+            for sums in [&mut own.truth, &mut self.truth] {
+                sums.add(picture, truth, &counts);
+            }
+        }
+        self.pixels = self.pixels + own.pixels;
+        own.part()
+    }
+
+    fn part(&self) -> Part {
+        Part {
+            pixels: self.pixels,
+            model: self.model.likeness(),
+            truth: self.truth.likeness(),
+        }
+    }
+}
+
+impl<'a> Measured<'a> {
+    pub(super) fn new(footage: &'a Footage) -> Self {
+        Self {
+            footage,
+            frames: vec![],
+            all: Default::default(),
+        }
+    }
+
+    pub(super) fn add(&mut self, frame: &Frame) {
+        let full = &self.footage.full[frame.number];
+        let truth = self.footage.truth[frame.number].as_ref();
+        let shows = |i: usize| !is_void(full.depth[i]);
+        let [whole, foreground] = &mut self.all;
+        self.frames.push(FrameFound {
+            number: frame.number,
+            reference: frame.reference,
+            fell_back: frame.fell_back(),
+            frame: whole.add(frame, &full.picture, truth, |_| true),
+            foreground: foreground.add(frame, &full.picture, truth, shows),
+        });
+    }
+
+    /// Of all frames, and of their foregrounds.
+    pub(super) fn totals(&self) -> [Part; 2] {
+        self.all.map(|totals| totals.part())
+    }
+}
