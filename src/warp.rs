@@ -10,8 +10,8 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use potamoi_golden::warp::{
-    Angle, Chain, Class, Frame, Plan, PlanOptions, ReferenceFrom, Rule, Scope, Sequence, Target,
-    WarpError, Warper, half_resolution,
+    Angle, Chain, Class, Frame, Plan, PlanOptions, ReferenceFrom, Rule, Sampling, Scope, Sequence,
+    Target, WarpError, Warper, half_resolution,
 };
 
 use crate::failure::Failure;
@@ -69,6 +69,9 @@ pub(crate) struct WarpArgs {
     /// Points that are warped to where nothing is do not stay
     #[arg(long)]
     clear_void: bool,
+    /// How colours are taken from a reference
+    #[arg(long, value_enum, default_value_t = SamplingBy::Nearest)]
+    sampling: SamplingBy,
     /// References that never arrive, from 0, as if a remote renderer lost them
     #[arg(long, value_name = "N", value_delimiter = ',')]
     lose: Vec<usize>,
@@ -114,6 +117,14 @@ enum AngleOf {
     Subtended,
     /// Half of it, as the first authors' program has it
     Half,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SamplingBy {
+    /// Of the point that landed on the pixel, as the paper has it
+    Nearest,
+    /// Where the pixel's centre is in the reference, between neighbours of the same surface
+    Bilinear,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -164,6 +175,10 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
             PhiScope::Frame => Scope::Frame,
         },
         keep_over_void: !args.clear_void,
+        sampling: match args.sampling {
+            SamplingBy::Nearest => Sampling::Nearest,
+            SamplingBy::Bilinear => Sampling::Bilinear,
+        },
     };
     for way in &ways {
         rule(way).check()?;

@@ -6,6 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use glam::DVec3;
 
 use super::WarpError;
+use super::sample::Sampling;
 
 /// Where a pixel of a target frame comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
@@ -138,6 +139,8 @@ pub struct Rule {
     /// Whether a point that was warped to where nothing is stays, as in the
     /// first authors' program; it is background otherwise.
     pub keep_over_void: bool,
+    /// How colours are taken from the reference.
+    pub sampling: Sampling,
 }
 
 impl Default for Rule {
@@ -149,6 +152,7 @@ impl Default for Rule {
             angle: Angle::Subtended,
             scope: Scope::Pixel,
             keep_over_void: true,
+            sampling: Sampling::Nearest,
         }
     }
 }

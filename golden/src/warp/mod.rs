@@ -16,6 +16,7 @@ mod reproject;
 mod ridge;
 mod rivals;
 mod run;
+mod sample;
 mod silhouette;
 mod target;
 
@@ -27,6 +28,7 @@ pub use reproject::{Warped, reproject};
 pub use ridge::{BayesianRidge, Fit};
 pub use rivals::half_resolution;
 pub use run::{Chain, Frame, Sequence};
+pub use sample::Sampling;
 pub use target::{Target, Warper};
 
 use glam::DVec3;

@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::reproject::{Transfer, reproject};
+use super::sample::Sampler;
 use super::silhouette::Silhouette;
 use super::{Class, Geometry, Renderer, Rule, Scope, Shaded, WarpError, is_surface, is_void};
 use crate::camera::Camera;
@@ -128,13 +129,14 @@ impl Warper<'_> {
         if self.rule.scope == Scope::Frame && pixels.iter().any(|p| p.0 == Class::Angle) {
             return self.full(to);
         }
-        self.combine(reference, to, &pixels, known)
+        let sampler = Sampler::new(reference, from, to, self.rule.sampling);
+        self.combine(&sampler, to, &pixels, known)
     }
 
     /// Step 4: renders what is to be rendered, and puts all together.
     fn combine(
         &self,
-        reference: &Shaded,
+        sampler: &Sampler<'_>,
         to: &Camera,
         pixels: &[(Class, f32, u32)],
         known: Option<Vec<f32>>,
@@ -157,7 +159,11 @@ impl Warper<'_> {
         for (i, (class, depth, source)) in pixels.iter().enumerate() {
             match class {
                 Class::Warped => {
-                    shaded.picture.rgb[i] = reference.picture.rgb[*source as usize];
+                    let [x, y] = [i as u32 % to.width, i as u32 / to.width];
+                    let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                    let exact = known.as_ref().map(|known| known[i]);
+                    let exact = exact.filter(|exact| is_surface(*exact)).unwrap_or(*depth);
+                    shaded.picture.rgb[i] = sampler.colour(at, exact.into(), *source);
                     shaded.depth[i] = *depth;
                 }
                 Class::Void => {

@@ -1,0 +1,171 @@
+//! The colour of a warped pixel.
+
+use glam::DVec2;
+use serde::Serialize;
+
+use super::Shaded;
+use super::reproject::Transfer;
+use crate::camera::Camera;
+
+/// Neighbours count whose depth differs by at most so much of it: they show the
+/// same surface.
+const SAME_SURFACE: f64 = 0.02;
+/// Weight that such neighbours have to have together.
+const LEAST_WEIGHT: f64 = 0.25;
+
+/// How colours are taken from a reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sampling {
+    /// Of the point that landed on the pixel, as the paper has it. It lies up to
+    /// half a pixel off the pixel's centre.
+    Nearest,
+    /// Where the point that the pixel's centre shows is in the reference,
+    /// bilinearly between neighbours of the same surface.
+    Bilinear,
+}
+
+/// Takes colours from a reference.
+pub(super) struct Sampler<'a> {
+    reference: &'a Shaded,
+    /// From the target to the reference.
+    back: Transfer,
+    sampling: Sampling,
+}
+
+impl<'a> Sampler<'a> {
+    pub(super) fn new(
+        reference: &'a Shaded,
+        from: &Camera,
+        to: &Camera,
+        sampling: Sampling,
+    ) -> Self {
+        Self {
+            reference,
+            back: Transfer::new(to, from),
+            sampling,
+        }
+    }
+
+    /// Of a target pixel with its centre at `at`, which shows something at
+    /// `depth`, and to which the reference's pixel `source` was warped.
+    pub(super) fn colour(&self, at: DVec2, depth: f64, source: u32) -> [f32; 3] {
+        let nearest = self.reference.picture.rgb[source as usize];
+        match self.sampling {
+            Sampling::Nearest => nearest,
+            Sampling::Bilinear => self.between(at, depth).unwrap_or(nearest),
+        }
+    }
+
+    fn between(&self, at: DVec2, depth: f64) -> Option<[f32; 3]> {
+        let point = self.back.point(at, depth);
+        // Not a number is not above another.
+        if !(point.z > 0.0) {
+            return None;
+        }
+        let [width, height] = [
+            self.reference.picture.width as usize,
+            self.reference.picture.height as usize,
+        ];
+        let place = self.back.project(point) - 0.5;
+        let low = place.floor();
+        let last = DVec2::new(width as f64 - 1.0, height as f64 - 1.0);
+        if !(low.cmpge(DVec2::ZERO).all() && low.cmplt(last).all()) {
+            return None;
+        }
+        let [fx, fy] = (place - low).to_array();
+        let first = low.y as usize * width + low.x as usize;
+        let (mut sum, mut total) = ([0.0; 3], 0.0);
+        for (pixel, weight) in [
+            (first, (1.0 - fx) * (1.0 - fy)),
+            (first + 1, fx * (1.0 - fy)),
+            (first + width, (1.0 - fx) * fy),
+            (first + width + 1, fx * fy),
+        ] {
+            let there = f64::from(self.reference.depth[pixel]);
+            if (there - point.z).abs() <= SAME_SURFACE * point.z {
+                total += weight;
+                for (sum, value) in sum.iter_mut().zip(self.reference.picture.rgb[pixel]) {
+                    *sum += weight * f64::from(value);
+                }
+            }
+        }
+        (total >= LEAST_WEIGHT).then(|| sum.map(|v| (v / total) as f32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::mask::Mask;
+    use crate::picture::Picture;
+    use crate::warp::{Renderer, WarpError};
+    use crate::warp::{Rule, Warper};
+    use glam::DVec3;
+
+    /// A wall with a smooth pattern at z = 0, seen from before it.
+    struct Wall;
+
+    fn pattern(x: f64, y: f64) -> [f32; 3] {
+        let wave = |v: f64| (0.5 + 0.4 * v.sin()) as f32;
+        [wave(9.0 * x), wave(7.0 * y + 2.0 * x), wave(5.0 * (x + y))]
+    }
+
+    impl Renderer for Wall {
+        fn background(&self) -> [f32; 3] {
+            [0.0; 3]
+        }
+
+        fn bounds(&self) -> Option<[DVec3; 2]> {
+            None
+        }
+
+        fn shade(&self, camera: &Camera, _: Option<&Mask>) -> Result<Shaded, WarpError> {
+            let hit = |i: u32| {
+                let (origin, direction) = camera.ray(i % camera.width, i / camera.width);
+                let distance = -origin.z / direction.z;
+                (origin + direction * distance, distance * camera.slant(i))
+            };
+            let hits: Vec<_> = (0..camera.width * camera.height).map(hit).collect();
+            Ok(Shaded {
+                picture: Picture {
+                    width: camera.width,
+                    height: camera.height,
+                    rgb: hits.iter().map(|(p, _)| pattern(p.x, p.y)).collect(),
+                },
+                depth: hits.iter().map(|(_, depth)| *depth as f32).collect(),
+            })
+        }
+    }
+
+    #[test]
+    fn bilinear_samples_are_where_the_centre_is_and_nearest_ones_are_not() {
+        let from = |x: f64| {
+            let eye = DVec3::new(x, 0.3, -3.0);
+            Camera::look_at(eye, DVec3::new(0.1, 0.0, 0.0), DVec3::Y, 0.7, 120, 100)
+        };
+        let (here, there) = (from(0.0), from(0.213));
+        let reference = Wall.shade(&here, None).unwrap();
+        let truth = Wall.shade(&there, None).unwrap().picture;
+        let psnr = |sampling| {
+            let warper = Warper {
+                renderer: &Wall,
+                geometry: None,
+                rule: Rule {
+                    sampling,
+                    ..Rule::default()
+                },
+            };
+            let target = warper.target(&reference, &here, &there).unwrap();
+            let picture = target.shaded.picture;
+            picture
+                .psnr(&truth, |i| !target.classes[i].is_rendered())
+                .unwrap()
+        };
+        let [nearest, bilinear] = [Sampling::Nearest, Sampling::Bilinear].map(psnr);
+        // Half a pixel of the pattern's slope against its curvature over one.
+        assert!(nearest < 40.0, "{nearest}");
+        assert!(bilinear > nearest + 15.0, "{nearest} {bilinear}");
+    }
+}
