@@ -168,12 +168,14 @@ impl Samples {
 }
 
 /// Marches a ray to where it stops: its samples, its gathered ones and what is
-/// left of it. The worker keeps those that are seen.
+/// left of it. The worker keeps those that are seen; `gathers` is told of the
+/// gathered ones.
 pub(super) fn advance(
     field: &dyn Field,
     sampling: &Sampling,
     ray: &Samples,
     worker: &mut Worker,
+    mut gathers: impl FnMut(u64),
 ) -> Pixel {
     let mut pixel = Pixel {
         colour: DVec3::ZERO,
@@ -191,6 +193,7 @@ pub(super) fn advance(
             continue;
         }
         pixel.gathered += 1;
+        gathers(k);
         let from = worker.features.len();
         worker.features.resize(from + channels, 0.0);
         let mut rest = &mut worker.features[from..];
@@ -225,7 +228,7 @@ fn march(
     worker: &mut Worker,
 ) -> Pixel {
     let ray = Samples::of(sampling, camera, pixel);
-    let mut pixel = advance(field, sampling, &ray, worker);
+    let mut pixel = advance(field, sampling, &ray, worker, |_| ());
     let samples = worker.features.chunks_exact(field.channels().max(1));
     for (features, weight) in samples.zip(&worker.weights) {
         pixel.colour += *weight * field.colour(features, ray.direction, &mut worker.scratch);

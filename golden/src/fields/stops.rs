@@ -1,5 +1,5 @@
-//! Where the rays of a frame stop, found once; the samples before that are found
-//! again from it without gathering anything.
+//! Which samples of a frame are gathered, found once: up to where each ray stops,
+//! and where the field is not known to be empty.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,9 +13,18 @@ pub struct Stops<'a> {
     field: &'a dyn Field,
     camera: &'a Camera,
     sampling: Sampling,
-    /// Of each pixel, row after row: samples up to where its ray stops, and those
-    /// of them that are gathered.
-    rays: Vec<[u32; 2]>,
+    /// Of each pixel, row after row.
+    rays: Vec<Stop>,
+}
+
+/// Of one ray.
+struct Stop {
+    /// Samples up to where it stops.
+    samples: u32,
+    /// Those of them that are gathered.
+    gathered: u32,
+    /// The first of each row of gathered samples, and the one behind its last.
+    runs: Box<[[u32; 2]]>,
 }
 
 impl<'a> Stops<'a> {
@@ -33,9 +42,20 @@ impl<'a> Stops<'a> {
                 |worker, i| {
                     let pixel = [i % camera.width, i / camera.width];
                     let ray = Samples::of(&sampling, camera, pixel);
-                    let marched = advance(field, &sampling, &ray, worker);
-                    // A ray has at most a million.
-                    [marched.samples as u32, marched.gathered as u32]
+                    let mut runs: Vec<[u32; 2]> = vec![];
+                    let marched = advance(field, &sampling, &ray, worker, |k| {
+                        // A ray has at most a million.
+                        let k = k as u32;
+                        match runs.last_mut() {
+                            Some([_, end]) if *end == k => *end += 1,
+                            _ => runs.push([k, k + 1]),
+                        }
+                    });
+                    Stop {
+                        samples: marched.samples as u32,
+                        gathered: marched.gathered as u32,
+                        runs: runs.into(),
+                    }
                 },
             )
             .collect();
@@ -61,15 +81,18 @@ impl<'a> Stops<'a> {
 
     /// Samples of a pixel that are gathered.
     #[must_use]
-    pub fn gathered(&self, [x, y]: [u32; 2]) -> u32 {
-        self.rays[(y * self.camera.width + x) as usize][1]
+    pub fn gathered(&self, pixel: [u32; 2]) -> u32 {
+        self.stop(pixel).gathered
+    }
+
+    fn stop(&self, [x, y]: [u32; 2]) -> &Stop {
+        &self.rays[(y * self.camera.width + x) as usize]
     }
 
     /// The ray of a pixel, and its samples up to where it stops.
-    pub(super) fn ray(&self, [x, y]: [u32; 2]) -> (Samples, u64) {
-        let [samples, _] = self.rays[(y * self.camera.width + x) as usize];
-        let ray = Samples::of(&self.sampling, self.camera, [x, y]);
-        (ray, samples.into())
+    pub(super) fn ray(&self, pixel: [u32; 2]) -> (Samples, u64) {
+        let ray = Samples::of(&self.sampling, self.camera, pixel);
+        (ray, self.stop(pixel).samples.into())
     }
 
     pub(super) const fn sampling(&self) -> &Sampling {
@@ -77,8 +100,9 @@ impl<'a> Stops<'a> {
     }
 
     /// Tells of every sample of a pixel that is gathered where it lies in the
-    /// tables, front to back. `places` has one a table. Steps are cut into so many
-    /// `parts`, of which each has a sample.
+    /// tables, front to back. `places` has one a table. Each stands for so many
+    /// `parts`, as far apart as fill its step; those that lie where the field is
+    /// known to be empty are left out.
     pub fn samples(
         &self,
         pixel: [u32; 2],
@@ -86,9 +110,16 @@ impl<'a> Stops<'a> {
         places: &mut [DVec3],
         mut seen: impl FnMut(&[DVec3]),
     ) {
-        let (ray, samples) = self.ray(pixel);
-        for k in 0..samples {
-            for part in 0..parts {
+        let stop = self.stop(pixel);
+        if stop.gathered == 0 {
+            return;
+        }
+        let ray = Samples::of(&self.sampling, self.camera, pixel);
+        for k in stop.runs.iter().flat_map(|[from, to]| *from..*to) {
+            let k = k.into();
+            self.field.place(ray.at(k), places);
+            seen(places);
+            for part in 1..parts {
                 let at = ray.between(k, f64::from(part) / f64::from(parts));
                 if self.field.index(at, places) {
                     seen(places);
