@@ -1,6 +1,7 @@
 //! `potamoi characterise`: the paper's motivation figures of a scene, or of
 //! many side by side.
 
+mod paper;
 mod tables;
 
 use std::path::PathBuf;
@@ -8,7 +9,7 @@ use std::path::PathBuf;
 use clap::Args;
 use potamoi_formats::config::Config;
 use potamoi_golden::analytic::Analytic;
-use potamoi_golden::characterise::{Accesses, Banks, Memory, Stages, Traffic};
+use potamoi_golden::characterise::{BANKS, Banks, LANES, Memory, Stages, Traffic, Vectors};
 use potamoi_golden::scene::{BUILTIN, Representation, Scene};
 use serde::Serialize;
 
@@ -17,6 +18,7 @@ use crate::failure::Failure;
 use crate::files;
 use crate::progress;
 use crate::scene::SceneArgs;
+use paper::Paper;
 
 #[derive(Debug, Args)]
 pub(crate) struct CharacteriseArgs {
@@ -40,12 +42,9 @@ pub(crate) struct CharacteriseArgs {
 }
 
 /// Version of the JSON report.
-const FORMAT_VERSION: u32 = 2;
+const FORMAT_VERSION: u32 = 3;
 /// The buffer of the paper's figures, in bytes.
-const BUFFER: u64 = 2 << 20;
-/// Rays side by side, and banks: the paper's pair first.
-const LANES: [usize; 3] = [16, 32, 64];
-const BANKS: [u32; 4] = [16, 32, 64, 128];
+const BUFFER: u32 = 2 << 20;
 
 #[derive(Serialize)]
 struct Report {
@@ -71,17 +70,18 @@ struct Found {
     height: u32,
     /// Whether reads are of tables as large as the algorithm's authors use.
     full_size: bool,
-    /// Feature vectors of the model, and bytes of one.
-    vectors: u64,
-    vector_bytes: u32,
+    /// Feature vectors of the model, table after table.
+    tables: Vec<Vectors>,
     model_bytes: u64,
-    buffer_bytes: u64,
+    buffer_bytes: u32,
     memory: Memory,
     miss_rate: f64,
     not_streaming_rate: f64,
     banks: Vec<BankPoint>,
     /// Seconds, measured.
     stages: Stages,
+    /// What the paper states.
+    paper: Paper,
     /// Of splats alone.
     merging: Option<Merging>,
     /// By ray group, of fields in one volume by halo too.
@@ -172,47 +172,42 @@ fn named(list: &[String]) -> Vec<String> {
 }
 
 fn characterise(scene: &Scene, config: &Config, full: bool) -> Result<Found, Failure> {
-    let mut banks = vec![];
-    let mut first: Option<(Accesses, Memory)> = None;
-    for rays in LANES {
-        let accesses = scene.accesses(rays, full)?;
-        for number in BANKS {
-            let counts = accesses.banks(number);
-            banks.push(BankPoint {
-                rays,
-                banks: number,
-                counts,
-                conflict_rate: counts.conflict_rate(),
-            });
-        }
-        if first.is_none() {
-            let memory = accesses.memory(BUFFER);
-            first = Some((accesses, memory));
-        }
-    }
-    let Some((accesses, memory)) = first.filter(|(a, _)| !a.vectors.is_empty()) else {
+    let counted = scene.characterise(config, BUFFER, &sides(scene), full)?;
+    let (accesses, memory) = (&counted.accesses, counted.accesses.memory);
+    if memory.reads == 0 {
         return Err(Failure::Inconclusive(format!(
             "{} reads nothing from here; choose a camera with something in view",
             scene.name()
         )));
-    };
+    }
+    let points = LANES.iter().zip(&accesses.banks);
+    let banks = points.flat_map(|(rays, own)| {
+        let own = BANKS.into_iter().zip(own);
+        own.map(|(banks, counts)| BankPoint {
+            rays: *rays,
+            banks,
+            counts: *counts,
+            conflict_rate: counts.conflict_rate(),
+        })
+    });
+    let algorithm = scene.model().algorithm();
     Ok(Found {
         scene: scene.name().to_owned(),
-        algorithm: scene.model().algorithm(),
+        algorithm,
         width: scene.camera().width,
         height: scene.camera().height,
         full_size: full && scene.model().full_size().is_some(),
-        vectors: accesses.stored,
-        vector_bytes: accesses.bytes,
         model_bytes: accesses.stored_bytes(),
         buffer_bytes: BUFFER,
         memory,
         miss_rate: memory.miss_rate(),
         not_streaming_rate: memory.not_streaming_rate(),
-        banks,
-        stages: scene.stages()?,
+        banks: banks.collect(),
+        stages: counted.stages,
+        paper: Paper::of(algorithm),
         merging: merging(scene, config.mvoxel.rows),
-        traffic: scene.traffic(config, &sides(scene))?,
+        traffic: counted.traffic,
+        tables: counted.accesses.tables,
     })
 }
 

@@ -29,12 +29,14 @@ fn accesses_of_both_built_in_scenes_are_counted() {
             "{said}"
         );
         let r = json(&folder.path().join("r.json"));
-        assert_eq!(r["vector_bytes"], bytes);
+        assert_eq!(r["tables"].as_array().unwrap().len(), 1);
         let n = |path: &str| r.pointer(path).unwrap().as_u64().unwrap();
-        assert_eq!(n("/model_bytes"), n("/vectors") * bytes);
+        assert_eq!(n("/tables/0/bytes"), bytes);
+        assert_eq!(n("/model_bytes"), n("/tables/0/count") * bytes);
+        assert_eq!(n("/memory/bytes"), n("/memory/misses") * bytes);
         if n("/model_bytes") < n("/buffer_bytes") {
             // What fits is fetched once.
-            assert!(n("/memory/misses") <= n("/vectors"));
+            assert!(n("/memory/misses") <= n("/tables/0/count"));
         }
         assert!(n("/memory/not_streaming") <= n("/memory/misses"));
         assert!(n("/memory/misses") <= n("/memory/reads"));

@@ -5,23 +5,27 @@
 
 use glam::DVec3;
 
-use crate::fields::{Field, FieldError, Nodes, Table};
+use crate::fields::{Field, FieldError, Nodes, Table, TableShape};
 
 /// Tables that stand in for a field's.
 pub struct FullSize {
-    tables: Vec<Table>,
+    tables: Vec<TableShape>,
     /// From a place in vertices of the field's table to one of this.
     scales: Vec<DVec3>,
+    parts: u32,
 }
 
 /// Tables of another size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Size {
-    /// Vertices along each axis that has more than one; channels stay.
+    /// Vertices along each axis that has more than one; channels stay. Samples
+    /// are as far apart as before, in voxels.
     Points(usize),
-    /// Entries of hashed tables, and of dense ones no more.
+    /// Entries of hashed tables, and of dense ones no more. Vertices and samples
+    /// stay.
     Entries(usize),
-    /// Coarse cells along each axis of a tree.
+    /// Coarse cells along each axis of a tree. Samples are as far apart as before,
+    /// in cells.
     Cells(usize),
 }
 
@@ -34,44 +38,38 @@ impl FullSize {
         let mut made = Self {
             tables: vec![],
             scales: vec![],
+            parts: 1,
         };
+        let mut finest = 1f64;
         for table in field.tables() {
-            let points = table.points();
+            let (points, channels) = (table.points(), table.channels());
             let cells = |p: [usize; 3]| DVec3::from(p.map(|p| p.max(2) as f64 - 1.0));
             let (stand_in, scale) = match size {
                 Size::Points(side) => {
                     let full = points.map(|p| if p > 1 { side } else { 1 });
-                    let rows: usize = full.iter().product();
-                    let values = vec![0.0; rows * table.channels()];
-                    let made = Table::new(full, table.channels(), values)?;
-                    (made, cells(full) / cells(points))
+                    let scale = cells(full) / cells(points);
+                    finest = finest.max(mean(scale, points));
+                    (TableShape::dense(full, channels)?, scale)
                 }
-                Size::Entries(most) => {
-                    let vertices = points.iter().map(|p| *p as u128).product::<u128>();
-                    let channels = table.channels();
-                    let made = if vertices > most as u128 {
-                        Table::hashed(points, most, channels, vec![0.0; most * channels])?
-                    } else {
-                        let values = vec![0.0; vertices as usize * channels];
-                        Table::new(points, channels, values)?
-                    };
-                    (made, DVec3::ONE)
-                }
+                Size::Entries(most) => (with_entries(table, most)?, DVec3::ONE),
                 Size::Cells(side) => {
-                    let made = tree(field, table, side)?;
+                    let made = TableShape::tree(nodes(field, side), channels)?;
                     let ratio = DVec3::from(made.points().map(|p| p as f64));
-                    (made, ratio / DVec3::from(points.map(|p| p as f64)))
+                    let scale = ratio / DVec3::from(points.map(|p| p as f64));
+                    finest = finest.max(mean(scale, points));
+                    (made, scale)
                 }
             };
             made.tables.push(stand_in);
             made.scales.push(scale);
         }
+        made.parts = finest.round() as u32;
         Ok(made)
     }
 
     /// The tables.
     #[must_use]
-    pub fn tables(&self) -> &[Table] {
+    pub fn tables(&self) -> &[TableShape] {
         &self.tables
     }
 
@@ -80,19 +78,45 @@ impl FullSize {
     pub fn place(&self, table: usize, own: DVec3) -> DVec3 {
         own * self.scales[table]
     }
+
+    /// Samples in the place of one of the field's, a whole number.
+    #[must_use]
+    pub const fn parts(&self) -> u32 {
+        self.parts
+    }
 }
 
-/// A tree with a node where the field has something in the middle of its coarse
-/// cell.
-fn tree(field: &dyn Field, table: &Table, side: usize) -> Result<Table, FieldError> {
+/// A table with so many entries, or with one a vertex if those are fewer.
+///
+/// # Errors
+/// A size that no table has.
+pub(super) fn with_entries(table: &Table, most: usize) -> Result<TableShape, FieldError> {
+    let (points, channels) = (table.points(), table.channels());
+    let vertices = points.iter().map(|p| *p as u128).product::<u128>();
+    if vertices > most as u128 {
+        TableShape::hashed(points, most, channels)
+    } else {
+        TableShape::dense(points, channels)
+    }
+}
+
+/// The geometric mean of a scale over the axes that have more than one vertex.
+fn mean(scale: DVec3, points: [usize; 3]) -> f64 {
+    let along = scale.to_array().into_iter().zip(points);
+    let along: Vec<f64> = along.filter(|(_, p)| *p > 1).map(|(s, _)| s).collect();
+    along
+        .iter()
+        .product::<f64>()
+        .powf(1.0 / along.len().max(1) as f64)
+}
+
+/// A node where the field has something in the middle of its coarse cell.
+fn nodes(field: &dyn Field, side: usize) -> Nodes {
     let [low, high] = field.sampling().bounds;
-    let fine = crate::fields::efficient::FINE;
-    let nodes = Nodes::new([side; 3], fine, |cell| {
+    Nodes::new([side; 3], crate::fields::efficient::FINE, |cell| {
         let part = DVec3::from(cell.map(|i| (i as f64 + 0.5) / side as f64));
         field.holds(low + (high - low) * part)
-    });
-    let values = vec![0.0; nodes.rows() * table.channels()];
-    Table::tree(nodes, table.channels(), values)
+    })
 }
 
 #[cfg(test)]
@@ -135,8 +159,11 @@ mod tests {
                 }
             }
             assert!(read > 0, "{name}");
-            let rows = |tables: &[Table]| tables.iter().map(Table::rows).sum::<usize>();
-            assert!(rows(full.tables()) > 2 * rows(field.tables()), "{name}");
+            let full_rows: usize = full.tables().iter().map(TableShape::rows).sum();
+            let rows: usize = field.tables().iter().map(|t| t.rows()).sum();
+            assert!(full_rows > 2 * rows, "{name}");
+            let hashed = matches!(size, Size::Entries(_));
+            assert_eq!(full.parts() == 1, hashed, "{name}");
         }
     }
 }

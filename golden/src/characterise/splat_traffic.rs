@@ -1,12 +1,11 @@
 //! Bytes that the memory-centric order of splats moves, by ray group.
 
 use potamoi_formats::record::{RECORD_CHANNELS, SplatRecord};
+use rayon::prelude::*;
 
 use super::Traffic;
-use crate::camera::Camera;
 use crate::splats::{
-    Cloud, FixedOptions, Group, Hold, Order, Profile, RenderError, Schedule, ScheduleOptions, TILE,
-    View,
+    Cloud, FixedOptions, Group, Hold, Order, RenderError, Schedule, ScheduleOptions, TILE, View,
 };
 use crate::streams::Visit;
 
@@ -19,20 +18,17 @@ use crate::streams::Visit;
 /// As [`crate::splats::render_fixed`].
 pub fn splat_traffic(
     cloud: &Cloud,
-    camera: &Camera,
-    profile: Profile,
+    view: &View,
     options: &FixedOptions,
     sides: &[u32],
 ) -> Result<Vec<Traffic>, RenderError> {
-    let view = View::new(cloud, camera, profile)?;
-    let mut all = vec![];
-    for side in sides.iter().copied() {
+    let of = |side: u32| {
         let tiles = side.div_ceil(TILE);
         let schedule = ScheduleOptions {
             group_tiles: Some([tiles; 2]),
             ..options.schedule
         };
-        let schedule = Schedule::new(cloud, &view, &schedule)?;
+        let schedule = Schedule::new(cloud, view, &schedule)?;
         let mut found = Traffic::of(tiles * TILE, None);
         let mut spilled = 0;
         for group in (0..schedule.groups()).filter_map(|g| schedule.group(g)) {
@@ -46,9 +42,9 @@ pub fn splat_traffic(
             }
         }
         found.streams.records(view.splats().len() as u64, spilled);
-        all.push(found);
-    }
-    Ok(all)
+        Ok(found)
+    };
+    sides.par_iter().map(|side| of(*side)).collect()
 }
 
 /// Records of a group that spill where `capacity` of them fit on chip.
@@ -103,7 +99,7 @@ mod tests {
                 ..FixedOptions::default()
             };
             let sides = [16, 60, 150];
-            let counted = splat_traffic(cloud, camera, profile, &options, &sides).unwrap();
+            let counted = splat_traffic(cloud, &view, &options, &sides).unwrap();
             for (side, found) in sides.into_iter().zip(&counted) {
                 let tiles = side.div_ceil(TILE);
                 options.schedule.group_tiles = Some([tiles; 2]);

@@ -1,31 +1,72 @@
 //! Accesses of splats.
 
-use super::{Accesses, interleave};
-use crate::camera::Camera;
-use crate::splats::{Cloud, Profile, RenderError, View};
+use super::accesses::{Lanes, Vectors, count, firsts};
+use super::fields::Colours;
+use super::{Accesses, Size};
+use crate::fields::{FieldError, HashedColour};
+use crate::splats::{Cloud, View};
 
-/// Reads of a frame: every Gaussian of every 16 x 16 tile in depth order, a tile
-/// a lane, as a rasteriser fetches them; tiles that end early are not cut
-/// short. Vectors are the Gaussians as they lie in the model, all of their
+/// A tile a lane: Gaussians in depth order, behind the vectors of other tables.
+struct Tiles {
+    lists: Vec<Vec<u32>>,
+}
+
+impl Lanes for Tiles {
+    fn count(&self) -> usize {
+        self.lists.len()
+    }
+
+    fn reads(&self, lane: usize) -> usize {
+        self.lists[lane].len()
+    }
+
+    fn list(&self, lane: usize, out: &mut Vec<u32>) {
+        out.extend_from_slice(&self.lists[lane]);
+    }
+}
+
+/// Reads of a frame through a buffer of `capacity` bytes: every Gaussian of every
+/// 16 x 16 tile in depth order, a tile a lane, as a rasteriser fetches them; tiles
+/// that end early are not cut short. Vectors are the Gaussians, all of their
 /// parameters in 32-bit floats.
 ///
+/// With `colour`, every Gaussian's is asked for first, a Gaussian a lane, whether
+/// it is seen or not; its vectors are the rows of the field's tables, in two bytes
+/// a channel, and lie before the Gaussians. With `full`, hashed tables have other
+/// numbers of entries.
+///
 /// # Errors
-/// A camera that is not sensible.
+/// 2^32 vectors or more.
 pub fn splat_accesses(
     cloud: &Cloud,
-    camera: &Camera,
-    profile: Profile,
-    lanes: usize,
-) -> Result<Accesses, RenderError> {
-    let view = View::new(cloud, camera, profile)?;
+    colour: Option<&HashedColour>,
+    full: Option<Size>,
+    view: &View,
+    capacity: u32,
+) -> Result<Accesses, FieldError> {
+    let entries = full.and_then(|size| match size {
+        Size::Entries(entries) => Some(entries),
+        Size::Points(_) | Size::Cells(_) => None,
+    });
+    let colours = colour.map(|field| Colours::new(field, cloud.means(), entries));
+    let (colours, vectors) = colours.transpose()?.unzip();
+    let mut vectors = vectors.unwrap_or_default();
+    // Mean, scales, rotation, opacity and three colours a coefficient.
+    let coefficients = (cloud.degree() as u32 + 1).pow(2);
+    vectors.push(Vectors {
+        count: cloud.len() as u32,
+        bytes: 4 * (3 + 3 + 4 + 1 + 3 * coefficients),
+    });
+    let first = firsts(&vectors)?[vectors.len() - 1];
     let mut lists = vec![vec![]; view.tile_count()];
     for (rank, splat) in view.splats().iter().enumerate() {
         for tile in view.tiles_of(rank) {
-            lists[*tile as usize].push(splat.index as u32);
+            lists[*tile as usize].push(first + splat.index as u32);
         }
     }
-    // Mean, scales, rotation, opacity and three colours a coefficient.
-    let coefficients = (cloud.degree() as u32 + 1).pow(2);
-    let bytes = 4 * (3 + 3 + 4 + 1 + 3 * coefficients);
-    Ok(interleave(&lists, lanes, cloud.len() as u64, bytes))
+    let tiles = Tiles { lists };
+    let mut phases: Vec<&dyn Lanes> = vec![];
+    phases.extend(colours.as_ref().map(|colours| colours as &dyn Lanes));
+    phases.push(&tiles);
+    count(vectors, &phases, capacity)
 }

@@ -6,11 +6,11 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::camera::Camera;
-use crate::fields::{Field, FieldError, RayStages};
+use crate::fields::{RayStages, Stops};
 use crate::splats::{Cloud, FloatOptions, Profile, RenderError, View, render_view};
 
 /// Rays of a field that are timed at most, spread over the frame.
-const RAYS: u32 = 20_000;
+const RAYS: u32 = 5_000;
 
 /// Time of the stages, in seconds, measured on this machine. Of a field: of one
 /// thread, on rays spread over the frame. Of splats: of all threads, on the
@@ -39,15 +39,14 @@ impl Stages {
     }
 }
 
-/// Times a field.
-///
-/// # Errors
-/// As [`crate::fields::render_float`].
-pub fn field_stages(field: &dyn Field, camera: &Camera) -> Result<Stages, FieldError> {
+/// Times a field, on rays up to where they are known to stop.
+#[must_use]
+pub fn field_stages(stops: &Stops<'_>) -> Stages {
+    let camera = stops.camera();
     let pixels = camera.width.saturating_mul(camera.height);
     // An odd step meets every column.
     let step = (pixels / RAYS).max(1) | 1;
-    let mut rays = RayStages::new(field, camera)?;
+    let mut rays = RayStages::new(stops);
     let mut spent = [Duration::ZERO; 3];
     let mut sum = DVec3::ZERO;
     for i in (0..pixels).step_by(step as usize) {
@@ -68,11 +67,11 @@ pub fn field_stages(field: &dyn Field, camera: &Camera) -> Result<Stages, FieldE
     // Nothing of it may be left out.
     std::hint::black_box(sum);
     let [indexing, gathering, computation] = spent.map(|d| d.as_secs_f64());
-    Ok(Stages {
+    Stages {
         indexing,
         gathering: Some(gathering),
         computation,
-    })
+    }
 }
 
 /// Times splats.

@@ -7,96 +7,103 @@ use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
 use super::Traffic;
-use crate::camera::Camera;
-use crate::fields::coded::{CodedTable, Located};
-use crate::fields::{Field, FieldError, samples_of};
-use crate::streams::{RitReads, Streams, Visit};
+use crate::fields::coded::{BatchCount, CodedTable};
+use crate::fields::{FieldError, FixedColour, HashedColour, Stops, Table};
 
 /// Counts, for each side of ray groups, the samples of each ray up to where it
 /// stops in floating point, every MVoxel of a group loaded once.
 ///
 /// # Errors
-/// A configuration whose gathering unit does not fit the tables, or as
-/// [`crate::fields::render_float`].
+/// A configuration whose gathering unit does not fit the tables.
 pub fn table_traffic(
-    field: &dyn Field,
-    camera: &Camera,
+    stops: &Stops<'_>,
     config: &Config,
     sides: &[u32],
 ) -> Result<Vec<Traffic>, FieldError> {
-    // Which rows are read depends on no value.
-    let tables = field.tables().iter();
-    let tables = tables.map(|t| CodedTable::new(t, &vec![0; t.channels()], config));
-    let tables: Vec<CodedTable> = tables.collect::<Result<_, _>>()?;
-    let width = camera.width;
-    let rays: Result<Vec<Vec<DVec3>>, FieldError> = (0..width * camera.height)
-        .into_par_iter()
-        .map(|i| {
-            let mut own = vec![];
-            samples_of(field, camera, [i % width, i / width], |at, _| own.push(at))?;
-            Ok(own)
-        })
-        .collect();
-    let rays = rays?;
+    let tables = coded(stops.field().tables(), config)?;
+    let [width, height] = [stops.camera().width, stops.camera().height];
     let counted = sides.iter().map(|side| {
         let across = width.div_ceil(*side);
-        let groups = across * camera.height.div_ceil(*side);
+        let groups = across * height.div_ceil(*side);
         let counts = (0..groups).into_par_iter().map(|group| {
             let corner = [group % across * side, group / across * side];
-            let columns = corner[0]..(corner[0] + side).min(width);
-            let lines = corner[1]..(corner[1] + side).min(camera.height);
-            let own = lines.flat_map(|y| columns.clone().map(move |x| (y * width + x) as usize));
-            let own: Vec<&[DVec3]> = own.map(|ray| &rays[ray][..]).collect();
-            let empty = Traffic::of(*side, None);
-            (0..tables.len())
-                .map(|number| count(field, camera, &tables, number, config, &own, *side))
-                .fold(empty, Traffic::and)
+            let mut batch = Batch::new(&tables, config);
+            let mut places = vec![DVec3::ZERO; tables.len()];
+            for y in corner[1]..(corner[1] + side).min(height) {
+                for x in corner[0]..(corner[0] + side).min(width) {
+                    stops.samples([x, y], 1, &mut places, |places| batch.sample(places));
+                }
+            }
+            batch.done(*side)
         });
         counts.reduce(|| Traffic::of(*side, None), Traffic::and)
     });
     Ok(counted.collect())
 }
 
-/// One table of one group.
-fn count(
-    field: &dyn Field,
-    camera: &Camera,
-    tables: &[CodedTable],
-    number: usize,
+/// Counts what the colours of Gaussians at `centres` move, which are asked for
+/// once a frame. Its side means nothing.
+///
+/// # Errors
+/// A configuration whose gathering unit does not fit the tables.
+pub fn colour_traffic(
+    field: &HashedColour,
+    centres: &[[f32; 3]],
     config: &Config,
-    rays: &[&[DVec3]],
-    side: u32,
-) -> Traffic {
-    let mut places = vec![DVec3::ZERO; tables.len()];
-    let mut place = |at: DVec3| {
-        field.place(at, &mut places);
-        places[number]
-    };
-    let eye = place(camera.position());
-    let samples = (0..)
-        .zip(rays)
-        .flat_map(|(slot, ray)| ray.iter().map(move |at| (slot, *at)));
-    let located: Vec<Located> = samples
-        .map(|(slot, at)| Located {
-            slot,
-            place: place(at),
-        })
-        .collect();
-    let table = &tables[number];
-    let tasks = table.gathers(eye, &located, config.gu.weight_bits).tasks;
-    let mut found = Traffic::of(side, None);
-    found.mvoxels = tasks.len() as u64;
-    let mut streams = Streams::default();
-    for task in &tasks {
-        let visit = Visit::of(task);
-        found.entries += visit.whole;
-        streams.visit(&visit, RitReads::of(config));
+) -> Result<Traffic, FieldError> {
+    let tables = coded(field.tables(), config)?;
+    let batches = centres.par_chunks(FixedColour::BATCH).map(|centres| {
+        let mut batch = Batch::new(&tables, config);
+        let mut places = vec![DVec3::ZERO; tables.len()];
+        for centre in centres {
+            field.index(DVec3::from(centre.map(f64::from)), &mut places);
+            batch.sample(&places);
+        }
+        batch.done(0)
+    });
+    Ok(batches.reduce(|| Traffic::of(0, None), Traffic::and))
+}
+
+/// Tables whose codes say nothing: which rows are read depends on no value.
+fn coded(tables: &[Table], config: &Config) -> Result<Vec<CodedTable>, FieldError> {
+    let tables = tables.iter();
+    tables
+        .map(|t| CodedTable::new(t, &vec![0; t.channels()], config))
+        .collect()
+}
+
+/// Samples that are gathered together, of every table.
+struct Batch<'a>(Vec<(BatchCount<'a>, bool)>);
+
+impl<'a> Batch<'a> {
+    fn new(tables: &'a [CodedTable], config: &Config) -> Self {
+        let counts = tables.iter();
+        Self(
+            counts
+                .map(|table| (BatchCount::new(table, config), table.is_scattered()))
+                .collect(),
+        )
     }
-    if table.is_scattered() {
-        found.scattered = streams.mvoxels_read;
+
+    fn sample(&mut self, places: &[DVec3]) {
+        for ((count, _), place) in self.0.iter_mut().zip(places) {
+            count.sample(*place);
+        }
     }
-    found.streams = streams;
-    found
+
+    fn done(self, side: u32) -> Traffic {
+        let mut found = Traffic::of(side, None);
+        for (count, scattered) in self.0 {
+            let own = count.done();
+            found.mvoxels += own.tasks;
+            found.entries += own.entries;
+            found.streams = found.streams + own.streams;
+            if scattered {
+                found.scattered += own.streams.mvoxels_read;
+            }
+        }
+        found
+    }
 }
 
 #[cfg(test)]
@@ -105,7 +112,7 @@ mod tests {
     use super::*;
 
     use super::super::Endless;
-    use crate::fields::{FixedField, FixedOptions};
+    use crate::fields::{Field, FixedField, FixedOptions};
     use crate::scene::{Model, Scene};
     use crate::units::Twins;
 
@@ -128,7 +135,8 @@ mod tests {
             };
             let endless = Endless(field);
             for side in [8, 20] {
-                let counted = table_traffic(&endless, scene.camera(), &config, &[side]).unwrap();
+                let stops = Stops::find(&endless, scene.camera()).unwrap();
+                let counted = table_traffic(&stops, &config, &[side]).unwrap();
                 let options = FixedOptions {
                     terminate: false,
                     group_side: Some(side),

@@ -8,16 +8,14 @@
 //! lie where the field is known to be empty; the hardware gathers an MVoxel to
 //! its end.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::camera::Camera;
-use crate::fields::{Field, FieldError, samples_of};
+use crate::fields::coded::{Tally, Touched};
+use crate::fields::{Field, FieldError, Stops};
 use crate::streams::{RitReads, Streams, Visit};
 use crate::voxels::{FRACTION_BITS, Halo, cube_edge, position_code};
 
@@ -53,7 +51,7 @@ impl Traffic {
     }
 
     /// Of both.
-    pub(super) fn and(self, other: Self) -> Self {
+    pub(crate) fn and(self, other: Self) -> Self {
         Self {
             mvoxels: self.mvoxels + other.mvoxels,
             entries: self.entries + other.entries,
@@ -62,17 +60,6 @@ impl Traffic {
             ..self
         }
     }
-}
-
-/// What the samples of a ray group do to one MVoxel.
-#[derive(Debug, Clone, Copy, Default)]
-struct Touched {
-    /// The last row that is read.
-    last: u64,
-    /// Entries of samples that have all their vertices here.
-    whole: u64,
-    /// Entries of samples that do not.
-    split: u64,
 }
 
 /// Whether a field is one dense volume.
@@ -85,13 +72,13 @@ pub fn is_volume(field: &dyn Field) -> bool {
 /// the configuration's rows hold, for each side of ray groups and both halos.
 ///
 /// # Errors
-/// A field of another kind, or as [`crate::fields::render_float`].
+/// A field of another kind, or rows for less than 2 x 2 x 2 vertices.
 pub fn traffic(
-    field: &dyn Field,
-    camera: &Camera,
+    stops: &Stops<'_>,
     config: &Config,
     sides: &[u32],
 ) -> Result<Vec<Traffic>, FieldError> {
+    let field = stops.field();
     let [table] = field.tables() else {
         return Err(FieldError::Part {
             part: "tables",
@@ -109,54 +96,45 @@ pub fn traffic(
         });
     };
     let reads = RitReads::of(config);
-    let [width, height] = [camera.width, camera.height];
-    // The cell of every sample, ray after ray.
-    let rays: Result<Vec<Vec<[u16; 3]>>, FieldError> = (0..width * height)
-        .into_par_iter()
-        .map(|i| {
-            let mut cells = vec![];
-            samples_of(field, camera, [i % width, i / width], |_, places| {
-                cells.push(cell(points, places[0]));
-            })?;
-            Ok(cells)
-        })
-        .collect();
-    let rays = rays?;
+    let [width, height] = [stops.camera().width, stops.camera().height];
+    let halos = [Halo::Shared, Halo::Split];
     let mut found = vec![];
     for side in sides.iter().copied() {
-        for halo in [Halo::Shared, Halo::Split] {
-            let across = width.div_ceil(side);
-            let groups: Vec<u32> = (0..across * height.div_ceil(side)).collect();
-            let counts: Vec<Traffic> = groups
-                .into_par_iter()
-                .map(|group| {
-                    let corner = [group % across * side, group / across * side];
-                    let mut touched = HashMap::new();
-                    for y in corner[1]..(corner[1] + side).min(height) {
-                        for x in corner[0]..(corner[0] + side).min(width) {
-                            for cell in &rays[(y * width + x) as usize] {
-                                touch(points, edge, halo, *cell, &mut touched);
-                            }
+        let across = width.div_ceil(side);
+        let groups = (0..across * height.div_ceil(side)).into_par_iter();
+        let counts = groups.map(|group| {
+            let corner = [group % across * side, group / across * side];
+            let mut tallies = halos.map(|halo| (halo, Tally::new()));
+            let mut places = [DVec3::ZERO];
+            for y in corner[1]..(corner[1] + side).min(height) {
+                for x in corner[0]..(corner[0] + side).min(width) {
+                    stops.samples([x, y], 1, &mut places, |places| {
+                        let cell = cell(points, places[0]);
+                        for (halo, tally) in &mut tallies {
+                            touch(points, edge, *halo, cell, tally);
                         }
-                    }
-                    let mut found = Traffic::of(side, Some(halo));
-                    found.mvoxels = touched.len() as u64;
-                    for mvoxel in touched.values() {
-                        found.entries += mvoxel.whole + mvoxel.split;
-                        let visit = Visit {
-                            vertices: Vertices::Eight,
-                            channels,
-                            rows: mvoxel.last + 1,
-                            whole: mvoxel.whole,
-                            split: mvoxel.split,
-                        };
-                        found.streams.visit(&visit, reads);
-                    }
-                    found
-                })
-                .collect();
-            found.extend(counts.into_iter().reduce(Traffic::and));
-        }
+                    });
+                }
+            }
+            tallies.map(|(halo, tally)| {
+                let mut found = Traffic::of(side, Some(halo));
+                for mvoxel in tally.done().into_values() {
+                    found.mvoxels += 1;
+                    found.entries += mvoxel.whole + mvoxel.split;
+                    let visit = Visit {
+                        vertices: Vertices::Eight,
+                        channels,
+                        rows: mvoxel.last + 1,
+                        whole: mvoxel.whole,
+                        split: mvoxel.split,
+                    };
+                    found.streams.visit(&visit, reads);
+                }
+                found
+            })
+        });
+        let none = || halos.map(|halo| Traffic::of(side, Some(halo)));
+        found.extend(counts.reduce(none, |[a, b], [c, d]| [a.and(c), b.and(d)]));
     }
     Ok(found)
 }
@@ -172,13 +150,7 @@ fn cell(points: [usize; 3], place: DVec3) -> [u16; 3] {
 }
 
 /// Notes the entries of a sample in a cell and the rows that it reads.
-fn touch(
-    points: [usize; 3],
-    edge: usize,
-    halo: Halo,
-    cell: [u16; 3],
-    touched: &mut HashMap<[u16; 3], Touched>,
-) {
+fn touch(points: [usize; 3], edge: usize, halo: Halo, cell: [u16; 3], tally: &mut Tally<[u16; 3]>) {
     let stride = match halo {
         Halo::Shared => edge - 1,
         Halo::Split => edge,
@@ -203,13 +175,12 @@ fn touch(
             mvoxel[axis] = index as u16;
             row = row * extent + local;
         }
-        let to = touched.entry(mvoxel).or_default();
-        to.last = to.last.max(row as u64);
-        if parted {
-            to.split += 1;
-        } else {
-            to.whole += 1;
-        }
+        let entry = Touched {
+            last: row as u64,
+            whole: u64::from(!parted),
+            split: u64::from(parted),
+        };
+        tally.add(mvoxel, entry);
     }
 }
 
@@ -230,9 +201,9 @@ mod tests {
     fn a_sample_on_the_seam_has_an_entry_on_each_side() {
         let points = [9; 3];
         let of = |halo, cell: [u16; 3]| {
-            let mut touched = HashMap::new();
-            touch(points, 4, halo, cell, &mut touched);
-            touched
+            let mut tally = Tally::new();
+            touch(points, 4, halo, cell, &mut tally);
+            tally.done()
         };
         let entries = |halo, cell| {
             let all = of(halo, cell);
@@ -268,7 +239,8 @@ mod tests {
             let config = Config::from_toml(text, "test").unwrap();
             let shared = MVoxels::new(grid, &config).unwrap();
             for side in [8, 24] {
-                let counted = traffic(&field, scene.camera(), &config, &[side]).unwrap();
+                let stops = Stops::find(&field, scene.camera()).unwrap();
+                let counted = traffic(&stops, &config, &[side]).unwrap();
                 let halos = [Halo::Shared, Halo::Split];
                 for (halo, found) in halos.into_iter().zip(&counted) {
                     let options = FixedOptions {

@@ -50,7 +50,7 @@ pub(super) struct Pixel {
     weight: f64,
     moment: f64,
     pub(super) samples: u64,
-    gathered: u64,
+    pub(super) gathered: u64,
     coloured: u64,
 }
 
@@ -90,7 +90,7 @@ pub fn render_masked(
                     return Pixel::CLEAR;
                 }
                 let pixel = [i % width, i / width];
-                march(field, &sampling, camera, pixel, worker, |_, _| ())
+                march(field, &sampling, camera, pixel, worker)
             },
         )
         .collect();
@@ -143,24 +143,6 @@ impl Worker {
             scratch: vec![],
         }
     }
-}
-
-/// Tells of every sample of a pixel that is gathered where it lies in the world
-/// and in the tables, front to back.
-///
-/// # Errors
-/// As [`render_float`].
-pub fn samples_of(
-    field: &dyn Field,
-    camera: &Camera,
-    pixel: [u32; 2],
-    seen: impl FnMut(DVec3, &[DVec3]),
-) -> Result<(), FieldError> {
-    let sampling = field.sampling();
-    check(camera, &sampling)?;
-    let mut worker = Worker::new(field);
-    march(field, &sampling, camera, pixel, &mut worker, seen);
-    Ok(())
 }
 
 /// Whether samples along the camera's rays can be counted.
@@ -243,31 +225,36 @@ impl Samples {
 
     /// Where sample `k` lies in the world.
     pub(super) fn at(&self, k: u64) -> DVec3 {
-        self.origin + self.direction * self.distance(k)
+        self.between(k, 0.0)
+    }
+
+    /// A part of a step behind sample `k`.
+    pub(super) fn between(&self, k: u64, part: f64) -> DVec3 {
+        self.origin + self.direction * (self.near + self.step * (k as f64 + part))
     }
 }
 
-pub(super) fn march(
+/// Marches a ray to where it stops: its samples, its gathered ones and what is
+/// left of it. The worker keeps those that are seen; `gathers` is told of the
+/// gathered ones.
+pub(super) fn advance(
     field: &dyn Field,
     sampling: &Sampling,
-    camera: &Camera,
-    pixel: [u32; 2],
+    ray: &Samples,
     worker: &mut Worker,
-    mut seen: impl FnMut(DVec3, &[DVec3]),
+    mut gathers: impl FnMut(u64),
 ) -> Pixel {
-    let ray = Samples::of(sampling, camera, pixel);
     let mut pixel = Pixel::CLEAR;
     let channels = field.channels();
     worker.features.clear();
     worker.weights.clear();
     for k in 0..ray.count {
         pixel.samples += 1;
-        let at = ray.at(k);
-        if !field.index(at, &mut worker.places) {
+        if !field.index(ray.at(k), &mut worker.places) {
             continue;
         }
         pixel.gathered += 1;
-        seen(at, &worker.places);
+        gathers(k);
         let from = worker.features.len();
         worker.features.resize(from + channels, 0.0);
         let mut rest = &mut worker.features[from..];
@@ -293,7 +280,19 @@ pub(super) fn march(
         }
     }
     pixel.coloured = worker.weights.len() as u64;
-    let samples = worker.features.chunks_exact(channels.max(1));
+    pixel
+}
+
+fn march(
+    field: &dyn Field,
+    sampling: &Sampling,
+    camera: &Camera,
+    pixel: [u32; 2],
+    worker: &mut Worker,
+) -> Pixel {
+    let ray = Samples::of(sampling, camera, pixel);
+    let mut pixel = advance(field, sampling, &ray, worker, |_| ());
+    let samples = worker.features.chunks_exact(field.channels().max(1));
     for (features, weight) in samples.zip(&worker.weights) {
         pixel.colour += *weight * field.colour(features, ray.direction, &mut worker.scratch);
     }

@@ -21,6 +21,8 @@ pub mod ngp;
 mod nodes;
 mod opacity;
 mod ray_stages;
+mod shape;
+mod stops;
 pub mod stored;
 mod table;
 pub mod tensorf;
@@ -35,10 +37,12 @@ use potamoi_formats::config::Config;
 pub use error::FieldError;
 pub use fixed::{Coded, FixedField, FixedOptions};
 pub use hashed_colour::{FixedColour, HashedColour};
-pub use march::{FieldFrame, render_float, render_masked, samples_of};
+pub use march::{FieldFrame, render_float, render_masked};
 pub use mlp::{Layer, Mlp};
 pub use nodes::Nodes;
 pub use ray_stages::RayStages;
+pub use shape::TableShape;
+pub use stops::Stops;
 pub use table::Table;
 
 /// A radiance field.

@@ -2,6 +2,7 @@
 //! empty have a cube of fine ones each.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// No node.
 const NONE: u32 = u32::MAX;
@@ -21,22 +22,22 @@ pub struct Nodes {
 impl Nodes {
     /// Nodes for the coarse cells that are `filled`, x fastest, in that order.
     #[must_use]
-    pub fn new(cells: [usize; 3], fine: usize, filled: impl Fn([usize; 3]) -> bool) -> Self {
-        let mut count = 0;
-        let all = 0..cells.iter().product::<usize>();
+    pub fn new(cells: [usize; 3], fine: usize, filled: impl Fn([usize; 3]) -> bool + Sync) -> Self {
+        let all = (0..cells.iter().product::<usize>()).into_par_iter();
         let node = all.map(|i| {
             let cell = [
                 i % cells[0],
                 i / cells[0] % cells[1],
                 i / (cells[0] * cells[1]),
             ];
-            if !filled(cell) {
-                return NONE;
-            }
-            count += 1;
-            count - 1
+            if filled(cell) { 0 } else { NONE }
         });
-        let node = node.collect();
+        let mut node: Vec<u32> = node.collect();
+        let mut count = 0;
+        for number in node.iter_mut().filter(|number| **number != NONE) {
+            *number = count;
+            count += 1;
+        }
         Self {
             cells,
             fine,

@@ -3,68 +3,51 @@
 
 use glam::DVec3;
 
-use super::march::{Samples, Worker, check, march};
-use super::{Field, FieldError, Sampling};
-use crate::camera::Camera;
+use super::Stops;
+use super::march::Samples;
 
 /// A ray, and what its stages leave for the next.
 pub struct RayStages<'a> {
-    field: &'a dyn Field,
-    camera: &'a Camera,
-    sampling: Sampling,
-    worker: Worker,
+    stops: &'a Stops<'a>,
     ray: Option<Samples>,
     /// Samples up to where the ray stops.
     samples: u64,
     /// Of each gathered sample, its place in every table, then its features.
     places: Vec<DVec3>,
     features: Vec<f64>,
+    scratch: Vec<f64>,
 }
 
 impl<'a> RayStages<'a> {
-    /// Rays of a camera through a field.
-    ///
-    /// # Errors
-    /// As [`super::render_float`].
-    pub fn new(field: &'a dyn Field, camera: &'a Camera) -> Result<Self, FieldError> {
-        let sampling = field.sampling();
-        check(camera, &sampling)?;
-        Ok(Self {
-            field,
-            camera,
-            sampling,
-            worker: Worker::new(field),
+    /// Rays that stop where it is known.
+    #[must_use]
+    pub fn new(stops: &'a Stops<'a>) -> Self {
+        Self {
+            stops,
             ray: None,
             samples: 0,
             places: vec![],
             features: vec![],
-        })
+            scratch: vec![],
+        }
     }
 
-    /// Takes the ray of a pixel, and finds where it stops.
+    /// Takes the ray of a pixel.
     pub fn aim(&mut self, pixel: [u32; 2]) {
-        let worker = &mut self.worker;
-        let marched = march(
-            self.field,
-            &self.sampling,
-            self.camera,
-            pixel,
-            worker,
-            |_, _| (),
-        );
-        self.samples = marched.samples;
-        self.ray = Some(Samples::of(&self.sampling, self.camera, pixel));
+        let (ray, samples) = self.stops.ray(pixel);
+        (self.ray, self.samples) = (Some(ray), samples);
     }
 
     /// Indexing: the places of its samples.
     pub fn index(&mut self) {
         self.places.clear();
         let Some(ray) = self.ray else { return };
-        let tables = self.field.tables().len();
+        let field = self.stops.field();
+        let tables = field.tables().len();
         for k in 0..self.samples {
             let from = self.places.len();
             self.places.resize(from + tables, DVec3::ZERO);
-            if !self.field.index(ray.at(k), &mut self.places[from..]) {
+            if !field.index(ray.at(k), &mut self.places[from..]) {
                 self.places.truncate(from);
             }
         }
@@ -72,8 +55,8 @@ impl<'a> RayStages<'a> {
 
     /// Gathering: the features there.
     pub fn gather(&mut self) {
-        let tables = self.field.tables();
-        let channels = self.field.channels();
+        let tables = self.stops.field().tables();
+        let channels = self.stops.field().channels();
         let samples = self.places.len() / tables.len().max(1);
         self.features.clear();
         self.features.resize(samples * channels, 0.0);
@@ -92,15 +75,15 @@ impl<'a> RayStages<'a> {
         let Some(ray) = self.ray else {
             return DVec3::ZERO;
         };
+        let (field, sampling) = (self.stops.field(), self.stops.sampling());
         let (mut left, mut colour) = (1.0, DVec3::ZERO);
-        for row in self.features.chunks_exact(self.field.channels().max(1)) {
-            let alpha = -(-self.field.depth(row)).exp_m1();
+        for row in self.features.chunks_exact(field.channels().max(1)) {
+            let alpha = -(-field.depth(row)).exp_m1();
             let weight = alpha * left;
-            if alpha > self.sampling.least_opacity {
+            if alpha > sampling.least_opacity {
                 left *= 1.0 - alpha;
-                if weight > self.sampling.least_weight {
-                    let scratch = &mut self.worker.scratch;
-                    colour += weight * self.field.colour(row, ray.direction, scratch);
+                if weight > sampling.least_weight {
+                    colour += weight * field.colour(row, ray.direction, &mut self.scratch);
                 }
             }
         }
@@ -125,7 +108,8 @@ mod tests {
                 panic!("a field")
             };
             let frame = render_float(&**field, scene.camera(), [0.0; 3]).unwrap();
-            let mut rays = RayStages::new(&**field, scene.camera()).unwrap();
+            let stops = Stops::find(&**field, scene.camera()).unwrap();
+            let mut rays = RayStages::new(&stops);
             let mut lit = 0;
             for (i, expected) in (0..).zip(&frame.picture.rgb) {
                 rays.aim([i % 24, i / 24]);

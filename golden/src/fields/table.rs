@@ -3,16 +3,9 @@
 
 use glam::DVec3;
 
+use super::shape::TableShape;
 use super::{FieldError, Nodes};
 
-/// The most vertices along an axis.
-const MAX_POINTS: usize = 1 << 14;
-/// The most vertices along an axis of a hashed table, whose size does not
-/// depend on them.
-const MAX_HASHED_POINTS: usize = 1 << 20;
-/// What the parts of a vertex are multiplied by in its hash (Teschner et al.
-/// 2003; the first is 1 in Instant-NGP).
-const PRIMES: [u32; 3] = [1, 2_654_435_761, 805_459_861];
 /// The most values of a table.
 const MAX_VALUES: usize = 1 << 30;
 
@@ -20,41 +13,8 @@ const MAX_VALUES: usize = 1 << 30;
 /// three.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    points: [usize; 3],
-    channels: usize,
-    layout: Layout,
+    shape: TableShape,
     values: Vec<f32>,
-}
-
-/// Where vertices have their rows.
-#[derive(Debug, Clone, PartialEq)]
-enum Layout {
-    /// One each, x fastest.
-    Dense,
-    /// Any of so many, by a hash.
-    Hashed(usize),
-    /// In the node of their coarse cell.
-    Nodes(Nodes),
-}
-
-impl Layout {
-    fn rows(&self, points: [usize; 3]) -> usize {
-        match self {
-            // At most 2^60.
-            Self::Dense => points.iter().product(),
-            Self::Hashed(entries) => *entries,
-            Self::Nodes(nodes) => nodes.rows(),
-        }
-    }
-
-    /// What a row belongs to.
-    const fn owner(&self) -> &'static str {
-        match self {
-            Self::Dense => "vertex",
-            Self::Hashed(_) => "entry",
-            Self::Nodes(_) => "fine cell",
-        }
-    }
 }
 
 impl Table {
@@ -64,7 +24,7 @@ impl Table {
     /// # Errors
     /// Sizes out of range, another number of values, or one that is not finite.
     pub fn new(points: [usize; 3], channels: usize, values: Vec<f32>) -> Result<Self, FieldError> {
-        Self::checked(points, Layout::Dense, channels, values)
+        Self::checked(TableShape::dense(points, channels)?, values)
     }
 
     /// A volume of `points` vertices along each axis that share `entries` of
@@ -80,7 +40,7 @@ impl Table {
         channels: usize,
         values: Vec<f32>,
     ) -> Result<Self, FieldError> {
-        Self::checked(points, Layout::Hashed(entries), channels, values)
+        Self::checked(TableShape::hashed(points, entries, channels)?, values)
     }
 
     /// A two-level tree, a row a fine cell, whose value is that everywhere in
@@ -89,15 +49,10 @@ impl Table {
     /// # Errors
     /// Sizes out of range, another number of values, or one that is not finite.
     pub fn tree(nodes: Nodes, channels: usize, values: Vec<f32>) -> Result<Self, FieldError> {
-        Self::checked(nodes.points(), Layout::Nodes(nodes), channels, values)
+        Self::checked(TableShape::tree(nodes, channels)?, values)
     }
 
-    fn checked(
-        points: [usize; 3],
-        layout: Layout,
-        channels: usize,
-        values: Vec<f32>,
-    ) -> Result<Self, FieldError> {
+    fn checked(shape: TableShape, values: Vec<f32>) -> Result<Self, FieldError> {
         let refuse = |part, found: String, expected: String| {
             Err(FieldError::Part {
                 part,
@@ -105,84 +60,62 @@ impl Table {
                 expected,
             })
         };
-        let most = match layout {
-            Layout::Hashed(_) => MAX_HASHED_POINTS,
-            Layout::Dense | Layout::Nodes(_) => MAX_POINTS,
-        };
-        if points.iter().any(|p| !(1..=most).contains(p)) {
-            let expected = format!("1 to {most} vertices along each axis");
-            return refuse("table.points", format!("{points:?}"), expected);
-        }
-        let count = layout.rows(points).checked_mul(channels);
-        let Some(count) = count.filter(|n| (1..=MAX_VALUES).contains(n)) else {
+        let (points, channels) = (shape.points(), shape.channels());
+        let count = shape.rows() * channels;
+        if count > MAX_VALUES {
             let expected = format!("1 to {MAX_VALUES} values");
             return refuse("table", format!("{points:?} x {channels}"), expected);
-        };
+        }
         if values.len() != count {
-            let expected = format!("{count}, one for each {} and channel", layout.owner());
+            let expected = format!("{count}, one for each {} and channel", shape.owner());
             return refuse("table.values.len()", values.len().to_string(), expected);
         }
         if let Some(at) = values.iter().position(|v| !v.is_finite()) {
             let found = format!(
                 "{} at {} {}, channel {}",
                 values[at],
-                layout.owner(),
+                shape.owner(),
                 at / channels,
                 at % channels
             );
             return refuse("table.values", found, "finite numbers".to_owned());
         }
-        Ok(Self {
-            points,
-            channels,
-            layout,
-            values,
-        })
+        Ok(Self { shape, values })
+    }
+
+    /// Where its vertices lie.
+    #[must_use]
+    pub const fn shape(&self) -> &TableShape {
+        &self.shape
     }
 
     /// Whether vertices share entries.
     #[must_use]
     pub const fn is_hashed(&self) -> bool {
-        matches!(self.layout, Layout::Hashed(_))
+        self.shape.is_hashed()
     }
 
     /// The nodes of a tree.
     pub(super) const fn nodes(&self) -> Option<&Nodes> {
-        match &self.layout {
-            Layout::Nodes(nodes) => Some(nodes),
-            _ => None,
-        }
+        self.shape.nodes()
     }
 
     /// Rows of values.
     #[must_use]
     pub fn rows(&self) -> usize {
-        self.values.len() / self.channels
-    }
-
-    /// The row of a vertex in a hashed table of so many entries.
-    pub(super) fn hashed_row(vertex: [usize; 3], entries: usize) -> usize {
-        hash(vertex) as usize % entries
-    }
-
-    /// The row of values of a vertex, of a dense or hashed table.
-    fn row(&self, vertex: [usize; 3]) -> usize {
-        match self.layout {
-            Layout::Hashed(entries) => Self::hashed_row(vertex, entries),
-            _ => vertex[0] + self.points[0] * (vertex[1] + self.points[1] * vertex[2]),
-        }
+        self.shape.rows()
     }
 
     /// Vertices along each axis.
     #[must_use]
     pub const fn points(&self) -> [usize; 3] {
-        self.points
+        self.shape.points()
     }
 
     /// Values a vertex.
     #[must_use]
     pub const fn channels(&self) -> usize {
-        self.channels
+        self.shape.channels()
     }
 
     /// All values, channels fastest, then x, y, z, or entries.
@@ -194,18 +127,16 @@ impl Table {
     /// Vertices that a sample reads: 2, 4 or 8, or the only one.
     #[must_use]
     pub fn vertices(&self) -> usize {
-        if self.nodes().is_some() {
-            return 1;
-        }
-        1 << self.points.iter().filter(|p| **p > 1).count()
+        self.shape.vertices()
     }
 
     /// Gathering: the multilinear interpolation at a place in vertices, held
     /// within the table, one value a channel.
     pub fn gather(&self, place: DVec3, out: &mut [f64]) {
         out.fill(0.0);
+        let channels = self.channels();
         self.corners(place, |vertex, weight| {
-            let row = &self.values[vertex * self.channels..][..self.channels];
+            let row = &self.values[vertex * channels..][..channels];
             for (sum, value) in out.iter_mut().zip(row) {
                 *sum += weight * f64::from(*value);
             }
@@ -213,48 +144,9 @@ impl Table {
     }
 
     /// Tells each row that a sample at a place reads, and its weight.
-    pub fn corners(&self, place: DVec3, mut read: impl FnMut(usize, f64)) {
-        if let Some(nodes) = self.nodes() {
-            if let Some(row) = nodes.row(nodes.cell(place)) {
-                read(row, 1.0);
-            }
-            return;
-        }
-        let mut cell = [0usize; 3];
-        let mut fraction = [0f64; 3];
-        for axis in 0..3 {
-            let last = self.points[axis] - 1;
-            let held = place[axis].clamp(0.0, last as f64);
-            cell[axis] = (held as usize).min(last.saturating_sub(1));
-            fraction[axis] = held - cell[axis] as f64;
-        }
-        let flat = self.points.map(|points| points == 1);
-        for corner in 0..8usize {
-            let far = [0, 1, 2].map(|axis| corner >> axis & 1 == 1);
-            if (0..3).any(|axis| far[axis] && flat[axis]) {
-                continue;
-            }
-            let mut weight = 1.0;
-            let mut index = [0; 3];
-            for axis in 0..3 {
-                index[axis] = cell[axis] + usize::from(far[axis]);
-                weight *= match (flat[axis], far[axis]) {
-                    (true, _) => 1.0,
-                    (false, true) => fraction[axis],
-                    (false, false) => 1.0 - fraction[axis],
-                };
-            }
-            read(self.row(index), weight);
-        }
+    pub fn corners(&self, place: DVec3, read: impl FnMut(usize, f64)) {
+        self.shape.corners(place, read);
     }
-}
-
-/// The hash of a vertex, before it is brought within a table.
-fn hash(vertex: [usize; 3]) -> u32 {
-    let products = vertex.iter().zip(PRIMES);
-    products.fold(0, |hash, (part, prime)| {
-        hash ^ (*part as u32).wrapping_mul(prime)
-    })
 }
 
 #[cfg(test)]
@@ -298,20 +190,6 @@ mod tests {
             table.gather(DVec3::splat(-3.0), &mut out);
             assert_eq!(out[0], 1.0);
         }
-    }
-
-    /// By hand: 3, 5 and 7 times their primes modulo 2^32.
-    #[test]
-    fn vertices_hash_as_computed_by_hand() {
-        assert_eq!(hash([0, 0, 0]), 0);
-        assert_eq!(hash([9, 0, 0]), 9);
-        assert_eq!(hash([0, 1, 0]), 0x9e37_79b1);
-        assert_eq!(hash([0, 0, 1]), 0x3002_5795);
-        // 5 x 0x9e3779b1 = 0x3_1715_6075, 7 x 0x30025795 = 0x1_5010_6513.
-        assert_eq!(hash([3, 5, 7]), 3 ^ 0x1715_6075 ^ 0x5010_6513);
-        let table = Table::hashed([99; 3], 256, 1, vec![0.0; 256]).unwrap();
-        assert_eq!(table.row([3, 5, 7]), 3 ^ 0x75 ^ 0x13);
-        assert!(table.is_hashed());
     }
 
     /// In a table of one entry all vertices collide: the interpolation is

@@ -2,6 +2,7 @@
 
 mod builtin;
 pub mod camera_file;
+mod characterise;
 pub mod colmap;
 mod description;
 mod error;
@@ -18,6 +19,7 @@ mod tests;
 pub mod transforms;
 
 pub use builtin::{BUILTIN, Representation};
+pub use characterise::Characterised;
 pub use error::SceneError;
 pub use images::Images;
 pub use orbit::Orbit;
@@ -82,9 +84,8 @@ impl Model {
 
     /// How large the algorithm's authors make its tables, where that is one
     /// number: DirectVoxGO's fine grid of 160^3, TensoRF's of 300^3, 2^19 entries
-    /// a level of Instant-NGP's base configuration. Of EfficientNeRF half of its
-    /// 384^3 coarse cells along each axis: the nodes of what is sampled here, one
-    /// cell thick, would be more than fit memory.
+    /// a level of Instant-NGP's base configuration and of the colours of
+    /// Compact-3DGS, EfficientNeRF's 384^3 coarse cells.
     #[must_use]
     pub fn full_size(&self) -> Option<Size> {
         match self {
@@ -92,10 +93,11 @@ impl Model {
             Self::Tensorf(_) => Some(Size::Points(300)),
             Self::Field(field) => match field.kind() {
                 NGP => Some(Size::Entries(1 << 19)),
-                EFFICIENT_NERF => Some(Size::Cells(192)),
+                EFFICIENT_NERF => Some(Size::Cells(384)),
                 _ => None,
             },
-            Self::Splats(_) | Self::Compact(_) | Self::Voxels(_) => None,
+            Self::Compact(_) => Some(Size::Entries(1 << 19)),
+            Self::Splats(_) | Self::Voxels(_) => None,
         }
     }
 

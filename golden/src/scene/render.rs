@@ -11,11 +11,6 @@ use serde::Serialize;
 use super::{Kind, Model, Scene, SceneError};
 use crate::analytic::Analytic;
 use crate::camera::Camera;
-use crate::characterise::{
-    Accesses, FullSize, Stages, Traffic, field_accesses, field_stages, is_volume, splat_accesses,
-    splat_stages, splat_traffic, table_traffic, traffic,
-};
-use crate::fields::stored::StoredField;
 use crate::fields::{self, Field, FixedField};
 use crate::picture::Picture;
 use crate::splats::{self, Cloud, Decisions, Flips, Octree, Partition};
@@ -135,63 +130,6 @@ impl Scene {
         }
     }
 
-    /// Reads of feature vectors of a frame in pixel-centric order, so many rays
-    /// or tiles side by side; with `full`, of tables as large as the algorithm's
-    /// authors use, where [`Model::full_size`] knows that.
-    ///
-    /// # Errors
-    /// As [`Scene::render_float`].
-    pub fn accesses(&self, lanes: usize, full: bool) -> Result<Accesses, SceneError> {
-        let size = self.model.full_size().filter(|_| full);
-        Ok(match self.model.kind() {
-            Kind::Splats(cloud) => splat_accesses(cloud, &self.camera, self.profile, lanes)?,
-            Kind::Voxels(grid) => {
-                let field = StoredField::new(grid, self.step)?;
-                field_accesses(&field, None, &self.camera, lanes)?
-            }
-            Kind::Field(field) => {
-                let full = size.map(|size| FullSize::new(field, size)).transpose()?;
-                field_accesses(field, full.as_ref(), &self.camera, lanes)?
-            }
-        })
-    }
-
-    /// Bytes of the memory-centric order of splats or of a field in one volume,
-    /// for each side of ray groups, and of fields for both halos; nothing for
-    /// other models.
-    ///
-    /// # Errors
-    /// As [`Scene::render_float`], or rows for less than 2 x 2 x 2 vertices.
-    pub fn traffic(&self, config: &Config, sides: &[u32]) -> Result<Vec<Traffic>, SceneError> {
-        Ok(match self.model.kind() {
-            Kind::Voxels(grid) => {
-                let field = StoredField::new(grid, self.step)?;
-                traffic(&field, &self.camera, config, sides)?
-            }
-            Kind::Field(field) if is_volume(field) => traffic(field, &self.camera, config, sides)?,
-            Kind::Field(field) => table_traffic(field, &self.camera, config, sides)?,
-            Kind::Splats(cloud) => {
-                let options = self.splat_options(config);
-                splat_traffic(cloud, &self.camera, self.profile, &options, sides)?
-            }
-        })
-    }
-
-    /// Time of the paper's three stages in the float renderer, measured.
-    ///
-    /// # Errors
-    /// As [`Scene::render_float`].
-    pub fn stages(&self) -> Result<Stages, SceneError> {
-        Ok(match self.model.kind() {
-            Kind::Splats(cloud) => splat_stages(cloud, &self.camera, self.profile)?,
-            Kind::Voxels(grid) => {
-                let field = StoredField::new(grid, self.step)?;
-                field_stages(&field, &self.camera)?
-            }
-            Kind::Field(field) => field_stages(field, &self.camera)?,
-        })
-    }
-
     /// The merged partition of splats into MVoxels of at most `rows` Gaussians;
     /// nothing for other models.
     #[must_use]
@@ -283,7 +221,7 @@ impl Scene {
         }
     }
 
-    fn splat_options(&self, config: &Config) -> splats::FixedOptions {
+    pub(super) fn splat_options(&self, config: &Config) -> splats::FixedOptions {
         splats::FixedOptions {
             schedule: splats::ScheduleOptions {
                 rows: config.mvoxel.rows as usize,

@@ -6,6 +6,7 @@
 //! keep the order of the samples ([`ScatteredTable`]): their vertices lie
 //! anywhere (paper, Sec. "Memory Optimizations", hierarchical encodings).
 
+mod count;
 mod mvoxels;
 mod scattered;
 #[cfg(test)]
@@ -21,6 +22,8 @@ use super::{FieldError, Table};
 use crate::units::GatherTask;
 use crate::units::weights::{self, FRACTION_BITS};
 
+pub use count::{BatchCount, Counted};
+pub(crate) use count::{Tally, Touched};
 pub use mvoxels::MVoxelTable;
 pub use scattered::ScatteredTable;
 pub use tree::TreeTable;

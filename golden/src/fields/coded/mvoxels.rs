@@ -128,18 +128,31 @@ impl MVoxelTable {
     #[must_use]
     pub fn entry(&self, at: &Located, weight_bits: u32) -> (usize, RitEntry) {
         let (low, fraction) = cell(self.points, at.place);
-        let stride = self.stride();
-        let index = [0, 1, 2].map(|axis| low[axis] / stride[axis]);
-        let mvoxel = index[0] + self.counts[0] * (index[1] + self.counts[1] * index[2]);
-        let [wide, high, _] = self.extent(mvoxel);
-        let row = |corner: usize| {
-            let [x, y, z] = [0, 1, 2].map(|axis| low[axis] % stride[axis] + (corner >> axis & 1));
-            (x + wide * (y + high * z)) as u16
-        };
+        let (mvoxel, row) = self.corners(low);
         (
             mvoxel,
             entry(at.slot, self.vertices, fraction, weight_bits, row),
         )
+    }
+
+    /// The MVoxel of a place in vertices, and the last row that its entry reads.
+    pub(super) fn reach(&self, place: DVec3) -> (usize, u16) {
+        let (low, _) = cell(self.points, place);
+        let (mvoxel, row) = self.corners(low);
+        (mvoxel, row(self.vertices.count() - 1))
+    }
+
+    /// The MVoxel of a cell, and the row in it of each of the cell's corners.
+    fn corners(&self, low: [usize; 3]) -> (usize, impl Fn(usize) -> u16) {
+        let stride = self.stride();
+        let index = [0, 1, 2].map(|axis| low[axis] / stride[axis]);
+        let mvoxel = index[0] + self.counts[0] * (index[1] + self.counts[1] * index[2]);
+        let [wide, high, _] = self.extent(mvoxel);
+        let row = move |corner: usize| {
+            let [x, y, z] = [0, 1, 2].map(|axis| low[axis] % stride[axis] + (corner >> axis & 1));
+            (x + wide * (y + high * z)) as u16
+        };
+        (mvoxel, row)
     }
 
     /// How far an MVoxel is from the one of the camera, which is at `eye` in

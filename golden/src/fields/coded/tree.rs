@@ -82,19 +82,25 @@ impl TreeTable {
         along(0) + along(1) + along(2)
     }
 
+    /// The MVoxel of a place in fine cells, and the row that is read; nothing
+    /// where there is no node.
+    pub(super) fn reach(&self, place: DVec3) -> Option<(usize, u16)> {
+        let fine = self.nodes.cell(place);
+        let cell = fine.map(|i| i / self.nodes.fine());
+        self.nodes.first(cell)?;
+        let cells = self.nodes.cells();
+        let first = self.first[cell[0] + cells[0] * (cell[1] + cells[1] * cell[2])];
+        Some((self.mvoxel(cell), first + self.nodes.local(fine) as u16))
+    }
+
     pub(super) fn gathers(&self, eye: DVec3, samples: &[Located]) -> Gathers {
         let distances: Vec<u64> = (0..self.rows.len())
             .map(|mvoxel| self.distance(mvoxel, eye))
             .collect();
-        let cells = self.nodes.cells();
         let place = |(sample, at): (u32, &Located)| {
-            let fine = self.nodes.cell(at.place);
-            let cell = fine.map(|i| i / self.nodes.fine());
-            self.nodes.first(cell)?;
-            let mvoxel = self.mvoxel(cell);
-            let first = self.first[cell[0] + cells[0] * (cell[1] + cells[1] * cell[2])];
+            let (mvoxel, row) = self.reach(at.place)?;
             let mut rows = [0; MAX_VERTICES];
-            rows[0] = first + self.nodes.local(fine) as u16;
+            rows[0] = row;
             Some(Placed {
                 distance: distances[mvoxel],
                 mvoxel: mvoxel as u32,

@@ -28,8 +28,6 @@ use crate::voxels::{FixedStats, Lanes, Work, gather};
 const WIDTH: usize = (LEVELS * FEATURES) as usize;
 /// Harmonics are below two to this.
 const HARMONICS_INT_BITS: i32 = 4;
-/// Gaussians that are gathered at a time.
-const BATCH: usize = 1 << 15;
 /// Gaussians and directions with which the perceptron's scales are found.
 const CALIBRATION: usize = 4096;
 
@@ -45,6 +43,9 @@ pub struct FixedColour<'a> {
 }
 
 impl<'a> FixedColour<'a> {
+    /// Gaussians that are gathered at a time.
+    pub const BATCH: usize = 1 << 15;
+
     /// Rounds the field to the formats of a configuration, for Gaussians at
     /// `centres`; some of them, seen from all sides, give the perceptron's
     /// scales.
@@ -92,7 +93,7 @@ impl<'a> FixedColour<'a> {
         let mut colours = Vec::with_capacity(centres.len());
         let unit = 2f64.powi(-self.head.output_frac());
         let one = held(2f64.powi(self.harmonic_bits));
-        for batch in centres.chunks(BATCH) {
+        for batch in centres.chunks(Self::BATCH) {
             let mut inputs = vec![0; batch.len() * MATRICES[0][1]];
             self.gather(eye, batch, colours.len(), &mut inputs, units, stats)?;
             for (at, row) in batch.iter().zip(inputs.chunks_exact_mut(MATRICES[0][1])) {

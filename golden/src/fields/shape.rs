@@ -1,0 +1,232 @@
+//! Where the vertices of a table lie: what is read of it, whatever its rows hold.
+
+use glam::DVec3;
+
+use super::{FieldError, Nodes};
+
+/// The most vertices along an axis.
+const MAX_POINTS: usize = 1 << 14;
+/// The most vertices along an axis of a hashed table, whose size does not
+/// depend on them.
+const MAX_HASHED_POINTS: usize = 1 << 20;
+/// What the parts of a vertex are multiplied by in its hash (Teschner et al.
+/// 2003; the first is 1 in Instant-NGP).
+const PRIMES: [u32; 3] = [1, 2_654_435_761, 805_459_861];
+/// The most rows and channels of a table, multiplied.
+const MAX_CODES: usize = 1 << 36;
+
+/// A table without its values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableShape {
+    points: [usize; 3],
+    channels: usize,
+    layout: Layout,
+}
+
+/// Where vertices have their rows.
+#[derive(Debug, Clone, PartialEq)]
+enum Layout {
+    /// One each, x fastest.
+    Dense,
+    /// Any of so many, by a hash.
+    Hashed(usize),
+    /// In the node of their coarse cell.
+    Nodes(Nodes),
+}
+
+impl Layout {
+    fn rows(&self, points: [usize; 3]) -> usize {
+        match self {
+            // At most 2^60.
+            Self::Dense => points.iter().product(),
+            Self::Hashed(entries) => *entries,
+            Self::Nodes(nodes) => nodes.rows(),
+        }
+    }
+
+    /// What a row belongs to.
+    const fn owner(&self) -> &'static str {
+        match self {
+            Self::Dense => "vertex",
+            Self::Hashed(_) => "entry",
+            Self::Nodes(_) => "fine cell",
+        }
+    }
+}
+
+impl TableShape {
+    /// A row for each of `points` vertices along each axis, x fastest.
+    ///
+    /// # Errors
+    /// Sizes out of range.
+    pub fn dense(points: [usize; 3], channels: usize) -> Result<Self, FieldError> {
+        Self::checked(points, Layout::Dense, channels)
+    }
+
+    /// `points` vertices along each axis that share `entries` rows by a hash.
+    ///
+    /// # Errors
+    /// Sizes out of range.
+    pub fn hashed(points: [usize; 3], entries: usize, channels: usize) -> Result<Self, FieldError> {
+        Self::checked(points, Layout::Hashed(entries), channels)
+    }
+
+    /// A row a fine cell of a tree.
+    ///
+    /// # Errors
+    /// Sizes out of range.
+    pub fn tree(nodes: Nodes, channels: usize) -> Result<Self, FieldError> {
+        Self::checked(nodes.points(), Layout::Nodes(nodes), channels)
+    }
+
+    fn checked(points: [usize; 3], layout: Layout, channels: usize) -> Result<Self, FieldError> {
+        let refuse = |part, found: String, expected: String| {
+            Err(FieldError::Part {
+                part,
+                found,
+                expected,
+            })
+        };
+        let most = match layout {
+            Layout::Hashed(_) => MAX_HASHED_POINTS,
+            Layout::Dense | Layout::Nodes(_) => MAX_POINTS,
+        };
+        if points.iter().any(|p| !(1..=most).contains(p)) {
+            let expected = format!("1 to {most} vertices along each axis");
+            return refuse("table.points", format!("{points:?}"), expected);
+        }
+        let count = layout.rows(points).checked_mul(channels);
+        if !count.is_some_and(|n| (1..=MAX_CODES).contains(&n)) {
+            let expected = format!("1 to {MAX_CODES} values");
+            return refuse("table", format!("{points:?} x {channels}"), expected);
+        }
+        Ok(Self {
+            points,
+            channels,
+            layout,
+        })
+    }
+
+    /// Whether vertices share rows.
+    #[must_use]
+    pub const fn is_hashed(&self) -> bool {
+        matches!(self.layout, Layout::Hashed(_))
+    }
+
+    /// The nodes of a tree.
+    pub(super) const fn nodes(&self) -> Option<&Nodes> {
+        match &self.layout {
+            Layout::Nodes(nodes) => Some(nodes),
+            _ => None,
+        }
+    }
+
+    /// What a row belongs to.
+    pub(super) const fn owner(&self) -> &'static str {
+        self.layout.owner()
+    }
+
+    /// Rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.layout.rows(self.points)
+    }
+
+    /// Vertices along each axis.
+    #[must_use]
+    pub const fn points(&self) -> [usize; 3] {
+        self.points
+    }
+
+    /// Values a row.
+    #[must_use]
+    pub const fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// Vertices that a sample reads: 2, 4 or 8, or the only one.
+    #[must_use]
+    pub fn vertices(&self) -> usize {
+        if self.nodes().is_some() {
+            return 1;
+        }
+        1 << self.points.iter().filter(|p| **p > 1).count()
+    }
+
+    /// The row of a vertex in a hashed table of so many entries.
+    pub(super) fn hashed_row(vertex: [usize; 3], entries: usize) -> usize {
+        hash(vertex) as usize % entries
+    }
+
+    /// The row of values of a vertex, of a dense or hashed table.
+    fn row(&self, vertex: [usize; 3]) -> usize {
+        match self.layout {
+            Layout::Hashed(entries) => Self::hashed_row(vertex, entries),
+            _ => vertex[0] + self.points[0] * (vertex[1] + self.points[1] * vertex[2]),
+        }
+    }
+
+    /// Tells each row that a sample at a place reads, and its weight.
+    pub fn corners(&self, place: DVec3, mut read: impl FnMut(usize, f64)) {
+        if let Some(nodes) = self.nodes() {
+            if let Some(row) = nodes.row(nodes.cell(place)) {
+                read(row, 1.0);
+            }
+            return;
+        }
+        let mut cell = [0usize; 3];
+        let mut fraction = [0f64; 3];
+        for axis in 0..3 {
+            let last = self.points[axis] - 1;
+            let held = place[axis].clamp(0.0, last as f64);
+            cell[axis] = (held as usize).min(last.saturating_sub(1));
+            fraction[axis] = held - cell[axis] as f64;
+        }
+        let flat = self.points.map(|points| points == 1);
+        for corner in 0..8usize {
+            let far = [0, 1, 2].map(|axis| corner >> axis & 1 == 1);
+            if (0..3).any(|axis| far[axis] && flat[axis]) {
+                continue;
+            }
+            let mut weight = 1.0;
+            let mut index = [0; 3];
+            for axis in 0..3 {
+                index[axis] = cell[axis] + usize::from(far[axis]);
+                weight *= match (flat[axis], far[axis]) {
+                    (true, _) => 1.0,
+                    (false, true) => fraction[axis],
+                    (false, false) => 1.0 - fraction[axis],
+                };
+            }
+            read(self.row(index), weight);
+        }
+    }
+}
+
+/// The hash of a vertex, before it is brought within a table.
+fn hash(vertex: [usize; 3]) -> u32 {
+    let products = vertex.iter().zip(PRIMES);
+    products.fold(0, |hash, (part, prime)| {
+        hash ^ (*part as u32).wrapping_mul(prime)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// By hand: 3, 5 and 7 times their primes modulo 2^32.
+    #[test]
+    fn vertices_hash_as_computed_by_hand() {
+        assert_eq!(hash([0, 0, 0]), 0);
+        assert_eq!(hash([9, 0, 0]), 9);
+        assert_eq!(hash([0, 1, 0]), 0x9e37_79b1);
+        assert_eq!(hash([0, 0, 1]), 0x3002_5795);
+        // 5 x 0x9e3779b1 = 0x3_1715_6075, 7 x 0x30025795 = 0x1_5010_6513.
+        assert_eq!(hash([3, 5, 7]), 3 ^ 0x1715_6075 ^ 0x5010_6513);
+        let table = TableShape::hashed([99; 3], 256, 1).unwrap();
+        assert_eq!(table.row([3, 5, 7]), 3 ^ 0x75 ^ 0x13);
+        assert!(table.is_hashed());
+    }
+}

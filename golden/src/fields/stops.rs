@@ -1,0 +1,171 @@
+//! Which samples of a frame are gathered, found once: up to where each ray stops,
+//! and where the field is not known to be empty.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::march::{Samples, Worker, advance, check};
+use super::{Field, FieldError, Sampling};
+use crate::camera::Camera;
+
+/// The rays of a frame up to where each stops in floating point.
+pub struct Stops<'a> {
+    field: &'a dyn Field,
+    camera: &'a Camera,
+    sampling: Sampling,
+    /// Of each pixel, row after row.
+    rays: Vec<Stop>,
+}
+
+/// Of one ray.
+struct Stop {
+    /// Samples up to where it stops.
+    samples: u32,
+    /// Those of them that are gathered.
+    gathered: u32,
+    /// The first of each row of gathered samples, and the one behind its last.
+    runs: Box<[[u32; 2]]>,
+}
+
+impl<'a> Stops<'a> {
+    /// Marches every ray of a camera through a field.
+    ///
+    /// # Errors
+    /// As [`super::render_float`].
+    pub fn find(field: &'a dyn Field, camera: &'a Camera) -> Result<Self, FieldError> {
+        let sampling = field.sampling();
+        check(camera, &sampling)?;
+        let rays = (0..camera.width * camera.height)
+            .into_par_iter()
+            .map_init(
+                || Worker::new(field),
+                |worker, i| {
+                    let pixel = [i % camera.width, i / camera.width];
+                    let ray = Samples::of(&sampling, camera, pixel);
+                    let mut runs: Vec<[u32; 2]> = vec![];
+                    let marched = advance(field, &sampling, &ray, worker, |k| {
+                        // A ray has at most a million.
+                        let k = k as u32;
+                        match runs.last_mut() {
+                            Some([_, end]) if *end == k => *end += 1,
+                            _ => runs.push([k, k + 1]),
+                        }
+                    });
+                    Stop {
+                        samples: marched.samples as u32,
+                        gathered: marched.gathered as u32,
+                        runs: runs.into(),
+                    }
+                },
+            )
+            .collect();
+        Ok(Self {
+            field,
+            camera,
+            sampling,
+            rays,
+        })
+    }
+
+    /// The field.
+    #[must_use]
+    pub fn field(&self) -> &'a dyn Field {
+        self.field
+    }
+
+    /// The camera.
+    #[must_use]
+    pub fn camera(&self) -> &'a Camera {
+        self.camera
+    }
+
+    /// Samples of a pixel that are gathered.
+    #[must_use]
+    pub fn gathered(&self, pixel: [u32; 2]) -> u32 {
+        self.stop(pixel).gathered
+    }
+
+    fn stop(&self, [x, y]: [u32; 2]) -> &Stop {
+        &self.rays[(y * self.camera.width + x) as usize]
+    }
+
+    /// The ray of a pixel, and its samples up to where it stops.
+    pub(super) fn ray(&self, pixel: [u32; 2]) -> (Samples, u64) {
+        let ray = Samples::of(&self.sampling, self.camera, pixel);
+        (ray, self.stop(pixel).samples.into())
+    }
+
+    pub(super) const fn sampling(&self) -> &Sampling {
+        &self.sampling
+    }
+
+    /// Tells of every sample of a pixel that is gathered where it lies in the
+    /// tables, front to back. `places` has one a table. Each stands for so many
+    /// `parts`, as far apart as fill its step; those that lie where the field is
+    /// known to be empty are left out.
+    pub fn samples(
+        &self,
+        pixel: [u32; 2],
+        parts: u32,
+        places: &mut [DVec3],
+        mut seen: impl FnMut(&[DVec3]),
+    ) {
+        let stop = self.stop(pixel);
+        if stop.gathered == 0 {
+            return;
+        }
+        let ray = Samples::of(&self.sampling, self.camera, pixel);
+        for k in stop.runs.iter().flat_map(|[from, to]| *from..*to) {
+            let k = k.into();
+            self.field.place(ray.at(k), places);
+            seen(places);
+            for part in 1..parts {
+                let at = ray.between(k, f64::from(part) / f64::from(parts));
+                if self.field.index(at, places) {
+                    seen(places);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic)]
+    use super::*;
+    use crate::fields::render_float;
+    use crate::scene::{Model, Scene};
+
+    /// As many samples as the renderer counts, each where a gathered one lies.
+    #[test]
+    fn rays_stop_where_the_renderer_stops_them() {
+        let mut scene = Scene::open("moons:efficientnerf").unwrap();
+        scene.set_size(Some(40), Some(30)).unwrap();
+        let Model::Field(field) = scene.model() else {
+            panic!("a field")
+        };
+        let frame = render_float(&**field, scene.camera(), [0.0; 3]).unwrap();
+        let stops = Stops::find(&**field, scene.camera()).unwrap();
+        let (mut told, mut kept, mut samples) = (0, 0, 0);
+        let mut places = vec![DVec3::ZERO; field.tables().len()];
+        for pixel in (0..30).flat_map(|y| (0..40).map(move |x| [x, y])) {
+            let before = told;
+            stops.samples(pixel, 1, &mut places, |places| {
+                let mut rows = 0;
+                field.tables()[0].corners(places[0], |_, _| rows += 1);
+                assert_eq!(rows, 1);
+                told += 1;
+            });
+            assert_eq!(told - before, u64::from(stops.gathered(pixel)));
+            kept += u64::from(stops.gathered(pixel));
+            samples += stops.ray(pixel).1;
+        }
+        assert_eq!([told, kept], [frame.gathered; 2]);
+        assert_eq!(samples, frame.samples);
+        assert!(told > 1000, "{told}");
+        let mut finer = 0;
+        stops.samples([20, 15], 3, &mut places, |_| finer += 1);
+        let own = stops.gathered([20, 15]);
+        assert!(own > 2 && (2 * own..=4 * own).contains(&finer), "{finer}");
+    }
+}

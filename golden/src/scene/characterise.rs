@@ -1,0 +1,154 @@
+//! What rendering of any scene does to memory.
+
+use potamoi_formats::config::Config;
+use rayon::join;
+
+use super::{Kind, Model, Scene, SceneError};
+use crate::characterise::{
+    Accesses, FullSize, Size, Stages, Traffic, colour_traffic, field_accesses, field_stages,
+    is_volume, splat_accesses, splat_stages, splat_traffic, table_traffic, traffic,
+};
+use crate::fields::stored::StoredField;
+use crate::fields::{Field, Stops};
+use crate::splats::{Cloud, View};
+
+/// What a frame does to memory in both orders, and what its stages take.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Characterised {
+    /// Reads of feature vectors in pixel-centric order.
+    pub accesses: Accesses,
+    /// Bytes of the memory-centric order, by side of ray groups, and of fields in
+    /// one volume by halo too.
+    pub traffic: Vec<Traffic>,
+    /// Time of the paper's three stages in the float renderer, measured.
+    pub stages: Stages,
+}
+
+impl Scene {
+    /// Counts what a frame does to memory: its reads through a buffer of
+    /// `capacity` bytes, and its bytes for each side of ray groups; with `full`,
+    /// reads are of tables as large as the algorithm's authors use, where
+    /// [`Model::full_size`] knows that.
+    ///
+    /// # Errors
+    /// As [`Scene::render_float`], or a configuration whose rows hold no cell of
+    /// a table.
+    pub fn characterise(
+        &self,
+        config: &Config,
+        capacity: u32,
+        sides: &[u32],
+        full: bool,
+    ) -> Result<Characterised, SceneError> {
+        let full = self.model.full_size().filter(|_| full);
+        match self.model.kind() {
+            Kind::Splats(cloud) => self.of_splats(cloud, config, capacity, sides, full),
+            Kind::Voxels(grid) => {
+                let field = StoredField::new(grid, self.step)?;
+                self.of_field(&field, config, capacity, sides, full)
+            }
+            Kind::Field(field) => self.of_field(field, config, capacity, sides, full),
+        }
+    }
+
+    fn of_field(
+        &self,
+        field: &dyn Field,
+        config: &Config,
+        capacity: u32,
+        sides: &[u32],
+        full: Option<Size>,
+    ) -> Result<Characterised, SceneError> {
+        let full = full.map(|size| FullSize::new(field, size)).transpose()?;
+        let stops = Stops::find(field, &self.camera)?;
+        let (accesses, traffic) = join(
+            || field_accesses(&stops, full.as_ref(), capacity),
+            || match is_volume(field) {
+                true => traffic(&stops, config, sides),
+                false => table_traffic(&stops, config, sides),
+            },
+        );
+        Ok(Characterised {
+            accesses: accesses?,
+            traffic: traffic?,
+            // Alone, since it is timed.
+            stages: field_stages(&stops),
+        })
+    }
+
+    fn of_splats(
+        &self,
+        cloud: &Cloud,
+        config: &Config,
+        capacity: u32,
+        sides: &[u32],
+        full: Option<Size>,
+    ) -> Result<Characterised, SceneError> {
+        let view = View::new(cloud, &self.camera, self.profile)?;
+        let colour = match &self.model {
+            Model::Compact(model) => Some(model.colour()),
+            _ => None,
+        };
+        let options = self.splat_options(config);
+        let (accesses, traffic) = join(
+            || splat_accesses(cloud, colour, full, &view, capacity),
+            || splat_traffic(cloud, &view, &options, sides),
+        );
+        let mut traffic = traffic?;
+        if let Some(field) = colour {
+            let colours = colour_traffic(field, cloud.means(), config)?;
+            for own in &mut traffic {
+                *own = own.and(colours);
+            }
+        }
+        Ok(Characterised {
+            accesses: accesses?,
+            traffic,
+            stages: splat_stages(cloud, &self.camera, self.profile)?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::units::Twins;
+
+    /// Reads and bytes of the colours of Compact-3DGS are counted as the renderer
+    /// counts them: every stream, MVoxels and entries.
+    #[test]
+    fn colours_of_gaussians_are_counted_as_they_are_rendered() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/fields.toml");
+        let text = std::fs::read_to_string(path).unwrap();
+        let config = Config::from_toml(&text, "fields").unwrap();
+        let mut scene = Scene::open("cairn:compact").unwrap();
+        scene.set_size(Some(64), Some(48)).unwrap();
+        let found = scene.characterise(&config, 1 << 21, &[64], false).unwrap();
+        let mut units = Twins::new(&config);
+        let rendered = scene.render_fixed(&config, &mut units).unwrap().counts;
+        let [traffic] = found.traffic[..] else {
+            unreachable!("one side")
+        };
+        assert_eq!(traffic.streams, rendered.streams);
+        assert_eq!(traffic.mvoxels, rendered.mvoxels);
+        assert_eq!(traffic.entries, rendered.feature_vectors);
+        assert_eq!(traffic.scattered, rendered.scattered_bytes);
+        assert!(traffic.scattered > 0);
+
+        // Every Gaussian reads eight rows of every level, besides what the same
+        // Gaussians read that have colours of their own.
+        let Model::Compact(model) = scene.model() else {
+            unreachable!("a Compact-3DGS model")
+        };
+        let view = View::new(model.gaussians(), scene.camera(), scene.profile()).unwrap();
+        let tiles: usize = (0..view.splats().len())
+            .map(|r| view.tiles_of(r).len())
+            .sum();
+        let colours = 8 * model.colour().tables().len() * model.gaussians().len();
+        assert_eq!(found.accesses.memory.reads, (tiles + colours) as u64);
+        assert_eq!(rendered.feature_vectors, (tiles + colours / 8) as u64);
+        let bytes: Vec<u32> = found.accesses.tables.iter().map(|t| t.bytes).collect();
+        assert_eq!(bytes, [vec![4; 16], vec![56]].concat());
+    }
+}
