@@ -72,6 +72,9 @@ pub(crate) struct WarpArgs {
     /// How colours are taken from a reference
     #[arg(long, value_enum, default_value_t = SamplingBy::Nearest)]
     sampling: SamplingBy,
+    /// Pixels at edges of the reference are rendered
+    #[arg(long)]
+    render_edges: bool,
     /// References that never arrive, from 0, as if a remote renderer lost them
     #[arg(long, value_name = "N", value_delimiter = ',')]
     lose: Vec<usize>,
@@ -179,6 +182,7 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
             SamplingBy::Nearest => Sampling::Nearest,
             SamplingBy::Bilinear => Sampling::Bilinear,
         },
+        render_edges: args.render_edges,
     };
     for way in &ways {
         rule(way).check()?;

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 
 /// Writes `frame.NNNN.png` and `origin.NNNN.png`: warped pixels in grey by their
 /// brightness, void ones black, those rendered as they were hidden red, by their
-/// angle blue, with the whole frame green.
+/// angle blue, at edges yellow, with the whole frame green.
 pub(super) fn write(folder: &Path, frame: &Frame) -> Result<(), Failure> {
     let picture = &frame.target.shaded.picture;
     let number = frame.number;
@@ -30,6 +30,7 @@ fn colour(rgb: [f32; 3], class: Class) -> [f32; 3] {
         Class::Void => [0.0; 3],
         Class::Disoccluded => [0.9, 0.25, 0.15],
         Class::Angle => [0.2, 0.45, 0.95],
+        Class::Edge => [0.95, 0.8, 0.2],
         Class::Full => [0.3 * grey, 0.3 + 0.5 * grey, 0.3 * grey],
     }
 }

@@ -251,6 +251,7 @@ impl Report<'_> {
             "hidden %",
             "of the foreground",
             "angle %",
+            "edge %",
             "rendered %",
             "fallbacks",
         ]);
@@ -279,6 +280,7 @@ impl Report<'_> {
                 percent(counts.disoccluded, counts.total()),
                 percent(fore.disoccluded, fore.total()),
                 percent(counts.angle, counts.total()),
+                percent(counts.edge, counts.total()),
                 format!("{:.1}", 100.0 * variant.rendered_share),
                 variant.fallbacks.to_string(),
             ]);

@@ -20,24 +20,30 @@ pub enum Class {
     Disoccluded,
     /// Rendered: the reference sees it from too different an angle.
     Angle,
+    /// Rendered: the reference shows an edge there.
+    Edge,
     /// Rendered with all the others of its frame.
     Full,
 }
 
 impl Class {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Warped,
         Self::Void,
         Self::Disoccluded,
         Self::Angle,
+        Self::Edge,
         Self::Full,
     ];
 
     /// Whether the model renders it.
     #[must_use]
     pub const fn is_rendered(self) -> bool {
-        matches!(self, Self::Disoccluded | Self::Angle | Self::Full)
+        matches!(
+            self,
+            Self::Disoccluded | Self::Angle | Self::Edge | Self::Full
+        )
     }
 }
 
@@ -52,6 +58,8 @@ pub struct Counts {
     pub disoccluded: u64,
     /// Rendered as the reference sees them from too different an angle.
     pub angle: u64,
+    /// Rendered as the reference shows an edge there.
+    pub edge: u64,
     /// Rendered in full frames.
     pub full: u64,
 }
@@ -68,6 +76,7 @@ impl Counts {
                     Class::Void => &mut all.void,
                     Class::Disoccluded => &mut all.disoccluded,
                     Class::Angle => &mut all.angle,
+                    Class::Edge => &mut all.edge,
                     Class::Full => &mut all.full,
                 } += 1;
             }
@@ -78,13 +87,13 @@ impl Counts {
     /// Pixels in all.
     #[must_use]
     pub const fn total(&self) -> u64 {
-        self.warped + self.void + self.disoccluded + self.angle + self.full
+        self.warped + self.void + self.disoccluded + self.angle + self.edge + self.full
     }
 
     /// Pixels that the model renders.
     #[must_use]
     pub const fn rendered(&self) -> u64 {
-        self.disoccluded + self.angle + self.full
+        self.disoccluded + self.angle + self.edge + self.full
     }
 }
 
@@ -97,6 +106,7 @@ impl std::ops::Add for Counts {
             void: self.void + other.void,
             disoccluded: self.disoccluded + other.disoccluded,
             angle: self.angle + other.angle,
+            edge: self.edge + other.edge,
             full: self.full + other.full,
         }
     }
@@ -141,6 +151,9 @@ pub struct Rule {
     pub keep_over_void: bool,
     /// How colours are taken from the reference.
     pub sampling: Sampling,
+    /// Whether pixels at edges of the reference are rendered; the paper warps
+    /// them.
+    pub render_edges: bool,
 }
 
 impl Default for Rule {
@@ -153,6 +166,7 @@ impl Default for Rule {
             scope: Scope::Pixel,
             keep_over_void: true,
             sampling: Sampling::Nearest,
+            render_edges: false,
         }
     }
 }

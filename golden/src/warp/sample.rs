@@ -3,13 +3,19 @@
 use glam::DVec2;
 use serde::Serialize;
 
+use rayon::prelude::*;
+
 use super::Shaded;
+use super::classify::Rule;
 use super::reproject::Transfer;
 use crate::camera::Camera;
 
 /// Neighbours count whose depth differs by at most so much of it: they show the
 /// same surface.
 const SAME_SURFACE: f64 = 0.02;
+/// A pixel is at an edge where its depth is off the middle of two opposite
+/// neighbours' by more than this share: slopes are not, steps are.
+const STEP: f64 = 0.02;
 /// Weight that such neighbours have to have together.
 const LEAST_WEIGHT: f64 = 0.25;
 
@@ -31,20 +37,30 @@ pub(super) struct Sampler<'a> {
     /// From the target to the reference.
     back: Transfer,
     sampling: Sampling,
+    /// Of each pixel of the reference whether it is at an edge; none where that
+    /// is not asked.
+    edges: Option<Vec<bool>>,
 }
 
 impl<'a> Sampler<'a> {
-    pub(super) fn new(
-        reference: &'a Shaded,
-        from: &Camera,
-        to: &Camera,
-        sampling: Sampling,
-    ) -> Self {
+    pub(super) fn new(reference: &'a Shaded, from: &Camera, to: &Camera, rule: &Rule) -> Self {
         Self {
             reference,
             back: Transfer::new(to, from),
-            sampling,
+            sampling: rule.sampling,
+            edges: rule.render_edges.then(|| edges(reference)),
         }
+    }
+
+    /// Whether a target pixel, as in [`Sampler::colour`], shows an edge of the
+    /// reference, if that is asked: there pixels mix what lies before with what
+    /// lies behind, which parts as the camera moves.
+    pub(super) fn is_at_edge(&self, at: DVec2, depth: f64, source: u32) -> bool {
+        let Some(edges) = &self.edges else {
+            return false;
+        };
+        let around = self.around(at, depth).map(|(around, _)| around);
+        edges[source as usize] || around.is_some_and(|all| all.iter().any(|(p, _)| edges[*p]))
     }
 
     /// Of a target pixel with its centre at `at`, which shows something at
@@ -57,33 +73,40 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    fn between(&self, at: DVec2, depth: f64) -> Option<[f32; 3]> {
+    /// The four pixels around the place of a point in the reference, their
+    /// weights, and its depth there; nothing where they are not all in the
+    /// picture.
+    fn around(&self, at: DVec2, depth: f64) -> Option<([(usize, f64); 4], f64)> {
         let point = self.back.point(at, depth);
         // Not a number is not above another.
         if !(point.z > 0.0) {
             return None;
         }
-        let [width, height] = [
-            self.reference.picture.width as usize,
-            self.reference.picture.height as usize,
-        ];
+        let picture = &self.reference.picture;
         let place = self.back.project(point) - 0.5;
         let low = place.floor();
-        let last = DVec2::new(width as f64 - 1.0, height as f64 - 1.0);
+        let last = DVec2::new(f64::from(picture.width), f64::from(picture.height)) - 1.0;
         if !(low.cmpge(DVec2::ZERO).all() && low.cmplt(last).all()) {
             return None;
         }
         let [fx, fy] = (place - low).to_array();
+        let width = picture.width as usize;
         let first = low.y as usize * width + low.x as usize;
-        let (mut sum, mut total) = ([0.0; 3], 0.0);
-        for (pixel, weight) in [
+        let around = [
             (first, (1.0 - fx) * (1.0 - fy)),
             (first + 1, fx * (1.0 - fy)),
             (first + width, (1.0 - fx) * fy),
             (first + width + 1, fx * fy),
-        ] {
+        ];
+        Some((around, point.z))
+    }
+
+    fn between(&self, at: DVec2, depth: f64) -> Option<[f32; 3]> {
+        let (around, depth) = self.around(at, depth)?;
+        let (mut sum, mut total) = ([0.0; 3], 0.0);
+        for (pixel, weight) in around {
             let there = f64::from(self.reference.depth[pixel]);
-            if (there - point.z).abs() <= SAME_SURFACE * point.z {
+            if (there - depth).abs() <= SAME_SURFACE * depth {
                 total += weight;
                 for (sum, value) in sum.iter_mut().zip(self.reference.picture.rgb[pixel]) {
                     *sum += weight * f64::from(value);
@@ -92,6 +115,28 @@ impl<'a> Sampler<'a> {
         }
         (total >= LEAST_WEIGHT).then(|| sum.map(|v| (v / total) as f32))
     }
+}
+
+/// Pixels beside a step of depth, or beside void.
+fn edges(reference: &Shaded) -> Vec<bool> {
+    let (width, height) = (
+        reference.picture.width as usize,
+        reference.picture.height as usize,
+    );
+    let depth = |i: usize| f64::from(reference.depth[i]);
+    let steps = |a: usize, i: usize, b: usize| {
+        // Void, and what is not known, is not near anything.
+        let off = (depth(a) + depth(b)) / 2.0 - depth(i);
+        !(off.abs() <= STEP * depth(i))
+    };
+    (0..width * height)
+        .into_par_iter()
+        .map(|i| {
+            let (x, y) = (i % width, i / width);
+            (x > 0 && x + 1 < width && steps(i - 1, i, i + 1))
+                || (y > 0 && y + 1 < height && steps(i - width, i, i + width))
+        })
+        .collect()
 }
 
 #[cfg(test)]

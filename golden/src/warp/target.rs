@@ -77,6 +77,7 @@ impl Warper<'_> {
         };
         let warped = reproject(reference, from, to);
         let there = Transfer::new(from, to);
+        let sampler = Sampler::new(reference, from, to, &self.rule);
         let shift = to.world_to_camera.transform_point3(from.position());
         let count = to.width as usize * to.height as usize;
         // Class, depth and pixel of the reference.
@@ -113,13 +114,12 @@ impl Warper<'_> {
                     }
                     _ => {}
                 }
-                let at = DVec2::new(
-                    f64::from(source % from.width) + 0.5,
-                    f64::from(source / from.width) + 0.5,
-                );
+                let at = centre(from, source as usize);
                 let point = there.point(at, f64::from(reference.depth[source as usize]));
                 let class = if self.rule.is_too_far(point - shift, point, point.z) {
                     Class::Angle
+                } else if sampler.is_at_edge(centre(to, i), shown(depth, near), source) {
+                    Class::Edge
                 } else {
                     Class::Warped
                 };
@@ -129,7 +129,6 @@ impl Warper<'_> {
         if self.rule.scope == Scope::Frame && pixels.iter().any(|p| p.0 == Class::Angle) {
             return self.full(to);
         }
-        let sampler = Sampler::new(reference, from, to, self.rule.sampling);
         self.combine(&sampler, to, &pixels, known)
     }
 
@@ -159,18 +158,16 @@ impl Warper<'_> {
         for (i, (class, depth, source)) in pixels.iter().enumerate() {
             match class {
                 Class::Warped => {
-                    let [x, y] = [i as u32 % to.width, i as u32 / to.width];
-                    let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                     let exact = known.as_ref().map(|known| known[i]);
-                    let exact = exact.filter(|exact| is_surface(*exact)).unwrap_or(*depth);
-                    shaded.picture.rgb[i] = sampler.colour(at, exact.into(), *source);
+                    let shown = shown(exact, *depth);
+                    shaded.picture.rgb[i] = sampler.colour(centre(to, i), shown, *source);
                     shaded.depth[i] = *depth;
                 }
                 Class::Void => {
                     shaded.picture.rgb[i] = background;
                     shaded.depth[i] = f32::INFINITY;
                 }
-                Class::Disoccluded | Class::Angle | Class::Full => {}
+                Class::Disoccluded | Class::Angle | Class::Edge | Class::Full => {}
             }
         }
         if let Some(known) = known {
@@ -181,6 +178,21 @@ impl Warper<'_> {
             classes: pixels.iter().map(|p| p.0).collect(),
         })
     }
+}
+
+/// The centre of a pixel.
+fn centre(camera: &Camera, pixel: usize) -> DVec2 {
+    let [x, y] = [pixel as u32 % camera.width, pixel as u32 / camera.width];
+    DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)
+}
+
+/// The depth of what a pixel shows: what is known of it, or that of the point
+/// that was warped to it.
+fn shown(known: Option<f32>, warped: f32) -> f64 {
+    known
+        .filter(|depth| is_surface(*depth))
+        .unwrap_or(warped)
+        .into()
 }
 
 fn check(what: &'static str, camera: &Camera, shaded: &Shaded) -> Result<(), WarpError> {
