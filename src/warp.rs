@@ -10,8 +10,8 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use potamoi_golden::warp::{
-    Angle, Chain, Class, Frame, Plan, PlanOptions, ReferenceFrom, Rule, Sampling, Scope, Sequence,
-    Target, WarpError, Warper, half_resolution,
+    Angle, Chain, Class, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Rule, Sampling, Scope,
+    Sequence, Target, WarpError, Warper, half_resolution,
 };
 
 use crate::failure::Failure;
@@ -49,9 +49,25 @@ pub(crate) struct WarpArgs {
     /// What a larger angle leads to
     #[arg(long, value_enum, default_value_t = PhiScope::Pixel)]
     phi_scope: PhiScope,
+    /// Rules that belong together; the next options change one of them
+    #[arg(long, value_enum, default_value_t = RulesOf::Potamoi)]
+    profile: RulesOf,
     /// Which angle
-    #[arg(long, value_enum, default_value_t = AngleOf::Subtended)]
-    angle: AngleOf,
+    #[arg(long, value_enum)]
+    angle: Option<AngleOf>,
+    /// How colours are taken from a reference
+    #[arg(long, value_enum)]
+    sampling: Option<SamplingBy>,
+    /// Whether pixels at edges of the reference are rendered
+    #[arg(long, value_name = "true|false")]
+    render_edges: Option<bool>,
+    /// Whether points that are warped to where nothing is stay
+    #[arg(long, value_name = "true|false")]
+    keep_over_void: Option<bool>,
+    /// A pixel is rendered where the depth there is below so much of the warped one; 0.995 unless
+    /// given
+    #[arg(long, value_name = "SHARE")]
+    nearer: Option<f64>,
     /// From where references are taken; left out: predicted, of image sequences centre
     #[arg(long, value_enum)]
     reference: Option<From>,
@@ -63,18 +79,6 @@ pub(crate) struct WarpArgs {
     /// the model; left out: given for image sequences, model otherwise
     #[arg(long, value_enum)]
     depth: Option<DepthFrom>,
-    /// A pixel is rendered where the depth there is below so much of the warped one
-    #[arg(long, value_name = "SHARE", default_value_t = 0.995)]
-    nearer: f64,
-    /// Points that are warped to where nothing is do not stay
-    #[arg(long)]
-    clear_void: bool,
-    /// How colours are taken from a reference
-    #[arg(long, value_enum, default_value_t = SamplingBy::Nearest)]
-    sampling: SamplingBy,
-    /// Pixels at edges of the reference are rendered
-    #[arg(long)]
-    render_edges: bool,
     /// References that never arrive, from 0, as if a remote renderer lost them
     #[arg(long, value_name = "N", value_delimiter = ',')]
     lose: Vec<usize>,
@@ -112,6 +116,16 @@ enum PhiScope {
     Pixel,
     /// The frame is rendered
     Frame,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum RulesOf {
+    /// Bilinear samples, and edges rendered
+    Potamoi,
+    /// Pixels as they land, and only what is hidden is rendered
+    Paper,
+    /// The same with the first authors' half-angle
+    FirstAuthors,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -167,22 +181,8 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
     let depth = args.depth.unwrap_or_else(|| source.usual_depth());
     let geometry = source.geometry(depth)?;
     let rule = |way: &Way| Rule {
-        nearer: args.nearer,
         phi: way.phi.map(f64::to_radians),
-        angle: match args.angle {
-            AngleOf::Subtended => Angle::Subtended,
-            AngleOf::Half => Angle::Half,
-        },
-        scope: match args.phi_scope {
-            PhiScope::Pixel => Scope::Pixel,
-            PhiScope::Frame => Scope::Frame,
-        },
-        keep_over_void: !args.clear_void,
-        sampling: match args.sampling {
-            SamplingBy::Nearest => Sampling::Nearest,
-            SamplingBy::Bilinear => Sampling::Bilinear,
-        },
-        render_edges: args.render_edges,
+        ..args.rule()
     };
     for way in &ways {
         rule(way).check()?;
@@ -241,6 +241,38 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+impl WarpArgs {
+    /// What decides, but for the angle's threshold.
+    fn rule(&self) -> Rule {
+        let base = match self.profile {
+            RulesOf::Potamoi => Profile::Potamoi,
+            RulesOf::Paper => Profile::Paper,
+            RulesOf::FirstAuthors => Profile::FirstAuthors,
+        }
+        .rule();
+        Rule {
+            nearer: self.nearer.unwrap_or(base.nearer),
+            phi: None,
+            angle: match self.angle {
+                Some(AngleOf::Subtended) => Angle::Subtended,
+                Some(AngleOf::Half) => Angle::Half,
+                None => base.angle,
+            },
+            scope: match self.phi_scope {
+                PhiScope::Pixel => Scope::Pixel,
+                PhiScope::Frame => Scope::Frame,
+            },
+            keep_over_void: self.keep_over_void.unwrap_or(base.keep_over_void),
+            sampling: match self.sampling {
+                Some(SamplingBy::Nearest) => Sampling::Nearest,
+                Some(SamplingBy::Bilinear) => Sampling::Bilinear,
+                None => base.sampling,
+            },
+            render_edges: self.render_edges.unwrap_or(base.render_edges),
+        }
+    }
 }
 
 /// All that were asked for, less those that do not differ.

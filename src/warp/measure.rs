@@ -4,7 +4,7 @@ use indicatif::ProgressBar;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::picture::Picture;
 use potamoi_golden::ssim::ssim;
-use potamoi_golden::warp::{Counts, Frame, Geometry, Shaded, Warper, is_void};
+use potamoi_golden::warp::{Counts, Frame, Geometry, Profile, Shaded, Warper, is_void};
 use serde::Serialize;
 
 use super::source::Source;
@@ -26,7 +26,7 @@ impl Footage {
         let warper = Warper {
             renderer: source.renderer(),
             geometry,
-            rule: potamoi_golden::warp::Rule::default(),
+            rule: Profile::Paper.rule(),
         };
         let mut footage = Self {
             full: vec![],

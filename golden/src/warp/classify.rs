@@ -156,17 +156,40 @@ pub struct Rule {
     pub render_edges: bool,
 }
 
-impl Default for Rule {
-    /// The first authors' threshold of 0.995, no angle.
-    fn default() -> Self {
-        Self {
+/// Rules that belong together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Profile {
+    /// Bilinear samples, and edges rendered.
+    Potamoi,
+    /// The paper's four steps: pixels as they land, and only what is hidden is
+    /// rendered.
+    Paper,
+    /// The same with the first authors' half-angle.
+    FirstAuthors,
+}
+
+impl Profile {
+    /// Its rule, with the first authors' threshold of 0.995 and no angle.
+    #[must_use]
+    pub const fn rule(self) -> Rule {
+        let plain = !matches!(self, Self::Potamoi);
+        Rule {
             nearer: 0.995,
             phi: None,
-            angle: Angle::Subtended,
+            angle: if matches!(self, Self::FirstAuthors) {
+                Angle::Half
+            } else {
+                Angle::Subtended
+            },
             scope: Scope::Pixel,
             keep_over_void: true,
-            sampling: Sampling::Nearest,
-            render_edges: false,
+            sampling: if plain {
+                Sampling::Nearest
+            } else {
+                Sampling::Bilinear
+            },
+            render_edges: !plain,
         }
     }
 }
@@ -248,27 +271,27 @@ mod tests {
             let at = |phi| Rule {
                 phi: Some(phi),
                 angle,
-                ..Rule::default()
+                ..Profile::Paper.rule()
             };
             assert!(!at(theta * factor * 1.001).is_too_far(a, b, 2.0));
             assert!(at(theta * factor * 0.999).is_too_far(a, b, 2.0));
             assert!(at(3.0).is_too_far(DVec3::NAN, b, f64::NAN));
         }
-        assert!(!Rule::default().is_too_far(a, b, 2.0));
+        assert!(!Profile::Paper.rule().is_too_far(a, b, 2.0));
     }
 
     #[test]
     fn rules_out_of_range_are_refused_by_name() {
         let wrong = Rule {
             phi: Some(4.0),
-            ..Rule::default()
+            ..Profile::Paper.rule()
         };
         assert!(wrong.check().unwrap_err().to_string().contains("phi"));
         let wrong = Rule {
             nearer: f64::NAN,
-            ..Rule::default()
+            ..Profile::Paper.rule()
         };
         assert!(wrong.check().unwrap_err().to_string().contains("nearer"));
-        Rule::default().check().unwrap();
+        Profile::Paper.rule().check().unwrap();
     }
 }

@@ -19,8 +19,10 @@ mod run;
 mod sample;
 mod silhouette;
 mod target;
+#[cfg(test)]
+mod tests;
 
-pub use classify::{Angle, Class, Counts, Rule, Scope};
+pub use classify::{Angle, Class, Counts, Profile, Rule, Scope};
 pub use error::WarpError;
 pub use plan::{Plan, PlanOptions, ReferenceFrom, ReferenceTask, TargetTask};
 pub use predict::predict;

@@ -145,8 +145,8 @@ mod tests {
     use super::*;
     use crate::mask::Mask;
     use crate::picture::Picture;
+    use crate::warp::{Profile, Rule, Warper};
     use crate::warp::{Renderer, WarpError};
-    use crate::warp::{Rule, Warper};
     use glam::DVec3;
 
     /// A wall with a smooth pattern at z = 0, seen from before it.
@@ -199,7 +199,7 @@ mod tests {
                 geometry: None,
                 rule: Rule {
                     sampling,
-                    ..Rule::default()
+                    ..Profile::Paper.rule()
                 },
             };
             let target = warper.target(&reference, &here, &there).unwrap();
