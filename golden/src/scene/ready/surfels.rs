@@ -55,7 +55,8 @@ struct Splat {
 
 /// The splats of an analytic scene, those of `SCENE:splats` with 90,000 discs:
 /// at most about so many discs on surfaces, farther apart and wider where they
-/// are fewer, and at most about 12,000 blobs in fog. Of degree 1.
+/// are fewer, at most about 12,000 blobs in fog, and blobs in what is too thin
+/// for discs. Of degree 1.
 ///
 /// # Errors
 /// Nothing of the scene is seen, as with no discs and no fog.
@@ -314,7 +315,6 @@ fn is_steep(scene: Analytic, at: DVec3, density: f64) -> bool {
 
 /// Blobs that have the optical depth of the fog about them.
 fn fog(scene: Analytic, spacing: f64) -> Vec<Splat> {
-    let voxel = scene.voxel();
     let (corner, [nx, ny, nz]) = lattice(scene, spacing);
     let blobs = (0..nx * ny * nz).into_par_iter().filter_map(|i| {
         let v = [i % nx, i / nx % ny, i / (nx * ny)];
