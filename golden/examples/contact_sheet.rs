@@ -3,7 +3,9 @@
 //! - `contact_sheet scenes FILE.png [SIDE]`: the ground truth of all.
 //! - `contact_sheet models FILE.png [SIDE] [SCENE]`: a row a scene, the ground
 //!   truth and behind it each ready-made model, rendered at SIDE and shown at
-//!   half of it, the PSNR below: decibels of linear RGB over the frame. Prints them as the rows of a Markdown table too.
+//!   half of it, the PSNR below: decibels of linear RGB over the frame. Prints
+//!   them as the rows of a Markdown table too, behind each the PSNR over the
+//!   pixels that something covers.
 
 use std::path::Path;
 use std::time::Instant;
@@ -16,21 +18,43 @@ type Failure = Box<dyn std::error::Error>;
 
 /// Pictures a row of the scenes.
 const COLUMNS: u32 = 4;
-/// Pixels below pictures, for figures of 3 x 5 dots of 2 x 2 pixels.
+/// Pixels above and below pictures, for glyphs of 3 x 5 dots of 2 x 2 pixels.
 const MARGIN: u32 = 16;
-/// The dots of each figure, a row three bits, and of the point.
-const FIGURES: [[u8; 5]; 11] = [
-    [7, 5, 5, 5, 7],
-    [2, 6, 2, 2, 7],
-    [7, 1, 7, 4, 7],
-    [7, 1, 7, 1, 7],
-    [5, 5, 7, 1, 1],
-    [7, 4, 7, 1, 7],
-    [7, 4, 7, 5, 7],
-    [7, 1, 2, 2, 2],
-    [7, 5, 7, 5, 7],
-    [7, 5, 7, 1, 7],
-    [0, 0, 0, 0, 2],
+/// The dots of figures and letters, a row three bits; what is not here is blank.
+const GLYPHS: [(char, [u8; 5]); 33] = [
+    ('0', [7, 5, 5, 5, 7]),
+    ('1', [2, 6, 2, 2, 7]),
+    ('2', [7, 1, 7, 4, 7]),
+    ('3', [7, 1, 7, 1, 7]),
+    ('4', [5, 5, 7, 1, 1]),
+    ('5', [7, 4, 7, 1, 7]),
+    ('6', [7, 4, 7, 5, 7]),
+    ('7', [7, 1, 2, 2, 2]),
+    ('8', [7, 5, 7, 5, 7]),
+    ('9', [7, 5, 7, 1, 7]),
+    ('.', [0, 0, 0, 0, 2]),
+    ('A', [2, 5, 7, 5, 5]),
+    ('B', [6, 5, 6, 5, 6]),
+    ('C', [3, 4, 4, 4, 3]),
+    ('D', [6, 5, 5, 5, 6]),
+    ('E', [7, 4, 6, 4, 7]),
+    ('F', [7, 4, 6, 4, 4]),
+    ('G', [3, 4, 5, 5, 3]),
+    ('H', [5, 5, 7, 5, 5]),
+    ('I', [7, 2, 2, 2, 7]),
+    ('K', [5, 5, 6, 5, 5]),
+    ('L', [4, 4, 4, 4, 7]),
+    ('M', [5, 7, 7, 5, 5]),
+    ('N', [6, 5, 5, 5, 5]),
+    ('O', [2, 5, 5, 5, 2]),
+    ('P', [6, 5, 6, 4, 4]),
+    ('R', [6, 5, 6, 5, 5]),
+    ('S', [3, 4, 2, 1, 6]),
+    ('T', [7, 2, 2, 2, 2]),
+    ('U', [5, 5, 5, 5, 7]),
+    ('V', [5, 5, 5, 5, 2]),
+    ('X', [5, 5, 2, 5, 5]),
+    ('Y', [5, 5, 2, 2, 2]),
 ];
 
 fn main() -> Result<(), Failure> {
@@ -79,31 +103,38 @@ fn models(side: u32, only: Option<&str>) -> Result<Picture, Failure> {
     let columns = 1 + Representation::ALL.len() as u32;
     let half = side / 2;
     let tall = half + MARGIN;
-    let mut sheet = Picture::filled(columns * half, shown.len() as u32 * tall, [1.0; 3]);
+    let high = MARGIN + shown.len() as u32 * tall;
+    let mut sheet = Picture::filled(columns * half, high, [1.0; 3]);
     let names = Representation::ALL.map(Representation::name);
-    println!("| scene | {} |", names.join(" | "));
+    println!("| scene | `{}` |", names.join("` | `"));
+    println!("|---|{}", "---|".repeat(names.len()));
+    for (column, name) in (0..).zip(std::iter::once("truth").chain(names)) {
+        caption(&mut sheet, [column * half, 3], half, name);
+    }
     for (row, analytic) in (0..).zip(shown) {
+        let top = MARGIN + row * tall;
+        caption(&mut sheet, [0, top + half + 3], half, analytic.name());
         let mut truth = None;
         let mut cells = vec![];
         for (column, kind) in (1..).zip(Representation::ALL) {
             let scene = open(&format!("{}:{}", analytic.name(), kind.name()), side)?;
             let truth = match &mut truth {
                 Some(truth) => truth,
-                none => none.insert(scene.render_truth()?.picture),
+                none => none.insert(scene.render_truth()?),
             };
-            paste(&mut sheet, [0, row * tall], &halved(truth));
+            paste(&mut sheet, [0, top], &halved(&truth.picture));
             let start = Instant::now();
             let float = scene.render_float()?.picture;
             eprintln!("  rendered in {:.2} s", start.elapsed().as_secs_f64());
-            let psnr = float
-                .psnr(truth, |_| true)
-                .ok_or("pictures of different sizes")?;
-            let text = format!("{psnr:.1}");
-            paste(&mut sheet, [column * half, row * tall], &halved(&float));
-            let wide = 8 * text.len() as u32;
-            let at = [column * half + (half - wide) / 2, row * tall + half + 3];
-            write(&mut sheet, at, &text);
-            cells.push(text);
+            let over = |counts: &dyn Fn(usize) -> bool| {
+                let psnr = float.psnr(&truth.picture, counts);
+                psnr.ok_or("pictures of different sizes, or nothing is seen")
+            };
+            let (frame, covered) = (over(&|_| true)?, over(&|i| truth.covered[i])?);
+            let text = format!("{frame:.1}");
+            paste(&mut sheet, [column * half, top], &halved(&float));
+            caption(&mut sheet, [column * half, top + half + 3], half, &text);
+            cells.push(format!("{text} / {covered:.1}"));
         }
         println!("| `{}` | {} |", analytic.name(), cells.join(" | "));
     }
@@ -135,14 +166,23 @@ fn paste(sheet: &mut Picture, [x, y]: [u32; 2], picture: &Picture) {
     }
 }
 
-/// Writes figures and points, their upper left corner at a place.
+/// Writes a text in the middle of `wide` pixels from a place on.
+fn caption(sheet: &mut Picture, [x, y]: [u32; 2], wide: u32, text: &str) {
+    let free = wide.saturating_sub(8 * text.len() as u32);
+    write(sheet, [x + free / 2, y], text);
+}
+
+/// Writes a text, its upper left corner at a place.
 fn write(sheet: &mut Picture, [x, y]: [u32; 2], text: &str) {
     let wide = sheet.width;
-    for (place, figure) in (0..).zip(text.chars()) {
-        let dots = FIGURES[figure.to_digit(10).unwrap_or(10) as usize];
+    for (place, letter) in (0..).zip(text.to_uppercase().chars()) {
+        let Some((_, dots)) = GLYPHS.iter().find(|(known, _)| *known == letter) else {
+            continue;
+        };
         for (dy, dx) in (0..10).flat_map(|dy| (0..6).map(move |dx| (dy, dx))) {
-            if dots[dy as usize / 2] >> (2 - dx / 2) & 1 == 1 {
-                sheet.rgb[((y + dy) * wide + x + 8 * place + dx) as usize] = [0.0; 3];
+            let place = x + 8 * place + dx;
+            if dots[dy as usize / 2] >> (2 - dx / 2) & 1 == 1 && place < wide {
+                sheet.rgb[((y + dy) * wide + place) as usize] = [0.0; 3];
             }
         }
     }

@@ -30,7 +30,7 @@ fn main() -> Result<(), Failure> {
     let field = args.next().and_then(|name| Analytic::named(&name));
     let field = field.ok_or_else(|| format!("expected a scene: {names}"))?;
     let folder = args.next().ok_or("expected a folder to write to")?;
-    let discs: u32 = args.next().map_or(Ok(36_000), |text| text.parse())?;
+    let discs: u32 = args.next().map_or(Ok(72_000), |text| text.parse())?;
     let views: u32 = args.next().map_or(Ok(32), |text| text.parse())?;
     if !(1..=100).contains(&views) {
         return Err(format!("{views} views: expected 1 to 100").into());

@@ -194,6 +194,13 @@ impl Analytic {
         self.field().probe(p).density.max(0.0)
     }
 
+    /// A length, in the units of the world, within which of a point of the world
+    /// no density is above 0; 0 or more.
+    #[must_use]
+    pub fn clearance(self, p: DVec3) -> f64 {
+        self.field().probe(p).clearance
+    }
+
     /// The colour, linear in the unit direction of view (x, y, z), nearest to
     /// what a point of the world looks like from where it is seen: of red, green
     /// and blue a constant and the slopes along x, y, z.

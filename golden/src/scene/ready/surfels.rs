@@ -15,11 +15,13 @@ const LEVEL: f64 = 1.62;
 const OPACITY: f64 = 0.97;
 /// Standard deviation of a disc over the distance of its neighbours.
 const WIDTH: f64 = 0.52;
+/// The least share of that, where a surface falls away.
+const NARROW: f64 = 0.5;
 /// Its thickness, in voxel edges.
 const THICKNESS: f64 = 0.05;
-/// How far two standard deviations may bring a disc off a curved surface, in
-/// voxel edges.
-const OFF: f64 = 0.06;
+/// How little optical depth a voxel edge less than the surface has may lie under
+/// a disc at two standard deviations.
+const FALL: f64 = 0.2;
 /// About the most blobs of fog.
 const BLOBS: f64 = 12_000.0;
 /// Nearest and farthest distance of blobs, in voxel edges.
@@ -29,7 +31,12 @@ const BLOB: f64 = 0.6;
 /// Optical depth a voxel edge above which a place is no fog, and how much it may
 /// change in one.
 const THICK: f64 = 1.0;
-const STEEP: f64 = 1.5;
+const STEEP: f64 = 0.5;
+/// Optical depth a voxel edge that solids reach within a voxel edge: what does
+/// not is thin.
+const THIN: f64 = 2.2;
+/// Distance of blobs in what is thin, in voxel edges.
+const FINE: f64 = 0.5;
 /// Blobs below are left out: no pixel would take them.
 const FAINT: f64 = 1.0 / 255.0;
 /// Places of the path from which surfaces are seen.
@@ -48,7 +55,8 @@ struct Splat {
 
 /// The splats of an analytic scene, those of `SCENE:splats` with 90,000 discs:
 /// at most about so many discs on surfaces, farther apart and wider where they
-/// are fewer, and at most about 12,000 blobs in fog. Of degree 1.
+/// are fewer, at most about 12,000 blobs in fog, and blobs in what is too thin
+/// for discs. Of degree 1.
 ///
 /// # Errors
 /// Nothing of the scene is seen, as with no discs and no fog.
@@ -70,6 +78,7 @@ pub fn cloud(scene: Analytic, discs: u32) -> Result<Cloud, CloudError> {
     let share = (fog(scene, coarse).len() as f64 / BLOBS).cbrt();
     let spacing = (coarse * share).clamp(FOG[0] * scene.voxel(), coarse);
     splats.extend(fog(scene, spacing));
+    splats.extend(thin(scene));
     let colours: Vec<[[f32; 3]; 4]> = splats
         .par_iter()
         .map(|splat| harmonics(scene.linear_colour(splat.at)))
@@ -115,6 +124,30 @@ fn lattice(scene: Analytic, spacing: f64) -> (DVec3, [usize; 3]) {
     (corner, counts.map(|c| c as usize + 1))
 }
 
+/// Corners of the lattice a side of a block.
+const BLOCK: usize = 4;
+
+/// Whether there may be something in the block of the lattice in which a corner
+/// lies, or in the cells that it is the first corner of.
+fn near(scene: Analytic, spacing: f64) -> impl Fn(usize) -> bool + Sync {
+    let (corner, counts) = lattice(scene, spacing);
+    let [nx, ny, _] = counts;
+    let [bx, by, bz] = counts.map(|count| count.div_ceil(BLOCK));
+    let side = BLOCK as f64 * spacing;
+    let something: Vec<bool> = (0..bx * by * bz)
+        .into_par_iter()
+        .map(|i| {
+            let v = [i % bx, i / bx % by, i / (bx * by)];
+            let middle = corner + side * DVec3::from(v.map(|v| v as f64 + 0.5));
+            scene.clearance(middle) < 0.5 * 3f64.sqrt() * side
+        })
+        .collect();
+    move |i| {
+        let [x, y, z] = [i % nx, i / nx % ny, i / (nx * ny)].map(|v| v / BLOCK);
+        something[x + bx * (y + by * z)]
+    }
+}
+
 /// Points of the surface, one a lattice cell that it passes, and the normals
 /// there; those whose front is seen.
 fn surface(scene: Analytic, eyes: &[DVec3], spacing: f64) -> Vec<(DVec3, DVec3)> {
@@ -123,9 +156,13 @@ fn surface(scene: Analytic, eyes: &[DVec3], spacing: f64) -> Vec<(DVec3, DVec3)>
         let v = [i % nx, i / nx % ny, i / (nx * ny)];
         corner + spacing * DVec3::from(v.map(|v| v as f64))
     };
+    let near = near(scene, spacing);
     let depths: Vec<f64> = (0..nx * ny * nz)
         .into_par_iter()
-        .map(|i| inside(scene, place(i)))
+        .map(|i| match near(i) {
+            true => inside(scene, place(i)),
+            false => -LEVEL,
+        })
         .collect();
     let cells = (0..nx * ny * nz).into_par_iter().filter(|i| {
         let v = [i % nx + 1, i / nx % ny + 1, i / (nx * ny) + 1];
@@ -160,7 +197,7 @@ fn surface(scene: Analytic, eyes: &[DVec3], spacing: f64) -> Vec<(DVec3, DVec3)>
         let normal = -slope(scene, at).normalize_or_zero();
         let lies = inside(scene, at).abs() < 0.5 && normal != DVec3::ZERO;
         let seen = eyes.iter().any(|eye| normal.dot(*eye - at) > 0.0);
-        (lies && seen).then_some((at, normal))
+        (lies && seen && !is_thin(scene, at)).then_some((at, normal))
     });
     found.collect()
 }
@@ -184,23 +221,100 @@ fn disc(scene: Analytic, at: DVec3, normal: DVec3, spacing: f64) -> Splat {
     let turn = 0.5 * (2.0 * ab).atan2(aa - bb);
     let (sin, cos) = turn.sin_cos();
     let (first, second) = (a * cos + b * sin, b * cos - a * sin);
-    let mean = 0.5 * (aa + bb);
-    let half = (0.5 * (aa - bb)).hypot(ab);
-    let wide = |bend: f64| {
-        let most = (0.5 * OFF * voxel / bend.abs().max(1e-9)).sqrt();
-        most.clamp(0.35 * WIDTH * spacing, WIDTH * spacing)
+    // How far a disc may reach before the surface has fallen away below it.
+    // Where it rises instead, what reaches into it is not seen.
+    let most = 2.0 * WIDTH * spacing;
+    let room = |along: DVec3| {
+        let mut before = (0.0, 0.0f64);
+        for k in 1..=4 {
+            let t = most * f64::from(k) / 4.0;
+            let fallen = -inside(scene, at + along * t);
+            if fallen > FALL {
+                let share = (FALL - before.1) / (fallen - before.1);
+                return before.0 + share.clamp(0.0, 1.0) * (t - before.0);
+            }
+            before = (t, fallen);
+        }
+        most
     };
+    let wide = |along: DVec3| {
+        let most = 0.5 * room(along).min(room(-along));
+        most.max(NARROW * WIDTH * spacing)
+    };
+    let sigma = dvec3(wide(first), wide(second), THICKNESS * voxel);
     Splat {
         at,
         axes: DMat3::from_cols(first, second, first.cross(second)),
-        sigma: dvec3(wide(mean + half), wide(mean - half), THICKNESS * voxel),
+        sigma,
         opacity: OPACITY,
     }
 }
 
+/// Blobs where something is too thin for a surface: so little of it that it is
+/// nowhere as dense as there.
+fn thin(scene: Analytic) -> Vec<Splat> {
+    let voxel = scene.voxel();
+    let spacing = FINE * voxel;
+    let (corner, [nx, ny, nz]) = lattice(scene, spacing);
+    let near = near(scene, spacing);
+    let blobs = (0..nx * ny * nz).into_par_iter().filter(|i| near(*i));
+    let blobs = blobs.filter_map(|i| {
+        let v = [i % nx, i / nx % ny, i / (nx * ny)];
+        let at = corner + spacing * DVec3::from(v.map(|v| v as f64 + 0.5));
+        let density = scene.density(at);
+        let is_part = density > 0.0
+            && density * voxel < THIN
+            && is_thin(scene, at)
+            && is_steep(scene, at, density);
+        if !is_part {
+            return None;
+        }
+        blob(at, density, spacing)
+    });
+    blobs.collect()
+}
+
+/// Whether a place is in something that is nowhere near as dense as solids are.
+fn is_thin(scene: Analytic, at: DVec3) -> bool {
+    let voxel = scene.voxel();
+    let up = |from: DVec3, far: f64| from + slope(scene, from).normalize_or_zero() * (far * voxel);
+    let is_dense = |at: DVec3| scene.density(at) * voxel >= THIN;
+    // Most are at a plain surface, where it rises as fast as it may.
+    if is_dense(up(at, 0.75)) {
+        return false;
+    }
+    let mut near = at;
+    (0..5).all(|_| {
+        near = up(near, 0.2);
+        !is_dense(near)
+    })
+}
+
+/// A blob through the middle of which the optical depth is that of its cell.
+fn blob(at: DVec3, density: f64, spacing: f64) -> Option<Splat> {
+    let depth = density * spacing / (TAU * BLOB * BLOB);
+    let opacity = -(-depth).exp_m1();
+    (opacity > FAINT).then(|| Splat {
+        at,
+        axes: DMat3::IDENTITY,
+        sigma: DVec3::splat(BLOB * spacing),
+        opacity,
+    })
+}
+
+/// Whether a place is no fog.
+fn is_steep(scene: Analytic, at: DVec3, density: f64) -> bool {
+    let voxel = scene.voxel();
+    // To both sides: outside, nothing is steep.
+    let e = 0.5 * voxel;
+    let next = |to: DVec3| (scene.density(at + to * e) - density).abs();
+    let most = |axis: DVec3| next(axis).max(next(-axis));
+    let steep = dvec3(most(DVec3::X), most(DVec3::Y), most(DVec3::Z)).length() * 2.0 * voxel;
+    density * voxel >= THICK || steep >= STEEP
+}
+
 /// Blobs that have the optical depth of the fog about them.
 fn fog(scene: Analytic, spacing: f64) -> Vec<Splat> {
-    let voxel = scene.voxel();
     let (corner, [nx, ny, nz]) = lattice(scene, spacing);
     let blobs = (0..nx * ny * nz).into_par_iter().filter_map(|i| {
         let v = [i % nx, i / nx % ny, i / (nx * ny)];
@@ -211,14 +325,7 @@ fn fog(scene: Analytic, spacing: f64) -> Vec<Splat> {
             let part = [k % 3, k / 3 % 3, k / 9].map(|v| (v as f64 + 0.5) / 3.0);
             let at = low + spacing * DVec3::from(part);
             let density = scene.density(at);
-            // To both sides: outside, nothing is steep.
-            let steep = || {
-                let e = 0.5 * voxel;
-                let next = |to: DVec3| (scene.density(at + to * e) - density).abs();
-                let most = |axis: DVec3| next(axis).max(next(-axis));
-                dvec3(most(DVec3::X), most(DVec3::Y), most(DVec3::Z)).length() * 2.0 * voxel
-            };
-            if density > 0.0 && density * voxel < THICK && steep() < STEEP {
+            if density > 0.0 && !is_steep(scene, at, density) {
                 sum += density;
                 middle += density * at;
             }
@@ -226,15 +333,7 @@ fn fog(scene: Analytic, spacing: f64) -> Vec<Splat> {
         if sum <= 0.0 {
             return None;
         }
-        // Through the middle of a blob of that mass.
-        let depth = sum / 27.0 * spacing / (TAU * BLOB * BLOB);
-        let opacity = -(-depth).exp_m1();
-        (opacity > FAINT).then(|| Splat {
-            at: middle / sum,
-            axes: DMat3::IDENTITY,
-            sigma: DVec3::splat(BLOB * spacing),
-            opacity,
-        })
+        blob(middle / sum, sum / 27.0, spacing)
     });
     blobs.collect()
 }
