@@ -7,9 +7,13 @@
 //! few hundred bytes can ask for any amount of memory.
 
 mod legacy;
+#[cfg(test)]
+pub(crate) mod made;
 mod pickle;
 mod value;
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read as _};
 use std::path::{Path, PathBuf};
@@ -22,6 +26,9 @@ use value::{Arena, Kind, Place, Value};
 
 /// The largest description, in bytes.
 const PICKLE_LIMIT: u64 = 1 << 24;
+/// What is told of what was not read: so many names, so many characters of each.
+const TOLD: usize = 32;
+const TOLD_NAME: usize = 60;
 /// The most numbers of a tensor.
 const MAX_NUMBERS: usize = 1 << 30;
 
@@ -80,6 +87,8 @@ pub struct Checkpoint {
     prefix: String,
     arena: Arena,
     root: Value,
+    /// Dictionaries and their items that were asked for.
+    asked: RefCell<BTreeSet<(usize, usize)>>,
 }
 
 impl Checkpoint {
@@ -123,6 +132,7 @@ impl Checkpoint {
             prefix,
             arena,
             root,
+            asked: RefCell::default(),
         })
     }
 
@@ -152,6 +162,7 @@ impl Checkpoint {
             prefix: String::new(),
             arena,
             root,
+            asked: RefCell::default(),
         })
     }
 
@@ -233,6 +244,41 @@ impl Checkpoint {
         self.arena.lists[at].iter().map(number).collect()
     }
 
+    /// What nobody asked for so far, by path: items of the whole, and of those
+    /// that were asked for their items; in the order of the file, at most a few
+    /// dozen, and how many more there are.
+    #[must_use]
+    pub fn unread(&self) -> Vec<String> {
+        let asked = self.asked.borrow();
+        let mut found = vec![];
+        let items = |value: Value| match value {
+            Value::Dict(dict) => Some((dict, self.arena.dicts[dict].iter().enumerate())),
+            _ => None,
+        };
+        let name = |key: Value| match key {
+            Value::Text(at) => self.arena.texts[at].chars().take(TOLD_NAME).collect(),
+            other => other.kind().to_owned(),
+        };
+        let Some((root, outer)) = items(self.root) else {
+            return found;
+        };
+        for (at, (key, value)) in outer {
+            let whole: String = name(*key);
+            if !asked.contains(&(root, at)) {
+                found.push(whole);
+            } else if let Some((dict, inner)) = items(*value) {
+                let unread = inner.filter(|(at, _)| !asked.contains(&(dict, *at)));
+                found.extend(unread.map(|(_, (key, _))| format!("{whole}/{}", name(*key))));
+            }
+        }
+        let more = found.len().saturating_sub(TOLD);
+        if more > 0 {
+            found.truncate(TOLD);
+            found.push(format!("and {more} more"));
+        }
+        found
+    }
+
     /// An error about the field under these keys.
     #[must_use]
     pub fn field(&self, keys: &[&str], found: String, expected: &str) -> TorchError {
@@ -248,10 +294,13 @@ impl Checkpoint {
         keys.iter().try_fold(self.root, |at, key| {
             let Value::Dict(dict) = at else { return None };
             // The last one given stands, as in Python.
-            let mut pairs = self.arena.dicts[dict].iter().rev();
-            pairs.find_map(|(k, v)| {
+            let mut pairs = self.arena.dicts[dict].iter().enumerate().rev();
+            pairs.find_map(|(at, (k, v))| {
                 let here = matches!(k, Value::Text(t) if self.arena.texts[*t] == *key);
-                here.then_some(*v)
+                here.then(|| {
+                    self.asked.borrow_mut().insert((dict, at));
+                    *v
+                })
             })
         })
     }
