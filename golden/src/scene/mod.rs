@@ -5,8 +5,11 @@ pub mod camera_file;
 pub mod colmap;
 mod description;
 mod error;
+#[cfg(test)]
+mod fuzz;
 pub mod garden;
 pub mod lantern;
+mod not_checked;
 mod open;
 mod orbit;
 mod ready;
@@ -125,6 +128,8 @@ pub struct Scene {
     group_side: Option<u32>,
     halo: Halo,
     step: f64,
+    /// Whether the model was read from a file.
+    from_file: bool,
     /// The field that a built-in model was sampled from.
     truth: Option<Analytic>,
 }

@@ -68,6 +68,10 @@ impl Scene {
     /// # Errors
     /// No such scene, or a file that cannot be used.
     pub fn open(name: &str) -> Result<Self, SceneError> {
+        Self::opened(name).map_err(|e| e.of(name))
+    }
+
+    fn opened(name: &str) -> Result<Self, SceneError> {
         if let Some(scene) = Self::builtin(name) {
             return scene;
         }
@@ -120,6 +124,7 @@ impl Scene {
             group_side: None,
             halo: Halo::Shared,
             step: STEP,
+            from_file: false,
             truth: None,
         }
     }
@@ -169,6 +174,7 @@ impl Scene {
         let camera = lantern::camera(SIDE, SIDE);
         let mut scene = Self::of(&name, model, camera, up, background);
         scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
+        scene.from_file = true;
         scene
     }
 
