@@ -14,9 +14,11 @@ mod open;
 mod orbit;
 mod ready;
 mod render;
+mod rules;
 #[cfg(test)]
 mod tests;
 pub mod transforms;
+mod view;
 
 pub use builtin::{BUILTIN, Representation};
 pub use error::SceneError;

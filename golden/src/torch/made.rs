@@ -1,5 +1,7 @@
 //! Checkpoints made for tests: whole containers whose contents are anything.
 
+#![allow(clippy::unwrap_used)]
+
 use std::io::Write as _;
 
 use proptest::prelude::*;
