@@ -280,7 +280,7 @@ pub(crate) fn survives<F: crate::fields::Field>(
     let file = harmed(whole, harms).save();
     let start = std::time::Instant::now();
     let loaded = load(file.path());
-    prop_assert!(start.elapsed().as_secs_f64() < 5.0, "it took long");
+    prop_assert!(start.elapsed().as_secs_f64() < 30.0, "it took long");
     match loaded {
         Ok(field) => {
             let eye = DVec3::new(2.0, 1.5, 1.0);

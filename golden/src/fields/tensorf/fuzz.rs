@@ -1,6 +1,8 @@
 //! Checkpoints of the authors' layout whose container is whole and whose
 //! contents are not.
 
+#![allow(clippy::unwrap_used)]
+
 use proptest::prelude::*;
 
 use super::Tensorf;
