@@ -133,6 +133,24 @@ impl Made {
         }
     }
 
+    /// Gives every tensor of more than three axes the same side along one of the
+    /// last three.
+    fn together(&mut self, axis: Index, side: usize) {
+        match self {
+            Self::Dict(items) => {
+                items
+                    .iter_mut()
+                    .for_each(|item| item.1.together(axis, side));
+            }
+            Self::Tensor(shape, values) if shape.len() > 3 => {
+                let at = shape.len() - 3 + axis.index(3);
+                shape[at] = side;
+                fill(shape, values, true);
+            }
+            _ => {}
+        }
+    }
+
     fn harmed(&mut self, harm: &Harm) {
         match (harm, &mut *self) {
             (Harm::Replace(other), _) => *self = other.clone(),
@@ -195,6 +213,8 @@ pub(crate) enum Harm {
     Side(Index, usize, bool),
     /// So many axes.
     Axes(usize),
+    /// A side of all grids alike, so that they still fit one another.
+    Together(Index, usize),
 }
 
 fn number() -> impl Strategy<Value = f64> {
@@ -248,6 +268,7 @@ pub(crate) fn harms() -> impl Strategy<Value = Vec<(Index, Harm)>> {
         (any::<Index>(), side(), any::<bool>()).prop_map(|(at, n, fill)| Harm::Side(at, n, fill)),
         (any::<Index>(), side(), any::<bool>()).prop_map(|(at, n, fill)| Harm::Side(at, n, fill)),
         (0usize..7).prop_map(Harm::Axes),
+        (any::<Index>(), side()).prop_map(|(at, side)| Harm::Together(at, side)),
     ];
     prop::collection::vec((any::<Index>(), harm), 1..4)
 }
@@ -257,7 +278,9 @@ pub(crate) fn harmed(whole: &Made, harms: &[(Index, Harm)]) -> Made {
     let mut made = whole.clone();
     for (at, harm) in harms {
         let count = made.count();
-        if count > 0 {
+        if let Harm::Together(axis, side) = harm {
+            made.together(*axis, *side);
+        } else if count > 0 {
             made.harm(&mut at.index(count), harm);
         }
     }
