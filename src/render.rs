@@ -253,10 +253,16 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
         say!("  decisions that flipped: {skips} skips, {stops} stops");
     }
     if let Some(units) = &report.units {
+        let tasks = match report.frame {
+            // Tables that do not stream have no MVoxels.
+            Some(f) if f.scattered_bytes > 0 => {
+                format!("{} MVoxels and sets of rows fetched one by one", f.mvoxels)
+            }
+            frame => format!("{} MVoxels", frame.map_or(0, |f| f.mvoxels)),
+        };
         say!(
-            "  out of the gathering unit: {} feature vectors ({} MVoxels)",
-            units.feature_vectors,
-            report.frame.map_or(0, |f| f.mvoxels)
+            "  out of the gathering unit: {} feature vectors ({tasks})",
+            units.feature_vectors
         );
         for (op, count) in &units.elements {
             say!(
@@ -273,6 +279,13 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
             megabytes(streams.mvoxels_read),
             megabytes(streams.rit_written + streams.rit_read)
         );
+        let scattered = report.frame.map_or(0, |f| f.scattered_bytes);
+        if scattered > 0 {
+            say!(
+                "  of the MVoxels' bytes {:.2} MB are rows fetched one by one, from hashed levels",
+                megabytes(scattered)
+            );
+        }
     }
     if let Some(splats) = report.frame.and_then(|f| f.splats) {
         if splats.inversions > 0 {
