@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::files;
 use crate::progress;
 use crate::say::say;
-use crate::scene::SceneArgs;
+use crate::scene::{SceneArgs, say_not_checked};
 use crate::sequence;
 
 #[derive(Debug, Args)]
@@ -38,8 +38,8 @@ pub(crate) struct RenderArgs {
     /// Frames a second of an analytic scene's way
     #[arg(long, value_name = "F", default_value_t = 30.0, requires = "frames")]
     fps: f64,
-    /// Report as JSON
-    #[arg(long, value_name = "FILE", conflicts_with = "frames")]
+    /// Report as JSON, of several pictures one of all
+    #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
 
@@ -57,7 +57,7 @@ pub(crate) enum Numerics {
 }
 
 /// Version of the JSON report.
-const FORMAT_VERSION: u32 = 1;
+pub(crate) const FORMAT_VERSION: u32 = 1;
 
 #[derive(Serialize)]
 struct Report<'a> {
@@ -80,25 +80,27 @@ struct Report<'a> {
     /// What the frame needs, counted by the renderer.
     frame: Option<&'a FrameCounts>,
     /// What came out of the units, counted by them.
-    units: Option<Units<'a>>,
+    units: Option<Units>,
     /// Clock cycles of the Verilated units, streams always ready.
     cycles: Option<RtlCycles>,
+    /// What lies outside the units, and what a model's file left open.
+    not_checked: Vec<String>,
     seconds: f64,
 }
 
 #[derive(Serialize)]
-struct Units<'a> {
+pub(crate) struct Units {
     /// Feature vectors out of the gathering unit.
     feature_vectors: u64,
     /// Elements out of the vector unit, by operation.
-    elements: &'a BTreeMap<OpCode, u64>,
+    elements: BTreeMap<OpCode, u64>,
 }
 
 /// A picture and what the units did for it.
 pub(crate) struct Shot {
     pub(crate) picture: Rendered,
     units: Option<UnitCounts>,
-    cycles: Option<RtlCycles>,
+    pub(crate) cycles: Option<RtlCycles>,
 }
 
 impl Shot {
@@ -109,6 +111,19 @@ impl Shot {
             units: None,
             cycles: None,
         }
+    }
+
+    /// What came out of the units, counted by them.
+    pub(crate) fn units(&self) -> Option<Units> {
+        self.units.as_ref().map(|u| Units {
+            feature_vectors: u.feature_vectors,
+            elements: u.elements.clone(),
+        })
+    }
+
+    /// What the frame needed, where units were used.
+    pub(crate) fn counts(&self) -> Option<&FrameCounts> {
+        self.units.is_some().then_some(&self.picture.counts)
     }
 }
 
@@ -157,7 +172,14 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     let config = common.read_config()?;
     let scene = args.scene.open()?;
     if let Some(frames) = args.frames {
-        return sequence::run(scene, &config, args.numerics, &args.out, args.fps, frames);
+        let wanted = sequence::Sequence {
+            numerics: args.numerics,
+            out: &args.out,
+            fps: args.fps,
+            frames,
+            json: args.json.as_deref(),
+        };
+        return sequence::run(scene, &config, &wanted);
     }
     let start = Instant::now();
     let spinner = progress::spinner("rendering");
@@ -165,16 +187,13 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     if args.numerics == Numerics::Rtl {
         spinner.set_message("rendering through the Verilated units");
     }
-    let Shot {
-        picture,
-        units,
-        cycles,
-    } = match args.numerics {
+    let shot = match args.numerics {
         Numerics::Float => Shot::of(float.clone()),
         other => shoot(&scene, &config, other)?,
     };
     let seconds = start.elapsed().as_secs_f64();
     spinner.finish_and_clear();
+    let picture = &shot.picture;
     picture.picture.write_png(&args.out)?;
 
     let compared = args.numerics != Numerics::Float;
@@ -196,12 +215,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         covered_pixels: float.covered.iter().filter(|c| **c).count(),
         flipped_skips: flips.map(|f| f.skip),
         flipped_stops: flips.map(|f| f.stop),
-        frame: units.is_some().then_some(&picture.counts),
-        units: units.as_ref().map(|u| Units {
-            feature_vectors: u.feature_vectors,
-            elements: &u.elements,
-        }),
-        cycles,
+        frame: shot.counts(),
+        units: shot.units(),
+        cycles: shot.cycles,
+        not_checked: scene.not_checked(),
         seconds,
     };
     print(&report, &scene, args);
@@ -236,12 +253,18 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
         say!("  decisions that flipped: {skips} skips, {stops} stops");
     }
     if let Some(units) = &report.units {
+        let tasks = match report.frame {
+            // Tables that do not stream have no MVoxels.
+            Some(f) if f.scattered_bytes > 0 => {
+                format!("{} MVoxels and sets of rows fetched one by one", f.mvoxels)
+            }
+            frame => format!("{} MVoxels", frame.map_or(0, |f| f.mvoxels)),
+        };
         say!(
-            "  out of the gathering unit: {} feature vectors ({} MVoxels)",
-            units.feature_vectors,
-            report.frame.map_or(0, |f| f.mvoxels)
+            "  out of the gathering unit: {} feature vectors ({tasks})",
+            units.feature_vectors
         );
-        for (op, count) in units.elements {
+        for (op, count) in &units.elements {
             say!(
                 "  out of the vector unit: {count} elements of {}",
                 op.name()
@@ -256,6 +279,13 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
             megabytes(streams.mvoxels_read),
             megabytes(streams.rit_written + streams.rit_read)
         );
+        let scattered = report.frame.map_or(0, |f| f.scattered_bytes);
+        if scattered > 0 {
+            say!(
+                "  of the MVoxels' bytes {:.2} MB are rows fetched one by one, from hashed levels",
+                megabytes(scattered)
+            );
+        }
     }
     if let Some(splats) = report.frame.and_then(|f| f.splats) {
         if splats.inversions > 0 {
@@ -284,4 +314,5 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
             cycles.vector
         );
     }
+    say_not_checked(&report.not_checked);
 }

@@ -8,12 +8,15 @@ use potamoi_golden::scene::Scene;
 
 use crate::common::quoted;
 use crate::failure::Failure;
+use crate::say::say;
 
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
-    /// Built-in scene (garden, lantern, cairn, vase, lattice, mist, moons, chrome, gallery, city),
-    /// splat model (.ply, .splat, .spz, .sog, .npz of Compact-3DGS), checkpoint of `DirectVoxGO`
-    /// (.tar) or `TensoRF` (.th), Instant-NGP snapshot (.ingp, .msgpack) or description (.toml)
+    /// Built-in scene (garden, lantern, cairn, vase, lattice, mist, moons, chrome, gallery, city;
+    /// each but the first two also as a ready model behind a colon, such as cairn:ngp: voxels,
+    /// dvgo, tensorf, ngp, splats, efficientnerf, compact), splat model (.ply, .splat, .spz, .sog),
+    /// `Compact-3DGS` model (.npz), checkpoint of `DirectVoxGO` (.tar) or `TensoRF` (.th),
+    /// Instant-NGP snapshot (.ingp, .msgpack) or description (.toml)
     #[arg(long, value_name = "SCENE")]
     pub(crate) scene: Option<String>,
     /// Camera file in the OpenCV convention, instead of the scene's camera
@@ -28,6 +31,11 @@ pub(crate) struct SceneArgs {
     /// Rows
     #[arg(long, value_name = "PIXELS")]
     height: Option<u32>,
+}
+
+/// Says in one line what a run does not check.
+pub(crate) fn say_not_checked(list: &[String]) {
+    say!("  not checked: {}", list.join("; "));
 }
 
 /// The scene of a command that names none.

@@ -4,47 +4,102 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use potamoi_formats::config::Config;
-use potamoi_golden::scene::Scene;
+use potamoi_golden::scene::{FrameCounts, Scene};
+use potamoi_sim::rtl::RtlCycles;
+use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::render::{Numerics, shoot};
+use crate::render::{FORMAT_VERSION, Numerics, Units, shoot};
 use crate::say::say;
+use crate::scene::say_not_checked;
 
-/// Renders `frames` pictures beside `out`, numbered from 0. Each is whole or not
-/// there, so that a run that is cut off leaves the ones before.
-pub(crate) fn run(
-    mut scene: Scene,
-    config: &Config,
+/// Which pictures, and where they go.
+pub(crate) struct Sequence<'a> {
+    pub(crate) numerics: Numerics,
+    /// The name to which numbers are added.
+    pub(crate) out: &'a Path,
+    /// Frames a second of an analytic scene's way.
+    pub(crate) fps: f64,
+    pub(crate) frames: u32,
+    pub(crate) json: Option<&'a Path>,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    format_version: u32,
+    command: &'static str,
+    scene: &'a str,
     numerics: Numerics,
-    out: &Path,
-    fps: f64,
-    frames: u32,
-) -> Result<(), Failure> {
-    let cameras = scene.path(fps, frames)?;
+    /// 12 hexadecimal digits.
+    configuration: String,
+    frames: Vec<Frame>,
+    /// What lies outside the units, and what a model's file left open.
+    not_checked: Vec<String>,
+    seconds: f64,
+}
+
+/// One picture, as the report of a single one says it.
+#[derive(Serialize)]
+struct Frame {
+    file: PathBuf,
+    width: u32,
+    height: u32,
+    frame: Option<FrameCounts>,
+    units: Option<Units>,
+    cycles: Option<RtlCycles>,
+}
+
+/// Renders the pictures beside `out`, numbered from 0. Each is whole or not
+/// there, so that a run that is cut off leaves the ones before.
+pub(crate) fn run(mut scene: Scene, config: &Config, wanted: &Sequence<'_>) -> Result<(), Failure> {
+    let cameras = scene.path(wanted.fps, wanted.frames)?;
     let names: Vec<PathBuf> = (0..cameras.len())
-        .map(|n| numbered(out, n, cameras.len()))
+        .map(|n| numbered(wanted.out, n, cameras.len()))
         .collect();
     files::prepare(names.iter().map(Some))?;
     let start = Instant::now();
     let bar = progress::bar(cameras.len() as u64, "rendering");
+    let mut frames = vec![];
     for (camera, name) in cameras.iter().zip(&names) {
         scene.set_camera(*camera);
-        let shot = shoot(&scene, config, numerics)?;
+        let shot = shoot(&scene, config, wanted.numerics)?;
         shot.picture.picture.write_png(name)?;
+        frames.push(Frame {
+            file: name.clone(),
+            width: camera.width,
+            height: camera.height,
+            frame: shot.counts().cloned(),
+            units: shot.units(),
+            cycles: shot.cycles,
+        });
         bar.inc(1);
     }
     bar.finish_and_clear();
+    let report = Report {
+        format_version: FORMAT_VERSION,
+        command: "render",
+        scene: scene.name(),
+        numerics: wanted.numerics,
+        configuration: config.hash(),
+        frames,
+        not_checked: scene.not_checked(),
+        seconds: start.elapsed().as_secs_f64(),
+    };
     if let (Some(first), Some(last)) = (names.first(), names.last()) {
         say!(
             "{}: {} pictures, {} to {}, in {:.1} s",
-            scene.name(),
+            report.scene,
             names.len(),
             first.display(),
             last.display(),
-            start.elapsed().as_secs_f64()
+            report.seconds
         );
+    }
+    say_not_checked(&report.not_checked);
+    if let Some(path) = wanted.json {
+        files::write_json(path, &report)?;
     }
     Ok(())
 }

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::files;
 use crate::progress;
 use crate::say::say;
-use crate::scene::SceneArgs;
+use crate::scene::{SceneArgs, say_not_checked};
 
 #[derive(Debug, Args)]
 pub(crate) struct TraceArgs {
@@ -57,6 +57,8 @@ struct Report<'a> {
     operations: usize,
     elements: usize,
     bytes: u64,
+    /// What lies outside the units, and what a model's file left open.
+    not_checked: Vec<String>,
 }
 
 pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
@@ -93,6 +95,7 @@ pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
         operations: trace.computed.len(),
         elements: trace.computed.iter().map(|c| c.a.len()).sum(),
         bytes: std::fs::metadata(&args.out).map_or(0, |m| m.len()),
+        not_checked: scene.not_checked(),
     };
     say!(
         "{}: {} feature vectors of {} MVoxels, {} elements of {} vector operations, \
@@ -111,6 +114,7 @@ pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
             folder.display()
         );
     }
+    say_not_checked(&report.not_checked);
     if let Some(path) = &args.json {
         files::write_json(path, &report)?;
     }

@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::files;
 use crate::progress;
 use crate::say::say;
-use crate::scene::SceneArgs;
+use crate::scene::{SceneArgs, say_not_checked};
 use report::{FORMAT_VERSION, Report, print};
 use work::Work;
 
@@ -160,6 +160,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
         gathering_unit: &gather,
         vector_unit: &vector,
         failure: failure.as_ref(),
+        not_checked: work.not_checked(),
         seconds: start.elapsed().as_secs_f64(),
     };
     print(&report, &config);
@@ -212,6 +213,7 @@ fn agreement(report: &Report<'_>) -> Result<(), Failure> {
     for (unit, _) in units.iter().filter(|(_, compared)| *compared == 0) {
         say!("  the {unit} had no work and was not compared");
     }
+    say_not_checked(&report.not_checked);
     Ok(())
 }
 

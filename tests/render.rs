@@ -94,8 +94,11 @@ fn a_path_is_rendered_as_numbered_pictures() {
         let code = if more.contains(&"5") { 2 } else { 0 };
         expect(at, code, &arguments)
     };
-    let said = render("1.toml", "way/p.png", &["--frames", "3"]);
+    let report = ["--frames", "3", "--json", "way.json"];
+    let said = render("1.toml", "way/p.png", &report);
     assert!(said.contains("3 pictures"), "{said}");
+    assert_eq!(said.matches("not checked: ").count(), 1, "{said}");
+    let way = json(&at.join("way.json"));
     let names = |folder: &str| {
         let files = std::fs::read_dir(at.join(folder)).unwrap();
         let mut names: Vec<_> = files.map(|f| f.unwrap().file_name()).collect();
@@ -104,7 +107,18 @@ fn a_path_is_rendered_as_numbered_pictures() {
     };
     assert_eq!(names("way"), ["p.0000.png", "p.0001.png", "p.0002.png"]);
     let bytes = |name: &str| std::fs::read(at.join(name)).unwrap();
-    render("1.toml", "first.png", &[]);
+    render("1.toml", "first.png", &["--json", "first.json"]);
+    // Of each picture, what its own report says.
+    let first = json(&at.join("first.json"));
+    assert_eq!(way["frames"].as_array().unwrap().len(), 3);
+    for field in ["width", "height", "frame", "units", "cycles"] {
+        assert_eq!(way["frames"][0][field], first[field], "{field}");
+    }
+    assert!(first["frame"]["feature_vectors"].as_u64().unwrap() > 100);
+    assert_ne!(way["frames"][0]["frame"], way["frames"][2]["frame"]);
+    assert_eq!(way["frames"][2]["file"], "way/p.0002.png");
+    assert_eq!(way["not_checked"], first["not_checked"]);
+    assert!(!first["not_checked"].as_array().unwrap().is_empty());
     render("3.toml", "third.png", &[]);
     assert_eq!(bytes("first.png"), bytes("way/p.0000.png"));
     assert_eq!(bytes("third.png"), bytes("way/p.0002.png"));

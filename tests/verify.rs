@@ -69,6 +69,13 @@ fn other_algorithms_agree_in_every_bit_and_cycle() {
         );
         assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
         let r = json(&folder.path().join("r.json"));
+        // Agreement is of the units alone, and says so.
+        assert_eq!(said.matches("not checked: ").count(), 1, "{said}");
+        let left = r["not_checked"].as_array().unwrap();
+        let truth =
+            |v: &serde_json::Value| v.as_str().unwrap().starts_with("nearness to the truth");
+        assert_eq!(left.iter().any(truth), !scene.contains(':'), "{r}");
+        assert!(left.iter().all(|v| said.contains(v.as_str().unwrap())));
         let n = |field: &str| r[field].as_u64().unwrap();
         assert_eq!(n("cycles"), n("cycles_predicted"), "{scene}");
         assert!(n("samples") > 500 && n("vectors") > 500, "{r}");
@@ -142,9 +149,12 @@ fn a_trace_is_verified_without_its_scene_and_refused_when_changed() {
     ];
     let said = expect(at, 0, &trace);
     assert!(said.contains("feature vectors"), "{said}");
+    assert!(said.contains("not checked: "), "{said}");
     let said = expect(at, 0, &["verify", "--trace", "t.npz", "--level", "full"]);
     assert!(
-        said.contains("trace of lantern") && said.contains("no mismatch"),
+        said.contains("trace of lantern")
+            && said.contains("no mismatch")
+            && said.contains("a trace holds their work alone"),
         "{said}"
     );
     let bytes = std::fs::read(at.join("t.npz")).unwrap();

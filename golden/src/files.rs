@@ -44,17 +44,25 @@ fn beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         .map_err(|e| std::io::Error::from(e.kind()))
 }
 
+/// Opens a file.
+///
+/// # Errors
+/// The file cannot be read, or is none: devices and pipes have no end.
+pub fn open(path: &Path) -> std::io::Result<std::fs::File> {
+    let file = std::fs::File::open(path)?;
+    if !file.metadata()?.is_file() {
+        return Err(std::io::Error::other("not a regular file"));
+    }
+    Ok(file)
+}
+
 /// What a file holds; `None` if that is more than `most` bytes.
 ///
 /// # Errors
 /// The file cannot be read, or is none: devices and pipes have no end.
 pub fn read(path: &Path, most: u64) -> std::io::Result<Option<Vec<u8>>> {
-    let file = std::fs::File::open(path)?;
-    if !file.metadata()?.is_file() {
-        return Err(std::io::Error::other("not a regular file"));
-    }
     let mut bytes = vec![];
-    file.take(most + 1).read_to_end(&mut bytes)?;
+    open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     Ok((bytes.len() as u64 <= most).then_some(bytes))
 }
 

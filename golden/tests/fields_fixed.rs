@@ -3,8 +3,11 @@
 
 use std::path::Path;
 
+use glam::DVec3;
 use potamoi_formats::config::Config;
-use potamoi_golden::fields::{Field, FixedField, FixedOptions};
+use potamoi_formats::units::OpCode;
+use potamoi_golden::camera::Camera;
+use potamoi_golden::fields::{Along, Field, FixedField, FixedOptions};
 use potamoi_golden::scene::{Model, Scene};
 use potamoi_golden::units::Twins;
 use potamoi_golden::voxels::FixedFrame;
@@ -117,7 +120,40 @@ fn the_picture_depends_neither_on_ray_groups_nor_on_batches() {
     }
 }
 
-/// Counts add up: every sample that is gathered has an entry in each table.
+/// Samples of a frame within the field's box, and those where the field is not
+/// known to be empty: one pixel, one axis and one step after another.
+fn counted(field: &dyn Field, camera: &Camera) -> [u64; 2] {
+    let sampling = field.sampling();
+    let [low, high] = sampling.bounds;
+    let mut places = vec![DVec3::ZERO; field.tables().len()];
+    let [mut within, mut gathered] = [0; 2];
+    for pixel in 0..camera.width * camera.height {
+        let (x, y) = (pixel % camera.width, pixel / camera.width);
+        let (origin, direction) = camera.ray(x, y);
+        let ahead = match sampling.along {
+            Along::Axis => camera.world_to_camera.transform_vector3(direction).z,
+            Along::Ray => 1.0,
+        };
+        let [mut from, mut to] = sampling.range.map(|depth| depth / ahead);
+        for axis in 0..3 {
+            let crossed =
+                [low[axis], high[axis]].map(|face| (face - origin[axis]) / direction[axis]);
+            from = from.max(crossed[0].min(crossed[1]));
+            to = to.min(crossed[0].max(crossed[1]));
+        }
+        let mut k = 0u32;
+        while from + f64::from(k) * sampling.step <= to {
+            within += 1;
+            let at = origin + direction * (from + f64::from(k) * sampling.step);
+            gathered += u64::from(field.index(at, &mut places));
+            k += 1;
+        }
+    }
+    [within, gathered]
+}
+
+/// Every sample that is gathered has an entry in each table, and its opacity is
+/// asked for once.
 #[test]
 fn counts_are_those_of_the_tables() {
     let config = config();
@@ -130,8 +166,20 @@ fn counts_are_those_of_the_tables() {
         };
         let stats = render(&scene, &config, &options).stats;
         let tables = field.tables();
-        let samples = stats.entries / tables.len() as u64;
-        assert_eq!(stats.entries, samples * tables.len() as u64);
+        let [within, samples] = counted(field, scene.camera());
+        println!("{name}: {samples} of {within} samples are gathered");
+        assert!(samples > 1000 && samples < within);
+        assert_eq!(stats.samples, within, "{name}");
+        assert_eq!(stats.rays, 24 * 24);
+        assert_eq!(stats.entries, samples * tables.len() as u64, "{name}");
+        let density = if name.starts_with("ngp") {
+            OpCode::Exp
+        } else {
+            OpCode::Softplus
+        };
+        for op in [density, OpCode::OneMinusExp] {
+            assert_eq!(stats.vector_elements[&op], samples, "{name}, {op:?}");
+        }
         assert_eq!(stats.features, samples * field.channels() as u64);
         // An id alone, or an id and a weight a vertex.
         let bytes = |vertices: usize| {

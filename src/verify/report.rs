@@ -46,6 +46,8 @@ pub(super) struct Report<'a> {
     pub(super) gathering_unit: &'a GatherReport,
     pub(super) vector_unit: &'a VectorReport,
     pub(super) failure: Option<&'a Found>,
+    /// What lies outside the units, and what a model's file left open.
+    pub(super) not_checked: Vec<String>,
     pub(super) seconds: f64,
 }
 

@@ -32,6 +32,16 @@ impl Work {
         }
     }
 
+    /// What agreement says nothing of.
+    pub(super) fn not_checked(&self) -> Vec<String> {
+        match self {
+            Self::Scene(scene) => scene.not_checked(),
+            Self::Trace(..) => {
+                vec!["all that lies outside the units: a trace holds their work alone".to_owned()]
+            }
+        }
+    }
+
     pub(super) fn size(&self) -> Option<[u32; 2]> {
         match self {
             Self::Scene(scene) => Some([scene.camera().width, scene.camera().height]),

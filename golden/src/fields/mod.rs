@@ -167,6 +167,15 @@ pub enum Along {
     Ray,
 }
 
+/// The configuration `fields`, which every field can be rendered in.
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+fn fields_preset() -> Config {
+    let presets = potamoi_formats::config::PRESETS;
+    let (_, text) = presets.iter().find(|(name, _)| *name == "fields").unwrap();
+    Config::from_toml(text, "fields").unwrap()
+}
+
 /// `ln(1 + e^x)` without overflow or cancellation.
 fn softplus(x: f64) -> f64 {
     x.max(0.0) + (-x.abs()).exp().ln_1p()

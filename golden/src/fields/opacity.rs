@@ -155,7 +155,7 @@ pub(super) fn need(config: &Config, ops: &[OpCode]) -> Result<(), FieldError> {
             part: "vu.ops",
             found: OpCode::list(&config.vu.ops),
             expected: format!(
-                "\"{}\" among the operations, as the preset `fields` has",
+                "\"{}\" among the operations, as the preset `fields` has: use --config fields",
                 op.name()
             ),
         })

@@ -7,6 +7,8 @@
 
 use std::collections::HashMap;
 use std::fmt::Display;
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -16,8 +18,10 @@ use thiserror::Error;
 use super::transforms::PathFrame;
 use crate::camera::Camera;
 
-/// The largest file, in bytes: `images.txt` holds every point of every image.
-const LIMIT: u64 = 1 << 29;
+/// The longest line, in bytes: one of `images.txt` holds every point of an image.
+const MAX_LINE: u64 = 1 << 26;
+/// Characters of a wrong value that are told.
+const TOLD: usize = 60;
 /// The most cameras and the most images.
 const MAX_ENTRIES: usize = 1 << 20;
 /// The longest picture side.
@@ -74,14 +78,14 @@ type Wrong = (&'static str, String, String);
 /// A file cannot be read, is no such text, or holds numbers that make no
 /// undistorted camera.
 pub fn read(folder: &Path) -> Result<Vec<PathFrame>, ColmapError> {
-    let cameras = Text::read(folder.join("cameras.txt"))?.cameras()?;
-    let images = Text::read(folder.join("images.txt"))?;
+    let cameras = Text::open(folder.join("cameras.txt"))?.cameras()?;
+    let mut images = Text::open(folder.join("images.txt"))?;
     let mut frames = images.images(&cameras)?;
     frames.sort_by(|a, b| a.picture.cmp(&b.picture));
     let twice = frames.windows(2).find(|w| w[0].picture == w[1].picture);
     match (twice, frames.is_empty()) {
         (Some(pair), _) => {
-            let found = format!("two images named {}", pair[0].picture.display());
+            let found = format!("two images named {}", shown(pair[0].picture.display()));
             Err(images.wrong(found, "each name once"))
         }
         (None, true) => Err(images.wrong("no image".to_owned(), "at least one")),
@@ -89,19 +93,23 @@ pub fn read(folder: &Path) -> Result<Vec<PathFrame>, ColmapError> {
     }
 }
 
+/// A file, one line of it at a time.
 struct Text {
     path: PathBuf,
+    file: BufReader<File>,
+    /// The line that was read last, and its number, from 1.
     bytes: Vec<u8>,
+    number: usize,
 }
 
 impl Text {
-    fn read(path: PathBuf) -> Result<Self, ColmapError> {
-        match crate::files::read(&path, LIMIT) {
-            Ok(Some(bytes)) => Ok(Self { path, bytes }),
-            Ok(None) => Err(ColmapError::File {
+    fn open(path: PathBuf) -> Result<Self, ColmapError> {
+        match crate::files::open(&path) {
+            Ok(file) => Ok(Self {
                 path,
-                found: "it is larger".to_owned(),
-                expected: format!("at most {LIMIT} bytes"),
+                file: BufReader::new(file),
+                bytes: vec![],
+                number: 0,
             }),
             Err(source) => Err(ColmapError::Read { path, source }),
         }
@@ -115,32 +123,60 @@ impl Text {
         }
     }
 
-    fn at(&self, line: usize, (field, value, expected): Wrong) -> ColmapError {
+    /// Something in the line that was read last.
+    fn at(&self, (field, value, expected): Wrong) -> ColmapError {
         ColmapError::Line {
             path: self.path.clone(),
-            line: line + 1,
+            line: self.number,
             field,
             value,
             expected,
         }
     }
 
-    /// Lines and their numbers, from 0.
-    fn lines(&self) -> impl Iterator<Item = (usize, &[u8])> {
-        let lines = self.bytes.split(|b| *b == b'\n').enumerate();
-        lines.map(|(n, line)| (n, line.trim_ascii()))
+    /// Reads a line; `false` behind the last.
+    fn advance(&mut self) -> Result<bool, ColmapError> {
+        self.bytes.clear();
+        self.number += 1;
+        let mut line = (&mut self.file).take(MAX_LINE + 1);
+        let read = line.read_until(b'\n', &mut self.bytes);
+        let read = read.map_err(|source| ColmapError::Read {
+            path: self.path.clone(),
+            source,
+        })?;
+        if read as u64 > MAX_LINE {
+            let expected = format!("at most {MAX_LINE} bytes a line");
+            return Err(self.at(("text", "longer".to_owned(), expected)));
+        }
+        Ok(read > 0)
+    }
+
+    /// The line that was read last.
+    fn line(&self) -> &[u8] {
+        self.bytes.trim_ascii()
+    }
+
+    /// Reads up to a line that is neither empty nor a comment; `false` if there
+    /// is none.
+    fn advance_to_text(&mut self) -> Result<bool, ColmapError> {
+        while self.advance()? {
+            if !self.line().is_empty() && !self.line().starts_with(b"#") {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// Intrinsics by `CAMERA_ID`, posed nowhere.
-    fn cameras(&self) -> Result<HashMap<u32, Camera>, ColmapError> {
+    fn cameras(mut self) -> Result<HashMap<u32, Camera>, ColmapError> {
         let mut cameras = HashMap::new();
-        for (n, line) in self.lines().filter(|(_, line)| says_something(line)) {
-            let (id, camera) = Fields::of(line)
+        while self.advance_to_text()? {
+            let (id, camera) = Fields::of(self.line())
                 .and_then(intrinsics)
-                .map_err(|wrong| self.at(n, wrong))?;
+                .map_err(|wrong| self.at(wrong))?;
             if cameras.insert(id, camera).is_some() {
                 let wrong = ("CAMERA_ID", id.to_string(), "each camera once".to_owned());
-                return Err(self.at(n, wrong));
+                return Err(self.at(wrong));
             }
             if cameras.len() > MAX_ENTRIES {
                 let expected = format!("at most {MAX_ENTRIES} cameras");
@@ -151,41 +187,31 @@ impl Text {
     }
 
     /// Two lines an image: its pose, and its points, which may be none.
-    fn images(&self, cameras: &HashMap<u32, Camera>) -> Result<Vec<PathFrame>, ColmapError> {
+    fn images(&mut self, cameras: &HashMap<u32, Camera>) -> Result<Vec<PathFrame>, ColmapError> {
         let mut frames = vec![];
-        let mut lines = self.lines();
-        while let Some((n, line)) = lines.find(|(_, line)| says_something(line)) {
-            let frame = Fields::of(line).and_then(|fields| image(fields, cameras));
-            frames.push(frame.map_err(|wrong| self.at(n, wrong))?);
+        while self.advance_to_text()? {
+            let frame = Fields::of(self.line()).and_then(|fields| image(fields, cameras));
+            frames.push(frame.map_err(|wrong| self.at(wrong))?);
             if frames.len() > MAX_ENTRIES {
                 let expected = format!("at most {MAX_ENTRIES} images");
                 return Err(self.wrong("more".to_owned(), &expected));
             }
             // A file whose empty lines were taken out would lose every other
             // image unseen.
-            let Some((n, points)) = lines.next() else {
+            if !self.advance()? {
                 break;
-            };
-            let values = points.split(u8::is_ascii_whitespace);
+            }
+            let values = self.line().split(u8::is_ascii_whitespace);
             let values = values.filter(|v| !v.is_empty()).count();
             if !values.is_multiple_of(3) {
                 let expected = "X, Y and POINT3D_ID of each point, or an empty line behind \
                                 every image";
-                let wrong = (
-                    "POINTS2D[]",
-                    format!("{values} values"),
-                    expected.to_owned(),
-                );
-                return Err(self.at(n, wrong));
+                let found = format!("{values} values");
+                return Err(self.at(("POINTS2D[]", found, expected.to_owned())));
             }
         }
         Ok(frames)
     }
-}
-
-/// Neither empty nor a comment.
-fn says_something(line: &[u8]) -> bool {
-    !line.is_empty() && !line.starts_with(b"#")
 }
 
 /// The fields of a line, one after the other.
@@ -235,7 +261,7 @@ impl<'a> Fields<'a> {
 fn shown(value: impl Display) -> String {
     match value.to_string() {
         text if text.is_empty() => "missing".to_owned(),
-        text => text,
+        text => text.chars().take(TOLD).collect(),
     }
 }
 
@@ -271,7 +297,11 @@ fn intrinsics(mut fields: Fields<'_>) -> Result<(u32, Camera), Wrong> {
     }
     if !fields.0.is_empty() {
         let expected = format!("{} of {model}", focals + 2 + distortions.len());
-        return Err(("PARAMS[]", format!("{} too much", fields.0), expected));
+        return Err((
+            "PARAMS[]",
+            format!("{} too much", shown(fields.0)),
+            expected,
+        ));
     }
     let camera = Camera {
         width: width as u32,

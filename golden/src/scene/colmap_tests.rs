@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use super::super::fuzz::{damaged, damages, sound};
 use super::*;
 
 const CAMERA: &str = "7 PINHOLE 40 20 30 31 20.5 9.25\n";
@@ -151,23 +152,41 @@ fn what_makes_no_camera_is_refused_by_file_line_and_field() {
     );
 }
 
+/// A line is read, not the file; one without an end is not.
+#[test]
+fn a_line_without_an_end_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("cameras.txt"), CAMERA).unwrap();
+    let images = fs::File::create(folder.path().join("images.txt")).unwrap();
+    images.set_len(MAX_LINE + 1).unwrap();
+    let error = read(folder.path()).unwrap_err().to_string();
+    assert!(
+        error.contains("images.txt, line 1: text is longer: expected at most"),
+        "{error}"
+    );
+    let long = CAMERA.replace("PINHOLE", &"P".repeat(10_000));
+    let error = read_texts(&long, IMAGE).unwrap_err().to_string();
+    assert!(
+        error.contains("MODEL is PPP") && error.len() < 1000,
+        "{error}"
+    );
+}
+
 proptest::proptest! {
-    /// Any change of a byte gives poses or one error, never a panic.
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(600))]
+
+    /// Whatever stands in a file, it is poses or one clear error.
     #[test]
-    fn damaged_files_are_read_or_refused(
-        at in 0usize..400, byte in proptest::prelude::any::<u8>(), cut in 0usize..400,
-    ) {
+    fn damaged_files_are_read_or_refused(harm in damages(), of_images: bool) {
         let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/colmap");
         let folder = tempfile::tempdir().unwrap();
         for name in ["cameras.txt", "images.txt"] {
             let mut bytes = fs::read(fixtures.join(name)).unwrap();
-            let place = at % bytes.len();
-            bytes[place] = byte;
-            bytes.truncate(bytes.len() - cut.min(bytes.len()));
+            if of_images == (name == "images.txt") {
+                bytes = damaged(&bytes, &harm);
+            }
             fs::write(folder.path().join(name), bytes).unwrap();
         }
-        if let Err(error) = read(folder.path()) {
-            proptest::prop_assert!(!error.to_string().is_empty());
-        }
+        sound(read(folder.path()), folder.path())?;
     }
 }

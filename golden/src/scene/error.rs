@@ -90,6 +90,14 @@ pub enum SceneError {
     /// A field cannot be loaded or rendered.
     #[error(transparent)]
     Field(#[from] FieldError),
+    /// What names no scene itself.
+    #[error("scene {scene}: {source}")]
+    Of {
+        /// The scene.
+        scene: String,
+        /// What is wrong with it.
+        source: Box<SceneError>,
+    },
     /// The units of a configuration cannot render the scene.
     #[error("configuration: `{field}` is {value}: scene {scene} needs {expected}")]
     Config {
@@ -105,6 +113,22 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// Names the scene, where the text names neither it nor a file.
+    pub(super) fn of(self, scene: &str) -> Self {
+        let nameless = match &self {
+            Self::Cloud(_) | Self::Splats(_) | Self::Voxels(_) => true,
+            Self::Field(error) => !error.names_file(),
+            _ => false,
+        };
+        if !nameless {
+            return self;
+        }
+        Self::Of {
+            scene: scene.to_owned(),
+            source: Box::new(self),
+        }
+    }
+
     /// The error of a unit that stopped the rendering, if that is what it was.
     #[must_use]
     pub fn unit(&self) -> Option<&(dyn std::error::Error + Send + Sync + 'static)> {
@@ -112,6 +136,7 @@ impl SceneError {
             Self::Splats(RenderError::Unit(e))
             | Self::Voxels(VoxelError::Unit(e))
             | Self::Field(FieldError::Voxels(VoxelError::Unit(e))) => Some(&**e),
+            Self::Of { source, .. } => source.unit(),
             _ => None,
         }
     }

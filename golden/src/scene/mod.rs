@@ -6,17 +6,22 @@ mod characterise;
 pub mod colmap;
 mod description;
 mod error;
+#[cfg(test)]
+mod fuzz;
 pub mod garden;
 mod images;
 pub mod lantern;
+mod not_checked;
 mod open;
 mod orbit;
 mod ready;
 mod render;
+mod rules;
 mod shade;
 #[cfg(test)]
 mod tests;
 pub mod transforms;
+mod view;
 
 pub use builtin::{BUILTIN, Representation};
 pub use characterise::Characterised;
@@ -130,6 +135,8 @@ pub struct Scene {
     group_side: Option<u32>,
     halo: Halo,
     step: f64,
+    /// Whether the model was read from a file.
+    from_file: bool,
     /// The field that a built-in model was sampled from.
     truth: Option<Analytic>,
 }

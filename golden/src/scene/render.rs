@@ -96,6 +96,10 @@ impl Scene {
     /// # Errors
     /// A camera or an option that is not sensible.
     pub fn render_float(&self) -> Result<Rendered, SceneError> {
+        self.floating().map_err(|e| e.of(&self.name))
+    }
+
+    fn floating(&self) -> Result<Rendered, SceneError> {
         match self.model.kind() {
             Kind::Splats(cloud) => {
                 let options = splats::FloatOptions {
@@ -189,6 +193,11 @@ impl Scene {
         config: &Config,
         units: &mut dyn Units,
     ) -> Result<Rendered, SceneError> {
+        let rendered = self.through(config, units);
+        rendered.map_err(|e| e.of(&self.name))
+    }
+
+    fn through(&self, config: &Config, units: &mut dyn Units) -> Result<Rendered, SceneError> {
         match &self.model {
             Model::Splats(cloud) => self.splats_fixed(cloud, config, units),
             Model::Compact(model) => {

@@ -1,5 +1,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod described;
+
 use std::fs;
 
 use potamoi_formats::config::Config;
@@ -35,232 +37,6 @@ fn built_in_scenes_hold_their_formats_promise() {
 }
 
 #[test]
-fn descriptions_name_model_camera_and_rules() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    let open = |text: &str| {
-        fs::write(&path, text).unwrap();
-        Scene::open(path.to_str().unwrap())
-    };
-    let scene = open(
-        "[model]\nkind = \"builtin\"\nname = \"garden\"\n[camera]\nkind = \"orbit\"\n\
-         azimuth = 10\ndistance = 5\nwidth = 60\nheight = 40\n\
-         [render]\nprofile = \"gsplat\"\nbackground = [0, 0.5, 1]\ngroup_tiles = [2, 2]",
-    )
-    .unwrap();
-    assert_eq!((scene.camera().width, scene.camera().height), (60, 40));
-    assert_eq!(scene.profile(), Profile::Gsplat);
-    assert_eq!(scene.background(), [0.0, 0.5, 1.0]);
-    fs::write(
-        folder.path().join("camera.json"),
-        r#"{"width": 40, "height": 20, "fx": 30.5, "fy": 31, "position": [1, 2, 3],
-            "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}"#,
-    )
-    .unwrap();
-    let scene = open(
-        "[model]\nkind = \"builtin\"\nname = \"lantern\"\n[camera]\nkind = \"opencv-json\"\n\
-         path = \"camera.json\"\nwidth = 80\n[render]\nstep = 0.25\ngroup_side = 7",
-    )
-    .unwrap();
-    assert_eq!((scene.camera().width, scene.camera().height), (80, 40));
-    assert_eq!(scene.camera().focal.x, 61.0);
-
-    let refused = |text: &str, expected: &str| {
-        let error = open(text).unwrap_err().to_string();
-        assert!(error.contains(expected), "{error}");
-    };
-    let model = "[model]\nkind = \"builtin\"\nname = \"garden\"\n";
-    refused("", "model");
-    refused("[model]\nkind = \"nerf\"", "nerf");
-    refused("[model]\nkind = \"builtin\"\nname = \"mars\"", "mars");
-    refused("[model]\nkind = \"splats\"\npath = \"no.ply\"", "no.ply");
-    refused(&format!("{model}colour = 3"), "colour");
-    refused(&format!("{model}[render]\nprofile = \"x\""), "inria");
-    refused(&format!("{model}[render]\nstep = 1"), "render.step");
-    refused(
-        &format!("{model}[camera]\nkind = \"orbit\"\nfov = 0"),
-        "camera.fov",
-    );
-    refused(
-        &format!("{model}[camera]\nkind = \"orbit\"\nelevation = 90"),
-        "elevation",
-    );
-    refused(
-        &format!("{model}[camera]\nkind = \"orbit\"\ndistance = nan"),
-        "distance",
-    );
-    refused(
-        &format!("{model}[camera]\nkind = \"orbit\"\nwidth = 0"),
-        "width is 0",
-    );
-    for distance in ["0", "1e10"] {
-        let camera = format!("{model}[camera]\nkind = \"orbit\"\ndistance = {distance}");
-        refused(&camera, "camera.distance");
-    }
-    let target = "[camera]\nkind = \"orbit\"\ntarget = [0, inf, 0]";
-    refused(&format!("{model}{target}"), "camera.target");
-    for background in ["[0, -0.1, 0]", "[nan, 0, 0]", "[16, 0, 0]"] {
-        let render = format!("{model}[render]\nbackground = {background}");
-        refused(&render, "render.background");
-    }
-    refused(&format!("{model}[render]\norder = \"any\""), "render.order");
-    // Values of the wrong kind are named too.
-    let orbit = format!("{model}[camera]\nkind = \"orbit\"\n");
-    refused(&format!("{orbit}width = \"x\""), "`camera.width`");
-    refused(
-        &format!("{orbit}target = [0, \"y\", 0]"),
-        "`camera.target[1]`",
-    );
-    refused(&format!("{orbit}widht = 3"), "widht");
-    refused(
-        &format!("{model}[camera]\nkind = \"tripod\""),
-        "`camera.kind`",
-    );
-    refused(&format!("{model}[camera]\nkind = 3"), "`camera.kind`");
-    refused(
-        &format!("{model}[camera]\nfov = 3"),
-        "`camera.kind` is missing",
-    );
-    refused(&format!("{model}[render]\nstep = true"), "`render.step`");
-    let lantern = model.replace("garden", "lantern");
-    refused(
-        &format!("{lantern}[render]\nbackground = [8, 0, 0]"),
-        "render.background",
-    );
-    let file = "[camera]\nkind = \"opencv-json\"\npath = \"camera.json\"\nindex = 4";
-    refused(&format!("{model}{file}"), "camera.index is 4");
-}
-
-/// A camera of a file is the first of a path, of the size that is asked for.
-#[test]
-fn the_cameras_of_a_file_are_a_path() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    let one = r#"{"width": 40, "height": 20, "fx": 30, "fy": 31, "position": [1, 2, 3],
-        "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}"#;
-    let far = one.replace("[1, 2, 3]", "[5, 2, 3]");
-    fs::write(
-        folder.path().join("camera.json"),
-        format!("[{one}, {one}, {far}]"),
-    )
-    .unwrap();
-    let fixtures = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/colmap");
-    let open = |camera: &str| {
-        let model = "[model]\nkind = \"builtin\"\nname = \"garden\"\n";
-        fs::write(&path, format!("{model}[camera]\n{camera}")).unwrap();
-        Scene::open(path.to_str().unwrap())
-    };
-    let poses = format!("kind = \"colmap\"\npath = \"{fixtures}\"\n");
-    let scene = open(&format!("{poses}name = \"shots/view 6.png\"\nwidth = 32")).unwrap();
-    assert_eq!((scene.camera().width, scene.camera().height), (32, 24));
-    assert_eq!(scene.camera().focal.x, 25.0);
-    let frames = scene.path(30.0, 3).unwrap();
-    assert_eq!(frames[0], *scene.camera());
-    // Each keeps its shape.
-    let sizes: Vec<_> = frames.iter().map(|c| (c.width, c.height)).collect();
-    assert_eq!(sizes, [(32, 24), (32, 20), (32, 24)]);
-    let mut again = open(&format!("{poses}index = 2")).unwrap();
-    again.set_size(Some(32), None).unwrap();
-    assert_eq!(again.camera(), scene.camera());
-    let error = again.path(30.0, 4).unwrap_err().to_string();
-    assert!(error.contains("frames is 4: expected at most 3"), "{error}");
-    let scene = open("kind = \"opencv-json\"\npath = \"camera.json\"\nindex = 1").unwrap();
-    let frames = scene.path(1.0, 2).unwrap();
-    assert_eq!(frames[1].position().x, 5.0);
-    for (camera, expected) in [
-        (format!("{poses}name = \"no.png\""), "camera.name is no.png"),
-        (format!("{poses}index = 5"), "camera.index is 5"),
-        (format!("{poses}index = 0\nname = \"a\""), "left out"),
-        (poses.replace("colmap\"\n", "no\"\n"), "`no`"),
-        (poses.replace("fixtures/colmap", "no"), "cameras.txt"),
-    ] {
-        let error = open(&camera).unwrap_err().to_string();
-        assert!(error.contains(expected), "{error}");
-    }
-    let error = Scene::open("garden").unwrap().path(30.0, 1).unwrap_err();
-    assert!(error.to_string().contains("one of a file"), "{error}");
-}
-
-/// A halo chosen in a description changes what is moved and not what is seen.
-#[test]
-fn a_halo_changes_no_bit_of_a_described_scene() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    let config = Config::paper();
-    let open = |model: &str, halo: &str| {
-        let text = format!(
-            "[model]\nkind = \"builtin\"\nname = \"{model}\"\n[render]\nhalo = \"{halo}\"\n"
-        );
-        fs::write(&path, text).unwrap();
-        Scene::open(path.to_str().unwrap())
-    };
-    let [shared, split] = ["shared", "split"].map(|halo| {
-        let mut scene = open("lantern", halo).unwrap();
-        scene.set_size(Some(48), None).unwrap();
-        let mut twins = Twins::new(&config);
-        scene.render_fixed(&config, &mut twins).unwrap()
-    });
-    assert_eq!(shared.picture, split.picture);
-    let [a, b] = [shared.counts.streams, split.counts.streams];
-    assert!(a.mvoxels_read > b.mvoxels_read && a.rit_written < b.rit_written);
-    assert!(a.partial_sums == 0 && b.partial_sums > 0);
-    for (model, halo, expected) in [
-        (
-            "lantern",
-            "open",
-            "render.halo is open: expected shared or split",
-        ),
-        ("garden", "split", "render.halo is given"),
-    ] {
-        let error = open(model, halo).unwrap_err().to_string();
-        assert!(error.contains(expected), "{error}");
-    }
-}
-
-/// Both orders, by way of a description, and what each says of itself.
-#[test]
-fn approximate_order_counts_its_inversions() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    let config = Config::paper();
-    let [exact, approximate] = ["exact", "approximate"].map(|order| {
-        let text = format!(
-            "[model]\nkind = \"builtin\"\nname = \"garden\"\n[render]\norder = \"{order}\"\n"
-        );
-        fs::write(&path, text).unwrap();
-        let mut scene = Scene::open(path.to_str().unwrap()).unwrap();
-        scene.set_size(Some(100), None).unwrap();
-        let mut twins = Twins::new(&config);
-        scene.render_fixed(&config, &mut twins).unwrap()
-    });
-    let counts = exact.counts.splats.unwrap();
-    assert_eq!(counts.inversions, 0);
-    assert!(counts.records_held > 100 && counts.entries_held > counts.records_held);
-    let counts = approximate.counts.splats.unwrap();
-    assert!(
-        counts.inversions > 100 && counts.records_held == 0,
-        "{counts:?}"
-    );
-    let psnr = approximate.picture.psnr(&exact.picture, |_| true).unwrap();
-    assert!((20.0..80.0).contains(&psnr), "{psnr} dB");
-}
-
-/// A built-in scene keeps its vertical axis under a description's camera.
-#[test]
-fn an_orbit_around_a_built_in_scene_is_upright() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    for (name, up) in [("garden", DVec3::Y), ("lantern", DVec3::Z)] {
-        let text =
-            format!("[model]\nkind = \"builtin\"\nname = \"{name}\"\n[camera]\nkind = \"orbit\"\n");
-        fs::write(&path, text).unwrap();
-        let scene = Scene::open(path.to_str().unwrap()).unwrap();
-        let tip = scene.camera().world_to_camera.transform_vector3(up);
-        assert!(tip.y < -0.9, "{name}: {tip}");
-    }
-}
-
-#[test]
 fn what_is_no_scene_is_refused() {
     for (name, expected) in [
         ("mars", "garden, lantern"),
@@ -289,6 +65,23 @@ fn a_configuration_that_cannot_hold_splats_is_refused_by_field() {
         let mut units = Twins::new(&config);
         let error = scene.render_fixed(&config, &mut units).unwrap_err();
         assert!(error.to_string().contains(field), "{error}");
+    }
+}
+
+/// What goes wrong with a field names the scene and what to do.
+#[test]
+fn errors_of_fields_name_their_scene() {
+    let config = Config::paper();
+    for name in ["moons:dvgo", "moons:tensorf", "moons:ngp"] {
+        let scene = Scene::open(name).unwrap();
+        let mut units = Twins::new(&config);
+        let error = scene.render_fixed(&config, &mut units).unwrap_err();
+        let error = error.to_string();
+        let words = [name, "`vu.ops`", "use --config fields"];
+        assert!(
+            words.iter().all(|w| error.contains(w)) && error.starts_with("scene "),
+            "{error}"
+        );
     }
 }
 

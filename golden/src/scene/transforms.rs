@@ -14,6 +14,11 @@ use crate::camera::Camera;
 const LIMIT: u64 = 1 << 26;
 /// The most frames of a path.
 const MAX_FRAMES: usize = 1 << 20;
+/// How far a camera may be from the origin; poses past it lose their rotation to
+/// rounding.
+const FAR: f64 = 1e9;
+/// Characters of what is wrong that are told.
+const TOLD: usize = 300;
 
 /// A camera path that cannot be used.
 #[derive(Debug, Error)]
@@ -89,8 +94,10 @@ pub fn read(path: &Path) -> Result<Vec<PathFrame>, TransformsError> {
 
 fn parse(bytes: &[u8]) -> Result<Vec<PathFrame>, String> {
     let mut reader = serde_json::Deserializer::from_slice(bytes);
-    let document: Document = serde_path_to_error::deserialize(&mut reader)
-        .map_err(|e| format!("field `{}`: {}", e.path(), e.inner()))?;
+    let document: Document = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
+        let problem = format!("field `{}`: {}", e.path(), e.inner());
+        problem.chars().take(TOLD).collect::<String>()
+    })?;
     if !(1..=MAX_FRAMES).contains(&document.frames.len()) {
         let count = document.frames.len();
         return Err(format!("{count} frames: expected 1 to {MAX_FRAMES}"));
@@ -162,8 +169,11 @@ fn pose(frame: &Frame) -> Result<DAffine3, String> {
     let rotation = DMat3::from_cols(column(0), -column(1), -column(2));
     let off = rotation * rotation.transpose() - DMat3::IDENTITY;
     let rigid = off.to_cols_array().iter().all(|v| v.abs() < 1e-3);
-    if !(rigid && rotation.determinant() > 0.0 && column(3).is_finite()) {
+    if !(rigid && rotation.determinant() > 0.0) {
         return Err("is no rotation and translation".to_owned());
+    }
+    if !column(3).abs().cmple(DVec3::splat(FAR)).all() {
+        return Err(format!("is at {}: expected -1e9 to 1e9", column(3)));
     }
     // Rounding of the file is taken out, so that the inverse is exact.
     let turn = glam::DQuat::from_mat3(&rotation).normalize();
@@ -174,6 +184,7 @@ fn pose(frame: &Frame) -> Result<DAffine3, String> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use super::super::fuzz::{damaged, damages, sound};
     use super::*;
 
     const FRAME: &str = r#"{"file_path": "a/r_0",
@@ -243,6 +254,34 @@ mod tests {
         ] {
             let error = parse(text.as_bytes()).unwrap_err();
             assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn cameras_lie_where_numbers_are_exact() {
+        let far = FRAME.replace("-1,-4]", "-1,1e10]");
+        let text = format!(r#"{{"fl_x": 9, "frames": [{far}]}}"#);
+        let error = parse(text.as_bytes()).unwrap_err();
+        assert!(error.contains("expected -1e9 to 1e9"), "{error}");
+        let long = format!(r#"{{"fl_x": "{}", "frames": []}}"#, "9".repeat(10_000));
+        assert!(parse(long.as_bytes()).unwrap_err().len() < 1000);
+    }
+
+    proptest::proptest! {
+        #![proptest_config(proptest::prelude::ProptestConfig::with_cases(600))]
+
+        /// Whatever stands in a file, it is a path or one clear error.
+        #[test]
+        fn damaged_files_are_read_or_refused(harm in damages()) {
+            let text = format!(
+                r#"{{"w": 640, "h": 480, "fl_x": 500, "fl_y": 510.5, "cx": 300, "cy": 250,
+                    "camera_angle_x": 0.7, "camera_angle_y": 0.6, "aabb_scale": 4,
+                    "frames": [{FRAME}, {FRAME}]}}"#
+            );
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("transforms.json");
+            std::fs::write(&path, damaged(text.as_bytes(), &harm)).unwrap();
+            sound(read(&path), &path)?;
         }
     }
 }

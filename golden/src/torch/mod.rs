@@ -7,23 +7,29 @@
 //! few hundred bytes can ask for any amount of memory.
 
 mod legacy;
+#[cfg(test)]
+pub(crate) mod made;
+mod objects;
 mod pickle;
+mod tensors;
 mod value;
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
-use half::{bf16, f16};
 use thiserror::Error;
 use zip::{CompressionMethod, ZipArchive};
 
-use value::{Arena, Kind, Place, Value};
+use value::{Arena, Value};
 
 /// The largest description, in bytes.
 const PICKLE_LIMIT: u64 = 1 << 24;
-/// The most numbers of a tensor.
-const MAX_NUMBERS: usize = 1 << 30;
+/// What is told of what was not read: so many names, so many characters of each.
+const TOLD: usize = 32;
+const TOLD_NAME: usize = 60;
 
 /// A checkpoint that cannot be used.
 #[derive(Debug, Error)]
@@ -80,6 +86,8 @@ pub struct Checkpoint {
     prefix: String,
     arena: Arena,
     root: Value,
+    /// Dictionaries and their items that were asked for.
+    asked: RefCell<BTreeSet<(usize, usize)>>,
 }
 
 impl Checkpoint {
@@ -123,6 +131,7 @@ impl Checkpoint {
             prefix,
             arena,
             root,
+            asked: RefCell::default(),
         })
     }
 
@@ -152,6 +161,7 @@ impl Checkpoint {
             prefix: String::new(),
             arena,
             root,
+            asked: RefCell::default(),
         })
     }
 
@@ -233,6 +243,41 @@ impl Checkpoint {
         self.arena.lists[at].iter().map(number).collect()
     }
 
+    /// What nobody asked for so far, by path: items of the whole, and of those
+    /// that were asked for their items; in the order of the file, at most a few
+    /// dozen, and how many more there are.
+    #[must_use]
+    pub fn unread(&self) -> Vec<String> {
+        let asked = self.asked.borrow();
+        let mut found = vec![];
+        let items = |value: Value| match value {
+            Value::Dict(dict) => Some((dict, self.arena.dicts[dict].iter().enumerate())),
+            _ => None,
+        };
+        let name = |key: Value| match key {
+            Value::Text(at) => self.arena.texts[at].chars().take(TOLD_NAME).collect(),
+            other => other.kind().to_owned(),
+        };
+        let Some((root, outer)) = items(self.root) else {
+            return found;
+        };
+        for (at, (key, value)) in outer {
+            let whole: String = name(*key);
+            if !asked.contains(&(root, at)) {
+                found.push(whole);
+            } else if let Some((dict, inner)) = items(*value) {
+                let unread = inner.filter(|(at, _)| !asked.contains(&(dict, *at)));
+                found.extend(unread.map(|(_, (key, _))| format!("{whole}/{}", name(*key))));
+            }
+        }
+        let more = found.len().saturating_sub(TOLD);
+        if more > 0 {
+            found.truncate(TOLD);
+            found.push(format!("and {more} more"));
+        }
+        found
+    }
+
     /// An error about the field under these keys.
     #[must_use]
     pub fn field(&self, keys: &[&str], found: String, expected: &str) -> TorchError {
@@ -248,129 +293,20 @@ impl Checkpoint {
         keys.iter().try_fold(self.root, |at, key| {
             let Value::Dict(dict) = at else { return None };
             // The last one given stands, as in Python.
-            let mut pairs = self.arena.dicts[dict].iter().rev();
-            pairs.find_map(|(k, v)| {
+            let mut pairs = self.arena.dicts[dict].iter().enumerate().rev();
+            pairs.find_map(|(at, (k, v))| {
                 let here = matches!(k, Value::Text(t) if self.arena.texts[*t] == *key);
-                here.then_some(*v)
+                here.then(|| {
+                    self.asked.borrow_mut().insert((dict, at));
+                    *v
+                })
             })
-        })
-    }
-
-    fn view(&mut self, keys: &[&str], at: usize) -> Result<Tensor, TorchError> {
-        let view = self.arena.tensors[at].clone();
-        let storage = self.arena.storages[view.storage].clone();
-        let count = self.count(keys, &view.shape)?;
-        // The last number that is reached.
-        let reach = view
-            .shape
-            .iter()
-            .zip(&view.strides)
-            .try_fold(view.offset, |sum, (length, stride)| {
-                sum.checked_add(length.saturating_sub(1).checked_mul(*stride)?)
-            });
-        let fits = count == 0 || reach.is_some_and(|reach| reach < storage.count);
-        // A view that repeats its numbers could be of any size.
-        if !fits || storage.count > MAX_NUMBERS || count > storage.count {
-            let found = format!(
-                "a view of {} stored numbers that leaves them",
-                storage.count
-            );
-            return Err(self.field(keys, found, "a view within its numbers"));
-        }
-        let owned;
-        let bytes = match storage.place {
-            Place::Within(blob, from) => &self.arena.bytes[blob][from..],
-            Place::Member(key) => {
-                owned = self.beside(keys, key, storage.count * storage.kind.bytes())?;
-                &owned
-            }
-        };
-        let mut values = Vec::with_capacity(count);
-        let mut index = vec![0usize; view.shape.len()];
-        for _ in 0..count {
-            let steps = index.iter().zip(&view.strides).map(|(i, s)| i * s);
-            let at = view.offset + steps.sum::<usize>();
-            values.push(number(storage.kind, bytes, at));
-            for axis in (0..index.len()).rev() {
-                index[axis] += 1;
-                if index[axis] < view.shape[axis] {
-                    break;
-                }
-                index[axis] = 0;
-            }
-        }
-        let shape = view.shape;
-        Ok(Tensor { shape, values })
-    }
-
-    /// The numbers of a storage beside the pickle, of so many bytes.
-    fn beside(&mut self, keys: &[&str], key: usize, most: usize) -> Result<Vec<u8>, TorchError> {
-        let name = format!("{}data/{}", self.prefix, self.arena.texts[key]);
-        let read = match &mut self.archive {
-            Some(archive) => member(archive, &name, most as u64),
-            None => Err(format!("it has no member {name}")),
-        };
-        let bytes = read.map_err(|problem| TorchError::Container {
-            path: self.path.clone(),
-            problem,
-        })?;
-        if bytes.len() < most {
-            let found = format!("{} bytes in {name}", bytes.len());
-            return Err(self.field(keys, found, &format!("{most} bytes")));
-        }
-        Ok(bytes)
-    }
-
-    fn array(&self, keys: &[&str], at: usize) -> Result<Tensor, TorchError> {
-        let array = &self.arena.arrays[at];
-        let count = self.count(keys, &array.shape)?;
-        let bytes = array.bytes.map(|b| &self.arena.bytes[b]);
-        let (Some(kind), Some(bytes)) = (array.kind, bytes) else {
-            let found = "an array of objects".to_owned();
-            return Err(self.field(keys, found, "an array of numbers"));
-        };
-        if bytes.len() < count * kind.bytes() {
-            let found = format!("{count} numbers in {} bytes", bytes.len());
-            return Err(self.field(keys, found, "all of its numbers"));
-        }
-        Ok(Tensor {
-            shape: array.shape.clone(),
-            values: (0..count).map(|at| number(kind, bytes, at)).collect(),
-        })
-    }
-
-    fn count(&self, keys: &[&str], shape: &[usize]) -> Result<usize, TorchError> {
-        let count = shape
-            .iter()
-            .try_fold(1usize, |n, side| n.checked_mul(*side));
-        count.filter(|n| *n <= MAX_NUMBERS).ok_or_else(|| {
-            let expected = format!("at most {MAX_NUMBERS} numbers");
-            self.field(keys, format!("of shape {shape:?}"), &expected)
         })
     }
 }
 
 fn kind(value: Option<Value>) -> String {
     value.map_or("missing", Value::kind).to_owned()
-}
-
-/// Number `at` of little-endian ones; the caller has seen that it is there.
-fn number(kind: Kind, bytes: &[u8], at: usize) -> f32 {
-    let own = &bytes[at * kind.bytes()..][..kind.bytes()];
-    let mut wide = [0; 8];
-    wide[..own.len()].copy_from_slice(own);
-    let word = u64::from_le_bytes(wide);
-    match kind {
-        Kind::F16 => f16::from_bits(word as u16).to_f32(),
-        Kind::BF16 => bf16::from_bits(word as u16).to_f32(),
-        Kind::F32 => f32::from_bits(word as u32),
-        Kind::F64 => f64::from_bits(word) as f32,
-        Kind::I16 => f32::from(word as u16 as i16),
-        Kind::I32 => word as u32 as i32 as f32,
-        Kind::I64 => word as i64 as f32,
-        Kind::U8 => f32::from(word as u8),
-        Kind::Bool => f32::from(u8::from(word != 0)),
-    }
 }
 
 /// A member of at most `most` bytes; more are not read.

@@ -2,6 +2,7 @@
 
 use std::io::Write as _;
 
+use half::f16;
 use proptest::prelude::*;
 use zip::write::{SimpleFileOptions, ZipWriter};
 

@@ -109,7 +109,7 @@ impl Making<'_> {
             .filter(|s| s.ty() == ty)
             .collect();
         if !there.is_empty() && self.random.below(4) > 0 {
-            let s = self.random.of(&there);
+            let s = self.random.pick(&there);
             self.used.push(s);
             return s;
         }
@@ -152,7 +152,7 @@ impl Making<'_> {
     /// A value shifted by an amount of each class of width, all in one.
     fn shifted(&mut self, a: Signal, left: bool) -> Signal {
         let each = AMOUNTS.map(|widths| {
-            let bits = self.random.of(widths);
+            let bits = self.random.pick(widths);
             let n = self.input(&format!("amount_{bits}"), Ty::u(bits));
             if left {
                 self.b.shl(a, n)
@@ -197,7 +197,7 @@ impl Making<'_> {
             "shr" => self.shifted(a, false),
             "slice" => self.part(a),
             "cat" => {
-                let (width, signed) = (self.random.of(&WIDTHS[..11]), self.random.flip());
+                let (width, signed) = (self.random.pick(&WIDTHS[..11]), self.random.flip());
                 let (b, c) = (self.value(Ty { width, signed }), self.bit());
                 self.b.cat(&[c, a, b])
             }
@@ -246,7 +246,7 @@ impl Making<'_> {
     /// simulators take.
     fn product(&mut self, a: Signal) -> Signal {
         let signed = a.signed();
-        let width = self.random.of(&WIDTHS[..11]);
+        let width = self.random.pick(&WIDTHS[..11]);
         let b = self.value(Ty { width, signed });
         if self.random.flip() {
             self.b.mul(a, b)

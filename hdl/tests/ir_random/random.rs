@@ -1,34 +1,15 @@
 //! Random numbers that find the limits of words.
 
+#[path = "../random/mod.rs"]
+mod choices;
+
+pub(crate) use choices::Random;
 use num_bigint::BigInt;
 use potamoi_hdl::ir::Ty;
 
-/// Random numbers of a seed.
-pub(crate) struct Random(u64);
-
 impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ x >> 31
-    }
-
-    pub(crate) fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-
     pub(crate) fn flip(&mut self) -> bool {
         self.next() & 1 == 1
-    }
-
-    pub(crate) fn of<T: Copy>(&mut self, all: &[T]) -> T {
-        all[self.below(all.len())]
     }
 
     /// Bits with long runs of ones and zeros, or a single bit, or anything.

@@ -7,6 +7,8 @@
 //! shift))`: softplus, a product, and `one-minus-exp`.
 
 mod fixed;
+#[cfg(test)]
+mod tests;
 
 use std::path::Path;
 
@@ -47,6 +49,8 @@ pub struct Dvgo {
     /// Factors of the direction whose sines and cosines are inputs.
     frequencies: Vec<f64>,
     mlp: Mlp,
+    /// What a checkpoint holds beside.
+    ignored: Vec<String>,
 }
 
 impl Dvgo {
@@ -58,6 +62,10 @@ impl Dvgo {
     /// that is not read (compressed grids, an implicit colour network).
     pub fn load(path: &Path, step: f64) -> Result<Self, FieldError> {
         let mut file = Checkpoint::open(path)?;
+        Self::read(&mut file, step).map_err(|e| e.of_file(path))
+    }
+
+    fn read(file: &mut Checkpoint, step: f64) -> Result<Self, FieldError> {
         let state = |name| ["model_state_dict", name];
         for (name, wanted) in [("density_type", "DenseGrid"), ("k0_type", "DenseGrid")] {
             let keys = ["model_kwargs", name];
@@ -73,6 +81,11 @@ impl Dvgo {
             return Err(file.field(&state("density.grid"), found, expected).into());
         };
         let points = [x, y, z];
+        if points.iter().any(|p| *p < 2) {
+            let found = format!("of shape {:?}", density.shape);
+            let expected = "2 or more vertices along each axis";
+            return Err(file.field(&state("density.grid"), found, expected).into());
+        }
         let features = file.tensor(&state("k0.grid"))?;
         let count = match features.shape[..] {
             [1, c, fx, fy, fz] if [fx, fy, fz] == points && c > 0 => c,
@@ -86,17 +99,17 @@ impl Dvgo {
             let values = file.tensor_of(&state(name), &[3])?.values;
             Ok(dvec3(values[0].into(), values[1].into(), values[2].into()))
         };
-        let bounds = [corner(&mut file, "xyz_min")?, corner(&mut file, "xyz_max")?];
-        if !(bounds[1] - bounds[0]).cmpgt(DVec3::splat(1e-6)).all() {
+        let bounds = [corner(file, "xyz_min")?, corner(file, "xyz_max")?];
+        let size = bounds[1] - bounds[0];
+        if !(size.is_finite() && size.cmpgt(DVec3::splat(1e-6)).all()) {
             let found = bounds[1].to_string();
-            let expected = format!("above xyz_min, {}", bounds[0]);
+            let expected = format!("finite and above xyz_min, {}", bounds[0]);
             return Err(file.field(&state("xyz_max"), found, &expected).into());
         }
-        let size = bounds[1] - bounds[0];
-        let voxels = file.number(&["model_kwargs", "num_voxels"])?;
+        let voxels = within(file, &["model_kwargs", "num_voxels"], ABOVE_0)?;
         let voxel = (size.element_product() / voxels).cbrt();
-        let ratio = file.number(&["model_kwargs", "voxel_size_ratio"])?;
-        let mlp = perceptron(&mut file)?;
+        let ratio = within(file, &["model_kwargs", "voxel_size_ratio"], ABOVE_0)?;
+        let mlp = perceptron(file)?;
         let frequencies: Vec<f64> = match file.tensor(&state("viewfreq"))?.values {
             list if list.len() <= MAX_FREQUENCIES => list.iter().map(|v| f64::from(*v)).collect(),
             list => {
@@ -104,6 +117,12 @@ impl Dvgo {
                 return Err(file.field(&state("viewfreq"), found, "at most 16").into());
             }
         };
+        if let Some(v) = frequencies.iter().find(|v| !v.is_finite()) {
+            let expected = "finite numbers";
+            return Err(file
+                .field(&state("viewfreq"), v.to_string(), expected)
+                .into());
+        }
         let inputs = count + 3 + 6 * frequencies.len();
         if mlp.inputs() != inputs || mlp.outputs() != 3 {
             let found = format!("{} inputs and {} outputs", mlp.inputs(), mlp.outputs());
@@ -112,12 +131,12 @@ impl Dvgo {
             return Err(file.field(&state("rgbnet"), found, &expected).into());
         }
         let least = if file.has(&["model_kwargs", "fast_color_thres"]) {
-            file.number(&["model_kwargs", "fast_color_thres"])?
+            within(file, &["model_kwargs", "fast_color_thres"], SHARE)?
         } else {
             LEAST
         };
         let last = DVec3::from(points.map(|p| (p - 1) as f64));
-        let mask = mask(&mut file, bounds[0], size / last)?;
+        let mask = mask(file, bounds[0], size / last)?;
         Ok(Self {
             tables: [Table::new(
                 points,
@@ -126,7 +145,7 @@ impl Dvgo {
             )?],
             bounds,
             mask,
-            shift: file.number(&state("act_shift"))?,
+            shift: within(file, &state("act_shift"), FINITE)?,
             interval: step * ratio,
             step: step * voxel,
             spacing_of_steps: step,
@@ -134,6 +153,7 @@ impl Dvgo {
             least,
             frequencies,
             mlp,
+            ignored: file.unread(),
         })
     }
 }
@@ -197,9 +217,11 @@ impl Dvgo {
         let box_is_right = (high - low).cmpgt(DVec3::splat(1e-6)).all();
         let numbers = [parts.shift, parts.scale, step];
         let right = numbers.iter().all(|v| v.is_finite()) && parts.scale > 0.0 && step > 0.0;
-        if !(box_is_right && (high - low).is_finite() && right) {
-            let found = format!("{:?}, {numbers:?}", parts.bounds);
-            let expected = "a box, a shift, and a scale and a step above 0";
+        let [near, far] = parts.range;
+        let range_is_right = near >= 0.0 && far > near;
+        if !(box_is_right && (high - low).is_finite() && right && range_is_right) {
+            let found = format!("{:?}, {numbers:?}, {:?}", parts.bounds, parts.range);
+            let expected = "a box, a shift, a scale and a step above 0, and a range from 0 up";
             return refuse("numbers", found, expected.to_owned());
         }
         let last = DVec3::from(parts.table.points().map(|p| (p - 1) as f64));
@@ -224,8 +246,27 @@ impl Dvgo {
                 .map(|k| 2f64.powi(k))
                 .collect(),
             mlp: parts.mlp,
+            ignored: vec![],
         })
     }
+}
+
+/// A range that a number may be in, and how that is said. Not a number is in none.
+type Allowed = (fn(f64) -> bool, &'static str);
+const ABOVE_0: Allowed = (|v| v > 0.0 && v.is_finite(), "a number above 0");
+const SHARE: Allowed = (|v| (0.0..1.0).contains(&v), "0 and up, below 1");
+const FINITE: Allowed = (f64::is_finite, "a finite number");
+
+fn within(
+    file: &mut Checkpoint,
+    keys: &[&str],
+    (right, expected): Allowed,
+) -> Result<f64, FieldError> {
+    let value = file.number(keys)?;
+    if right(value) {
+        return Ok(value);
+    }
+    Err(file.field(keys, value.to_string(), expected).into())
 }
 
 /// Layers `rgbnet.0`, `rgbnet.2.0`, ..., `rgbnet.N`, as that code base nests
@@ -268,7 +309,13 @@ fn mask(file: &mut Checkpoint, corner: DVec3, spacing: DVec3) -> Result<Option<M
     };
     let mut three = |name| -> Result<DVec3, FieldError> {
         let v = file.tensor_of(&state(name), &[3])?.values;
-        Ok(dvec3(v[0].into(), v[1].into(), v[2].into()))
+        let v = dvec3(v[0].into(), v[1].into(), v[2].into());
+        if v.is_finite() {
+            return Ok(v);
+        }
+        Err(file
+            .field(&state(name), v.to_string(), "finite numbers")
+            .into())
     };
     let (scale, shift) = (
         three("mask_cache.xyz2ijk_scale")?,
@@ -319,6 +366,19 @@ fn encode(direction: DVec3, frequencies: &[f64], out: &mut Vec<f64>) {
 }
 
 impl Dvgo {
+    /// What of its checkpoint was not used, by name.
+    #[must_use]
+    pub fn ignored(&self) -> &[String] {
+        &self.ignored
+    }
+
+    /// What a checkpoint does not say and was taken instead.
+    #[must_use]
+    pub fn assumed(&self) -> String {
+        let [near, far] = self.range;
+        format!("depths of samples, {near} to {far}: assumed, the file does not say")
+    }
+
     /// Takes samples at another distance, in voxels.
     pub fn set_step(&mut self, step: f64) {
         let scale = step / self.spacing_of_steps;

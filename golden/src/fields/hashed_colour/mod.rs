@@ -246,6 +246,37 @@ mod tests {
         assert!(error.to_string().contains("8191 parameters"), "{error}");
     }
 
+    /// In the hardware's formats the ones are exactly one: off by 1/256, each of
+    /// them alone would show, and so would any other input that is not 0.
+    #[test]
+    fn ones_are_exactly_one_in_codes() {
+        let config = crate::fields::fields_preset();
+        // Features of 1/2 have 15 fraction bits: ones have to give way.
+        let grid = vec![0.5; stored(&shape(3))];
+        let mut made = vec![];
+        for column in 41..48 {
+            let mut network = vec![0.0; NETWORK];
+            network[column] = 1.0;
+            network[64 * 48] = 1.0;
+            for (row, weight) in [0.5, 1.0, -1.0].into_iter().enumerate() {
+                network[64 * 48 + 64 * 64 + row * 64] = weight;
+            }
+            made.push(HashedColour::new(&grid, &network).unwrap());
+        }
+        let centres = [DVec3::ZERO, DVec3::new(0.3, -2.0, 5.0)];
+        for field in made {
+            let fixed = FixedColour::new(&field, &centres, &config).unwrap();
+            let mut units = crate::units::Twins::new(&config);
+            let mut stats = crate::voxels::FixedStats::default();
+            let found = fixed.seen_from(DVec3::Z * 9.0, &centres, &mut units, &mut stats);
+            for colour in found.unwrap() {
+                for (found, expected) in colour.into_iter().zip([0.5, 1.0, -1.0]) {
+                    assert!((found - expected).abs() < 1.0 / 1024.0, "{colour:?}");
+                }
+            }
+        }
+    }
+
     /// Every size is told from its number of parameters.
     #[test]
     fn sizes_have_different_numbers_of_parameters() {

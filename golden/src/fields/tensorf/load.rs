@@ -179,12 +179,16 @@ impl Tensorf {
     /// a variant that is not read.
     pub fn load(path: &Path) -> Result<Self, FieldError> {
         let mut file = Checkpoint::open(path)?;
-        let rules = rules(&mut file)?;
-        let points = wholes(&mut file, "gridSize", 2..=MAX_POINTS)?;
-        let density = wholes(&mut file, "density_n_comp", 1..=MAX_COMPONENTS)?;
-        let appearance = wholes(&mut file, "appearance_n_comp", 1..=MAX_COMPONENTS)?;
+        Self::read(&mut file).map_err(|e| e.of_file(path))
+    }
+
+    fn read(file: &mut Checkpoint) -> Result<Self, FieldError> {
+        let rules = rules(file)?;
+        let points = wholes(file, "gridSize", 2..=MAX_POINTS)?;
+        let density = wholes(file, "density_n_comp", 1..=MAX_COMPONENTS)?;
+        let appearance = wholes(file, "appearance_n_comp", 1..=MAX_COMPONENTS)?;
         let features = file.number(&kwarg("app_dim"))?;
-        let features = whole(&file, &kwarg("app_dim"), features, 1..=MAX_FEATURES)?;
+        let features = whole(file, &kwarg("app_dim"), features, 1..=MAX_FEATURES)?;
 
         let mut planes = vec![];
         let mut lines = vec![];
@@ -224,15 +228,20 @@ impl Tensorf {
 
         let keys = kwarg("featureC");
         let width = file.number(&keys)?;
-        let width = whole(&file, &keys, width, 1..=1 << 12)?;
+        let width = whole(file, &keys, width, 1..=1 << 12)?;
         let inputs = rules.inputs(features);
         let layers = vec![
-            layer(&mut file, "renderModule.mlp.0", [width, inputs])?,
-            layer(&mut file, "renderModule.mlp.2", [width, width])?,
-            layer(&mut file, "renderModule.mlp.4", [3, width])?,
+            layer(file, "renderModule.mlp.0", [width, inputs])?,
+            layer(file, "renderModule.mlp.2", [width, width])?,
+            layer(file, "renderModule.mlp.4", [3, width])?,
         ];
         let mut field = Self::new(tables, density, basis, Mlp::new(layers)?, rules)?;
-        field.mask = mask(&mut file)?;
+        field.mask = mask(file)?;
+        field.ignored = file.unread();
+        // Rays end at the box, or where nothing is left.
+        field
+            .ignored
+            .push("the far end of kwargs/near_far".to_owned());
         Ok(field)
     }
 }

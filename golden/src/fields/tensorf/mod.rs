@@ -13,6 +13,8 @@
 //! is above a threshold; rays are followed until less than a millionth is left.
 
 mod fixed;
+#[cfg(test)]
+mod fuzz;
 mod load;
 mod mask;
 mod planes;
@@ -57,6 +59,8 @@ pub struct Tensorf {
     mlp: Mlp,
     rules: Rules,
     mask: Option<AlphaMask>,
+    /// What a checkpoint holds beside.
+    ignored: Vec<String>,
     /// Vertices along x, y, z.
     points: [usize; 3],
 }
@@ -241,6 +245,7 @@ impl Tensorf {
             mlp,
             rules,
             mask: None,
+            ignored: vec![],
             points,
         })
     }
@@ -255,6 +260,12 @@ impl Tensorf {
     #[must_use]
     pub const fn points(&self) -> [usize; 3] {
         self.points
+    }
+
+    /// What of its checkpoint was not used, by name.
+    #[must_use]
+    pub fn ignored(&self) -> &[String] {
+        &self.ignored
     }
 
     /// Takes samples at another distance, in mean voxel edges.

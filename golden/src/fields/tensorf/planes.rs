@@ -314,3 +314,7 @@ fn check(
     }
     Ok(())
 }
+
+#[cfg(test)]
+#[path = "planes_tests.rs"]
+mod tests;

@@ -1,6 +1,8 @@
 //! The fixed-point renderer held to the float one, and to itself.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod orders;
+#[path = "../splats_common/mod.rs"]
 mod splats_common;
 
 use potamoi_formats::config::Config;
@@ -9,7 +11,7 @@ use potamoi_golden::camera::Camera;
 use potamoi_golden::scene::{camera_file, garden};
 use potamoi_golden::splats::{
     Cloud, FixedFrame, FixedOptions, Flips, FloatFrame, FloatOptions, Order, Profile,
-    ScheduleOptions, ply, render_fixed, render_float, tasks,
+    ScheduleOptions, ply, render_fixed, render_float,
 };
 use potamoi_golden::streams::RitReads;
 use potamoi_golden::units::{Twins, Units};
@@ -126,154 +128,6 @@ fn playbot_stays_within_the_formats_promise() {
 
 fn small() -> (Cloud, Camera) {
     (garden::cloud(), garden::camera().resized(90, 60))
-}
-
-#[test]
-fn the_picture_depends_on_neither_groups_nor_mvoxels() {
-    let (cloud, camera) = small();
-    let whole = fixed(&cloud, &camera, Profile::Inria, &LOG);
-    for (rows, group_tiles, merge) in [
-        (512, Some([1, 1]), true),
-        (512, Some([1, 1]), false),
-        (64, Some([4, 3]), true),
-        (64, None, false),
-        (7, None, true),
-        (65536, None, true),
-    ] {
-        let options = FixedOptions {
-            schedule: ScheduleOptions {
-                rows,
-                group_tiles,
-                merge,
-            },
-            hold_records: 10,
-            ..LOG
-        };
-        let other = fixed(&cloud, &camera, Profile::Inria, &options);
-        assert_eq!(other.picture, whole.picture, "{rows} {group_tiles:?}");
-        assert_eq!(other.transmittance, whole.transmittance);
-        assert_eq!(other.decisions, whole.decisions);
-        assert_eq!(other.stats.gathers, whole.stats.gathers);
-        assert_eq!(other.stats.exponentials, whole.stats.exponentials);
-        // One MVoxel needs nothing held back.
-        assert_eq!(other.stats.hold.spilled > 0, rows != 65536);
-    }
-}
-
-#[test]
-fn any_permutation_gives_the_same_bits_even_in_depth_ties() {
-    let (cloud, camera) = small();
-    // Every Gaussian twice, the second in another colour: exact depth ties.
-    let n = cloud.len();
-    let order: Vec<usize> = (0..n).chain(0..n).collect();
-    let twice = cloud.select(&order).unwrap();
-    let sh = (0..2 * n)
-        .flat_map(|i| {
-            twice
-                .sh(i)
-                .iter()
-                .map(move |c| c.map(|v| if i < n { v } else { 0.3 - v }))
-        })
-        .collect();
-    let twice = Cloud::new(
-        twice.degree(),
-        twice.means().to_vec(),
-        twice.log_scales().to_vec(),
-        twice.rotations().to_vec(),
-        twice.opacity_logits().to_vec(),
-        sh,
-    )
-    .unwrap();
-    let reversed: Vec<usize> = (0..2 * n).rev().collect();
-    let strided: Vec<usize> = (0..2 * n).map(|i| (i * 7919) % (2 * n)).collect();
-    assert!(!(2 * n).is_multiple_of(7919));
-    for order in [Order::Exact, Order::Approximate] {
-        let options = FixedOptions { order, ..LOG };
-        let plain = fixed(&twice, &camera, Profile::Inria, &options);
-        let float = render_float(&twice, &camera, Profile::Inria, &FloatOptions::default());
-        let float = float.unwrap();
-        for permutation in [&reversed, &strided] {
-            let other = twice.select(permutation).unwrap();
-            assert_eq!(fixed(&other, &camera, Profile::Inria, &options), plain);
-            let again = render_float(&other, &camera, Profile::Inria, &FloatOptions::default());
-            assert_eq!(again.unwrap(), float);
-        }
-    }
-    // The tie-break matters: file order would have shown.
-    let naive = |c: &Cloud| {
-        let mut depth: Vec<(f32, usize)> = c.means().iter().map(|m| (m[2], 0)).collect();
-        depth.iter_mut().enumerate().for_each(|(i, d)| d.1 = i);
-        depth.sort_by(|a, b| a.0.total_cmp(&b.0));
-        depth.iter().map(|d| c.sh(d.1)[0]).collect::<Vec<_>>()
-    };
-    assert_ne!(naive(&twice), naive(&twice.select(&reversed).unwrap()));
-}
-
-#[test]
-fn the_approximate_order_is_counted_and_shows() {
-    let (cloud, camera) = small();
-    let exact = fixed(&cloud, &camera, Profile::Inria, &LOG);
-    let options = FixedOptions {
-        order: Order::Approximate,
-        ..LOG
-    };
-    let loose = fixed(&cloud, &camera, Profile::Inria, &options);
-    assert_eq!(exact.stats.inversions, 0);
-    assert!(loose.stats.inversions > 0);
-    assert_eq!(loose.stats.gathers, exact.stats.gathers);
-    let psnr = loose.picture.psnr(&exact.picture, |_| true).unwrap();
-    assert!(psnr > 15.0 && psnr < 80.0, "{psnr}");
-    // With a single MVoxel, arrival is rank order.
-    let one = FixedOptions {
-        schedule: ScheduleOptions {
-            rows: 65536,
-            group_tiles: None,
-            merge: true,
-        },
-        ..options
-    };
-    let one = fixed(&cloud, &camera, Profile::Inria, &one);
-    assert_eq!((one.stats.inversions, one.picture), (0, exact.picture));
-}
-
-#[test]
-fn tasks_alone_are_what_rendering_gathers() {
-    let (cloud, camera) = small();
-    let options = ScheduleOptions {
-        rows: 100,
-        group_tiles: Some([3, 2]),
-        merge: true,
-    };
-    let groups = tasks(&cloud, &camera, Profile::Inria, &options).unwrap();
-    let mut units = PlainUnits::default();
-    let fixed_options = FixedOptions {
-        schedule: options,
-        ..LOG
-    };
-    let frame = render_fixed(&cloud, &camera, Profile::Inria, &fixed_options, &mut units).unwrap();
-    let all: Vec<_> = groups.iter().flat_map(|g| &g.tasks).collect();
-    assert_eq!(frame.stats.tasks, all.len() as u64);
-    let entries: usize = all.iter().map(|t| t.entries.len()).sum();
-    assert_eq!(frame.stats.gathers, entries as u64);
-    let rows: Vec<usize> = all.iter().map(|t| t.rows.len() / 16).collect();
-    assert_eq!(units.loaded, rows);
-    for group in &groups {
-        assert!(group.mvoxels.is_sorted_by_key(|m| m.min_rank));
-        for (task, mvoxel) in group.tasks.iter().zip(&group.mvoxels) {
-            let used: std::collections::BTreeSet<u16> =
-                task.entries.iter().map(|e| e.rows[0]).collect();
-            // Only used rows are loaded, and no more than fit.
-            assert_eq!(used.len(), task.rows.len() / 16);
-            assert!(used.len() <= 100);
-            assert!(
-                task.entries
-                    .iter()
-                    .all(|e| (e.slot as usize) < group.tiles.len())
-            );
-            let first = u32::from(task.rows[14] as u16) | u32::from(task.rows[15] as u16) << 16;
-            assert_eq!(first, mvoxel.min_rank);
-        }
-    }
 }
 
 #[test]
@@ -411,64 +265,4 @@ fn giants_and_far_means_keep_their_promise() {
     assert!(float.transmittance.iter().filter(|t| **t < 0.5).count() > 1000);
     let psnr = fixed.picture.psnr(&float.picture, |_| true).unwrap();
     assert!(psnr >= 78.0, "{psnr}");
-}
-
-#[test]
-fn units_that_return_too_little_are_found_out() {
-    struct Forgetful(PlainUnits);
-    impl potamoi_golden::units::Units for Forgetful {
-        fn gather(
-            &mut self,
-            tasks: &[potamoi_golden::units::GatherTask],
-            features: &mut Vec<i16>,
-        ) -> Result<(), potamoi_golden::units::UnitError> {
-            self.0.gather(tasks, features)?;
-            features.pop();
-            Ok(())
-        }
-        fn vector(
-            &mut self,
-            op: potamoi_formats::units::VectorOp,
-            a: &[i32],
-            b: &[i32],
-            out: &mut [i32],
-        ) -> Result<(), potamoi_golden::units::UnitError> {
-            self.0.vector(op, a, b, out)
-        }
-    }
-    let (cloud, camera) = small();
-    let mut units = Forgetful(PlainUnits::default());
-    let failed = render_fixed(&cloud, &camera, Profile::Inria, &LOG, &mut units);
-    assert!(failed.unwrap_err().to_string().contains("feature channels"));
-}
-
-#[test]
-fn options_out_of_range_are_refused() {
-    let (cloud, camera) = small();
-    let refused = |schedule: ScheduleOptions, camera: &Camera| {
-        let options = FixedOptions { schedule, ..LOG };
-        let r = render_fixed(
-            &cloud,
-            camera,
-            Profile::Inria,
-            &options,
-            &mut PlainUnits::default(),
-        );
-        r.unwrap_err().to_string()
-    };
-    let plain = ScheduleOptions::default();
-    assert!(refused(ScheduleOptions { rows: 0, ..plain }, &camera).contains("`rows`"));
-    let none = Some([0, 4]);
-    assert!(
-        refused(
-            ScheduleOptions {
-                group_tiles: none,
-                ..plain
-            },
-            &camera
-        )
-        .contains("group_tiles")
-    );
-    let wide = camera.resized(8192, 4096);
-    assert!(refused(plain, &wide).contains("131072 tiles"));
 }

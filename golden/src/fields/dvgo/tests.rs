@@ -1,0 +1,246 @@
+#![allow(clippy::unwrap_used)]
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::torch::made::{Made, harms, survives};
+
+/// A small one, with everything that is read: two features, one frequency.
+fn whole() -> Made {
+    let state = Made::dict([
+        ("density.grid", Made::tensor(&[1, 1, 3, 4, 5])),
+        ("k0.grid", Made::tensor(&[1, 2, 3, 4, 5])),
+        ("xyz_min", Made::Tensor(vec![3], vec![-1.0; 3])),
+        ("xyz_max", Made::Tensor(vec![3], vec![1.0; 3])),
+        ("act_shift", Made::Tensor(vec![1], vec![-2.0])),
+        ("viewfreq", Made::Tensor(vec![1], vec![1.0])),
+        ("rgbnet.0.weight", Made::tensor(&[6, 11])),
+        ("rgbnet.0.bias", Made::tensor(&[6])),
+        ("rgbnet.2.weight", Made::tensor(&[3, 6])),
+        ("rgbnet.2.bias", Made::tensor(&[3])),
+        ("mask_cache.mask", Made::Tensor(vec![2, 2, 2], vec![1.0; 8])),
+        (
+            "mask_cache.xyz2ijk_scale",
+            Made::Tensor(vec![3], vec![0.5; 3]),
+        ),
+        (
+            "mask_cache.xyz2ijk_shift",
+            Made::Tensor(vec![3], vec![0.5; 3]),
+        ),
+    ]);
+    let kwargs = Made::dict([
+        ("density_type", Made::text("DenseGrid")),
+        ("k0_type", Made::text("DenseGrid")),
+        ("num_voxels", Made::Int(60)),
+        ("voxel_size_ratio", Made::Tensor(vec![], vec![1.0])),
+        ("fast_color_thres", Made::Float(1e-4)),
+        ("alpha_init", Made::Float(1e-2)),
+    ]);
+    Made::dict([
+        ("global_step", Made::Int(3)),
+        ("model_kwargs", kwargs),
+        ("model_state_dict", state),
+    ])
+}
+
+fn load(path: &Path) -> Result<Dvgo, FieldError> {
+    Dvgo::load(path, 0.5)
+}
+
+#[test]
+fn the_whole_one_is_read() {
+    let field = load(whole().save().path()).unwrap();
+    assert_eq!(field.tables[0].points(), [3, 4, 5]);
+    assert_eq!((field.interval, field.shift), (0.5, -2.0));
+    assert!((field.step - 0.5 * (8f64 / 60.0).cbrt()).abs() < 1e-12);
+    assert!(field.mask.is_some());
+    assert_eq!(field.ignored(), ["global_step", "model_kwargs/alpha_init"]);
+}
+
+/// Numbers that would make distances or depths of nothing, each by its name.
+#[test]
+fn numbers_out_of_range_are_refused_by_name() {
+    for (part, name, value, expected) in [
+        ("model_kwargs", "num_voxels", Made::Int(0), "above 0"),
+        (
+            "model_kwargs",
+            "num_voxels",
+            Made::Float(f64::NAN),
+            "above 0",
+        ),
+        (
+            "model_kwargs",
+            "voxel_size_ratio",
+            Made::Float(-1.0),
+            "above 0",
+        ),
+        (
+            "model_kwargs",
+            "fast_color_thres",
+            Made::Float(1.0),
+            "below 1",
+        ),
+        (
+            "model_kwargs",
+            "density_type",
+            Made::text("TensoRFGrid"),
+            "DenseGrid",
+        ),
+        (
+            "model_state_dict",
+            "act_shift",
+            Made::Float(f64::INFINITY),
+            "a finite number",
+        ),
+        (
+            "model_state_dict",
+            "viewfreq",
+            Made::Tensor(vec![1], vec![f32::NAN]),
+            "finite",
+        ),
+        (
+            "model_state_dict",
+            "xyz_max",
+            Made::Tensor(vec![3], vec![1.0, f32::INFINITY, 1.0]),
+            "above xyz_min",
+        ),
+        (
+            "model_state_dict",
+            "mask_cache.xyz2ijk_scale",
+            Made::Tensor(vec![3], vec![f32::NAN; 3]),
+            "finite",
+        ),
+        (
+            "model_state_dict",
+            "density.grid",
+            Made::tensor(&[1, 1, 3, 0, 5]),
+            "2 or more vertices",
+        ),
+        (
+            "model_state_dict",
+            "density.grid",
+            Made::tensor(&[1, 1, 3, 1, 5]),
+            "2 or more vertices",
+        ),
+    ] {
+        let Made::Dict(mut root) = whole() else {
+            return;
+        };
+        for (key, held) in &mut root {
+            if let (true, Made::Dict(items)) = (key == part, held) {
+                let item = items.iter_mut().find(|(key, _)| key == name).unwrap();
+                item.1 = value.clone();
+            }
+        }
+        let error = load(Made::Dict(root).save().path())
+            .unwrap_err()
+            .to_string();
+        let field = format!("`{part}/{name}` is ");
+        assert!(
+            error.contains(&field) && error.contains(expected),
+            "{error}"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn any_contents_are_a_field_or_one_clear_error(harms in harms()) {
+        let config = crate::fields::fields_preset();
+        survives(&whole(), &harms, load, |field| {
+            let _ = field.fixed(&config);
+        })?;
+    }
+}
+
+/// Parts that fit: 1 + 2 channels, one frequency.
+fn parts() -> Parts {
+    let values = (0..27 * 3).map(|i| i as f32 / 81.0).collect();
+    let layer = |inputs: usize, outputs: usize| {
+        Layer::new(inputs, vec![0.1; inputs * outputs], vec![0.0; outputs]).unwrap()
+    };
+    Parts {
+        table: Table::new([3; 3], 3, values).unwrap(),
+        filled: vec![true; 27],
+        bounds: [DVec3::ZERO, DVec3::splat(2.0)],
+        shift: -3.0,
+        scale: 2.0,
+        step: 0.5,
+        range: [0.0, f64::INFINITY],
+        frequencies: 1,
+        mlp: Mlp::new(vec![layer(11, 4), layer(4, 3)]).unwrap(),
+    }
+}
+
+#[test]
+fn parts_that_fit_are_a_model() {
+    let field = Dvgo::new(parts()).unwrap();
+    // A voxel is one unit wide.
+    assert_eq!((field.step, field.interval), (0.5, 1.0));
+    assert_eq!(field.frequencies, [1.0]);
+    assert!(field.holds(DVec3::ONE) && !field.holds(DVec3::splat(-0.6)));
+}
+
+#[test]
+fn parts_that_do_not_fit_are_refused_by_name() {
+    let refused = |change: &dyn Fn(&mut Parts), part: &str, words: &str| {
+        let mut wrong = parts();
+        change(&mut wrong);
+        let error = Dvgo::new(wrong).unwrap_err().to_string();
+        let named = error.contains(&format!("`{part}` is "));
+        assert!(named && error.contains(words), "{part}, {words}: {error}");
+    };
+    let flat = |points: [usize; 3]| {
+        let count = points.iter().product::<usize>();
+        Table::new(points, 3, vec![0.0; 3 * count]).unwrap()
+    };
+    refused(&|p| p.frequencies = 2, "mlp", "17 inputs, 3 outputs");
+    refused(&|p| p.frequencies = 0, "mlp", "5 inputs, 3 outputs");
+    refused(&|p| p.frequencies = 17, "mlp", "11 inputs");
+    refused(
+        &|p| p.mlp = Mlp::new(vec![Layer::new(11, vec![0.0; 22], vec![0.0; 2]).unwrap()]).unwrap(),
+        "mlp",
+        "2 outputs",
+    );
+    for axis in 0..3 {
+        let mut points = [3; 3];
+        points[axis] = 1;
+        refused(
+            &|p| p.table = flat(points),
+            "table",
+            "2 or more along each axis",
+        );
+    }
+    refused(
+        &|p| p.filled.truncate(26),
+        "filled",
+        "26 vertices; expected 27",
+    );
+    refused(
+        &|p| p.filled.push(true),
+        "filled",
+        "28 vertices; expected 27",
+    );
+    for (change, words) in [
+        (
+            &(|p: &mut Parts| p.bounds[1].y = 0.0) as &dyn Fn(&mut Parts),
+            "a box",
+        ),
+        (&|p| p.bounds[1].x = f64::INFINITY, "a box"),
+        (&|p| p.bounds[0].z = f64::NAN, "a box"),
+        (&|p| p.bounds.swap(0, 1), "a box"),
+        (&|p| p.shift = f64::NAN, "a shift"),
+        (&|p| p.scale = 0.0, "a scale"),
+        (&|p| p.scale = f64::INFINITY, "a scale"),
+        (&|p| p.step = 0.0, "a step"),
+        (&|p| p.step = -0.5, "a step"),
+        (&|p| p.step = f64::NAN, "a step"),
+        (&|p| p.range[0] = -1.0, "a range"),
+        (&|p| p.range = [2.0, 1.0], "a range"),
+        (&|p| p.range[1] = f64::NAN, "a range"),
+    ] {
+        refused(change, "numbers", words);
+    }
+}
