@@ -1,0 +1,151 @@
+//! A schedule in the Trace Event format, which Perfetto and chrome://tracing
+//! show ("Trace Event Format", the Chromium project).
+
+use serde_json::{Map, Value, json};
+
+use super::{Job, Nanos, Resource, Schedule, Task, Waits};
+
+/// The process that all tracks are of.
+const PROCESS: u32 = 1;
+/// Tracks: resources have the numbers of [`Resource::ALL`] plus 1.
+const DISPLAY: usize = Resource::ALL.len() + 1;
+const FIRST_SLOT: usize = DISPLAY + 1;
+
+/// Writes a schedule as a trace: a track a resource with its tasks as complete
+/// events, one a slot of the reference buffer with who holds it, and one with
+/// the frames as they are shown; an arrow leads from each reference to each of
+/// its targets. Times are microseconds with three decimals, exact below 2^53
+/// nanoseconds (104 days). The arguments of a task name its frame and its
+/// reference, and say in nanoseconds what it waited for.
+#[must_use]
+pub fn chrome_trace(schedule: &Schedule) -> Value {
+    let mut events = vec![json!({
+        "ph": "M", "name": "process_name", "pid": PROCESS, "args": {"name": "potamoi runtime"},
+    })];
+    for used in &schedule.resources {
+        events.push(named(used.resource as usize + 1, used.resource.name()));
+    }
+    events.push(named(DISPLAY, "display"));
+    let slots = schedule.held.iter().map(|h| h.slot + 1).max().unwrap_or(0);
+    for slot in 0..slots {
+        events.push(named(
+            FIRST_SLOT + slot,
+            &format!("reference buffer, slot {slot}"),
+        ));
+    }
+
+    for task in &schedule.tasks {
+        let mut args = Map::new();
+        match task.job {
+            Job::Target(frame) | Job::Fallback(frame) => {
+                args.insert("frame".into(), frame.into());
+                args.insert("reference".into(), schedule.frames[frame].reference.into());
+            }
+            Job::Request(r) | Job::Reference(r) | Job::Answer(r) => {
+                args.insert("reference".into(), r.into());
+            }
+        }
+        if let Some(slot) = task.slot {
+            args.insert("slot".into(), slot.into());
+        }
+        args.insert("pose_ns".into(), task.asked.into());
+        args.insert("waited_ns".into(), waits(&task.waits));
+        args.insert("idle_before_ns".into(), waits(&task.idle));
+        let (name, category) = name(task.job);
+        events.push(json!({
+            "ph": "X", "name": name, "cat": category, "pid": PROCESS, "tid": track(task),
+            "ts": micros(task.start), "dur": micros(task.end - task.start), "args": args,
+        }));
+    }
+    for held in &schedule.held {
+        events.push(json!({
+            "ph": "X", "name": format!("reference {}", held.reference), "cat": "buffer",
+            "pid": PROCESS, "tid": FIRST_SLOT + held.slot, "ts": micros(held.from),
+            "dur": micros(held.until - held.from), "args": {"reference": held.reference},
+        }));
+    }
+    for frame in &schedule.frames {
+        events.push(json!({
+            "ph": "i", "s": "t", "name": format!("frame {}", frame.number), "cat": "frame",
+            "pid": PROCESS, "tid": DISPLAY, "ts": micros(frame.shown),
+            "args": {
+                "frame": frame.number, "reference": frame.reference, "made": frame.made,
+                "pose_ns": frame.pose, "finished_ns": frame.finished,
+                "latency_ns": frame.latency(), "waited_ns": waits(&frame.waits),
+            },
+        }));
+    }
+    events.extend(arrows(schedule));
+    json!({"displayTimeUnit": "ns", "traceEvents": events})
+}
+
+/// A pair of flow events for each target that read its reference. The first
+/// lies in the last nanosecond of the task that brought the reference, as one
+/// at its end would belong to what follows.
+fn arrows(schedule: &Schedule) -> Vec<Value> {
+    let mut brought: Vec<Option<&Task>> = vec![];
+    for task in &schedule.tasks {
+        if let Job::Reference(r) | Job::Answer(r) = task.job {
+            if brought.len() <= r {
+                brought.resize(r + 1, None);
+            }
+            // An answer begins after its reference has ended.
+            brought[r] = Some(task);
+        }
+    }
+    let mut events = vec![];
+    for task in &schedule.tasks {
+        let Job::Target(frame) = task.job else {
+            continue;
+        };
+        let reference = schedule.frames[frame].reference;
+        let Some(from) = brought.get(reference).copied().flatten() else {
+            continue;
+        };
+        let inside = from.end.saturating_sub(1).max(from.start);
+        let name = format!("reference {reference}");
+        events.push(json!({
+            "ph": "s", "name": name, "cat": "reference", "id": frame, "pid": PROCESS,
+            "tid": track(from), "ts": micros(inside),
+        }));
+        events.push(json!({
+            "ph": "f", "bp": "e", "name": name, "cat": "reference", "id": frame, "pid": PROCESS,
+            "tid": track(task), "ts": micros(task.start),
+        }));
+    }
+    events
+}
+
+const fn track(task: &Task) -> usize {
+    task.resource as usize + 1
+}
+
+fn name(job: Job) -> (String, &'static str) {
+    match job {
+        Job::Request(r) => (format!("request {r}"), "link"),
+        Job::Reference(r) => (format!("reference {r}"), "reference"),
+        Job::Answer(r) => (format!("answer {r}"), "link"),
+        Job::Target(frame) => (format!("target {frame}"), "target"),
+        Job::Fallback(frame) => (format!("full {frame}"), "fallback"),
+    }
+}
+
+fn named(track: usize, name: &str) -> Value {
+    json!({
+        "ph": "M", "name": "thread_name", "pid": PROCESS, "tid": track, "args": {"name": name},
+    })
+}
+
+fn micros(time: Nanos) -> f64 {
+    time as f64 / 1e3
+}
+
+/// What was waited for, without what was not.
+fn waits(waits: &Waits) -> Value {
+    let causes = waits.named().into_iter().filter(|(_, time)| *time > 0);
+    Value::Object(
+        causes
+            .map(|(cause, time)| (cause.to_owned(), time.into()))
+            .collect(),
+    )
+}

@@ -1,0 +1,87 @@
+//! Which frames each reference of a plan serves, once the plan is checked.
+
+use potamoi_golden::warp::Plan;
+
+use super::{Poses, RuntimeError};
+
+/// The first frame of each reference, and the number of frames.
+#[derive(Debug)]
+pub(super) struct Windows(Vec<usize>);
+
+impl Windows {
+    /// Checks that each reference serves a run of frames, in order, and can be
+    /// begun when its pose is said to be known.
+    pub(super) fn new(plan: &Plan, poses: Poses) -> Result<Self, RuntimeError> {
+        let mut first = vec![];
+        for (number, target) in plan.targets.iter().enumerate() {
+            if target.reference == first.len() {
+                first.push(number);
+            } else if target.reference + 1 != first.len() {
+                let next = first.len();
+                return Err(RuntimeError::Plan {
+                    part: "target",
+                    number,
+                    field: "reference",
+                    value: target.reference,
+                    expected: match next.checked_sub(1) {
+                        None => "0".to_owned(),
+                        Some(last) => format!("{last} or {next}, as references serve in order"),
+                    },
+                });
+            }
+        }
+        if plan.references.len() != first.len() {
+            let number = plan.references.len().min(first.len());
+            return Err(RuntimeError::Plan {
+                part: "reference",
+                number,
+                field: "number",
+                value: number,
+                expected: format!("less than {}, as many as targets name", first.len()),
+            });
+        }
+        first.push(plan.targets.len());
+        let windows = Self(first);
+        for (number, reference) in plan.references.iter().enumerate() {
+            let frames = windows.of(number);
+            let refuse = |field, value, expected| {
+                Err(RuntimeError::Plan {
+                    part: "reference",
+                    number,
+                    field,
+                    value,
+                    expected,
+                })
+            };
+            let known = reference.known;
+            if let Some(shown) = reference.target {
+                if !frames.contains(&shown) {
+                    let expected = format!("one of its own frames, {frames:?}");
+                    return refuse("target", shown, expected);
+                }
+                if known < shown {
+                    let expected = format!("at least {shown}, the frame that it shows");
+                    return refuse("known", known, expected);
+                }
+            }
+            if known >= plan.targets.len() {
+                let expected = format!("less than the {} frames", plan.targets.len());
+                return refuse("known", known, expected);
+            }
+            if poses == Poses::OnShown && known > frames.start {
+                let expected = format!(
+                    "at most {}, its first frame, as a pose arrives when the frame before it is \
+                     shown; choose a rate, or references that are not of the window's centre",
+                    frames.start
+                );
+                return refuse("known", known, expected);
+            }
+        }
+        Ok(windows)
+    }
+
+    /// The frames that a reference serves.
+    pub(super) fn of(&self, reference: usize) -> std::ops::Range<usize> {
+        self.0[reference]..self.0[reference + 1]
+    }
+}
