@@ -166,10 +166,18 @@ impl<'p> Dispatcher<'p> {
                 self.references[r].slot = Some(free);
                 self.next += 1;
             }
-            Job::Reference(_) => drop(self.serve.pop_front()),
-            Job::Answer(_) => drop(self.answer.pop_front()),
-            Job::Target(frame) => drop(self.targets.remove(&frame)),
-            Job::Fallback(frame) => drop(self.fallbacks.remove(&frame)),
+            Job::Reference(_) => {
+                self.serve.pop_front();
+            }
+            Job::Answer(_) => {
+                self.answer.pop_front();
+            }
+            Job::Target(frame) => {
+                self.targets.remove(&frame);
+            }
+            Job::Fallback(frame) => {
+                self.fallbacks.remove(&frame);
+            }
             Job::Request(_) => {}
         }
         self.running[resource as usize] = Some(Running {

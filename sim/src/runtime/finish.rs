@@ -33,8 +33,9 @@ pub(super) fn finish(record: Record, plan: &Plan, link: LinkUse) -> Result<Sched
         frames,
         mut buffer,
     } = record;
-    tasks.sort_by_key(|t| (t.start, t.resource, t.end, t.job));
-    buffer.held.sort_by_key(|h| (h.from, h.slot, h.until));
+    // Both come in the order in which they ended, and keep it.
+    tasks.sort_by_key(|t| t.start);
+    buffer.held.sort_by_key(|h| h.from);
     let frames = frames.iter().enumerate().map(|(number, state)| {
         let (Some(pose), Some((finished, made)), Some(shown)) =
             (state.pose, state.finished, state.shown)

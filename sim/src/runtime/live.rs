@@ -67,8 +67,8 @@ impl Drop for StopOnPanic<'_, '_> {
 /// thread, which also has the poses arrive at their times. What begins is
 /// decided as in [`schedule`](super::schedule). The frames are those of
 /// [`Sequence`](potamoi_golden::warp::Sequence), bit for bit, however long
-/// anything takes. No more frames are kept than two windows have, and rendering
-/// pauses while `show` is behind.
+/// anything takes. Rendering pauses while `show` is behind, so that few frames
+/// are kept.
 ///
 /// The times of the schedule are measured; its resources are the threads.
 ///
@@ -157,7 +157,7 @@ impl<'a> Live<'a> {
                     Ok(None) if next_pose <= state.dispatcher.next_shown() => now,
                     Ok(None) => break,
                     Err(error) => {
-                        state.error = Some(error);
+                        state.error.get_or_insert(error);
                         break;
                     }
                 };

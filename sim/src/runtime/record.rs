@@ -225,7 +225,7 @@ pub struct Totals {
 /// What was done when.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Schedule {
-    /// Tasks, by when they began; of those that began at once by resource.
+    /// Tasks, by when they began; those that began at once by when they ended.
     pub tasks: Vec<Task>,
     /// Frames, in order.
     pub frames: Vec<FrameTime>,

@@ -45,6 +45,14 @@ struct Simulation<'a> {
 /// that depends on nothing but the plan: the same arguments give the same
 /// schedule. Its size is that of the plan.
 ///
+/// A faster resource never shows the last frame later where one renderer does
+/// all, as its work is the same in any order, and where two have nothing to
+/// choose, that is where no angle is too large. It can elsewhere, as in any list
+/// scheduling (Graham, "Bounds on multiprocessing timing anomalies", 1969): what
+/// is ready sooner may begin before what is more urgent and just to come, and
+/// nothing is interrupted. So it is with full fallbacks beside references, and
+/// with requests beside answers on the link.
+///
 /// # Errors
 /// Options out of range, a plan whose parts do not fit together, counts of
 /// another number of frames, times beyond 64 bits.

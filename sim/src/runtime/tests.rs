@@ -3,6 +3,7 @@
 
 mod any;
 mod live;
+mod refused;
 mod trace;
 
 use glam::DVec3;
@@ -14,7 +15,7 @@ use super::*;
 pub(super) fn path(frames: usize) -> Vec<Camera> {
     (0..frames)
         .map(|k| {
-            let eye = DVec3::new(k as f64 * 0.05, 0.0, -5.0);
+            let eye = DVec3::new(k as f64 * 0.2, 0.0, -5.0);
             Camera::look_at(eye, eye + DVec3::Z, DVec3::NEG_Y, 0.9, 8, 6)
         })
         .collect()
@@ -273,7 +274,7 @@ fn a_reference_that_never_arrives_is_given_up_and_its_frames_are_rendered() {
     // The third is there before, and shown after.
     assert!(lossy.frames[11].finished < 221 && lossy.frames[8].shown == 221);
     assert_eq!(lossy.totals.link.bytes, 63);
-    // One that comes too late is not used; what was not begun is not sent.
+    // One that comes too late is not used; one that was not sent is not.
     let late = Remote {
         timeout: 34,
         lost: [].into(),
@@ -281,7 +282,13 @@ fn a_reference_that_never_arrives_is_given_up_and_its_frames_are_rendered() {
     };
     let late = run(&plan, &Options::new(Poses::AtOnce), Some(&late));
     assert!(late.frames.iter().all(|f| f.made == Made::FullByLoss));
-    assert!(late.totals.link.bytes < 63, "{}", late.totals.link.bytes);
+    assert_eq!(late.totals.link.bytes, 63);
+    let hasty = Remote {
+        timeout: 10,
+        ..self::remote()
+    };
+    let hasty = run(&plan, &Options::new(Poses::AtOnce), Some(&hasty));
+    assert_eq!(hasty.totals.link.bytes, 3);
     // In time, to the nanosecond.
     let kept = Remote {
         timeout: 35,
@@ -361,161 +368,4 @@ fn paths_of_no_frame_and_of_one_and_windows_and_leads_beyond_them_are_schedules(
         let early = run(&predicted(6, 2, Some(1000)), &options, None);
         assert_eq!(early.frames.len(), 6);
     }
-}
-
-#[test]
-fn no_time_at_all_is_enough() {
-    let zero = FixedClock {
-        reference: 0,
-        served: 0,
-        target: 0,
-        full: 0,
-    };
-    let instant = Remote {
-        request_bytes: 0,
-        reference_bytes: 0,
-        link: Link {
-            latency: 0,
-            ..Link::PAPER
-        },
-        ..remote()
-    };
-    for poses in [Poses::OnShown, Poses::AtOnce] {
-        for remote in [None, Some(&instant)] {
-            let plan = predicted(20, 3, None);
-            let options = Options::new(poses);
-            let schedule = schedule(&plan, &warped(20), &zero, &options, remote).unwrap();
-            assert_eq!((schedule.frames.len(), schedule.totals.shown), (20, 0));
-            assert_eq!(schedule.totals.frames_per_second, None);
-            assert_eq!(schedule.utilisation(Resource::Full), None);
-        }
-    }
-}
-
-#[test]
-fn what_64_bits_do_not_hold_is_named() {
-    let plan = predicted(8, 4, None);
-    let options = Options::new(Poses::AtOnce);
-    let refused = |clock: &FixedClock, options: &Options, remote: Option<&Remote>| {
-        let error = schedule(&plan, &warped(8), clock, options, remote).unwrap_err();
-        assert!(matches!(error, RuntimeError::Overflow { .. }), "{error}");
-        error.to_string()
-    };
-    let long = FixedClock {
-        reference: Nanos::MAX,
-        ..CLOCK
-    };
-    assert!(refused(&long, &options, None).contains("Target(1)"));
-    let half = FixedClock {
-        reference: Nanos::MAX / 2 + 1,
-        ..CLOCK
-    };
-    assert!(refused(&half, &options, None).contains("Reference(1)"));
-    // Seven frames that wait for all of 64 bits each.
-    let last = FixedClock {
-        reference: Nanos::MAX / 4,
-        target: 0,
-        ..CLOCK
-    };
-    assert!(refused(&last, &options, None).contains("summed"));
-    let mut bytes = remote();
-    bytes.reference_bytes = u64::MAX;
-    bytes.link.bytes_per_second = 1;
-    assert!(refused(&CLOCK, &options, Some(&bytes)).contains("Answer(0)"));
-    bytes.link.bytes_per_second = u64::MAX;
-    assert!(refused(&CLOCK, &options, Some(&bytes)).contains("traffic"));
-    let joules = Remote {
-        reference_bytes: u64::MAX / 8,
-        ..bytes
-    };
-    assert!(refused(&CLOCK, &options, Some(&joules)).contains("energy"));
-    let patient = Remote {
-        timeout: Nanos::MAX,
-        ..remote()
-    };
-    assert!(refused(&CLOCK, &options, Some(&patient)).contains("timeout"));
-    let far = Options::new(Poses::Rate {
-        frames: 1,
-        seconds: u32::MAX,
-    });
-    let long = predicted(8, 4, None);
-    assert!(run(&long, &far, None).totals.span > 7 * u64::from(u32::MAX));
-}
-
-#[test]
-fn options_and_plans_that_cannot_be_are_refused_by_name() {
-    let good = predicted(8, 4, None);
-    let options = Options::new(Poses::AtOnce);
-    let refused = |plan: &Plan, options: &Options, remote: Option<&Remote>, part: &str| {
-        let counts = warped(plan.targets.len());
-        let error = schedule(plan, &counts, &CLOCK, options, remote)
-            .unwrap_err()
-            .to_string();
-        assert!(error.contains(part), "{error}");
-    };
-    let mut dead = remote();
-    dead.link.bytes_per_second = 0;
-    refused(&good, &options, Some(&dead), "link.bytes_per_second");
-    refused(
-        &good,
-        &Options {
-            slots: 0,
-            ..options
-        },
-        None,
-        "slots",
-    );
-    let still = Options::new(Poses::Rate {
-        frames: 0,
-        seconds: 1,
-    });
-    refused(&good, &still, None, "poses.frames");
-    let still = Options::new(Poses::Rate {
-        frames: 1,
-        seconds: 0,
-    });
-    refused(&good, &still, None, "poses.seconds");
-
-    let change = |change: fn(&mut Plan), part| {
-        let mut plan = good.clone();
-        change(&mut plan);
-        refused(&plan, &options, None, part);
-    };
-    change(
-        |p| p.targets[0].reference = 1,
-        "target 0: reference is 1: expected 0",
-    );
-    change(
-        |p| p.targets[2].reference = 2,
-        "target 2: reference is 2: expected 0 or 1",
-    );
-    change(
-        |p| p.targets[6].reference = 0,
-        "target 6: reference is 0: expected 1 or 2",
-    );
-    change(|p| drop(p.references.pop()), "reference 1: number is 1");
-    change(
-        |p| p.references.push(p.references[0]),
-        "reference 2: number is 2",
-    );
-    change(|p| p.references[1].known = 8, "reference 1: known is 8");
-    change(
-        |p| p.references[0].target = Some(5),
-        "reference 0: target is 5",
-    );
-    change(
-        |p| p.references[0].target = Some(3),
-        "known is 0: expected at least 3",
-    );
-
-    let error = schedule(&good, &warped(7), &CLOCK, &options, None).unwrap_err();
-    assert!(error.to_string().contains("counts: 7 entries: expected 8"));
-    let unfinished = super::dispatch::Dispatcher::new(&good, &options, false).unwrap();
-    let error = super::finish::finish(unfinished.into_record(), &good, LinkUse::default());
-    assert!(
-        error
-            .unwrap_err()
-            .to_string()
-            .contains("frame 0 was not shown")
-    );
 }

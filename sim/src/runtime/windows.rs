@@ -30,14 +30,23 @@ impl Windows {
                 });
             }
         }
-        if plan.references.len() != first.len() {
-            let number = plan.references.len().min(first.len());
+        let (named, count) = (first.len(), plan.references.len());
+        if named < count {
             return Err(RuntimeError::Plan {
                 part: "reference",
-                number,
-                field: "number",
-                value: number,
-                expected: format!("less than {}, as many as targets name", first.len()),
+                number: named,
+                field: "number of targets",
+                value: 0,
+                expected: "at least 1, or no such reference".to_owned(),
+            });
+        }
+        if named > count {
+            return Err(RuntimeError::Plan {
+                part: "target",
+                number: first[count],
+                field: "reference",
+                value: count,
+                expected: format!("less than {count}, as there are so many references"),
             });
         }
         first.push(plan.targets.len());
