@@ -5,6 +5,7 @@ use std::collections::{BTreeSet, VecDeque};
 use potamoi_golden::warp::Plan;
 
 use super::buffer::Buffer;
+use super::finish::Record;
 use super::state::{Cause, FrameState, Gates, ReferenceState, split};
 use super::windows::Windows;
 use super::{Job, Made, Nanos, Options, Resource, RuntimeError, Task};
@@ -50,14 +51,6 @@ pub(super) struct Dispatcher<'p> {
     /// The frame that is shown next.
     next_shown: usize,
     tasks: Vec<Task>,
-}
-
-/// What is left of a dispatcher.
-pub(super) struct Record {
-    pub(super) resources: Vec<Resource>,
-    pub(super) tasks: Vec<Task>,
-    pub(super) frames: Vec<FrameState>,
-    pub(super) buffer: Buffer,
 }
 
 impl<'p> Dispatcher<'p> {

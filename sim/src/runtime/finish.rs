@@ -2,11 +2,20 @@
 
 use potamoi_golden::warp::Plan;
 
-use super::dispatch::Record;
+use super::buffer::Buffer;
+use super::state::FrameState;
 use super::{
     FrameTime, Job, LinkUse, Nanos, Resource, ResourceUse, RuntimeError, Schedule, Task, Totals,
     Waits,
 };
+
+/// What is left of a dispatcher.
+pub(super) struct Record {
+    pub(super) resources: Vec<Resource>,
+    pub(super) tasks: Vec<Task>,
+    pub(super) frames: Vec<FrameState>,
+    pub(super) buffer: Buffer,
+}
 
 /// Adds waits of different tasks.
 fn add(to: &mut Waits, waits: &Waits, of: &str) -> Result<(), RuntimeError> {
