@@ -228,6 +228,11 @@ fn a_remote_reference_goes_over_the_link_both_ways() {
     // The answer has the link; the third request waits for a slot until 65.
     assert_eq!(when(&schedule, Job::Request(1)), [1, 2]);
     assert_eq!(when(&schedule, Job::Answer(1)), [32, 52]);
+    let answer = find(&schedule, Job::Answer(1)).waits;
+    assert_eq!(
+        [answer.link, answer.reference, answer.renderer],
+        [17, 15, 0]
+    );
     assert_eq!(find(&schedule, Job::Request(2)).waits.buffer, 65);
     assert_eq!(
         schedule.totals.link,
@@ -289,6 +294,13 @@ fn a_reference_that_never_arrives_is_given_up_and_its_frames_are_rendered() {
     };
     let hasty = run(&plan, &Options::new(Poses::AtOnce), Some(&hasty));
     assert_eq!(hasty.totals.link.bytes, 3);
+    // The second is given up while the first has the link: it is not sent.
+    let queued = Remote {
+        timeout: 25,
+        ..self::remote()
+    };
+    let queued = run(&plan, &Options::new(Poses::AtOnce), Some(&queued));
+    assert_eq!(queued.totals.link.bytes, 43);
     // In time, to the nanosecond.
     let kept = Remote {
         timeout: 35,
@@ -296,6 +308,23 @@ fn a_reference_that_never_arrives_is_given_up_and_its_frames_are_rendered() {
     };
     let kept = run(&plan, &Options::new(Poses::AtOnce), Some(&kept));
     assert_eq!(kept.frames[0].made, Made::Reference);
+}
+
+#[test]
+fn what_a_frame_needs_sooner_goes_first() {
+    let options = Options {
+        concurrent: false,
+        ..Options::new(Poses::AtOnce)
+    };
+    let remote = Remote {
+        timeout: 50,
+        lost: [1].into(),
+        ..remote()
+    };
+    let schedule = run(&predicted(12, 4, None), &options, Some(&remote));
+    // Frame 4 could be begun at 51.
+    assert_eq!(when(&schedule, Job::Target(3)), [55, 65]);
+    assert_eq!(when(&schedule, Job::Fallback(4)), [65, 95]);
 }
 
 #[test]

@@ -42,7 +42,7 @@ impl Renderer for Planes {
         let call = self.calls.fetch_add(1, Ordering::Relaxed) + 1;
         if self.slow > 0 {
             // Steps of the golden ratio: no order that the threads could keep to.
-            let time = (call.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) * self.slow >> 32;
+            let time = ((call.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) * self.slow) >> 32;
             let more = if only.is_none() { self.full } else { 0 };
             std::thread::sleep(Duration::from_micros(time + more));
         }
