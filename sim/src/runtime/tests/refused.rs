@@ -171,3 +171,18 @@ fn options_and_plans_that_cannot_be_are_refused_by_name() {
             .contains("frame 0 was not shown")
     );
 }
+
+#[test]
+fn bytes_on_the_link_take_time_rounded_up() {
+    assert_eq!(Link::PAPER.time(1, "a byte").unwrap(), 100);
+    // A raw frame of 800 x 800: 0.192 s, and 0.192 J.
+    assert_eq!(
+        Link::PAPER.time(800 * 800 * 3, "a frame").unwrap(),
+        192_000_000
+    );
+    let slow = Link {
+        bytes_per_second: 3,
+        ..Link::PAPER
+    };
+    assert_eq!(slow.time(1, "a byte").unwrap(), 333_333_334);
+}
