@@ -5,6 +5,7 @@ pub mod camera_file;
 pub mod colmap;
 mod description;
 mod error;
+mod exact;
 pub mod garden;
 mod images;
 pub mod lantern;
@@ -13,12 +14,14 @@ mod orbit;
 mod ready;
 mod render;
 mod shade;
+pub(crate) mod surface;
 #[cfg(test)]
 mod tests;
 pub mod transforms;
 
 pub use builtin::{BUILTIN, Representation};
 pub use error::SceneError;
+pub use exact::ExactDepth;
 pub use images::Images;
 pub use orbit::Orbit;
 pub use ready::cloud as laid_splats;

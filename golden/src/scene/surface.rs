@@ -1,0 +1,211 @@
+//! The surface of a scene's model, as a mesh.
+
+use glam::{DMat3, DVec3};
+
+use super::{Kind, Scene, SceneError};
+use crate::fields::Field;
+use crate::mesh::{Density, Lattice, Mesh, half_light};
+use crate::splats::{Cloud, rotation, sigmoid};
+use crate::voxels::Grid;
+use crate::warp::Renderer;
+
+/// The level of a surface: of rays, the share that has lost half of its light
+/// where the density is below it. Small enough for weak parts to stay, and for
+/// what is seen from aside.
+const SHARE: f64 = 0.25;
+/// Standard deviations at which Gaussians end: there, they are below 1/255.
+const REACH: f64 = 3.34;
+/// Opacities are held to this, as in rendering.
+const OPAQUE: f64 = 0.99;
+/// Of a cell's edge, the standard deviation by which Gaussians are blurred, so
+/// that thin ones do not fall between the points.
+const BLUR: f64 = 0.5;
+
+/// The surface of a scene's model: where its density has the level of
+/// [`half_light`], with `cells` cells along the longest side of its box. Of
+/// splats the density is the sum of the Gaussians, each as an optical depth a
+/// unit of length that is right along its thinnest axis. The mesh is closed.
+///
+/// # Errors
+/// 0 or more than 1024 cells, a model with no finite box, one that stops no
+/// light, or one whose surface has too many triangles.
+pub fn of_scene(scene: &Scene, cells: u32) -> Result<Mesh, SceneError> {
+    with_density(scene, cells, |density, lattice| {
+        let level = half_light(density, lattice, SHARE);
+        let level = level.filter(|level| *level > 0.0).ok_or_else(|| {
+            let expected = "a model that stops half of the light somewhere";
+            refuse(scene, "density", "too low for a surface", expected)
+        })?;
+        Ok(Mesh::of_surface(density, lattice, level)?)
+    })
+}
+
+/// The same at a level that is given, an optical depth a unit of length.
+///
+/// # Errors
+/// As [`of_scene`], or a level that is not finite.
+pub fn of_scene_at(scene: &Scene, cells: u32, level: f64) -> Result<Mesh, SceneError> {
+    with_density(scene, cells, |density, lattice| {
+        Ok(Mesh::of_surface(density, lattice, level)?)
+    })
+}
+
+fn refuse(scene: &Scene, field: &'static str, value: &str, expected: &str) -> SceneError {
+    SceneError::Value {
+        scene: scene.name.clone(),
+        field,
+        value: value.to_owned(),
+        expected: expected.to_owned(),
+    }
+}
+
+fn with_density<T>(
+    scene: &Scene,
+    cells: u32,
+    make: impl FnOnce(&dyn Density, &Lattice) -> Result<T, SceneError>,
+) -> Result<T, SceneError> {
+    let bounds = scene
+        .bounds()
+        .ok_or_else(|| refuse(scene, "model", "without bounds", "one in a finite box"))?;
+    let lattice = Lattice::new(bounds, cells)?;
+    match scene.model.kind() {
+        Kind::Splats(cloud) => make(&Gaussians::new(cloud, lattice.cell()), &lattice),
+        Kind::Voxels(grid) => make(&OfGrid(grid), &lattice),
+        Kind::Field(field) => make(&OfField(field), &lattice),
+    }
+}
+
+/// A grid's density before its ReLU, which is linear between vertices.
+struct OfGrid<'a>(&'a Grid);
+
+impl Density for OfGrid<'_> {
+    fn plane(&self, lattice: &Lattice, z: usize, out: &mut [f32]) {
+        let [width, ..] = lattice.points();
+        for (i, value) in out.iter_mut().enumerate() {
+            let at = lattice.point([i % width, i / width, z]);
+            *value = self.at(at).unwrap_or_default() as f32;
+        }
+    }
+
+    fn at(&self, p: DVec3) -> Option<f64> {
+        let mut values = [0.0; 13];
+        let values = &mut values[..self.0.layout().channels()];
+        self.0.sample(self.0.to_grid(p), values);
+        Some(values[0] / self.0.voxel())
+    }
+}
+
+/// A field's density, 0 where it is known to be empty.
+struct OfField<'a>(&'a dyn Field);
+
+impl OfField<'_> {
+    fn density(&self, p: DVec3, places: &mut [DVec3], features: &mut [f64]) -> f64 {
+        if !self.0.index(p, places) {
+            return 0.0;
+        }
+        let mut rest = &mut *features;
+        for (table, place) in self.0.tables().iter().zip(places) {
+            let (own, other) = rest.split_at_mut(table.channels());
+            table.gather(*place, own);
+            rest = other;
+        }
+        self.0.depth(features) / self.0.sampling().step
+    }
+
+    fn scratch(&self) -> (Vec<DVec3>, Vec<f64>) {
+        let places = vec![DVec3::ZERO; self.0.tables().len()];
+        (places, vec![0.0; self.0.channels()])
+    }
+}
+
+impl Density for OfField<'_> {
+    fn plane(&self, lattice: &Lattice, z: usize, out: &mut [f32]) {
+        let (mut places, mut features) = self.scratch();
+        let [width, ..] = lattice.points();
+        for (i, value) in out.iter_mut().enumerate() {
+            let at = lattice.point([i % width, i / width, z]);
+            *value = self.density(at, &mut places, &mut features) as f32;
+        }
+    }
+
+    fn at(&self, p: DVec3) -> Option<f64> {
+        let (mut places, mut features) = self.scratch();
+        Some(self.density(p, &mut places, &mut features))
+    }
+}
+
+/// A Gaussian as a density.
+struct Gaussian {
+    mean: DVec3,
+    /// Half the box that it reaches.
+    reach: DVec3,
+    /// Of its covariance.
+    inverse: DMat3,
+    /// In its middle.
+    peak: f64,
+}
+
+/// The densities of blurred Gaussians, summed in their order.
+struct Gaussians(Vec<Gaussian>);
+
+impl Gaussians {
+    fn new(cloud: &Cloud, cell: f64) -> Self {
+        let blur = (BLUR * cell).powi(2);
+        let all = (0..cloud.len()).filter_map(|i| {
+            let opacity = sigmoid(f64::from(cloud.opacity_logits()[i])).min(OPAQUE);
+            let scales = cloud.log_scales()[i].map(|s| f64::from(s).exp());
+            let variances = DVec3::from(scales.map(|s| s * s + blur));
+            let turn = rotation(cloud.rotations()[i]);
+            let covariance = turn * DMat3::from_diagonal(variances) * turn.transpose();
+            let diagonal = |m: DMat3| DVec3::new(m.x_axis.x, m.y_axis.y, m.z_axis.z);
+            // Through the middle along the thinnest axis; blurring spreads it.
+            let depth = -(-opacity).ln_1p();
+            let [a, b, c] = scales;
+            let broad = (a * b).max(b * c).max(c * a);
+            let spread = variances.to_array().iter().product::<f64>().sqrt();
+            let peak = depth * broad / (spread * std::f64::consts::TAU.sqrt());
+            let gaussian = Gaussian {
+                mean: DVec3::from(cloud.means()[i].map(f64::from)),
+                reach: REACH * diagonal(covariance).map(f64::sqrt),
+                inverse: turn * DMat3::from_diagonal(variances.recip()) * turn.transpose(),
+                peak,
+            };
+            (peak > 0.0 && peak.is_finite()).then_some(gaussian)
+        });
+        Self(all.collect())
+    }
+}
+
+impl Density for Gaussians {
+    fn plane(&self, lattice: &Lattice, z: usize, out: &mut [f32]) {
+        out.fill(0.0);
+        let [width, height, _] = lattice.points();
+        let first = lattice.point([0, 0, z]);
+        for gaussian in &self.0 {
+            let off = first - gaussian.mean;
+            if off.z.abs() > gaussian.reach.z {
+                continue;
+            }
+            // Points of an axis within reach; casts hold to the range.
+            let span = |axis: usize, count: usize| {
+                let from = (-off[axis] - gaussian.reach[axis]) / lattice.cell();
+                let to = (-off[axis] + gaussian.reach[axis]) / lattice.cell();
+                from.ceil().max(0.0) as usize..((to.floor() + 1.0).max(0.0) as usize).min(count)
+            };
+            for y in span(1, height) {
+                for x in span(0, width) {
+                    let at = off + lattice.cell() * DVec3::new(x as f64, y as f64, 0.0);
+                    let square = at.dot(gaussian.inverse * at);
+                    if square <= REACH * REACH {
+                        out[y * width + x] += (gaussian.peak * (-0.5 * square).exp()) as f32;
+                    }
+                }
+            }
+        }
+    }
+
+    /// A sum over all Gaussians would not be cheap.
+    fn at(&self, _: DVec3) -> Option<f64> {
+        None
+    }
+}
