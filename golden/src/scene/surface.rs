@@ -21,32 +21,40 @@ const OPAQUE: f64 = 0.99;
 /// that thin ones do not fall between the points.
 const BLUR: f64 = 0.5;
 
-/// The surface of a scene's model: where its density has the level of
-/// [`half_light`], with `cells` cells along the longest side of its box. Of
-/// splats the density is the sum of the Gaussians, each as an optical depth a
-/// unit of length that is right along its thinnest axis. The mesh is closed.
+/// The surface of a scene's model at its [`level_of`], with `cells` cells along
+/// the longest side of its box. The mesh is closed.
 ///
 /// # Errors
-/// 0 or more than 1024 cells, a model with no finite box, one that stops no
-/// light, or one whose surface has too many triangles.
+/// As [`level_of`] and [`of_scene_at`].
 pub fn of_scene(scene: &Scene, cells: u32) -> Result<Mesh, SceneError> {
+    of_scene_at(scene, cells, level_of(scene, cells)?)
+}
+
+/// The same at a level that is given, an optical depth a unit of length. Of
+/// splats the density is the sum of the Gaussians, each blurred by half a cell,
+/// and an optical depth that is right along its thinnest axis.
+///
+/// # Errors
+/// 0 or more than 1024 cells, a model with no finite box, a level that is not
+/// finite, or a surface of too many triangles.
+pub fn of_scene_at(scene: &Scene, cells: u32, level: f64) -> Result<Mesh, SceneError> {
     with_density(scene, cells, |density, lattice| {
-        let level = half_light(density, lattice, SHARE);
-        let level = level.filter(|level| *level > 0.0).ok_or_else(|| {
-            let expected = "a model that stops half of the light somewhere";
-            refuse(scene, "density", "too low for a surface", expected)
-        })?;
         Ok(Mesh::of_surface(density, lattice, level)?)
     })
 }
 
-/// The same at a level that is given, an optical depth a unit of length.
+/// The density at which a model has its surface: where rays have lost half of
+/// their light, as [`half_light`] finds it.
 ///
 /// # Errors
-/// As [`of_scene`], or a level that is not finite.
-pub fn of_scene_at(scene: &Scene, cells: u32, level: f64) -> Result<Mesh, SceneError> {
+/// As [`of_scene_at`], and a model that stops no light.
+pub fn level_of(scene: &Scene, cells: u32) -> Result<f64, SceneError> {
     with_density(scene, cells, |density, lattice| {
-        Ok(Mesh::of_surface(density, lattice, level)?)
+        let level = half_light(density, lattice, SHARE).filter(|level| *level > 0.0);
+        level.ok_or_else(|| {
+            let expected = "a model that stops half of the light somewhere";
+            refuse(scene, "density", "too low for a surface", expected)
+        })
     })
 }
 

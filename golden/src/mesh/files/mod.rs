@@ -3,6 +3,8 @@
 
 mod obj;
 mod ply;
+#[cfg(test)]
+mod tests;
 
 use std::path::Path;
 
