@@ -247,7 +247,7 @@ impl Triangle {
             }
             let depth = self.away / self.face.at(at, face);
             // Nearly edge-on, or not a number.
-            if !(depth > 0.0) {
+            if depth.is_nan() || depth <= 0.0 {
                 continue;
             }
             let depth = depth.clamp(self.range[0], self.range[1]) as f32;

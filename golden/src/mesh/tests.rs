@@ -283,7 +283,7 @@ proptest! {
 fn shared_edges_leave_no_hole() {
     let side = 13u32;
     let n = 24u32;
-    for turn in [0.0, 0.1, 0.785_398_163_397_448_3] {
+    for turn in [0.0, 0.1, std::f64::consts::FRAC_PI_4] {
         let pose =
             DAffine3::from_mat3_translation(DMat3::from_rotation_z(turn), dvec3(0.0, 0.0, 2.0));
         let camera = Camera {
