@@ -4,6 +4,7 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use potamoi_formats::config::ConfigError;
+use potamoi_golden::mesh::MeshError;
 use potamoi_golden::picture::PictureError;
 use potamoi_golden::scene::SceneError;
 use potamoi_golden::trace::TraceError;
@@ -11,6 +12,7 @@ use potamoi_golden::units::UnitError;
 use potamoi_golden::warp::WarpError;
 use potamoi_hdl::ir::IrErrors;
 use potamoi_sim::rtl::RtlError;
+use potamoi_sim::runtime::RuntimeError;
 use thiserror::Error;
 
 use crate::doctor::DoctorError;
@@ -30,6 +32,10 @@ pub(crate) enum Failure {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Warp(#[from] WarpError),
+    #[error(transparent)]
+    Runtime(#[from] RuntimeError),
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     #[error(transparent)]
     Trace(#[from] TraceError),
     /// Units that a trace was sent through.
@@ -61,6 +67,8 @@ impl Failure {
             | Self::Trace(_)
             | Self::Picture(_)
             | Self::Warp(_)
+            | Self::Runtime(_)
+            | Self::Mesh(_)
             | Self::Usage(_) => 2,
             Self::Netlist(_) | Self::Check(_) => 1,
             Self::Inconclusive(_) => 4,

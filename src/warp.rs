@@ -4,14 +4,15 @@ mod measure;
 mod picture;
 mod report;
 mod source;
+mod timing;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use potamoi_golden::warp::{
-    Angle, Chain, Class, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Rule, Sampling, Scope,
-    Sequence, Target, WarpError, Warper, half_resolution,
+    Angle, Chain, Class, Counts, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Rule, Sampling,
+    Scope, Sequence, Target, WarpError, Warper, half_resolution,
 };
 
 use crate::failure::Failure;
@@ -22,6 +23,7 @@ use crate::scene::SceneArgs;
 use measure::{Footage, Measured};
 use report::{Report, Variant};
 use source::{DepthFrom, Source};
+use timing::TimingArgs;
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
@@ -79,6 +81,14 @@ pub(crate) struct WarpArgs {
     /// the model; left out: given for image sequences, model otherwise
     #[arg(long, value_enum)]
     depth: Option<DepthFrom>,
+    /// Cells along the longest side of the mesh of a model's surface
+    #[arg(long, value_name = "N", default_value_t = 256)]
+    mesh_cells: u32,
+    /// A mesh that depth is taken from (.obj, .ply)
+    #[arg(long, value_name = "FILE", conflicts_with = "depth")]
+    mesh: Option<PathBuf>,
+    #[command(flatten)]
+    timing: TimingArgs,
     /// References that never arrive, from 0, as if a remote renderer lost them
     #[arg(long, value_name = "N", value_delimiter = ',')]
     lose: Vec<usize>,
@@ -164,7 +174,7 @@ struct Way {
 }
 
 pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref()])?;
+    files::prepare([args.json.as_ref(), args.timing.trace.as_ref()])?;
     let source = Source::open(&args.scene)?;
     let longest = args.window.iter().copied().max().unwrap_or(1);
     let path = source.path(args.fps, args.frames, 3 * longest)?;
@@ -178,8 +188,17 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
         }
         files::prepare([Some(&folder.join("frame.0000.png"))])?;
     }
-    let depth = args.depth.unwrap_or_else(|| source.usual_depth());
-    let geometry = source.geometry(depth)?;
+    args.timing.check()?;
+    if args.timing.is_asked() && (ways.len() != 1 || ways[0].method != Method::Sparw) {
+        return Err(Failure::Usage(
+            "--frame-ms, --live: of one way: --method sparw, and one --window and --phi".to_owned(),
+        ));
+    }
+    let depth = match (&args.mesh, args.depth) {
+        (Some(_), _) => DepthFrom::Mesh,
+        (None, depth) => depth.unwrap_or_else(|| source.usual_depth()),
+    };
+    let geometry = source.geometry(depth, args.mesh.as_deref(), args.mesh_cells)?;
     let rule = |way: &Way| Rule {
         phi: way.phi.map(f64::to_radians),
         ..args.rule()
@@ -208,16 +227,41 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
         )?;
         let begun = Instant::now();
         let mut measured = Measured::new(&footage);
-        for frame in frames(way, warper, &path, &plan, &args.lose) {
-            let frame = frame?;
-            measured.add(&frame);
+        let mut counts = vec![];
+        let mut take = |frame: &Frame| -> Result<(), Failure> {
+            measured.add(frame);
+            counts.push(Counts::of(&frame.target.classes, |_| true));
             if let Some(folder) = &args.out {
-                picture::write(folder, &frame)?;
+                picture::write(folder, frame)?;
             }
             bar.inc(1);
+            Ok(())
+        };
+        let timing = &args.timing;
+        let mut schedule = None;
+        if timing.is_live() {
+            let mut failed = None;
+            let measured = timing.measure(warper, &path, &plan, &args.lose, |frame| {
+                if failed.is_none() {
+                    failed = take(&frame).err();
+                }
+            })?;
+            if let Some(failure) = failed {
+                return Err(failure);
+            }
+            schedule = Some(measured);
+        } else {
+            for frame in frames(way, warper, &path, &plan, &args.lose) {
+                take(&frame?)?;
+            }
+        }
+        if timing.is_scheduled() {
+            let fps = source.is_timed().then_some(args.fps);
+            schedule = Some(timing.schedule(&plan, &counts, &path[0], fps, &args.lose)?);
         }
         let seconds = begun.elapsed().as_secs_f64();
-        variants.push(Variant::new(way, measured, &plan, &path, seconds));
+        let timed = schedule.map(|s| timing.done(&s)).transpose()?;
+        variants.push(Variant::new(way, measured, &plan, &path, seconds, timed));
     }
     bar.finish_and_clear();
     let report = Report {
@@ -233,7 +277,7 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
         variants,
         seconds: start.elapsed().as_secs_f64(),
     };
-    report.print();
+    report.print(args.timing.trace.as_ref());
     if let Some(folder) = &args.out {
         crate::say::say!("  frames and origins of their pixels: {}", folder.display());
     }

@@ -10,6 +10,7 @@ pub mod characterise;
 pub mod fields;
 pub mod files;
 pub mod mask;
+pub mod mesh;
 pub mod picture;
 pub mod scene;
 pub mod splats;

@@ -1,11 +1,14 @@
 //! What was found, as a table and as JSON.
 
+use std::path::PathBuf;
+
 use comfy_table::{CellAlignment, Table, presets};
 use potamoi_golden::camera::Camera;
 use potamoi_golden::warp::{Counts, Plan};
 use serde::Serialize;
 
 use super::measure::{FrameFound, Likeness, Measured, Part};
+use super::timing::Timing;
 use super::{Method, Way};
 use crate::say::say;
 
@@ -41,6 +44,8 @@ pub(super) struct Variant {
     frame: Part,
     foreground: Part,
     prediction: Option<Prediction>,
+    /// Of the runtime, where it was scheduled or measured.
+    timing: Option<Timing>,
     frames: Vec<FrameFound>,
     seconds: f64,
 }
@@ -62,6 +67,7 @@ impl Variant {
         plan: &Plan,
         path: &[Camera],
         seconds: f64,
+        timing: Option<Timing>,
     ) -> Self {
         let [frame, foreground] = measured.totals();
         let pixels = frame.pixels.total() as f64;
@@ -89,6 +95,7 @@ impl Variant {
             prediction: (way.method == Method::Sparw)
                 .then(|| Prediction::of(&plan.prediction_errors(path)))
                 .flatten(),
+            timing,
             frames: measured.frames,
             seconds,
         }
@@ -153,7 +160,7 @@ fn shares(counts: &Counts) -> [String; 4] {
 }
 
 impl Report<'_> {
-    pub(super) fn print(&self) {
+    pub(super) fn print(&self, trace: Option<&PathBuf>) {
         let pace = self.fps.map(|fps| format!(" at {fps} frames a second"));
         say!(
             "{}: {} frames of {} x {}{}, depth from {}",
@@ -186,6 +193,9 @@ impl Report<'_> {
                     prediction.largest_radians,
                     prediction.mean_distance
                 );
+            }
+            if let Some(timing) = &variant.timing {
+                timing.print(&variant.name(), trace);
             }
         }
     }

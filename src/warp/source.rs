@@ -1,9 +1,12 @@
 //! What is warped: a scene, or an image sequence.
 
+use std::path::Path;
+
 use clap::ValueEnum;
 use potamoi_golden::camera::Camera;
+use potamoi_golden::mesh;
 use potamoi_golden::picture::Picture;
-use potamoi_golden::scene::{Images, Scene};
+use potamoi_golden::scene::{ExactDepth, Images, Scene};
 use potamoi_golden::warp::{Geometry, ReferenceFrom, Renderer};
 
 use crate::failure::Failure;
@@ -14,8 +17,10 @@ use crate::scene::SceneArgs;
 pub(super) enum DepthFrom {
     /// The model's rendering: where its light is taken, on average
     Model,
-    /// What comes with the images
+    /// What comes with the images, or what is known of an analytic scene
     Given,
+    /// The model's surface as a mesh, rasterised
+    Mesh,
 }
 
 impl DepthFrom {
@@ -23,6 +28,7 @@ impl DepthFrom {
         match self {
             Self::Model => "model",
             Self::Given => "given",
+            Self::Mesh => "mesh",
         }
     }
 }
@@ -100,13 +106,29 @@ impl Source {
     pub(super) fn geometry(
         &self,
         depth: DepthFrom,
+        file: Option<&Path>,
+        cells: u32,
     ) -> Result<Option<Box<dyn Geometry + '_>>, Failure> {
+        if let Some(file) = file {
+            return Ok(Some(Box::new(mesh::read(file)?)));
+        }
         match (depth, self) {
             (DepthFrom::Model, _) => Ok(None),
             (DepthFrom::Given, Self::Images(images)) => Ok(Some(Box::new(images.clone()))),
-            (DepthFrom::Given, Self::Scene(scene)) => Err(Failure::Usage(format!(
-                "--depth given: {} comes without depth: choose model",
-                scene.name()
+            (DepthFrom::Given, Self::Scene(scene)) => match scene.analytic() {
+                Some(analytic) => Ok(Some(Box::new(ExactDepth(analytic)))),
+                None => Err(Failure::Usage(format!(
+                    "--depth given: {} comes without depth: choose model or mesh",
+                    scene.name()
+                ))),
+            },
+            (DepthFrom::Mesh, Self::Scene(scene)) => {
+                Ok(Some(Box::new(mesh::of_scene(scene, cells)?)))
+            }
+            (DepthFrom::Mesh, Self::Images(images)) => Err(Failure::Usage(format!(
+                "--depth mesh: {} has no model to take a surface of: choose given, or name a file \
+                 with --mesh",
+                images.name()
             ))),
         }
     }

@@ -8,6 +8,7 @@ use super::camera_file::CameraFileError;
 use super::colmap::ColmapError;
 use super::transforms::TransformsError;
 use crate::fields::FieldError;
+use crate::mesh::MeshError;
 use crate::splats::files::FileError;
 use crate::splats::{CloudError, RenderError};
 use crate::voxels::VoxelError;
@@ -98,6 +99,9 @@ pub enum SceneError {
         /// What is wrong with it.
         source: Box<SceneError>,
     },
+    /// A mesh cannot be made of the model.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// The units of a configuration cannot render the scene.
     #[error("configuration: `{field}` is {value}: scene {scene} needs {expected}")]
     Config {

@@ -6,6 +6,7 @@ mod characterise;
 pub mod colmap;
 mod description;
 mod error;
+mod exact;
 #[cfg(test)]
 mod fuzz;
 pub mod garden;
@@ -18,6 +19,7 @@ mod ready;
 mod render;
 mod rules;
 mod shade;
+pub(crate) mod surface;
 #[cfg(test)]
 mod tests;
 pub mod transforms;
@@ -26,6 +28,7 @@ mod view;
 pub use builtin::{BUILTIN, Representation};
 pub use characterise::Characterised;
 pub use error::SceneError;
+pub use exact::ExactDepth;
 pub use images::Images;
 pub use orbit::Orbit;
 pub use ready::cloud as laid_splats;

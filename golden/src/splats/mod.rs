@@ -44,6 +44,7 @@ pub use octree::Octree;
 pub use partition::Partition;
 pub use profile::{Extent, Profile, Rules, UnknownProfile};
 pub use project::Projected;
+pub(crate) use project::{rotation, sigmoid};
 pub use records::{Saturations, record};
 pub use schedule::{Group, MVoxel, Schedule, ScheduleOptions, tasks};
 pub use view::{TILE, View};

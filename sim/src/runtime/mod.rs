@@ -43,7 +43,7 @@ mod windows;
 #[cfg(test)]
 mod tests;
 
-pub use clock::{Clock, FixedClock, Nanos};
+pub use clock::{Clock, FixedClock, Nanos, PixelClock};
 pub use error::RuntimeError;
 pub use live::{References, live};
 pub use options::{Link, Options, Poses, Remote};

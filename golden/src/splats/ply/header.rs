@@ -15,13 +15,13 @@ use crate::splats::sh;
 const LIMIT: usize = 1 << 16;
 
 /// A header and the bytes it took.
-pub(in crate::splats) struct Header {
-    pub(in crate::splats) ply: PlyHeader,
-    pub(in crate::splats) bytes: usize,
+pub(crate) struct Header {
+    pub(crate) ply: PlyHeader,
+    pub(crate) bytes: usize,
 }
 
 /// Reads up to and including `end_header`.
-pub(in crate::splats) fn read(reader: &mut impl BufRead, origin: &str) -> Result<Header, PlyError> {
+pub(crate) fn read(reader: &mut impl BufRead, origin: &str) -> Result<Header, PlyError> {
     let wrong = |message: String| PlyError::Header {
         origin: origin.to_owned(),
         message,
@@ -110,7 +110,7 @@ pub(in crate::splats) const fn scalar_bytes(scalar: &ScalarType) -> u128 {
 }
 
 /// The bytes that the declared elements take at least.
-pub(in crate::splats) fn least_bytes(header: &PlyHeader) -> u128 {
+pub(crate) fn least_bytes(header: &PlyHeader) -> u128 {
     let of_element = |element: &ElementDef| -> u128 {
         match header.encoding {
             // A digit and a separator each; the last line may lack its end.

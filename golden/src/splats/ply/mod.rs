@@ -6,7 +6,7 @@
 //! Others, normals for one, are read past. Binary files of either byte order
 //! and text files are read.
 
-pub(in crate::splats) mod header;
+pub(crate) mod header;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -240,12 +240,13 @@ impl PropertyAccess for Scalars {
     }
 }
 
-fn read_element(
-    parser: &Parser<Scalars>,
+/// Reads one element; an error is what is wrong, in one line.
+pub(crate) fn read_element<E: PropertyAccess>(
+    parser: &Parser<E>,
     reader: &mut impl BufRead,
     encoding: Encoding,
     element: &ElementDef,
-) -> Result<Scalars, String> {
+) -> Result<E, String> {
     let read = match encoding {
         Encoding::BinaryLittleEndian => parser.read_little_endian_element(reader, element),
         Encoding::BinaryBigEndian => parser.read_big_endian_element(reader, element),

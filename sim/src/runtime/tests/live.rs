@@ -10,7 +10,7 @@ use potamoi_golden::camera::Camera;
 use potamoi_golden::mask::Mask;
 use potamoi_golden::picture::Picture;
 use potamoi_golden::warp::{
-    Frame, Plan, ReferenceFrom, Renderer, Rule, Scope, Sequence, Shaded, WarpError, Warper,
+    Frame, Plan, Profile, ReferenceFrom, Renderer, Rule, Scope, Sequence, Shaded, WarpError, Warper,
 };
 
 use super::super::*;
@@ -90,7 +90,7 @@ fn warper(renderer: &Planes, phi: Option<f64>) -> Warper<'_> {
     let rule = Rule {
         phi,
         scope: Scope::Frame,
-        ..Rule::default()
+        ..Profile::Paper.rule()
     };
     Warper {
         renderer,

@@ -1,0 +1,80 @@
+//! The level at which a density has its surface.
+
+use super::march::{Density, Lattice};
+
+/// Planes of points that are looked at, or a few more.
+const PLANES: usize = 48;
+
+/// The density where half of the light is stopped, of rays that come from
+/// outside along x and y, both ways: of all that are stopped so, the one that a
+/// share of them is below. Nothing where none is.
+///
+/// A surface at that level is where a rendering has its depth. It depends on how
+/// steeply the model's density rises, which no constant would suit: from fog to
+/// walls it is orders of magnitude.
+#[must_use]
+pub fn half_light(density: &dyn Density, lattice: &Lattice, share: f64) -> Option<f64> {
+    let [width, height, depth] = lattice.points();
+    let every = (depth / PLANES).max(1);
+    let mut plane = vec![0f32; width * height];
+    let mut found = vec![];
+    for z in (every / 2..depth).step_by(every) {
+        density.plane(lattice, z, &mut plane);
+        let mut ray = |first: usize, step: usize, count: usize| {
+            let along = (0..count).map(|k| f64::from(plane[first + k * step]));
+            found.extend(stopped(along.clone(), lattice.cell()));
+            found.extend(stopped(along.rev(), lattice.cell()));
+        };
+        (0..height).for_each(|y| ray(y * width, 1, width));
+        (0..width).for_each(|x| ray(x, width, height));
+    }
+    found.sort_by(f64::total_cmp);
+    let at = found.len().checked_sub(1)? as f64 * share.clamp(0.0, 1.0);
+    found.get(at as usize).copied()
+}
+
+/// The density where half of the light is stopped, if it is: linear from value
+/// to value.
+fn stopped(mut along: impl Iterator<Item = f64>, step: f64) -> Option<f64> {
+    let mut rest = std::f64::consts::LN_2;
+    // Not a number is not above another.
+    let held = |v: f64| if v > 0.0 { v } else { 0.0 };
+    let mut here = held(along.next()?);
+    for next in along.map(held) {
+        let depth = 0.5 * step * (here + next);
+        if depth >= rest {
+            // Of the quadratic equation the root for either sign of the slope:
+            // the square of the density grows by twice slope and depth.
+            let slope = (next - here) / step;
+            return Some((here * here + 2.0 * slope * rest).max(0.0).sqrt());
+        }
+        rest -= depth;
+        here = next;
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::mesh::march::Points;
+    use glam::DVec3;
+
+    /// A density that rises by 18 a unit of length has stopped half of the light
+    /// after `sqrt(2 ln 2 / 18)`.
+    #[test]
+    fn of_a_linear_rise_it_is_the_density_at_that_depth() {
+        let lattice = Lattice::new([DVec3::ZERO, DVec3::ONE], 100).unwrap();
+        // Along y nothing is stopped: it is the same all along.
+        let rise = Points(|p: DVec3| 18.0 * p.x.min(1.0 - p.x) - 0.18);
+        let expected = (2.0 * std::f64::consts::LN_2 * 18.0).sqrt();
+        let x = half_light(&rise, &lattice, 0.0).unwrap();
+        assert!(x > 0.6 && x < expected + 0.01, "{x}");
+        let most = stopped((0..100).map(|k| 0.18 * f64::from(k)), 0.01).unwrap();
+        assert!((most - expected).abs() < 1e-9, "{most} {expected}");
+        assert!(half_light(&Points(|_| 0.1), &lattice, 0.5).is_none());
+        assert!(half_light(&Points(|_| f64::NAN), &lattice, 0.5).is_none());
+        assert_eq!(half_light(&Points(|_| 7.0), &lattice, 0.5).unwrap(), 7.0);
+    }
+}
