@@ -34,7 +34,7 @@ pub(crate) enum Command {
     /// the simulated hardware
     Render(RenderArgs),
     /// Warp frames of a camera path from references, and render what those do not show
-    Warp(WarpArgs),
+    Warp(Box<WarpArgs>),
     /// Count what a scene's accesses do to memory and banks, beside the paper
     Characterise(CharacteriseArgs),
     /// Measure what accuracy costs in time

@@ -228,7 +228,7 @@ impl Rule {
             Angle::Subtended => subtended(reference, target),
             Angle::Half => ((reference - target).length() / 2.0 / depth).atan(),
         };
-        !(theta <= phi)
+        theta > phi || theta.is_nan()
     }
 }
 

@@ -102,8 +102,7 @@ pub fn reproject(reference: &Shaded, from: &Camera, to: &Camera) -> Warped {
                 let ray = base + transfer.across * (column as f64 + 0.5);
                 let point = ray * f64::from(*depth) + transfer.shift;
                 let near = point.z as f32;
-                // Not a number is not above another.
-                if !(near > 0.0) {
+                if near <= 0.0 || near.is_nan() {
                     continue;
                 }
                 let at = transfer.project(point);

@@ -78,8 +78,7 @@ impl<'a> Sampler<'a> {
     /// picture.
     fn around(&self, at: DVec2, depth: f64) -> Option<([(usize, f64); 4], f64)> {
         let point = self.back.point(at, depth);
-        // Not a number is not above another.
-        if !(point.z > 0.0) {
+        if point.z <= 0.0 || point.is_nan() {
             return None;
         }
         let picture = &self.reference.picture;
@@ -127,7 +126,7 @@ fn edges(reference: &Shaded) -> Vec<bool> {
     let steps = |a: usize, i: usize, b: usize| {
         // Void, and what is not known, is not near anything.
         let off = (depth(a) + depth(b)) / 2.0 - depth(i);
-        !(off.abs() <= STEP * depth(i))
+        off.is_nan() || off.abs() > STEP * depth(i)
     };
     (0..width * height)
         .into_par_iter()
