@@ -95,10 +95,14 @@ impl Warper<'_> {
                         }
                         (None, None) => false,
                     };
-                    let class = if void {
-                        Class::Void
-                    } else {
-                        Class::Disoccluded
+                    let rim = || {
+                        let known = known.as_ref().filter(|_| self.rule.render_edges);
+                        known.is_some_and(|depth| is_beside_surface(depth, to, i))
+                    };
+                    let class = match void {
+                        false => Class::Disoccluded,
+                        true if rim() => Class::Edge,
+                        true => Class::Void,
                     };
                     return (class, f32::INFINITY, 0);
                 };
@@ -184,6 +188,16 @@ impl Warper<'_> {
 fn centre(camera: &Camera, pixel: usize) -> DVec2 {
     let [x, y] = [pixel as u32 % camera.width, pixel as u32 / camera.width];
     DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)
+}
+
+/// Whether a neighbour of a pixel shows a surface: a geometry has no soft rim,
+/// the model may.
+fn is_beside_surface(depth: &[f32], camera: &Camera, pixel: usize) -> bool {
+    let (width, height) = (camera.width as usize, camera.height as usize);
+    let (x, y) = (pixel % width, pixel / width);
+    let rows = y.saturating_sub(1)..(y + 2).min(height);
+    rows.flat_map(|y| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| y * width + x))
+        .any(|i| is_surface(depth[i]))
 }
 
 /// The depth of what a pixel shows: what is known of it, or that of the point
