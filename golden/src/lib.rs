@@ -13,6 +13,7 @@ pub mod picture;
 pub mod scene;
 pub mod splats;
 pub mod streams;
+mod tiling;
 pub mod torch;
 pub mod trace;
 pub mod units;

@@ -10,7 +10,7 @@ use super::Traffic;
 use crate::camera::Camera;
 use crate::fields::coded::{CodedTable, Located};
 use crate::fields::{Field, FieldError, samples_of};
-use crate::streams::{RitReads, Streams, Visit};
+use crate::streams::{RitReads, Streams};
 
 /// Counts, for each side of ray groups, the samples of each ray up to where it
 /// stops in floating point, every MVoxel of a group loaded once.
@@ -83,16 +83,15 @@ fn count(
         })
         .collect();
     let table = &tables[number];
-    let tasks = table.gathers(eye, &located, config.gu.weight_bits).tasks;
+    let gathers = table.gathers(eye, &located);
     let mut found = Traffic::of(side, None);
-    found.mvoxels = tasks.len() as u64;
+    found.mvoxels = gathers.visits.len() as u64;
     let mut streams = Streams::default();
-    for task in &tasks {
-        let visit = Visit::of(task);
-        found.entries += visit.whole;
-        streams.visit(&visit, RitReads::of(config));
+    for visit in &gathers.visits {
+        found.entries += visit.whole + visit.split;
+        streams.visit(visit, RitReads::of(config));
     }
-    if table.is_scattered() {
+    if gathers.row_by_row {
         found.scattered = streams.mvoxels_read;
     }
     found.streams = streams;

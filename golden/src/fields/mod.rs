@@ -39,7 +39,7 @@ pub use march::{FieldFrame, render_float, samples_of};
 pub use mlp::{Layer, Mlp};
 pub use nodes::Nodes;
 pub use ray_stages::RayStages;
-pub use table::Table;
+pub use table::{HashUnit, Table};
 
 /// A radiance field.
 pub trait Field: Sync {

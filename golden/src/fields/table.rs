@@ -2,6 +2,7 @@
 //! volume whose vertices share entries by a hash, or of the fine cells of a tree.
 
 use glam::DVec3;
+use serde::Deserialize;
 
 use super::{FieldError, Nodes};
 
@@ -26,13 +27,49 @@ pub struct Table {
     values: Vec<f32>,
 }
 
+/// What has an entry of its own in a hashed table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HashUnit {
+    /// A vertex, as Instant-NGP has it.
+    #[default]
+    Vertex,
+    /// A block of 8 x 8 x 8 vertices, x fastest: an MVoxel. Which vertices
+    /// collide is another matter then, so that a model must be fitted so.
+    MVoxel,
+}
+
+impl HashUnit {
+    /// Vertices an edge of a block.
+    pub const BLOCK: usize = 8;
+    /// Rows of a block.
+    pub const BLOCK_ROWS: usize = Self::BLOCK.pow(3);
+
+    /// Its name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Vertex => "vertex",
+            Self::MVoxel => "mvoxel",
+        }
+    }
+
+    /// Rows that have an entry together.
+    const fn rows(self) -> usize {
+        match self {
+            Self::Vertex => 1,
+            Self::MVoxel => Self::BLOCK_ROWS,
+        }
+    }
+}
+
 /// Where vertices have their rows.
 #[derive(Debug, Clone, PartialEq)]
 enum Layout {
     /// One each, x fastest.
     Dense,
-    /// Any of so many, by a hash.
-    Hashed(usize),
+    /// Any of so many, by a hash of what has entries.
+    Hashed(usize, HashUnit),
     /// In the node of their coarse cell.
     Nodes(Nodes),
 }
@@ -42,7 +79,7 @@ impl Layout {
         match self {
             // At most 2^60.
             Self::Dense => points.iter().product(),
-            Self::Hashed(entries) => *entries,
+            Self::Hashed(rows, _) => *rows,
             Self::Nodes(nodes) => nodes.rows(),
         }
     }
@@ -51,7 +88,7 @@ impl Layout {
     const fn owner(&self) -> &'static str {
         match self {
             Self::Dense => "vertex",
-            Self::Hashed(_) => "entry",
+            Self::Hashed(..) => "entry",
             Self::Nodes(_) => "fine cell",
         }
     }
@@ -80,7 +117,30 @@ impl Table {
         channels: usize,
         values: Vec<f32>,
     ) -> Result<Self, FieldError> {
-        Self::checked(points, Layout::Hashed(entries), channels, values)
+        Self::hashed_by(HashUnit::Vertex, points, entries, channels, values)
+    }
+
+    /// A volume of `points` vertices along each axis that share `rows` of
+    /// `channels` values: a whole number of entries of `unit`. A block's entry is
+    /// that hash of its number along each axis.
+    ///
+    /// # Errors
+    /// As [`Table::hashed`].
+    pub fn hashed_by(
+        unit: HashUnit,
+        points: [usize; 3],
+        rows: usize,
+        channels: usize,
+        values: Vec<f32>,
+    ) -> Result<Self, FieldError> {
+        if !rows.is_multiple_of(unit.rows()) {
+            return Err(FieldError::Part {
+                part: "table.rows",
+                found: rows.to_string(),
+                expected: format!("a multiple of {}, the rows of an entry", unit.rows()),
+            });
+        }
+        Self::checked(points, Layout::Hashed(rows, unit), channels, values)
     }
 
     /// A two-level tree, a row a fine cell, whose value is that everywhere in
@@ -106,7 +166,7 @@ impl Table {
             })
         };
         let most = match layout {
-            Layout::Hashed(_) => MAX_HASHED_POINTS,
+            Layout::Hashed(..) => MAX_HASHED_POINTS,
             Layout::Dense | Layout::Nodes(_) => MAX_POINTS,
         };
         if points.iter().any(|p| !(1..=most).contains(p)) {
@@ -143,7 +203,16 @@ impl Table {
     /// Whether vertices share entries.
     #[must_use]
     pub const fn is_hashed(&self) -> bool {
-        matches!(self.layout, Layout::Hashed(_))
+        matches!(self.layout, Layout::Hashed(..))
+    }
+
+    /// What vertices share entries by, where they do.
+    #[must_use]
+    pub const fn hash_unit(&self) -> Option<HashUnit> {
+        match self.layout {
+            Layout::Hashed(_, unit) => Some(unit),
+            _ => None,
+        }
     }
 
     /// The nodes of a tree.
@@ -160,15 +229,24 @@ impl Table {
         self.values.len() / self.channels
     }
 
-    /// The row of a vertex in a hashed table of so many entries.
-    pub(super) fn hashed_row(vertex: [usize; 3], entries: usize) -> usize {
-        hash(vertex) as usize % entries
+    /// The row of a vertex in a hashed table of so many rows.
+    pub(super) fn hashed_row(unit: HashUnit, vertex: [usize; 3], rows: usize) -> usize {
+        match unit {
+            HashUnit::Vertex => hash(vertex) as usize % rows,
+            HashUnit::MVoxel => {
+                let edge = HashUnit::BLOCK;
+                let entries = rows / HashUnit::BLOCK_ROWS;
+                let entry = hash(vertex.map(|v| v / edge)) as usize % entries;
+                let [x, y, z] = vertex.map(|v| v % edge);
+                entry * HashUnit::BLOCK_ROWS + x + edge * (y + edge * z)
+            }
+        }
     }
 
     /// The row of values of a vertex, of a dense or hashed table.
     fn row(&self, vertex: [usize; 3]) -> usize {
         match self.layout {
-            Layout::Hashed(entries) => Self::hashed_row(vertex, entries),
+            Layout::Hashed(rows, unit) => Self::hashed_row(unit, vertex, rows),
             _ => vertex[0] + self.points[0] * (vertex[1] + self.points[1] * vertex[2]),
         }
     }

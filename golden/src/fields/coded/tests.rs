@@ -6,6 +6,7 @@ use rand::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 
 use super::*;
+use crate::tiling::Tiling;
 use crate::units::{Twins, Units as _};
 
 /// Lines, planes, a volume, and hashed ones, of components of their own.
@@ -53,6 +54,12 @@ fn samples(table: &Table, random: &mut Pcg64Mcg) -> (DVec3, Vec<Located>) {
     (eye, all)
 }
 
+fn distance(tiling: &Tiling, mvoxel: usize, eye: DVec3) -> u64 {
+    tiling
+        .seen_from(eye.to_array())
+        .distance(tiling.index(mvoxel))
+}
+
 fn configs() -> [Config; 2] {
     ["", "[mvoxel]\nrows = 32\n[gu]\nweight_bits = 8\n"]
         .map(|text| Config::from_toml(text, "test").unwrap())
@@ -71,7 +78,7 @@ fn twins_gather_what_floats_do() {
             let bits = bits(table, &config);
             let coded = CodedTable::new(table, &bits, &config).unwrap();
             let (eye, samples) = samples(table, &mut random);
-            let gathers = coded.gathers(eye, &samples, config.gu.weight_bits);
+            let gathers = coded.gathers(eye, &samples);
             let each: HashSet<_> = gathers.samples.iter().collect();
             assert_eq!(
                 (each.len(), gathers.samples.len()),
@@ -130,32 +137,32 @@ fn mvoxels_are_loaded_once_in_order() {
     for table in &tables(&mut random)[..3] {
         let config = Config::from_toml("[mvoxel]\nrows = 32\n", "test").unwrap();
         let coded = CodedTable::new(table, &bits(table, &config), &config).unwrap();
-        let CodedTable::Streaming(tiles) = &coded else {
+        let Order::Streaming(tiles) = coded.order() else {
             unreachable!("a dense table streams")
         };
+        let tiling = tiles.tiling();
+        let mvoxel_of = |at: &Located| tiling.locate(at.place.to_array()).mvoxel;
         let (eye, samples) = samples(table, &mut random);
-        let gathers = coded.gathers(eye, &samples, 15);
+        let gathers = coded.gathers(eye, &samples);
         let (mut loaded, mut last, mut from) = (HashSet::new(), 0, 0);
         for task in &gathers.tasks {
             let own = &gathers.samples[from..from + task.entries.len()];
             assert!(own.is_sorted());
             from += task.entries.len();
-            let (mvoxel, _) = tiles.entry(&samples[own[0] as usize], 15);
+            let mvoxel = mvoxel_of(&samples[own[0] as usize]);
             assert!(loaded.insert(mvoxel), "loaded once");
             assert!(tiles.rows(mvoxel).starts_with(&task.rows));
             // Up to the last row that is used, and no further.
             let top = task.vertices.count() - 1;
             let last_row = task.entries.iter().map(|e| usize::from(e.rows[top])).max();
             assert_eq!(task.rows.len(), (last_row.unwrap() + 1) * task.channels);
-            let distance = tiles.distance(mvoxel, eye);
+            let distance = distance(tiling, mvoxel, eye);
             assert!(distance >= last, "{distance} after {last}");
             last = distance;
         }
         assert!(loaded.len() > 5, "{}", loaded.len());
         for ray in samples.chunk_by(|a, b| a.slot == b.slot) {
-            let distances = ray
-                .iter()
-                .map(|at| tiles.distance(tiles.entry(at, 15).0, eye));
+            let distances = ray.iter().map(|at| distance(tiling, mvoxel_of(at), eye));
             assert!(distances.is_sorted());
         }
     }
@@ -169,9 +176,9 @@ fn scattered_rows_are_fetched_once_a_task() {
     let config = Config::from_toml("[mvoxel]\nrows = 32\n", "test").unwrap();
     for table in &tables(&mut random)[3..] {
         let coded = CodedTable::new(table, &bits(table, &config), &config).unwrap();
-        assert!(coded.is_scattered());
+        assert!(matches!(coded.order(), Order::Scattered(_)));
         let (eye, samples) = samples(table, &mut random);
-        let gathers = coded.gathers(eye, &samples, 15);
+        let gathers = coded.gathers(eye, &samples);
         assert!(gathers.samples.iter().copied().eq(0..samples.len() as u32));
         let rows_of = |sample: usize| {
             let mut rows = HashSet::new();
@@ -223,21 +230,4 @@ fn units_that_cannot_gather_are_refused_by_field() {
     let odd = Table::new([3, 1, 6], 1, vec![0.0; 18]).unwrap();
     let error = CodedTable::new(&odd, &[8], &Config::paper()).unwrap_err();
     assert!(error.to_string().contains("table.points"), "{error}");
-}
-
-/// By hand: MVoxels of 3 x 3 x 3 vertices, and the sum of their indices'
-/// distances.
-#[test]
-fn distances_are_those_of_manhattan() {
-    let config = Config::from_toml("[mvoxel]\nrows = 32\n", "test").unwrap();
-    let table = Table::new([9; 3], 1, vec![0.0; 729]).unwrap();
-    let coded = CodedTable::new(&table, &[8], &config).unwrap();
-    let CodedTable::Streaming(tiles) = &coded else {
-        unreachable!("a dense table streams")
-    };
-    assert_eq!(tiles.counts(), [4; 3]);
-    // From the MVoxel (0, 1, 3) to (2, 3, 1), and from one outside, (-2, 0, 0).
-    let to = 2 + 4 * (3 + 4);
-    assert_eq!(tiles.distance(to, DVec3::new(1.0, 2.0, 7.9)), 2 + 2 + 2);
-    assert_eq!(tiles.distance(to, DVec3::new(-3.5, 0.0, 0.0)), 4 + 3 + 1);
 }
