@@ -7,17 +7,18 @@ use potamoi_formats::config::Config;
 use potamoi_golden::fields::{Field, FixedField, FixedOptions};
 use potamoi_golden::scene::{Model, Scene};
 use potamoi_golden::units::Twins;
-use potamoi_golden::voxels::FixedFrame;
+use potamoi_golden::voxels::{FixedFrame, FixedStats, Halo};
 
 /// A checkpoint of TensoRF and two snapshots of Instant-NGP, which other
 /// programs wrote (tools/torch-fixtures, tools/ngp-fixtures), a built-in scene as
-/// a tree of EfficientNeRF, and the least PSNR of the fixed-point picture against
+/// a tree of EfficientNeRF and as Instant-NGP hashed by MVoxel, and the least PSNR of the fixed-point picture against
 /// the float one, over covered pixels, in dB.
-const SCENES: [(&str, f64); 4] = [
+const SCENES: [(&str, f64); 5] = [
     ("tensorf/tiny.th", 75.0),
     ("ngp/cube.ingp", 65.0),
     ("ngp/cascades.ingp", 75.0),
     ("cairn:efficientnerf", 75.0),
+    ("cairn:ngp-mvoxel", 55.0),
 ];
 
 fn scene(name: &str, side: u32) -> Scene {
@@ -48,7 +49,11 @@ fn field(scene: &Scene) -> &dyn Field {
 }
 
 fn render(scene: &Scene, config: &Config, options: &FixedOptions) -> FixedFrame {
-    let made = FixedField::new(field(scene), config).unwrap();
+    render_with(scene, config, options, Halo::Shared)
+}
+
+fn render_with(scene: &Scene, config: &Config, options: &FixedOptions, halo: Halo) -> FixedFrame {
+    let made = FixedField::with_halo(field(scene), config, halo).unwrap();
     let mut twins = Twins::new(config);
     let frame = made.render(scene.camera(), options, &mut twins).unwrap();
     assert_eq!(twins.gather_flags(), 0);
@@ -75,8 +80,11 @@ fn pictures_stay_next_to_float_ones() {
         println!("{name}: {psnr:.1} dB over covered pixels");
         assert!(psnr > least, "{name}: {psnr}");
         assert!(fixed.counts.feature_vectors > 1000);
-        let scattered = name.starts_with("ngp") || name.starts_with("compact");
-        assert_eq!(fixed.counts.scattered_bytes > 0, scattered, "{name}");
+        // Hashed by MVoxel, it depends on the frame.
+        if !name.ends_with("mvoxel") {
+            let scattered = name.starts_with("ngp") || name.starts_with("compact");
+            assert_eq!(fixed.counts.scattered_bytes > 0, scattered, "{name}");
+        }
     }
 }
 
@@ -117,6 +125,92 @@ fn the_picture_depends_neither_on_ray_groups_nor_on_batches() {
     }
 }
 
+/// Nothing is stored twice, a sample has an entry in each MVoxel that holds
+/// vertices of it, and the picture is the same bit for bit: of volumes, planes
+/// and lines, with the preset's rows and with fewer.
+#[test]
+fn split_halos_give_the_picture_of_shared_ones_for_every_ray_group() {
+    for (name, rows) in [
+        ("tensorf/tiny.th", 512),
+        ("tensorf/tiny.th", 32),
+        ("ngp/cube.ingp", 512),
+        ("ngp/cascades.ingp", 64),
+        ("cairn:ngp-mvoxel", 512),
+    ] {
+        let mut config = config();
+        config.mvoxel.rows = rows;
+        let scene = scene(name, 22);
+        let expected = render(&scene, &config, &FixedOptions::default());
+        for (side, batch) in [(1, 1), (16, 1), (7, 1000), (22, 5000), (1000, 1 << 18)] {
+            let options = FixedOptions {
+                group_side: Some(side),
+                batch_entries: batch,
+                ..FixedOptions::default()
+            };
+            let [shared, split] = [Halo::Shared, Halo::Split]
+                .map(|halo| render_with(&scene, &config, &options, halo));
+            for frame in [&shared, &split] {
+                assert_eq!(frame.picture, expected.picture, "{name}, {side}, {batch}");
+                assert_eq!(frame.transmittance, expected.transmittance);
+            }
+            let [shared, split] = [shared.stats, split.stats];
+            assert_eq!(shared.stopped, split.stopped);
+            assert_eq!(shared.composited, split.composited);
+            // Blocks of a hash store nothing twice with either.
+            if !name.ends_with("mvoxel") {
+                assert_eq!((shared.split_entries, shared.waiting), (0, 0));
+                assert!(
+                    split.split_entries > 0 && split.waiting > 0,
+                    "{name}, {side}"
+                );
+                assert!(split.streams.partial_sums > 0);
+            }
+            assert!(split.entries > shared.entries, "{name}, {side}");
+            // Of every table, the same samples, once each.
+            let samples = |s: &FixedStats| {
+                let all = s.orders.iter().map(|o| o.streamed + o.row_by_row);
+                all.collect::<Vec<_>>()
+            };
+            assert_eq!(samples(&shared), samples(&split));
+        }
+    }
+}
+
+/// Tables hashed by MVoxel stream where a batch uses enough of each, and revert
+/// where it does not; the picture is the same, and no more rows are loaded than
+/// either order needs.
+#[test]
+fn tables_hashed_by_mvoxel_revert_where_mvoxels_are_under_used() {
+    let config = config();
+    let scene = scene("cairn:ngp-mvoxel", 64);
+    let large = FixedOptions {
+        batch_entries: usize::MAX,
+        ..FixedOptions::default()
+    };
+    let small = FixedOptions {
+        group_side: Some(2),
+        batch_entries: 1,
+        ..FixedOptions::default()
+    };
+    let [large, small] = [large, small].map(|options| render(&scene, &config, &options));
+    assert_eq!(large.picture, small.picture);
+    let reverts = [&large, &small].map(|frame| frame.stats.reverts_from());
+    println!("{reverts:?}, {:?}", large.stats.orders);
+    // Of a ray or two, an MVoxel is never worth its rows.
+    let hashed = field(&scene).tables().iter().position(|t| t.is_hashed());
+    assert_eq!(reverts[1], hashed.map(|first| first + 1));
+    assert!(
+        reverts[0] > reverts[1] || reverts[0].is_none(),
+        "{reverts:?}"
+    );
+    // Rows that hold no block: no order but one.
+    let mut narrow = config.clone();
+    narrow.mvoxel.rows = 256;
+    let frame = render(&scene, &narrow, &FixedOptions::default());
+    assert_eq!(frame.picture, large.picture);
+    assert_eq!(frame.stats.reverts_from(), reverts[1]);
+}
+
 /// Counts add up: every sample that is gathered has an entry in each table.
 #[test]
 fn counts_are_those_of_the_tables() {
@@ -130,6 +224,15 @@ fn counts_are_those_of_the_tables() {
         };
         let stats = render(&scene, &config, &options).stats;
         let tables = field.tables();
+        if name.ends_with("mvoxel") {
+            // An entry in each MVoxel that holds vertices.
+            let whole = stats.entries - stats.split_entries;
+            assert_eq!(stats.features, 4 * whole);
+            assert_eq!(stats.streams.partial_sums, 4 * 4 * stats.split_entries);
+            assert_eq!(stats.streams.rit_written, 48 * stats.entries);
+            assert!(stats.split_entries > 0 && stats.held == 0);
+            continue;
+        }
         let samples = stats.entries / tables.len() as u64;
         assert_eq!(stats.entries, samples * tables.len() as u64);
         assert_eq!(stats.features, samples * field.channels() as u64);

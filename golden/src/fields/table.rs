@@ -392,6 +392,22 @@ mod tests {
         assert!(table.is_hashed());
     }
 
+    /// By hand: the blocks of vertices (3, 41, 58) and (10, 0, 7) are (0, 5, 7) and
+    /// (1, 0, 0).
+    #[test]
+    fn blocks_hash_as_one() {
+        let rows = 4 * HashUnit::BLOCK_ROWS;
+        let by = |rows| Table::hashed_by(HashUnit::MVoxel, [99; 3], rows, 1, vec![0.0; rows]);
+        let table = by(rows).unwrap();
+        assert_eq!(table.hash_unit(), Some(HashUnit::MVoxel));
+        // 5 x ..b1 and 7 x ..95 modulo 4: 1 and 3.
+        let entry = 1 ^ 3;
+        assert_eq!(table.row([3, 41, 58]), 512 * entry + 3 + 8 * (1 + 8 * 2));
+        assert_eq!(table.row([10, 0, 7]), 512 + 2 + 8 * (8 * 7));
+        let error = by(rows + 8).unwrap_err().to_string();
+        assert!(error.contains("a multiple of 512"), "{error}");
+    }
+
     /// In a table of one entry all vertices collide: the interpolation is
     /// that entry everywhere. In one of two, the weights of the even and of
     /// the odd vertices (all primes are odd).

@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::SceneError;
+use crate::fields::HashUnit;
 
 /// The largest description, in bytes.
 const LIMIT: u64 = 1 << 20;
@@ -58,6 +59,8 @@ pub(super) enum ModelDescription {
     Ngp {
         /// Its `.ingp` or `.msgpack`, from the description's folder.
         path: PathBuf,
+        /// What has an entry of a hashed level; what the file says unless given.
+        hash_unit: Option<HashUnit>,
     },
     /// A DirectVoxGO checkpoint.
     Dvgo {
@@ -150,7 +153,7 @@ pub(super) struct RenderDescription {
     pub(super) group_tiles: Option<[u32; 2]>,
     /// Pixels a side of a ray group, for voxels.
     pub(super) group_side: Option<u32>,
-    /// How MVoxels share vertices, for voxels: shared or split.
+    /// How MVoxels share vertices, for voxels and fields: shared or split.
     pub(super) halo: Option<String>,
     /// Voxel edges from sample to sample, for voxels.
     pub(super) step: Option<f64>,

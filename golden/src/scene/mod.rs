@@ -35,6 +35,7 @@ use crate::voxels::{Grid, Halo};
 
 /// Kinds of [`Model::Field`].
 const NGP: &str = "Instant-NGP";
+const NGP_MVOXEL: &str = "Instant-NGP, hashed by MVoxel";
 const EFFICIENT_NERF: &str = "EfficientNeRF";
 
 /// What is shown.

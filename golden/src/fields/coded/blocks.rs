@@ -61,16 +61,24 @@ impl BlockTable {
     }
 
     pub(super) fn gathers(&self, eye: DVec3, samples: &[Located], weight_bits: u32) -> Gathers {
-        let reverted = self.scattered.gathers(samples, weight_bits);
         if !self.streams {
-            return reverted;
+            return self.scattered.gathers(samples, weight_bits);
         }
-        let streamed = self.streamed(eye, samples, weight_bits);
+        let [streamed, reverted] = self.orders(eye, samples, weight_bits);
         if streamed.rows() > reverted.rows() {
             reverted
         } else {
             streamed
         }
+    }
+
+    /// Both: MVoxel by MVoxel, and in the order of the samples.
+    #[must_use]
+    pub fn orders(&self, eye: DVec3, samples: &[Located], weight_bits: u32) -> [Gathers; 2] {
+        [
+            self.streamed(eye, samples, weight_bits),
+            self.scattered.gathers(samples, weight_bits),
+        ]
     }
 
     /// MVoxel by MVoxel, however few of their rows are used.

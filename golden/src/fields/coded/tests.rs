@@ -79,6 +79,7 @@ fn twins_gather_what_floats_do() {
             let coded = CodedTable::new(table, &bits, &config).unwrap();
             let (eye, samples) = samples(table, &mut random);
             let gathers = coded.gathers(eye, &samples);
+            assert!(gathers.parted.samples.is_empty());
             let each: HashSet<_> = gathers.samples.iter().collect();
             assert_eq!(
                 (each.len(), gathers.samples.len()),
@@ -230,4 +231,93 @@ fn units_that_cannot_gather_are_refused_by_field() {
     let odd = Table::new([3, 1, 6], 1, vec![0.0; 18]).unwrap();
     let error = CodedTable::new(&odd, &[8], &Config::paper()).unwrap_err();
     assert!(error.to_string().contains("table.points"), "{error}");
+}
+
+/// The codes of every sample, by carrying out what was planned.
+fn carried_out(coded: &CodedTable, gathers: &Gathers, samples: usize, config: &Config) -> Vec<i16> {
+    let width = coded.channels();
+    let mut found = vec![None; samples];
+    let mut units = Twins::new(config);
+    let mut stats = FixedStats::default();
+    coded
+        .carry_out(gathers, &mut units, &mut stats, |sample, codes| {
+            assert_eq!(found[sample as usize].replace(codes.to_vec()), None);
+        })
+        .unwrap();
+    assert_eq!(units.gather_flags(), 0);
+    assert_eq!(stats.tasks, gathers.mvoxels() as u64);
+    let moved = 2 * gathers.rows() * width as u64;
+    assert_eq!(stats.streams.mvoxels_read, moved);
+    assert_eq!(
+        stats.scattered_bytes,
+        if gathers.row_by_row { moved } else { 0 }
+    );
+    let sums = 4 * stats.split_entries * width as u64;
+    assert_eq!(stats.streams.partial_sums, sums);
+    assert_eq!(stats.waiting > 0, stats.split_entries > 0);
+    found.into_iter().flat_map(Option::unwrap).collect()
+}
+
+/// Lines, planes and volumes give the same codes with both halos, and MVoxels
+/// that share nothing load no more rows in all than there are.
+#[test]
+fn split_halos_gather_what_shared_ones_do() {
+    let mut random = Pcg64Mcg::seed_from_u64(24);
+    for table in &tables(&mut random)[..3] {
+        for config in configs() {
+            let bits = bits(table, &config);
+            let (eye, samples) = samples(table, &mut random);
+            let [shared, split] = [Halo::Shared, Halo::Split].map(|halo| {
+                let coded = CodedTable::with_halo(table, &bits, &config, halo).unwrap();
+                let gathers = coded.gathers(eye, &samples);
+                let codes = carried_out(&coded, &gathers, samples.len(), &config);
+                (codes, gathers)
+            });
+            assert_eq!(shared.0, split.0);
+            assert!(split.1.rows() <= table.rows() as u64);
+            assert!(!split.1.parted.samples.is_empty());
+        }
+    }
+}
+
+/// A volume hashed by MVoxel gives the same codes in both orders, those of the
+/// float gathering within a code, and takes the order with fewer rows.
+#[test]
+fn blocks_give_the_same_codes_in_either_order() {
+    let mut random = Pcg64Mcg::seed_from_u64(25);
+    let rows = 3 * HashUnit::BLOCK_ROWS;
+    let values = (0..rows * 4).map(|_| random.random_range(-1.0..1.0));
+    let values = values.collect();
+    let table = Table::hashed_by(HashUnit::MVoxel, [45; 3], rows, 4, values).unwrap();
+    let config = &configs()[0];
+    let frac = finest_of([&table], |_| true, config, "test").unwrap();
+    let coded = CodedTable::new(&table, &[frac; 4], config).unwrap();
+    let Order::Blocks(blocks) = coded.order() else {
+        unreachable!("a table of blocks")
+    };
+    let (eye, many) = samples(&table, &mut random);
+    for (samples, streams) in [(&many[..], true), (&many[..20], false)] {
+        let orders = blocks.orders(eye, samples, 15);
+        let [streamed, single] = orders.each_ref().map(|gathers| {
+            assert_eq!(gathers.parted.samples.is_empty(), gathers.row_by_row);
+            carried_out(&coded, gathers, samples.len(), config)
+        });
+        assert_eq!(streamed, single);
+        let taken = coded.gathers(eye, samples);
+        let fewest = orders.iter().map(Gathers::rows).min();
+        assert_eq!(Some(taken.rows()), fewest);
+        assert_eq!(taken.row_by_row, !streams, "{fewest:?}");
+        let mut exact = [0.0; 4];
+        for (at, codes) in samples.iter().zip(streamed.chunks_exact(4)) {
+            table.gather(at.place, &mut exact);
+            for (code, exact) in codes.iter().zip(exact) {
+                // As in the bound above: a span of at most 2, three axes.
+                let scale = 2f64.powi(frac as i32);
+                let off = (f64::from(*code) - exact * scale).abs();
+                let bound =
+                    1.0 + (3.0 * 2f64.powi(-13) + 3.5 * 2f64.powi(-15)) * (2.0 * scale + 1.0);
+                assert!(off <= bound + 6.1 * scale * 2f64.powi(-13), "{off}");
+            }
+        }
+    }
 }

@@ -75,8 +75,15 @@ impl Gathers {
         }
     }
 
+    /// MVoxels, or tasks where rows are fetched as samples need them.
+    #[must_use]
+    pub fn mvoxels(&self) -> usize {
+        self.visits.len()
+    }
+
     /// Rows that are loaded.
-    pub(super) fn rows(&self) -> u64 {
+    #[must_use]
+    pub fn rows(&self) -> u64 {
         self.visits.iter().map(|visit| visit.rows).sum()
     }
 
