@@ -64,6 +64,9 @@ pub(crate) struct Tiling {
     points: [usize; 3],
     edge: [usize; 3],
     halo: Halo,
+    /// From MVoxel to MVoxel in vertices: cells an edge whose vertices one MVoxel
+    /// holds, or vertices an edge where the halo is split.
+    stride: [usize; 3],
     counts: [usize; 3],
 }
 
@@ -111,15 +114,20 @@ impl Tiling {
     /// MVoxels of at most `edge` vertices along each axis, 2 or more where there
     /// are as many points.
     pub(crate) fn new(points: [usize; 3], edge: [usize; 3], halo: Halo) -> Self {
+        let stride = match halo {
+            Halo::Shared => edge.map(|edge| (edge - 1).max(1)),
+            Halo::Split => edge,
+        };
         let along = |axis: usize| match (points[axis], halo) {
             (1, _) => 1,
-            (points, Halo::Shared) => (points - 1).div_ceil(edge[axis] - 1),
-            (points, Halo::Split) => points.div_ceil(edge[axis]),
+            (points, Halo::Shared) => (points - 1).div_ceil(stride[axis]),
+            (points, Halo::Split) => points.div_ceil(stride[axis]),
         };
         Self {
             points,
             edge,
             halo,
+            stride,
             counts: [0, 1, 2].map(along),
         }
     }
@@ -148,13 +156,8 @@ impl Tiling {
         self.counts.iter().product()
     }
 
-    /// From MVoxel to MVoxel in vertices: cells an edge whose vertices one MVoxel
-    /// holds, or vertices an edge where the halo is split.
-    pub(crate) fn stride(&self) -> [usize; 3] {
-        match self.halo {
-            Halo::Shared => self.edge.map(|edge| (edge - 1).max(1)),
-            Halo::Split => self.edge,
-        }
+    pub(crate) const fn stride(&self) -> [usize; 3] {
+        self.stride
     }
 
     pub(crate) const fn number(&self, [x, y, z]: [usize; 3]) -> usize {
@@ -168,8 +171,8 @@ impl Tiling {
 
     /// The vertex that is an MVoxel's first.
     pub(crate) fn first(&self, mvoxel: usize) -> [usize; 3] {
-        let (index, stride) = (self.index(mvoxel), self.stride());
-        [0, 1, 2].map(|axis| index[axis] * stride[axis])
+        let index = self.index(mvoxel);
+        [0, 1, 2].map(|axis| index[axis] * self.stride[axis])
     }
 
     /// Vertices along each axis of an MVoxel: fewer than an edge at the upper
@@ -197,9 +200,8 @@ impl Tiling {
     /// The MVoxel that owns a cell, given by its lowest vertex, and the cell's
     /// lowest vertex from the MVoxel's first.
     pub(crate) fn owner(&self, low: [usize; 3]) -> (usize, [usize; 3]) {
-        let stride = self.stride();
-        let number = self.number([0, 1, 2].map(|axis| low[axis] / stride[axis]));
-        (number, [0, 1, 2].map(|axis| low[axis] % stride[axis]))
+        let number = self.number([0, 1, 2].map(|axis| low[axis] / self.stride[axis]));
+        (number, [0, 1, 2].map(|axis| low[axis] % self.stride[axis]))
     }
 
     /// The owner of a place in vertices, held to them and rounded to 12 fraction
@@ -235,6 +237,9 @@ impl Tiling {
     /// The axes, by bit, along which the far vertices of a place's cell lie in
     /// the next MVoxel; none where faces are shared.
     pub(crate) fn straddles(&self, place: &Place) -> usize {
+        if self.halo == Halo::Shared {
+            return 0;
+        }
         let over =
             |axis: &usize| self.points[*axis] > 1 && place.local[*axis] + 1 == self.edge[*axis];
         (0..3).filter(over).fold(0, |bits, axis| bits | 1 << axis)
