@@ -55,10 +55,8 @@ fn other_algorithms_agree_in_every_bit_and_cycle() {
     let fixtures = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/tests/fixtures");
     let file = |name: &str| fixtures.join(name).display().to_string();
     let split = folder.path().join("split.toml");
-    let text = format!(
-        "[model]\nkind = \"tensorf\"\npath = {:?}\n[render]\nhalo = \"split\"\n",
-        file("tensorf/tiny.th")
-    );
+    let text = "[model]\nkind = \"builtin\"\nname = \"cairn\"\nrepresentation = \"tensorf\"\n\
+                [render]\nhalo = \"split\"\n";
     std::fs::write(&split, text).unwrap();
     for (scene, width) in [
         (file("tensorf/tiny.th"), "32"),

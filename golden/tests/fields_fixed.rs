@@ -131,9 +131,9 @@ fn the_picture_depends_neither_on_ray_groups_nor_on_batches() {
 #[test]
 fn split_halos_give_the_picture_of_shared_ones_for_every_ray_group() {
     for (name, rows) in [
-        ("tensorf/tiny.th", 512),
+        ("cairn:tensorf", 512),
         ("tensorf/tiny.th", 32),
-        ("ngp/cube.ingp", 512),
+        ("ngp/cube.ingp", 64),
         ("ngp/cascades.ingp", 64),
         ("cairn:ngp-mvoxel", 512),
     ] {
