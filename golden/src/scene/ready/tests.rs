@@ -10,7 +10,7 @@ use crate::units::Twins;
 
 /// Decibels, in the order of [`Representation::ALL`].
 const FLOORS: [f64; 7] = [41.2, 40.5, 40.2, 43.3, 19.5, 0.0, 0.0];
-const MVOXEL_FLOOR: f64 = 30.0;
+const MVOXEL_FLOOR: f64 = 44.3;
 /// Stored models, bytes in all.
 const MOST_BYTES: u64 = 20 << 20;
 
