@@ -94,7 +94,8 @@ pub(super) fn with_entries(table: &Table, most: usize) -> Result<TableShape, Fie
     let (points, channels) = (table.points(), table.channels());
     let vertices = points.iter().map(|p| *p as u128).product::<u128>();
     if vertices > most as u128 {
-        TableShape::hashed(points, most, channels)
+        let unit = table.hash_unit().unwrap_or_default();
+        TableShape::hashed_by(unit, points, most, channels)
     } else {
         TableShape::dense(points, channels)
     }

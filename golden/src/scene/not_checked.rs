@@ -70,7 +70,7 @@ impl Scene {
                 COMPOSITING,
             ],
             Model::Field(field) => match field.kind() {
-                super::NGP => &[
+                super::NGP | super::NGP_MVOXEL => &[
                     INDEXING,
                     HASHES,
                     OCCUPANCY,
@@ -101,7 +101,7 @@ impl Scene {
         let (assumed, ignored) = match &self.model {
             Model::Dvgo(field) => (Some(field.assumed()), field.ignored()),
             Model::Tensorf(field) => (None, field.ignored()),
-            Model::Field(field) if field.kind() == super::NGP => {
+            Model::Field(field) if [super::NGP, super::NGP_MVOXEL].contains(&field.kind()) => {
                 all.push(SNAPSHOT.to_owned());
                 return;
             }
