@@ -131,6 +131,7 @@ mod tests {
     fn places_keep_their_share_of_a_table() {
         for (name, size) in [
             ("moons:ngp", Size::Entries(1 << 19)),
+            ("cairn:ngp-mvoxel", Size::Entries(1 << 19)),
             ("moons:efficientnerf", Size::Cells(96)),
             ("moons:tensorf", Size::Points(300)),
         ] {
@@ -153,6 +154,9 @@ mod tests {
                     let last = DVec3::from(other.points().map(|p| p as f64));
                     assert!(place.cmple(last + 1e-9).all(), "{name} {place} {last}");
                     assert_eq!(own.vertices(), other.vertices());
+                    if other.is_hashed() {
+                        assert_eq!(own.hash_unit(), other.hash_unit());
+                    }
                     other.corners(place, |row, _| {
                         assert!(row < other.rows());
                         read += 1;

@@ -114,11 +114,17 @@ mod tests {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/fields.toml");
         let text = std::fs::read_to_string(path).unwrap();
         let config = Config::from_toml(&text, "fields").unwrap();
-        for name in ["ngp/cube.ingp", "tensorf/tiny.th"] {
+        for name in [
+            "ngp/cube.ingp",
+            "tensorf/tiny.th",
+            "cairn:efficientnerf",
+            "cairn:ngp-mvoxel",
+        ] {
             let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
                 .join("tests/fixtures")
                 .join(name);
-            let mut scene = Scene::open(path.to_str().unwrap()).unwrap();
+            let file = path.to_str().filter(|_| path.exists());
+            let mut scene = Scene::open(file.unwrap_or(name)).unwrap();
             scene.set_size(Some(20), None).unwrap();
             let field: &dyn Field = match scene.model() {
                 Model::Tensorf(field) => &**field,

@@ -216,3 +216,34 @@ impl TableShape {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// Rows are read by the hash of the shape's own unit.
+    #[test]
+    fn hashed_rows_are_those_of_the_unit() {
+        let rows = 4 * HashUnit::BLOCK_ROWS;
+        for unit in [HashUnit::Vertex, HashUnit::MVoxel] {
+            let shape = TableShape::hashed_by(unit, [99; 3], rows, 2).unwrap();
+            assert_eq!((shape.hash_unit(), shape.rows()), (Some(unit), rows));
+            assert!(shape.is_hashed());
+            let mut read = vec![];
+            shape.corners(DVec3::new(7.5, 40.25, 58.0), |row, _| read.push(row));
+            let vertex = |c: usize| [7 + (c & 1), 40 + (c >> 1 & 1), 58 + (c >> 2)];
+            let expected: Vec<usize> = (0..8).map(|c| unit.row(vertex(c), rows)).collect();
+            assert_eq!(read, expected, "{unit:?}");
+        }
+        assert_eq!(TableShape::dense([2; 3], 1).unwrap().hash_unit(), None);
+    }
+
+    #[test]
+    fn a_part_of_an_entry_is_refused() {
+        let rows = 4 * HashUnit::BLOCK_ROWS + 8;
+        let error = TableShape::hashed_by(HashUnit::MVoxel, [99; 3], rows, 1).unwrap_err();
+        assert!(error.to_string().contains("a multiple of 512"), "{error}");
+        assert!(TableShape::hashed_by(HashUnit::Vertex, [99; 3], rows, 1).is_ok());
+    }
+}

@@ -65,6 +65,9 @@ proptest! {
         let mut found = HashMap::new();
         for holder in split.holders(&there) {
             let (own, held) = split.part_rows(&there, holder);
+            let here = (0..1usize << axes).filter(|c| held >> c & 1 == 1);
+            let last = here.map(|corner| own[corner]).max();
+            prop_assert_eq!(Some(split.last_row(&there, holder)), last);
             for corner in (0..1 << axes).filter(|c| held >> c & 1 == 1) {
                 let code = parts[holder.mvoxel][usize::from(own[corner])];
                 prop_assert_eq!(found.insert(corner, code), None);
@@ -75,7 +78,10 @@ proptest! {
         for (corner, code) in found {
             prop_assert_eq!(rows[here.mvoxel][usize::from(whole[corner])], code);
         }
-        let (again, held) = shared.part_rows(&here, shared.holders(&here).next().unwrap());
+        let owner = shared.holders(&here).next().unwrap();
+        let last = whole[..1 << axes].iter().copied().max();
+        prop_assert_eq!(Some(shared.last_row(&here, owner)), last);
+        let (again, held) = shared.part_rows(&here, owner);
         prop_assert_eq!((again, held), (whole, u8::MAX));
     }
 }

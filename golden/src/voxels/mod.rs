@@ -19,7 +19,6 @@ mod split;
 mod tests;
 
 pub use crate::tiling::{Halo, Holder, Place};
-pub(crate) use crate::tiling::{cube_edge, position_code};
 pub(crate) use composite::{Compositor, Work};
 pub use error::VoxelError;
 pub use fixed::{
@@ -27,7 +26,6 @@ pub use fixed::{
 };
 pub(crate) use fixed::{check_background, gather, place};
 pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float, render_masked};
-pub(crate) use formats::FRACTION_BITS;
 pub use formats::{Formats, TRANSMITTANCE};
 pub use grid::{Grid, Layout, MAX_POINTS, MAX_VALUES};
 pub use head::{Head, Lanes, Opacities};

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::scattered::{Held, ScatteredTable};
 use super::CodedTable;
+use super::scattered::{Held, ScatteredTable};
 use crate::streams::{Streams, Visit};
 use crate::tiling::{Place, Tiling};
 

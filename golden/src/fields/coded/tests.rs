@@ -6,6 +6,8 @@ use rand::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 
 use super::*;
+use crate::fields::Nodes;
+use crate::streams::Streams;
 use crate::tiling::Tiling;
 use crate::units::{Twins, Units as _};
 
@@ -321,4 +323,58 @@ fn blocks_give_the_same_codes_in_either_order() {
             }
         }
     }
+}
+
+/// Without gathers a batch is counted as with them: with both halos, row by row,
+/// of blocks in either order, and of a tree where some samples have no node.
+#[test]
+fn batches_are_counted_as_they_are_gathered() {
+    let mut random = Pcg64Mcg::seed_from_u64(26);
+    let mut all = tables(&mut random);
+    let rows = 3 * HashUnit::BLOCK_ROWS;
+    let blocks = Table::hashed_by(HashUnit::MVoxel, [16; 3], rows, 4, vec![0.5; rows * 4]);
+    all.push(blocks.unwrap());
+    let nodes = Nodes::new([9; 3], 2, |[x, y, z]| (x + y + z) % 3 > 0);
+    let fine = nodes.rows();
+    all.push(Table::tree(nodes, 3, vec![0.5; fine * 3]).unwrap());
+    let (mut split, mut orders) = (0, HashSet::new());
+    for (number, table) in all.iter().enumerate() {
+        let (eye, samples) = samples(table, &mut random);
+        for (config, halo) in configs()
+            .iter()
+            .flat_map(|config| [Halo::Shared, Halo::Split].map(|halo| (config, halo)))
+        {
+            let bits = vec![0; table.channels()];
+            let coded = CodedTable::with_halo(table, &bits, config, halo).unwrap();
+            for many in [samples.len(), 20, 0] {
+                let gathers = coded.gathers(eye, &samples[..many]);
+                let (mut entries, mut streams) = (0, Streams::default());
+                for visit in &gathers.visits {
+                    entries += visit.whole + visit.split;
+                    split += visit.split;
+                    streams.visit(visit, RitReads::of(config));
+                }
+                let scattered = if gathers.row_by_row {
+                    streams.mvoxels_read
+                } else {
+                    0
+                };
+                let expected = Counted {
+                    tasks: gathers.mvoxels() as u64,
+                    entries,
+                    streams,
+                    scattered,
+                };
+                let mut count = BatchCount::new(&coded);
+                for at in &samples[..many] {
+                    count.sample(at.place);
+                }
+                assert_eq!(count.done(), expected, "table {number}, {halo:?}, {many}");
+                orders.insert((number, scattered > 0));
+            }
+        }
+    }
+    assert!(split > 1000, "{split}");
+    // Blocks are gathered in both orders.
+    assert!(orders.contains(&(6, false)) && orders.contains(&(6, true)));
 }
