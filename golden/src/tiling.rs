@@ -98,6 +98,7 @@ pub(crate) fn edges(points: [usize; 3], rows: u32) -> Option<[usize; 3]> {
 
 /// The lowest vertex of the cell of a place in vertices, held within `points` of
 /// them, and how far through the cell it is: U1.12, 1 only on the upper faces.
+#[inline]
 pub(crate) fn cell(points: [usize; 3], place: [f64; 3]) -> ([usize; 3], [u16; 3]) {
     let (mut low, mut fraction) = ([0; 3], [0; 3]);
     for axis in 0..3 {
@@ -156,20 +157,24 @@ impl Tiling {
         self.counts.iter().product()
     }
 
+    #[inline]
     pub(crate) const fn stride(&self) -> [usize; 3] {
         self.stride
     }
 
+    #[inline]
     pub(crate) const fn number(&self, [x, y, z]: [usize; 3]) -> usize {
         x + self.counts[0] * (y + self.counts[1] * z)
     }
 
+    #[inline]
     pub(crate) const fn index(&self, mvoxel: usize) -> [usize; 3] {
         let [x, y, _] = self.counts;
         [mvoxel % x, mvoxel / x % y, mvoxel / (x * y)]
     }
 
     /// The vertex that is an MVoxel's first.
+    #[inline]
     pub(crate) fn first(&self, mvoxel: usize) -> [usize; 3] {
         let index = self.index(mvoxel);
         [0, 1, 2].map(|axis| index[axis] * self.stride[axis])
@@ -177,6 +182,7 @@ impl Tiling {
 
     /// Vertices along each axis of an MVoxel: fewer than an edge at the upper
     /// faces of all.
+    #[inline]
     pub(crate) fn extent(&self, mvoxel: usize) -> [usize; 3] {
         let first = self.first(mvoxel);
         [0, 1, 2].map(|axis| self.edge[axis].min(self.points[axis] - first[axis]))
@@ -199,6 +205,7 @@ impl Tiling {
 
     /// The MVoxel that owns a cell, given by its lowest vertex, and the cell's
     /// lowest vertex from the MVoxel's first.
+    #[inline]
     pub(crate) fn owner(&self, low: [usize; 3]) -> (usize, [usize; 3]) {
         let number = self.number([0, 1, 2].map(|axis| low[axis] / self.stride[axis]));
         (number, [0, 1, 2].map(|axis| low[axis] % self.stride[axis]))
@@ -206,12 +213,14 @@ impl Tiling {
 
     /// The owner of a place in vertices, held to them and rounded to 12 fraction
     /// bits.
+    #[inline]
     pub(crate) fn locate(&self, at: [f64; 3]) -> Place {
         let (low, fraction) = cell(self.points, at);
         self.place(low, fraction)
     }
 
     /// The owner of a cell and a place in it.
+    #[inline]
     pub(crate) fn place(&self, low: [usize; 3], fraction: [u16; 3]) -> Place {
         let (mvoxel, local) = self.owner(low);
         Place {
@@ -224,6 +233,7 @@ impl Tiling {
     /// Rows of the eight corners of a place's cell, all of which its owner holds;
     /// bit 0 of the corner's index is x, bit 1 y, bit 2 z. Only corners along axes
     /// of more than one vertex are meant.
+    #[inline]
     pub(crate) fn corner_rows(&self, place: &Place) -> [u16; 8] {
         let [wide, high, _] = self.extent(place.mvoxel);
         let mut rows = [0; 8];
@@ -236,6 +246,7 @@ impl Tiling {
 
     /// The axes, by bit, along which the far vertices of a place's cell lie in
     /// the next MVoxel; none where faces are shared.
+    #[inline]
     pub(crate) fn straddles(&self, place: &Place) -> usize {
         if self.halo == Halo::Shared {
             return 0;
@@ -246,6 +257,7 @@ impl Tiling {
     }
 
     /// The MVoxels that hold vertices of a place's cell, the owner first.
+    #[inline]
     pub(crate) fn holders(&self, place: &Place) -> impl Iterator<Item = Holder> + use<> {
         let across = self.straddles(place);
         let owner = place.mvoxel;

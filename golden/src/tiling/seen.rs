@@ -33,6 +33,7 @@ impl Seen {
     /// How far an MVoxel of an index is from the camera's. A ray that leaves the
     /// camera meets the owners of its samples at strictly increasing distances,
     /// since none of its indices ever turns back.
+    #[inline]
     pub(crate) fn distance(&self, index: [usize; 3]) -> u64 {
         let along = |axis: usize| self.own[axis].abs_diff(index[axis] as i64);
         along(0) + along(1) + along(2)
@@ -40,6 +41,7 @@ impl Seen {
 }
 
 /// A coordinate with 12 fraction bits, to nearest; monotone, and saturating.
+#[inline]
 pub(crate) fn position_code(v: f64) -> i64 {
     (v * f64::from(1u32 << FRACTION_BITS)).round() as i64
 }
