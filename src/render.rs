@@ -287,6 +287,9 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
             );
         }
     }
+    if let Some([first, tables]) = report.frame.and_then(|f| f.reverts) {
+        say!("  rows one by one, not MVoxel by MVoxel: from table {first} of {tables} on");
+    }
     if let Some(splats) = report.frame.and_then(|f| f.splats) {
         if splats.inversions > 0 {
             say!(

@@ -47,14 +47,21 @@ fn both_built_in_scenes_agree_in_every_bit_and_cycle() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// Traces of TensoRF, Instant-NGP, Compact-3DGS and EfficientNeRF.
+/// Traces of TensoRF, also with MVoxels that store nothing twice, Instant-NGP, also
+/// hashed by MVoxel, Compact-3DGS and EfficientNeRF.
 #[test]
 fn other_algorithms_agree_in_every_bit_and_cycle() {
     let folder = tempfile::tempdir().unwrap();
     let fixtures = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/tests/fixtures");
     let file = |name: &str| fixtures.join(name).display().to_string();
+    let split = folder.path().join("split.toml");
+    let text = "[model]\nkind = \"builtin\"\nname = \"cairn\"\nrepresentation = \"tensorf\"\n\
+                [render]\nhalo = \"split\"\n";
+    std::fs::write(&split, text).unwrap();
     for (scene, width) in [
         (file("tensorf/tiny.th"), "32"),
+        (split.display().to_string(), "32"),
+        ("cairn:ngp-mvoxel".to_owned(), "32"),
         (file("ngp/cube.ingp"), "16"),
         (file("compact/tiny.npz"), "48"),
         ("moons:efficientnerf".to_owned(), "48"),

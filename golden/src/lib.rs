@@ -16,6 +16,7 @@ pub mod scene;
 pub mod splats;
 pub mod ssim;
 pub mod streams;
+mod tiling;
 pub mod torch;
 pub mod trace;
 pub mod units;

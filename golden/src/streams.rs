@@ -33,7 +33,7 @@ pub struct Streams {
 }
 
 /// What one MVoxel and ray group exchange with memory.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Visit {
     pub(crate) vertices: Vertices,
     pub(crate) channels: usize,

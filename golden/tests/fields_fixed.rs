@@ -10,17 +10,18 @@ use potamoi_golden::camera::Camera;
 use potamoi_golden::fields::{Along, Field, FixedField, FixedOptions};
 use potamoi_golden::scene::{Model, Scene};
 use potamoi_golden::units::Twins;
-use potamoi_golden::voxels::FixedFrame;
+use potamoi_golden::voxels::{FixedFrame, FixedStats, Halo};
 
 /// A checkpoint of TensoRF and two snapshots of Instant-NGP, which other
 /// programs wrote (tools/torch-fixtures, tools/ngp-fixtures), a built-in scene as
-/// a tree of EfficientNeRF, and the least PSNR of the fixed-point picture against
-/// the float one, over covered pixels, in dB.
-const SCENES: [(&str, f64); 4] = [
+/// a tree of EfficientNeRF and as Instant-NGP hashed by MVoxel, and the least PSNR
+/// of the fixed-point picture against the float one, over covered pixels, in dB.
+const SCENES: [(&str, f64); 5] = [
     ("tensorf/tiny.th", 75.0),
     ("ngp/cube.ingp", 65.0),
     ("ngp/cascades.ingp", 75.0),
     ("cairn:efficientnerf", 75.0),
+    ("cairn:ngp-mvoxel", 65.0),
 ];
 
 fn scene(name: &str, side: u32) -> Scene {
@@ -51,7 +52,11 @@ fn field(scene: &Scene) -> &dyn Field {
 }
 
 fn render(scene: &Scene, config: &Config, options: &FixedOptions) -> FixedFrame {
-    let made = FixedField::new(field(scene), config).unwrap();
+    render_with(scene, config, options, Halo::Shared)
+}
+
+fn render_with(scene: &Scene, config: &Config, options: &FixedOptions, halo: Halo) -> FixedFrame {
+    let made = FixedField::with_halo(field(scene), config, halo).unwrap();
     let mut twins = Twins::new(config);
     let frame = made.render(scene.camera(), options, &mut twins).unwrap();
     assert_eq!(twins.gather_flags(), 0);
@@ -78,8 +83,11 @@ fn pictures_stay_next_to_float_ones() {
         println!("{name}: {psnr:.1} dB over covered pixels");
         assert!(psnr > least, "{name}: {psnr}");
         assert!(fixed.counts.feature_vectors > 1000);
-        let scattered = name.starts_with("ngp") || name.starts_with("compact");
-        assert_eq!(fixed.counts.scattered_bytes > 0, scattered, "{name}");
+        // Hashed by MVoxel, it depends on the frame.
+        if !name.ends_with("mvoxel") {
+            let scattered = name.starts_with("ngp") || name.starts_with("compact");
+            assert_eq!(fixed.counts.scattered_bytes > 0, scattered, "{name}");
+        }
     }
 }
 
@@ -118,6 +126,92 @@ fn the_picture_depends_neither_on_ray_groups_nor_on_batches() {
             assert!(frame.stats.streams.mvoxels_read <= expected.stats.streams.mvoxels_read);
         }
     }
+}
+
+/// Nothing is stored twice, a sample has an entry in each MVoxel that holds
+/// vertices of it, and the picture is the same bit for bit: of volumes, planes
+/// and lines, with the preset's rows and with fewer.
+#[test]
+fn split_halos_give_the_picture_of_shared_ones_for_every_ray_group() {
+    for (name, rows) in [
+        ("cairn:tensorf", 512),
+        ("tensorf/tiny.th", 32),
+        ("ngp/cube.ingp", 64),
+        ("ngp/cascades.ingp", 64),
+        ("cairn:ngp-mvoxel", 512),
+    ] {
+        let mut config = config();
+        config.mvoxel.rows = rows;
+        let scene = scene(name, 22);
+        let expected = render(&scene, &config, &FixedOptions::default());
+        for (side, batch) in [(1, 1), (16, 1), (7, 1000), (22, 5000), (1000, 1 << 18)] {
+            let options = FixedOptions {
+                group_side: Some(side),
+                batch_entries: batch,
+                ..FixedOptions::default()
+            };
+            let [shared, split] = [Halo::Shared, Halo::Split]
+                .map(|halo| render_with(&scene, &config, &options, halo));
+            for frame in [&shared, &split] {
+                assert_eq!(frame.picture, expected.picture, "{name}, {side}, {batch}");
+                assert_eq!(frame.transmittance, expected.transmittance);
+            }
+            let [shared, split] = [shared.stats, split.stats];
+            assert_eq!(shared.stopped, split.stopped);
+            assert_eq!(shared.composited, split.composited);
+            // Blocks of a hash store nothing twice with either.
+            if !name.ends_with("mvoxel") {
+                assert_eq!((shared.split_entries, shared.waiting), (0, 0));
+                assert!(
+                    split.split_entries > 0 && split.waiting > 0,
+                    "{name}, {side}"
+                );
+                assert!(split.streams.partial_sums > 0);
+            }
+            assert!(split.entries > shared.entries, "{name}, {side}");
+            // Of every table, the same samples, once each.
+            let samples = |s: &FixedStats| {
+                let all = s.orders.iter().map(|o| o.streamed + o.row_by_row);
+                all.collect::<Vec<_>>()
+            };
+            assert_eq!(samples(&shared), samples(&split));
+        }
+    }
+}
+
+/// Tables hashed by MVoxel stream where a batch uses enough of each, and revert
+/// where it does not; the picture is the same, and no more rows are loaded than
+/// either order needs.
+#[test]
+fn tables_hashed_by_mvoxel_revert_where_mvoxels_are_under_used() {
+    let config = config();
+    let scene = scene("cairn:ngp-mvoxel", 110);
+    let large = FixedOptions {
+        batch_entries: usize::MAX,
+        ..FixedOptions::default()
+    };
+    let small = FixedOptions {
+        group_side: Some(8),
+        batch_entries: 1,
+        ..FixedOptions::default()
+    };
+    let [large, small] = [large, small].map(|options| render(&scene, &config, &options));
+    assert_eq!(large.picture, small.picture);
+    let reverts = [&large, &small].map(|frame| frame.stats.reverts_from());
+    println!("{reverts:?}, {:?}", large.stats.orders);
+    // Of a sample a ray, an MVoxel is not worth its rows.
+    let hashed = field(&scene).tables().iter().position(|t| t.is_hashed());
+    assert_eq!(reverts[1], hashed.map(|first| first + 1));
+    assert!(
+        reverts[0] > reverts[1] || reverts[0].is_none(),
+        "{reverts:?}"
+    );
+    // Rows that hold no block: no order but one.
+    let mut narrow = config.clone();
+    narrow.mvoxel.rows = 256;
+    let frame = render(&scene, &narrow, &FixedOptions::default());
+    assert_eq!(frame.picture, large.picture);
+    assert_eq!(frame.stats.reverts_from(), reverts[1]);
 }
 
 /// Samples of a frame within the field's box, and those where the field is not
@@ -171,8 +265,7 @@ fn counts_are_those_of_the_tables() {
         assert!(samples > 1000 && samples < within);
         assert_eq!(stats.samples, within, "{name}");
         assert_eq!(stats.rays, 24 * 24);
-        assert_eq!(stats.entries, samples * tables.len() as u64, "{name}");
-        let density = if name.starts_with("ngp") {
+        let density = if name.contains("ngp") {
             OpCode::Exp
         } else {
             OpCode::Softplus
@@ -180,6 +273,19 @@ fn counts_are_those_of_the_tables() {
         for op in [density, OpCode::OneMinusExp] {
             assert_eq!(stats.vector_elements[&op], samples, "{name}, {op:?}");
         }
+        let gathered = stats.orders.iter().map(|o| o.streamed + o.row_by_row);
+        assert!(gathered.eq(tables.iter().map(|_| samples)), "{name}");
+        if name.ends_with("mvoxel") {
+            // An entry in each MVoxel that holds vertices.
+            let whole = stats.entries - stats.split_entries;
+            assert!(stats.entries > samples * tables.len() as u64);
+            assert_eq!(stats.features, 4 * whole);
+            assert_eq!(stats.streams.partial_sums, 4 * 4 * stats.split_entries);
+            assert_eq!(stats.streams.rit_written, 48 * stats.entries);
+            assert_eq!(stats.held, 0);
+            continue;
+        }
+        assert_eq!(stats.entries, samples * tables.len() as u64, "{name}");
         assert_eq!(stats.features, samples * field.channels() as u64);
         // An id alone, or an id and a weight a vertex.
         let bytes = |vertices: usize| {

@@ -119,6 +119,42 @@ fn the_plain_document_is_the_same_model() {
     assert_eq!(plain, Ngp::load(&fixture("cube.ingp")).unwrap());
 }
 
+/// A snapshot says by what it is hashed, and a description that says otherwise
+/// is refused: it would show something else.
+#[test]
+fn a_description_cannot_change_the_hash_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let stored = |name: &str| std::fs::read(models.join(name)).unwrap();
+    write("vertex.ingp", &stored("cairn.ingp"));
+    write("mvoxel.ingp", &stored("cairn-mvoxel.ingp"));
+    for file in ["vertex", "mvoxel"] {
+        for said in [None, Some("vertex"), Some("mvoxel"), Some("voxel")] {
+            let line = said.map_or(String::new(), |unit| format!("hash_unit = \"{unit}\""));
+            let text = format!("[model]\nkind = \"ngp\"\npath = \"{file}.ingp\"\n{line}\n");
+            write("a.toml", text.as_bytes());
+            let opened = Scene::open(folder.path().join("a.toml").to_str().unwrap());
+            if said.is_none_or(|unit| unit == file) {
+                assert!(opened.is_ok(), "{file}, {said:?}");
+                continue;
+            }
+            let error = opened.unwrap_err().to_string();
+            assert!(error.contains("hash_unit"), "{error}");
+            if said != Some("voxel") {
+                assert!(error.contains("which vertices share an entry"), "{error}");
+            }
+        }
+    }
+    // Too few rows for a block.
+    let small = patched(|document| {
+        *at(document, "encoding.hash_unit") = "mvoxel".into();
+        *at(document, "encoding.log2_hashmap_size") = 8.into();
+    });
+    let error = load(&small).unwrap_err();
+    assert!(error.contains("512 rows or more"), "{error}");
+}
+
 /// Each field that does not fit is refused by its name.
 #[test]
 fn what_does_not_fit_is_refused_by_name() {
@@ -144,6 +180,7 @@ fn what_does_not_fit_is_refused_by_name() {
         ("encoding.n_features_per_level", 3.into()),
         ("encoding.log2_hashmap_size", 60.into()),
         ("encoding.base_resolution", 1_000_000.into()),
+        ("encoding.hash_unit", "voxel".into()),
         ("encoding.per_level_scale", 0.5.into()),
         ("encoding.per_level_scale", 64.0.into()),
         ("dir_encoding.otype", "Frequency".into()),

@@ -94,7 +94,8 @@ pub(super) fn with_entries(table: &Table, most: usize) -> Result<TableShape, Fie
     let (points, channels) = (table.points(), table.channels());
     let vertices = points.iter().map(|p| *p as u128).product::<u128>();
     if vertices > most as u128 {
-        TableShape::hashed(points, most, channels)
+        let unit = table.hash_unit().unwrap_or_default();
+        TableShape::hashed_by(unit, points, most, channels)
     } else {
         TableShape::dense(points, channels)
     }
@@ -130,6 +131,7 @@ mod tests {
     fn places_keep_their_share_of_a_table() {
         for (name, size) in [
             ("moons:ngp", Size::Entries(1 << 19)),
+            ("cairn:ngp-mvoxel", Size::Entries(1 << 19)),
             ("moons:efficientnerf", Size::Cells(96)),
             ("moons:tensorf", Size::Points(300)),
         ] {
@@ -152,6 +154,9 @@ mod tests {
                     let last = DVec3::from(other.points().map(|p| p as f64));
                     assert!(place.cmple(last + 1e-9).all(), "{name} {place} {last}");
                     assert_eq!(own.vertices(), other.vertices());
+                    if other.is_hashed() {
+                        assert_eq!(own.hash_unit(), other.hash_unit());
+                    }
                     other.corners(place, |row, _| {
                         assert!(row < other.rows());
                         read += 1;

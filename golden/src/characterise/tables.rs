@@ -27,7 +27,7 @@ pub fn table_traffic(
         let groups = across * height.div_ceil(*side);
         let counts = (0..groups).into_par_iter().map(|group| {
             let corner = [group % across * side, group / across * side];
-            let mut batch = Batch::new(&tables, config);
+            let mut batch = Batch::new(&tables);
             let mut places = vec![DVec3::ZERO; tables.len()];
             for y in corner[1]..(corner[1] + side).min(height) {
                 for x in corner[0]..(corner[0] + side).min(width) {
@@ -53,7 +53,7 @@ pub fn colour_traffic(
 ) -> Result<Traffic, FieldError> {
     let tables = coded(field.tables(), config)?;
     let batches = centres.par_chunks(FixedColour::BATCH).map(|centres| {
-        let mut batch = Batch::new(&tables, config);
+        let mut batch = Batch::new(&tables);
         let mut places = vec![DVec3::ZERO; tables.len()];
         for centre in centres {
             field.index(DVec3::from(centre.map(f64::from)), &mut places);
@@ -73,34 +73,26 @@ fn coded(tables: &[Table], config: &Config) -> Result<Vec<CodedTable>, FieldErro
 }
 
 /// Samples that are gathered together, of every table.
-struct Batch<'a>(Vec<(BatchCount<'a>, bool)>);
+struct Batch<'a>(Vec<BatchCount<'a>>);
 
 impl<'a> Batch<'a> {
-    fn new(tables: &'a [CodedTable], config: &Config) -> Self {
-        let counts = tables.iter();
-        Self(
-            counts
-                .map(|table| (BatchCount::new(table, config), table.is_scattered()))
-                .collect(),
-        )
+    fn new(tables: &'a [CodedTable]) -> Self {
+        Self(tables.iter().map(BatchCount::new).collect())
     }
 
     fn sample(&mut self, places: &[DVec3]) {
-        for ((count, _), place) in self.0.iter_mut().zip(places) {
+        for (count, place) in self.0.iter_mut().zip(places) {
             count.sample(*place);
         }
     }
 
     fn done(self, side: u32) -> Traffic {
         let mut found = Traffic::of(side, None);
-        for (count, scattered) in self.0 {
-            let own = count.done();
+        for own in self.0.into_iter().map(BatchCount::done) {
             found.mvoxels += own.tasks;
             found.entries += own.entries;
             found.streams = found.streams + own.streams;
-            if scattered {
-                found.scattered += own.streams.mvoxels_read;
-            }
+            found.scattered += own.scattered;
         }
         found
     }
@@ -122,11 +114,17 @@ mod tests {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/fields.toml");
         let text = std::fs::read_to_string(path).unwrap();
         let config = Config::from_toml(&text, "fields").unwrap();
-        for name in ["ngp/cube.ingp", "tensorf/tiny.th"] {
+        for name in [
+            "ngp/cube.ingp",
+            "tensorf/tiny.th",
+            "cairn:efficientnerf",
+            "cairn:ngp-mvoxel",
+        ] {
             let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
                 .join("tests/fixtures")
                 .join(name);
-            let mut scene = Scene::open(path.to_str().unwrap()).unwrap();
+            let file = path.to_str().filter(|_| path.exists());
+            let mut scene = Scene::open(file.unwrap_or(name)).unwrap();
             scene.set_size(Some(20), None).unwrap();
             let field: &dyn Field = match scene.model() {
                 Model::Tensorf(field) => &**field,

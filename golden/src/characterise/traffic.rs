@@ -14,10 +14,10 @@ use potamoi_formats::rit::Vertices;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::fields::coded::{Tally, Touched};
+use crate::fields::coded::Tally;
 use crate::fields::{Field, FieldError, Stops};
 use crate::streams::{RitReads, Streams, Visit};
-use crate::voxels::{FRACTION_BITS, Halo, cube_edge, position_code};
+use crate::tiling::{Halo, Tiling, cell, cube_edge};
 
 /// What a frame moves for one size of ray groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -98,26 +98,27 @@ pub fn traffic(
     let reads = RitReads::of(config);
     let [width, height] = [stops.camera().width, stops.camera().height];
     let halos = [Halo::Shared, Halo::Split];
+    let tilings = halos.map(|halo| Tiling::new(points, [edge; 3], halo));
     let mut found = vec![];
     for side in sides.iter().copied() {
         let across = width.div_ceil(side);
         let groups = (0..across * height.div_ceil(side)).into_par_iter();
         let counts = groups.map(|group| {
             let corner = [group % across * side, group / across * side];
-            let mut tallies = halos.map(|halo| (halo, Tally::new()));
+            let mut tallies = tilings.map(|tiling| (tiling, Tally::default()));
             let mut places = [DVec3::ZERO];
             for y in corner[1]..(corner[1] + side).min(height) {
                 for x in corner[0]..(corner[0] + side).min(width) {
                     stops.samples([x, y], 1, &mut places, |places| {
-                        let cell = cell(points, places[0]);
-                        for (halo, tally) in &mut tallies {
-                            touch(points, edge, *halo, cell, tally);
+                        let (low, fraction) = cell(points, places[0].to_array());
+                        for (tiling, tally) in &mut tallies {
+                            tally.touch(tiling, &tiling.place(low, fraction));
                         }
                     });
                 }
             }
-            tallies.map(|(halo, tally)| {
-                let mut found = Traffic::of(side, Some(halo));
+            tallies.map(|(tiling, tally)| {
+                let mut found = Traffic::of(side, Some(tiling.halo()));
                 for mvoxel in tally.done().into_values() {
                     found.mvoxels += 1;
                     found.entries += mvoxel.whole + mvoxel.split;
@@ -139,56 +140,12 @@ pub fn traffic(
     Ok(found)
 }
 
-/// The cell of a place, which is rounded as the hardware's positions are.
-fn cell(points: [usize; 3], place: DVec3) -> [u16; 3] {
-    [0, 1, 2].map(|axis| {
-        let cells = points[axis] - 1;
-        // What is below the volume is held at its first cell.
-        let code = position_code(place[axis]).max(0) as usize;
-        (code >> FRACTION_BITS).min(cells - 1) as u16
-    })
-}
-
-/// Notes the entries of a sample in a cell and the rows that it reads.
-fn touch(points: [usize; 3], edge: usize, halo: Halo, cell: [u16; 3], tally: &mut Tally<[u16; 3]>) {
-    let stride = match halo {
-        Halo::Shared => edge - 1,
-        Halo::Split => edge,
-    };
-    let low = cell.map(|c| usize::from(c) / stride);
-    // Along which axes the cell's far vertices lie in the next MVoxel.
-    let reaches = [0, 1, 2]
-        .map(|axis| halo == Halo::Split && usize::from(cell[axis]) + 1 == (low[axis] + 1) * stride);
-    let parted = reaches.contains(&true);
-    for corner in 0..8usize {
-        let far = [0, 1, 2].map(|axis| corner >> axis & 1);
-        if (0..3).any(|axis| far[axis] == 1 && !reaches[axis]) {
-            continue;
-        }
-        let mut mvoxel = [0u16; 3];
-        let mut row = 0;
-        for axis in (0..3).rev() {
-            let index = low[axis] + far[axis];
-            let from = index * stride;
-            let extent = edge.min(points[axis] - from);
-            let local = (usize::from(cell[axis]) + 1 - from).min(extent - 1);
-            mvoxel[axis] = index as u16;
-            row = row * extent + local;
-        }
-        let entry = Touched {
-            last: row as u64,
-            whole: u64::from(!parted),
-            split: u64::from(parted),
-        };
-        tally.add(mvoxel, entry);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, clippy::panic)]
     use super::super::Endless;
     use super::*;
+    use crate::fields::coded::Touched;
 
     use crate::fields::stored::StoredField;
     use crate::scene::{Model, Scene};
@@ -199,10 +156,10 @@ mod tests {
     /// MVoxel of four.
     #[test]
     fn a_sample_on_the_seam_has_an_entry_on_each_side() {
-        let points = [9; 3];
-        let of = |halo, cell: [u16; 3]| {
-            let mut tally = Tally::new();
-            touch(points, 4, halo, cell, &mut tally);
+        let of = |halo, cell| {
+            let tiling = Tiling::new([9; 3], [4; 3], halo);
+            let mut tally = Tally::default();
+            tally.touch(&tiling, &tiling.place(cell, [0; 3]));
             tally.done()
         };
         let entries = |halo, cell| {
@@ -217,8 +174,8 @@ mod tests {
         assert_eq!(entries(Halo::Shared, [3, 3, 3]), [1, 0]);
         let touched = of(Halo::Split, [3, 0, 0]);
         // Vertices (3, 1, 1) there and (0, 1, 1) here, of 4 x 4 x 4.
-        assert_eq!(touched[&[0, 0, 0]].last, 3 + 4 * (1 + 4));
-        assert_eq!(touched[&[1, 0, 0]].last, 4 * (1 + 4));
+        assert_eq!(touched[&0].last, 3 + 4 * (1 + 4));
+        assert_eq!(touched[&1].last, 4 * (1 + 4));
     }
 
     /// Where no ray stops, every stream and the total are those that the renderer

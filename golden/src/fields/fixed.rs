@@ -16,11 +16,11 @@ use super::march::{Samples, check};
 use super::{Field, FieldError};
 use crate::camera::Camera;
 use crate::picture::Picture;
-use crate::streams::RitReads;
+use crate::tiling::Halo;
 use crate::units::Units;
 use crate::voxels::{
-    Compositor, FixedFrame, FixedStats, Head, Span, Work, check_background, default_group_side,
-    gather, place,
+    Compositor, FixedFrame, FixedStats, Head, Orders, Span, Work, check_background,
+    default_group_side, place,
 };
 
 /// What a field has in the hardware's formats.
@@ -37,8 +37,6 @@ pub struct FixedField<'a> {
     field: &'a dyn Field,
     tables: Vec<CodedTable>,
     head: Box<dyn Head + 'a>,
-    weight_bits: u32,
-    rit_reads: RitReads,
 }
 
 /// How to render.
@@ -88,15 +86,25 @@ impl<'a> FixedField<'a> {
     /// A field that is rendered in floating point alone, a configuration whose
     /// units lack what it needs, or values that no format holds.
     pub fn new(field: &'a dyn Field, config: &Config) -> Result<Self, FieldError> {
+        Self::with_halo(field, config, Halo::Shared)
+    }
+
+    /// The same with MVoxels that share vertices as `halo` says.
+    ///
+    /// # Errors
+    /// As [`FixedField::new`].
+    pub fn with_halo(
+        field: &'a dyn Field,
+        config: &Config,
+        halo: Halo,
+    ) -> Result<Self, FieldError> {
         let Coded { frac_bits, head } = field.coded(config)?;
         let tables = field.tables().iter().zip(&frac_bits);
-        let tables = tables.map(|(table, frac_bits)| CodedTable::new(table, frac_bits, config));
+        let tables = tables.map(|(table, bits)| CodedTable::with_halo(table, bits, config, halo));
         Ok(Self {
             field,
             tables: tables.collect::<Result<_, _>>()?,
             head,
-            weight_bits: config.gu.weight_bits,
-            rit_reads: RitReads::of(config),
         })
     }
 
@@ -130,7 +138,7 @@ impl<'a> FixedField<'a> {
                         place: *place,
                     })
                     .collect();
-                table.gathers(eyes[number], &located, self.weight_bits)
+                table.gathers(eyes[number], &located)
             })
             .collect()
     }
@@ -161,7 +169,10 @@ impl<'a> FixedField<'a> {
         let mut frame = FixedFrame {
             picture: Picture::filled(width, height, [0.0; 3]),
             transmittance: vec![0; width as usize * height as usize],
-            stats: FixedStats::default(),
+            stats: FixedStats {
+                orders: vec![Orders::default(); self.tables.len()],
+                ..FixedStats::default()
+            },
         };
         let mut work = Work::default();
         for top in (0..height).step_by(side as usize) {
@@ -248,21 +259,20 @@ impl<'a> FixedField<'a> {
     ) -> Result<Vec<i16>, FieldError> {
         let all = self.head.channels();
         let mut features = vec![0; batch.at.len() * all];
-        let mut codes = vec![];
         let mut first = 0;
         let gathers = self.gathers(camera.position(), &batch.slots, &batch.at);
-        for (table, own) in self.tables.iter().zip(gathers) {
-            gather(units, &own.tasks, &mut codes)?;
-            stats.count(&own.tasks, self.rit_reads);
-            if table.is_scattered() {
-                stats.count_scattered(&own.tasks);
+        for (number, (table, own)) in self.tables.iter().zip(gathers).enumerate() {
+            table.carry_out(&own, units, stats, |sample, codes| {
+                let to = sample as usize * all + first;
+                features[to..to + codes.len()].copy_from_slice(codes);
+            })?;
+            let samples = &mut stats.orders[number];
+            if own.row_by_row {
+                samples.row_by_row += own.samples.len() as u64;
+            } else {
+                samples.streamed += (own.samples.len() + own.parted.samples.len()) as u64;
             }
-            let width = table.channels();
-            for (sample, codes) in own.samples.iter().zip(codes.chunks_exact(width)) {
-                let to = *sample as usize * all + first;
-                features[to..to + width].copy_from_slice(codes);
-            }
-            first += width;
+            first += table.channels();
         }
         Ok(features)
     }

@@ -13,6 +13,7 @@ pub mod dvgo;
 pub mod efficient;
 mod error;
 mod fixed;
+mod hash;
 mod hashed_colour;
 pub mod mac;
 mod march;
@@ -36,6 +37,7 @@ use potamoi_formats::config::Config;
 
 pub use error::FieldError;
 pub use fixed::{Coded, FixedField, FixedOptions};
+pub use hash::HashUnit;
 pub use hashed_colour::{FixedColour, HashedColour};
 pub use march::{FieldFrame, render_float, render_masked};
 pub use mlp::{Layer, Mlp};

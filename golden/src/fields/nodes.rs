@@ -97,7 +97,7 @@ impl Nodes {
     pub fn cell(&self, place: DVec3) -> [usize; 3] {
         let points = self.points();
         [0, 1, 2].map(|axis| {
-            let code = super::coded::position_code(place[axis]).max(0) as u64;
+            let code = crate::tiling::position_code(place[axis]).max(0) as u64;
             let cell = code >> crate::units::weights::FRACTION_BITS;
             cell.min(points[axis] as u64 - 1) as usize
         })

@@ -2,16 +2,13 @@
 
 use glam::DVec3;
 
-use super::{FieldError, Nodes};
+use super::{FieldError, HashUnit, Nodes};
 
 /// The most vertices along an axis.
 const MAX_POINTS: usize = 1 << 14;
 /// The most vertices along an axis of a hashed table, whose size does not
 /// depend on them.
 const MAX_HASHED_POINTS: usize = 1 << 20;
-/// What the parts of a vertex are multiplied by in its hash (Teschner et al.
-/// 2003; the first is 1 in Instant-NGP).
-const PRIMES: [u32; 3] = [1, 2_654_435_761, 805_459_861];
 /// The most rows and channels of a table, multiplied.
 const MAX_CODES: usize = 1 << 36;
 
@@ -28,8 +25,8 @@ pub struct TableShape {
 enum Layout {
     /// One each, x fastest.
     Dense,
-    /// Any of so many, by a hash.
-    Hashed(usize),
+    /// Any of so many, by a hash of what has entries.
+    Hashed(usize, HashUnit),
     /// In the node of their coarse cell.
     Nodes(Nodes),
 }
@@ -39,7 +36,7 @@ impl Layout {
         match self {
             // At most 2^60.
             Self::Dense => points.iter().product(),
-            Self::Hashed(entries) => *entries,
+            Self::Hashed(rows, _) => *rows,
             Self::Nodes(nodes) => nodes.rows(),
         }
     }
@@ -48,7 +45,7 @@ impl Layout {
     const fn owner(&self) -> &'static str {
         match self {
             Self::Dense => "vertex",
-            Self::Hashed(_) => "entry",
+            Self::Hashed(..) => "entry",
             Self::Nodes(_) => "fine cell",
         }
     }
@@ -63,12 +60,25 @@ impl TableShape {
         Self::checked(points, Layout::Dense, channels)
     }
 
-    /// `points` vertices along each axis that share `entries` rows by a hash.
+    /// `points` vertices along each axis that share `rows` by a hash: a whole
+    /// number of entries of `unit`.
     ///
     /// # Errors
-    /// Sizes out of range.
-    pub fn hashed(points: [usize; 3], entries: usize, channels: usize) -> Result<Self, FieldError> {
-        Self::checked(points, Layout::Hashed(entries), channels)
+    /// Sizes out of range, or a part of an entry.
+    pub fn hashed_by(
+        unit: HashUnit,
+        points: [usize; 3],
+        rows: usize,
+        channels: usize,
+    ) -> Result<Self, FieldError> {
+        if !rows.is_multiple_of(unit.rows()) {
+            return Err(FieldError::Part {
+                part: "table.rows",
+                found: rows.to_string(),
+                expected: format!("a multiple of {}, the rows of an entry", unit.rows()),
+            });
+        }
+        Self::checked(points, Layout::Hashed(rows, unit), channels)
     }
 
     /// A row a fine cell of a tree.
@@ -88,7 +98,7 @@ impl TableShape {
             })
         };
         let most = match layout {
-            Layout::Hashed(_) => MAX_HASHED_POINTS,
+            Layout::Hashed(..) => MAX_HASHED_POINTS,
             Layout::Dense | Layout::Nodes(_) => MAX_POINTS,
         };
         if points.iter().any(|p| !(1..=most).contains(p)) {
@@ -110,7 +120,16 @@ impl TableShape {
     /// Whether vertices share rows.
     #[must_use]
     pub const fn is_hashed(&self) -> bool {
-        matches!(self.layout, Layout::Hashed(_))
+        matches!(self.layout, Layout::Hashed(..))
+    }
+
+    /// What vertices share rows by, where they do.
+    #[must_use]
+    pub const fn hash_unit(&self) -> Option<HashUnit> {
+        match self.layout {
+            Layout::Hashed(_, unit) => Some(unit),
+            _ => None,
+        }
     }
 
     /// The nodes of a tree.
@@ -153,15 +172,10 @@ impl TableShape {
         1 << self.points.iter().filter(|p| **p > 1).count()
     }
 
-    /// The row of a vertex in a hashed table of so many entries.
-    pub(super) fn hashed_row(vertex: [usize; 3], entries: usize) -> usize {
-        hash(vertex) as usize % entries
-    }
-
     /// The row of values of a vertex, of a dense or hashed table.
     fn row(&self, vertex: [usize; 3]) -> usize {
         match self.layout {
-            Layout::Hashed(entries) => Self::hashed_row(vertex, entries),
+            Layout::Hashed(rows, unit) => unit.row(vertex, rows),
             _ => vertex[0] + self.points[0] * (vertex[1] + self.points[1] * vertex[2]),
         }
     }
@@ -203,30 +217,33 @@ impl TableShape {
     }
 }
 
-/// The hash of a vertex, before it is brought within a table.
-fn hash(vertex: [usize; 3]) -> u32 {
-    let products = vertex.iter().zip(PRIMES);
-    products.fold(0, |hash, (part, prime)| {
-        hash ^ (*part as u32).wrapping_mul(prime)
-    })
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// By hand: 3, 5 and 7 times their primes modulo 2^32.
+    /// Rows are read by the hash of the shape's own unit.
     #[test]
-    fn vertices_hash_as_computed_by_hand() {
-        assert_eq!(hash([0, 0, 0]), 0);
-        assert_eq!(hash([9, 0, 0]), 9);
-        assert_eq!(hash([0, 1, 0]), 0x9e37_79b1);
-        assert_eq!(hash([0, 0, 1]), 0x3002_5795);
-        // 5 x 0x9e3779b1 = 0x3_1715_6075, 7 x 0x30025795 = 0x1_5010_6513.
-        assert_eq!(hash([3, 5, 7]), 3 ^ 0x1715_6075 ^ 0x5010_6513);
-        let table = TableShape::hashed([99; 3], 256, 1).unwrap();
-        assert_eq!(table.row([3, 5, 7]), 3 ^ 0x75 ^ 0x13);
-        assert!(table.is_hashed());
+    fn hashed_rows_are_those_of_the_unit() {
+        let rows = 4 * HashUnit::BLOCK_ROWS;
+        for unit in [HashUnit::Vertex, HashUnit::MVoxel] {
+            let shape = TableShape::hashed_by(unit, [99; 3], rows, 2).unwrap();
+            assert_eq!((shape.hash_unit(), shape.rows()), (Some(unit), rows));
+            assert!(shape.is_hashed());
+            let mut read = vec![];
+            shape.corners(DVec3::new(7.5, 40.25, 58.0), |row, _| read.push(row));
+            let vertex = |c: usize| [7 + (c & 1), 40 + (c >> 1 & 1), 58 + (c >> 2)];
+            let expected: Vec<usize> = (0..8).map(|c| unit.row(vertex(c), rows)).collect();
+            assert_eq!(read, expected, "{unit:?}");
+        }
+        assert_eq!(TableShape::dense([2; 3], 1).unwrap().hash_unit(), None);
+    }
+
+    #[test]
+    fn a_part_of_an_entry_is_refused() {
+        let rows = 4 * HashUnit::BLOCK_ROWS + 8;
+        let error = TableShape::hashed_by(HashUnit::MVoxel, [99; 3], rows, 1).unwrap_err();
+        assert!(error.to_string().contains("a multiple of 512"), "{error}");
+        assert!(TableShape::hashed_by(HashUnit::Vertex, [99; 3], rows, 1).is_ok());
     }
 }

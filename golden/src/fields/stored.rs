@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 
-use super::coded::cell;
 use super::{Along, Field, FieldError, Sampling, Table};
+use crate::tiling::cell;
 use crate::voxels::{Grid, STOP_BELOW};
 
 /// A grid, one table.
@@ -68,7 +68,7 @@ impl Field for StoredField {
 
     fn holds(&self, at: DVec3) -> bool {
         let points = self.tables[0].points();
-        let ([x, y, z], _) = cell(points, (at - self.corner) / self.voxel);
+        let ([x, y, z], _) = cell(points, ((at - self.corner) / self.voxel).to_array());
         self.filled[x + (points[0] - 1) * (y + (points[1] - 1) * z)]
     }
 

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::shape::TableShape;
-use super::{FieldError, Nodes};
+use super::{FieldError, HashUnit, Nodes};
 
 /// The most values of a table.
 const MAX_VALUES: usize = 1 << 30;
@@ -40,7 +40,24 @@ impl Table {
         channels: usize,
         values: Vec<f32>,
     ) -> Result<Self, FieldError> {
-        Self::checked(TableShape::hashed(points, entries, channels)?, values)
+        Self::hashed_by(HashUnit::Vertex, points, entries, channels, values)
+    }
+
+    /// A volume of `points` vertices along each axis that share `rows` of
+    /// `channels` values: a whole number of entries of `unit`. A block's entry is
+    /// that hash of its number along each axis.
+    ///
+    /// # Errors
+    /// As [`Table::hashed`].
+    pub fn hashed_by(
+        unit: HashUnit,
+        points: [usize; 3],
+        rows: usize,
+        channels: usize,
+        values: Vec<f32>,
+    ) -> Result<Self, FieldError> {
+        let shape = TableShape::hashed_by(unit, points, rows, channels)?;
+        Self::checked(shape, values)
     }
 
     /// A two-level tree, a row a fine cell, whose value is that everywhere in
@@ -93,6 +110,12 @@ impl Table {
     #[must_use]
     pub const fn is_hashed(&self) -> bool {
         self.shape.is_hashed()
+    }
+
+    /// What vertices share entries by, where they do.
+    #[must_use]
+    pub const fn hash_unit(&self) -> Option<HashUnit> {
+        self.shape.hash_unit()
     }
 
     /// The nodes of a tree.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::open::SIDE;
-use super::{EFFICIENT_NERF, Model, NGP, Scene, SceneError, garden, lantern, ready};
+use super::{EFFICIENT_NERF, Model, NGP, NGP_MVOXEL, Scene, SceneError, garden, lantern, ready};
 use crate::analytic::Analytic;
 use crate::fields::AnyField;
 
@@ -30,10 +30,12 @@ pub enum Representation {
     EfficientNerf,
     /// Compact-3DGS: 3D Gaussians laid as those are, coded, fitted and stored.
     Compact,
+    /// Instant-NGP hashed by MVoxel, of `cairn` alone.
+    NgpMVoxel,
 }
 
 impl Representation {
-    /// All of them; the first unless another is asked for.
+    /// Those of every scene; the first unless another is asked for.
     pub const ALL: [Self; 7] = [
         Self::Voxels,
         Self::Dvgo,
@@ -55,7 +57,17 @@ impl Representation {
             Self::Splats => "splats",
             Self::EfficientNerf => "efficientnerf",
             Self::Compact => "compact",
+            Self::NgpMVoxel => "ngp-mvoxel",
         }
+    }
+
+    /// Those of a scene.
+    fn of(analytic: Analytic) -> Vec<Self> {
+        let mut all = Self::ALL.to_vec();
+        if analytic == ready::HASHED_BY_MVOXEL {
+            all.push(Self::NgpMVoxel);
+        }
+        all
     }
 
     fn model(self, analytic: Analytic) -> Result<Model, SceneError> {
@@ -67,6 +79,7 @@ impl Representation {
             Self::Splats => Model::Splats(ready::cloud(analytic, ready::DISCS)?),
             Self::EfficientNerf => Model::Field(AnyField::new(EFFICIENT_NERF, analytic.tree()?)),
             Self::Compact => Model::Compact(Box::new(ready::compact(analytic)?)),
+            Self::NgpMVoxel => Model::Field(AnyField::new(NGP_MVOXEL, ready::ngp_mvoxel()?)),
         })
     }
 }
@@ -101,12 +114,13 @@ impl Scene {
             return Self::drawn(scene);
         };
         let wanted = representation.unwrap_or(Representation::ALL[0].name());
-        let found = Representation::ALL.into_iter().find(|r| r.name() == wanted);
+        let all = Representation::of(analytic);
+        let found = all.iter().copied().find(|r| r.name() == wanted);
         let found = found.ok_or_else(|| SceneError::Value {
             scene: name.to_owned(),
             field: "representation",
             value: wanted.to_owned(),
-            expected: Representation::ALL.map(Representation::name).join(", "),
+            expected: all.iter().map(|r| r.name()).collect::<Vec<_>>().join(", "),
         })?;
         let camera = analytic.camera(0.0, SIDE, SIDE);
         let model = found.model(analytic)?;

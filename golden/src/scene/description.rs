@@ -8,6 +8,7 @@ use toml::{Table, Value};
 
 use super::SceneError;
 use super::images::ImagesDescription;
+use crate::fields::HashUnit;
 
 /// The largest description, in bytes.
 const LIMIT: u64 = 1 << 20;
@@ -59,6 +60,8 @@ pub(super) enum ModelDescription {
     Ngp {
         /// Its `.ingp` or `.msgpack`, from the description's folder.
         path: PathBuf,
+        /// What has an entry of a hashed level; what the file says unless given.
+        hash_unit: Option<HashUnit>,
     },
     /// A DirectVoxGO checkpoint.
     Dvgo {
@@ -153,7 +156,7 @@ pub(super) struct RenderDescription {
     pub(super) group_tiles: Option<[u32; 2]>,
     /// Pixels a side of a ray group, for voxels.
     pub(super) group_side: Option<u32>,
-    /// How MVoxels share vertices, for voxels: shared or split.
+    /// How MVoxels share vertices, for voxels and fields: shared or split.
     pub(super) halo: Option<String>,
     /// Voxel edges from sample to sample, for voxels.
     pub(super) step: Option<f64>,

@@ -48,6 +48,7 @@ use crate::voxels::{Grid, Halo};
 
 /// Kinds of [`Model::Field`].
 const NGP: &str = "Instant-NGP";
+const NGP_MVOXEL: &str = "Instant-NGP, hashed by MVoxel";
 const EFFICIENT_NERF: &str = "EfficientNeRF";
 
 /// What is shown.
@@ -100,7 +101,7 @@ impl Model {
             Self::Dvgo(_) => Some(Size::Points(160)),
             Self::Tensorf(_) => Some(Size::Points(300)),
             Self::Field(field) => match field.kind() {
-                NGP => Some(Size::Entries(1 << 19)),
+                NGP | NGP_MVOXEL => Some(Size::Entries(1 << 19)),
                 EFFICIENT_NERF => Some(Size::Cells(384)),
                 _ => None,
             },

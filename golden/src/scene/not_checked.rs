@@ -70,7 +70,7 @@ impl Scene {
                 COMPOSITING,
             ],
             Model::Field(field) => match field.kind() {
-                super::NGP => &[
+                super::NGP | super::NGP_MVOXEL => &[
                     INDEXING,
                     HASHES,
                     OCCUPANCY,
@@ -86,7 +86,10 @@ impl Scene {
             },
         };
         let mut all: Vec<String> = outside.iter().map(|&what| what.to_owned()).collect();
-        if self.halo == Halo::Split {
+        let blocks =
+            matches!(&self.model, Model::Field(field) if field.kind() == super::NGP_MVOXEL);
+        // MVoxels of a hash share no vertices.
+        if blocks || self.halo == Halo::Split {
             all.push(PARTS.to_owned());
         }
         if self.from_file {
@@ -101,7 +104,7 @@ impl Scene {
         let (assumed, ignored) = match &self.model {
             Model::Dvgo(field) => (Some(field.assumed()), field.ignored()),
             Model::Tensorf(field) => (None, field.ignored()),
-            Model::Field(field) if field.kind() == super::NGP => {
+            Model::Field(field) if [super::NGP, super::NGP_MVOXEL].contains(&field.kind()) => {
                 all.push(SNAPSHOT.to_owned());
                 return;
             }
@@ -176,6 +179,15 @@ mod tests {
             // Its truth is at hand.
             assert!(!said.contains(NO_REFERENCE), "{representation}");
         }
+    }
+
+    /// A hash grid of MVoxels says what one of vertices does, and that its
+    /// MVoxels share no vertices.
+    #[test]
+    fn a_hash_grid_of_mvoxels_adds_sums_outside_the_reducers() {
+        let [vertices, blocks] = ["cairn:ngp", "cairn:ngp-mvoxel"].map(said);
+        assert!(!vertices.contains(PARTS));
+        assert_eq!(blocks, format!("{vertices}; {PARTS}"));
     }
 
     /// A file's own: what it leaves open, what of it is not used, and that its

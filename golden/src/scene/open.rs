@@ -5,12 +5,12 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::description::{Description, ModelDescription};
-use super::{BUILTIN, Model, NGP, Scene, SceneError, lantern};
+use super::{BUILTIN, Model, NGP, NGP_MVOXEL, Scene, SceneError, lantern};
 use crate::camera::Camera;
-use crate::fields::AnyField;
 use crate::fields::dvgo::Dvgo;
 use crate::fields::ngp::Ngp;
 use crate::fields::tensorf::Tensorf;
+use crate::fields::{AnyField, HashUnit};
 use crate::splats::compact::{self, Compact};
 use crate::splats::{Order, Profile, files};
 use crate::voxels::Halo;
@@ -55,7 +55,7 @@ impl Scene {
             Some(compact::ENDING) => Self::compact(path),
             Some("tar") => Self::dvgo(path),
             Some("th") => Self::tensorf(path),
-            Some("ingp" | "msgpack") => Self::ngp(path),
+            Some("ingp" | "msgpack") => Self::ngp(path, None),
             Some(other) if path.exists() => Err(SceneError::Ending {
                 path: path.to_owned(),
                 ending: format!(".{other}"),
@@ -127,9 +127,28 @@ impl Scene {
         Ok(Self::framed(path, model, [1.0; 3]))
     }
 
-    /// A snapshot, over black.
-    fn ngp(path: &Path) -> Result<Self, SceneError> {
-        let field = AnyField::new(NGP, Ngp::load(path)?);
+    /// A snapshot, over black. A `unit` has to be what it was fitted with: it says
+    /// which vertices share an entry.
+    fn ngp(path: &Path, unit: Option<HashUnit>) -> Result<Self, SceneError> {
+        let snapshot = Ngp::load(path)?;
+        let fitted = snapshot.hash_unit();
+        if let Some(unit) = unit.filter(|unit| *unit != fitted) {
+            return Err(SceneError::Value {
+                scene: path.display().to_string(),
+                field: "model.hash_unit",
+                value: unit.name().to_owned(),
+                expected: format!(
+                    "{} or left out: it changes which vertices share an entry, and this \
+                     snapshot was fitted with {0}; tools/fit ngp-mvoxel fits the other",
+                    fitted.name()
+                ),
+            });
+        }
+        let kind = match fitted {
+            HashUnit::Vertex => NGP,
+            HashUnit::MVoxel => NGP_MVOXEL,
+        };
+        let field = AnyField::new(kind, snapshot);
         Ok(Self::framed(path, Model::Field(field), [0.0; 3]))
     }
 
@@ -158,7 +177,7 @@ impl Scene {
             } => Self::represented(name, name, representation.as_deref())?,
             ModelDescription::Splats { path } => Self::model_file(&folder.join(path))?,
             ModelDescription::Compact3dgs { path } => Self::compact(&folder.join(path))?,
-            ModelDescription::Ngp { path } => Self::ngp(&folder.join(path))?,
+            ModelDescription::Ngp { path, hash_unit } => Self::ngp(&folder.join(path), *hash_unit)?,
             ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path))?,
             ModelDescription::Tensorf { path } => Self::tensorf(&folder.join(path))?,
             ModelDescription::Images(_) => {

@@ -36,6 +36,9 @@ pub struct FrameCounts {
     /// Of the bytes of MVoxels, those that were fetched row by row, from tables
     /// that do not stream.
     pub scattered_bytes: u64,
+    /// The first table of a field, from 1, from which on most samples are gathered
+    /// row by row, and how many tables there are.
+    pub reverts: Option<[usize; 2]>,
     /// Of splats alone.
     pub splats: Option<SplatCounts>,
 }
@@ -64,6 +67,8 @@ impl FrameCounts {
         self.feature_vectors += stats.entries - stats.split_entries;
         self.streams = self.streams + stats.streams;
         self.scattered_bytes += stats.scattered_bytes;
+        let tables = stats.orders.len();
+        self.reverts = stats.reverts_from().map(|first| [first, tables]);
         for (op, elements) in stats.vector_elements {
             *self.elements.entry(op).or_default() += elements;
         }
@@ -263,7 +268,8 @@ impl Scene {
             group_side: self.group_side,
             ..fields::FixedOptions::default()
         };
-        let frame = FixedField::new(field, config)?.render(&self.camera, &options, units)?;
+        let made = FixedField::with_halo(field, config, self.halo)?;
+        let frame = made.render(&self.camera, &options, units)?;
         Ok(rendered(frame))
     }
 
@@ -294,6 +300,7 @@ impl Scene {
                 elements: frame.stats.vector_elements,
                 streams: frame.stats.streams,
                 scattered_bytes: 0,
+                reverts: None,
                 splats: Some(SplatCounts {
                     records_held: frame.stats.hold.occupancy,
                     entries_held: frame.stats.hold.entries,

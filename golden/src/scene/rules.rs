@@ -43,6 +43,11 @@ impl Scene {
         }
         let splats = matches!(self.model.kind(), Kind::Splats(_));
         let voxels = matches!(self.model, Model::Voxels(_) | Model::Dvgo(_));
+        let interpolated = match self.model.kind() {
+            Kind::Splats(_) => false,
+            Kind::Voxels(_) => true,
+            Kind::Field(field) => field.tables().iter().any(|table| table.vertices() > 1),
+        };
         let stepped = voxels || matches!(self.model, Model::Tensorf(_));
         for (field, given, ours, kind) in [
             ("render.profile", render.profile.is_some(), splats, "splats"),
@@ -62,8 +67,8 @@ impl Scene {
             (
                 "render.halo",
                 render.halo.is_some(),
-                voxels,
-                "fields in one volume",
+                interpolated,
+                "voxels and fields that are interpolated",
             ),
             ("render.step", render.step.is_some(), stepped, "voxels"),
         ] {

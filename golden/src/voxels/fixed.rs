@@ -11,13 +11,14 @@ use super::error::VoxelError;
 use super::formats::{Formats, TRANSMITTANCE};
 use super::grid::Grid;
 use super::head::{Head, Stored};
-use super::mvoxels::{Halo, MVoxels};
+use super::mvoxels::MVoxels;
 use super::ray::{Placement, Rays};
 use super::schedule::{Schedule, Skip};
 use super::split;
 use crate::camera::Camera;
 use crate::picture::Picture;
 use crate::streams::{RitReads, Streams, Visit};
+use crate::tiling::Halo;
 use crate::units::{GatherTask, Units};
 
 /// Format of the background.
@@ -80,6 +81,9 @@ pub struct FixedStats {
     /// Of the bytes of MVoxels, those that were fetched row by row, from
     /// anywhere in a table that does not stream.
     pub scattered_bytes: u64,
+    /// Samples of each table of a field of several, by the order in which they
+    /// were gathered.
+    pub orders: Vec<Orders>,
     /// Feature codes out of the gathering unit.
     pub features: u64,
     /// Elements out of the vector unit, by operation.
@@ -96,22 +100,42 @@ pub struct FixedStats {
     pub stopped: u64,
 }
 
+/// Samples of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Orders {
+    /// Gathered MVoxel by MVoxel.
+    pub streamed: u64,
+    /// Gathered in the order of the samples.
+    pub row_by_row: u64,
+}
+
 impl FixedStats {
-    /// Counts the bytes of tasks whose rows were fetched one by one.
-    pub(crate) fn count_scattered(&mut self, tasks: &[GatherTask]) {
-        let bytes = tasks.iter().map(|t| 2 * t.rows.len() as u64);
-        self.scattered_bytes += bytes.sum::<u64>();
+    /// Counts MVoxels and what each moves.
+    pub(crate) fn count<'v>(
+        &mut self,
+        visits: impl IntoIterator<Item = &'v Visit>,
+        reads: RitReads,
+    ) {
+        for visit in visits {
+            self.tasks += 1;
+            self.entries += visit.whole + visit.split;
+            self.split_entries += visit.split;
+            self.features += visit.whole * visit.channels as u64;
+            self.streams.visit(visit, reads);
+        }
     }
 
-    /// Counts tasks whose entries have all their vertices.
-    pub(crate) fn count(&mut self, tasks: &[GatherTask], reads: RitReads) {
-        self.tasks += tasks.len() as u64;
-        for task in tasks {
-            let visit = Visit::of(task);
-            self.entries += visit.whole;
-            self.features += visit.whole * task.channels as u64;
-            self.streams.visit(&visit, reads);
-        }
+    /// The first table, from 1, from which on most samples of each were gathered
+    /// row by row; none where the last was not.
+    #[must_use]
+    pub fn reverts_from(&self) -> Option<usize> {
+        let streams = |o: &Orders| o.row_by_row <= o.streamed;
+        let kept = self
+            .orders
+            .iter()
+            .rposition(streams)
+            .map_or(0, |last| last + 1);
+        (kept < self.orders.len()).then_some(kept + 1)
     }
 
     /// Takes over what compositing counted.
@@ -220,7 +244,8 @@ pub fn render_volume(
             let alive = |ray| done.is_alive(ray);
             next = schedule.batch(&group, next, most, alive, &mut tasks, &mut spans);
             gather(units, &tasks, &mut features)?;
-            frame.stats.count(&tasks, mvoxels.rit_reads());
+            let visits: Vec<Visit> = tasks.iter().map(Visit::of).collect();
+            frame.stats.count(&visits, mvoxels.rit_reads());
             done.run(&features, &spans, units, &mut work)?;
         }
         place(&mut frame, &group.pixels, &done, options.background);

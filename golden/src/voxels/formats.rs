@@ -12,8 +12,6 @@ use super::grid::Grid;
 pub(super) const STEP_BITS: u32 = 24;
 /// Fraction bits of a viewing direction.
 pub(super) const DIRECTION_BITS: u32 = 14;
-/// Fraction bits of a position within its voxel: U1.12.
-pub(crate) const FRACTION_BITS: u32 = 12;
 /// Format of transmittances.
 pub const TRANSMITTANCE: Format = Format::unsigned(1, 20);
 

@@ -18,17 +18,18 @@ mod split;
 #[cfg(test)]
 mod tests;
 
+pub use crate::tiling::{Halo, Holder, Place};
 pub(crate) use composite::{Compositor, Work};
 pub use error::VoxelError;
-pub use fixed::{FixedFrame, FixedOptions, FixedStats, Volume, render_fixed, render_volume, tasks};
+pub use fixed::{
+    FixedFrame, FixedOptions, FixedStats, Orders, Volume, render_fixed, render_volume, tasks,
+};
 pub(crate) use fixed::{check_background, gather, place};
 pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float, render_masked};
-pub(crate) use formats::FRACTION_BITS;
 pub use formats::{Formats, TRANSMITTANCE};
 pub use grid::{Grid, Layout, MAX_POINTS, MAX_VALUES};
 pub use head::{Head, Lanes, Opacities};
-pub use mvoxels::{Halo, MVoxels, Mask, Place};
-pub(crate) use mvoxels::{cube_edge, position_code};
+pub use mvoxels::{MVoxels, Mask};
 pub use ray::{Placement, Ray};
 pub(crate) use schedule::Span;
 pub use schedule::{GROUP_RAYS, Skip, default_group_side};

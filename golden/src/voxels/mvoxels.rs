@@ -1,45 +1,20 @@
-//! MVoxels: what one filling of the MVoxel feature table holds (paper, Sec.
-//! "Memory Optimizations" and "Hardware Support").
-//!
-//! An MVoxel of `e` vertices an edge holds `e - 1` whole cells an edge, and
-//! MVoxels follow one another at that stride: the vertices of a shared face
-//! (the *halo*) are stored in both, so that every sample has one entry. With 8
-//! vertices an edge that takes (8/7)^3 = 1.49 times the bytes in bulk.
-//!
-//! Where the halo is *split* nothing is stored twice: MVoxels follow one another
-//! at a stride of `e`, and a sample whose vertices lie in several has an entry in
-//! each. Their unrounded sums are added up and rounded once, so that the picture
-//! is the same bit for bit.
-//!
-//! A sample belongs to the cell whose lower faces it is on or above; on the
-//! volume's upper faces, to the last cell. So it has one owner everywhere.
-
-mod halo;
+//! A grid's features as codes in MVoxels ([`crate::tiling`]), and which of them
+//! can give opacity.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
 
 use super::error::VoxelError;
-use super::formats::{FRACTION_BITS, Formats, code};
+use super::formats::{Formats, code};
 use super::grid::Grid;
 use crate::streams::RitReads;
+use crate::tiling::{Halo, Place, Tiling, edges};
 use crate::units::gather::Reducer;
-
-pub use halo::Halo;
-
-/// Vertices an edge of the largest cube that so many rows hold.
-pub(crate) fn cube_edge(rows: u32) -> Option<usize> {
-    // A row number has 16 bits.
-    (2..=40).take_while(|e| e * e * e <= rows as usize).last()
-}
 
 /// A grid's features as codes, cut into MVoxels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MVoxels {
-    edge: usize,
-    halo: Halo,
-    points: [usize; 3],
-    counts: [usize; 3],
+    tiling: Tiling,
     channels: usize,
     reducer: Reducer,
     rit_reads: RitReads,
@@ -51,18 +26,6 @@ pub struct MVoxels {
     /// A bit a cell: whether a vertex of it can give opacity.
     cells: Vec<u64>,
     occupied: Vec<bool>,
-}
-
-/// Where a sample is: its owner, the cell in it, and the place in the cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
-    /// Number of the MVoxel, x fastest.
-    pub mvoxel: usize,
-    /// Lowest vertex of the cell, from the MVoxel's first vertex.
-    pub local: [usize; 3],
-    /// U1.12 fractions of the way through the cell; 1 only on the volume's
-    /// upper faces.
-    pub fraction: [u16; 3],
 }
 
 /// A grid of its own that says where anything may be.
@@ -135,7 +98,7 @@ impl MVoxels {
                 expected: "one a vertex and channel of 2 x 2 x 2 vertices or more".to_owned(),
             });
         }
-        let Some(edge) = cube_edge(config.mvoxel.rows) else {
+        let Some(edge) = edges(points, config.mvoxel.rows) else {
             return Err(VoxelError::Config {
                 field: "mvoxel.rows",
                 value: config.mvoxel.rows.to_string(),
@@ -143,10 +106,7 @@ impl MVoxels {
             });
         };
         let mut mvoxels = Self {
-            edge,
-            halo: Halo::Shared,
-            points,
-            counts: Self::counts_of(points, edge, Halo::Shared),
+            tiling: Tiling::new(points, edge, Halo::Shared),
             channels,
             reducer: Reducer::new(config),
             rit_reads: RitReads::of(config),
@@ -156,11 +116,48 @@ impl MVoxels {
             cells: Vec::new(),
             occupied: Vec::new(),
         };
-        mvoxels.rows = (0..mvoxels.counts.iter().product())
-            .map(|m| mvoxels.cut(m, codes))
-            .collect();
+        mvoxels.cut(codes);
         mvoxels.find_occupied(codes, counts);
         Ok(mvoxels)
+    }
+
+    fn cut(&mut self, codes: &[i16]) {
+        let (tiling, channels) = (self.tiling, self.channels);
+        let all = 0..tiling.count();
+        self.rows = all.map(|m| tiling.cut(m, codes, channels)).collect();
+    }
+
+    /// The same vertices, cut with another halo.
+    #[must_use]
+    pub fn with_halo(&self, halo: Halo) -> Self {
+        let mut made = Self {
+            tiling: self.tiling.with_halo(halo),
+            rows: vec![],
+            ..self.clone()
+        };
+        made.cut(&self.codes());
+        made.occupied = vec![false; made.rows.len()];
+        let [x, y, z] = self.points().map(|p| p - 1);
+        for index in (0..x * y * z).filter(|i| self.cells[i / 64] >> (i % 64) & 1 == 1) {
+            let cell = [index % x, index / x % y, index / (x * y)];
+            made.occupied[made.tiling.owner(cell).0] = true;
+        }
+        made
+    }
+
+    /// The codes of all vertices, x fastest.
+    fn codes(&self) -> Vec<i16> {
+        let [nx, ny, nz] = self.points();
+        let mut codes = vec![0; nx * ny * nz * self.channels];
+        for (mvoxel, rows) in self.rows.iter().enumerate() {
+            let [x, y, z] = self.tiling.first(mvoxel);
+            let [wide, high, _] = self.tiling.extent(mvoxel);
+            for (line, own) in rows.chunks_exact(wide * self.channels).enumerate() {
+                let start = x + nx * (y + line % high + ny * (z + line / high));
+                codes[start * self.channels..][..own.len()].copy_from_slice(own);
+            }
+        }
+        codes
     }
 
     /// The same, with a mask outside which no sample is.
@@ -170,35 +167,9 @@ impl MVoxels {
         self
     }
 
-    fn counts_of(points: [usize; 3], edge: usize, halo: Halo) -> [usize; 3] {
-        points.map(|p| match halo {
-            Halo::Shared => (p - 1).div_ceil(edge - 1),
-            Halo::Split => p.div_ceil(edge),
-        })
-    }
-
-    /// The row of a vertex of an MVoxel.
-    fn row(&self, mvoxel: usize, [x, y, z]: [usize; 3]) -> usize {
-        let [wide, high, _] = self.extent(mvoxel);
-        x + wide * (y + high * z)
-    }
-
-    fn cut(&self, mvoxel: usize, codes: &[i16]) -> Vec<i16> {
-        let first = self.first(mvoxel);
-        let [wide, high, deep] = self.extent(mvoxel);
-        let mut rows = Vec::with_capacity(wide * high * deep * self.channels);
-        for z in first[2]..first[2] + deep {
-            for y in first[1]..first[1] + high {
-                let start = first[0] + self.points[0] * (y + self.points[1] * z);
-                rows.extend_from_slice(&codes[start * self.channels..][..wide * self.channels]);
-            }
-        }
-        rows
-    }
-
     fn find_occupied(&mut self, codes: &[i16], counts: impl Fn(&[i16]) -> bool) {
-        let [nx, ny, _] = self.points;
-        let cells = self.points.map(|p| p - 1);
+        let [nx, ny, _] = self.points();
+        let cells = self.points().map(|p| p - 1);
         self.cells = vec![0; cells.iter().product::<usize>().div_ceil(64)];
         self.occupied = vec![false; self.rows.len()];
         for (vertex, channels) in codes.chunks_exact(self.channels).enumerate() {
@@ -216,35 +187,26 @@ impl MVoxels {
                 if inside {
                     let index = self.cell_index(cell);
                     self.cells[index / 64] |= 1 << (index % 64);
-                    let owner = self.number(cell.map(|c| c / self.stride()));
-                    self.occupied[owner] = true;
+                    self.occupied[self.tiling.owner(cell).0] = true;
                 }
             }
         }
     }
 
     fn cell_index(&self, [x, y, z]: [usize; 3]) -> usize {
-        x + (self.points[0] - 1) * (y + (self.points[1] - 1) * z)
+        let [wide, high, _] = self.points();
+        x + (wide - 1) * (y + (high - 1) * z)
     }
 
-    fn number(&self, [x, y, z]: [usize; 3]) -> usize {
-        x + self.counts[0] * (y + self.counts[1] * z)
-    }
-
-    /// From MVoxel to MVoxel in vertices: cells an edge whose vertices one MVoxel
-    /// holds, or vertices an edge where the halo is split.
-    #[must_use]
-    pub fn stride(&self) -> usize {
-        match self.halo {
-            Halo::Shared => self.edge - 1,
-            Halo::Split => self.edge,
-        }
+    /// How vertices are cut.
+    pub(crate) fn tiling(&self) -> &Tiling {
+        &self.tiling
     }
 
     /// How MVoxels share vertices.
     #[must_use]
     pub fn halo(&self) -> Halo {
-        self.halo
+        self.tiling.halo()
     }
 
     /// The arithmetic of sums.
@@ -259,16 +221,10 @@ impl MVoxels {
         self.rit_reads
     }
 
-    /// MVoxels along x, y, z.
-    #[must_use]
-    pub fn counts(&self) -> [usize; 3] {
-        self.counts
-    }
-
     /// Vertices of the grid along x, y, z.
     #[must_use]
     pub fn points(&self) -> [usize; 3] {
-        self.points
+        self.tiling.points()
     }
 
     /// Channels `C` of a vertex.
@@ -295,31 +251,6 @@ impl MVoxels {
         self.mask.as_ref().is_none_or(|mask| mask.holds(at))
     }
 
-    /// Index of an MVoxel along x, y, z.
-    #[must_use]
-    pub fn index(&self, mvoxel: usize) -> [usize; 3] {
-        let [x, y, _] = self.counts;
-        [mvoxel % x, mvoxel / x % y, mvoxel / (x * y)]
-    }
-
-    /// The grid's vertex that is an MVoxel's first.
-    #[must_use]
-    pub fn first(&self, mvoxel: usize) -> [usize; 3] {
-        self.index(mvoxel).map(|i| i * self.stride())
-    }
-
-    /// Vertices along x, y, z of an MVoxel: fewer than an edge at the volume's
-    /// upper faces.
-    #[must_use]
-    pub fn extent(&self, mvoxel: usize) -> [usize; 3] {
-        let first = self.first(mvoxel);
-        let mut extent = [0; 3];
-        for axis in 0..3 {
-            extent[axis] = self.edge.min(self.points[axis] - first[axis]);
-        }
-        extent
-    }
-
     /// Rows of an MVoxel, channel codes side by side, x fastest.
     #[must_use]
     pub fn rows(&self, mvoxel: usize) -> &[i16] {
@@ -336,12 +267,8 @@ impl MVoxels {
     /// The same of the cell of a sample.
     #[must_use]
     pub fn is_cell_occupied(&self, place: &Place) -> bool {
-        let first = self.first(place.mvoxel);
-        let mut cell = [0; 3];
-        for axis in 0..3 {
-            cell[axis] = first[axis] + place.local[axis];
-        }
-        let index = self.cell_index(cell);
+        let first = self.tiling.first(place.mvoxel);
+        let index = self.cell_index([0, 1, 2].map(|axis| first[axis] + place.local[axis]));
         self.cells[index / 64] >> (index % 64) & 1 == 1
     }
 
@@ -349,68 +276,17 @@ impl MVoxels {
     #[must_use]
     pub fn duplication(&self) -> f64 {
         let stored: usize = self.rows.iter().map(|r| r.len() / self.channels).sum();
-        stored as f64 / self.points.iter().product::<usize>() as f64
+        stored as f64 / self.points().iter().product::<usize>() as f64
     }
 
-    /// The owner of a position in vertex units, held to the volume and rounded
-    /// to 12 fraction bits.
-    #[must_use]
-    pub fn locate(&self, at: [f64; 3]) -> Place {
-        let mut index = [0; 3];
-        let mut local = [0; 3];
-        let mut fraction = [0; 3];
-        for axis in 0..3 {
-            let cells = self.points[axis] - 1;
-            let code = (position_code(at[axis]).max(0) as u64).min((cells as u64) << FRACTION_BITS);
-            let cell = ((code >> FRACTION_BITS) as usize).min(cells - 1);
-            index[axis] = cell / self.stride();
-            local[axis] = cell % self.stride();
-            fraction[axis] = (code - ((cell as u64) << FRACTION_BITS)) as u16;
-        }
-        Place {
-            mvoxel: self.number(index),
-            local,
-            fraction,
-        }
-    }
-
-    /// Rows of the eight corners of a place's cell, all of which its owner holds;
-    /// bit 0 of the corner's index is x, bit 1 y, bit 2 z.
-    #[must_use]
-    pub fn corner_rows(&self, place: &Place) -> [u16; 8] {
-        let mut rows = [0; 8];
-        for (corner, row) in rows.iter_mut().enumerate() {
-            let bit = |axis: usize| corner >> axis & 1;
-            let at = [0, 1, 2].map(|axis| place.local[axis] + bit(axis));
-            *row = self.row(place.mvoxel, at) as u16;
-        }
-        rows
-    }
-
-    /// For every MVoxel, how far it is from the camera's: the Manhattan
-    /// distance of their indices, less the least of all. A ray that leaves the
-    /// camera, at `camera` in vertex units, meets the owners of its samples at
-    /// strictly increasing distances, since none of its indices ever turns back.
+    /// For every MVoxel, how far it is from that of the camera, at `camera` in
+    /// vertex units, less the least of all.
     #[must_use]
     pub fn distances(&self, camera: [f64; 3]) -> Vec<u32> {
-        let own = camera.map(|v| {
-            let index = position_code(v).div_euclid((self.stride() as i64) << FRACTION_BITS);
-            // Far enough, and no sum of three overflows.
-            index.clamp(-(1 << 50), 1 << 50)
-        });
-        let far: Vec<u64> = (0..self.rows.len())
-            .map(|m| {
-                let index = self.index(m);
-                let along = |axis: usize| own[axis].abs_diff(index[axis] as i64);
-                along(0) + along(1) + along(2)
-            })
-            .collect();
+        let seen = self.tiling.seen_from(camera);
+        let all = 0..self.rows.len();
+        let far: Vec<u64> = all.map(|m| seen.distance(self.tiling.index(m))).collect();
         let least = far.iter().min().copied().unwrap_or_default();
         far.iter().map(|d| (d - least) as u32).collect()
     }
-}
-
-/// A coordinate with 12 fraction bits, to nearest; monotone, and saturating.
-pub(crate) fn position_code(v: f64) -> i64 {
-    (v * f64::from(1u32 << FRACTION_BITS)).round() as i64
 }

@@ -11,8 +11,9 @@ use rayon::prelude::*;
 use potamoi_formats::rit::{RitEntry, Vertices};
 
 use super::error::VoxelError;
-use super::mvoxels::{MVoxels, Place};
+use super::mvoxels::MVoxels;
 use super::ray::{Ray, Rays};
+use crate::tiling::{Holder, Place};
 use crate::units::{GatherTask, weights};
 
 /// Rays whose state, 16 B each, fills half of a 1.5 MB global feature buffer.
@@ -142,7 +143,7 @@ impl<'a> Schedule<'a> {
     /// Where a sample is, unless it is left out.
     pub(super) fn place(&self, ray: &Ray, k: u32) -> Option<Place> {
         let at = ray.at(k);
-        let place = self.mvoxels.locate(at.to_array());
+        let place = self.mvoxels.tiling().locate(at.to_array());
         let called_for = match self.skip {
             _ if !self.mvoxels.holds(at) => false,
             Skip::Nothing => true,
@@ -159,7 +160,7 @@ impl<'a> Schedule<'a> {
             let Some(place) = self.place(ray, k) else {
                 continue;
             };
-            for (number, _) in self.mvoxels.holders(&place) {
+            for Holder { mvoxel: number, .. } in self.mvoxels.tiling().holders(&place) {
                 let mvoxel = number as u32;
                 // Mostly among the last; a ray needs no MVoxel twice.
                 match crossings.iter_mut().rev().find(|c| c.mvoxel == mvoxel) {
@@ -234,7 +235,7 @@ impl<'a> Schedule<'a> {
             };
             out.push(RitEntry {
                 slot: crossing.ray,
-                rows: self.mvoxels.corner_rows(&place),
+                rows: self.mvoxels.tiling().corner_rows(&place),
                 weights: weights::trilinear(place.fraction, self.mvoxels.weight_bits()),
             });
         }

@@ -120,10 +120,10 @@ pub(super) fn run(
                 stats,
             );
             if targets.len() >= most {
-                settle(units, &mut tasks, &mut targets, &mut pool, stats)?;
+                settle(units, &mut tasks, &mut targets, &mut pool)?;
             }
         }
-        settle(units, &mut tasks, &mut targets, &mut pool, stats)?;
+        settle(units, &mut tasks, &mut targets, &mut pool)?;
         let mut rays: Vec<u32> = same.iter().map(|c| c.ray).collect();
         rays.sort_unstable();
         rays.dedup();
@@ -168,8 +168,8 @@ fn ready(schedule: &Schedule<'_>, group: &Group) -> Vec<Vec<Ready>> {
             let Some(place) = schedule.place(ray, k) else {
                 continue;
             };
-            let holders = schedule.mvoxels.holders(&place);
-            let own = holders.map(|(m, _)| schedule.distances[m]).max();
+            let holders = schedule.mvoxels.tiling().holders(&place);
+            let own = holders.map(|h| schedule.distances[h.mvoxel]).max();
             let own = own.unwrap_or_default();
             match list.last_mut() {
                 Some(last) if own <= last.distance => last.end = k + 1,
@@ -195,6 +195,7 @@ fn visit<'c>(
     stats: &mut FixedStats,
 ) {
     let mvoxels = schedule.mvoxels;
+    let tiling = mvoxels.tiling();
     let channels = mvoxels.channels();
     let mut entries: Vec<RitEntry> = vec![];
     let (mut last, mut split, mut number) = (0, 0, None);
@@ -207,11 +208,11 @@ fn visit<'c>(
             let Some(place) = schedule.place(ray, k) else {
                 continue;
             };
-            let Some(holder) = mvoxels.holders(&place).find(|(m, _)| *m == mvoxel) else {
+            let Some(holder) = tiling.holders(&place).find(|h| h.mvoxel == mvoxel) else {
                 continue;
             };
             let weights = weights::trilinear(place.fraction, mvoxels.weight_bits());
-            let (own, held) = mvoxels.part_rows(&place, holder);
+            let (own, held) = tiling.part_rows(&place, holder);
             last = own.into_iter().fold(last, u16::max);
             if held == u8::MAX {
                 entries.push(RitEntry {
@@ -236,9 +237,6 @@ fn visit<'c>(
         return;
     };
     let rows = usize::from(last) + 1;
-    stats.tasks += 1;
-    stats.entries += entries.len() as u64 + split;
-    stats.split_entries += split;
     let visit = Visit {
         vertices: Vertices::Eight,
         channels,
@@ -246,7 +244,7 @@ fn visit<'c>(
         whole: entries.len() as u64,
         split,
     };
-    stats.streams.visit(&visit, mvoxels.rit_reads());
+    stats.count([&visit], mvoxels.rit_reads());
     if !entries.is_empty() {
         tasks.push(schedule.loading(mvoxel, rows, entries));
     }
@@ -258,11 +256,9 @@ fn settle(
     tasks: &mut Vec<GatherTask>,
     targets: &mut Vec<(u32, u32)>,
     pool: &mut Pool,
-    stats: &mut FixedStats,
 ) -> Result<(), VoxelError> {
     let mut features = vec![];
     gather(units, tasks, &mut features)?;
-    stats.features += features.len() as u64;
     for ((ray, k), own) in targets.iter().zip(features.chunks_exact(pool.channels)) {
         let sums = pool.sums(*ray, *k, true);
         for (sum, code) in sums.iter_mut().zip(own) {

@@ -89,7 +89,7 @@ fn every_place_has_one_owner_with_its_vertices() {
     let points = [19, 16, 23];
     let grid = blob(points, Layout::Constant);
     let mvoxels = MVoxels::new(&grid, &config("")).unwrap();
-    assert_eq!(mvoxels.stride(), 7);
+    assert_eq!(mvoxels.tiling().stride(), [7; 3]);
     let step = 2f64.powi(-12);
     let along = |axis: usize| {
         let last = (points[axis] - 1) as f64;
@@ -104,8 +104,11 @@ fn every_place_has_one_owner_with_its_vertices() {
     for x in along(0) {
         for y in along(1) {
             for z in along(2) {
-                let place = mvoxels.locate([x, y, z]);
-                let (first, extent) = (mvoxels.first(place.mvoxel), mvoxels.extent(place.mvoxel));
+                let place = mvoxels.tiling().locate([x, y, z]);
+                let (first, extent) = (
+                    mvoxels.tiling().first(place.mvoxel),
+                    mvoxels.tiling().extent(place.mvoxel),
+                );
                 for (axis, at) in [x, y, z].into_iter().enumerate() {
                     let held = at.clamp(0.0, (points[axis] - 1) as f64);
                     let vertex = first[axis] + place.local[axis];
@@ -119,7 +122,7 @@ fn every_place_has_one_owner_with_its_vertices() {
                     assert!(fraction < 1.0 || at >= (points[axis] - 1) as f64 - step);
                 }
                 let wide = mvoxels.channels();
-                for (corner, row) in mvoxels.corner_rows(&place).into_iter().enumerate() {
+                for (corner, row) in mvoxels.tiling().corner_rows(&place).into_iter().enumerate() {
                     let vertex = [0, 1, 2].map(|a| first[a] + place.local[a] + (corner >> a & 1));
                     let index = vertex[0] + points[0] * (vertex[1] + points[1] * vertex[2]);
                     let exact = grid.features()[index * wide];
@@ -367,7 +370,7 @@ proptest! {
         let distances = mvoxels.distances(eye);
         let mut last = None;
         for k in 0..ray.samples {
-            let owner = mvoxels.locate(ray.at(k).to_array()).mvoxel;
+            let owner = mvoxels.tiling().locate(ray.at(k).to_array()).mvoxel;
             if let Some((before, far)) = last
                 && before != owner
             {

@@ -3,45 +3,48 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use potamoi_formats::config::Config;
-use potamoi_formats::rit::Vertices;
 
 use super::CodedTable;
-use super::scattered::Held;
-use crate::streams::{RitReads, Streams, Visit};
+use super::scattered::{Held, ScatteredTable};
+use crate::streams::{Streams, Visit};
+use crate::tiling::{Place, Tiling};
 
 /// Samples of a batch, counted as they come.
 pub struct BatchCount<'a> {
     table: &'a CodedTable,
-    reads: RitReads,
-    state: State,
-    counted: Counted,
+    /// MVoxels that are loaded once, where the table streams.
+    loaded: Option<Tally>,
+    /// Rows that samples need, where the table may be gathered so.
+    fetched: Option<Fetched<'a>>,
 }
 
 /// What the gathers of a batch come to.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counted {
-    /// Tasks.
+    /// MVoxels, or tasks where rows are fetched as samples need them.
     pub tasks: u64,
-    /// Their entries.
+    /// Entries, of a sample one in each MVoxel that holds vertices of it.
     pub entries: u64,
     /// Their bytes.
     pub streams: Streams,
+    /// Of the bytes of MVoxels, those that are fetched row by row.
+    pub scattered: u64,
 }
 
-enum State {
-    /// Of MVoxels that are loaded once.
-    Loaded(Tally<usize>),
-    /// Rows, and entries, of a task whose samples join it as they come.
-    Fetched(Held, u64),
+/// A task whose samples join it as they come, and those before it.
+struct Fetched<'a> {
+    table: &'a ScatteredTable,
+    held: Held,
+    entries: u64,
+    counted: Counted,
 }
 
 /// What samples do to MVoxels, by the number of each. Those of a ray mostly follow
 /// one another in one MVoxel.
-#[derive(Debug, Clone)]
-pub(crate) struct Tally<K> {
-    touched: HashMap<K, Touched>,
-    current: Option<(K, Touched)>,
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Tally {
+    touched: HashMap<usize, Touched>,
+    current: Option<(usize, Touched)>,
 }
 
 /// What samples do to one MVoxel.
@@ -56,6 +59,15 @@ pub(crate) struct Touched {
 }
 
 impl Touched {
+    /// One entry that has all its vertices.
+    pub(super) const fn whole(last: u64) -> Self {
+        Self {
+            last,
+            whole: 1,
+            split: 0,
+        }
+    }
+
     fn and(self, other: Self) -> Self {
         Self {
             last: self.last.max(other.last),
@@ -65,16 +77,9 @@ impl Touched {
     }
 }
 
-impl<K: Copy + Eq + std::hash::Hash> Tally<K> {
-    pub(crate) fn new() -> Self {
-        Self {
-            touched: HashMap::new(),
-            current: None,
-        }
-    }
-
+impl Tally {
     /// Notes entries in an MVoxel.
-    pub(crate) fn add(&mut self, mvoxel: K, more: Touched) {
+    pub(crate) fn add(&mut self, mvoxel: usize, more: Touched) {
         match &mut self.current {
             Some((key, sum)) if *key == mvoxel => *sum = sum.and(more),
             current => {
@@ -84,7 +89,21 @@ impl<K: Copy + Eq + std::hash::Hash> Tally<K> {
         }
     }
 
-    fn put(&mut self, of: Option<(K, Touched)>) {
+    /// Notes the entries of a sample: one in each MVoxel that holds vertices of
+    /// it.
+    pub(crate) fn touch(&mut self, tiling: &Tiling, place: &Place) {
+        let split = u64::from(tiling.straddles(place) != 0);
+        for holder in tiling.holders(place) {
+            let more = Touched {
+                last: tiling.last_row(place, holder).into(),
+                whole: 1 - split,
+                split,
+            };
+            self.add(holder.mvoxel, more);
+        }
+    }
+
+    fn put(&mut self, of: Option<(usize, Touched)>) {
         if let Some((key, more)) = of {
             let to = self.touched.entry(key).or_default();
             *to = to.and(more);
@@ -92,103 +111,103 @@ impl<K: Copy + Eq + std::hash::Hash> Tally<K> {
     }
 
     /// All MVoxels, in no order.
-    pub(crate) fn done(mut self) -> HashMap<K, Touched> {
+    pub(crate) fn done(mut self) -> HashMap<usize, Touched> {
         let last = self.current.take();
         self.put(last);
         self.touched
     }
 }
 
-impl<'a> BatchCount<'a> {
-    /// A batch without samples of a table, gathered by the unit that `config`
-    /// describes.
-    #[must_use]
-    pub fn new(table: &'a CodedTable, config: &Config) -> Self {
-        let state = match table {
-            CodedTable::Scattered(table) => State::Fetched(table.held(), 0),
-            CodedTable::Streaming(_) | CodedTable::Tree(_) => State::Loaded(Tally::new()),
+impl Fetched<'_> {
+    fn sample(&mut self, of: &CodedTable, place: DVec3) {
+        let (rows, _) = self.table.rows(place);
+        let rows = &rows[..of.shape.vertices.count()];
+        if !self.held.fits(rows) {
+            self.end(of);
+        }
+        for row in rows {
+            self.held.local(*row, |_| ());
+        }
+        self.entries += 1;
+    }
+
+    /// Ends the task of the rows that are held.
+    fn end(&mut self, of: &CodedTable) {
+        if self.entries == 0 {
+            return;
+        }
+        let rows = self.held.count() as u64;
+        self.counted.visit(of, rows, self.entries, 0);
+        self.held.clear();
+        self.entries = 0;
+    }
+}
+
+impl Counted {
+    fn visit(&mut self, of: &CodedTable, rows: u64, whole: u64, split: u64) {
+        let visit = Visit {
+            vertices: of.shape.vertices,
+            channels: of.shape.channels,
+            rows,
+            whole,
+            split,
         };
+        self.tasks += 1;
+        self.entries += whole + split;
+        self.streams.visit(&visit, of.rit_reads);
+    }
+}
+
+impl<'a> BatchCount<'a> {
+    /// A batch without samples of a table.
+    #[must_use]
+    pub fn new(table: &'a CodedTable) -> Self {
         Self {
             table,
-            reads: RitReads::of(config),
-            state,
-            counted: Counted::default(),
+            loaded: table.streams().then(Tally::default),
+            fetched: table.scattered().map(|table| Fetched {
+                table,
+                held: table.held(),
+                entries: 0,
+                counted: Counted::default(),
+            }),
         }
     }
 
     /// Takes the next sample, at a place in vertices.
     pub fn sample(&mut self, place: DVec3) {
-        let mut load = |reached: Option<(usize, u16)>| {
-            if let (State::Loaded(tally), Some((mvoxel, row))) = (&mut self.state, reached) {
-                let more = Touched {
-                    last: row.into(),
-                    whole: 1,
-                    split: 0,
-                };
-                tally.add(mvoxel, more);
-            }
-        };
-        match self.table {
-            CodedTable::Streaming(table) => load(Some(table.reach(place))),
-            CodedTable::Tree(table) => load(table.reach(place)),
-            CodedTable::Scattered(table) => {
-                let (rows, _) = table.rows(place);
-                let rows = &rows[..table.vertices().count()];
-                if let State::Fetched(held, _) = &self.state
-                    && !held.fits(rows)
-                {
-                    self.end();
-                }
-                if let State::Fetched(held, entries) = &mut self.state {
-                    for row in rows {
-                        held.local(*row, |_| ());
-                    }
-                    *entries += 1;
-                }
-            }
+        if let Some(tally) = &mut self.loaded {
+            self.table.touch(place, tally);
+        }
+        if let Some(fetched) = &mut self.fetched {
+            fetched.sample(self.table, place);
         }
     }
 
-    /// Ends the task of rows that are held.
-    fn end(&mut self) {
-        if let State::Fetched(held, entries) = &mut self.state
-            && *entries > 0
-        {
-            let (rows, whole) = (held.count() as u64, *entries);
-            held.clear();
-            *entries = 0;
-            self.visit(rows, whole);
-        }
-    }
-
-    fn visit(&mut self, rows: u64, whole: u64) {
-        let vertices = match self.table {
-            CodedTable::Streaming(table) => table.vertices(),
-            CodedTable::Scattered(table) => table.vertices(),
-            CodedTable::Tree(_) => Vertices::One,
-        };
-        let visit = Visit {
-            vertices,
-            channels: self.table.channels(),
-            rows,
-            whole,
-            split: 0,
-        };
-        self.counted.tasks += 1;
-        self.counted.entries += whole;
-        self.counted.streams.visit(&visit, self.reads);
-    }
-
-    /// What the batch came to.
+    /// What the batch came to, in the order of fewer rows where there are two
+    /// ([`BlockTable`](super::BlockTable)).
     #[must_use]
-    pub fn done(mut self) -> Counted {
-        self.end();
-        let empty = State::Loaded(Tally::new());
-        if let State::Loaded(tally) = std::mem::replace(&mut self.state, empty) {
-            for touched in tally.done().into_values() {
-                self.visit(touched.last + 1, touched.whole);
+    pub fn done(self) -> Counted {
+        let table = self.table;
+        let fetched = self.fetched.map(|mut fetched| {
+            fetched.end(table);
+            let counted = fetched.counted;
+            Counted {
+                scattered: counted.streams.mvoxels_read,
+                ..counted
             }
-        }
-        self.counted
+        });
+        let loaded = self.loaded.map(|tally| {
+            let mut counted = Counted::default();
+            for touched in tally.done().into_values() {
+                counted.visit(table, touched.last + 1, touched.whole, touched.split);
+            }
+            counted
+        });
+        // Of equals the first.
+        let either = [loaded, fetched].into_iter().flatten();
+        either
+            .min_by_key(|counted| counted.streams.mvoxels_read)
+            .unwrap_or_default()
     }
 }

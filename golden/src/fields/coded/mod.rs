@@ -2,37 +2,57 @@
 //! memory-centric order.
 //!
 //! Tables whose vertices have an entry each are cut into MVoxels
-//! ([`MVoxelTable`]), each loaded once for all samples of a batch. Hashed ones
-//! keep the order of the samples ([`ScatteredTable`]): their vertices lie
-//! anywhere (paper, Sec. "Memory Optimizations", hierarchical encodings).
+//! ([`MVoxelTable`]), each loaded once for all samples of a batch, and so are
+//! those that are hashed by MVoxel ([`BlockTable`]), as long as that pays. Those
+//! that are hashed by vertex keep the order of the samples ([`ScatteredTable`]):
+//! their vertices lie anywhere (paper, Sec. "Memory Optimizations", hierarchical
+//! encodings).
 
+mod blocks;
 mod count;
 mod mvoxels;
 mod scattered;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod visit;
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
 
 use super::codes::{finest, quantised};
-use super::{FieldError, Table};
-use crate::units::GatherTask;
-use crate::units::weights::{self, FRACTION_BITS};
+use super::{FieldError, HashUnit, Table};
+use crate::streams::RitReads;
+use crate::tiling::Halo;
+use crate::units::gather::Reducer;
+use crate::units::{Units, weights};
+use crate::voxels::{FixedStats, VoxelError, gather};
 
+pub use blocks::BlockTable;
 pub use count::{BatchCount, Counted};
 pub(crate) use count::{Tally, Touched};
 pub use mvoxels::MVoxelTable;
 pub use scattered::ScatteredTable;
 pub use tree::TreeTable;
+pub use visit::Gathers;
+use visit::Shape;
 
 /// A table as codes.
 #[derive(Debug, Clone, PartialEq)]
-pub enum CodedTable {
+pub struct CodedTable {
+    order: Order,
+    shape: Shape,
+    rit_reads: RitReads,
+}
+
+/// How samples are gathered from a table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Order {
     /// Each MVoxel is loaded once for all samples of a batch.
     Streaming(MVoxelTable),
+    /// The same of entries of a hash, or rows as samples need them.
+    Blocks(BlockTable),
     /// Rows are loaded as samples need them.
     Scattered(ScatteredTable),
     /// MVoxels of coarse cells whose nodes follow one another.
@@ -48,22 +68,29 @@ pub struct Located {
     pub place: DVec3,
 }
 
-/// Gathering tasks of one table.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Gathers {
-    /// In the order in which they are carried out.
-    pub tasks: Vec<GatherTask>,
-    /// The sample of every entry of every task, in order.
-    pub samples: Vec<u32>,
-}
-
 impl CodedTable {
-    /// A table as codes of so many fraction bits, one number a channel.
+    /// A table as codes of so many fraction bits, one number a channel, in
+    /// MVoxels that share their faces.
     ///
     /// # Errors
     /// A configuration whose gathering unit has no entries of the table's
     /// vertices, too few segments or too few rows.
     pub fn new(table: &Table, frac_bits: &[u32], config: &Config) -> Result<Self, FieldError> {
+        Self::with_halo(table, frac_bits, config, Halo::Shared)
+    }
+
+    /// The same in MVoxels that share vertices as `halo` says. Those of a table
+    /// hashed by MVoxel store nothing twice, and those of a tree have nothing to
+    /// share.
+    ///
+    /// # Errors
+    /// As [`CodedTable::new`].
+    pub fn with_halo(
+        table: &Table,
+        frac_bits: &[u32],
+        config: &Config,
+        halo: Halo,
+    ) -> Result<Self, FieldError> {
         let points = table.points();
         if !points.is_sorted_by(|a, b| *a > 1 || *b == 1) {
             let expected = "axes of one vertex behind the others";
@@ -88,43 +115,113 @@ impl CodedTable {
         let codes = values.flat_map(|row| row.iter().zip(frac_bits));
         let codes: Vec<i16> = codes.map(|(v, frac)| quantised(*v, bits, *frac)).collect();
         // A row number has 16 bits.
-        let rows = (config.mvoxel.rows as usize).min(1 << 16);
-        if let Some(nodes) = table.nodes() {
-            return Ok(Self::Tree(TreeTable::new(nodes, codes, channels, rows)?));
-        }
-        Ok(if table.is_hashed() {
-            Self::Scattered(ScatteredTable::new(table, codes, rows)?)
-        } else {
-            Self::Streaming(MVoxelTable::new(table, &codes, rows)?)
+        let rows = config.mvoxel.rows.min(1 << 16);
+        let held = rows as usize;
+        let shape = Shape {
+            channels,
+            vertices,
+            reducer: Reducer::new(config),
+        };
+        let order = match (table.nodes(), table.hash_unit()) {
+            (Some(nodes), _) => Order::Tree(TreeTable::new(nodes, codes, shape, held)?),
+            (_, None) => Order::Streaming(MVoxelTable::new(points, shape, &codes, rows, halo)?),
+            (_, Some(HashUnit::MVoxel)) => {
+                Order::Blocks(BlockTable::new(points, shape, codes, held)?)
+            }
+            (_, Some(unit @ HashUnit::Vertex)) => {
+                let codes = codes.into();
+                Order::Scattered(ScatteredTable::new(points, unit, shape, &codes, held)?)
+            }
+        };
+        Ok(Self {
+            order,
+            shape,
+            rit_reads: RitReads::of(config),
         })
+    }
+
+    /// How samples are gathered from it.
+    #[must_use]
+    pub const fn order(&self) -> &Order {
+        &self.order
     }
 
     /// Channels of a row.
     #[must_use]
     pub const fn channels(&self) -> usize {
-        match self {
-            Self::Streaming(table) => table.channels(),
-            Self::Scattered(table) => table.channels(),
-            Self::Tree(table) => table.channels(),
-        }
-    }
-
-    /// Whether rows are loaded as samples need them.
-    #[must_use]
-    pub const fn is_scattered(&self) -> bool {
-        matches!(self, Self::Scattered(_))
+        self.shape.channels
     }
 
     /// The tasks of a batch of samples, each ray's front to back, seen from
-    /// `eye` in vertices. Every sample has one entry; in a tree, every sample in a
-    /// node.
+    /// `eye` in vertices. Every sample has an entry in each MVoxel that holds
+    /// vertices of it; in a tree, every sample in a node has one.
     #[must_use]
-    pub fn gathers(&self, eye: DVec3, samples: &[Located], weight_bits: u32) -> Gathers {
-        match self {
-            Self::Streaming(table) => table.gathers(eye, samples, weight_bits),
-            Self::Scattered(table) => table.gathers(samples, weight_bits),
-            Self::Tree(table) => table.gathers(eye, samples),
+    pub fn gathers(&self, eye: DVec3, samples: &[Located]) -> Gathers {
+        let weight_bits = self.shape.reducer.weight_bits();
+        match &self.order {
+            Order::Streaming(table) => table.gathers(eye, samples, weight_bits),
+            Order::Blocks(table) => table.gathers(eye, samples, weight_bits),
+            Order::Scattered(table) => table.gathers(samples, weight_bits),
+            Order::Tree(table) => table.gathers(eye, samples),
         }
+    }
+
+    /// Whether samples are gathered MVoxel by MVoxel where that pays.
+    const fn streams(&self) -> bool {
+        match &self.order {
+            Order::Streaming(_) | Order::Tree(_) => true,
+            Order::Blocks(table) => table.streams(),
+            Order::Scattered(_) => false,
+        }
+    }
+
+    /// Notes what a sample reads MVoxel by MVoxel.
+    fn touch(&self, place: DVec3, tally: &mut Tally) {
+        match &self.order {
+            Order::Streaming(table) => table.touch(place, tally),
+            Order::Blocks(table) => table.touch(place, tally),
+            Order::Tree(table) => table.touch(place, tally),
+            Order::Scattered(_) => {}
+        }
+    }
+
+    /// Its rows as samples need them, where it may be gathered so.
+    const fn scattered(&self) -> Option<&ScatteredTable> {
+        match &self.order {
+            Order::Streaming(_) | Order::Tree(_) => None,
+            Order::Blocks(table) => Some(table.scattered()),
+            Order::Scattered(table) => Some(table),
+        }
+    }
+
+    /// Carries out what was planned of a batch, counts it, and hands over the
+    /// codes of every sample that has an entry.
+    pub(super) fn carry_out(
+        &self,
+        gathers: &Gathers,
+        units: &mut dyn Units,
+        stats: &mut FixedStats,
+        mut put: impl FnMut(u32, &[i16]),
+    ) -> Result<(), VoxelError> {
+        let width = self.channels();
+        let mut codes = vec![];
+        gather(units, &gathers.tasks, &mut codes)?;
+        stats.count(&gathers.visits, self.rit_reads);
+        if gathers.row_by_row {
+            let rows: usize = gathers.tasks.iter().map(|t| t.rows.len()).sum();
+            stats.scattered_bytes += 2 * rows as u64;
+        }
+        for (sample, codes) in gathers.samples.iter().zip(codes.chunks_exact(width)) {
+            put(*sample, codes);
+        }
+        let parted = &gathers.parted;
+        stats.waiting = stats.waiting.max(parted.waiting);
+        for (sample, sums) in parted.samples.iter().zip(parted.sums.chunks_exact(width)) {
+            codes.clear();
+            codes.extend(sums.iter().map(|sum| self.shape.reducer.round(*sum)));
+            put(*sample, &codes);
+        }
+        Ok(())
     }
 }
 
@@ -163,59 +260,13 @@ fn vertices(table: &Table) -> Vertices {
     }
 }
 
-/// A coordinate with 12 fraction bits, to nearest; monotone, and saturating.
-pub(super) fn position_code(v: f64) -> i64 {
-    (v * f64::from(1u32 << FRACTION_BITS)).round() as i64
-}
-
-/// The lowest vertex of the cell of a place, held within the table, and how far
-/// through the cell it is: U1.12, 1 only on the upper faces.
-pub(super) fn cell(points: [usize; 3], place: DVec3) -> ([usize; 3], [u16; 3]) {
-    let (mut low, mut fraction) = ([0; 3], [0; 3]);
-    for axis in 0..3 {
-        let cells = points[axis] - 1;
-        let code = position_code(place[axis]).max(0) as u64;
-        let code = code.min((cells as u64) << FRACTION_BITS);
-        low[axis] = ((code >> FRACTION_BITS) as usize).min(cells.saturating_sub(1));
-        fraction[axis] = (code - ((low[axis] as u64) << FRACTION_BITS)) as u16;
-    }
-    (low, fraction)
-}
-
-/// An entry, its MVoxel, and how far that is from the camera's.
-struct Placed {
-    distance: u64,
-    mvoxel: u32,
-    sample: u32,
-    entry: RitEntry,
-}
-
-/// Puts entries in the order of their MVoxels: the nearest first, and in each
-/// that of the samples.
-fn visit(mut placed: Vec<Placed>, task: impl Fn(&[Placed]) -> GatherTask) -> Gathers {
-    placed.sort_unstable_by_key(|e| (e.distance, e.mvoxel, e.sample));
-    let same = placed.chunk_by(|a, b| a.mvoxel == b.mvoxel);
-    Gathers {
-        tasks: same.map(task).collect(),
-        samples: placed.iter().map(|e| e.sample).collect(),
-    }
-}
-
-/// The index along an axis of what is `wide` vertices wide; far enough off, and
-/// no sum of three overflows.
-fn index_of(place: f64, wide: usize) -> i64 {
-    position_code(place)
-        .div_euclid((wide as i64) << FRACTION_BITS)
-        .clamp(-(1 << 50), 1 << 50)
-}
-
 /// An entry whose corners lie along the axes that have more than one vertex.
 fn entry(
     slot: u32,
     vertices: Vertices,
     fraction: [u16; 3],
     weight_bits: u32,
-    row: impl FnMut(usize) -> u16,
+    rows: [u16; MAX_VERTICES],
 ) -> RitEntry {
     let mut entry = RitEntry {
         slot,
@@ -233,8 +284,6 @@ fn entry(
         Vertices::Eight => entry.weights = weights::trilinear(fraction, weight_bits),
     }
     let count = vertices.count();
-    for (to, row) in entry.rows[..count].iter_mut().zip((0..count).map(row)) {
-        *to = row;
-    }
+    entry.rows[..count].copy_from_slice(&rows[..count]);
     entry
 }

@@ -1,62 +1,66 @@
 //! A hashed table, whose vertices lie anywhere: the order of the samples is
 //! kept, and rows are fetched one by one as samples need them.
 
-use glam::DVec3;
-use potamoi_formats::rit::{MAX_VERTICES, Vertices};
+use std::sync::Arc;
 
-use super::{Gathers, Located, cell, entry, part, vertices};
-use crate::fields::{FieldError, Table, TableShape};
+use glam::DVec3;
+use potamoi_formats::rit::MAX_VERTICES;
+
+use super::visit::{Gathers, Shape};
+use super::{Located, entry, part};
+use crate::fields::{FieldError, HashUnit};
+use crate::tiling::cell;
 use crate::units::GatherTask;
 
 /// A hashed table as codes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScatteredTable {
     points: [usize; 3],
-    /// Rows that vertices share.
-    entries: usize,
-    channels: usize,
-    vertices: Vertices,
-    codes: Vec<i16>,
+    unit: HashUnit,
+    shape: Shape,
+    codes: Arc<[i16]>,
     /// Rows that are held at a time.
     held: usize,
 }
 
 impl ScatteredTable {
-    pub(super) fn new(table: &Table, codes: Vec<i16>, rows: usize) -> Result<Self, FieldError> {
-        let vertices = vertices(table);
-        if rows < vertices.count() {
-            let expected = format!("{} rows or more, for a sample's vertices", vertices.count());
+    pub(super) fn new(
+        points: [usize; 3],
+        unit: HashUnit,
+        shape: Shape,
+        codes: &Arc<[i16]>,
+        rows: usize,
+    ) -> Result<Self, FieldError> {
+        let count = shape.vertices.count();
+        if rows < count {
+            let expected = format!("{count} rows or more, for a sample's vertices");
             return Err(part("mvoxel.rows", rows.to_string(), expected));
         }
         Ok(Self {
-            points: table.points(),
-            entries: codes.len() / table.channels(),
-            channels: table.channels(),
-            vertices,
-            codes,
+            points,
+            unit,
+            shape,
+            codes: codes.clone(),
             held: rows,
         })
     }
 
-    pub(super) const fn channels(&self) -> usize {
-        self.channels
+    /// Rows that vertices share.
+    fn entries(&self) -> usize {
+        self.codes.len() / self.shape.channels
     }
 
     /// The rows of a sample, corner after corner, and how far through its cell it
     /// is.
     pub(super) fn rows(&self, place: DVec3) -> ([usize; MAX_VERTICES], [u16; 3]) {
-        let (low, fraction) = cell(self.points, place);
+        let (low, fraction) = cell(self.points, place.to_array());
+        let (count, entries) = (self.shape.vertices.count(), self.entries());
         let mut rows = [0; MAX_VERTICES];
-        for (corner, row) in rows.iter_mut().enumerate().take(self.vertices.count()) {
+        for (corner, row) in rows.iter_mut().enumerate().take(count) {
             let vertex = [0, 1, 2].map(|axis| low[axis] + (corner >> axis & 1));
-            *row = TableShape::hashed_row(vertex, self.entries);
+            *row = self.unit.row(vertex, entries);
         }
         (rows, fraction)
-    }
-
-    /// Vertices an entry.
-    pub(super) const fn vertices(&self) -> Vertices {
-        self.vertices
     }
 
     /// Nothing held.
@@ -64,7 +68,7 @@ impl ScatteredTable {
         Held {
             most: self.held,
             task: 1,
-            rows: vec![(0, 0); self.entries],
+            rows: vec![(0, 0); self.entries()],
             count: 0,
         }
     }
@@ -72,7 +76,7 @@ impl ScatteredTable {
     /// Samples join a task as long as the rows that they need fit the MVoxel
     /// feature table; a row is fetched once a task.
     pub(super) fn gathers(&self, samples: &[Located], weight_bits: u32) -> Gathers {
-        let count = self.vertices.count();
+        let (count, channels) = (self.shape.vertices.count(), self.shape.channels);
         let mut tasks = vec![];
         let mut task = self.empty();
         let mut held = self.held();
@@ -82,28 +86,26 @@ impl ScatteredTable {
                 tasks.push(std::mem::replace(&mut task, self.empty()));
                 held.clear();
             }
-            let local = |corner: usize| {
-                held.local(rows[corner], |row| {
-                    let values = &self.codes[row * self.channels..][..self.channels];
+            let mut local = [0; MAX_VERTICES];
+            for (local, row) in local.iter_mut().zip(&rows[..count]) {
+                *local = held.local(*row, |row| {
+                    let values = &self.codes[row * channels..][..channels];
                     task.rows.extend_from_slice(values);
-                })
-            };
-            let made = entry(at.slot, self.vertices, fraction, weight_bits, local);
+                });
+            }
+            let made = entry(at.slot, self.shape.vertices, fraction, weight_bits, local);
             task.entries.push(made);
         }
         if !task.entries.is_empty() {
             tasks.push(task);
         }
-        Gathers {
-            tasks,
-            samples: (0..samples.len() as u32).collect(),
-        }
+        Gathers::row_by_row(tasks, samples.len())
     }
 
     fn empty(&self) -> GatherTask {
         GatherTask {
-            vertices: self.vertices,
-            channels: self.channels,
+            vertices: self.shape.vertices,
+            channels: self.shape.channels,
             rows: vec![],
             entries: vec![],
         }

@@ -6,6 +6,9 @@ use rand::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 
 use super::*;
+use crate::fields::Nodes;
+use crate::streams::Streams;
+use crate::tiling::Tiling;
 use crate::units::{Twins, Units as _};
 
 /// Lines, planes, a volume, and hashed ones, of components of their own.
@@ -53,6 +56,12 @@ fn samples(table: &Table, random: &mut Pcg64Mcg) -> (DVec3, Vec<Located>) {
     (eye, all)
 }
 
+fn distance(tiling: &Tiling, mvoxel: usize, eye: DVec3) -> u64 {
+    tiling
+        .seen_from(eye.to_array())
+        .distance(tiling.index(mvoxel))
+}
+
 fn configs() -> [Config; 2] {
     ["", "[mvoxel]\nrows = 32\n[gu]\nweight_bits = 8\n"]
         .map(|text| Config::from_toml(text, "test").unwrap())
@@ -71,7 +80,8 @@ fn twins_gather_what_floats_do() {
             let bits = bits(table, &config);
             let coded = CodedTable::new(table, &bits, &config).unwrap();
             let (eye, samples) = samples(table, &mut random);
-            let gathers = coded.gathers(eye, &samples, config.gu.weight_bits);
+            let gathers = coded.gathers(eye, &samples);
+            assert!(gathers.parted.samples.is_empty());
             let each: HashSet<_> = gathers.samples.iter().collect();
             assert_eq!(
                 (each.len(), gathers.samples.len()),
@@ -130,32 +140,32 @@ fn mvoxels_are_loaded_once_in_order() {
     for table in &tables(&mut random)[..3] {
         let config = Config::from_toml("[mvoxel]\nrows = 32\n", "test").unwrap();
         let coded = CodedTable::new(table, &bits(table, &config), &config).unwrap();
-        let CodedTable::Streaming(tiles) = &coded else {
+        let Order::Streaming(tiles) = coded.order() else {
             unreachable!("a dense table streams")
         };
+        let tiling = tiles.tiling();
+        let mvoxel_of = |at: &Located| tiling.locate(at.place.to_array()).mvoxel;
         let (eye, samples) = samples(table, &mut random);
-        let gathers = coded.gathers(eye, &samples, 15);
+        let gathers = coded.gathers(eye, &samples);
         let (mut loaded, mut last, mut from) = (HashSet::new(), 0, 0);
         for task in &gathers.tasks {
             let own = &gathers.samples[from..from + task.entries.len()];
             assert!(own.is_sorted());
             from += task.entries.len();
-            let (mvoxel, _) = tiles.entry(&samples[own[0] as usize], 15);
+            let mvoxel = mvoxel_of(&samples[own[0] as usize]);
             assert!(loaded.insert(mvoxel), "loaded once");
             assert!(tiles.rows(mvoxel).starts_with(&task.rows));
             // Up to the last row that is used, and no further.
             let top = task.vertices.count() - 1;
             let last_row = task.entries.iter().map(|e| usize::from(e.rows[top])).max();
             assert_eq!(task.rows.len(), (last_row.unwrap() + 1) * task.channels);
-            let distance = tiles.distance(mvoxel, eye);
+            let distance = distance(tiling, mvoxel, eye);
             assert!(distance >= last, "{distance} after {last}");
             last = distance;
         }
         assert!(loaded.len() > 5, "{}", loaded.len());
         for ray in samples.chunk_by(|a, b| a.slot == b.slot) {
-            let distances = ray
-                .iter()
-                .map(|at| tiles.distance(tiles.entry(at, 15).0, eye));
+            let distances = ray.iter().map(|at| distance(tiling, mvoxel_of(at), eye));
             assert!(distances.is_sorted());
         }
     }
@@ -169,9 +179,9 @@ fn scattered_rows_are_fetched_once_a_task() {
     let config = Config::from_toml("[mvoxel]\nrows = 32\n", "test").unwrap();
     for table in &tables(&mut random)[3..] {
         let coded = CodedTable::new(table, &bits(table, &config), &config).unwrap();
-        assert!(coded.is_scattered());
+        assert!(matches!(coded.order(), Order::Scattered(_)));
         let (eye, samples) = samples(table, &mut random);
-        let gathers = coded.gathers(eye, &samples, 15);
+        let gathers = coded.gathers(eye, &samples);
         assert!(gathers.samples.iter().copied().eq(0..samples.len() as u32));
         let rows_of = |sample: usize| {
             let mut rows = HashSet::new();
@@ -225,19 +235,146 @@ fn units_that_cannot_gather_are_refused_by_field() {
     assert!(error.to_string().contains("table.points"), "{error}");
 }
 
-/// By hand: MVoxels of 3 x 3 x 3 vertices, and the sum of their indices'
-/// distances.
+/// The codes of every sample, by carrying out what was planned.
+fn carried_out(coded: &CodedTable, gathers: &Gathers, samples: usize, config: &Config) -> Vec<i16> {
+    let width = coded.channels();
+    let mut found = vec![None; samples];
+    let mut units = Twins::new(config);
+    let mut stats = FixedStats::default();
+    coded
+        .carry_out(gathers, &mut units, &mut stats, |sample, codes| {
+            assert_eq!(found[sample as usize].replace(codes.to_vec()), None);
+        })
+        .unwrap();
+    assert_eq!(units.gather_flags(), 0);
+    assert_eq!(stats.tasks, gathers.mvoxels() as u64);
+    let moved = 2 * gathers.rows() * width as u64;
+    assert_eq!(stats.streams.mvoxels_read, moved);
+    assert_eq!(
+        stats.scattered_bytes,
+        if gathers.row_by_row { moved } else { 0 }
+    );
+    let sums = 4 * stats.split_entries * width as u64;
+    assert_eq!(stats.streams.partial_sums, sums);
+    assert_eq!(stats.waiting > 0, stats.split_entries > 0);
+    found.into_iter().flat_map(Option::unwrap).collect()
+}
+
+/// Lines, planes and volumes give the same codes with both halos, and MVoxels
+/// that share nothing load no more rows in all than there are.
 #[test]
-fn distances_are_those_of_manhattan() {
-    let config = Config::from_toml("[mvoxel]\nrows = 32\n", "test").unwrap();
-    let table = Table::new([9; 3], 1, vec![0.0; 729]).unwrap();
-    let coded = CodedTable::new(&table, &[8], &config).unwrap();
-    let CodedTable::Streaming(tiles) = &coded else {
-        unreachable!("a dense table streams")
+fn split_halos_gather_what_shared_ones_do() {
+    let mut random = Pcg64Mcg::seed_from_u64(24);
+    for table in &tables(&mut random)[..3] {
+        for config in configs() {
+            let bits = bits(table, &config);
+            let (eye, samples) = samples(table, &mut random);
+            let [shared, split] = [Halo::Shared, Halo::Split].map(|halo| {
+                let coded = CodedTable::with_halo(table, &bits, &config, halo).unwrap();
+                let gathers = coded.gathers(eye, &samples);
+                let codes = carried_out(&coded, &gathers, samples.len(), &config);
+                (codes, gathers)
+            });
+            assert_eq!(shared.0, split.0);
+            assert!(split.1.rows() <= table.rows() as u64);
+            assert!(!split.1.parted.samples.is_empty());
+        }
+    }
+}
+
+/// A volume hashed by MVoxel gives the same codes in both orders, those of the
+/// float gathering within a code, and takes the order with fewer rows.
+#[test]
+fn blocks_give_the_same_codes_in_either_order() {
+    let mut random = Pcg64Mcg::seed_from_u64(25);
+    let rows = 3 * HashUnit::BLOCK_ROWS;
+    let values = (0..rows * 4).map(|_| random.random_range(-1.0..1.0));
+    let values = values.collect();
+    let table = Table::hashed_by(HashUnit::MVoxel, [16; 3], rows, 4, values).unwrap();
+    let config = &configs()[0];
+    let frac = finest_of([&table], |_| true, config, "test").unwrap();
+    let coded = CodedTable::new(&table, &[frac; 4], config).unwrap();
+    let Order::Blocks(blocks) = coded.order() else {
+        unreachable!("a table of blocks")
     };
-    assert_eq!(tiles.counts(), [4; 3]);
-    // From the MVoxel (0, 1, 3) to (2, 3, 1), and from one outside, (-2, 0, 0).
-    let to = 2 + 4 * (3 + 4);
-    assert_eq!(tiles.distance(to, DVec3::new(1.0, 2.0, 7.9)), 2 + 2 + 2);
-    assert_eq!(tiles.distance(to, DVec3::new(-3.5, 0.0, 0.0)), 4 + 3 + 1);
+    let (eye, many) = samples(&table, &mut random);
+    for (samples, streams) in [(&many[..], true), (&many[..20], false)] {
+        let orders = blocks.orders(eye, samples, 15);
+        let [streamed, single] = orders.each_ref().map(|gathers| {
+            assert!(!gathers.row_by_row || gathers.parted.samples.is_empty());
+            carried_out(&coded, gathers, samples.len(), config)
+        });
+        assert_eq!(streamed, single);
+        assert!(!streams || !orders[0].parted.samples.is_empty());
+        let taken = coded.gathers(eye, samples);
+        let fewest = orders.iter().map(Gathers::rows).min();
+        assert_eq!(Some(taken.rows()), fewest);
+        assert_eq!(taken.row_by_row, !streams, "{fewest:?}");
+        let mut exact = [0.0; 4];
+        for (at, codes) in samples.iter().zip(streamed.chunks_exact(4)) {
+            table.gather(at.place, &mut exact);
+            for (code, exact) in codes.iter().zip(exact) {
+                // As in the bound above: a span of at most 2, three axes.
+                let scale = 2f64.powi(frac as i32);
+                let off = (f64::from(*code) - exact * scale).abs();
+                let bound =
+                    1.0 + (3.0 * 2f64.powi(-13) + 3.5 * 2f64.powi(-15)) * (2.0 * scale + 1.0);
+                assert!(off <= bound + 6.1 * scale * 2f64.powi(-13), "{off}");
+            }
+        }
+    }
+}
+
+/// Without gathers a batch is counted as with them: with both halos, row by row,
+/// of blocks in either order, and of a tree where some samples have no node.
+#[test]
+fn batches_are_counted_as_they_are_gathered() {
+    let mut random = Pcg64Mcg::seed_from_u64(26);
+    let mut all = tables(&mut random);
+    let rows = 3 * HashUnit::BLOCK_ROWS;
+    let blocks = Table::hashed_by(HashUnit::MVoxel, [16; 3], rows, 4, vec![0.5; rows * 4]);
+    all.push(blocks.unwrap());
+    let nodes = Nodes::new([9; 3], 2, |[x, y, z]| (x + y + z) % 3 > 0);
+    let fine = nodes.rows();
+    all.push(Table::tree(nodes, 3, vec![0.5; fine * 3]).unwrap());
+    let (mut split, mut orders) = (0, HashSet::new());
+    for (number, table) in all.iter().enumerate() {
+        let (eye, samples) = samples(table, &mut random);
+        for (config, halo) in configs()
+            .iter()
+            .flat_map(|config| [Halo::Shared, Halo::Split].map(|halo| (config, halo)))
+        {
+            let bits = vec![0; table.channels()];
+            let coded = CodedTable::with_halo(table, &bits, config, halo).unwrap();
+            for many in [samples.len(), 20, 0] {
+                let gathers = coded.gathers(eye, &samples[..many]);
+                let (mut entries, mut streams) = (0, Streams::default());
+                for visit in &gathers.visits {
+                    entries += visit.whole + visit.split;
+                    split += visit.split;
+                    streams.visit(visit, RitReads::of(config));
+                }
+                let scattered = if gathers.row_by_row {
+                    streams.mvoxels_read
+                } else {
+                    0
+                };
+                let expected = Counted {
+                    tasks: gathers.mvoxels() as u64,
+                    entries,
+                    streams,
+                    scattered,
+                };
+                let mut count = BatchCount::new(&coded);
+                for at in &samples[..many] {
+                    count.sample(at.place);
+                }
+                assert_eq!(count.done(), expected, "table {number}, {halo:?}, {many}");
+                orders.insert((number, scattered > 0));
+            }
+        }
+    }
+    assert!(split > 1000, "{split}");
+    // Blocks are gathered in both orders.
+    assert!(orders.contains(&(6, false)) && orders.contains(&(6, true)));
 }

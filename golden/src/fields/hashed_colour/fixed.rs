@@ -20,9 +20,8 @@ use crate::fields::codes::held;
 use crate::fields::mac::MacMlp;
 use crate::fields::opacity::need;
 use crate::fields::{FieldError, Layer, Mlp};
-use crate::streams::RitReads;
 use crate::units::Units;
-use crate::voxels::{FixedStats, Lanes, Work, gather};
+use crate::voxels::{FixedStats, Lanes, Work};
 
 /// Features of a Gaussian.
 const WIDTH: usize = (LEVELS * FEATURES) as usize;
@@ -38,8 +37,6 @@ pub struct FixedColour<'a> {
     head: MacMlp,
     /// Fraction bits of harmonics as they enter the first layer.
     harmonic_bits: i32,
-    weight_bits: u32,
-    rit_reads: RitReads,
 }
 
 impl<'a> FixedColour<'a> {
@@ -72,8 +69,6 @@ impl<'a> FixedColour<'a> {
                 &magnitudes(field, centres),
             )?,
             harmonic_bits: frac as i32 - down,
-            weight_bits: config.gu.weight_bits,
-            rit_reads: RitReads::of(config),
         })
     }
 
@@ -127,7 +122,6 @@ impl<'a> FixedColour<'a> {
     ) -> Result<(), FieldError> {
         let mut eyes = [DVec3::ZERO; LEVELS as usize];
         self.field.index(eye, &mut eyes);
-        let mut codes = vec![];
         for (level, table) in self.tables.iter().enumerate() {
             let mut places = [DVec3::ZERO; LEVELS as usize];
             let located = (first as u32..).zip(batch).map(|(slot, at)| {
@@ -138,17 +132,11 @@ impl<'a> FixedColour<'a> {
                 }
             });
             let located: Vec<_> = located.collect();
-            let own = table.gathers(eyes[level], &located, self.weight_bits);
-            gather(units, &own.tasks, &mut codes)?;
-            stats.count(&own.tasks, self.rit_reads);
-            if table.is_scattered() {
-                stats.count_scattered(&own.tasks);
-            }
-            let features = codes.as_chunks::<{ FEATURES as usize }>().0;
-            for (sample, features) in own.samples.iter().zip(features) {
-                let to = *sample as usize * MATRICES[0][1] + level * FEATURES as usize;
-                inputs[to..to + FEATURES as usize].copy_from_slice(features);
-            }
+            let own = table.gathers(eyes[level], &located);
+            table.carry_out(&own, units, stats, |sample, codes| {
+                let to = sample as usize * MATRICES[0][1] + level * FEATURES as usize;
+                inputs[to..to + codes.len()].copy_from_slice(codes);
+            })?;
         }
         Ok(())
     }

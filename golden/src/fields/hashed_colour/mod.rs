@@ -12,7 +12,7 @@ use glam::DVec3;
 
 use super::ngp::grid::GridShape;
 use super::ngp::level_table;
-use super::{FieldError, Layer, Mlp, Table};
+use super::{FieldError, HashUnit, Layer, Mlp, Table};
 use crate::splats::sh;
 
 pub use fixed::FixedColour;
@@ -89,7 +89,13 @@ impl HashedColour {
         let (mut tables, mut rest) = (vec![], grid);
         for level in shape.all() {
             let (own, after) = rest.split_at(level.entries * FEATURES as usize);
-            tables.push(level_table(&level, FEATURES as usize, own.to_vec())?);
+            let own = own.to_vec();
+            tables.push(level_table(
+                &level,
+                HashUnit::Vertex,
+                FEATURES as usize,
+                own,
+            )?);
             rest = after;
         }
         let mut rest = network;

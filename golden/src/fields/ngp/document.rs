@@ -29,6 +29,8 @@ pub(super) struct Encoding {
     pub(super) log2_hashmap_size: Option<u32>,
     pub(super) base_resolution: Option<u32>,
     pub(super) per_level_scale: Option<f32>,
+    /// Not of Instant-NGP: what of a hashed level has an entry.
+    pub(super) hash_unit: Option<String>,
 }
 
 /// The encoding of directions.

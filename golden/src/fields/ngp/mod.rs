@@ -25,7 +25,7 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
-use super::{Along, Coded, Field, FieldError, Mlp, Sampling, Table};
+use super::{Along, Coded, Field, FieldError, HashUnit, Mlp, Sampling, Table};
 use crate::splats::sh;
 use grid::GridShape;
 use occupancy::Occupancy;
@@ -67,6 +67,8 @@ impl Placement {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ngp {
     shape: GridShape,
+    /// What has an entry of a hashed level.
+    unit: HashUnit,
     /// One a level.
     tables: Vec<Table>,
     /// Of each level.
@@ -107,6 +109,12 @@ impl Ngp {
     #[must_use]
     pub fn shape(&self) -> &GridShape {
         &self.shape
+    }
+
+    /// What has an entry of a hashed level: a vertex in what Instant-NGP saves.
+    #[must_use]
+    pub const fn hash_unit(&self) -> HashUnit {
+        self.unit
     }
 
     /// Latents of gathered features, the first the logarithm of the density.

@@ -5,7 +5,7 @@ use half::f16;
 use super::document::{Document, Network};
 use super::grid::Level;
 use super::snapshot::{Wrong, check, is};
-use crate::fields::{FieldError, Layer, Mlp, Table};
+use crate::fields::{FieldError, HashUnit, Layer, Mlp, Table};
 
 /// What widths of a fully fused network are rounded up to.
 pub(super) const ALIGNMENT: usize = 16;
@@ -130,13 +130,14 @@ pub(super) fn perceptron(
 /// one vertex more, filled by that rule, gives what it reads.
 pub(in crate::fields) fn table(
     level: &Level,
+    unit: HashUnit,
     features: usize,
     values: Vec<f32>,
 ) -> Result<Table, FieldError> {
     let resolution = level.resolution as usize;
     let side = resolution + 1;
     if level.is_hashed() {
-        return Table::hashed([side; 3], level.entries, features, values);
+        return Table::hashed_by(unit, [side; 3], level.entries, features, values);
     }
     let mut all = Vec::with_capacity(side.pow(3) * features);
     for z in 0..side {

@@ -20,7 +20,7 @@ use super::grid::{GridShape, Level};
 use super::occupancy::{CELLS, Occupancy, VOLUME};
 use super::parameters::{ALIGNMENT, Numbers, halves, parameters, perceptron, table, widths};
 use super::{Ngp, Placement};
-use crate::fields::FieldError;
+use crate::fields::{FieldError, HashUnit};
 
 /// The largest document, in bytes, once expanded: of any file, of small ones, and
 /// over the file's own length. Occupancy is mostly zeros, which hardly take room
@@ -132,6 +132,7 @@ pub(super) fn from_reader(
     let snapshot = &document.snapshot;
     let aabb_scale = snapshot.nerf.aabb_scale;
     let shape = shape(&document.encoding, aabb_scale).map_err(wrong)?;
+    let unit = hash_unit(&document.encoding, &shape).map_err(wrong)?;
     let levels: Vec<Level> = shape.all().collect();
     let features = (shape.levels * shape.features) as usize;
     let latents = document.network.n_output_dims.unwrap_or(ALIGNMENT as u32) as usize;
@@ -149,7 +150,7 @@ pub(super) fn from_reader(
     let colour = perceptron(&colour, 3, &mut numbers)?;
     let tables = levels.iter().map(|level| {
         let count = level.entries * shape.features as usize;
-        table(level, shape.features as usize, numbers.take(count))
+        table(level, unit, shape.features as usize, numbers.take(count))
     });
     let tables = tables.collect::<Result<_, _>>()?;
     let side = f64::from(aabb_scale);
@@ -160,6 +161,7 @@ pub(super) fn from_reader(
     let bounds = bounds.map(|at| placement.to_world(at));
     Ok(Ngp {
         shape,
+        unit,
         tables,
         scales: levels.iter().map(|l| l.scale).collect(),
         density,
@@ -313,6 +315,23 @@ fn shape(encoding: &Encoding, aabb_scale: u32) -> Result<GridShape, Wrong> {
     let expected = format!("at most {MAX_RESOLUTION} of them");
     check(finest <= MAX_RESOLUTION, field, found, expected)?;
     Ok(shape)
+}
+
+/// What has an entry of a hashed level; a vertex unless the file says otherwise.
+fn hash_unit(encoding: &Encoding, shape: &GridShape) -> Result<HashUnit, Wrong> {
+    let units = [HashUnit::Vertex, HashUnit::MVoxel];
+    let field = "encoding.hash_unit";
+    let found = encoding.hash_unit.as_deref().unwrap_or("vertex");
+    let Some(unit) = units.into_iter().find(|unit| unit.name() == found) else {
+        check(false, field, found, "vertex or mvoxel")?;
+        return Ok(HashUnit::Vertex);
+    };
+    let entries = 1usize << shape.log2_entries;
+    let fits = unit == HashUnit::Vertex || entries >= HashUnit::BLOCK_ROWS;
+    let found = format!("{found}, with {entries} rows a level");
+    let expected = format!("{} rows or more, a block's", HashUnit::BLOCK_ROWS);
+    check(fits, field, found, expected)?;
+    Ok(unit)
 }
 
 fn placement(document: &Document) -> Result<Placement, Wrong> {

@@ -39,6 +39,15 @@ pub(super) fn ngp(scene: Analytic) -> Result<Ngp, FieldError> {
     Ngp::from_bytes(&format!("{}.ingp", scene.name()), snapshot(scene))
 }
 
+/// The scene whose hash grid is fitted by MVoxel too.
+pub(super) const HASHED_BY_MVOXEL: Analytic = Analytic::Cairn;
+
+/// The fitted hash grid of [`HASHED_BY_MVOXEL`] whose entries are MVoxels.
+pub(super) fn ngp_mvoxel() -> Result<Ngp, FieldError> {
+    let stored = include_bytes!("../../../models/cairn-mvoxel.ingp");
+    Ngp::from_bytes("cairn-mvoxel.ingp", stored)
+}
+
 /// The stored Compact-3DGS model of a scene.
 fn coded(scene: Analytic) -> &'static [u8] {
     match scene {

@@ -82,21 +82,21 @@ fn nothing_is_stored_twice_and_every_corner_is_found_once() {
             for y in 0..points[1] - 1 {
                 for x in 0..points[0] - 1 {
                     let at = [x, y, z].map(|v| v as f64 + 0.25);
-                    let (here, there) = (shared.locate(at), split.locate(at));
-                    let expected = shared.corner_rows(&here);
-                    assert_eq!(shared.holders(&here).count(), 1);
+                    let (here, there) = (shared.tiling().locate(at), split.tiling().locate(at));
+                    let expected = shared.tiling().corner_rows(&here);
+                    assert_eq!(shared.tiling().holders(&here).count(), 1);
                     assert_eq!(
                         shared.is_cell_occupied(&here),
                         split.is_cell_occupied(&there)
                     );
                     let mut found = 0u8;
-                    for holder in split.holders(&there) {
-                        let (own, held) = split.part_rows(&there, holder);
+                    for holder in split.tiling().holders(&there) {
+                        let (own, held) = split.tiling().part_rows(&there, holder);
                         assert_eq!(found & held, 0);
                         found |= held;
                         for corner in (0..8).filter(|c| held >> c & 1 == 1) {
                             assert_eq!(
-                                code(&split, holder.0, own[corner]),
+                                code(&split, holder.mvoxel, own[corner]),
                                 code(&shared, here.mvoxel, expected[corner])
                             );
                         }

@@ -1,0 +1,94 @@
+//! Hashing of vertices (Müller et al. 2022), one by one or block by block.
+
+use serde::Deserialize;
+
+/// What the parts of a vertex are multiplied by in its hash (Teschner et al.
+/// 2003; the first is 1 in Instant-NGP).
+const PRIMES: [u32; 3] = [1, 2_654_435_761, 805_459_861];
+
+/// What has an entry of its own in a hashed table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HashUnit {
+    /// A vertex, as Instant-NGP has it.
+    #[default]
+    Vertex,
+    /// A block of 8 x 8 x 8 vertices, x fastest: an MVoxel. Which vertices
+    /// collide is another matter then, so that a model must be fitted so.
+    MVoxel,
+}
+
+impl HashUnit {
+    /// Vertices an edge of a block.
+    pub const BLOCK: usize = 8;
+    /// Rows of a block.
+    pub const BLOCK_ROWS: usize = Self::BLOCK.pow(3);
+
+    /// Its name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Vertex => "vertex",
+            Self::MVoxel => "mvoxel",
+        }
+    }
+
+    /// Rows that have an entry together.
+    pub(super) const fn rows(self) -> usize {
+        match self {
+            Self::Vertex => 1,
+            Self::MVoxel => Self::BLOCK_ROWS,
+        }
+    }
+
+    /// The row of a vertex in a hashed table of so many rows.
+    pub(super) fn row(self, vertex: [usize; 3], rows: usize) -> usize {
+        match self {
+            Self::Vertex => hash(vertex) as usize % rows,
+            Self::MVoxel => {
+                let edge = Self::BLOCK;
+                let entries = rows / Self::BLOCK_ROWS;
+                let entry = hash(vertex.map(|v| v / edge)) as usize % entries;
+                let [x, y, z] = vertex.map(|v| v % edge);
+                entry * Self::BLOCK_ROWS + x + edge * (y + edge * z)
+            }
+        }
+    }
+}
+
+/// The hash of a vertex, before it is brought within a table.
+fn hash(vertex: [usize; 3]) -> u32 {
+    let products = vertex.iter().zip(PRIMES);
+    products.fold(0, |hash, (part, prime)| {
+        hash ^ (*part as u32).wrapping_mul(prime)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: 3, 5 and 7 times their primes modulo 2^32.
+    #[test]
+    fn vertices_hash_as_computed_by_hand() {
+        assert_eq!(hash([0, 0, 0]), 0);
+        assert_eq!(hash([9, 0, 0]), 9);
+        assert_eq!(hash([0, 1, 0]), 0x9e37_79b1);
+        assert_eq!(hash([0, 0, 1]), 0x3002_5795);
+        // 5 x 0x9e3779b1 = 0x3_1715_6075, 7 x 0x30025795 = 0x1_5010_6513.
+        assert_eq!(hash([3, 5, 7]), 3 ^ 0x1715_6075 ^ 0x5010_6513);
+        assert_eq!(HashUnit::Vertex.row([3, 5, 7], 256), 3 ^ 0x75 ^ 0x13);
+    }
+
+    /// By hand: the blocks of vertices (3, 41, 58) and (10, 0, 7) are (0, 5, 7) and
+    /// (1, 0, 0).
+    #[test]
+    fn blocks_hash_as_one() {
+        let rows = 4 * HashUnit::BLOCK_ROWS;
+        let row = |vertex| HashUnit::MVoxel.row(vertex, rows);
+        // 5 x ..b1 and 7 x ..95 modulo 4: 1 and 3.
+        let entry = 1 ^ 3;
+        assert_eq!(row([3, 41, 58]), 512 * entry + 3 + 8 * (1 + 8 * 2));
+        assert_eq!(row([10, 0, 7]), 512 + 2 + 8 * (8 * 7));
+    }
+}
