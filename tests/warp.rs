@@ -1,0 +1,326 @@
+//! `potamoi warp` from end to end.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod common;
+
+use std::path::Path;
+
+use common::{expect, json, shared};
+use serde_json::Value;
+
+const SMALL: [&str; 6] = [
+    "warp",
+    "--scene",
+    "cairn:voxels",
+    "--width",
+    "48",
+    "--frames",
+];
+
+fn warp(folder: &Path, frames: &str, more: &[&str]) -> Value {
+    let mut arguments = SMALL.to_vec();
+    arguments.push(frames);
+    arguments.extend(more);
+    arguments.extend(["--json", "warp.json"]);
+    expect(folder, 0, &arguments);
+    json(&folder.join("warp.json"))
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+#[test]
+fn ways_stand_side_by_side_in_the_papers_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = warp(
+        folder.path(),
+        "20",
+        &["--method", "sparw,temp,ds2", "--window", "6,16"],
+    );
+    assert_eq!(report["format_version"], 1);
+    assert_eq!(report["depth"], "model");
+    let variants = report["variants"].as_array().unwrap();
+    let names: Vec<_> = variants
+        .iter()
+        .map(|v| (v["method"].as_str().unwrap(), v["window"].as_u64().unwrap()))
+        .collect();
+    assert_eq!(
+        names,
+        [
+            ("SpaRW", 6),
+            ("SpaRW", 16),
+            ("Temp", 6),
+            ("Temp", 16),
+            ("DS-2", 6)
+        ]
+    );
+    let psnr: Vec<f64> = variants
+        .iter()
+        .map(|v| number(&v["frame"]["truth"]["mean_psnr_db"]))
+        .collect();
+    // Window 6, window 16, then DS-2 and the chain.
+    assert!(
+        psnr[0] > psnr[4] + 3.0 && psnr[1] > psnr[4] + 3.0,
+        "{psnr:?}"
+    );
+    assert!(psnr[0] > psnr[2] && psnr[1] > psnr[3], "{psnr:?}");
+    for variant in variants {
+        let counts = &variant["frame"]["pixels"];
+        let total: f64 = counts.as_object().unwrap().values().map(number).sum();
+        assert_eq!(total, 20.0 * 48.0 * 48.0);
+        let share = number(&variant["rendered_share"]);
+        assert!((0.01..0.7).contains(&share), "{variant}");
+    }
+    let off = number(&variants[0]["prediction"]["largest_radians"]);
+    assert!(off < 0.01, "{off}");
+}
+
+#[test]
+fn frames_and_their_origins_are_written_and_the_same_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |threads: &str, out: &str| {
+        let done = common::potamoi()
+            .current_dir(folder.path())
+            .env("RAYON_NUM_THREADS", threads)
+            .args(SMALL)
+            .args(["5", "--window", "4", "--out", out])
+            .output()
+            .unwrap();
+        assert!(done.status.success(), "{done:?}");
+        let names = (0..5).flat_map(|n| ["frame", "origin"].map(|k| format!("{k}.{n:04}.png")));
+        names
+            .map(|name| std::fs::read(folder.path().join(out).join(name)).unwrap())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(bytes("1", "one"), bytes("3", "three"));
+}
+
+#[test]
+fn a_lost_reference_is_made_up_for_by_full_rendering() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = warp(folder.path(), "9", &["--window", "3", "--lose", "1"]);
+    let variant = &report["variants"][0];
+    assert_eq!(variant["fallbacks"], 3);
+    for frame in variant["frames"].as_array().unwrap() {
+        let lost = (3..6).contains(&frame["number"].as_u64().unwrap());
+        assert_eq!(frame["fell_back"], lost, "{frame}");
+        if lost {
+            // The model's own picture.
+            assert_eq!(frame["frame"]["model"]["psnr_db"], Value::Null);
+        }
+    }
+}
+
+#[test]
+fn phi_is_swept_and_a_small_one_renders_more() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = warp(
+        folder.path(),
+        "6",
+        &["--fps", "1", "--window", "6", "--phi", "1,4,90"],
+    );
+    let shares: Vec<f64> = report["variants"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|v| number(&v["rendered_share"]))
+        .collect();
+    assert!(
+        shares[0] >= shares[1] && shares[1] > shares[2],
+        "{shares:?}"
+    );
+    let psnr = number(&report["variants"][0]["frame"]["truth"]["mean_psnr_db"]);
+    let own = number(&report["model"]["mean_psnr_db"]);
+    assert!(own - psnr < 0.1, "{own} {psnr}");
+}
+
+#[test]
+fn schedules_overlap_references_and_targets_and_live_frames_are_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let window = ["--window", "5", "--out", "given", "--trace", "given.json"];
+    let given = [&window[..], &["--frame-ms", "40", "--warp-ms", "1"]].concat();
+    let report = warp(at, "20", &given);
+    let timing = &report["variants"][0]["timing"];
+    assert_eq!(timing["times"], "given");
+    assert!(number(&timing["overlap_ms"]) > 1.0, "{timing}");
+    let trace = json(&at.join("given.json"));
+    let events = trace["traceEvents"].as_array().unwrap();
+    assert!(events.len() > 25, "{}", events.len());
+    // The paper's formula begins a reference with its first target, which waits.
+    let late = warp(at, "20", &[&given[..], &["--lead", "0"]].concat());
+    let waits = |report: &Value| {
+        let all = report["variants"][0]["timing"]["waits_ms"]
+            .as_array()
+            .unwrap();
+        let found = all.iter().find(|w| w[0] == "reference").unwrap();
+        number(&found[1])
+    };
+    assert!(
+        waits(&late) > waits(&report) + 50.0,
+        "{} {}",
+        waits(&late),
+        waits(&report)
+    );
+
+    let live = [
+        "--window",
+        "5",
+        "--out",
+        "live",
+        "--live",
+        "--trace",
+        "live.json",
+    ];
+    let report = warp(at, "20", &live);
+    assert_eq!(report["variants"][0]["timing"]["times"], "measured");
+    // `given` was written again with another lead.
+    let again = warp(at, "20", &given);
+    assert_eq!(again["variants"][0]["fallbacks"], 0);
+    for n in 0..20 {
+        let name = format!("frame.{n:04}.png");
+        let [a, b] = ["given", "live"].map(|f| std::fs::read(at.join(f).join(&name)).unwrap());
+        assert_eq!(a, b, "{name}");
+    }
+}
+
+#[test]
+fn depth_is_of_the_model_of_a_mesh_or_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |depth: &[&str]| {
+        let report = warp(folder.path(), "8", &[&["--window", "4"], depth].concat());
+        let variant = &report["variants"][0];
+        (
+            number(&variant["frame"]["model"]["psnr_db"]),
+            number(&variant["rendered_share"]),
+        )
+    };
+    let model = at(&["--depth", "model"]);
+    for depth in [
+        &["--depth", "given"][..],
+        &["--depth", "mesh", "--mesh-cells", "96"],
+    ] {
+        let (psnr, share) = at(depth);
+        assert!(psnr > 30.0, "{depth:?}: {psnr}");
+        // What is known of the target spares rays through the void.
+        assert!(share < model.1, "{depth:?}: {share} {model:?}");
+    }
+}
+
+#[test]
+fn wrong_options_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |arguments: &[&str], expected: &str| {
+        let mut all = SMALL.to_vec();
+        all.push("3");
+        all.extend(arguments);
+        let said = expect(folder.path(), 2, &all);
+        assert!(said.contains(expected), "{said}");
+    };
+    refused(&["--window", "0"], "window");
+    refused(&["--phi", "400"], "phi");
+    refused(&["--nearer", "2"], "nearer");
+    refused(&["--mesh", "none.obj"], "none.obj");
+    refused(&["--mesh-cells", "0", "--depth", "mesh"], "cells");
+    refused(&["--trace", "t.json"], "--frame-ms");
+    refused(&["--frame-ms", "-1"], "--frame-ms");
+    refused(&["--window", "2,3", "--out", "x"], "one way");
+    refused(&["--fps", "0"], "fps");
+}
+
+/// Real images and depths: shares of pixels as measured by another program, and
+/// everything but what was warped as it was taken.
+#[test]
+fn image_sequences_are_warped_from_their_own_frames() {
+    let Some(shared) = shared() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let orbit = shared.join("lego_orbit");
+    let description = format!(
+        "[model]\nkind = \"images\"\npath = {orbit:?}\ndepth_scale = 10\nvoid_above = 9.99\n\
+         [render]\nbackground = [1, 1, 1]\n"
+    );
+    std::fs::write(at.join("lego.toml"), description).unwrap();
+    let mut shares = vec![];
+    for (window, frames) in [("3", "3"), ("7", "7"), ("17", "17")] {
+        let arguments = [
+            "warp",
+            "--scene",
+            "lego.toml",
+            "--window",
+            window,
+            "--frames",
+            frames,
+            "--profile",
+            "paper",
+            "--out",
+            "out",
+            "--json",
+            "lego.json",
+        ];
+        expect(at, 0, &arguments);
+        let report = json(&at.join("lego.json"));
+        let variant = &report["variants"][0];
+        // The frame as far from the middle as there is.
+        let first = &variant["frames"][0];
+        let share = |part: &str| {
+            let pixels = &first[part]["pixels"];
+            let all: f64 = pixels.as_object().unwrap().values().map(number).sum();
+            number(&pixels["disoccluded"]) / all
+        };
+        shares.push((share("frame"), share("foreground")));
+        let psnr = number(&first["frame"]["model"]["psnr_db"]);
+        assert!((24.0..36.0).contains(&psnr), "window {window}: {psnr}");
+        // Where nothing was warped, the frame is the image, byte for byte.
+        let read = |path: &Path| image::open(path).unwrap().into_rgba8();
+        let frame = read(&at.join("out/frame.0000.png"));
+        let origin = read(&at.join("out/origin.0000.png"));
+        let image = read(&orbit.join("test/r_0.png"));
+        let (mut other, mut warped) = (0, 0);
+        for ((a, from), b) in frame.pixels().zip(origin.pixels()).zip(image.pixels()) {
+            let grey = from.0[0] == from.0[1] && from.0[1] == from.0[2] && from.0[0] > 0;
+            if grey {
+                warped += 1;
+                continue;
+            }
+            let alpha = f64::from(b.0[3]) / 255.0;
+            for c in 0..3 {
+                let over = f64::from(b.0[c]) * alpha + 255.0 * (1.0 - alpha);
+                // Void by its depth, though its rim has a colour, is background.
+                let void = from.0[..3] == [0, 0, 0] && a.0[c] == 255;
+                assert!(void || (f64::from(a.0[c]) - over).abs() <= 0.51);
+            }
+            other += 1;
+        }
+        assert!(warped > 100_000 && other > 300_000, "{warped} {other}");
+    }
+    // Neighbours; three apart; eight apart (the first authors' rule, by another program).
+    for (found, [least, most]) in shares
+        .iter()
+        .zip([[0.020, 0.027], [0.049, 0.055], [0.09, 0.131]])
+    {
+        assert!((least..=most).contains(&found.0), "{shares:?}");
+    }
+    let refused = expect(
+        at,
+        2,
+        &[
+            "warp",
+            "--scene",
+            "lego.toml",
+            "--reference",
+            "predicted",
+            "--frames",
+            "8",
+            "--window",
+            "4",
+        ],
+    );
+    assert!(
+        refused.contains("no image was taken from this camera"),
+        "{refused}"
+    );
+    let refused = expect(at, 2, &["render", "--scene", "lego.toml", "--out", "x.png"]);
+    assert!(refused.contains("only `warp`"), "{refused}");
+}
