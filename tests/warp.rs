@@ -59,12 +59,13 @@ fn ways_stand_side_by_side_in_the_papers_order() {
         .iter()
         .map(|v| number(&v["frame"]["truth"]["mean_psnr_db"]))
         .collect();
-    // Window 6, window 16, then DS-2 and the chain.
+    // Small pictures are nearly all edge, which half the resolution blurs and a chain
+    // renders again in every frame.
     assert!(
         psnr[0] > psnr[4] + 3.0 && psnr[1] > psnr[4] + 3.0,
         "{psnr:?}"
     );
-    assert!(psnr[0] > psnr[2] && psnr[1] > psnr[3], "{psnr:?}");
+    assert!(psnr[1] > psnr[3] && psnr[2] > psnr[3], "{psnr:?}");
     for variant in variants {
         let counts = &variant["frame"]["pixels"];
         let total: f64 = counts.as_object().unwrap().values().map(number).sum();
@@ -224,7 +225,7 @@ fn wrong_options_are_refused_by_name() {
     refused(&["--mesh", "none.obj"], "none.obj");
     refused(&["--mesh-cells", "0", "--depth", "mesh"], "cells");
     refused(&["--trace", "t.json"], "--frame-ms");
-    refused(&["--frame-ms", "-1"], "--frame-ms");
+    refused(&["--frame-ms=-1"], "--frame-ms");
     refused(&["--window", "2,3", "--out", "x"], "one way");
     refused(&["--fps", "0"], "fps");
 }
