@@ -8,16 +8,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use potamoi_formats::config::Config;
-use potamoi_golden::analytic::Analytic;
 use potamoi_golden::characterise::{BANKS, Banks, LANES, Memory, Stages, Traffic, Vectors};
-use potamoi_golden::scene::{BUILTIN, Representation, Scene};
+use potamoi_golden::scene::Scene;
 use serde::Serialize;
 
 use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::scene::SceneArgs;
+use crate::scene::{SceneArgs, named};
 use paper::Paper;
 
 #[derive(Debug, Args)]
@@ -25,7 +24,7 @@ pub(crate) struct CharacteriseArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Scenes side by side in one table, with commas between them; `all` is every built-in scene in
-    /// every representation
+    /// every representation, `cairn:all` every one of a scene, `all:ngp` every scene in one
     #[arg(
         long,
         value_name = "SCENES",
@@ -149,26 +148,6 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
     args.json
         .as_ref()
         .map_or(Ok(()), |path| Ok(files::write_json(path, &report)?))
-}
-
-/// The scenes of a list.
-fn named(list: &[String]) -> Vec<String> {
-    let mut names = vec![];
-    for name in list {
-        if name != "all" {
-            names.push(name.clone());
-            continue;
-        }
-        for scene in BUILTIN {
-            match Analytic::named(scene) {
-                None => names.push(scene.to_owned()),
-                Some(_) => {
-                    names.extend(Representation::ALL.map(|r| format!("{scene}:{}", r.name())))
-                }
-            }
-        }
-    }
-    names
 }
 
 fn characterise(scene: &Scene, config: &Config, full: bool) -> Result<Found, Failure> {

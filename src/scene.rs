@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use potamoi_golden::scene::Scene;
+use potamoi_golden::analytic::Analytic;
+use potamoi_golden::scene::{BUILTIN, Representation, Scene};
 
 use crate::common::quoted;
 use crate::failure::Failure;
@@ -36,6 +37,38 @@ pub(crate) struct SceneArgs {
 /// Says in one line what a run does not check.
 pub(crate) fn say_not_checked(list: &[String]) {
     say!("  not checked: {}", list.join("; "));
+}
+
+/// The scenes of a list: `all` is every built-in scene in every representation,
+/// `cairn:all` every one of a scene, `all:ngp` every scene in one of them.
+pub(crate) fn named(list: &[String]) -> Vec<String> {
+    let mut names = vec![];
+    for wanted in list {
+        let (scene, representation) = wanted.split_once(':').unwrap_or((wanted, "all"));
+        if scene != "all" && !wanted.ends_with(":all") {
+            names.push(wanted.clone());
+            continue;
+        }
+        let before = names.len();
+        for built_in in BUILTIN.iter().filter(|b| scene == "all" || scene == **b) {
+            if Analytic::named(built_in).is_none() {
+                if wanted == "all" {
+                    names.push((*built_in).to_owned());
+                }
+                continue;
+            }
+            let all = Representation::ALL.map(Representation::name);
+            let chosen = all
+                .iter()
+                .filter(|r| representation == "all" || representation == **r);
+            names.extend(chosen.map(|r| format!("{built_in}:{r}")));
+        }
+        if names.len() == before {
+            // Opening it says what there is.
+            names.push(wanted.clone());
+        }
+    }
+    names
 }
 
 /// The scene of a command that names none.

@@ -1,14 +1,63 @@
 //! How good frames are, and what they took.
 
 use indicatif::ProgressBar;
+use potamoi_golden::analytic::Analytic;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::picture::Picture;
 use potamoi_golden::ssim::ssim;
-use potamoi_golden::warp::{Counts, Frame, Geometry, Profile, Shaded, Warper, is_void};
+use potamoi_golden::warp::{Counts, Frame, Shaded, is_void};
 use serde::Serialize;
 
 use super::source::Source;
 use crate::failure::Failure;
+
+/// What was really there along the last path, for the next representation of the
+/// same scene.
+#[derive(Default)]
+pub(super) struct Truth {
+    of: Option<Analytic>,
+    background: [f32; 3],
+    path: Vec<Camera>,
+    pictures: Vec<Picture>,
+}
+
+impl Truth {
+    /// Whether frame `number` of it is of this camera.
+    fn frame(&self, number: usize, camera: &Camera) -> Option<&Picture> {
+        (self.path.get(number) == Some(camera)).then(|| &self.pictures[number])
+    }
+
+    /// Goes on to a source; what does not belong to it is forgotten.
+    fn turn_to(&mut self, source: &Source) {
+        let (of, background) = (source.analytic(), source.renderer().background());
+        if self.of != of || self.background != background {
+            *self = Self {
+                of,
+                background,
+                ..Self::default()
+            };
+        }
+    }
+
+    fn picture(
+        &mut self,
+        source: &Source,
+        number: usize,
+        camera: &Camera,
+    ) -> Result<Option<Picture>, Failure> {
+        if let Some(known) = self.frame(number, camera) {
+            return Ok(Some(known.clone()));
+        }
+        self.path.truncate(number);
+        self.pictures.truncate(number);
+        let picture = source.truth(camera)?;
+        if let Some(picture) = &picture {
+            self.path.push(*camera);
+            self.pictures.push(picture.clone());
+        }
+        Ok(picture)
+    }
+}
 
 /// Of a path, what the model shows in full, and what is there.
 pub(super) struct Footage {
@@ -19,22 +68,18 @@ pub(super) struct Footage {
 impl Footage {
     pub(super) fn new(
         source: &Source,
-        geometry: Option<&dyn Geometry>,
         path: &[Camera],
+        truth: &mut Truth,
         bar: &ProgressBar,
     ) -> Result<Self, Failure> {
-        let warper = Warper {
-            renderer: source.renderer(),
-            geometry,
-            rule: Profile::Paper.rule(),
-        };
         let mut footage = Self {
             full: vec![],
             truth: vec![],
         };
-        for camera in path {
-            footage.full.push(warper.reference(camera)?);
-            footage.truth.push(source.truth(camera)?);
+        truth.turn_to(source);
+        for (number, camera) in path.iter().enumerate() {
+            footage.full.push(source.renderer().shade(camera, None)?);
+            footage.truth.push(truth.picture(source, number, camera)?);
             bar.inc(1);
         }
         Ok(footage)

@@ -9,20 +9,36 @@ use serde::Serialize;
 
 use super::measure::{FrameFound, Likeness, Measured, Part};
 use super::timing::Timing;
-use super::{Method, Way};
+use super::ways::{Method, Way};
 use crate::say::say;
 
+/// Version of the JSON report.
+pub(super) const FORMAT_VERSION: u32 = 2;
+
 #[derive(Serialize)]
-pub(super) struct Report<'a> {
+pub(super) struct Report {
     pub(super) format_version: u32,
     pub(super) command: &'static str,
-    pub(super) scene: &'a str,
+    #[serde(flatten)]
+    pub(super) found: Found,
+}
+
+#[derive(Serialize)]
+pub(super) struct Reports {
+    pub(super) format_version: u32,
+    pub(super) command: &'static str,
+    pub(super) scenes: Vec<Found>,
+}
+
+/// What was found of one scene.
+#[derive(Serialize)]
+pub(super) struct Found {
+    pub(super) scene: String,
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) frames: usize,
     /// Of a built-in way.
     pub(super) fps: Option<f64>,
-    pub(super) depth: &'static str,
     /// The model in full against ground truth.
     pub(super) model: Option<Likeness>,
     pub(super) variants: Vec<Variant>,
@@ -32,9 +48,12 @@ pub(super) struct Report<'a> {
 /// One way of making the frames.
 #[derive(Serialize)]
 pub(super) struct Variant {
+    name: String,
     method: &'static str,
     window: u32,
     phi_degrees: Option<f64>,
+    /// Where depth is from.
+    depth: String,
     references: usize,
     /// Frames that were to be warped and were rendered in full.
     fallbacks: usize,
@@ -63,6 +82,7 @@ struct Prediction {
 impl Variant {
     pub(super) fn new(
         way: &Way,
+        depth: String,
         measured: Measured<'_>,
         plan: &Plan,
         path: &[Camera],
@@ -84,9 +104,11 @@ impl Variant {
             _ => (frame.pixels.rendered() as f64 + extra) / pixels,
         };
         Self {
+            name: way.name.clone(),
             method: way.method.name(),
             window: way.window,
             phi_degrees: way.phi,
+            depth,
             references,
             fallbacks: measured.frames.iter().filter(|f| f.fell_back).count(),
             rendered_share,
@@ -101,13 +123,20 @@ impl Variant {
         }
     }
 
-    fn name(&self) -> String {
-        let phi = self.phi_degrees.map(|phi| format!(", phi {phi}"));
-        let window = match self.method {
-            "DS-2" => String::new(),
-            _ => format!("-{}", self.window),
-        };
-        format!("{}{window}{}", self.method, phi.unwrap_or_default())
+    /// By how much the model's own PSNR to ground truth falls, in dB, means of
+    /// frames.
+    fn loss(&self, model: Option<&Likeness>) -> Option<f64> {
+        let psnr = |l: Option<&Likeness>| l?.mean_psnr_db;
+        Some(psnr(model)? - psnr(self.frame.truth.as_ref())?)
+    }
+
+    /// The paper's loss in dB, of trained models.
+    fn papers_loss(&self) -> Option<f64> {
+        match (self.method, self.window, self.phi_degrees) {
+            ("SpaRW", 6, None) => Some(1.0),
+            ("SpaRW", 16, None) => Some(1.4),
+            _ => None,
+        }
     }
 }
 
@@ -159,8 +188,10 @@ fn shares(counts: &Counts) -> [String; 4] {
     ]
 }
 
-impl Report<'_> {
+impl Found {
     pub(super) fn print(&self, trace: Option<&PathBuf>) {
+        let mut depths: Vec<&str> = self.variants.iter().map(|v| v.depth.as_str()).collect();
+        depths.dedup();
         let pace = self.fps.map(|fps| format!(" at {fps} frames a second"));
         say!(
             "{}: {} frames of {} x {}{}, depth from {}",
@@ -169,7 +200,7 @@ impl Report<'_> {
             self.width,
             self.height,
             pace.unwrap_or_default(),
-            self.depth
+            depths.join(", ")
         );
         if let Some(model) = &self.model {
             say!(
@@ -187,7 +218,7 @@ impl Report<'_> {
                 say!(
                     "  {}: {} predicted references, off by {:.4} rad on average, {:.4} at most, \
                      {:.4} of the scene's units (the paper: below 0.01 rad)",
-                    variant.name(),
+                    variant.name,
                     prediction.references,
                     prediction.mean_radians,
                     prediction.largest_radians,
@@ -195,7 +226,7 @@ impl Report<'_> {
                 );
             }
             if let Some(timing) = &variant.timing {
-                timing.print(&variant.name(), trace);
+                timing.print(&variant.name, trace);
             }
         }
     }
@@ -249,57 +280,123 @@ impl Report<'_> {
     }
 
     fn print_totals(&self) {
-        let mut all = table(&[
+        let mut quality = table(&[
             "",
             "PSNR to truth, dB",
             "loss, dB",
             "the paper's",
-            "SSIM to truth",
+            "SSIM",
+            "of the foreground: PSNR",
+            "SSIM",
             "PSNR to model, dB",
-            "of the foreground",
-            "SSIM to model",
+            "SSIM",
+            "of the foreground: PSNR",
+            "SSIM",
+        ]);
+        let mut pixels = table(&[
+            "",
+            "warped %",
             "hidden %",
-            "of the foreground",
             "angle %",
             "edge %",
-            "rendered %",
+            "void %",
+            "of the foreground: warped %",
+            "hidden %",
+            "angle %",
             "fallbacks",
+            "rendered in all %",
         ]);
-        let own = self.model.and_then(|m| m.mean_psnr_db);
         for variant in &self.variants {
-            let truth = variant.frame.truth;
-            let psnr = truth.and_then(|t| t.mean_psnr_db);
-            let loss = own.zip(psnr).map(|(own, psnr)| own - psnr);
-            let paper = match (variant.method, variant.window, variant.phi_degrees) {
-                ("SpaRW", 6, None) => "1.0",
-                ("SpaRW", 16, None) => "1.4",
-                _ => "",
-            };
-            let model = variant.frame.model;
-            let counts = &variant.frame.pixels;
-            let fore = &variant.foreground.pixels;
-            all.add_row([
-                variant.name(),
-                number(psnr, 2),
-                number(loss, 2),
-                paper.to_owned(),
-                number(truth.and_then(|t| t.ssim), 4),
-                number(model.and_then(|m| m.psnr_db), 2),
-                number(variant.foreground.model.and_then(|m| m.psnr_db), 2),
-                number(model.and_then(|m| m.ssim), 4),
-                percent(counts.disoccluded, counts.total()),
-                percent(fore.disoccluded, fore.total()),
-                percent(counts.angle, counts.total()),
-                percent(counts.edge, counts.total()),
-                format!("{:.1}", 100.0 * variant.rendered_share),
+            let [frame, fore] = [&variant.frame, &variant.foreground];
+            let mean = |l: Option<Likeness>| number(l.and_then(|l| l.mean_psnr_db), 2);
+            let psnr = |l: Option<Likeness>| number(l.and_then(|l| l.psnr_db), 2);
+            let ssim = |l: Option<Likeness>| number(l.and_then(|l| l.ssim), 4);
+            quality.add_row([
+                variant.name.clone(),
+                mean(frame.truth),
+                number(variant.loss(self.model.as_ref()), 2),
+                variant
+                    .papers_loss()
+                    .map_or_else(String::new, |l| format!("{l:.1}")),
+                ssim(frame.truth),
+                mean(fore.truth),
+                ssim(fore.truth),
+                psnr(frame.model),
+                ssim(frame.model),
+                psnr(fore.model),
+                ssim(fore.model),
+            ]);
+            let [warped, hidden, angle, void] = shares(&frame.pixels);
+            let [fore_warped, fore_hidden, fore_angle, _] = shares(&fore.pixels);
+            pixels.add_row([
+                variant.name.clone(),
+                warped,
+                hidden,
+                angle,
+                percent(frame.pixels.edge, frame.pixels.total()),
+                void,
+                fore_warped,
+                fore_hidden,
+                fore_angle,
                 variant.fallbacks.to_string(),
+                format!("{:.1}", 100.0 * variant.rendered_share),
             ]);
         }
-        print(&mut all);
+        print(&mut quality);
+        print(&mut pixels);
         say!(
-            "  loss: by how much the model's own PSNR to ground truth falls, means of frames; \
-             rendered: pixels that the model renders, references included, of those of all frames \
-             in full"
+            "  loss: by how much the model's own PSNR to ground truth falls; PSNR to truth: means of \
+             frames, to model: of all pixels; the paper's loss is of trained models\n  \
+             rendered in all: pixels that the model renders, references included, of those of all \
+             frames in full"
         );
     }
+}
+
+impl Reports {
+    /// A row a scene, a column a way.
+    pub(super) fn print(&self) {
+        let Some(first) = self.scenes.first() else {
+            return;
+        };
+        let kinds: [(&str, fn(&Found, &Variant) -> Option<f64>); 3] = [
+            ("loss, dB", |f, v| v.loss(f.model.as_ref())),
+            ("PSNR to model, dB", |_, v| v.frame.model?.psnr_db),
+            ("rendered, %", |_, v| Some(100.0 * v.rendered_share)),
+        ];
+        let names: Vec<&str> = first.variants.iter().map(|v| v.name.as_str()).collect();
+        for (what, value) in kinds {
+            let mut header = vec![what, "model to truth, dB"];
+            header.extend(&names);
+            let mut all = table(&header);
+            let mut sums = vec![(0.0, 0u32); names.len() + 1];
+            for found in &self.scenes {
+                let model = found.model.and_then(|m| m.mean_psnr_db);
+                let own = found.variants.iter().map(|v| value(found, v));
+                let row: Vec<Option<f64>> = std::iter::once(model).chain(own).collect();
+                for (sum, v) in sums.iter_mut().zip(&row) {
+                    if let Some(v) = v {
+                        *sum = (sum.0 + v, sum.1 + 1);
+                    }
+                }
+                all.add_row(cells(found.scene.clone(), &row));
+            }
+            let means: Vec<Option<f64>> = sums
+                .iter()
+                .map(|(sum, count)| (*count > 0).then(|| sum / f64::from(*count)))
+                .collect();
+            all.add_row(cells("mean".to_owned(), &means));
+            if what == "loss, dB" {
+                let papers = first.variants.iter().map(Variant::papers_loss);
+                let row: Vec<Option<f64>> = std::iter::once(None).chain(papers).collect();
+                all.add_row(cells("the paper, trained models".to_owned(), &row));
+            }
+            print(&mut all);
+        }
+    }
+}
+
+fn cells(name: String, values: &[Option<f64>]) -> Vec<String> {
+    let values = values.iter().map(|v| number(*v, 2));
+    std::iter::once(name).chain(values).collect()
 }

@@ -1,8 +1,10 @@
 //! What is warped: a scene, or an image sequence.
 
-use std::path::Path;
+use std::fmt;
+use std::path::PathBuf;
 
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
+use potamoi_golden::analytic::Analytic;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::mesh;
 use potamoi_golden::picture::Picture;
@@ -13,8 +15,23 @@ use crate::failure::Failure;
 use crate::scene::SceneArgs;
 
 /// Where depth is from.
+#[derive(Debug, Args)]
+pub(super) struct DepthArgs {
+    /// Where depth is from; several are shown side by side; left out: given for image sequences,
+    /// model otherwise
+    #[arg(long, value_enum, value_delimiter = ',')]
+    depth: Vec<DepthFrom>,
+    /// Cells along the longest side of the mesh of a model's surface; several are shown side by
+    /// side
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "256")]
+    mesh_cells: Vec<u32>,
+    /// A mesh that depth is taken from (.obj, .ply)
+    #[arg(long, value_name = "FILE", conflicts_with = "depth")]
+    mesh: Option<PathBuf>,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum DepthFrom {
+enum DepthFrom {
     /// The model's rendering: where its light is taken, on average
     Model,
     /// What comes with the images, or what is known of an analytic scene
@@ -23,13 +40,46 @@ pub(super) enum DepthFrom {
     Mesh,
 }
 
-impl DepthFrom {
-    pub(super) const fn name(self) -> &'static str {
+/// One place that depth is from.
+#[derive(Debug)]
+pub(super) enum Depth {
+    Model,
+    Given,
+    /// Of so many cells along the longest side.
+    Mesh(u32),
+    File(PathBuf),
+}
+
+impl fmt::Display for Depth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Model => "model",
-            Self::Given => "given",
-            Self::Mesh => "mesh",
+            Self::Model => f.write_str("model"),
+            Self::Given => f.write_str("given"),
+            Self::Mesh(cells) => write!(f, "mesh {cells}"),
+            Self::File(path) => write!(f, "{}", path.display()),
         }
+    }
+}
+
+impl DepthArgs {
+    pub(super) fn choices(&self, source: &Source) -> Vec<Depth> {
+        if let Some(file) = &self.mesh {
+            return vec![Depth::File(file.clone())];
+        }
+        let usual = [source.usual_depth()];
+        let wanted = match self.depth.is_empty() {
+            true => &usual[..],
+            false => &self.depth,
+        };
+        let mut choices = vec![];
+        for depth in wanted {
+            match depth {
+                DepthFrom::Model => choices.push(Depth::Model),
+                DepthFrom::Given => choices.push(Depth::Given),
+                DepthFrom::Mesh => choices.extend(self.mesh_cells.iter().copied().map(Depth::Mesh)),
+            }
+        }
+        choices
     }
 }
 
@@ -39,15 +89,15 @@ pub(super) enum Source {
 }
 
 impl Source {
-    pub(super) fn open(args: &SceneArgs) -> Result<Self, Failure> {
-        match Images::open(args.name())? {
+    pub(super) fn open(args: &SceneArgs, name: &str) -> Result<Self, Failure> {
+        match Images::open(name)? {
             Some(_) if args.looks_otherwise() => Err(Failure::Usage(format!(
                 "--scene {}: an image sequence has cameras and a size of its own: leave out \
                  --camera, --width and --height",
-                args.name()
+                name
             ))),
             Some(images) => Ok(Self::Images(images)),
-            None => Ok(Self::Scene(Box::new(args.open()?))),
+            None => Ok(Self::Scene(Box::new(args.open_named(name)?))),
         }
     }
 
@@ -67,7 +117,7 @@ impl Source {
 
     /// Whether frames are a time apart that `--fps` chooses.
     pub(super) fn is_timed(&self) -> bool {
-        matches!(self, Self::Scene(scene) if scene.has_own_way())
+        matches!(self, Self::Scene(scene) if scene.path_length().is_none())
     }
 
     /// So many frames; where none were asked for, `usual` of a built-in way and
@@ -88,7 +138,7 @@ impl Source {
         })
     }
 
-    pub(super) const fn usual_depth(&self) -> DepthFrom {
+    const fn usual_depth(&self) -> DepthFrom {
         match self {
             Self::Scene(_) => DepthFrom::Model,
             Self::Images(_) => DepthFrom::Given,
@@ -105,31 +155,35 @@ impl Source {
 
     pub(super) fn geometry(
         &self,
-        depth: DepthFrom,
-        file: Option<&Path>,
-        cells: u32,
+        depth: &Depth,
     ) -> Result<Option<Box<dyn Geometry + '_>>, Failure> {
-        if let Some(file) = file {
-            return Ok(Some(Box::new(mesh::read(file)?)));
-        }
         match (depth, self) {
-            (DepthFrom::Model, _) => Ok(None),
-            (DepthFrom::Given, Self::Images(images)) => Ok(Some(Box::new(images.clone()))),
-            (DepthFrom::Given, Self::Scene(scene)) => match scene.analytic() {
+            (Depth::File(file), _) => Ok(Some(Box::new(mesh::read(file)?))),
+            (Depth::Model, _) => Ok(None),
+            (Depth::Given, Self::Images(images)) => Ok(Some(Box::new(images.clone()))),
+            (Depth::Given, Self::Scene(scene)) => match scene.analytic() {
                 Some(analytic) => Ok(Some(Box::new(ExactDepth(analytic)))),
                 None => Err(Failure::Usage(format!(
                     "--depth given: {} comes without depth: choose model or mesh",
                     scene.name()
                 ))),
             },
-            (DepthFrom::Mesh, Self::Scene(scene)) => {
-                Ok(Some(Box::new(mesh::of_scene(scene, cells)?)))
+            (Depth::Mesh(cells), Self::Scene(scene)) => {
+                Ok(Some(Box::new(mesh::of_scene(scene, *cells)?)))
             }
-            (DepthFrom::Mesh, Self::Images(images)) => Err(Failure::Usage(format!(
+            (Depth::Mesh(_), Self::Images(images)) => Err(Failure::Usage(format!(
                 "--depth mesh: {} has no model to take a surface of: choose given, or name a file \
                  with --mesh",
                 images.name()
             ))),
+        }
+    }
+
+    /// The analytic scene that it is of, if any.
+    pub(super) fn analytic(&self) -> Option<Analytic> {
+        match self {
+            Self::Scene(scene) => scene.analytic(),
+            Self::Images(_) => None,
         }
     }
 

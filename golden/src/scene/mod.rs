@@ -122,6 +122,9 @@ impl Model {
     }
 }
 
+/// Degrees a second of the way about a model that has none of its own.
+const TURN: f64 = 36.0;
+
 /// A model, a camera, and how to render.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
@@ -187,21 +190,16 @@ impl Scene {
         (!self.path.is_empty()).then(|| self.path.len().try_into().unwrap_or(u32::MAX))
     }
 
-    /// Whether [`Scene::path`] is a built-in way, at any rate.
-    #[must_use]
-    pub fn has_own_way(&self) -> bool {
-        self.path.is_empty() && self.truth.is_some()
-    }
-
     /// The first `frames` cameras of a way through the scene. Where the camera
     /// is one of a file, they are those of the file from it on, and `fps` is not
-    /// used; otherwise they are of the built-in way, `fps` frames a second, of
-    /// the size of the scene's picture. Neighbours at 30 show nearly the same;
-    /// at 1 they do not.
+    /// used; otherwise they are `fps` frames a second of the built-in way, or, of
+    /// a model that has none, of a turn about the vertical axis through its
+    /// middle, 36 degrees a second. Neighbours at 30 show nearly the same; at 1
+    /// they do not.
     ///
     /// # Errors
-    /// A model without such a way, a rate outside 0.001 to 1000, more frames
-    /// than the file has, or more than 100,000.
+    /// A rate outside 0.001 to 1000, more frames than the file has, or more than
+    /// 100,000.
     pub fn path(&self, fps: f64, frames: u32) -> Result<Vec<Camera>, SceneError> {
         let refuse = |field, value: String, expected: &str| {
             Err(SceneError::Value {
@@ -217,11 +215,6 @@ impl Scene {
             let all = found.map(<[Camera]>::to_vec);
             return all.map_or_else(|| refuse("frames", frames.to_string(), &expected), Ok);
         }
-        let Some(analytic) = self.truth else {
-            let expected = "a scene that is sampled from an analytic field, or whose camera is \
-                            one of a file";
-            return refuse("path", "not known of this model".to_owned(), expected);
-        };
         if !(1e-3..=1e3).contains(&fps) {
             return refuse("fps", fps.to_string(), "0.001 to 1000 frames a second");
         }
@@ -229,7 +222,14 @@ impl Scene {
             return refuse("frames", frames.to_string(), "at most 100000");
         }
         let Camera { width, height, .. } = self.camera;
-        let at = |k| analytic.camera(f64::from(k) / fps, width, height);
+        let middle = self.default_orbit().target;
+        let at = |k| {
+            let seconds = f64::from(k) / fps;
+            match self.truth {
+                Some(analytic) => analytic.camera(seconds, width, height),
+                None => orbit::turned(&self.camera, middle, self.up, TURN * seconds),
+            }
+        };
         Ok((0..frames).map(at).collect())
     }
 

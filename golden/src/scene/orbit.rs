@@ -1,6 +1,6 @@
 //! Cameras that look at the middle of a scene from a distance.
 
-use glam::{DVec3, dvec3};
+use glam::{DAffine3, DVec3, dvec3};
 
 use crate::camera::Camera;
 use crate::splats::Cloud;
@@ -77,6 +77,17 @@ impl Orbit {
     }
 }
 
+/// A camera turned by so many degrees about the axis `up` through a point, as
+/// [`Orbit::azimuth`] grows.
+pub(super) fn turned(camera: &Camera, about: DVec3, up: DVec3, degrees: f64) -> Camera {
+    let back = DAffine3::from_axis_angle(up, -degrees.to_radians());
+    let there = DAffine3::from_translation(about) * back * DAffine3::from_translation(-about);
+    Camera {
+        world_to_camera: camera.world_to_camera * there,
+        ..*camera
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -101,6 +112,13 @@ mod tests {
                 assert!((height - 3.0 * 20f64.to_radians().sin()).abs() < 1e-9);
                 let tip = camera.world_to_camera.transform_vector3(up);
                 assert!(tip.y < 0.0 && tip.x.abs() < 1e-9, "{tip}");
+                let further = Orbit {
+                    azimuth: azimuth + 40.0,
+                    ..orbit
+                };
+                let expected = further.camera(up, 80, 60).world_to_camera;
+                let found = turned(&camera, orbit.target, up, 40.0).world_to_camera;
+                assert!(found.abs_diff_eq(expected, 1e-9), "{found} {expected}");
             }
         }
     }

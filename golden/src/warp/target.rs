@@ -58,7 +58,8 @@ impl Warper<'_> {
         Ok(Target { shaded, classes })
     }
 
-    /// A target frame, warped from a reference that was taken by `from`.
+    /// A target frame, warped from a reference that was taken by `from`, or
+    /// rendered in full where its rule says so.
     ///
     /// # Errors
     /// As [`Warper::reference`], or a rule out of its range.
@@ -68,6 +69,21 @@ impl Warper<'_> {
         from: &Camera,
         to: &Camera,
     ) -> Result<Target, WarpError> {
+        let sparse = self.sparse_target(reference, from, to)?;
+        sparse.map_or_else(|| self.full(to), Ok)
+    }
+
+    /// The same without full rendering: none where an angle of the frame is too
+    /// large ([`Scope::Frame`]).
+    ///
+    /// # Errors
+    /// As [`Warper::target`].
+    pub fn sparse_target(
+        &self,
+        reference: &Shaded,
+        from: &Camera,
+        to: &Camera,
+    ) -> Result<Option<Target>, WarpError> {
         self.rule.check()?;
         check("a reference", from, reference)?;
         let known = self.geometry.map(|g| g.depth(to)).transpose()?;
@@ -131,9 +147,9 @@ impl Warper<'_> {
             })
             .collect();
         if self.rule.scope == Scope::Frame && pixels.iter().any(|p| p.0 == Class::Angle) {
-            return self.full(to);
+            return Ok(None);
         }
-        self.combine(&sampler, to, &pixels, known)
+        self.combine(&sampler, to, &pixels, known).map(Some)
     }
 
     /// Step 4: renders what is to be rendered, and puts all together.

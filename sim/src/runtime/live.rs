@@ -9,7 +9,6 @@ use potamoi_golden::warp::{Class, Frame, Plan, Shaded, Target, WarpError, Warper
 
 use super::dispatch::{Dispatcher, Outcome};
 use super::finish::finish;
-use super::sparse::Sparse;
 use super::{Job, LinkUse, Nanos, Options, Poses, Resource, RuntimeError, Schedule};
 
 /// Frames that are finished before one is shown, at which rendering pauses.
@@ -262,8 +261,7 @@ impl<'a> Live<'a> {
                 let reference = slot.and_then(|slot| state.slots.get(slot)?.clone());
                 drop(state);
                 let target = match reference {
-                    Some(reference) => Sparse::new(self.warper.renderer).target(
-                        &self.warper,
+                    Some(reference) => self.warper.sparse_target(
                         &reference,
                         &self.plan.references[from].camera,
                         &self.path[number],

@@ -35,7 +35,6 @@ mod live;
 mod options;
 mod record;
 mod simulate;
-mod sparse;
 mod state;
 mod trace;
 mod windows;

@@ -1,0 +1,251 @@
+//! The ways of making frames that stand side by side.
+
+use clap::{Args, ValueEnum};
+use potamoi_golden::camera::Camera;
+use potamoi_golden::warp::{
+    Angle, Chain, Class, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Rule, Sampling, Scope,
+    Sequence, Shaded, Target, WarpError, Warper, half_resolution,
+};
+
+use super::source::Source;
+
+/// What is compared, and by which rules.
+#[derive(Debug, Args)]
+pub(super) struct WayArgs {
+    /// How frames are made; several are shown side by side
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "sparw")]
+    method: Vec<Method>,
+    /// Targets of a reference; several are shown side by side
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "16")]
+    window: Vec<u32>,
+    /// Largest angle between the rays of reference and target at a point, in
+    /// degrees; several are shown side by side; left out: none
+    #[arg(long, value_name = "DEG", value_delimiter = ',')]
+    phi: Vec<f64>,
+    /// What a larger angle leads to
+    #[arg(long, value_enum, default_value_t = PhiScope::Pixel)]
+    phi_scope: PhiScope,
+    /// Rules that belong together; the next options change one of them
+    #[arg(long, value_enum, default_value_t = RulesOf::Potamoi)]
+    profile: RulesOf,
+    /// Which angle
+    #[arg(long, value_enum)]
+    angle: Option<AngleOf>,
+    /// How colours are taken from a reference
+    #[arg(long, value_enum)]
+    sampling: Option<SamplingBy>,
+    /// Whether pixels at edges of the reference are rendered
+    #[arg(long, value_name = "true|false")]
+    render_edges: Option<bool>,
+    /// Whether points that are warped to where nothing is stay
+    #[arg(long, value_name = "true|false")]
+    keep_over_void: Option<bool>,
+    /// A pixel is rendered where the depth there is below so much of the warped one; 0.995 unless
+    /// given
+    #[arg(long, value_name = "SHARE")]
+    nearer: Option<f64>,
+    /// From where references are taken; left out: predicted, of image sequences centre
+    #[arg(long, value_enum)]
+    reference: Option<From>,
+    /// Frames before its window at which a reference is begun; left out: as many as the window
+    /// has; 0: the paper's formula
+    #[arg(long, value_name = "N")]
+    lead: Option<u32>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Method {
+    /// Sparse radiance warping
+    Sparw,
+    /// Each frame warped from the one before
+    Temp,
+    /// Half the resolution, scaled up
+    Ds2,
+}
+
+impl Method {
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Sparw => "SpaRW",
+            Self::Temp => "Temp",
+            Self::Ds2 => "DS-2",
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum PhiScope {
+    /// The pixel is rendered
+    Pixel,
+    /// The frame is rendered
+    Frame,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum RulesOf {
+    /// Bilinear samples, and edges rendered
+    Potamoi,
+    /// Pixels as they land, and only what is hidden is rendered
+    Paper,
+    /// The same with the first authors' half-angle
+    FirstAuthors,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum AngleOf {
+    /// Between both rays at the point
+    Subtended,
+    /// Half of it, as the first authors' program has it
+    Half,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SamplingBy {
+    /// Of the point that landed on the pixel, as the paper has it
+    Nearest,
+    /// Where the pixel's centre is in the reference, between neighbours of the same surface
+    Bilinear,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum From {
+    /// Predicted for the middle of the window
+    Predicted,
+    /// The window's first frame
+    First,
+    /// The frame nearest the window's middle
+    Centre,
+}
+
+/// One way of making the frames.
+#[derive(Debug, Clone)]
+pub(super) struct Way {
+    pub(super) method: Method,
+    pub(super) window: u32,
+    /// In degrees.
+    pub(super) phi: Option<f64>,
+    /// Which of the depths that are asked for.
+    pub(super) depth: usize,
+    /// What tells it from the others.
+    pub(super) name: String,
+}
+
+impl WayArgs {
+    pub(super) fn longest_window(&self) -> u32 {
+        self.window.iter().copied().max().unwrap_or(1)
+    }
+
+    /// All that were asked for, less those that do not differ. `depths` are the
+    /// names of the depths.
+    pub(super) fn ways(&self, depths: &[String]) -> Vec<Way> {
+        let mut ways = vec![];
+        for method in &self.method {
+            let warps = *method != Method::Ds2;
+            let phis: Vec<Option<f64>> = match self.phi.is_empty() {
+                false if warps => self.phi.iter().copied().map(Some).collect(),
+                _ => vec![None],
+            };
+            let windows = if warps {
+                &self.window[..]
+            } else {
+                &self.window[..1]
+            };
+            let depths = if warps { depths } else { &depths[..1] };
+            for window in windows {
+                for phi in &phis {
+                    for (depth, of) in depths.iter().enumerate() {
+                        let mut name = method.name().to_owned();
+                        if warps {
+                            name += &format!("-{window}");
+                        }
+                        name += &phi.map_or_else(String::new, |phi| format!(", phi {phi}"));
+                        if depths.len() > 1 {
+                            name += &format!(", {of}");
+                        }
+                        ways.push(Way {
+                            method: *method,
+                            window: *window,
+                            phi: *phi,
+                            depth,
+                            name,
+                        });
+                    }
+                }
+            }
+        }
+        ways
+    }
+
+    /// What decides in one way.
+    pub(super) fn rule(&self, way: &Way) -> Rule {
+        let base = match self.profile {
+            RulesOf::Potamoi => Profile::Potamoi,
+            RulesOf::Paper => Profile::Paper,
+            RulesOf::FirstAuthors => Profile::FirstAuthors,
+        }
+        .rule();
+        Rule {
+            nearer: self.nearer.unwrap_or(base.nearer),
+            phi: way.phi.map(f64::to_radians),
+            angle: match self.angle {
+                Some(AngleOf::Subtended) => Angle::Subtended,
+                Some(AngleOf::Half) => Angle::Half,
+                None => base.angle,
+            },
+            scope: match self.phi_scope {
+                PhiScope::Pixel => Scope::Pixel,
+                PhiScope::Frame => Scope::Frame,
+            },
+            keep_over_void: self.keep_over_void.unwrap_or(base.keep_over_void),
+            sampling: match self.sampling {
+                Some(SamplingBy::Nearest) => Sampling::Nearest,
+                Some(SamplingBy::Bilinear) => Sampling::Bilinear,
+                None => base.sampling,
+            },
+            render_edges: self.render_edges.unwrap_or(base.render_edges),
+        }
+    }
+
+    pub(super) fn plan(&self, way: &Way, source: &Source) -> PlanOptions {
+        let reference = match self.reference {
+            Some(From::Predicted) => ReferenceFrom::Predicted,
+            Some(From::First) => ReferenceFrom::First,
+            Some(From::Centre) => ReferenceFrom::Centre,
+            None => source.usual_reference(),
+        };
+        PlanOptions {
+            window: way.window,
+            reference,
+            lead: self.lead,
+        }
+    }
+}
+
+/// The frames of one way, one after another.
+pub(super) fn frames<'a>(
+    way: &Way,
+    warper: Warper<'a>,
+    path: &'a [Camera],
+    plan: &'a Plan,
+    lost: &'a [usize],
+) -> Box<dyn Iterator<Item = Result<Frame, WarpError>> + 'a> {
+    match way.method {
+        Method::Sparw => Box::new(Sequence::new(warper, path, plan, lost)),
+        Method::Temp => Box::new(Chain::new(warper, path, way.window)),
+        Method::Ds2 => Box::new(path.iter().enumerate().map(move |(number, camera)| {
+            let picture = half_resolution(warper.renderer, camera)?;
+            let count = picture.rgb.len();
+            Ok(Frame {
+                number,
+                reference: None,
+                target: Target {
+                    shaded: Shaded {
+                        picture,
+                        depth: vec![f32::NAN; count],
+                    },
+                    classes: vec![Class::Full; count],
+                },
+            })
+        })),
+    }
+}
