@@ -210,6 +210,51 @@ fn depth_is_of_the_model_of_a_mesh_or_given() {
 }
 
 #[test]
+fn scenes_and_depths_stand_side_by_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let run = |scenes: &[&str]| {
+        let common = ["warp", "--width", "32", "--frames", "6", "--window", "3"];
+        let depths = ["--depth", "model,mesh", "--mesh-cells", "16,64"];
+        let ways = ["--method", "ds2,sparw", "--json", "all.json"];
+        let said = expect(at, 0, &[&common[..], &depths, &ways, scenes].concat());
+        (said, json(&at.join("all.json")))
+    };
+    let (said, all) = run(&["--scenes", "cairn:voxels,cairn:efficientnerf,lantern"]);
+    assert!(said.contains("the paper, trained models"), "{said}");
+    let scenes = all["scenes"].as_array().unwrap();
+    let names = |found: &Value| -> Vec<String> {
+        let variants = found["variants"].as_array().unwrap().iter();
+        variants
+            .map(|v| v["name"].as_str().unwrap().to_owned())
+            .collect()
+    };
+    for found in scenes {
+        assert_eq!(
+            names(found),
+            [
+                "DS-2",
+                "SpaRW-3, model",
+                "SpaRW-3, mesh 16",
+                "SpaRW-3, mesh 64"
+            ]
+        );
+    }
+    // The voxels of the lantern have no truth to be compared with.
+    assert_eq!(scenes[2]["model"], Value::Null);
+    // Ground truth that is shared is the one of the scene alone.
+    let (_, alone) = run(&["--scene", "cairn:efficientnerf"]);
+    assert_eq!(scenes[1]["model"], alone["model"]);
+    assert_eq!(
+        scenes[1]["variants"][3]["frame"],
+        alone["variants"][3]["frame"]
+    );
+
+    let said = expect(at, 2, &["warp", "--scenes", "all:nonsense"]);
+    assert!(said.contains("all:nonsense"), "{said}");
+}
+
+#[test]
 fn wrong_options_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |arguments: &[&str], expected: &str| {

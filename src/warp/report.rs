@@ -190,8 +190,12 @@ fn shares(counts: &Counts) -> [String; 4] {
 
 impl Found {
     pub(super) fn print(&self, trace: Option<&PathBuf>) {
-        let mut depths: Vec<&str> = self.variants.iter().map(|v| v.depth.as_str()).collect();
-        depths.dedup();
+        let mut depths: Vec<&str> = vec![];
+        for variant in &self.variants {
+            if !depths.contains(&variant.depth.as_str()) {
+                depths.push(&variant.depth);
+            }
+        }
         let pace = self.fps.map(|fps| format!(" at {fps} frames a second"));
         say!(
             "{}: {} frames of {} x {}{}, depth from {}",

@@ -37,6 +37,9 @@ pub(super) struct WayArgs {
     /// Whether pixels at edges of the reference are rendered
     #[arg(long, value_name = "true|false")]
     render_edges: Option<bool>,
+    /// Whether pixels on which no point landed are warped where the reference shows what is there
+    #[arg(long, value_name = "true|false")]
+    fill_cracks: Option<bool>,
     /// Whether points that are warped to where nothing is stay
     #[arg(long, value_name = "true|false")]
     keep_over_void: Option<bool>,
@@ -83,7 +86,7 @@ enum PhiScope {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum RulesOf {
-    /// Bilinear samples, and edges rendered
+    /// Bilinear samples, cracks filled, and edges rendered
     Potamoi,
     /// Pixels as they land, and only what is hidden is rendered
     Paper,
@@ -203,6 +206,7 @@ impl WayArgs {
                 None => base.sampling,
             },
             render_edges: self.render_edges.unwrap_or(base.render_edges),
+            fill_cracks: self.fill_cracks.unwrap_or(base.fill_cracks),
         }
     }
 

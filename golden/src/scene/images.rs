@@ -248,3 +248,7 @@ impl Geometry for Images {
         Ok(self.depth_of(self.frame(camera)?)?)
     }
 }
+
+#[cfg(test)]
+#[path = "images_tests.rs"]
+mod tests;

@@ -80,8 +80,8 @@ impl Orbit {
 /// A camera turned by so many degrees about the axis `up` through a point, as
 /// [`Orbit::azimuth`] grows.
 pub(super) fn turned(camera: &Camera, about: DVec3, up: DVec3, degrees: f64) -> Camera {
-    let back = DAffine3::from_axis_angle(up, -degrees.to_radians());
-    let there = DAffine3::from_translation(about) * back * DAffine3::from_translation(-about);
+    let turn = DAffine3::from_axis_angle(up, degrees.to_radians());
+    let there = DAffine3::from_translation(about) * turn * DAffine3::from_translation(-about);
     Camera {
         world_to_camera: camera.world_to_camera * there,
         ..*camera

@@ -154,13 +154,16 @@ pub struct Rule {
     /// Whether pixels at edges of the reference are rendered; the paper warps
     /// them.
     pub render_edges: bool,
+    /// Whether pixels that no point landed on are warped where the reference
+    /// shows the surface that is there; the paper renders them.
+    pub fill_cracks: bool,
 }
 
 /// Rules that belong together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Profile {
-    /// Bilinear samples, and edges rendered.
+    /// Bilinear samples, cracks filled, and edges rendered.
     Potamoi,
     /// The paper's four steps: pixels as they land, and only what is hidden is
     /// rendered.
@@ -190,6 +193,7 @@ impl Profile {
                 Sampling::Bilinear
             },
             render_edges: !plain,
+            fill_cracks: !plain,
         }
     }
 }

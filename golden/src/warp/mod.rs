@@ -9,6 +9,7 @@
 //! be told by a [`Geometry`] of its own.
 
 mod classify;
+mod crack;
 mod error;
 mod plan;
 mod predict;

@@ -31,6 +31,11 @@ pub enum Sampling {
     Bilinear,
 }
 
+/// Whether two depths, the second a surface's, may be of one surface.
+pub(super) fn is_same_surface(a: f64, b: f64) -> bool {
+    (a - b).abs() <= SAME_SURFACE * b
+}
+
 /// Takes colours from a reference.
 pub(super) struct Sampler<'a> {
     reference: &'a Shaded,
@@ -61,6 +66,17 @@ impl<'a> Sampler<'a> {
         };
         let around = self.around(at, depth).map(|(around, _)| around);
         edges[source as usize] || around.is_some_and(|all| all.iter().any(|(p, _)| edges[*p]))
+    }
+
+    /// The pixel of the reference that shows best what a target pixel shows at
+    /// `depth`; nothing unless all pixels around the place show that surface.
+    pub(super) fn sees(&self, at: DVec2, depth: f64) -> Option<u32> {
+        let (around, depth) = self.around(at, depth)?;
+        let all = around
+            .iter()
+            .all(|(p, _)| is_same_surface(self.reference.depth[*p].into(), depth));
+        let best = around.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        all.then_some(best.0 as u32)
     }
 
     /// Of a target pixel with its centre at `at`, which shows something at
@@ -105,7 +121,7 @@ impl<'a> Sampler<'a> {
         let (mut sum, mut total) = ([0.0; 3], 0.0);
         for (pixel, weight) in around {
             let there = f64::from(self.reference.depth[pixel]);
-            if (there - depth).abs() <= SAME_SURFACE * depth {
+            if is_same_surface(there, depth) {
                 total += weight;
                 for (sum, value) in sum.iter_mut().zip(self.reference.picture.rgb[pixel]) {
                     *sum += weight * f64::from(value);

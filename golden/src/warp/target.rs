@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::crack::Cracks;
 use super::reproject::{Transfer, reproject};
 use super::sample::Sampler;
 use super::silhouette::Silhouette;
@@ -94,6 +95,12 @@ impl Warper<'_> {
         let warped = reproject(reference, from, to);
         let there = Transfer::new(from, to);
         let sampler = Sampler::new(reference, from, to, &self.rule);
+        let cracks = self.rule.fill_cracks.then_some(Cracks {
+            warped: &warped,
+            sampler: &sampler,
+            to,
+            nearer: self.rule.nearer,
+        });
         let shift = to.world_to_camera.transform_point3(from.position());
         let count = to.width as usize * to.height as usize;
         // Class, depth and pixel of the reference.
@@ -101,7 +108,8 @@ impl Warper<'_> {
             .into_par_iter()
             .map(|i| {
                 let depth = known.as_ref().and_then(|d| d.get(i).copied());
-                let Some((source, near)) = warped.at(i) else {
+                let filled = cracks.as_ref().and_then(|c| c.fill(i, depth));
+                let Some((source, near)) = filled.or_else(|| warped.at(i)) else {
                     let void = match (depth, &silhouette) {
                         (Some(depth), _) => is_void(depth),
                         (None, Some(silhouette)) => {
@@ -201,7 +209,7 @@ impl Warper<'_> {
 }
 
 /// The centre of a pixel.
-fn centre(camera: &Camera, pixel: usize) -> DVec2 {
+pub(super) fn centre(camera: &Camera, pixel: usize) -> DVec2 {
     let [x, y] = [pixel as u32 % camera.width, pixel as u32 / camera.width];
     DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)
 }

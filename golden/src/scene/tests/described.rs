@@ -150,8 +150,6 @@ fn the_cameras_of_a_file_are_a_path() {
         let error = open(&camera).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     }
-    let error = Scene::open("garden").unwrap().path(30.0, 1).unwrap_err();
-    assert!(error.to_string().contains("one of a file"), "{error}");
 }
 
 /// A halo chosen in a description changes what is moved and not what is seen.
@@ -231,4 +229,33 @@ fn an_orbit_around_a_built_in_scene_is_upright() {
         let tip = scene.camera().world_to_camera.transform_vector3(up);
         assert!(tip.y < -0.9, "{name}: {tip}");
     }
+}
+
+/// A model of a file has a way about its middle.
+#[test]
+fn a_model_without_a_way_is_gone_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let text = "[model]\nkind = \"builtin\"\nname = \"lantern\"\n[camera]\nkind = \"orbit\"\n\
+                azimuth = 10\nelevation = 5\ndistance = 3\n";
+    fs::write(&path, text).unwrap();
+    let scene = Scene::open(path.to_str().unwrap()).unwrap();
+    assert_eq!(scene.path_length(), None);
+    let way = scene.path(1.0, 11).unwrap();
+    assert!(
+        way[0]
+            .world_to_camera
+            .abs_diff_eq(scene.camera().world_to_camera, 1e-12)
+    );
+    // Ten seconds are once around.
+    assert!(
+        way[10]
+            .world_to_camera
+            .abs_diff_eq(way[0].world_to_camera, 1e-9)
+    );
+    let quarter = text.replace("azimuth = 10", "azimuth = 82");
+    fs::write(&path, quarter).unwrap();
+    let there = Scene::open(path.to_str().unwrap()).unwrap();
+    let expected = there.camera().world_to_camera;
+    assert!(way[2].world_to_camera.abs_diff_eq(expected, 1e-9));
 }

@@ -1,0 +1,184 @@
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::fs;
+
+use image::{ImageBuffer, Rgb, Rgba};
+use proptest::prelude::*;
+use proptest::sample::Index;
+
+use super::*;
+use crate::warp::{Class, Profile, Warper};
+
+const SIDES: [u32; 2] = [6, 4];
+
+/// Two frames from one place: a step from black to red, half clear, whose depth
+/// is 2 on the left and 3 on the right; the last column is void.
+fn write(folder: &Path) {
+    let frame = |name: &str| {
+        format!(
+            "{{\"file_path\": \"test/{name}\", \"transform_matrix\": \
+             [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}}"
+        )
+    };
+    let text = format!(
+        "{{\"fl_x\": 8, \"w\": 6, \"h\": 4, \"frames\": [{}, {}]}}",
+        frame("a"),
+        frame("b")
+    );
+    for sub in ["test", "depth"] {
+        fs::create_dir_all(folder.join(sub)).unwrap();
+    }
+    fs::write(folder.join("transforms.json"), text).unwrap();
+    let [w, h] = SIDES;
+    let picture = ImageBuffer::from_fn(w, h, |x, _| Rgba([51 * x as u8, 0, 0, 204]));
+    let depth = ImageBuffer::from_fn(w, h, |x, _| {
+        let d = [0.2f32, 0.2, 0.2, 0.3, 0.3, 1.0][x as usize];
+        Rgb([d, 7.0, 7.0])
+    });
+    for name in ["a", "b"] {
+        picture
+            .save(folder.join(format!("test/{name}.png")))
+            .unwrap();
+        depth
+            .save(folder.join(format!("depth/{name}.exr")))
+            .unwrap();
+    }
+    let toml = "[model]\nkind = \"images\"\npath = \".\"\ndepth_scale = 10\nvoid_above = 9.5\n\
+                [render]\nbackground = [0, 0.5, 1]\n";
+    fs::write(folder.join("s.toml"), toml).unwrap();
+}
+
+fn open(folder: &Path) -> Result<Option<Images>, SceneError> {
+    Images::open(folder.join("s.toml").to_str().unwrap())
+}
+
+#[test]
+fn frames_are_over_their_background_and_depths_in_the_units_of_the_poses() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path());
+    let images = open(folder.path()).unwrap().unwrap();
+    assert_eq!((images.len(), images.is_empty()), (2, false));
+    let camera = images.path(2).unwrap()[1];
+    let shaded = images.shade(&camera, None).unwrap();
+    let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+    // Alpha is 0.8: of the picture 0.8, of the background 0.2.
+    assert!(near(shaded.picture.rgb[0], [0.0, 0.1, 0.2]));
+    assert!(near(shaded.picture.rgb[4], [0.64, 0.1, 0.2]));
+    assert!((shaded.depth[6] - 2.0).abs() < 1e-6 && (shaded.depth[10] - 3.0).abs() < 1e-6);
+    assert_eq!(shaded.depth[5], f32::INFINITY);
+    assert_eq!(images.depth(&camera).unwrap(), shaded.depth);
+    // Of a mask, the rest is background and void.
+    let mask = Mask::new(SIDES, |i| i == 4);
+    let part = images.shade(&camera, Some(&mask)).unwrap();
+    assert_eq!(part.picture.rgb[4], shaded.picture.rgb[4]);
+    assert_eq!(
+        (part.picture.rgb[3], part.depth[3]),
+        ([0.0, 0.5, 1.0], f32::INFINITY)
+    );
+}
+
+/// Frames from the same place: what has a surface is warped, what has none is
+/// void, and nothing else.
+#[test]
+fn a_frame_from_the_same_place_is_warped_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path());
+    let images = open(folder.path()).unwrap().unwrap();
+    let camera = images.path(1).unwrap()[0];
+    let warper = Warper {
+        renderer: &images,
+        geometry: Some(&images),
+        rule: Profile::Paper.rule(),
+    };
+    let reference = warper.reference(&camera).unwrap();
+    let target = warper.target(&reference, &camera, &camera).unwrap();
+    for (i, class) in target.classes.iter().enumerate() {
+        let void = i as u32 % SIDES[0] == 5;
+        assert_eq!(
+            *class,
+            if void { Class::Void } else { Class::Warped },
+            "{i}"
+        );
+        if !void {
+            assert_eq!(target.shaded.picture.rgb[i], reference.picture.rgb[i]);
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_used_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let shade = || {
+        let images = open(at).unwrap().unwrap();
+        let camera = images.path(1).unwrap()[0];
+        images.shade(&camera, None).unwrap_err().to_string()
+    };
+    let says = |said: String, words: &[&str]| {
+        assert!(words.iter().all(|w| said.contains(w)), "{said}");
+    };
+    write(at);
+    fs::remove_file(at.join("test/a.png")).unwrap();
+    says(shade(), &["a.png"]);
+    write(at);
+    let wide = ImageBuffer::from_pixel(7, 4, Rgb([0u8; 3]));
+    wide.save(at.join("test/a.png")).unwrap();
+    says(shade(), &["a.png", "6 x 4"]);
+    write(at);
+    fs::copy(at.join("test/a.png"), at.join("depth/a.exr")).unwrap();
+    says(shade(), &["a.exr", "OpenEXR depth of 6 x 4"]);
+    write(at);
+    let images = open(at).unwrap().unwrap();
+    says(images.path(3).unwrap_err().to_string(), &["at most 2"]);
+    let mut elsewhere = images.path(1).unwrap()[0];
+    elsewhere.width += 1;
+    let error = images.shade(&elsewhere, None).unwrap_err().to_string();
+    says(error, &["no image was taken from this camera"]);
+    for (field, value) in [
+        ("depth_scale", "-1"),
+        ("depth_scale", "inf"),
+        ("void_above", "nan"),
+    ] {
+        write(at);
+        let toml = format!("[model]\nkind = \"images\"\npath = \".\"\n{field} = {value}\n");
+        fs::write(at.join("s.toml"), toml).unwrap();
+        says(open(at).unwrap_err().to_string(), &["s.toml", "positive"]);
+    }
+}
+
+proptest! {
+    /// Bytes that are changed or cut off: a frame of the right size, or one line
+    /// that names the file.
+    #[test]
+    fn damaged_pictures_are_read_or_refused(
+        exr: bool,
+        harm in prop::collection::vec((any::<Index>(), any::<u8>()), 1..6),
+        cut in prop::option::of(any::<Index>()),
+    ) {
+        let folder = tempfile::tempdir().unwrap();
+        write(folder.path());
+        let file = folder.path().join(if exr { "depth/a.exr" } else { "test/a.png" });
+        let mut bytes = fs::read(&file).unwrap();
+        for (at, value) in &harm {
+            let at = at.index(bytes.len());
+            bytes[at] = *value;
+        }
+        if let Some(cut) = cut {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        fs::write(&file, bytes).unwrap();
+        let images = open(folder.path()).unwrap().unwrap();
+        let camera = images.path(1).unwrap()[0];
+        match images.shade(&camera, None) {
+            Ok(shaded) => {
+                prop_assert_eq!(shaded.picture.rgb.len(), 24);
+                prop_assert_eq!(shaded.depth.len(), 24);
+            }
+            Err(error) => {
+                let error = error.to_string();
+                prop_assert!(error.contains(file.file_name().unwrap().to_str().unwrap()));
+                prop_assert!(!error.contains('\n') && error.len() < 1000, "{}", error);
+            }
+        }
+    }
+}
