@@ -66,6 +66,12 @@ refresh: setup
 	  cargo run --locked --release --quiet -- render --scene $$scene --numerics rtl \
 	    --out docs/images/$$scene.png || exit 1; \
 	done
+	cargo run --locked --release --quiet -- warp --scene cairn:voxels --width 320 --frames 42 \
+	  --depth mesh --mesh-cells 128 --out out/refresh-warp
+	for kind in frame origin; do \
+	  mv out/refresh-warp/$$kind.0032.png docs/images/warping-$$kind.png || exit 1; \
+	done
+	rm -rf out/refresh-warp
 	cargo run --locked --release --quiet -p potamoi-golden --example contact_sheet -- \
 	  scenes docs/images/scenes.png
 	cargo run --locked --release --quiet -p potamoi-golden --example contact_sheet -- \
