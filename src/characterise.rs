@@ -16,7 +16,8 @@ use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::scene::{SceneArgs, named};
+use crate::say::say;
+use crate::scene::{SceneArgs, named, say_not_checked};
 use paper::Paper;
 
 #[derive(Debug, Args)]
@@ -85,6 +86,8 @@ struct Found {
     merging: Option<Merging>,
     /// By ray group, of fields in one volume by halo too.
     traffic: Vec<Traffic>,
+    /// What a model's file leaves open.
+    not_checked: Vec<String>,
 }
 
 #[derive(Clone, Copy, Serialize)]
@@ -116,6 +119,7 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
         let found = characterise(&args.scene.open()?, &config, args.full_size)?;
         spinner.finish_and_clear();
         tables::print(&found);
+        say_not_checked(&found.not_checked);
         let report = Report {
             format_version,
             command,
@@ -140,6 +144,10 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
     }
     bar.finish_and_clear();
     tables::side_by_side(&scenes);
+    for found in scenes.iter().filter(|found| !found.not_checked.is_empty()) {
+        say!("{}:", found.scene);
+        say_not_checked(&found.not_checked);
+    }
     let report = Reports {
         format_version,
         command,
@@ -186,6 +194,7 @@ fn characterise(scene: &Scene, config: &Config, full: bool) -> Result<Found, Fai
         paper: Paper::of(algorithm),
         merging: merging(scene, config.mvoxel.rows),
         traffic: counted.traffic,
+        not_checked: scene.left_open(),
         tables: counted.accesses.tables,
     })
 }

@@ -218,7 +218,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         frame: shot.counts(),
         units: shot.units(),
         cycles: shot.cycles,
-        not_checked: scene.not_checked(),
+        not_checked: not_checked(&scene, args.numerics),
         seconds,
     };
     print(&report, &scene, args);
@@ -226,6 +226,16 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// What a picture leaves open: in floating point nothing outside the units is in
+/// question.
+pub(crate) fn not_checked(scene: &Scene, numerics: Numerics) -> Vec<String> {
+    match numerics {
+        Numerics::Truth => vec![],
+        Numerics::Float => scene.left_open(),
+        Numerics::Fixed | Numerics::Rtl => scene.not_checked(),
+    }
 }
 
 fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {

@@ -34,9 +34,11 @@ pub(crate) struct SceneArgs {
     height: Option<u32>,
 }
 
-/// Says in one line what a run does not check.
+/// Says in one line what a run does not check, if anything.
 pub(crate) fn say_not_checked(list: &[String]) {
-    say!("  not checked: {}", list.join("; "));
+    if !list.is_empty() {
+        say!("  not checked: {}", list.join("; "));
+    }
 }
 
 /// The scenes of a list: `all` is every built-in scene in every representation,

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::render::{FORMAT_VERSION, Numerics, Units, shoot};
+use crate::render::{FORMAT_VERSION, Numerics, Units, not_checked, shoot};
 use crate::say::say;
 use crate::scene::say_not_checked;
 
@@ -84,7 +84,7 @@ pub(crate) fn run(mut scene: Scene, config: &Config, wanted: &Sequence<'_>) -> R
         numerics: wanted.numerics,
         configuration: config.hash(),
         frames,
-        not_checked: scene.not_checked(),
+        not_checked: not_checked(&scene, wanted.numerics),
         seconds: start.elapsed().as_secs_f64(),
     };
     if let (Some(first), Some(last)) = (names.first(), names.last()) {

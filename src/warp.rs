@@ -181,6 +181,7 @@ impl WarpArgs {
             fps: source.is_timed().then_some(self.fps),
             model: footage.quality(),
             variants,
+            not_checked: source.left_open(),
             seconds: start.elapsed().as_secs_f64(),
         })
     }

@@ -61,6 +61,7 @@ fn other_algorithms_agree_in_every_bit_and_cycle() {
     for (scene, width) in [
         (file("tensorf/tiny.th"), "32"),
         (split.display().to_string(), "32"),
+        ("cairn:dvgo".to_owned(), "32"),
         ("cairn:ngp-mvoxel".to_owned(), "32"),
         (file("ngp/cube.ingp"), "16"),
         (file("compact/tiny.npz"), "48"),
@@ -223,6 +224,62 @@ fn an_empty_view_is_inconclusive() {
     );
     assert!(said.contains("nothing was compared"), "{said}");
     assert!(!said.contains("no mismatch"), "{said}");
+}
+
+/// A trained DirectVoxGO model of a real scene: a share of a small frame.
+#[test]
+fn a_trained_field_agrees_on_a_share() {
+    trained_field("quick", "64");
+}
+
+/// The same at 200 x 200: every gather and every vector operation.
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn a_trained_field_agrees_in_every_gather() {
+    trained_field("full", "200");
+}
+
+fn trained_field(level: &str, width: &str) {
+    let Some(data) = common::shared() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(
+        "[model]\nkind = \"dvgo\"\npath = {:?}\n[camera]\nkind = \"transforms\"\npath = {:?}\n\
+         index = 0\n[render]\nbackground = [1, 1, 1]\n",
+        data.join("lego_dvgo/fine_last.tar"),
+        data.join("lego_orbit/transforms.json")
+    );
+    std::fs::write(folder.path().join("lego.toml"), text).unwrap();
+    let arguments = [
+        "verify",
+        "--config",
+        "fields",
+        "--scene",
+        "lego.toml",
+        "--width",
+        width,
+        "--level",
+        level,
+        "--json",
+        "r.json",
+    ];
+    let said = expect(folder.path(), 0, &arguments);
+    assert!(said.contains("no mismatch"), "{said}");
+    let r = json(&folder.path().join("r.json"));
+    let n = |unit: &str, field: &str| r[unit][field].as_u64().unwrap();
+    let side: u64 = width.parse().unwrap();
+    let checked = [
+        ("gathering_unit", "samples", 4),
+        ("vector_unit", "elements", 1000),
+    ];
+    for (unit, of, a_pixel) in checked {
+        let all = n(unit, &format!("{of}_total"));
+        assert!(all > a_pixel * side * side, "{r}");
+        if level == "full" {
+            assert_eq!(n(unit, of), all);
+        }
+    }
 }
 
 /// The real scenes at 400 x 400: a share spread over the frame.

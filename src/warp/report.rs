@@ -11,6 +11,7 @@ use super::measure::{FrameFound, Likeness, Measured, Part};
 use super::timing::Timing;
 use super::ways::{Method, Way};
 use crate::say::say;
+use crate::scene::say_not_checked;
 
 /// Version of the JSON report.
 pub(super) const FORMAT_VERSION: u32 = 2;
@@ -42,6 +43,8 @@ pub(super) struct Found {
     /// The model in full against ground truth.
     pub(super) model: Option<Likeness>,
     pub(super) variants: Vec<Variant>,
+    /// What a model's file leaves open.
+    pub(super) not_checked: Vec<String>,
     pub(super) seconds: f64,
 }
 
@@ -233,6 +236,7 @@ impl Found {
                 timing.print(&variant.name, trace);
             }
         }
+        say_not_checked(&self.not_checked);
     }
 
     fn print_frames(variant: &Variant) {
@@ -357,13 +361,16 @@ impl Found {
     }
 }
 
+/// What a table of several scenes shows of each.
+type Value = fn(&Found, &Variant) -> Option<f64>;
+
 impl Reports {
     /// A row a scene, a column a way.
     pub(super) fn print(&self) {
         let Some(first) = self.scenes.first() else {
             return;
         };
-        let kinds: [(&str, fn(&Found, &Variant) -> Option<f64>); 3] = [
+        let kinds: [(&str, Value); 3] = [
             ("loss, dB", |f, v| v.loss(f.model.as_ref())),
             ("PSNR to model, dB", |_, v| v.frame.model?.psnr_db),
             ("rendered, %", |_, v| Some(100.0 * v.rendered_share)),
@@ -396,6 +403,10 @@ impl Reports {
                 all.add_row(cells("the paper, trained models".to_owned(), &row));
             }
             print(&mut all);
+        }
+        for found in self.scenes.iter().filter(|f| !f.not_checked.is_empty()) {
+            say!("{}:", found.scene);
+            say_not_checked(&found.not_checked);
         }
     }
 }

@@ -187,6 +187,14 @@ impl Source {
         }
     }
 
+    /// What a model's file leaves open.
+    pub(super) fn left_open(&self) -> Vec<String> {
+        match self {
+            Self::Scene(scene) => scene.left_open(),
+            Self::Images(_) => vec![],
+        }
+    }
+
     /// What is really there, where it is known.
     pub(super) fn truth(&self, camera: &Camera) -> Result<Option<Picture>, Failure> {
         let Self::Scene(scene) = self else {

@@ -92,23 +92,27 @@ impl Scene {
         if blocks || self.halo == Halo::Split {
             all.push(PARTS.to_owned());
         }
-        if self.from_file {
-            all.push(NO_REFERENCE.to_owned());
-            self.of_file(&mut all);
-        }
+        all.extend(self.left_open());
         all
     }
 
-    /// What is particular to the model's file.
-    fn of_file(&self, all: &mut Vec<String>) {
+    /// The part of [`Scene::not_checked`] that holds in floating point too: of a
+    /// model that was read from a file, what the file does not tell or what of it
+    /// is not used.
+    #[must_use]
+    pub fn left_open(&self) -> Vec<String> {
+        if !self.from_file {
+            return vec![];
+        }
+        let mut all = vec![NO_REFERENCE.to_owned()];
         let (assumed, ignored) = match &self.model {
             Model::Dvgo(field) => (Some(field.assumed()), field.ignored()),
             Model::Tensorf(field) => (None, field.ignored()),
             Model::Field(field) if [super::NGP, super::NGP_MVOXEL].contains(&field.kind()) => {
                 all.push(SNAPSHOT.to_owned());
-                return;
+                return all;
             }
-            _ => return,
+            _ => return all,
         };
         if let Some(assumed) = assumed {
             all.push(assumed);
@@ -116,6 +120,7 @@ impl Scene {
         if !ignored.is_empty() {
             all.push(format!("not used of the file: {}", ignored.join(", ")));
         }
+        all
     }
 }
 

@@ -9,13 +9,18 @@ use super::value::{Kind, Value};
 /// The pickles of the constant and of version 1001.
 const HEAD: &[u8] = b"\x80\x02\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.\x80\x02M\xe9\x03.";
 
+/// Whether a file begins so.
+pub(super) fn is_head(bytes: &[u8]) -> bool {
+    bytes.starts_with(HEAD)
+}
+
 /// The one storage of a file: kind, count, and where its numbers begin.
 ///
 /// # Errors
 /// No such file, one of something else, or fewer numbers than it says.
 pub(super) fn storage(bytes: &[u8]) -> Result<(Kind, usize, usize), String> {
     let skip = |from: usize| pickle::read_inner(&bytes[from..]);
-    if !bytes.starts_with(HEAD) {
+    if !is_head(bytes) {
         return Err("a storage without the head that PyTorch gives it".to_owned());
     }
     let mut at = HEAD.len();

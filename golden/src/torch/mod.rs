@@ -2,9 +2,8 @@
 //! and one member for the numbers of each.
 //!
 //! Read as data: no code of the file is run, and classes other than tensors,
-//! arrays and dictionaries are refused by name. A reader of our own, since the
-//! maintained one that was tried copies shared objects, so that a file of a
-//! few hundred bytes can ask for any amount of memory.
+//! arrays and dictionaries are refused by name. A reader of our own
+//! (docs/decisions/0004-own-pickle-reader.md).
 
 mod legacy;
 #[cfg(test)]
@@ -17,7 +16,7 @@ mod value;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{BufReader, Read as _};
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -108,7 +107,13 @@ impl Checkpoint {
         if !file.metadata().map_err(fail)?.is_file() {
             return Err(fail(std::io::Error::other("not a regular file")));
         }
-        let archive = ZipArchive::new(BufReader::new(file));
+        let mut file = BufReader::new(file);
+        if legacy::is_head(file.fill_buf().map_err(fail)?) {
+            let says = "what torch.save wrote before PyTorch 1.6: load it there and save it again \
+                        with PyTorch 1.6 or newer";
+            return Err(wrong(says.to_owned()));
+        }
+        let archive = ZipArchive::new(file);
         let mut archive = archive.map_err(|e| wrong(format!("no ZIP archive ({e})")))?;
         let described = archive
             .file_names()

@@ -47,6 +47,56 @@ fn load(path: &Path) -> Result<Dvgo, FieldError> {
     Dvgo::load(path, 0.5)
 }
 
+#[derive(serde::Deserialize)]
+struct Told {
+    sides: [usize; 3],
+    points: Vec<[f64; 3]>,
+    directions: Vec<[f64; 3]>,
+    filled: Vec<bool>,
+    alpha: Vec<f64>,
+    colour: Vec<[f64; 3]>,
+}
+
+/// Written and interpolated by PyTorch, the rest by NumPy (tools/torch-fixtures).
+#[test]
+fn a_checkpoint_of_pytorch_is_what_pytorch_says() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/dvgo");
+    let told: Told =
+        serde_json::from_slice(&std::fs::read(folder.join("tiny.json")).unwrap()).unwrap();
+    let field = load(&folder.join("tiny.tar")).unwrap();
+    assert_eq!(field.tables[0].points(), told.sides);
+    let mut features = vec![0.0; field.tables[0].channels()];
+    let mut scratch = vec![];
+    for (i, at) in told.points.iter().map(|p| DVec3::from(*p)).enumerate() {
+        assert_eq!(field.holds(at), told.filled[i], "{at}");
+        let mut place = [DVec3::ZERO];
+        field.place(at, &mut place);
+        field.tables[0].gather(place[0], &mut features);
+        let alpha = -(-field.depth(&features)).exp_m1();
+        assert!(
+            (alpha - told.alpha[i]).abs() < 1e-6,
+            "{alpha} {}",
+            told.alpha[i]
+        );
+        let colour = field.colour(&features, told.directions[i].into(), &mut scratch);
+        for (found, expected) in colour.to_array().iter().zip(told.colour[i]) {
+            assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        }
+    }
+    let filled = told.filled.iter().filter(|f| **f).count();
+    assert!((10..64).contains(&filled), "{filled}");
+}
+
+/// As PyTorch 2.15 writes it with `_use_new_zipfile_serialization=False`.
+#[test]
+fn a_file_from_before_zip_archives_says_what_to_do() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let head = b"\x80\x02\x8a\nl\xfc\x9cF\xf9 j\xa8P\x19.\x80\x02M\xe9\x03.\x80\x02}q\x00.";
+    std::fs::write(file.path(), head).unwrap();
+    let error = load(file.path()).unwrap_err().to_string();
+    assert!(error.contains("save it again"), "{error}");
+}
+
 #[test]
 fn the_whole_one_is_read() {
     let field = load(whole().save().path()).unwrap();

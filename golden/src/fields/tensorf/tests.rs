@@ -12,7 +12,7 @@ use super::*;
 use crate::camera::Camera;
 use crate::fields::render_float;
 
-/// Made by `tools/torch-fixtures`, which is not our code.
+/// Made by PyTorch and NumPy (tools/torch-fixtures).
 pub(super) fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/fixtures/tensorf")
