@@ -77,17 +77,52 @@ fn splats_show_diffuse_scenes_to_28_db() {
             Analytic::Chrome => 18.5,
             _ => 28.0,
         };
-        let mut truth = None;
-        for kind in [Representation::Splats, Representation::Compact] {
-            let name = format!("{}:{}", analytic.name(), kind.name());
-            let mut scene = Scene::open(&name).unwrap();
-            scene.set_size(Some(400), Some(400)).unwrap();
-            let truth = truth.get_or_insert_with(|| scene.render_truth().unwrap().picture);
-            let found = scene.render_float().unwrap().picture;
-            let psnr = found.psnr(truth, |_| true).unwrap();
-            println!("{name}: {psnr:.1} dB");
-            assert!(psnr >= floor, "{name}: {psnr} dB, floor {floor}");
-        }
+        show(
+            analytic,
+            &[Representation::Splats, Representation::Compact],
+            400,
+            floor,
+        );
+    }
+}
+
+/// The same of sampled grids and factors: the scene that they show least well of
+/// the diffuse ones.
+#[test]
+fn grids_and_factors_show_thin_parts_to_28_db() {
+    show(Analytic::Lattice, &GRIDS, 200, 28.0);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn grids_and_factors_show_diffuse_scenes_to_28_db() {
+    for analytic in Analytic::ALL {
+        let floor = if analytic == Analytic::Chrome {
+            18.5
+        } else {
+            28.0
+        };
+        show(analytic, &GRIDS, 400, floor);
+    }
+}
+
+const GRIDS: [Representation; 3] = [
+    Representation::Voxels,
+    Representation::Dvgo,
+    Representation::Tensorf,
+];
+
+fn show(analytic: Analytic, kinds: &[Representation], side: u32, floor: f64) {
+    let mut truth = None;
+    for kind in kinds {
+        let name = format!("{}:{}", analytic.name(), kind.name());
+        let mut scene = Scene::open(&name).unwrap();
+        scene.set_size(Some(side), Some(side)).unwrap();
+        let truth = truth.get_or_insert_with(|| scene.render_truth().unwrap().picture);
+        let found = scene.render_float().unwrap().picture;
+        let psnr = found.psnr(truth, |_| true).unwrap();
+        println!("{name}: {psnr:.1} dB");
+        assert!(psnr >= floor, "{name}: {psnr} dB, floor {floor}");
     }
 }
 
