@@ -292,7 +292,7 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
         let scattered = report.frame.map_or(0, |f| f.scattered_bytes);
         if scattered > 0 {
             say!(
-                "  of the MVoxels' bytes {:.2} MB are rows fetched one by one, from hashed levels",
+                "  of the MVoxels' bytes {:.2} MB are rows fetched one by one",
                 megabytes(scattered)
             );
         }
@@ -308,9 +308,10 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
             );
         } else {
             say!(
-                "  exact order: at most {} records held back, {} spilled",
+                "  exact order: at most {} records held back, {} spilled, for {} tiles in all",
                 splats.records_held,
-                splats.records_spilled
+                splats.records_spilled,
+                splats.entries_spilled
             );
         }
         if splats.saturated > 0 {

@@ -5,20 +5,26 @@ use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 use serde::Serialize;
 
+use crate::splats::HoldStats;
 use crate::units::GatherTask;
 
 /// Bytes of a feature code.
 const CODE: u64 = 2;
 /// Bytes of an unrounded sum.
 const SUM: u64 = 4;
+/// Bytes of a record.
+const RECORD: u64 = RECORD_CHANNELS as u64 * CODE;
+/// Bytes of the number of a tile in its ray group, and of how many there are for
+/// a record, less one: of 65,536 at most.
+const TILE: u64 = 2;
 
 /// Bytes of a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Streams {
     /// Records of Gaussians, written by the GPU, each once.
     pub records_written: u64,
-    /// Rows loaded into the MVoxel feature table, each MVoxel up to the last
-    /// that is used.
+    /// Rows loaded into the MVoxel feature table: of each MVoxel up to the last
+    /// that is used, or the used ones alone where they are fetched one by one.
     pub mvoxels_read: u64,
     /// The ray index table, written by the GPU.
     pub rit_written: u64,
@@ -28,7 +34,8 @@ pub struct Streams {
     pub features: u64,
     /// Unrounded sums of samples that several MVoxels share, 32 bits a channel.
     pub partial_sums: u64,
-    /// Records held back beyond what fits on chip, out and back.
+    /// Records held back beyond what fits on chip and the tiles that they are for,
+    /// out and back.
     pub spills: u64,
 }
 
@@ -87,12 +94,16 @@ impl Streams {
             + self.spills
     }
 
-    /// Counts records that the GPU writes, and those that are held back in
-    /// memory.
-    pub(crate) fn records(&mut self, written: u64, spilled: u64) {
-        let bytes = RECORD_CHANNELS as u64 * CODE;
-        self.records_written += written * bytes;
-        self.spills += 2 * spilled * bytes;
+    /// Counts records that the GPU writes.
+    pub(crate) fn records(&mut self, written: u64) {
+        self.records_written += written * RECORD;
+    }
+
+    /// Counts records that go to memory and come back: each with how many tiles
+    /// it is for, and their numbers.
+    pub(crate) fn spills(&mut self, held: &HoldStats) {
+        let bytes = held.spilled * (RECORD + TILE) + held.spilled_entries * TILE;
+        self.spills += 2 * bytes;
     }
 
     pub(crate) fn visit(&mut self, visit: &Visit, reads: RitReads) {

@@ -32,8 +32,8 @@ pub struct Traffic {
     pub entries: u64,
     /// Bytes, stream by stream.
     pub streams: Streams,
-    /// Of the bytes of MVoxels, those that are fetched row by row, from tables
-    /// that do not stream.
+    /// Of the bytes of MVoxels, those that are fetched row by row: of tables that
+    /// do not stream, and of splats' MVoxels of which a ray group uses little.
     pub scattered: u64,
 }
 

@@ -33,8 +33,8 @@ pub struct FrameCounts {
     pub elements: BTreeMap<OpCode, u64>,
     /// Bytes, stream by stream.
     pub streams: Streams,
-    /// Of the bytes of MVoxels, those that were fetched row by row, from tables
-    /// that do not stream.
+    /// Of the bytes of MVoxels, those that were fetched row by row: of tables that
+    /// do not stream, and of splats' MVoxels of which a ray group uses little.
     pub scattered_bytes: u64,
     /// The first table of a field, from 1, from which on most samples are gathered
     /// row by row, and how many tables there are.
@@ -53,6 +53,8 @@ pub struct SplatCounts {
     /// Records that went to memory and came back because more were held than
     /// fit on chip.
     pub records_spilled: u64,
+    /// The (tile, Gaussian) entries of those records.
+    pub entries_spilled: u64,
     /// Entries that arrived at their tile after one of a higher rank, in
     /// approximate order.
     pub inversions: u64,
@@ -299,12 +301,13 @@ impl Scene {
                 feature_vectors: frame.stats.gathers,
                 elements: frame.stats.vector_elements,
                 streams: frame.stats.streams,
-                scattered_bytes: 0,
+                scattered_bytes: frame.stats.scattered_bytes,
                 reverts: None,
                 splats: Some(SplatCounts {
                     records_held: frame.stats.hold.occupancy,
                     entries_held: frame.stats.hold.entries,
                     records_spilled: frame.stats.hold.spilled,
+                    entries_spilled: frame.stats.hold.spilled_entries,
                     inversions: frame.stats.inversions,
                     saturated: frame.stats.saturations.total(),
                 }),

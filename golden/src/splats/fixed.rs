@@ -65,6 +65,8 @@ pub struct FixedStats {
     pub tasks: u64,
     /// Bytes, stream by stream.
     pub streams: Streams,
+    /// Of the bytes of MVoxels, those of records that are fetched one by one.
+    pub scattered_bytes: u64,
     /// Elements out of the vector unit, by operation.
     pub vector_elements: BTreeMap<OpCode, u64>,
     /// Exponentials: one for each (pixel, entry) whose pixel had not stopped.
@@ -129,7 +131,8 @@ pub fn render_fixed(
         }
     }
     let stats = &mut frame.stats;
-    stats.streams.records(stats.visible, stats.hold.spilled);
+    stats.streams.records(stats.visible);
+    stats.streams.spills(&stats.hold);
     Ok(frame.finish())
 }
 
@@ -176,10 +179,8 @@ fn render_group(
         start = end;
     }
     compositor.run(units)?;
-    let held = hold.stats();
-    stats.hold.occupancy = stats.hold.occupancy.max(held.occupancy);
-    stats.hold.entries = stats.hold.entries.max(held.entries);
-    stats.hold.spilled += held.spilled;
+    stats.scattered_bytes += group.scattered_bytes();
+    stats.hold = stats.hold.and(hold.stats());
     stats.drawn += compositor.drawn;
     for (code, count) in &compositor.elements {
         *stats.vector_elements.entry(*code).or_default() += count;

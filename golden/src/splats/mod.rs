@@ -46,5 +46,5 @@ pub use profile::{Extent, Profile, Rules, UnknownProfile};
 pub use project::Projected;
 pub(crate) use project::{rotation, sigmoid};
 pub use records::{Saturations, record};
-pub use schedule::{Group, MVoxel, Schedule, ScheduleOptions, tasks};
+pub use schedule::{Group, Load, MVoxel, Schedule, ScheduleOptions, tasks};
 pub use view::{TILE, View};

@@ -3,9 +3,10 @@
 //!
 //! A Gaussian belongs to the MVoxel of its centre, wherever its extent
 //! reaches: entries are per (tile, Gaussian), so rays outside the cell still
-//! find it. In a ray group, a set of whole tiles, MVoxels are visited by
-//! increasing minimum rank, and each loads only the records that the group
-//! uses, in rank order.
+//! find it. In memory an MVoxel is the records of its visible Gaussians by
+//! rank, the same for every ray group. In a ray group, a set of whole tiles,
+//! MVoxels are visited by increasing minimum rank of what the group uses; how
+//! their records are loaded is for [`Load`] to say.
 
 use std::collections::HashMap;
 
@@ -27,14 +28,46 @@ const MAX_ROWS: usize = 1 << 16;
 /// The most slots that the tag of a single-id entry tells apart.
 const MAX_SLOTS: usize = 1 << 16;
 
+/// Energy of a byte from anywhere in DRAM beside that of a byte of a stream, in
+/// tenths (paper, Sec. "Experimental Setup": 25 to 8.3).
+const RANDOM_ENERGY: u64 = 250;
+const STREAM_ENERGY: u64 = 83;
+
+/// How a ray group loads the records of an MVoxel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Load {
+    /// From the first record of the MVoxel up to the last that is used: one
+    /// stream, with records in it that the group does not use.
+    Streamed,
+    /// The used records alone, each a random access: its 32 bytes are one burst
+    /// of LPDDR3 (eight beats of 32 bits).
+    Fetched,
+}
+
+impl Load {
+    /// What takes less energy in DRAM, for `used` of the `rows` records up to the
+    /// last that is used: fetching where less than 8.3/25 of them are used, about
+    /// a third.
+    #[must_use]
+    pub const fn cheaper(used: usize, rows: usize) -> Self {
+        if used as u64 * RANDOM_ENERGY < rows as u64 * STREAM_ENERGY {
+            Self::Fetched
+        } else {
+            Self::Streamed
+        }
+    }
+}
+
 /// One MVoxel of a ray group, in visiting order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MVoxel {
     /// Its cell of the partition, the lowest of those that are merged. Cells with
-    /// more records than rows come as several MVoxels.
+    /// more visible Gaussians than rows come as several MVoxels.
     pub cell: [u32; 3],
-    /// The smallest rank among its records.
+    /// The smallest rank among the records that the group uses.
     pub min_rank: u32,
+    /// How its records are loaded.
+    pub load: Load,
 }
 
 /// The work of one ray group.
@@ -46,6 +79,17 @@ pub struct Group {
     pub tasks: Vec<GatherTask>,
     /// The MVoxel of each task.
     pub mvoxels: Vec<MVoxel>,
+}
+
+impl Group {
+    /// Bytes of the records that are fetched one by one.
+    #[must_use]
+    pub fn scattered_bytes(&self) -> u64 {
+        let both = self.tasks.iter().zip(&self.mvoxels);
+        both.filter(|(_, mvoxel)| mvoxel.load == Load::Fetched)
+            .map(|(task, _)| size_of_val(task.rows.as_slice()) as u64)
+            .sum()
+    }
 }
 
 /// Which tiles make a ray group, and how large MVoxels are.
@@ -73,13 +117,67 @@ impl Default for ScheduleOptions {
 #[derive(Debug, Clone)]
 pub struct Schedule {
     records: Vec<SplatRecord>,
-    cells: Vec<[u32; 3]>,
+    stored: Vec<Stored>,
+    places: Vec<Place>,
     partition: Partition,
     saturations: Saturations,
-    rows: usize,
     tiles: Vec<Vec<u32>>,
     /// (rank, slot) of each entry, group after group, by rank.
     entries: Vec<Vec<(u32, u16)>>,
+}
+
+/// An MVoxel in memory.
+#[derive(Debug, Clone)]
+struct Stored {
+    cell: [u32; 3],
+    /// The rank of each record, increasing.
+    ranks: Vec<u32>,
+}
+
+/// Where a record lies in memory.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    mvoxel: usize,
+    row: u16,
+}
+
+/// Lays out records, whose cells come by rank, in MVoxels of `rows` at most.
+fn store(cells: impl Iterator<Item = [u32; 3]>, rows: usize) -> (Vec<Stored>, Vec<Place>) {
+    let mut stored: Vec<Stored> = Vec::new();
+    // The MVoxel of each cell that still takes records.
+    let mut open: HashMap<[u32; 3], usize> = HashMap::new();
+    let places = (0..)
+        .zip(cells)
+        .map(|(rank, cell)| {
+            let mvoxel = match open.get(&cell) {
+                Some(&at) if stored[at].ranks.len() < rows => at,
+                _ => {
+                    let ranks = Vec::new();
+                    stored.push(Stored { cell, ranks });
+                    open.insert(cell, stored.len() - 1);
+                    stored.len() - 1
+                }
+            };
+            let ranks = &mut stored[mvoxel].ranks;
+            ranks.push(rank);
+            // Of MAX_ROWS at most.
+            let row = (ranks.len() - 1) as u16;
+            Place { mvoxel, row }
+        })
+        .collect();
+    (stored, places)
+}
+
+/// What a ray group uses of one MVoxel.
+struct Used {
+    mvoxel: usize,
+    min_rank: u32,
+    /// Rows in memory, increasing.
+    rows: Vec<u16>,
+    /// The last of them.
+    last: u16,
+    /// Of each entry the place of its row in `rows`, and its slot.
+    entries: Vec<(u16, u16)>,
 }
 
 impl Schedule {
@@ -136,6 +234,11 @@ impl Schedule {
         let tree = options
             .merge
             .then(|| Octree::merge(cloud, &partition, options.rows));
+        let cells = view.splats().iter().map(|s| {
+            let cell = partition.cell(cloud.means()[s.index]);
+            tree.as_ref().map_or(cell, |tree| tree.owner(cell))
+        });
+        let (stored, places) = store(cells, options.rows);
         let mut saturations = Saturations::default();
         Ok(Self {
             records: view
@@ -144,17 +247,10 @@ impl Schedule {
                 .enumerate()
                 .map(|(rank, s)| record(s, rank as u32, &mut saturations))
                 .collect(),
-            cells: view
-                .splats()
-                .iter()
-                .map(|s| {
-                    let cell = partition.cell(cloud.means()[s.index]);
-                    tree.as_ref().map_or(cell, |tree| tree.owner(cell))
-                })
-                .collect(),
+            stored,
+            places,
             partition,
             saturations,
-            rows: options.rows,
             tiles,
             entries,
         })
@@ -188,50 +284,73 @@ impl Schedule {
     #[must_use]
     pub fn group(&self, group: usize) -> Option<Group> {
         let tiles = self.tiles.get(group)?.clone();
-        let mut tasks: Vec<GatherTask> = Vec::new();
-        let mut mvoxels: Vec<MVoxel> = Vec::new();
         // Entries come by rank, so that MVoxels appear by minimum rank.
-        let mut open: HashMap<[u32; 3], usize> = HashMap::new();
+        let mut visits: Vec<Used> = Vec::new();
+        let mut seen: HashMap<usize, usize> = HashMap::new();
         for run in self.entries[group].chunk_by(|a, b| a.0 == b.0) {
             let rank = run[0].0;
-            let cell = self.cells[rank as usize];
-            let full = self.rows * RECORD_CHANNELS;
-            let at = match open.get(&cell) {
-                Some(&t) if tasks[t].rows.len() < full => t,
-                _ => {
-                    tasks.push(GatherTask {
-                        vertices: Vertices::One,
-                        channels: RECORD_CHANNELS,
-                        rows: Vec::new(),
-                        entries: Vec::new(),
-                    });
-                    mvoxels.push(MVoxel {
-                        cell,
-                        min_rank: rank,
-                    });
-                    open.insert(cell, tasks.len() - 1);
-                    tasks.len() - 1
-                }
-            };
-            let task = &mut tasks[at];
-            let row = (task.rows.len() / RECORD_CHANNELS) as u16;
-            task.rows
-                .extend_from_slice(&self.records[rank as usize].to_channels());
-            task.entries.extend(run.iter().map(|(_, slot)| {
-                let mut rows = [0; MAX_VERTICES];
-                rows[0] = row;
-                RitEntry {
-                    slot: u32::from(*slot),
-                    rows,
-                    weights: [0; MAX_VERTICES],
-                }
-            }));
+            let Place { mvoxel, row } = self.places[rank as usize];
+            let at = *seen.entry(mvoxel).or_insert_with(|| {
+                visits.push(Used {
+                    mvoxel,
+                    min_rank: rank,
+                    rows: Vec::new(),
+                    last: row,
+                    entries: Vec::new(),
+                });
+                visits.len() - 1
+            });
+            let used = &mut visits[at];
+            let at = used.rows.len() as u16;
+            used.rows.push(row);
+            used.last = row;
+            used.entries.extend(run.iter().map(|(_, slot)| (at, *slot)));
         }
+        let (tasks, mvoxels) = visits.iter().map(|used| self.load(used)).unzip();
         Some(Group {
             tiles,
             tasks,
             mvoxels,
         })
+    }
+
+    /// The task of an MVoxel: the records that it loads, and its entries.
+    fn load(&self, used: &Used) -> (GatherTask, MVoxel) {
+        let Stored { cell, ranks } = &self.stored[used.mvoxel];
+        let up_to_last = usize::from(used.last) + 1;
+        let load = Load::cheaper(used.rows.len(), up_to_last);
+        let records = |ranks: &mut dyn Iterator<Item = u32>| {
+            let rows = ranks.map(|rank| self.records[rank as usize].to_channels());
+            rows.flatten().collect()
+        };
+        let rows = match load {
+            Load::Streamed => records(&mut ranks[..up_to_last].iter().copied()),
+            Load::Fetched => records(&mut used.rows.iter().map(|row| ranks[usize::from(*row)])),
+        };
+        let entries = used.entries.iter().map(|(at, slot)| {
+            let mut rows = [0; MAX_VERTICES];
+            rows[0] = match load {
+                Load::Streamed => used.rows[usize::from(*at)],
+                Load::Fetched => *at,
+            };
+            RitEntry {
+                slot: u32::from(*slot),
+                rows,
+                weights: [0; MAX_VERTICES],
+            }
+        });
+        let task = GatherTask {
+            vertices: Vertices::One,
+            channels: RECORD_CHANNELS,
+            rows,
+            entries: entries.collect(),
+        };
+        let mvoxel = MVoxel {
+            cell: *cell,
+            min_rank: used.min_rank,
+            load,
+        };
+        (task, mvoxel)
     }
 }
 

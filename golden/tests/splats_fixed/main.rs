@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod orders;
+mod recount;
 #[path = "../splats_common/mod.rs"]
 mod splats_common;
 

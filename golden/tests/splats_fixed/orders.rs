@@ -1,9 +1,12 @@
 //! Orders of splats, ray groups and MVoxels, and what is refused.
 
+use std::collections::BTreeSet;
+
+use potamoi_formats::record::SplatRecord;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::splats::{
-    Cloud, FixedOptions, FloatOptions, Order, Profile, ScheduleOptions, render_fixed, render_float,
-    tasks,
+    Cloud, FixedOptions, FloatOptions, Load, Order, Profile, ScheduleOptions, render_fixed,
+    render_float, tasks,
 };
 
 use super::splats_common::PlainUnits;
@@ -138,23 +141,31 @@ fn tasks_alone_are_what_rendering_gathers() {
     assert_eq!(frame.stats.gathers, entries as u64);
     let rows: Vec<usize> = all.iter().map(|t| t.rows.len() / 16).collect();
     assert_eq!(units.loaded, rows);
+    let (mut partly, mut fetched) = (0, 0);
     for group in &groups {
         assert!(group.mvoxels.is_sorted_by_key(|m| m.min_rank));
         for (task, mvoxel) in group.tasks.iter().zip(&group.mvoxels) {
-            let used: std::collections::BTreeSet<u16> =
-                task.entries.iter().map(|e| e.rows[0]).collect();
-            // Only used rows are loaded, and no more than fit.
-            assert_eq!(used.len(), task.rows.len() / 16);
-            assert!(used.len() <= 100);
-            assert!(
-                task.entries
-                    .iter()
-                    .all(|e| (e.slot as usize) < group.tiles.len())
-            );
-            let first = u32::from(task.rows[14] as u16) | u32::from(task.rows[15] as u16) << 16;
-            assert_eq!(first, mvoxel.min_rank);
+            let rows = task.rows.as_chunks::<16>().0;
+            let rank = |row: &[i16; 16]| SplatRecord::from_channels(row).rank;
+            assert!(rows.is_sorted_by(|a, b| rank(a) < rank(b)) && rows.len() <= 100);
+            let used: BTreeSet<u16> = task.entries.iter().map(|e| e.rows[0]).collect();
+            match mvoxel.load {
+                Load::Streamed => {
+                    assert_eq!(used.last().map(|r| usize::from(*r) + 1), Some(rows.len()));
+                    partly += usize::from(used.len() < rows.len());
+                }
+                Load::Fetched => {
+                    assert_eq!(used.len(), rows.len());
+                    fetched += 1;
+                }
+            }
+            let first = usize::from(*used.first().unwrap());
+            assert_eq!(rank(&rows[first]), mvoxel.min_rank);
+            let slots = group.tiles.len();
+            assert!(task.entries.iter().all(|e| (e.slot as usize) < slots));
         }
     }
+    assert!(partly > 0 && fetched > 0, "{partly} {fetched}");
 }
 
 #[test]
