@@ -141,6 +141,9 @@ fn tasks_alone_are_what_rendering_gathers() {
     assert_eq!(frame.stats.gathers, entries as u64);
     let rows: Vec<usize> = all.iter().map(|t| t.rows.len() / 16).collect();
     assert_eq!(units.loaded, rows);
+    // What the units load is what is counted.
+    let loaded = 32 * rows.iter().sum::<usize>() as u64;
+    assert_eq!(frame.stats.streams.mvoxels_read, loaded);
     let (mut partly, mut fetched) = (0, 0);
     for group in &groups {
         assert!(group.mvoxels.is_sorted_by_key(|m| m.min_rank));
