@@ -1,44 +1,109 @@
 //! Bytes that the memory-centric order moves of a field in several tables, by
-//! ray group: what [`FixedField`](crate::fields::FixedField) gathers of a group in
-//! one batch.
+//! ray group and halo: the batches of [`FixedField`](crate::fields::FixedField),
+//! counted without gathers.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
 use super::Traffic;
+use crate::camera::Camera;
 use crate::fields::coded::{BatchCount, CodedTable};
-use crate::fields::{FieldError, FixedColour, HashedColour, Stops, Table};
+use crate::fields::{
+    BatchSize, Field, FieldError, FixedColour, HashedColour, RayGroup, Table, groups,
+};
+use crate::tiling::Halo;
 
-/// Counts, for each side of ray groups, the samples of each ray up to where it
-/// stops in floating point, every MVoxel of a group loaded once.
+/// Counts what the renderer moves of a frame whose rays stop behind so many
+/// gathered samples ([`FixedField::stops`](crate::fields::FixedField::stops)), for
+/// each side of ray groups, and for both halos where a table has one.
 ///
 /// # Errors
-/// A configuration whose gathering unit does not fit the tables.
+/// A configuration whose gathering unit does not fit the tables, or stops that
+/// are not one a pixel.
 pub fn table_traffic(
-    stops: &Stops<'_>,
+    field: &dyn Field,
+    camera: &Camera,
+    stops: &[u32],
     config: &Config,
     sides: &[u32],
 ) -> Result<Vec<Traffic>, FieldError> {
-    let tables = coded(stops.field().tables(), config)?;
-    let [width, height] = [stops.camera().width, stops.camera().height];
-    let counted = sides.iter().map(|side| {
-        let across = width.div_ceil(*side);
-        let groups = across * height.div_ceil(*side);
-        let counts = (0..groups).into_par_iter().map(|group| {
-            let corner = [group % across * side, group / across * side];
-            let mut batch = Batch::new(&tables);
+    sized_traffic(field, camera, stops, config, sides, BatchSize::of_group)
+}
+
+/// The same with other batches than the renderer's, for ray groups of so many
+/// rays.
+///
+/// # Errors
+/// As [`table_traffic`].
+pub fn sized_traffic(
+    field: &dyn Field,
+    camera: &Camera,
+    stops: &[u32],
+    config: &Config,
+    sides: &[u32],
+    batch: impl Fn(usize) -> BatchSize + Sync,
+) -> Result<Vec<Traffic>, FieldError> {
+    let size = [camera.width, camera.height];
+    if stops.len() as u64 != u64::from(size[0]) * u64::from(size[1]) {
+        return Err(FieldError::Part {
+            part: "stops",
+            found: stops.len().to_string(),
+            expected: format!("one for each of {} x {} pixels", size[0], size[1]),
+        });
+    }
+    let tables = field.tables();
+    let shared = coded(tables, config, Halo::Shared)?;
+    let ways = if shared.iter().any(CodedTable::has_halo) {
+        let split = coded(tables, config, Halo::Split)?;
+        vec![(Some(Halo::Shared), shared), (Some(Halo::Split), split)]
+    } else {
+        vec![(None, shared)]
+    };
+    let sampling = field.sampling();
+    let mut found = vec![];
+    for side in sides.iter().copied() {
+        let none = || -> Vec<Traffic> {
+            let all = ways.iter().map(|(halo, _)| Traffic::of(side, *halo));
+            all.collect()
+        };
+        let all: Vec<Vec<[u32; 2]>> = groups(size, side).collect();
+        let counts = all.par_iter().map(|pixels| {
+            let mut rays = RayGroup::new(field, &sampling, camera, pixels);
+            let own = pixels.iter().map(|[x, y]| stops[(y * size[0] + x) as usize]);
+            let own: Vec<u32> = own.collect();
+            let mut passed = vec![0; own.len()];
             let mut places = vec![DVec3::ZERO; tables.len()];
-            for y in corner[1]..(corner[1] + side).min(height) {
-                for x in corner[0]..(corner[0] + side).min(width) {
-                    stops.samples([x, y], 1, &mut places, |places| batch.sample(places));
+            let mut sum = none();
+            loop {
+                let alive = |slot: u32| passed[slot as usize] < own[slot as usize];
+                let next = rays.next(alive, batch(pixels.len()));
+                if next.at.is_empty() {
+                    break sum;
+                }
+                for span in &next.spans {
+                    passed[span.ray as usize] += span.len;
+                }
+                let counts = ways.iter().map(|(_, tables)| Batch::new(tables));
+                let mut counts: Vec<Batch<'_>> = counts.collect();
+                for at in &next.at {
+                    field.place(*at, &mut places);
+                    for count in &mut counts {
+                        count.sample(&places);
+                    }
+                }
+                for (sum, count) in sum.iter_mut().zip(counts) {
+                    *sum = sum.and(count.done(side));
                 }
             }
-            batch.done(*side)
         });
-        counts.reduce(|| Traffic::of(*side, None), Traffic::and)
-    });
-    Ok(counted.collect())
+        let both = |a: Vec<Traffic>, b: Vec<Traffic>| {
+            let pairs = a.into_iter().zip(b);
+            pairs.map(|(a, b)| a.and(b)).collect()
+        };
+        found.extend(counts.reduce(none, both));
+    }
+    Ok(found)
 }
 
 /// Counts what the colours of Gaussians at `centres` move, which are asked for
@@ -51,7 +116,7 @@ pub fn colour_traffic(
     centres: &[[f32; 3]],
     config: &Config,
 ) -> Result<Traffic, FieldError> {
-    let tables = coded(field.tables(), config)?;
+    let tables = coded(field.tables(), config, Halo::Shared)?;
     let batches = centres.par_chunks(FixedColour::BATCH).map(|centres| {
         let mut batch = Batch::new(&tables);
         let mut places = vec![DVec3::ZERO; tables.len()];
@@ -65,10 +130,10 @@ pub fn colour_traffic(
 }
 
 /// Tables whose codes say nothing: which rows are read depends on no value.
-fn coded(tables: &[Table], config: &Config) -> Result<Vec<CodedTable>, FieldError> {
+fn coded(tables: &[Table], config: &Config, halo: Halo) -> Result<Vec<CodedTable>, FieldError> {
     let tables = tables.iter();
     tables
-        .map(|t| CodedTable::new(t, &vec![0; t.channels()], config))
+        .map(|t| CodedTable::with_halo(t, &vec![0; t.channels()], config, halo))
         .collect()
 }
 

@@ -4,20 +4,16 @@
 //! its faces with its neighbours (*shared*: stored twice, one entry a sample),
 //! or `e` where nothing is stored twice (*split*: a sample whose vertices lie in
 //! several MVoxels has an entry in each, and partial sums are added up).
-//! Counted are the samples of each ray up to where it stops, those left out that
-//! lie where the field is known to be empty; the hardware gathers an MVoxel to
-//! its end.
+//! Counted is what the renderer moves whose rays stop where they are known to: an
+//! MVoxel is gathered to its end.
 
-use glam::DVec3;
-use potamoi_formats::config::Config;
-use potamoi_formats::rit::Vertices;
-use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::fields::coded::Tally;
-use crate::fields::{Field, FieldError, Stops};
-use crate::streams::{RitReads, Streams, Visit};
-use crate::tiling::{Halo, Tiling, cell, cube_edge};
+use crate::camera::Camera;
+use crate::fields::FieldError;
+use crate::streams::Streams;
+use crate::tiling::Halo;
+use crate::voxels::{FixedOptions, Volume, moved};
 
 /// What a frame moves for one size of ray groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -62,80 +58,40 @@ impl Traffic {
     }
 }
 
-/// Whether a field is one dense volume.
-#[must_use]
-pub fn is_volume(field: &dyn Field) -> bool {
-    matches!(field.tables(), [table] if table.vertices() == 8 && !table.is_hashed())
-}
-
-/// Counts a field of one dense volume, cut into the largest cubic MVoxels that
-/// the configuration's rows hold, for each side of ray groups and both halos.
+/// Counts what the renderer moves of a frame of one volume whose rays stop behind
+/// so many gathered samples ([`FixedFrame::stops`](crate::voxels::FixedFrame::stops)),
+/// for each side of ray groups and both halos.
 ///
 /// # Errors
-/// A field of another kind, or rows for less than 2 x 2 x 2 vertices.
+/// As [`moved`].
 pub fn traffic(
-    stops: &Stops<'_>,
-    config: &Config,
+    volume: &Volume<'_>,
+    camera: &Camera,
+    options: &FixedOptions,
+    stops: &[u32],
     sides: &[u32],
 ) -> Result<Vec<Traffic>, FieldError> {
-    let field = stops.field();
-    let [table] = field.tables() else {
-        return Err(FieldError::Part {
-            part: "tables",
-            found: format!("{} tables", field.tables().len()),
-            expected: "one volume".to_owned(),
-        });
-    };
-    let (points, channels) = (table.points(), table.channels());
-    let edge = cube_edge(config.mvoxel.rows);
-    let Some(edge) = edge.filter(|_| points.iter().all(|p| *p >= 2)) else {
-        return Err(FieldError::Part {
-            part: "mvoxel",
-            found: format!("{} rows for {points:?} vertices", config.mvoxel.rows),
-            expected: "8 rows or more, and 2 or more vertices along each axis".to_owned(),
-        });
-    };
-    let reads = RitReads::of(config);
-    let [width, height] = [stops.camera().width, stops.camera().height];
     let halos = [Halo::Shared, Halo::Split];
-    let tilings = halos.map(|halo| Tiling::new(points, [edge; 3], halo));
+    let cut = halos.map(|halo| volume.mvoxels.with_halo(halo));
     let mut found = vec![];
     for side in sides.iter().copied() {
-        let across = width.div_ceil(side);
-        let groups = (0..across * height.div_ceil(side)).into_par_iter();
-        let counts = groups.map(|group| {
-            let corner = [group % across * side, group / across * side];
-            let mut tallies = tilings.map(|tiling| (tiling, Tally::default()));
-            let mut places = [DVec3::ZERO];
-            for y in corner[1]..(corner[1] + side).min(height) {
-                for x in corner[0]..(corner[0] + side).min(width) {
-                    stops.samples([x, y], 1, &mut places, |places| {
-                        let (low, fraction) = cell(points, places[0].to_array());
-                        for (tiling, tally) in &mut tallies {
-                            tally.touch(tiling, &tiling.place(low, fraction));
-                        }
-                    });
-                }
-            }
-            tallies.map(|(tiling, tally)| {
-                let mut found = Traffic::of(side, Some(tiling.halo()));
-                for mvoxel in tally.done().into_values() {
-                    found.mvoxels += 1;
-                    found.entries += mvoxel.whole + mvoxel.split;
-                    let visit = Visit {
-                        vertices: Vertices::Eight,
-                        channels,
-                        rows: mvoxel.last + 1,
-                        whole: mvoxel.whole,
-                        split: mvoxel.split,
-                    };
-                    found.streams.visit(&visit, reads);
-                }
-                found
-            })
-        });
-        let none = || halos.map(|halo| Traffic::of(side, Some(halo)));
-        found.extend(counts.reduce(none, |[a, b], [c, d]| [a.and(c), b.and(d)]));
+        for (halo, mvoxels) in halos.into_iter().zip(&cut) {
+            let volume = Volume {
+                mvoxels,
+                ..*volume
+            };
+            let options = FixedOptions {
+                group_side: Some(side),
+                ..*options
+            };
+            let stats = moved(&volume, camera, &options, stops)?;
+            found.push(Traffic {
+                mvoxels: stats.tasks,
+                entries: stats.entries,
+                streams: stats.streams,
+                ..Traffic::of(side, Some(halo))
+            });
+        }
     }
     Ok(found)
 }

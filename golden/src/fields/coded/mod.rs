@@ -175,6 +175,12 @@ impl CodedTable {
         }
     }
 
+    /// Whether its MVoxels can share vertices, so that a halo makes a difference.
+    #[must_use]
+    pub const fn has_halo(&self) -> bool {
+        matches!(self.order, Order::Streaming(_))
+    }
+
     /// Notes what a sample reads MVoxel by MVoxel.
     fn touch(&self, place: DVec3, tally: &mut Tally) {
         match &self.order {
