@@ -1,7 +1,7 @@
 //! What the size of batches does to the bytes of a field in several tables:
 //! `batch_sizes [SCENE] [WIDTH] [SIDE]...` counts what the renderer moves with so
 //! many samples of a ray in a batch, for ray groups of SIDE pixels a side; the rule
-//! ([`BatchSize::of_group`]) last.
+//! ([`BatchSize::of`]) last.
 
 use std::path::Path;
 
@@ -37,28 +37,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let camera = scene.camera();
     let made = FixedField::new(field, &config)?;
     let stops = made.stops(camera, &mut Twins::new(&config))?;
-    let count = |side: u32, size: &(dyn Fn(usize) -> BatchSize + Sync)| {
+    let count = |side: u32, size| {
         let found = sized_traffic(field, camera, &stops, &config, &[side], size);
         found.map(|rows| rows.into_iter().find(|t| t.halo != Some(Halo::Split)))
     };
+    let of = |samples| BatchSize {
+        samples,
+        entries: usize::MAX,
+    };
+    println!("the rule: {:?}", BatchSize::of(made.tables()));
     println!("{name}, {width} wide");
     println!("group  samples  MVoxels  entries over  MVoxels in, MB  total, MB");
     for side in sides {
         // One sample a ray goes past no stop.
-        let one = BatchSize {
-            samples: 1,
-            entries: usize::MAX,
-        };
-        let least = count(side, &|_| one)?.map_or(0, |t| t.entries);
-        let fixed = SAMPLES.map(Some).into_iter().chain([None]);
-        for samples in fixed {
-            let size = |rays: usize| {
-                samples.map_or_else(
-                    || BatchSize::of_group(rays),
-                    |samples| BatchSize { samples, ..one },
-                )
-            };
-            let Some(t) = count(side, &size)? else {
+        let least = count(side, Some(of(1)))?.map_or(0, |t| t.entries);
+        for samples in SAMPLES.map(Some).into_iter().chain([None]) {
+            let Some(t) = count(side, samples.map(of))? else {
                 continue;
             };
             println!(

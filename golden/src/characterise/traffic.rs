@@ -76,10 +76,7 @@ pub fn traffic(
     let mut found = vec![];
     for side in sides.iter().copied() {
         for (halo, mvoxels) in halos.into_iter().zip(&cut) {
-            let volume = Volume {
-                mvoxels,
-                ..*volume
-            };
+            let volume = Volume { mvoxels, ..*volume };
             let options = FixedOptions {
                 group_side: Some(side),
                 ..*options
@@ -99,14 +96,15 @@ pub fn traffic(
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, clippy::panic)]
-    use super::super::Endless;
     use super::*;
-    use crate::fields::coded::Touched;
+    use potamoi_formats::config::Config;
 
-    use crate::fields::stored::StoredField;
+    use crate::fields::coded::{Tally, Touched};
+    use crate::fields::fields_preset;
     use crate::scene::{Model, Scene};
+    use crate::tiling::Tiling;
     use crate::units::Twins;
-    use crate::voxels::{FixedOptions, MVoxels, Skip, render_fixed};
+    use crate::voxels::{self, MVoxels, Placement, render_volume, stored};
 
     /// By hand: of nine vertices an axis, the middle one starts the second
     /// MVoxel of four.
@@ -134,55 +132,98 @@ mod tests {
         assert_eq!(touched[&1].last, 4 * (1 + 4));
     }
 
-    /// Where no ray stops, every stream and the total are those that the renderer
-    /// counts; where the table is read several times, too.
+    /// Every stream and count is the renderer's, with both halos, where rays stop
+    /// and where none does; where the table is read several times, too.
     #[test]
     fn counts_are_those_of_the_renderer() {
         let mut scene = Scene::open("lantern").unwrap();
-        scene.set_size(Some(24), Some(20)).unwrap();
+        scene.set_size(Some(40), Some(36)).unwrap();
         let Model::Voxels(grid) = scene.model() else {
             panic!("the lantern is a grid")
         };
-        let stored = StoredField::new(grid, 0.5).unwrap();
-        let field = Endless(&stored);
+        let mut stopped = 0;
         for (text, segments) in [
             ("", 1),
             ("[gu]\nbanks = 4\nsegments = 4\n[rit]\nentries = 16", 4),
         ] {
             let config = Config::from_toml(text, "test").unwrap();
-            let shared = MVoxels::new(grid, &config).unwrap();
-            for side in [8, 24] {
-                let stops = Stops::find(&field, scene.camera()).unwrap();
-                let counted = traffic(&stops, &config, &[side]).unwrap();
-                let halos = [Halo::Shared, Halo::Split];
-                for (halo, found) in halos.into_iter().zip(&counted) {
-                    let options = FixedOptions {
-                        group_side: Some(side),
-                        skip: Skip::Cells,
-                        terminate: false,
-                        ..FixedOptions::default()
-                    };
-                    let mut units = Twins::new(&config);
-                    let mvoxels = shared.with_halo(halo);
-                    let frame =
-                        render_fixed(grid, &mvoxels, scene.camera(), &options, &mut units).unwrap();
-                    let stats = &frame.stats;
-                    assert_eq!((found.side, found.halo), (side, Some(halo)));
-                    assert_eq!((found.mvoxels, found.entries), (stats.tasks, stats.entries));
-                    assert_eq!(found.streams, stats.streams, "{side} {halo:?}");
-                    let s = stats.streams;
-                    let sum = s.mvoxels_read + s.rit_written + s.rit_read + s.features;
-                    assert_eq!(found.streams.total(), sum + s.partial_sums);
-                    // Halves of 16 entries are exceeded, but not by every MVoxel.
-                    assert_eq!(s.rit_read > s.rit_written, segments > 1);
-                    assert!(s.rit_read < 4 * s.rit_written);
-                    assert_eq!(s.partial_sums > 0, halo == Halo::Split);
-                }
-                // Splitting asks for more.
-                let [shared, split] = [counted[0], counted[1]];
-                let share = split.entries as f64 / shared.entries as f64;
-                assert!((1.2..1.6).contains(&share), "{share}");
-            }
+            let cut = MVoxels::new(grid, &config).unwrap();
+            let head = stored(grid, &cut, 0.5).unwrap();
+            let volume = Volume {
+                mvoxels: &cut,
+                placement: Placement::of(grid),
+                head: &head,
+            };
+            stopped += same_as_rendered(&volume, scene.camera(), &config, segments);
         }
+        assert!(stopped > 100, "{stopped}");
+    }
+
+    /// The same of a DirectVoxGO model, whose samples are cut in cells of a mask.
+    #[test]
+    fn counts_of_voxels_with_a_perceptron_are_those_of_the_renderer() {
+        let mut scene = Scene::open("cairn:dvgo").unwrap();
+        scene.set_size(Some(32), None).unwrap();
+        let Model::Dvgo(field) = scene.model() else {
+            panic!("DirectVoxGO")
+        };
+        let config = fields_preset();
+        let made = field.fixed(&config).unwrap();
+        let volume = Volume {
+            mvoxels: made.mvoxels(),
+            placement: made.placement(),
+            head: made.head(),
+        };
+        assert!(same_as_rendered(&volume, scene.camera(), &config, 1) > 100);
+    }
+
+    /// Compares, and says how many rays stopped.
+    fn same_as_rendered(
+        volume: &Volume<'_>,
+        camera: &Camera,
+        config: &Config,
+        segments: usize,
+    ) -> u64 {
+        let all = FixedOptions::default();
+        let known = voxels::stops(volume, camera, &all, &mut Twins::new(config)).unwrap();
+        let mut stopped = 0;
+        for (side, terminate) in [(8, true), (40, true), (16, false)] {
+            let stops = match terminate {
+                true => known.clone(),
+                false => vec![u32::MAX; known.len()],
+            };
+            let counted = traffic(volume, camera, &all, &stops, &[side]).unwrap();
+            for (halo, found) in [Halo::Shared, Halo::Split].into_iter().zip(&counted) {
+                let options = FixedOptions {
+                    group_side: Some(side),
+                    terminate,
+                    ..all
+                };
+                let volume = Volume {
+                    mvoxels: &volume.mvoxels.with_halo(halo),
+                    ..*volume
+                };
+                let mut units = Twins::new(config);
+                let frame = render_volume(&volume, camera, &options, &mut units).unwrap();
+                assert_eq!(frame.stops, stops, "{side} {halo:?}");
+                let stats = &frame.stats;
+                assert_eq!((found.side, found.halo), (side, Some(halo)));
+                assert_eq!((found.mvoxels, found.entries), (stats.tasks, stats.entries));
+                assert_eq!(found.streams, stats.streams, "{side} {halo:?} {terminate}");
+                let s = stats.streams;
+                let sum = s.mvoxels_read + s.rit_written + s.rit_read + s.features;
+                assert_eq!(found.streams.total(), sum + s.partial_sums);
+                // Halves of 16 entries are exceeded, but not by every MVoxel.
+                assert_eq!(s.rit_read > s.rit_written, segments > 1);
+                assert!(s.rit_read < 4 * s.rit_written);
+                assert_eq!(s.partial_sums > 0, halo == Halo::Split);
+                stopped += stats.stopped;
+            }
+            // Splitting asks for more.
+            let [shared, split] = [counted[0], counted[1]];
+            let share = split.entries as f64 / shared.entries as f64;
+            assert!((1.2..1.7).contains(&share), "{share}");
+        }
+        stopped
     }
 }

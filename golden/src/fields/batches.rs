@@ -10,6 +10,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::coded::CodedTable;
 use super::march::Samples;
 use super::{Field, Sampling};
 use crate::camera::Camera;
@@ -25,13 +26,25 @@ pub struct BatchSize {
 }
 
 impl BatchSize {
-    /// Of a ray group of so many rays.
+    /// Entries that are held at a time at most: some 200 MB here.
+    pub const ENTRIES: usize = 1 << 21;
+
+    /// Of some tables: the root of a third of the bytes of an MVoxel of each over
+    /// those of a sample, which loads few MVoxels again and goes past few stops.
+    ///
+    /// With `d` samples a ray, MVoxels are loaded about `n / d` times, and `d / 2`
+    /// samples a ray are gathered behind its stop; the sum is least at a root. The
+    /// third is chosen by counting (docs/fields.md), and so is that it holds for
+    /// ray groups of all sizes: a batch is as many times larger as a group has
+    /// more rays.
     #[must_use]
-    pub fn of_group(rays: usize) -> Self {
-        let _ = rays;
+    pub fn of(tables: &[CodedTable]) -> Self {
+        let sum = |of: fn(&CodedTable) -> u64| tables.iter().map(of).sum::<u64>();
+        let [mvoxels, sample] = [CodedTable::mvoxel_bytes, CodedTable::sample_bytes].map(sum);
+        let samples = (mvoxels / (3 * sample.max(1))).isqrt();
         Self {
-            samples: 8,
-            entries: 1 << 21,
+            samples: samples.clamp(1, 64) as u32,
+            entries: Self::ENTRIES,
         }
     }
 }
@@ -125,9 +138,7 @@ impl<'f> RayGroup<'f> {
             own
         };
         let rays = self.rays.par_iter_mut().enumerate();
-        let taken: Vec<Vec<DVec3>> = rays
-            .map_init(|| vec![DVec3::ZERO; tables], take)
-            .collect();
+        let taken: Vec<Vec<DVec3>> = rays.map_init(|| vec![DVec3::ZERO; tables], take).collect();
         let mut batch = Batch::default();
         for (slot, own) in (0..).zip(taken).filter(|(_, own)| !own.is_empty()) {
             batch.spans.push(Span {

@@ -50,7 +50,7 @@ pub struct FixedOptions {
     /// most [`crate::voxels::GROUP_RAYS`].
     pub group_side: Option<u32>,
     /// Samples that are gathered at a time; by default as many as
-    /// [`BatchSize::of_group`] says.
+    /// [`BatchSize::of`] says.
     pub batch: Option<BatchSize>,
 }
 
@@ -165,7 +165,11 @@ impl<'a> FixedField<'a> {
         check(camera, &sampling)?;
         check_background(options.background)?;
         let side = options.group_side.unwrap_or_else(default_group_side);
-        if side == 0 || options.batch.is_some_and(|b| b.samples == 0 || b.entries == 0) {
+        if side == 0
+            || options
+                .batch
+                .is_some_and(|b| b.samples == 0 || b.entries == 0)
+        {
             return Err(FieldError::Part {
                 part: "group_side and batch",
                 found: format!("{side} and {:?}", options.batch),
@@ -175,10 +179,10 @@ impl<'a> FixedField<'a> {
         let size = [camera.width, camera.height];
         let mut frame = FixedFrame::clear(size);
         frame.stats.orders = vec![Orders::default(); self.tables.len()];
+        let batch_size = options.batch.unwrap_or_else(|| BatchSize::of(&self.tables));
         let mut work = Work::default();
         for pixels in groups(size, side) {
             let mut rays = RayGroup::new(self.field, &sampling, camera, &pixels);
-            let batch_size = options.batch.unwrap_or_else(|| BatchSize::of_group(pixels.len()));
             frame.stats.groups += 1;
             frame.stats.rays += pixels.len() as u64;
             frame.stats.samples += rays.samples();

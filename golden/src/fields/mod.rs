@@ -175,7 +175,7 @@ pub enum Along {
 /// The configuration `fields`, which every field can be rendered in.
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
-fn fields_preset() -> Config {
+pub(crate) fn fields_preset() -> Config {
     let presets = potamoi_formats::config::PRESETS;
     let (_, text) = presets.iter().find(|(name, _)| *name == "fields").unwrap();
     Config::from_toml(text, "fields").unwrap()

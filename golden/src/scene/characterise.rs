@@ -85,10 +85,7 @@ impl Scene {
     ) -> Result<Characterised, SceneError> {
         let full = full.map(|size| FullSize::new(field, size)).transpose()?;
         let stops = Stops::find(field, &self.camera)?;
-        let (accesses, traffic) = join(
-            || field_accesses(&stops, full.as_ref(), capacity),
-            traffic,
-        );
+        let (accesses, traffic) = join(|| field_accesses(&stops, full.as_ref(), capacity), traffic);
         Ok(Characterised {
             accesses: accesses?,
             traffic: traffic?,

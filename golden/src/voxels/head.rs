@@ -124,12 +124,7 @@ impl Head for OpacityAlone<'_> {
         Ok(Opacities { alpha, kept })
     }
 
-    fn colours(
-        &self,
-        kept: &[i16],
-        _: &[i16],
-        _: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
+    fn colours(&self, kept: &[i16], _: &[i16], _: &mut Lanes<'_>) -> Result<Vec<i32>, VoxelError> {
         Ok(vec![0; 3 * kept.len()])
     }
 }

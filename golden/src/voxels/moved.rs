@@ -75,7 +75,9 @@ fn count(schedule: &Schedule<'_>, group: &Group, stops: &[u32], stats: &mut Fixe
                 let Some(holder) = holders.find(|h| h.mvoxel == crossing.mvoxel as usize) else {
                     continue;
                 };
-                visit.rows = visit.rows.max(u64::from(tiling.last_row(&place, holder)) + 1);
+                visit.rows = visit
+                    .rows
+                    .max(u64::from(tiling.last_row(&place, holder)) + 1);
                 if tiling.straddles(&place) == 0 {
                     visit.whole += 1;
                 } else {
