@@ -20,8 +20,8 @@ use crate::voxels::{self, MVoxels, Placement, Volume, stored};
 pub struct Characterised {
     /// Reads of feature vectors in pixel-centric order.
     pub accesses: Accesses,
-    /// Bytes of the memory-centric order, by side of ray groups, and of fields in
-    /// one volume by halo too.
+    /// Bytes of the memory-centric order, by side of ray groups, and by halo where
+    /// MVoxels share vertices.
     pub traffic: Vec<Traffic>,
     /// Time of the paper's three stages in the float renderer, measured.
     pub stages: Stages,
