@@ -84,7 +84,7 @@ struct Found {
     paper: Paper,
     /// Of splats alone.
     merging: Option<Merging>,
-    /// By ray group, of fields in one volume by halo too.
+    /// By ray group, and by halo where MVoxels share vertices.
     traffic: Vec<Traffic>,
     /// What a model's file leaves open.
     not_checked: Vec<String>,

@@ -7,7 +7,7 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 use potamoi_golden::camera::Camera;
-use potamoi_golden::fields::{Along, Field, FixedField, FixedOptions};
+use potamoi_golden::fields::{Along, BatchSize, Field, FixedField, FixedOptions};
 use potamoi_golden::scene::{Model, Scene};
 use potamoi_golden::units::Twins;
 use potamoi_golden::voxels::{FixedFrame, FixedStats, Halo};
@@ -49,6 +49,14 @@ fn field(scene: &Scene) -> &dyn Field {
         Model::Field(field) => &**field,
         _ => panic!("a field"),
     }
+}
+
+/// Batches of so many entries at most, as many of each ray as there are.
+fn bounded(entries: usize) -> Option<BatchSize> {
+    Some(BatchSize {
+        samples: u32::MAX,
+        entries,
+    })
 }
 
 fn render(scene: &Scene, config: &Config, options: &FixedOptions) -> FixedFrame {
@@ -100,27 +108,29 @@ fn the_picture_depends_neither_on_ray_groups_nor_on_batches() {
         let scene = scene(name, 22);
         let pixel_centric = FixedOptions {
             group_side: Some(1),
-            batch_entries: 1,
+            batch: bounded(1),
             ..FixedOptions::default()
         };
         let expected = render(&scene, &config, &pixel_centric);
         let covered = expected.transmittance.iter().filter(|t| **t < 1 << 20);
         assert!(covered.count() > 50);
         for (side, batch) in [
-            (16, 1),
-            (7, 1000),
-            (22, 5000),
-            (1000, 1 << 18),
-            (20, 1 << 18),
+            (16, bounded(1)),
+            (7, bounded(1000)),
+            (22, bounded(5000)),
+            (1000, bounded(1 << 18)),
+            (20, None),
+            (8, None),
         ] {
             let options = FixedOptions {
                 group_side: Some(side),
-                batch_entries: batch,
+                batch,
                 ..FixedOptions::default()
             };
             let frame = render(&scene, &config, &options);
-            assert_eq!(frame.picture, expected.picture, "{name}, {side}, {batch}");
+            assert_eq!(frame.picture, expected.picture, "{name}, {side}, {batch:?}");
             assert_eq!(frame.transmittance, expected.transmittance);
+            assert_eq!(frame.stops, expected.stops);
             assert_eq!(frame.stats.samples, expected.stats.samples);
             assert!(frame.stats.tasks <= expected.stats.tasks);
             assert!(frame.stats.streams.mvoxels_read <= expected.stats.streams.mvoxels_read);
@@ -144,16 +154,22 @@ fn split_halos_give_the_picture_of_shared_ones_for_every_ray_group() {
         config.mvoxel.rows = rows;
         let scene = scene(name, 22);
         let expected = render(&scene, &config, &FixedOptions::default());
-        for (side, batch) in [(1, 1), (16, 1), (7, 1000), (22, 5000), (1000, 1 << 18)] {
+        for (side, batch) in [
+            (1, bounded(1)),
+            (16, bounded(1)),
+            (7, bounded(1000)),
+            (22, bounded(5000)),
+            (1000, None),
+        ] {
             let options = FixedOptions {
                 group_side: Some(side),
-                batch_entries: batch,
+                batch,
                 ..FixedOptions::default()
             };
             let [shared, split] = [Halo::Shared, Halo::Split]
                 .map(|halo| render_with(&scene, &config, &options, halo));
             for frame in [&shared, &split] {
-                assert_eq!(frame.picture, expected.picture, "{name}, {side}, {batch}");
+                assert_eq!(frame.picture, expected.picture, "{name}, {side}, {batch:?}");
                 assert_eq!(frame.transmittance, expected.transmittance);
             }
             let [shared, split] = [shared.stats, split.stats];
@@ -187,12 +203,12 @@ fn tables_hashed_by_mvoxel_revert_where_mvoxels_are_under_used() {
     let config = config();
     let scene = scene("cairn:ngp-mvoxel", 110);
     let large = FixedOptions {
-        batch_entries: usize::MAX,
+        batch: bounded(usize::MAX),
         ..FixedOptions::default()
     };
     let small = FixedOptions {
         group_side: Some(8),
-        batch_entries: 1,
+        batch: bounded(1),
         ..FixedOptions::default()
     };
     let [large, small] = [large, small].map(|options| render(&scene, &config, &options));
@@ -251,7 +267,7 @@ fn counted(field: &dyn Field, camera: &Camera) -> [u64; 2] {
 #[test]
 fn counts_are_those_of_the_tables() {
     let config = config();
-    let small = FixedOptions::default().batch_entries;
+    let small = 1 << 18;
     // And one with enough samples in a batch that levels hashed by MVoxel stream.
     let streaming = ("cairn:ngp-mvoxel", 110, usize::MAX);
     let all = SCENES.map(|(name, _)| (name, 24, small));
@@ -260,7 +276,7 @@ fn counts_are_those_of_the_tables() {
         let field = field(&scene);
         let options = FixedOptions {
             terminate: false,
-            batch_entries,
+            batch: bounded(batch_entries),
             ..FixedOptions::default()
         };
         let stats = render(&scene, &config, &options).stats;

@@ -192,6 +192,11 @@ fn streams(found: &Found) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     say!("{table}");
+    if found.traffic.iter().all(|t| t.halo.is_none()) {
+        say!("no halo: MVoxels here share no vertices");
+    } else {
+        say!("both halos are counted, whichever the description names");
+    }
 }
 
 /// Shares in per cent; gathering and computation of splats are one.
@@ -277,6 +282,6 @@ pub(super) fn side_by_side(scenes: &[Found]) {
     say!(
         "in brackets, the paper's; over its algorithms misses are 92 % at most, and gathering takes over 64 % of a mobile GPU's time on average\n\
          stages are measured in the float renderer here, all else is counted; misses of a 2 MB buffer with oracle replacement, and their bytes; MVoxel by MVoxel \
-         with the frame as one ray group"
+         with the frame as one ray group, and shared halos"
     );
 }

@@ -18,8 +18,6 @@ mod tables;
 mod traffic;
 
 use serde::Serialize;
-#[cfg(test)]
-use {crate::fields::Field, glam::DVec3};
 
 pub use accesses::{Accesses, Vectors};
 pub use banks::{BANKS, Banks, LANES};
@@ -28,8 +26,8 @@ pub use full_size::{FullSize, Size};
 pub use splat_traffic::splat_traffic;
 pub use splats::splat_accesses;
 pub use stages::{Stages, field_stages, splat_stages};
-pub use tables::{colour_traffic, table_traffic};
-pub use traffic::{Traffic, is_volume, traffic};
+pub use tables::{colour_traffic, sized_traffic, table_traffic};
+pub use traffic::{Traffic, traffic};
 
 /// What an on-chip buffer with oracle replacement lets through to memory.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -60,30 +58,4 @@ impl Memory {
 
 fn ratio(part: u64, whole: u64) -> f64 {
     part as f64 / whole.max(1) as f64
-}
-
-/// A field that stops no ray.
-#[cfg(test)]
-struct Endless<'a>(&'a dyn Field);
-
-#[cfg(test)]
-impl Field for Endless<'_> {
-    fn tables(&self) -> &[crate::fields::Table] {
-        self.0.tables()
-    }
-    fn place(&self, at: DVec3, places: &mut [DVec3]) {
-        self.0.place(at, places);
-    }
-    fn holds(&self, at: DVec3) -> bool {
-        self.0.holds(at)
-    }
-    fn depth(&self, _: &[f64]) -> f64 {
-        0.0
-    }
-    fn colour(&self, _: &[f64], _: DVec3, _: &mut Vec<f64>) -> DVec3 {
-        DVec3::ZERO
-    }
-    fn sampling(&self) -> crate::fields::Sampling {
-        self.0.sampling()
-    }
 }

@@ -1,44 +1,111 @@
 //! Bytes that the memory-centric order moves of a field in several tables, by
-//! ray group: what [`FixedField`](crate::fields::FixedField) gathers of a group in
-//! one batch.
+//! ray group and halo: the batches of [`FixedField`](crate::fields::FixedField),
+//! counted without gathers.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
 use super::Traffic;
+use crate::camera::Camera;
 use crate::fields::coded::{BatchCount, CodedTable};
-use crate::fields::{FieldError, FixedColour, HashedColour, Stops, Table};
+use crate::fields::{
+    BatchSize, Field, FieldError, FixedColour, HashedColour, RayGroup, Table, groups,
+};
+use crate::tiling::Halo;
 
-/// Counts, for each side of ray groups, the samples of each ray up to where it
-/// stops in floating point, every MVoxel of a group loaded once.
+/// Counts what the renderer moves of a frame whose rays stop behind so many
+/// gathered samples ([`FixedField::stops`](crate::fields::FixedField::stops)), for
+/// each side of ray groups, and for both halos where a table has one.
 ///
 /// # Errors
-/// A configuration whose gathering unit does not fit the tables.
+/// A configuration whose gathering unit does not fit the tables, or stops that
+/// are not one a pixel.
 pub fn table_traffic(
-    stops: &Stops<'_>,
+    field: &dyn Field,
+    camera: &Camera,
+    stops: &[u32],
     config: &Config,
     sides: &[u32],
 ) -> Result<Vec<Traffic>, FieldError> {
-    let tables = coded(stops.field().tables(), config)?;
-    let [width, height] = [stops.camera().width, stops.camera().height];
-    let counted = sides.iter().map(|side| {
-        let across = width.div_ceil(*side);
-        let groups = across * height.div_ceil(*side);
-        let counts = (0..groups).into_par_iter().map(|group| {
-            let corner = [group % across * side, group / across * side];
-            let mut batch = Batch::new(&tables);
+    sized_traffic(field, camera, stops, config, sides, None)
+}
+
+/// The same of batches of another size than the renderer's own.
+///
+/// # Errors
+/// As [`table_traffic`].
+pub fn sized_traffic(
+    field: &dyn Field,
+    camera: &Camera,
+    stops: &[u32],
+    config: &Config,
+    sides: &[u32],
+    batch: Option<BatchSize>,
+) -> Result<Vec<Traffic>, FieldError> {
+    let size = [camera.width, camera.height];
+    if stops.len() as u64 != u64::from(size[0]) * u64::from(size[1]) {
+        return Err(FieldError::Part {
+            part: "stops",
+            found: stops.len().to_string(),
+            expected: format!("one for each of {} x {} pixels", size[0], size[1]),
+        });
+    }
+    let tables = field.tables();
+    let shared = coded(tables, config, Halo::Shared)?;
+    let batch = batch.unwrap_or_else(|| BatchSize::of(&shared));
+    let ways = if shared.iter().any(CodedTable::has_halo) {
+        let split = coded(tables, config, Halo::Split)?;
+        vec![(Some(Halo::Shared), shared), (Some(Halo::Split), split)]
+    } else {
+        vec![(None, shared)]
+    };
+    let sampling = field.sampling();
+    let mut found = vec![];
+    for side in sides.iter().copied() {
+        let none = || -> Vec<Traffic> {
+            let all = ways.iter().map(|(halo, _)| Traffic::of(side, *halo));
+            all.collect()
+        };
+        let all: Vec<Vec<[u32; 2]>> = groups(size, side).collect();
+        let counts = all.par_iter().map(|pixels| {
+            let mut rays = RayGroup::new(field, &sampling, camera, pixels);
+            let own = pixels
+                .iter()
+                .map(|[x, y]| stops[(y * size[0] + x) as usize]);
+            let own: Vec<u32> = own.collect();
+            let mut passed = vec![0; own.len()];
             let mut places = vec![DVec3::ZERO; tables.len()];
-            for y in corner[1]..(corner[1] + side).min(height) {
-                for x in corner[0]..(corner[0] + side).min(width) {
-                    stops.samples([x, y], 1, &mut places, |places| batch.sample(places));
+            let mut sum = none();
+            loop {
+                let alive = |slot: u32| passed[slot as usize] < own[slot as usize];
+                let next = rays.next(alive, batch);
+                if next.at.is_empty() {
+                    break sum;
+                }
+                for span in &next.spans {
+                    passed[span.ray as usize] += span.len;
+                }
+                let counts = ways.iter().map(|(_, tables)| Batch::new(tables));
+                let mut counts: Vec<Batch<'_>> = counts.collect();
+                for at in &next.at {
+                    field.place(*at, &mut places);
+                    for count in &mut counts {
+                        count.sample(&places);
+                    }
+                }
+                for (sum, count) in sum.iter_mut().zip(counts) {
+                    *sum = sum.and(count.done(side));
                 }
             }
-            batch.done(*side)
         });
-        counts.reduce(|| Traffic::of(*side, None), Traffic::and)
-    });
-    Ok(counted.collect())
+        let both = |a: Vec<Traffic>, b: Vec<Traffic>| {
+            let pairs = a.into_iter().zip(b);
+            pairs.map(|(a, b)| a.and(b)).collect()
+        };
+        found.extend(counts.reduce(none, both));
+    }
+    Ok(found)
 }
 
 /// Counts what the colours of Gaussians at `centres` move, which are asked for
@@ -51,7 +118,7 @@ pub fn colour_traffic(
     centres: &[[f32; 3]],
     config: &Config,
 ) -> Result<Traffic, FieldError> {
-    let tables = coded(field.tables(), config)?;
+    let tables = coded(field.tables(), config, Halo::Shared)?;
     let batches = centres.par_chunks(FixedColour::BATCH).map(|centres| {
         let mut batch = Batch::new(&tables);
         let mut places = vec![DVec3::ZERO; tables.len()];
@@ -65,10 +132,10 @@ pub fn colour_traffic(
 }
 
 /// Tables whose codes say nothing: which rows are read depends on no value.
-fn coded(tables: &[Table], config: &Config) -> Result<Vec<CodedTable>, FieldError> {
+fn coded(tables: &[Table], config: &Config, halo: Halo) -> Result<Vec<CodedTable>, FieldError> {
     let tables = tables.iter();
     tables
-        .map(|t| CodedTable::new(t, &vec![0; t.channels()], config))
+        .map(|t| CodedTable::with_halo(t, &vec![0; t.channels()], config, halo))
         .collect()
 }
 
@@ -103,56 +170,140 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::panic)]
     use super::*;
 
-    use super::super::Endless;
-    use crate::fields::{Field, FixedField, FixedOptions};
+    use std::path::Path;
+
+    use crate::fields::{FixedField, FixedOptions, fields_preset};
     use crate::scene::{Model, Scene};
     use crate::units::Twins;
 
-    /// Where no ray stops, the counts are those of the renderer, equal.
+    /// Opens a built-in scene, or a file among the fixtures.
+    fn open(name: &str, width: u32) -> Scene {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("tests/fixtures")
+            .join(name);
+        let file = path.to_str().filter(|_| path.exists());
+        let mut scene = Scene::open(file.unwrap_or(name)).unwrap();
+        scene.set_size(Some(width), None).unwrap();
+        scene
+    }
+
+    fn field(scene: &Scene) -> &dyn Field {
+        match scene.model() {
+            Model::Tensorf(field) => &**field,
+            Model::Field(field) => &**field,
+            _ => panic!("a field"),
+        }
+    }
+
+    /// Every stream and count is the renderer's, where rays stop and where none
+    /// does, for both halos, and for batches of any size.
     #[test]
     fn counts_are_those_of_the_renderer() {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/fields.toml");
-        let text = std::fs::read_to_string(path).unwrap();
-        let config = Config::from_toml(&text, "fields").unwrap();
-        for name in [
-            "ngp/cube.ingp",
-            "tensorf/tiny.th",
-            "cairn:efficientnerf",
-            "cairn:ngp-mvoxel",
+        let config = fields_preset();
+        for (name, width, has_halo) in [
+            ("ngp/cube.ingp", 20, true),
+            ("tensorf/tiny.th", 20, true),
+            ("cairn:tensorf", 32, true),
+            ("moons:tensorf", 24, true),
+            ("cairn:ngp", 32, true),
+            ("moons:ngp", 24, true),
+            ("cairn:efficientnerf", 32, false),
+            ("moons:efficientnerf", 24, false),
+            ("cairn:ngp-mvoxel", 24, true),
         ] {
-            let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-                .join("tests/fixtures")
-                .join(name);
-            let file = path.to_str().filter(|_| path.exists());
-            let mut scene = Scene::open(file.unwrap_or(name)).unwrap();
-            scene.set_size(Some(20), None).unwrap();
-            let field: &dyn Field = match scene.model() {
-                Model::Tensorf(field) => &**field,
-                Model::Field(field) => &**field,
-                _ => panic!("a field"),
+            let scene = open(name, width);
+            let (field, camera) = (field(&scene), scene.camera());
+            let halos = [Halo::Shared, Halo::Split];
+            let made = halos.map(|halo| FixedField::with_halo(field, &config, halo).unwrap());
+            let known = made[0].stops(camera, &mut Twins::new(&config)).unwrap();
+            let small = BatchSize {
+                samples: 3,
+                entries: 5000,
             };
-            let endless = Endless(field);
-            for side in [8, 20] {
-                let stops = Stops::find(&endless, scene.camera()).unwrap();
-                let counted = table_traffic(&stops, &config, &[side]).unwrap();
-                let options = FixedOptions {
-                    terminate: false,
-                    group_side: Some(side),
-                    batch_entries: usize::MAX,
-                    ..FixedOptions::default()
+            let mut split = 0;
+            for (side, terminate, size) in [
+                (8, true, None),
+                (width, true, None),
+                (width, true, Some(small)),
+                (width, false, None),
+            ] {
+                let stops = match terminate {
+                    true => known.clone(),
+                    false => vec![u32::MAX; known.len()],
                 };
-                let made = FixedField::new(field, &config).unwrap();
-                let mut twins = Twins::new(&config);
-                let stats = made
-                    .render(scene.camera(), &options, &mut twins)
-                    .unwrap()
-                    .stats;
-                assert_eq!(counted[0].streams, stats.streams, "{name}, {side}");
-                assert_eq!(counted[0].mvoxels, stats.tasks);
-                assert_eq!(counted[0].entries, stats.entries);
-                assert_eq!(counted[0].scattered, stats.scattered_bytes);
-                assert!(stats.entries > 1000);
+                let counted = sized_traffic(field, camera, &stops, &config, &[side], size);
+                let counted = counted.unwrap();
+                assert_eq!(counted.len(), 1 + usize::from(has_halo), "{name}");
+                for (found, (halo, made)) in counted.iter().zip(halos.iter().zip(&made)) {
+                    let options = FixedOptions {
+                        terminate,
+                        group_side: Some(side),
+                        batch: size,
+                        ..FixedOptions::default()
+                    };
+                    let mut twins = Twins::new(&config);
+                    let frame = made.render(camera, &options, &mut twins).unwrap();
+                    let what = format!("{name}, {side}, {terminate}, {halo:?}");
+                    assert_eq!(frame.stops, stops, "{what}");
+                    let stats = frame.stats;
+                    assert_eq!(found.halo, has_halo.then_some(*halo), "{what}");
+                    assert_eq!(found.streams, stats.streams, "{what}");
+                    assert_eq!(found.mvoxels, stats.tasks, "{what}");
+                    assert_eq!(found.entries, stats.entries, "{what}");
+                    assert_eq!(found.scattered, stats.scattered_bytes, "{what}");
+                    // Solid enough for rays to stop in.
+                    let solid = terminate && name.contains(':');
+                    assert!(stats.stopped > 20 || !solid, "{what}: {}", stats.stopped);
+                    assert!(stats.stopped == 0 || terminate, "{what}");
+                    assert!(stats.entries > 1000);
+                    if *halo == Halo::Split {
+                        split += stats.streams.partial_sums;
+                    }
+                }
             }
+            // The cube's dense levels are one MVoxel each.
+            let cut = has_halo && name != "ngp/cube.ingp";
+            assert_eq!(split > 0, cut, "{name}");
         }
+    }
+
+    /// The renderer goes past stops by a bounded share, whatever the ray group.
+    #[test]
+    fn batches_go_past_stops_by_little() {
+        let config = fields_preset();
+        for name in ["cairn:tensorf", "cairn:ngp", "cairn:efficientnerf"] {
+            let scene = open(name, 48);
+            let (field, camera) = (field(&scene), scene.camera());
+            let made = FixedField::new(field, &config).unwrap();
+            let stops = made.stops(camera, &mut Twins::new(&config)).unwrap();
+            let sides = [8, 16, 48];
+            let found = table_traffic(field, camera, &stops, &config, &sides).unwrap();
+            let own: Vec<&Traffic> = found
+                .iter()
+                .filter(|t| t.halo != Some(Halo::Split))
+                .collect();
+            let one = BatchSize {
+                samples: 1,
+                entries: usize::MAX,
+            };
+            let least = sized_traffic(field, camera, &stops, &config, &[48], Some(one)).unwrap();
+            let over = own
+                .iter()
+                .map(|t| t.entries as f64 / least[0].entries as f64);
+            let over: Vec<f64> = over.collect();
+            println!("{name}: {over:?}");
+            assert!(over.iter().all(|o| (1.0..1.45).contains(o)), "{over:?}");
+            // The larger the group, the fewer bytes.
+            assert!(own.is_sorted_by(|a, b| a.streams.total() >= b.streams.total()));
+        }
+    }
+
+    #[test]
+    fn stops_of_another_frame_are_refused() {
+        let scene = open("cairn:efficientnerf", 8);
+        let (field, camera) = (field(&scene), scene.camera());
+        let refused = table_traffic(field, camera, &[1; 3], &fields_preset(), &[8]);
+        let said = refused.unwrap_err().to_string();
+        assert!(said.contains("stops") && said.contains("8 x"), "{said}");
     }
 }

@@ -4,20 +4,16 @@
 //! its faces with its neighbours (*shared*: stored twice, one entry a sample),
 //! or `e` where nothing is stored twice (*split*: a sample whose vertices lie in
 //! several MVoxels has an entry in each, and partial sums are added up).
-//! Counted are the samples of each ray up to where it stops, those left out that
-//! lie where the field is known to be empty; the hardware gathers an MVoxel to
-//! its end.
+//! Counted is what the renderer moves whose rays stop where they are known to: an
+//! MVoxel is gathered to its end.
 
-use glam::DVec3;
-use potamoi_formats::config::Config;
-use potamoi_formats::rit::Vertices;
-use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::fields::coded::Tally;
-use crate::fields::{Field, FieldError, Stops};
-use crate::streams::{RitReads, Streams, Visit};
-use crate::tiling::{Halo, Tiling, cell, cube_edge};
+use crate::camera::Camera;
+use crate::fields::FieldError;
+use crate::streams::Streams;
+use crate::tiling::Halo;
+use crate::voxels::{FixedOptions, Volume, moved};
 
 /// What a frame moves for one size of ray groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -62,80 +58,37 @@ impl Traffic {
     }
 }
 
-/// Whether a field is one dense volume.
-#[must_use]
-pub fn is_volume(field: &dyn Field) -> bool {
-    matches!(field.tables(), [table] if table.vertices() == 8 && !table.is_hashed())
-}
-
-/// Counts a field of one dense volume, cut into the largest cubic MVoxels that
-/// the configuration's rows hold, for each side of ray groups and both halos.
+/// Counts what the renderer moves of a frame of one volume whose rays stop behind
+/// so many gathered samples ([`FixedFrame::stops`](crate::voxels::FixedFrame::stops)),
+/// for each side of ray groups and both halos.
 ///
 /// # Errors
-/// A field of another kind, or rows for less than 2 x 2 x 2 vertices.
+/// As [`moved`].
 pub fn traffic(
-    stops: &Stops<'_>,
-    config: &Config,
+    volume: &Volume<'_>,
+    camera: &Camera,
+    options: &FixedOptions,
+    stops: &[u32],
     sides: &[u32],
 ) -> Result<Vec<Traffic>, FieldError> {
-    let field = stops.field();
-    let [table] = field.tables() else {
-        return Err(FieldError::Part {
-            part: "tables",
-            found: format!("{} tables", field.tables().len()),
-            expected: "one volume".to_owned(),
-        });
-    };
-    let (points, channels) = (table.points(), table.channels());
-    let edge = cube_edge(config.mvoxel.rows);
-    let Some(edge) = edge.filter(|_| points.iter().all(|p| *p >= 2)) else {
-        return Err(FieldError::Part {
-            part: "mvoxel",
-            found: format!("{} rows for {points:?} vertices", config.mvoxel.rows),
-            expected: "8 rows or more, and 2 or more vertices along each axis".to_owned(),
-        });
-    };
-    let reads = RitReads::of(config);
-    let [width, height] = [stops.camera().width, stops.camera().height];
     let halos = [Halo::Shared, Halo::Split];
-    let tilings = halos.map(|halo| Tiling::new(points, [edge; 3], halo));
+    let cut = halos.map(|halo| volume.mvoxels.with_halo(halo));
     let mut found = vec![];
     for side in sides.iter().copied() {
-        let across = width.div_ceil(side);
-        let groups = (0..across * height.div_ceil(side)).into_par_iter();
-        let counts = groups.map(|group| {
-            let corner = [group % across * side, group / across * side];
-            let mut tallies = tilings.map(|tiling| (tiling, Tally::default()));
-            let mut places = [DVec3::ZERO];
-            for y in corner[1]..(corner[1] + side).min(height) {
-                for x in corner[0]..(corner[0] + side).min(width) {
-                    stops.samples([x, y], 1, &mut places, |places| {
-                        let (low, fraction) = cell(points, places[0].to_array());
-                        for (tiling, tally) in &mut tallies {
-                            tally.touch(tiling, &tiling.place(low, fraction));
-                        }
-                    });
-                }
-            }
-            tallies.map(|(tiling, tally)| {
-                let mut found = Traffic::of(side, Some(tiling.halo()));
-                for mvoxel in tally.done().into_values() {
-                    found.mvoxels += 1;
-                    found.entries += mvoxel.whole + mvoxel.split;
-                    let visit = Visit {
-                        vertices: Vertices::Eight,
-                        channels,
-                        rows: mvoxel.last + 1,
-                        whole: mvoxel.whole,
-                        split: mvoxel.split,
-                    };
-                    found.streams.visit(&visit, reads);
-                }
-                found
-            })
-        });
-        let none = || halos.map(|halo| Traffic::of(side, Some(halo)));
-        found.extend(counts.reduce(none, |[a, b], [c, d]| [a.and(c), b.and(d)]));
+        for (halo, mvoxels) in halos.into_iter().zip(&cut) {
+            let volume = Volume { mvoxels, ..*volume };
+            let options = FixedOptions {
+                group_side: Some(side),
+                ..*options
+            };
+            let stats = moved(&volume, camera, &options, stops)?;
+            found.push(Traffic {
+                mvoxels: stats.tasks,
+                entries: stats.entries,
+                streams: stats.streams,
+                ..Traffic::of(side, Some(halo))
+            });
+        }
     }
     Ok(found)
 }
@@ -143,14 +96,15 @@ pub fn traffic(
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, clippy::panic)]
-    use super::super::Endless;
     use super::*;
-    use crate::fields::coded::Touched;
+    use potamoi_formats::config::Config;
 
-    use crate::fields::stored::StoredField;
+    use crate::fields::coded::{Tally, Touched};
+    use crate::fields::fields_preset;
     use crate::scene::{Model, Scene};
+    use crate::tiling::Tiling;
     use crate::units::Twins;
-    use crate::voxels::{FixedOptions, MVoxels, Skip, render_fixed};
+    use crate::voxels::{self, MVoxels, Placement, render_volume, stored};
 
     /// By hand: of nine vertices an axis, the middle one starts the second
     /// MVoxel of four.
@@ -178,55 +132,98 @@ mod tests {
         assert_eq!(touched[&1].last, 4 * (1 + 4));
     }
 
-    /// Where no ray stops, every stream and the total are those that the renderer
-    /// counts; where the table is read several times, too.
+    /// Every stream and count is the renderer's, with both halos, where rays stop
+    /// and where none does; where the table is read several times, too.
     #[test]
     fn counts_are_those_of_the_renderer() {
         let mut scene = Scene::open("lantern").unwrap();
-        scene.set_size(Some(24), Some(20)).unwrap();
+        scene.set_size(Some(40), Some(36)).unwrap();
         let Model::Voxels(grid) = scene.model() else {
             panic!("the lantern is a grid")
         };
-        let stored = StoredField::new(grid, 0.5).unwrap();
-        let field = Endless(&stored);
+        let mut stopped = 0;
         for (text, segments) in [
             ("", 1),
             ("[gu]\nbanks = 4\nsegments = 4\n[rit]\nentries = 16", 4),
         ] {
             let config = Config::from_toml(text, "test").unwrap();
-            let shared = MVoxels::new(grid, &config).unwrap();
-            for side in [8, 24] {
-                let stops = Stops::find(&field, scene.camera()).unwrap();
-                let counted = traffic(&stops, &config, &[side]).unwrap();
-                let halos = [Halo::Shared, Halo::Split];
-                for (halo, found) in halos.into_iter().zip(&counted) {
-                    let options = FixedOptions {
-                        group_side: Some(side),
-                        skip: Skip::Cells,
-                        terminate: false,
-                        ..FixedOptions::default()
-                    };
-                    let mut units = Twins::new(&config);
-                    let mvoxels = shared.with_halo(halo);
-                    let frame =
-                        render_fixed(grid, &mvoxels, scene.camera(), &options, &mut units).unwrap();
-                    let stats = &frame.stats;
-                    assert_eq!((found.side, found.halo), (side, Some(halo)));
-                    assert_eq!((found.mvoxels, found.entries), (stats.tasks, stats.entries));
-                    assert_eq!(found.streams, stats.streams, "{side} {halo:?}");
-                    let s = stats.streams;
-                    let sum = s.mvoxels_read + s.rit_written + s.rit_read + s.features;
-                    assert_eq!(found.streams.total(), sum + s.partial_sums);
-                    // Halves of 16 entries are exceeded, but not by every MVoxel.
-                    assert_eq!(s.rit_read > s.rit_written, segments > 1);
-                    assert!(s.rit_read < 4 * s.rit_written);
-                    assert_eq!(s.partial_sums > 0, halo == Halo::Split);
-                }
-                // Splitting asks for more.
-                let [shared, split] = [counted[0], counted[1]];
-                let share = split.entries as f64 / shared.entries as f64;
-                assert!((1.2..1.6).contains(&share), "{share}");
-            }
+            let cut = MVoxels::new(grid, &config).unwrap();
+            let head = stored(grid, &cut, 0.5).unwrap();
+            let volume = Volume {
+                mvoxels: &cut,
+                placement: Placement::of(grid),
+                head: &head,
+            };
+            stopped += same_as_rendered(&volume, scene.camera(), &config, segments);
         }
+        assert!(stopped > 100, "{stopped}");
+    }
+
+    /// The same of a DirectVoxGO model, whose samples are cut in cells of a mask.
+    #[test]
+    fn counts_of_voxels_with_a_perceptron_are_those_of_the_renderer() {
+        let mut scene = Scene::open("cairn:dvgo").unwrap();
+        scene.set_size(Some(32), None).unwrap();
+        let Model::Dvgo(field) = scene.model() else {
+            panic!("DirectVoxGO")
+        };
+        let config = fields_preset();
+        let made = field.fixed(&config).unwrap();
+        let volume = Volume {
+            mvoxels: made.mvoxels(),
+            placement: made.placement(),
+            head: made.head(),
+        };
+        assert!(same_as_rendered(&volume, scene.camera(), &config, 1) > 100);
+    }
+
+    /// Compares, and says how many rays stopped.
+    fn same_as_rendered(
+        volume: &Volume<'_>,
+        camera: &Camera,
+        config: &Config,
+        segments: usize,
+    ) -> u64 {
+        let all = FixedOptions::default();
+        let known = voxels::stops(volume, camera, &all, &mut Twins::new(config)).unwrap();
+        let mut stopped = 0;
+        for (side, terminate) in [(8, true), (40, true), (16, false)] {
+            let stops = match terminate {
+                true => known.clone(),
+                false => vec![u32::MAX; known.len()],
+            };
+            let counted = traffic(volume, camera, &all, &stops, &[side]).unwrap();
+            for (halo, found) in [Halo::Shared, Halo::Split].into_iter().zip(&counted) {
+                let options = FixedOptions {
+                    group_side: Some(side),
+                    terminate,
+                    ..all
+                };
+                let volume = Volume {
+                    mvoxels: &volume.mvoxels.with_halo(halo),
+                    ..*volume
+                };
+                let mut units = Twins::new(config);
+                let frame = render_volume(&volume, camera, &options, &mut units).unwrap();
+                assert_eq!(frame.stops, stops, "{side} {halo:?}");
+                let stats = &frame.stats;
+                assert_eq!((found.side, found.halo), (side, Some(halo)));
+                assert_eq!((found.mvoxels, found.entries), (stats.tasks, stats.entries));
+                assert_eq!(found.streams, stats.streams, "{side} {halo:?} {terminate}");
+                let s = stats.streams;
+                let sum = s.mvoxels_read + s.rit_written + s.rit_read + s.features;
+                assert_eq!(found.streams.total(), sum + s.partial_sums);
+                // Halves of 16 entries are exceeded, but not by every MVoxel.
+                assert_eq!(s.rit_read > s.rit_written, segments > 1);
+                assert!(s.rit_read < 4 * s.rit_written);
+                assert_eq!(s.partial_sums > 0, halo == Halo::Split);
+                stopped += stats.stopped;
+            }
+            // Splitting asks for more.
+            let [shared, split] = [counted[0], counted[1]];
+            let share = split.entries as f64 / shared.entries as f64;
+            assert!((1.2..1.9).contains(&share), "{share}");
+        }
+        stopped
     }
 }

@@ -11,15 +11,15 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
+use super::batches::{Batch, BatchSize, RayGroup, groups};
 use super::coded::{CodedTable, Gathers, Located};
-use super::march::{Samples, check};
+use super::march::check;
 use super::{Field, FieldError};
 use crate::camera::Camera;
-use crate::picture::Picture;
 use crate::tiling::Halo;
 use crate::units::Units;
 use crate::voxels::{
-    Compositor, FixedFrame, FixedStats, Head, Orders, Span, Work, check_background,
+    Compositor, FixedFrame, FixedStats, Head, OpacityAlone, Orders, Work, check_background,
     default_group_side, place,
 };
 
@@ -49,9 +49,9 @@ pub struct FixedOptions {
     /// Pixels a side of a ray group; by default the largest whose rays are at
     /// most [`crate::voxels::GROUP_RAYS`].
     pub group_side: Option<u32>,
-    /// Entries of a batch, over all tables; a batch has one sample of each ray
-    /// at least.
-    pub batch_entries: usize,
+    /// Samples that are gathered at a time; by default as many as
+    /// [`BatchSize::of`] says.
+    pub batch: Option<BatchSize>,
 }
 
 impl Default for FixedOptions {
@@ -60,23 +60,9 @@ impl Default for FixedOptions {
             terminate: true,
             background: [0.0; 3],
             group_side: None,
-            batch_entries: 1 << 18,
+            batch: None,
         }
     }
-}
-
-/// A ray of a group, and the next of its samples.
-struct Ray {
-    samples: Samples,
-    next: u64,
-}
-
-/// Samples of a batch, ray after ray.
-#[derive(Default)]
-struct Batch {
-    at: Vec<DVec3>,
-    slots: Vec<u32>,
-    spans: Vec<Span>,
 }
 
 impl<'a> FixedField<'a> {
@@ -154,99 +140,65 @@ impl<'a> FixedField<'a> {
         options: &FixedOptions,
         units: &mut dyn Units,
     ) -> Result<FixedFrame, FieldError> {
+        self.render_with(&*self.head, camera, options, units)
+    }
+
+    /// Of each pixel, row after row, the samples that are gathered up to where its
+    /// ray stops; `u32::MAX` where it does not. No colour is computed.
+    ///
+    /// # Errors
+    /// As [`FixedField::render`].
+    pub fn stops(&self, camera: &Camera, units: &mut dyn Units) -> Result<Vec<u32>, FieldError> {
+        let options = FixedOptions::default();
+        let frame = self.render_with(&OpacityAlone(&*self.head), camera, &options, units)?;
+        Ok(frame.stops)
+    }
+
+    fn render_with(
+        &self,
+        head: &dyn Head,
+        camera: &Camera,
+        options: &FixedOptions,
+        units: &mut dyn Units,
+    ) -> Result<FixedFrame, FieldError> {
         let sampling = self.field.sampling();
         check(camera, &sampling)?;
         check_background(options.background)?;
         let side = options.group_side.unwrap_or_else(default_group_side);
-        if side == 0 || options.batch_entries == 0 {
+        if side == 0
+            || options
+                .batch
+                .is_some_and(|b| b.samples == 0 || b.entries == 0)
+        {
             return Err(FieldError::Part {
-                part: "group_side and batch_entries",
-                found: format!("{side} and {}", options.batch_entries),
+                part: "group_side and batch",
+                found: format!("{side} and {:?}", options.batch),
                 expected: "1 or more".to_owned(),
             });
         }
-        let (width, height) = (camera.width, camera.height);
-        let mut frame = FixedFrame {
-            picture: Picture::filled(width, height, [0.0; 3]),
-            transmittance: vec![0; width as usize * height as usize],
-            stats: FixedStats {
-                orders: vec![Orders::default(); self.tables.len()],
-                ..FixedStats::default()
-            },
-        };
+        let size = [camera.width, camera.height];
+        let mut frame = FixedFrame::clear(size);
+        frame.stats.orders = vec![Orders::default(); self.tables.len()];
+        let batch_size = options.batch.unwrap_or_else(|| BatchSize::of(&self.tables));
         let mut work = Work::default();
-        for top in (0..height).step_by(side as usize) {
-            for left in (0..width).step_by(side as usize) {
-                let columns = left..left.saturating_add(side).min(width);
-                let lines = top..top.saturating_add(side).min(height);
-                let pixels: Vec<[u32; 2]> = lines
-                    .flat_map(|y| columns.clone().map(move |x| [x, y]))
-                    .collect();
-                let mut rays: Vec<Ray> = pixels
-                    .iter()
-                    .map(|pixel| Ray {
-                        samples: Samples::of(&sampling, camera, *pixel),
-                        next: 0,
-                    })
-                    .collect();
-                frame.stats.groups += 1;
-                frame.stats.rays += rays.len() as u64;
-                frame.stats.samples += rays.iter().map(|r| r.samples.count).sum::<u64>();
-                let towards = rays.iter().map(|ray| ray.samples.direction);
-                let mut done = Compositor::new(&*self.head, options.terminate, towards);
-                loop {
-                    let batch = self.batch(&mut rays, &done, options.batch_entries);
-                    if batch.at.is_empty() {
-                        break;
-                    }
-                    let features = self.features(camera, &batch, units, &mut frame.stats)?;
-                    done.run(&features, &batch.spans, units, &mut work)?;
+        for pixels in groups(size, side) {
+            let mut rays = RayGroup::new(self.field, &sampling, camera, &pixels);
+            frame.stats.groups += 1;
+            frame.stats.rays += pixels.len() as u64;
+            frame.stats.samples += rays.samples();
+            let mut done = Compositor::new(head, options.terminate, rays.directions());
+            loop {
+                let batch = rays.next(|slot| done.is_alive(slot), batch_size);
+                if batch.at.is_empty() {
+                    break;
                 }
-                place(&mut frame, &pixels, &done, options.background);
+                let features = self.features(camera, &batch, units, &mut frame.stats)?;
+                done.run(&features, &batch.spans, units, &mut work)?;
             }
+            place(&mut frame, &pixels, &done, options.background);
         }
         frame.stats.take(work);
         Ok(frame)
-    }
-
-    /// The next samples of every ray that goes on, where the field is not known
-    /// to be empty.
-    fn batch(&self, rays: &mut [Ray], done: &Compositor<'_>, entries: usize) -> Batch {
-        let on = |(slot, ray): (u32, &Ray)| ray.next < ray.samples.count && done.is_alive(slot);
-        let alive = (0..).zip(&*rays).filter(|ray| on((ray.0, ray.1))).count();
-        let most = (entries / self.tables.len() / alive.max(1)).max(1);
-        let taken: Vec<Vec<DVec3>> = rays
-            .par_iter_mut()
-            .enumerate()
-            .map_init(
-                || vec![DVec3::ZERO; self.tables.len()],
-                |places, (slot, ray)| {
-                    let mut own = vec![];
-                    if !on((slot as u32, ray)) {
-                        return own;
-                    }
-                    while own.len() < most && ray.next < ray.samples.count {
-                        let at = ray.samples.at(ray.next);
-                        ray.next += 1;
-                        if self.field.index(at, places) {
-                            own.push(at);
-                        }
-                    }
-                    own
-                },
-            )
-            .collect();
-        let mut batch = Batch::default();
-        for (slot, own) in (0..).zip(taken).filter(|(_, own)| !own.is_empty()) {
-            batch.spans.push(Span {
-                ray: slot,
-                start: batch.at.len() as u32,
-                len: own.len() as u32,
-            });
-            batch.slots.extend(own.iter().map(|_| slot));
-            batch.at.extend(own);
-        }
-        batch
     }
 
     /// Gathers a batch and puts the channels of each sample together.

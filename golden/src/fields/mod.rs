@@ -6,6 +6,7 @@
 //! A field brings its tables, the first and the last stage; gathering is the
 //! same for all of them, and is what the gathering unit does.
 
+mod batches;
 mod calibrate;
 pub mod coded;
 mod codes;
@@ -35,6 +36,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use potamoi_formats::config::Config;
 
+pub use batches::BatchSize;
+pub(crate) use batches::{RayGroup, groups};
 pub use error::FieldError;
 pub use fixed::{Coded, FixedField, FixedOptions};
 pub use hash::HashUnit;
@@ -172,7 +175,7 @@ pub enum Along {
 /// The configuration `fields`, which every field can be rendered in.
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
-fn fields_preset() -> Config {
+pub(crate) fn fields_preset() -> Config {
     let presets = potamoi_formats::config::PRESETS;
     let (_, text) = presets.iter().find(|(name, _)| *name == "fields").unwrap();
     Config::from_toml(text, "fields").unwrap()

@@ -1,24 +1,27 @@
 //! What rendering of any scene does to memory.
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, PRESETS};
 use rayon::join;
 
 use super::{Kind, Model, Scene, SceneError};
 use crate::characterise::{
     Accesses, FullSize, Size, Stages, Traffic, colour_traffic, field_accesses, field_stages,
-    is_volume, splat_accesses, splat_stages, splat_traffic, table_traffic, traffic,
+    splat_accesses, splat_stages, splat_traffic, table_traffic, traffic,
 };
+use crate::fields::dvgo::Dvgo;
 use crate::fields::stored::StoredField;
-use crate::fields::{Field, Stops};
+use crate::fields::{Field, FieldError, FixedField, Stops};
 use crate::splats::{Cloud, View};
+use crate::units::Twins;
+use crate::voxels::{self, MVoxels, Placement, Volume, stored};
 
 /// What a frame does to memory in both orders, and what its stages take.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Characterised {
     /// Reads of feature vectors in pixel-centric order.
     pub accesses: Accesses,
-    /// Bytes of the memory-centric order, by side of ray groups, and of fields in
-    /// one volume by halo too.
+    /// Bytes of the memory-centric order, by side of ray groups, and by halo where
+    /// MVoxels share vertices.
     pub traffic: Vec<Traffic>,
     /// Time of the paper's three stages in the float renderer, measured.
     pub stages: Stages,
@@ -45,35 +48,72 @@ impl Scene {
             Kind::Splats(cloud) => self.of_splats(cloud, config, capacity, sides, full),
             Kind::Voxels(grid) => {
                 let field = StoredField::new(grid, self.step)?;
-                self.of_field(&field, config, capacity, sides, full)
+                let mvoxels = MVoxels::new(grid, config)?;
+                let volume = Volume {
+                    mvoxels: &mvoxels,
+                    placement: Placement::of(grid),
+                    head: &stored(grid, &mvoxels, self.step)?,
+                };
+                let traffic = || self.of_volume(&volume, config, sides);
+                self.of_field(&field, capacity, full, traffic)
             }
-            Kind::Field(field) => self.of_field(field, config, capacity, sides, full),
+            Kind::Field(field) => {
+                let traffic = || self.of_tables(field, config, sides);
+                let of_dvgo = |field: &Dvgo| {
+                    let (config, made) = able(config, |config| field.fixed(config))?;
+                    let volume = Volume {
+                        mvoxels: made.mvoxels(),
+                        placement: made.placement(),
+                        head: made.head(),
+                    };
+                    self.of_volume(&volume, &config, sides)
+                };
+                match &self.model {
+                    Model::Dvgo(own) => self.of_field(field, capacity, full, || of_dvgo(own)),
+                    _ => self.of_field(field, capacity, full, traffic),
+                }
+            }
         }
     }
 
     fn of_field(
         &self,
         field: &dyn Field,
-        config: &Config,
         capacity: u32,
-        sides: &[u32],
         full: Option<Size>,
+        traffic: impl FnOnce() -> Result<Vec<Traffic>, FieldError> + Send,
     ) -> Result<Characterised, SceneError> {
         let full = full.map(|size| FullSize::new(field, size)).transpose()?;
         let stops = Stops::find(field, &self.camera)?;
-        let (accesses, traffic) = join(
-            || field_accesses(&stops, full.as_ref(), capacity),
-            || match is_volume(field) {
-                true => traffic(&stops, config, sides),
-                false => table_traffic(&stops, config, sides),
-            },
-        );
+        let (accesses, traffic) = join(|| field_accesses(&stops, full.as_ref(), capacity), traffic);
         Ok(Characterised {
             accesses: accesses?,
             traffic: traffic?,
             // Alone, since it is timed.
             stages: field_stages(&stops),
         })
+    }
+
+    fn of_volume(
+        &self,
+        volume: &Volume<'_>,
+        config: &Config,
+        sides: &[u32],
+    ) -> Result<Vec<Traffic>, FieldError> {
+        let (camera, options) = (&self.camera, self.voxel_options());
+        let stops = voxels::stops(volume, camera, &options, &mut Twins::new(config))?;
+        traffic(volume, camera, &options, &stops, sides)
+    }
+
+    fn of_tables(
+        &self,
+        field: &dyn Field,
+        config: &Config,
+        sides: &[u32],
+    ) -> Result<Vec<Traffic>, FieldError> {
+        let (able, made) = able(config, |config| FixedField::new(field, config))?;
+        let stops = made.stops(&self.camera, &mut Twins::new(&able))?;
+        table_traffic(field, &self.camera, &stops, config, sides)
     }
 
     fn of_splats(
@@ -106,6 +146,29 @@ impl Scene {
             traffic,
             stages: splat_stages(cloud, &self.camera, self.profile)?,
         })
+    }
+}
+
+/// What is made with a configuration, or, where its vector unit lacks what a field
+/// needs, with that of the preset `fields` in its place: where rays stop follows
+/// from it, what an MVoxel moves does not.
+fn able<T>(
+    config: &Config,
+    make: impl Fn(&Config) -> Result<T, FieldError>,
+) -> Result<(Config, T), FieldError> {
+    let made = make(config);
+    let preset = PRESETS.iter().find(|(name, _)| *name == "fields");
+    let fields = preset.and_then(|(name, text)| Config::from_toml(text, name).ok());
+    match (made, fields) {
+        (Err(_), Some(fields)) => {
+            let config = Config {
+                vu: fields.vu,
+                ..config.clone()
+            };
+            let made = make(&config)?;
+            Ok((config, made))
+        }
+        (made, _) => Ok((config.clone(), made?)),
     }
 }
 

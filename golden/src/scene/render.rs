@@ -316,7 +316,7 @@ impl Scene {
         })
     }
 
-    fn voxel_options(&self) -> voxels::FixedOptions {
+    pub(super) fn voxel_options(&self) -> voxels::FixedOptions {
         voxels::FixedOptions {
             step: self.step,
             background: self.background,

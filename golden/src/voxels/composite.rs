@@ -54,7 +54,10 @@ pub(crate) struct Compositor<'h> {
     pub(crate) transmittance: Vec<i32>,
     /// [`ColourScale::pixel_bits`] fraction bits.
     pub(crate) sums: Vec<[i64; 3]>,
-    stopped: Vec<bool>,
+    /// Samples of each ray up to where it stopped; `u32::MAX` while it goes on.
+    pub(crate) stops: Vec<u32>,
+    /// Samples of each ray in the batches before.
+    passed: Vec<u32>,
 }
 
 /// One sample that is seen.
@@ -84,7 +87,8 @@ impl<'h> Compositor<'h> {
             directions,
             transmittance: vec![CLEAR; rays],
             sums: vec![[0; 3]; rays],
-            stopped: vec![false; rays],
+            stops: vec![u32::MAX; rays],
+            passed: vec![0; rays],
         }
     }
 
@@ -95,7 +99,7 @@ impl<'h> Compositor<'h> {
 
     /// Whether a ray goes on.
     pub(crate) fn is_alive(&self, ray: u32) -> bool {
-        !self.stopped[ray as usize]
+        self.stops[ray as usize] == u32::MAX
     }
 
     /// Composites the features of a batch, in which a ray has one span at most.
@@ -160,12 +164,15 @@ impl<'h> Compositor<'h> {
                 self.transmittance[ray] = next[i];
                 let exact = i64::from(a[i]) * i64::from(b[i]);
                 if self.stop.is_some_and(|stop| exact < stop) {
-                    self.stopped[ray] = true;
+                    self.stops[ray] = self.passed[ray] + at + 1;
                     work.stopped += 1;
                 }
             }
             at += 1;
-            live.retain(|s| s.len > at && !self.stopped[s.ray as usize]);
+            live.retain(|s| s.len > at && self.is_alive(s.ray));
+        }
+        for span in spans {
+            self.passed[span.ray as usize] += span.len;
         }
         work.composited += seen.len() as u64;
         Ok(seen)

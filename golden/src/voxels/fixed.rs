@@ -10,7 +10,7 @@ use super::composite::{Compositor, Work};
 use super::error::VoxelError;
 use super::formats::{Formats, TRANSMITTANCE};
 use super::grid::Grid;
-use super::head::{Head, Stored};
+use super::head::{Head, OpacityAlone, Stored};
 use super::mvoxels::MVoxels;
 use super::ray::{Placement, Rays};
 use super::schedule::{Schedule, Skip};
@@ -153,8 +153,25 @@ pub struct FixedFrame {
     pub picture: Picture,
     /// Transmittance left at each pixel, U1.20 codes.
     pub transmittance: Vec<u32>,
+    /// Of each pixel, the samples that are gathered up to where its ray stops;
+    /// `u32::MAX` where it does not. They depend neither on ray groups, nor on
+    /// batches, nor on [`Halo`].
+    pub stops: Vec<u32>,
     /// Counts.
     pub stats: FixedStats,
+}
+
+impl FixedFrame {
+    /// Of so many pixels, nothing.
+    pub(crate) fn clear([width, height]: [u32; 2]) -> Self {
+        let pixels = width as usize * height as usize;
+        Self {
+            picture: Picture::filled(width, height, [0.0; 3]),
+            transmittance: vec![0; pixels],
+            stops: vec![u32::MAX; pixels],
+            stats: FixedStats::default(),
+        }
+    }
 }
 
 /// Renders a grid in the hardware's formats. `mvoxels` are the grid's. Sample
@@ -173,17 +190,39 @@ pub fn render_fixed(
     options: &FixedOptions,
     units: &mut dyn Units,
 ) -> Result<FixedFrame, VoxelError> {
-    let formats = fits(grid, mvoxels)?;
     let volume = Volume {
         mvoxels,
         placement: Placement::of(grid),
-        head: &Stored {
-            layout: grid.layout(),
-            formats,
-            step: Formats::step_code(options.step),
-        },
+        head: &stored(grid, mvoxels, options.step)?,
     };
     render_volume(&volume, camera, options, units)
+}
+
+/// What makes opacity and colour of a grid that is sampled every `step` voxel
+/// edges.
+pub(crate) fn stored(grid: &Grid, mvoxels: &MVoxels, step: f64) -> Result<Stored, VoxelError> {
+    Ok(Stored {
+        layout: grid.layout(),
+        formats: fits(grid, mvoxels)?,
+        step: Formats::step_code(step),
+    })
+}
+
+/// [`FixedFrame::stops`] of a frame, for which no colour is computed.
+///
+/// # Errors
+/// As [`render_fixed`].
+pub fn stops(
+    volume: &Volume<'_>,
+    camera: &Camera,
+    options: &FixedOptions,
+    units: &mut dyn Units,
+) -> Result<Vec<u32>, VoxelError> {
+    let volume = Volume {
+        head: &OpacityAlone(volume.head),
+        ..*volume
+    };
+    Ok(render_volume(&volume, camera, options, units)?.stops)
 }
 
 /// A field in one volume of vertices.
@@ -213,13 +252,8 @@ pub fn render_volume(
         head,
     } = volume;
     let rays = check(placement, mvoxels, camera, options)?;
+    let mut frame = FixedFrame::clear(rays.size());
     let schedule = Schedule::new(mvoxels, rays, options.group_side, options.skip)?;
-    let [width, height] = rays.size();
-    let mut frame = FixedFrame {
-        picture: Picture::filled(width, height, [0.0; 3]),
-        transmittance: vec![0; width as usize * height as usize],
-        stats: FixedStats::default(),
-    };
     let mut work = Work::default();
     for number in 0..schedule.groups() {
         let group = schedule.group(number);
@@ -306,7 +340,7 @@ fn fits(grid: &Grid, mvoxels: &MVoxels) -> Result<Formats, VoxelError> {
         })
 }
 
-fn check(
+pub(super) fn check(
     placement: &Placement,
     mvoxels: &MVoxels,
     camera: &Camera,
@@ -387,6 +421,7 @@ pub(crate) fn place(
         let left = done.transmittance[slot];
         // Never negative, at most 1.
         frame.transmittance[to] = left as u32;
+        frame.stops[to] = done.stops[slot];
         for c in 0..3 {
             let behind = (i64::from(left) * background[c]) << behind_up;
             let sum = (done.sums[slot][c] << up) + behind;

@@ -79,6 +79,56 @@ pub struct Opacities<'f> {
     pub kept: Cow<'f, [i16]>,
 }
 
+/// What another head makes of features, without colours: rays stop where they
+/// would.
+pub(crate) struct OpacityAlone<'h>(pub(crate) &'h dyn Head);
+
+impl Head for OpacityAlone<'_> {
+    fn channels(&self) -> usize {
+        self.0.channels()
+    }
+
+    fn alpha_bits(&self) -> u32 {
+        self.0.alpha_bits()
+    }
+
+    fn colour_bits(&self) -> u32 {
+        self.0.colour_bits()
+    }
+
+    fn least(&self) -> [i32; 2] {
+        self.0.least()
+    }
+
+    fn stop(&self) -> f64 {
+        self.0.stop()
+    }
+
+    fn kept(&self) -> usize {
+        1
+    }
+
+    fn direction_codes(&self) -> usize {
+        0
+    }
+
+    fn encode(&self, _: DVec3, _: &mut Vec<i16>) {}
+
+    fn opacities<'f>(
+        &self,
+        features: &'f [i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Opacities<'f>, VoxelError> {
+        let alpha = self.0.opacities(features, lanes)?.alpha;
+        let kept = vec![0; alpha.len()].into();
+        Ok(Opacities { alpha, kept })
+    }
+
+    fn colours(&self, kept: &[i16], _: &[i16], _: &mut Lanes<'_>) -> Result<Vec<i32>, VoxelError> {
+        Ok(vec![0; 3 * kept.len()])
+    }
+}
+
 /// The vector unit, and the count of what it was given.
 pub struct Lanes<'u> {
     pub(crate) units: &'u mut dyn Units,

@@ -11,6 +11,7 @@ mod float;
 mod formats;
 mod grid;
 mod head;
+mod moved;
 mod mvoxels;
 mod ray;
 mod schedule;
@@ -22,13 +23,15 @@ pub use crate::tiling::{Halo, Holder, Place};
 pub(crate) use composite::{Compositor, Work};
 pub use error::VoxelError;
 pub use fixed::{
-    FixedFrame, FixedOptions, FixedStats, Orders, Volume, render_fixed, render_volume, tasks,
+    FixedFrame, FixedOptions, FixedStats, Orders, Volume, render_fixed, render_volume, stops, tasks,
 };
-pub(crate) use fixed::{check_background, gather, place};
+pub(crate) use fixed::{check_background, gather, place, stored};
 pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float, render_masked};
 pub use formats::{Formats, TRANSMITTANCE};
 pub use grid::{Grid, Layout, MAX_POINTS, MAX_VALUES};
+pub(crate) use head::OpacityAlone;
 pub use head::{Head, Lanes, Opacities};
+pub use moved::moved;
 pub use mvoxels::{MVoxels, Mask};
 pub use ray::{Placement, Ray};
 pub(crate) use schedule::Span;

@@ -34,9 +34,11 @@ struct Waiting {
 /// Until which sample a ray can be composited once MVoxels up to a distance
 /// were visited.
 #[derive(Debug, Clone, Copy)]
-struct Ready {
-    distance: u32,
+pub(super) struct Ready {
+    pub(super) distance: u32,
     end: u32,
+    /// Samples before `end` that are gathered.
+    pub(super) samples: u32,
 }
 
 /// What waits in one ray group.
@@ -160,10 +162,11 @@ pub(super) fn run(
 }
 
 /// For each ray, by distance.
-fn ready(schedule: &Schedule<'_>, group: &Group) -> Vec<Vec<Ready>> {
+pub(super) fn ready(schedule: &Schedule<'_>, group: &Group) -> Vec<Vec<Ready>> {
     use rayon::prelude::*;
     let of = |ray: &super::ray::Ray| {
         let mut list: Vec<Ready> = vec![];
+        let mut samples = 0;
         for k in 0..ray.samples {
             let Some(place) = schedule.place(ray, k) else {
                 continue;
@@ -171,11 +174,15 @@ fn ready(schedule: &Schedule<'_>, group: &Group) -> Vec<Vec<Ready>> {
             let holders = schedule.mvoxels.tiling().holders(&place);
             let own = holders.map(|h| schedule.distances[h.mvoxel]).max();
             let own = own.unwrap_or_default();
+            samples += 1;
             match list.last_mut() {
-                Some(last) if own <= last.distance => last.end = k + 1,
+                Some(last) if own <= last.distance => {
+                    (last.end, last.samples) = (k + 1, samples);
+                }
                 _ => list.push(Ready {
                     distance: own,
                     end: k + 1,
+                    samples,
                 }),
             }
         }

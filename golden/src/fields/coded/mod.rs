@@ -44,6 +44,8 @@ pub struct CodedTable {
     order: Order,
     shape: Shape,
     rit_reads: RitReads,
+    /// Of an MVoxel at most, or that are held at a time.
+    rows: usize,
 }
 
 /// How samples are gathered from a table.
@@ -137,6 +139,7 @@ impl CodedTable {
             order,
             shape,
             rit_reads: RitReads::of(config),
+            rows: held.min(table.rows()),
         })
     }
 
@@ -173,6 +176,25 @@ impl CodedTable {
             Order::Blocks(table) => table.streams(),
             Order::Scattered(_) => false,
         }
+    }
+
+    /// Bytes of a full MVoxel, or of the rows that are held at a time.
+    #[must_use]
+    pub const fn mvoxel_bytes(&self) -> u64 {
+        2 * (self.rows * self.shape.channels) as u64
+    }
+
+    /// Bytes that a sample moves with one entry: it is written and read, and its
+    /// features are.
+    #[must_use]
+    pub const fn sample_bytes(&self) -> u64 {
+        2 * (self.shape.vertices.entry_bytes() + self.shape.channels) as u64
+    }
+
+    /// Whether its MVoxels can share vertices, so that a halo makes a difference.
+    #[must_use]
+    pub const fn has_halo(&self) -> bool {
+        matches!(self.order, Order::Streaming(_))
     }
 
     /// Notes what a sample reads MVoxel by MVoxel.

@@ -65,12 +65,7 @@ impl ScatteredTable {
 
     /// Nothing held.
     pub(super) fn held(&self) -> Held {
-        Held {
-            most: self.held,
-            task: 1,
-            rows: vec![(0, 0); self.entries()],
-            count: 0,
-        }
+        Held::new(self.held)
     }
 
     /// Samples join a task as long as the rows that they need fit the MVoxel
@@ -117,33 +112,58 @@ pub(super) struct Held {
     most: usize,
     /// The number of the task.
     task: u32,
-    /// Of each row of the table, the last task that held it, and where.
-    rows: Vec<(u32, u16)>,
+    /// Twice as many as rows and more, a power of two: each the last task that
+    /// used it, a row, and where the row is held. A row is in the first free one
+    /// from its own on.
+    slots: Vec<(u32, u32, u16)>,
     count: usize,
 }
 
 impl Held {
+    /// At most so many rows.
+    fn new(most: usize) -> Self {
+        Self {
+            most,
+            task: 1,
+            slots: vec![(0, 0, 0); (2 * most).next_power_of_two()],
+            count: 0,
+        }
+    }
+
     /// Rows held.
     pub(super) const fn count(&self) -> usize {
         self.count
     }
 
+    /// The slot of a row, or the one that it would take.
+    fn slot(&self, row: usize) -> usize {
+        let last = self.slots.len() - 1;
+        // The golden ratio times 2^64: neighbours lie apart.
+        let mixed = (row as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+        let mut at = mixed as usize & last;
+        while self.slots[at].0 == self.task && self.slots[at].1 as usize != row {
+            at = (at + 1) & last;
+        }
+        at
+    }
+
     /// Whether those of these rows that are not held fit, too.
     pub(super) fn fits(&self, rows: &[usize]) -> bool {
-        let is_new =
-            |i: &usize| self.rows[rows[*i]].0 != self.task && !rows[..*i].contains(&rows[*i]);
+        let is_new = |i: &usize| {
+            self.slots[self.slot(rows[*i])].0 != self.task && !rows[..*i].contains(&rows[*i])
+        };
         self.count + (0..rows.len()).filter(is_new).count() <= self.most
     }
 
     /// Where a row is held; `fetch` is told if it was not.
     pub(super) fn local(&mut self, row: usize, fetch: impl FnOnce(usize)) -> u16 {
-        let (task, local) = &mut self.rows[row];
-        if *task != self.task {
-            (*task, *local) = (self.task, self.count as u16);
+        let slot = self.slot(row);
+        if self.slots[slot].0 != self.task {
+            self.slots[slot] = (self.task, row as u32, self.count as u16);
             self.count += 1;
             fetch(row);
         }
-        *local
+        self.slots[slot].2
     }
 
     /// Lets go of all rows, for the next task.
