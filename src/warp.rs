@@ -12,7 +12,9 @@ use std::time::Instant;
 
 use clap::Args;
 use indicatif::ProgressBar;
+use potamoi_golden::camera::Camera;
 use potamoi_golden::warp::{Counts, Frame, Plan, Warper};
+use potamoi_sim::runtime::Schedule;
 
 use crate::failure::Failure;
 use crate::files;
@@ -59,6 +61,14 @@ pub(crate) struct WarpArgs {
     /// Report as JSON; of several scenes it is written again after each
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+}
+
+/// What all ways of a scene share.
+struct Stage<'a> {
+    path: &'a [Camera],
+    footage: &'a Footage,
+    fps: Option<f64>,
+    bar: &'a ProgressBar,
 }
 
 pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
@@ -123,6 +133,12 @@ impl WarpArgs {
         }
         bar.inc_length((path.len() * (ways.len() + 1)) as u64);
         let footage = Footage::new(&source, &path, truth, bar)?;
+        let stage = Stage {
+            path: &path,
+            footage: &footage,
+            fps: source.is_timed().then_some(self.fps),
+            bar,
+        };
         let mut variants = vec![];
         for way in &ways {
             let geometry = &geometries[way.depth];
@@ -133,41 +149,10 @@ impl WarpArgs {
             };
             let plan = Plan::new(&path, &self.ways.plan(way, &source))?;
             let begun = Instant::now();
-            let mut measured = Measured::new(&footage);
-            let mut counts = vec![];
-            let mut take = |frame: &Frame| -> Result<(), Failure> {
-                measured.add(frame);
-                counts.push(Counts::of(&frame.target.classes, |_| true));
-                if let Some(folder) = &self.out {
-                    picture::write(folder, frame)?;
-                }
-                bar.inc(1);
-                Ok(())
-            };
-            let timing = &self.timing;
-            let mut schedule = None;
-            if timing.is_live() {
-                let mut failed = None;
-                let measured = timing.measure(warper, &path, &plan, &self.lose, |frame| {
-                    if failed.is_none() {
-                        failed = take(&frame).err();
-                    }
-                })?;
-                if let Some(failure) = failed {
-                    return Err(failure);
-                }
-                schedule = Some(measured);
-            } else {
-                for frame in frames(way, warper, &path, &plan, &self.lose) {
-                    take(&frame?)?;
-                }
-            }
-            if timing.is_scheduled() {
-                let fps = source.is_timed().then_some(self.fps);
-                schedule = Some(timing.schedule(&plan, &counts, &path[0], fps, &self.lose)?);
-            }
+            let shown = self.show(way, warper, &plan, &stage)?;
             let seconds = begun.elapsed().as_secs_f64();
-            let timed = schedule.map(|s| timing.done(&s)).transpose()?;
+            let (measured, schedule) = shown;
+            let timed = schedule.map(|s| self.timing.done(&s)).transpose()?;
             let depth = names[way.depth].clone();
             variants.push(Variant::new(
                 way, depth, measured, &plan, &path, seconds, timed,
@@ -186,6 +171,69 @@ impl WarpArgs {
         })
     }
 
+    /// The frames of one way, and their schedule. References that the schedule
+    /// gives up are lost to the frames too, which are then made again.
+    fn show<'a>(
+        &self,
+        way: &Way,
+        warper: Warper<'_>,
+        plan: &Plan,
+        stage: &Stage<'a>,
+    ) -> Result<(Measured<'a>, Option<Schedule>), Failure> {
+        let Stage {
+            path,
+            footage,
+            fps,
+            bar,
+        } = *stage;
+        let timing = &self.timing;
+        let mut lost = self.lose.clone();
+        if let Some(none) = lost.iter().find(|n| **n >= plan.references.len()) {
+            return Err(Failure::Usage(format!(
+                "--lose {none}: there are {} references, from 0",
+                plan.references.len()
+            )));
+        }
+        loop {
+            let mut measured = Measured::new(footage);
+            let mut counts = vec![];
+            let mut take = |frame: &Frame| -> Result<(), Failure> {
+                measured.add(frame);
+                counts.push(Counts::of(&frame.target.classes, |_| true));
+                if let Some(folder) = &self.out {
+                    picture::write(folder, frame)?;
+                }
+                bar.inc(1);
+                Ok(())
+            };
+            if timing.is_live() {
+                let mut failed = None;
+                let schedule = timing.measure(warper, path, plan, &lost, |frame| {
+                    if failed.is_none() {
+                        failed = take(&frame).err();
+                    }
+                })?;
+                return failed.map_or(Ok((measured, Some(schedule))), Err);
+            }
+            for frame in frames(way, warper, path, plan, &lost) {
+                take(&frame?)?;
+            }
+            if !timing.is_scheduled() {
+                return Ok((measured, None));
+            }
+            let schedule = timing.schedule(plan, &counts, &path[0], fps, &lost)?;
+            let late = TimingArgs::given_up(&schedule);
+            let before = lost.len();
+            lost.extend(late.into_iter().filter(|n| !self.lose.contains(n)));
+            lost.sort_unstable();
+            lost.dedup();
+            if lost.len() == before {
+                return Ok((measured, Some(schedule)));
+            }
+            bar.inc_length(path.len() as u64);
+        }
+    }
+
     /// Refuses what is of one way alone.
     fn check(&self, ways: &[Way]) -> Result<(), Failure> {
         if self.out.is_some() && ways.len() != 1 {
@@ -194,6 +242,19 @@ impl WarpArgs {
                  --depth"
                     .to_owned(),
             ));
+        }
+        if !self.lose.is_empty() {
+            if ways.iter().any(|way| way.method != Method::Sparw) {
+                return Err(Failure::Usage(
+                    "--lose: only the references of --method sparw can be lost".to_owned(),
+                ));
+            }
+            if self.timing.is_scheduled() && !self.timing.has_server() {
+                return Err(Failure::Usage(
+                    "--lose: in a schedule a server's references are lost: give --server-ms"
+                        .to_owned(),
+                ));
+            }
         }
         if self.timing.is_asked() && (ways.len() != 1 || ways[0].method != Method::Sparw) {
             return Err(Failure::Usage(

@@ -31,7 +31,7 @@ fn number(value: &Value) -> f64 {
 }
 
 #[test]
-fn ways_stand_side_by_side_in_the_papers_order() {
+fn ways_stand_side_by_side() {
     let folder = tempfile::tempdir().unwrap();
     let report = warp(
         folder.path(),
@@ -308,14 +308,14 @@ fn image_sequences_are_warped_from_their_own_frames() {
         expect(at, 0, &arguments);
         let report = json(&at.join("lego.json"));
         let variant = &report["variants"][0];
-        // The frame as far from the middle as there is.
-        let first = &variant["frames"][0];
-        let share = |part: &str| {
-            let pixels = &first[part]["pixels"];
-            let all: f64 = pixels.as_object().unwrap().values().map(number).sum();
-            number(&pixels["disoccluded"]) / all
-        };
-        shares.push((share("frame"), share("foreground")));
+        // The frames as far from the middle as there are.
+        let all = variant["frames"].as_array().unwrap();
+        let first = &all[0];
+        for frame in [first, &all[all.len() - 1]] {
+            let pixels = &frame["frame"]["pixels"];
+            let total: f64 = pixels.as_object().unwrap().values().map(number).sum();
+            shares.push(number(&pixels["disoccluded"]) / total);
+        }
         let psnr = number(&first["frame"]["model"]["psnr_db"]);
         assert!((24.0..36.0).contains(&psnr), "window {window}: {psnr}");
         // Where nothing was warped, the frame is the image, byte for byte.
@@ -333,20 +333,18 @@ fn image_sequences_are_warped_from_their_own_frames() {
             let alpha = f64::from(b.0[3]) / 255.0;
             for c in 0..3 {
                 let over = f64::from(b.0[c]) * alpha + 255.0 * (1.0 - alpha);
-                // Void by its depth, though its rim has a colour, is background.
-                let void = from.0[..3] == [0, 0, 0] && a.0[c] == 255;
-                assert!(void || (f64::from(a.0[c]) - over).abs() <= 0.51);
+                assert!((f64::from(a.0[c]) - over).abs() <= 0.51);
             }
             other += 1;
         }
         assert!(warped > 100_000 && other > 300_000, "{warped} {other}");
     }
-    // Neighbours; three apart; eight apart (the first authors' rule, by another program).
-    for (found, [least, most]) in shares
-        .iter()
-        .zip([[0.020, 0.027], [0.049, 0.055], [0.09, 0.131]])
-    {
-        assert!((least..=most).contains(&found.0), "{shares:?}");
+    // Neighbours; three apart; eight apart: the ranges of all such pairs of the sequence, as
+    // a plain program in NumPy finds them too.
+    let ranges = [[0.0204, 0.0254], [0.0494, 0.0627], [0.1072, 0.1353]];
+    for (found, [least, most]) in shares.chunks(2).zip(ranges) {
+        let within = found.iter().all(|share| (least..=most).contains(share));
+        assert!(within, "{shares:?}");
     }
     let refused = expect(
         at,

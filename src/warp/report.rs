@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use comfy_table::{CellAlignment, Table, presets};
 use potamoi_golden::camera::Camera;
-use potamoi_golden::warp::{Counts, Plan};
+use potamoi_golden::warp::{Counts, Plan, PlanOptions, ReferenceFrom};
 use serde::Serialize;
 
 use super::measure::{FrameFound, Likeness, Measured, Part};
@@ -118,7 +118,7 @@ impl Variant {
             frame,
             foreground,
             prediction: (way.method == Method::Sparw)
-                .then(|| Prediction::of(&plan.prediction_errors(path)))
+                .then(|| Prediction::of(&prediction_errors(plan, path)))
                 .flatten(),
             timing,
             frames: measured.frames,
@@ -141,6 +141,27 @@ impl Variant {
             _ => None,
         }
     }
+}
+
+/// Of references that are taken on the path, how far off they would be if they
+/// were predicted.
+fn prediction_errors(plan: &Plan, path: &[Camera]) -> Vec<(f64, f64)> {
+    if plan.references.iter().any(|r| r.predicted_for.is_some()) {
+        return plan.prediction_errors(path);
+    }
+    let first = |reference| {
+        plan.targets
+            .iter()
+            .filter(|t| t.reference == reference)
+            .count()
+    };
+    let options = PlanOptions {
+        window: (0..plan.references.len()).map(first).max().unwrap_or(1) as u32,
+        reference: ReferenceFrom::Predicted,
+        lead: None,
+    };
+    let other = Plan::new(path, &options);
+    other.map_or_else(|_| vec![], |other| other.prediction_errors(path))
 }
 
 impl Prediction {
@@ -180,13 +201,14 @@ fn print(table: &mut Table) {
     say!("{table}");
 }
 
-/// Shares of a part in percent: warped, hidden, by angle, void.
-fn shares(counts: &Counts) -> [String; 4] {
+/// Shares of a part in percent: warped, hidden, by angle, at edges, void.
+fn shares(counts: &Counts) -> [String; 5] {
     let all = counts.total();
     [
         percent(counts.warped, all),
         percent(counts.disoccluded, all),
         percent(counts.angle, all),
+        percent(counts.edge, all),
         percent(counts.void, all),
     ]
 }
@@ -223,7 +245,7 @@ impl Found {
         for variant in &self.variants {
             if let Some(prediction) = &variant.prediction {
                 say!(
-                    "  {}: {} predicted references, off by {:.4} rad on average, {:.4} at most, \
+                    "  {}: {} references as predicted, off by {:.4} rad on average, {:.4} at most, \
                      {:.4} of the scene's units (the paper: below 0.01 rad)",
                     variant.name,
                     prediction.references,
@@ -246,14 +268,20 @@ impl Found {
             "warped %",
             "hidden %",
             "angle %",
+            "edge %",
             "void %",
-            "of the foreground:",
-            "warped %",
+            "of the foreground: warped %",
             "hidden %",
             "angle %",
+            "edge %",
+            "void %",
             "PSNR to model",
             "SSIM",
+            "of the foreground: PSNR",
+            "SSIM",
             "PSNR to truth",
+            "SSIM",
+            "of the foreground: PSNR",
             "SSIM",
         ]);
         for frame in &variant.frames {
@@ -262,27 +290,17 @@ impl Found {
                 (Some(reference), false) => format!("R{reference}"),
                 (None, _) => "full".to_owned(),
             };
-            let [warped, hidden, angle, void] = shares(&frame.frame.pixels);
-            let [fore_warped, fore_hidden, fore_angle, _] = shares(&frame.foreground.pixels);
             let Part { model, truth, .. } = &frame.frame;
+            let fore = &frame.foreground;
             let psnr = |l: &Option<Likeness>, digits| number(l.and_then(|l| l.psnr_db), digits);
             let ssim = |l: &Option<Likeness>| number(l.and_then(|l| l.ssim), 4);
-            all.add_row([
-                frame.number.to_string(),
-                from,
-                warped,
-                hidden,
-                angle,
-                void,
-                String::new(),
-                fore_warped,
-                fore_hidden,
-                fore_angle,
-                psnr(model, 2),
-                ssim(model),
-                psnr(truth, 2),
-                ssim(truth),
-            ]);
+            let mut row = vec![frame.number.to_string(), from];
+            row.extend(shares(&frame.frame.pixels));
+            row.extend(shares(&fore.pixels));
+            for likeness in [model, &fore.model, truth, &fore.truth] {
+                row.extend([psnr(likeness, 2), ssim(likeness)]);
+            }
+            all.add_row(row);
         }
         print(&mut all);
     }
@@ -311,6 +329,8 @@ impl Found {
             "of the foreground: warped %",
             "hidden %",
             "angle %",
+            "edge %",
+            "void %",
             "fallbacks",
             "rendered in all %",
         ]);
@@ -334,21 +354,12 @@ impl Found {
                 psnr(fore.model),
                 ssim(fore.model),
             ]);
-            let [warped, hidden, angle, void] = shares(&frame.pixels);
-            let [fore_warped, fore_hidden, fore_angle, _] = shares(&fore.pixels);
-            pixels.add_row([
-                variant.name.clone(),
-                warped,
-                hidden,
-                angle,
-                percent(frame.pixels.edge, frame.pixels.total()),
-                void,
-                fore_warped,
-                fore_hidden,
-                fore_angle,
-                variant.fallbacks.to_string(),
-                format!("{:.1}", 100.0 * variant.rendered_share),
-            ]);
+            let mut row = vec![variant.name.clone()];
+            row.extend(shares(&frame.pixels));
+            row.extend(shares(&fore.pixels));
+            row.push(variant.fallbacks.to_string());
+            row.push(format!("{:.1}", 100.0 * variant.rendered_share));
+            pixels.add_row(row);
         }
         print(&mut quality);
         print(&mut pixels);

@@ -8,7 +8,7 @@ use clap::Args;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::warp::{Counts, Frame, Plan, Shaded, WarpError, Warper};
 use potamoi_sim::runtime::{
-    Link, LinkUse, Nanos, Options, PixelClock, Poses, References, Remote, Resource, Schedule,
+    Link, LinkUse, Made, Nanos, Options, PixelClock, Poses, References, Remote, Resource, Schedule,
     chrome_trace, live, schedule,
 };
 use serde::Serialize;
@@ -101,6 +101,11 @@ impl TimingArgs {
         self.live
     }
 
+    /// Whether references come from a server, in the schedule.
+    pub(super) const fn has_server(&self) -> bool {
+        self.server_ms.is_some()
+    }
+
     /// Whether times are given.
     pub(super) const fn is_scheduled(&self) -> bool {
         self.frame_ms.is_some()
@@ -120,6 +125,13 @@ impl TimingArgs {
                     "{name} {value}: expected 0 to 1e9 milliseconds"
                 )));
             }
+        }
+        if self.live && (self.server_ms.is_some() || self.warp_ms != 0.0) {
+            return Err(Failure::Usage(
+                "--live: really renders, here, and measures: leave out --server-ms, --timeout-ms \
+                 and --warp-ms, or schedule with --frame-ms"
+                    .to_owned(),
+            ));
         }
         if self.trace.is_some() && !self.is_asked() {
             return Err(Failure::Usage(
@@ -184,6 +196,15 @@ impl TimingArgs {
         let options = self.options(None);
         let here = Here { warper, lost };
         Ok(live(warper, &here, path, plan, &options, show)?)
+    }
+
+    /// References that a schedule gave up.
+    pub(super) fn given_up(schedule: &Schedule) -> BTreeSet<usize> {
+        let lost = schedule
+            .frames
+            .iter()
+            .filter(|f| f.made == Made::FullByLoss);
+        lost.map(|f| f.reference).collect()
     }
 
     /// Sums up, and writes the trace.

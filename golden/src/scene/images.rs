@@ -14,7 +14,7 @@ use crate::camera::Camera;
 use crate::files;
 use crate::mask::Mask;
 use crate::picture::Picture;
-use crate::warp::{Geometry, Renderer, Shaded, WarpError};
+use crate::warp::{Geometry, Renderer, Shaded, VOID_BELOW, WarpError, is_void};
 
 /// The largest image file, in bytes.
 const LIMIT: u64 = 1 << 29;
@@ -181,13 +181,17 @@ impl Images {
         Ok(image)
     }
 
-    /// The picture over the background.
-    fn picture(&self, frame: &PathFrame) -> Result<Picture, SceneError> {
+    fn image(&self, frame: &PathFrame) -> Result<image::Rgba32FImage, SceneError> {
         let mut path = self.folder.join(&frame.picture);
         if path.extension().is_none() {
             path.set_extension("png");
         }
-        let image = self.read(&path, &frame.camera, false)?.into_rgba32f();
+        Ok(self.read(&path, &frame.camera, false)?.into_rgba32f())
+    }
+
+    /// The picture over the background.
+    fn picture(&self, frame: &PathFrame) -> Result<Picture, SceneError> {
+        let image = self.image(frame)?;
         let over = |pixel: &image::Rgba<f32>| {
             let [r, g, b, a] = pixel.0;
             let [br, bg, bb] = self.background.map(|v| v * (1.0 - a));
@@ -200,7 +204,20 @@ impl Images {
         })
     }
 
+    /// Depths; of pixels that are void by them but not clear, as at the soft rim
+    /// of a picture, not known.
     fn depth_of(&self, frame: &PathFrame) -> Result<Vec<f32>, SceneError> {
+        let clear = self.image(frame)?;
+        let mut depths = self.stored_depth(frame)?;
+        for (depth, pixel) in depths.iter_mut().zip(clear.pixels()) {
+            if is_void(*depth) && f64::from(pixel.0[3]) >= VOID_BELOW {
+                *depth = f32::NAN;
+            }
+        }
+        Ok(depths)
+    }
+
+    fn stored_depth(&self, frame: &PathFrame) -> Result<Vec<f32>, SceneError> {
         let stem = frame.picture.file_stem().unwrap_or_default();
         let folder = self.folder.join(&self.description.depth);
         let path = folder.join(stem).with_extension("exr");

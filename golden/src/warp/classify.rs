@@ -20,7 +20,8 @@ pub enum Class {
     Disoccluded,
     /// Rendered: the reference sees it from too different an angle.
     Angle,
-    /// Rendered: the reference shows an edge there.
+    /// Rendered: the reference shows an edge there, or what is there is neither
+    /// known to be a surface nor void.
     Edge,
     /// Rendered with all the others of its frame.
     Full,

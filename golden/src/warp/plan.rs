@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::WarpError;
-use super::predict::{HISTORY, predict};
+use super::predict::{HISTORY, predict, rotation_vector};
 use crate::camera::Camera;
 
 /// The most targets of a reference.
@@ -137,7 +137,7 @@ impl Plan {
             let truth = path.get(task.predicted_for?)?;
             let between =
                 task.camera.world_to_camera.matrix3 * truth.world_to_camera.matrix3.transpose();
-            let turn = glam::DQuat::from_mat3(&between).to_scaled_axis();
+            let turn = rotation_vector(glam::DQuat::from_mat3(&between));
             let away = task.camera.position() - truth.position();
             Some((turn.length(), away.length()))
         });

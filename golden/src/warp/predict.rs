@@ -25,7 +25,7 @@ pub fn predict(history: &[Camera], ahead: f64) -> Option<Camera> {
     let base = rotation(&last);
     let vectors: Vec<DVec3> = recent
         .iter()
-        .map(|camera| (rotation(camera) * base.inverse()).to_scaled_axis())
+        .map(|camera| rotation_vector(rotation(camera) * base.inverse()))
         .collect();
     let times: Vec<Vec<f64>> = (0..recent.len())
         .map(|k| vec![k as f64 - (recent.len() - 1) as f64])
@@ -54,6 +54,17 @@ pub fn predict(history: &[Camera], ahead: f64) -> Option<Camera> {
         },
         ..last
     })
+}
+
+/// Axis times angle of the shorter way, at most half a turn: a quaternion and its
+/// negative are one rotation, and of the other the angle is up to a whole turn.
+pub(super) fn rotation_vector(rotation: DQuat) -> DVec3 {
+    let short = if rotation.w < 0.0 {
+        -rotation
+    } else {
+        rotation
+    };
+    short.to_scaled_axis()
 }
 
 fn rotation(camera: &Camera) -> DQuat {
@@ -143,6 +154,25 @@ mod tests {
             assert!(found.is_finite(), "{history:?}");
             let product = found.matrix3 * found.matrix3.transpose();
             assert!(product.abs_diff_eq(DMat3::IDENTITY, 1e-9));
+        }
+    }
+
+    /// All around, at several tilts: wherever a quaternion changes its sign.
+    #[test]
+    fn a_whole_turn_is_predicted_as_well_as_its_beginning() {
+        for lift in [-1.2f64, -0.4, 0.0, 0.3, 1.1] {
+            let at = |frame: f64| {
+                let (sin, cos) = (0.02 * frame).sin_cos();
+                let eye = DVec3::new(sin * lift.cos(), lift.sin(), cos * lift.cos()) * 3.0;
+                Camera::look_at(eye, DVec3::ZERO, DVec3::Y, 0.9, 40, 30)
+            };
+            for k in 0..330 {
+                let history: Vec<Camera> = (0..5).map(|j| at(f64::from(k + j))).collect();
+                let found = predict(&history, 9.0).unwrap();
+                let truth = at(f64::from(k) + 13.0);
+                let off = apart(&found, &truth);
+                assert!(off < 0.05 * 0.02 * 9.0, "{lift}, {k}: {off} rad");
+            }
         }
     }
 

@@ -124,6 +124,8 @@ impl Warper<'_> {
                         known.is_some_and(|depth| is_beside_surface(depth, to, i))
                     };
                     let class = match void {
+                        // Neither a surface nor void, as a rim.
+                        false if depth.is_some_and(f32::is_nan) => Class::Edge,
                         false => Class::Disoccluded,
                         true if rim() => Class::Edge,
                         true => Class::Void,
