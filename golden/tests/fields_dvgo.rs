@@ -104,7 +104,7 @@ fn a_split_halo_changes_no_bit_of_lego() {
 }
 
 #[test]
-fn the_fixed_picture_holds_45_decibels_to_the_float_one() {
+fn the_fixed_picture_holds_80_decibels_to_the_float_one() {
     fixed_against_float(80);
 }
 
@@ -147,7 +147,9 @@ fn fixed_against_float(side: u32) {
         "fixed against float: {psnr:.1} dB over the frame, {covered:.1} dB covered; {:?}",
         fixed.stats
     );
-    assert!(psnr > 45.0, "{psnr} dB");
+    // What was measured, less 6 dB: a step that skips what it should not, or ends rays early, costs
+    // more.
+    assert!(psnr > 80.0, "{psnr} dB");
     // Outputs beyond what the calibration set reached are rare.
     assert!(
         fixed.stats.held < 1000,

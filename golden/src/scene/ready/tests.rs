@@ -151,7 +151,8 @@ fn the_dvgo_model_is_rendered_in_codes() {
     let float = scene.render_float().unwrap().picture;
     let psnr = fixed.psnr(&float, |_| true).unwrap();
     println!("{psnr:.1} dB");
-    assert!(psnr > 40.0, "{psnr} dB");
+    // What was measured, less 3 dB.
+    assert!(psnr > 74.8, "{psnr} dB");
 }
 
 #[test]
