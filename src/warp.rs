@@ -4,6 +4,7 @@ mod measure;
 mod picture;
 mod report;
 mod source;
+mod tables;
 mod timing;
 mod ways;
 

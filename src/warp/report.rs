@@ -1,17 +1,12 @@
-//! What was found, as a table and as JSON.
+//! What was found, as JSON has it.
 
-use std::path::PathBuf;
-
-use comfy_table::{CellAlignment, Table, presets};
 use potamoi_golden::camera::Camera;
-use potamoi_golden::warp::{Counts, Plan, PlanOptions, ReferenceFrom};
+use potamoi_golden::warp::{Plan, PlanOptions, ReferenceFrom};
 use serde::Serialize;
 
 use super::measure::{FrameFound, Likeness, Measured, Part};
 use super::timing::Timing;
 use super::ways::{Method, Way};
-use crate::say::say;
-use crate::scene::say_not_checked;
 
 /// Version of the JSON report.
 pub(super) const FORMAT_VERSION: u32 = 2;
@@ -51,35 +46,35 @@ pub(super) struct Found {
 /// One way of making the frames.
 #[derive(Serialize)]
 pub(super) struct Variant {
-    name: String,
-    method: &'static str,
-    window: u32,
-    phi_degrees: Option<f64>,
+    pub(super) name: String,
+    pub(super) method: &'static str,
+    pub(super) window: u32,
+    pub(super) phi_degrees: Option<f64>,
     /// Where depth is from.
-    depth: String,
-    references: usize,
+    pub(super) depth: String,
+    pub(super) references: usize,
     /// Frames that were to be warped and were rendered in full.
-    fallbacks: usize,
+    pub(super) fallbacks: usize,
     /// Pixels that the model renders, references included, of those of all
     /// frames in full.
-    rendered_share: f64,
-    frame: Part,
-    foreground: Part,
-    prediction: Option<Prediction>,
+    pub(super) rendered_share: f64,
+    pub(super) frame: Part,
+    pub(super) foreground: Part,
+    pub(super) prediction: Option<Prediction>,
     /// Of the runtime, where it was scheduled or measured.
-    timing: Option<Timing>,
-    frames: Vec<FrameFound>,
-    seconds: f64,
+    pub(super) timing: Option<Timing>,
+    pub(super) frames: Vec<FrameFound>,
+    pub(super) seconds: f64,
 }
 
 /// How far predicted references are from where the camera was.
 #[derive(Serialize)]
-struct Prediction {
-    references: usize,
-    mean_radians: f64,
-    largest_radians: f64,
+pub(super) struct Prediction {
+    pub(super) references: usize,
+    pub(super) mean_radians: f64,
+    pub(super) largest_radians: f64,
     /// In the scene's units.
-    mean_distance: f64,
+    pub(super) mean_distance: f64,
 }
 
 impl Variant {
@@ -128,13 +123,13 @@ impl Variant {
 
     /// By how much the model's own PSNR to ground truth falls, in dB, means of
     /// frames.
-    fn loss(&self, model: Option<&Likeness>) -> Option<f64> {
+    pub(super) fn loss(&self, model: Option<&Likeness>) -> Option<f64> {
         let psnr = |l: Option<&Likeness>| l?.mean_psnr_db;
         Some(psnr(model)? - psnr(self.frame.truth.as_ref())?)
     }
 
     /// The paper's loss in dB, of trained models.
-    fn papers_loss(&self) -> Option<f64> {
+    pub(super) fn papers_loss(&self) -> Option<f64> {
         match (self.method, self.window, self.phi_degrees) {
             ("SpaRW", 6, None) => Some(1.0),
             ("SpaRW", 16, None) => Some(1.4),
@@ -174,255 +169,4 @@ impl Prediction {
             mean_distance: errors.iter().map(|e| e.1).sum::<f64>() / count,
         })
     }
-}
-
-fn number(value: Option<f64>, digits: usize) -> String {
-    value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
-}
-
-fn percent(part: u64, all: u64) -> String {
-    if all == 0 {
-        return "-".to_owned();
-    }
-    format!("{:.1}", 100.0 * part as f64 / all as f64)
-}
-
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
-    table.set_header(header);
-    table
-}
-
-fn print(table: &mut Table) {
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    say!("{table}");
-}
-
-/// Shares of a part in percent: warped, hidden, by angle, at edges, void.
-fn shares(counts: &Counts) -> [String; 5] {
-    let all = counts.total();
-    [
-        percent(counts.warped, all),
-        percent(counts.disoccluded, all),
-        percent(counts.angle, all),
-        percent(counts.edge, all),
-        percent(counts.void, all),
-    ]
-}
-
-impl Found {
-    pub(super) fn print(&self, trace: Option<&PathBuf>) {
-        let mut depths: Vec<&str> = vec![];
-        for variant in &self.variants {
-            if !depths.contains(&variant.depth.as_str()) {
-                depths.push(&variant.depth);
-            }
-        }
-        let pace = self.fps.map(|fps| format!(" at {fps} frames a second"));
-        say!(
-            "{}: {} frames of {} x {}{}, depth from {}",
-            self.scene,
-            self.frames,
-            self.width,
-            self.height,
-            pace.unwrap_or_default(),
-            depths.join(", ")
-        );
-        if let Some(model) = &self.model {
-            say!(
-                "  the model in full against ground truth: {} dB (mean of frames), SSIM {}",
-                number(model.mean_psnr_db, 2),
-                number(model.ssim, 4)
-            );
-        }
-        if let [variant] = &self.variants[..] {
-            Self::print_frames(variant);
-        }
-        self.print_totals();
-        for variant in &self.variants {
-            if let Some(prediction) = &variant.prediction {
-                say!(
-                    "  {}: {} references as predicted, off by {:.4} rad on average, {:.4} at most, \
-                     {:.4} of the scene's units (the paper: below 0.01 rad)",
-                    variant.name,
-                    prediction.references,
-                    prediction.mean_radians,
-                    prediction.largest_radians,
-                    prediction.mean_distance
-                );
-            }
-            if let Some(timing) = &variant.timing {
-                timing.print(&variant.name, trace);
-            }
-        }
-        say_not_checked(&self.not_checked);
-    }
-
-    fn print_frames(variant: &Variant) {
-        let mut all = table(&[
-            "frame",
-            "from",
-            "warped %",
-            "hidden %",
-            "angle %",
-            "edge %",
-            "void %",
-            "of the foreground: warped %",
-            "hidden %",
-            "angle %",
-            "edge %",
-            "void %",
-            "PSNR to model",
-            "SSIM",
-            "of the foreground: PSNR",
-            "SSIM",
-            "PSNR to truth",
-            "SSIM",
-            "of the foreground: PSNR",
-            "SSIM",
-        ]);
-        for frame in &variant.frames {
-            let from = match (frame.reference, frame.fell_back) {
-                (Some(_), true) => "full (fallback)".to_owned(),
-                (Some(reference), false) => format!("R{reference}"),
-                (None, _) => "full".to_owned(),
-            };
-            let Part { model, truth, .. } = &frame.frame;
-            let fore = &frame.foreground;
-            let psnr = |l: &Option<Likeness>, digits| number(l.and_then(|l| l.psnr_db), digits);
-            let ssim = |l: &Option<Likeness>| number(l.and_then(|l| l.ssim), 4);
-            let mut row = vec![frame.number.to_string(), from];
-            row.extend(shares(&frame.frame.pixels));
-            row.extend(shares(&fore.pixels));
-            for likeness in [model, &fore.model, truth, &fore.truth] {
-                row.extend([psnr(likeness, 2), ssim(likeness)]);
-            }
-            all.add_row(row);
-        }
-        print(&mut all);
-    }
-
-    fn print_totals(&self) {
-        let mut quality = table(&[
-            "",
-            "PSNR to truth, dB",
-            "loss, dB",
-            "the paper's",
-            "SSIM",
-            "of the foreground: PSNR",
-            "SSIM",
-            "PSNR to model, dB",
-            "SSIM",
-            "of the foreground: PSNR",
-            "SSIM",
-        ]);
-        let mut pixels = table(&[
-            "",
-            "warped %",
-            "hidden %",
-            "angle %",
-            "edge %",
-            "void %",
-            "of the foreground: warped %",
-            "hidden %",
-            "angle %",
-            "edge %",
-            "void %",
-            "fallbacks",
-            "rendered in all %",
-        ]);
-        for variant in &self.variants {
-            let [frame, fore] = [&variant.frame, &variant.foreground];
-            let mean = |l: Option<Likeness>| number(l.and_then(|l| l.mean_psnr_db), 2);
-            let psnr = |l: Option<Likeness>| number(l.and_then(|l| l.psnr_db), 2);
-            let ssim = |l: Option<Likeness>| number(l.and_then(|l| l.ssim), 4);
-            quality.add_row([
-                variant.name.clone(),
-                mean(frame.truth),
-                number(variant.loss(self.model.as_ref()), 2),
-                variant
-                    .papers_loss()
-                    .map_or_else(String::new, |l| format!("{l:.1}")),
-                ssim(frame.truth),
-                mean(fore.truth),
-                ssim(fore.truth),
-                psnr(frame.model),
-                ssim(frame.model),
-                psnr(fore.model),
-                ssim(fore.model),
-            ]);
-            let mut row = vec![variant.name.clone()];
-            row.extend(shares(&frame.pixels));
-            row.extend(shares(&fore.pixels));
-            row.push(variant.fallbacks.to_string());
-            row.push(format!("{:.1}", 100.0 * variant.rendered_share));
-            pixels.add_row(row);
-        }
-        print(&mut quality);
-        print(&mut pixels);
-        say!(
-            "  loss: by how much the model's own PSNR to ground truth falls; PSNR to truth: means of \
-             frames, to model: of all pixels; the paper's loss is of trained models\n  \
-             rendered in all: pixels that the model renders, references included, of those of all \
-             frames in full"
-        );
-    }
-}
-
-/// What a table of several scenes shows of each.
-type Value = fn(&Found, &Variant) -> Option<f64>;
-
-impl Reports {
-    /// A row a scene, a column a way.
-    pub(super) fn print(&self) {
-        let Some(first) = self.scenes.first() else {
-            return;
-        };
-        let kinds: [(&str, Value); 3] = [
-            ("loss, dB", |f, v| v.loss(f.model.as_ref())),
-            ("PSNR to model, dB", |_, v| v.frame.model?.psnr_db),
-            ("rendered, %", |_, v| Some(100.0 * v.rendered_share)),
-        ];
-        let names: Vec<&str> = first.variants.iter().map(|v| v.name.as_str()).collect();
-        for (what, value) in kinds {
-            let mut header = vec![what, "model to truth, dB"];
-            header.extend(&names);
-            let mut all = table(&header);
-            let mut sums = vec![(0.0, 0u32); names.len() + 1];
-            for found in &self.scenes {
-                let model = found.model.and_then(|m| m.mean_psnr_db);
-                let own = found.variants.iter().map(|v| value(found, v));
-                let row: Vec<Option<f64>> = std::iter::once(model).chain(own).collect();
-                for (sum, v) in sums.iter_mut().zip(&row) {
-                    if let Some(v) = v {
-                        *sum = (sum.0 + v, sum.1 + 1);
-                    }
-                }
-                all.add_row(cells(found.scene.clone(), &row));
-            }
-            let means: Vec<Option<f64>> = sums
-                .iter()
-                .map(|(sum, count)| (*count > 0).then(|| sum / f64::from(*count)))
-                .collect();
-            all.add_row(cells("mean".to_owned(), &means));
-            if what == "loss, dB" {
-                let papers = first.variants.iter().map(Variant::papers_loss);
-                let row: Vec<Option<f64>> = std::iter::once(None).chain(papers).collect();
-                all.add_row(cells("the paper, trained models".to_owned(), &row));
-            }
-            print(&mut all);
-        }
-        for found in self.scenes.iter().filter(|f| !f.not_checked.is_empty()) {
-            say!("{}:", found.scene);
-            say_not_checked(&found.not_checked);
-        }
-    }
-}
-
-fn cells(name: String, values: &[Option<f64>]) -> Vec<String> {
-    let values = values.iter().map(|v| number(*v, 2));
-    std::iter::once(name).chain(values).collect()
 }

@@ -12,7 +12,8 @@ use crate::warp::{Class, Profile, Warper};
 const SIDES: [u32; 2] = [6, 4];
 
 /// Two frames from one place: a step from black to red, half clear, whose depth
-/// is 2 on the left and 3 on the right; the last column is void.
+/// is 2 on the left and 3 on the right; the last column is void, in its last row
+/// with a colour, as at a soft rim.
 fn write(folder: &Path) {
     let frame = |name: &str| {
         format!(
@@ -30,7 +31,10 @@ fn write(folder: &Path) {
     }
     fs::write(folder.join("transforms.json"), text).unwrap();
     let [w, h] = SIDES;
-    let picture = ImageBuffer::from_fn(w, h, |x, _| Rgba([51 * x as u8, 0, 0, 204]));
+    let picture = ImageBuffer::from_fn(w, h, |x, y| {
+        let clear = x == 5 && y < 3;
+        Rgba([51 * x as u8, 0, 0, if clear { 0 } else { 204 }])
+    });
     let depth = ImageBuffer::from_fn(w, h, |x, _| {
         let d = [0.2f32, 0.2, 0.2, 0.3, 0.3, 1.0][x as usize];
         Rgb([d, 7.0, 7.0])
@@ -66,7 +70,9 @@ fn frames_are_over_their_background_and_depths_in_the_units_of_the_poses() {
     assert!(near(shaded.picture.rgb[4], [0.64, 0.1, 0.2]));
     assert!((shaded.depth[6] - 2.0).abs() < 1e-6 && (shaded.depth[10] - 3.0).abs() < 1e-6);
     assert_eq!(shaded.depth[5], f32::INFINITY);
-    assert_eq!(images.depth(&camera).unwrap(), shaded.depth);
+    assert!(shaded.depth[23].is_nan());
+    let bits = |all: &[f32]| all.iter().map(|d| d.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(&images.depth(&camera).unwrap()), bits(&shaded.depth));
     // Of a mask, the rest is background and void.
     let mask = Mask::new(SIDES, |i| i == 4);
     let part = images.shade(&camera, Some(&mask)).unwrap();
@@ -93,15 +99,13 @@ fn a_frame_from_the_same_place_is_warped_whole() {
     let reference = warper.reference(&camera).unwrap();
     let target = warper.target(&reference, &camera, &camera).unwrap();
     for (i, class) in target.classes.iter().enumerate() {
-        let void = i as u32 % SIDES[0] == 5;
-        assert_eq!(
-            *class,
-            if void { Class::Void } else { Class::Warped },
-            "{i}"
-        );
-        if !void {
-            assert_eq!(target.shaded.picture.rgb[i], reference.picture.rgb[i]);
-        }
+        let expected = match i {
+            23 => Class::Edge,
+            i if i as u32 % SIDES[0] == 5 => Class::Void,
+            _ => Class::Warped,
+        };
+        assert_eq!(*class, expected, "{i}");
+        assert_eq!(target.shaded.picture.rgb[i], reference.picture.rgb[i]);
     }
 }
 
