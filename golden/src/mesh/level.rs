@@ -33,22 +33,31 @@ pub fn half_light(density: &dyn Density, lattice: &Lattice, share: f64) -> Optio
     found.get(at as usize).copied()
 }
 
+/// How much a density rises at least where a ray comes upon a surface.
+const RISE: f64 = 1.05;
+
 /// The density where half of the light is stopped, if it is: linear from value
-/// to value.
+/// to value. A ray that begins in what stops it, as in a wall that the box cuts,
+/// has come upon no surface, and begins again where nothing is.
 fn stopped(mut along: impl Iterator<Item = f64>, step: f64) -> Option<f64> {
     let mut rest = std::f64::consts::LN_2;
     // Not a number is not above another.
     let held = |v: f64| if v > 0.0 { v } else { 0.0 };
     let mut here = held(along.next()?);
+    let mut least = here;
     for next in along.map(held) {
         let depth = 0.5 * step * (here + next);
-        if depth >= rest {
+        least = least.min(next);
+        if depth >= rest && next > RISE * least {
             // Of the quadratic equation the root for either sign of the slope:
             // the square of the density grows by twice slope and depth.
             let slope = (next - here) / step;
             return Some((here * here + 2.0 * slope * rest).max(0.0).sqrt());
         }
-        rest -= depth;
+        rest = match rest {
+            0.0 if next == 0.0 => std::f64::consts::LN_2,
+            _ => (rest - depth).max(0.0),
+        };
         here = next;
     }
     None
@@ -75,6 +84,17 @@ mod tests {
         assert!((most - expected).abs() < 1e-9, "{most} {expected}");
         assert!(half_light(&Points(|_| 0.1), &lattice, 0.5).is_none());
         assert!(half_light(&Points(|_| f64::NAN), &lattice, 0.5).is_none());
-        assert_eq!(half_light(&Points(|_| 7.0), &lattice, 0.5).unwrap(), 7.0);
+        assert!(half_light(&Points(|_| 7.0), &lattice, 0.5).is_none());
+    }
+
+    /// A room whose walls the box cuts: its surface is inside, below what the
+    /// walls are throughout.
+    #[test]
+    fn walls_that_the_box_cuts_are_met_from_inside() {
+        let lattice = Lattice::new([DVec3::ZERO, DVec3::ONE], 200).unwrap();
+        let off = |p: DVec3| (p.x - 0.5).abs().max((p.y - 0.5).abs());
+        let room = Points(move |p| ((off(p) - 0.35) * 4000.0).clamp(0.0, 100.0));
+        let level = half_light(&room, &lattice, 0.5).unwrap();
+        assert!(level > 1.0 && level < 99.0, "{level}");
     }
 }
