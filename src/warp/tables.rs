@@ -35,6 +35,20 @@ fn print(table: &mut Table) {
     say!("{table}");
 }
 
+/// Columns of [`shares`] of the frame and of its foreground.
+const SHARES: [&str; 10] = [
+    "warped %",
+    "hidden %",
+    "angle %",
+    "edge %",
+    "void %",
+    "of the foreground: warped %",
+    "hidden %",
+    "angle %",
+    "edge %",
+    "void %",
+];
+
 /// Shares of a part in percent: warped, hidden, by angle, at edges, void.
 fn shares(counts: &Counts) -> [String; 5] {
     let all = counts.total();
@@ -96,28 +110,12 @@ impl Found {
     }
 
     fn print_frames(variant: &Variant) {
-        let mut all = table(&[
-            "frame",
-            "from",
-            "warped %",
-            "hidden %",
-            "angle %",
-            "edge %",
-            "void %",
-            "of the foreground: warped %",
-            "hidden %",
-            "angle %",
-            "edge %",
-            "void %",
-            "PSNR to model",
-            "SSIM",
-            "of the foreground: PSNR",
-            "SSIM",
-            "PSNR to truth",
-            "SSIM",
-            "of the foreground: PSNR",
-            "SSIM",
-        ]);
+        let mut header = vec!["frame", "from"];
+        header.extend(SHARES);
+        for likeness in ["PSNR to model", "PSNR to truth"] {
+            header.extend([likeness, "SSIM", "of the foreground: PSNR", "SSIM"]);
+        }
+        let mut all = table(&header);
         for frame in &variant.frames {
             let from = match (frame.reference, frame.fell_back) {
                 (Some(_), true) => "full (fallback)".to_owned(),
@@ -153,21 +151,10 @@ impl Found {
             "of the foreground: PSNR",
             "SSIM",
         ]);
-        let mut pixels = table(&[
-            "",
-            "warped %",
-            "hidden %",
-            "angle %",
-            "edge %",
-            "void %",
-            "of the foreground: warped %",
-            "hidden %",
-            "angle %",
-            "edge %",
-            "void %",
-            "fallbacks",
-            "rendered in all %",
-        ]);
+        let mut header = vec![""];
+        header.extend(SHARES);
+        header.extend(["fallbacks", "rendered in all %"]);
+        let mut pixels = table(&header);
         for variant in &self.variants {
             let [frame, fore] = [&variant.frame, &variant.foreground];
             let mean = |l: Option<Likeness>| number(l.and_then(|l| l.mean_psnr_db), 2);

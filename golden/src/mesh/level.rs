@@ -54,10 +54,10 @@ fn stopped(mut along: impl Iterator<Item = f64>, step: f64) -> Option<f64> {
             let slope = (next - here) / step;
             return Some((here * here + 2.0 * slope * rest).max(0.0).sqrt());
         }
-        rest = match rest {
-            0.0 if next == 0.0 => std::f64::consts::LN_2,
-            _ => (rest - depth).max(0.0),
-        };
+        rest = (rest - depth).max(0.0);
+        if rest == 0.0 && next == 0.0 {
+            rest = std::f64::consts::LN_2;
+        }
         here = next;
     }
     None

@@ -41,10 +41,20 @@ pub fn of_scene(scene: &Scene, cells: u32) -> Result<Mesh, SceneError> {
 ///
 /// # Errors
 /// 0 or more than 1024 cells, a model with no finite box, a level that is not
-/// finite, or a surface of too many triangles.
+/// finite, or a surface of too many triangles or none.
 pub fn of_scene_at(scene: &Scene, cells: u32, level: f64) -> Result<Mesh, SceneError> {
     with_density(scene, cells, |density, lattice| {
-        Ok(Mesh::of_surface(density, lattice, level)?)
+        let mesh = Mesh::of_surface(density, lattice, level)?;
+        if mesh.triangles().is_empty() {
+            let value = format!("{level}, which no place is above and beside one below");
+            return Err(refuse(
+                scene,
+                "level of the surface",
+                &value,
+                "a level within the density's range",
+            ));
+        }
+        Ok(mesh)
     })
 }
 
@@ -259,13 +269,15 @@ mod tests {
 
     #[test]
     fn surfaces_of_every_kind_of_model_lie_where_the_truth_has_them() {
-        for (name, most, most_differ) in [
-            ("cairn", 0.75, 0.015),
-            ("cairn:tensorf", 0.75, 0.015),
-            ("cairn:efficientnerf", 1.0, 0.025),
-            ("cairn:splats", 1.8, 0.04),
+        for (name, cells, most, most_differ) in [
+            ("cairn", 96, 0.75, 0.015),
+            ("cairn:tensorf", 96, 0.75, 0.015),
+            ("cairn:efficientnerf", 96, 1.0, 0.025),
+            ("cairn:splats", 96, 1.8, 0.04),
+            // From within, cells finer than its own.
+            ("gallery", 200, 0.75, 0.015),
         ] {
-            let (off, differ) = off(name, 96);
+            let (off, differ) = off(name, cells);
             assert!(off < most && differ < most_differ, "{name}: {off} {differ}");
         }
     }
@@ -275,6 +287,8 @@ mod tests {
         let empty = vec![0.0; 8 * Layout::Constant.channels()];
         let grid = Grid::new([2; 3], DVec3::ZERO, 1.0, Layout::Constant, empty).unwrap();
         let cairn = Scene::open("cairn").unwrap();
+        let error = of_scene_at(&cairn, 8, 1e30).unwrap_err().to_string();
+        assert!(error.contains("level of the surface"), "{error}");
         let scene = Scene {
             model: Model::Voxels(Box::new(grid)),
             ..cairn

@@ -199,6 +199,58 @@ mod tests {
         }
     }
 
+    fn grey(width: u32, depth: Vec<f32>) -> Shaded {
+        let height = depth.len() as u32 / width;
+        let level = |i: usize| [i as f32 / 16.0; 3];
+        Shaded {
+            picture: Picture {
+                width,
+                height,
+                rgb: (0..depth.len()).map(level).collect(),
+            },
+            depth,
+        }
+    }
+
+    #[test]
+    fn steps_of_depth_are_edges_and_slopes_are_not() {
+        let at = |depths: [f32; 5]| edges(&grey(5, depths.to_vec()));
+        // A step of 5 % is 2.5 % off the middle of both neighbours.
+        assert_eq!(
+            at([1.0, 1.0, 1.05, 1.05, 1.05]),
+            [false, true, true, false, false]
+        );
+        assert_eq!(at([1.0, 1.0, 1.03, 1.03, 1.03]), [false; 5]);
+        assert_eq!(at([1.0, 1.2, 1.4, 1.6, 1.8]), [false; 5]);
+        let [void, unknown] = [f32::INFINITY, f32::NAN];
+        assert!(at([1.0, 1.0, 1.0, void, void])[2]);
+        assert!(at([1.0, 1.0, 1.0, unknown, 1.0])[2]);
+    }
+
+    /// Between two surfaces the colour is of the one that is shown, as long as a
+    /// quarter of the weight is its.
+    #[test]
+    fn neighbours_of_another_surface_do_not_count() {
+        let here = Camera {
+            width: 4,
+            height: 2,
+            focal: DVec2::splat(4.0),
+            centre: DVec2::new(2.0, 1.0),
+            world_to_camera: glam::DAffine3::IDENTITY,
+        };
+        let reference = grey(4, [1.0, 1.0, 2.0, 2.0].repeat(2));
+        let rule = Profile::Potamoi.rule();
+        let sampler = Sampler::new(&reference, &here, &here, &rule);
+        // Columns 1 and 2, the near surface left of the middle, rows 0 and 1 alike.
+        for (part, expected) in [(0.4, 3.0), (0.7, 3.0), (0.8, 0.0)] {
+            let at = DVec2::new(1.5 + part, 1.0);
+            let found = f64::from(sampler.colour(at, 1.0, 0)[0]) * 16.0;
+            assert!((found - expected).abs() < 1e-6, "{part}: {found}");
+        }
+        assert!(sampler.sees(DVec2::new(1.9, 1.0), 1.0).is_none());
+        assert_eq!(sampler.sees(DVec2::new(1.2, 0.9), 1.0), Some(1));
+    }
+
     #[test]
     fn bilinear_samples_are_where_the_centre_is_and_nearest_ones_are_not() {
         let from = |x: f64| {

@@ -132,6 +132,82 @@ fn a_target_is_the_model_but_where_it_was_warped_and_only_those_rays_are_rendere
     }
 }
 
+/// The ball and its wall, nearer or farther than they are shown, less a rim of a
+/// pixel.
+struct Other {
+    scale: f32,
+    eroded: bool,
+}
+
+impl Geometry for Other {
+    fn depth(&self, camera: &Camera) -> Result<Vec<f32>, WarpError> {
+        let depth = Ball::new().depth(camera)?;
+        let (width, height) = (camera.width as usize, camera.height as usize);
+        let beside_void = |i: usize| {
+            let (x, y) = (i % width, i / width);
+            let rows = y.saturating_sub(1)..(y + 2).min(height);
+            rows.flat_map(|y| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| (x, y)))
+                .any(|(x, y)| is_void(depth[y * width + x]))
+        };
+        let own = |i: usize| match self.eroded && beside_void(i) {
+            true => f32::INFINITY,
+            false => depth[i] * self.scale,
+        };
+        Ok((0..depth.len()).map(own).collect())
+    }
+}
+
+#[test]
+fn what_is_nearer_by_more_than_half_a_percent_is_rendered() {
+    let ball = Ball::new();
+    let (from, to) = (around(0.0), around(0.02));
+    let reference = ball.shade(&from, None).unwrap();
+    let rendered = |scale| {
+        let nearer = Other {
+            scale,
+            eroded: false,
+        };
+        let warper = Warper {
+            renderer: &ball,
+            geometry: Some(&nearer),
+            rule: Profile::Paper.rule(),
+        };
+        let target = warper.target(&reference, &from, &to).unwrap();
+        let counts = Counts::of(&target.classes, |_| true);
+        counts.disoccluded as f64 / (counts.disoccluded + counts.warped) as f64
+    };
+    assert!(rendered(0.999) < 0.2, "{}", rendered(0.999));
+    assert!(rendered(0.99) > 0.9, "{}", rendered(0.99));
+}
+
+/// A geometry without the outermost pixels of the model: they are rendered, not
+/// taken for void.
+#[test]
+fn the_rim_of_a_geometry_is_rendered() {
+    let ball = Ball::new();
+    let (from, to) = (around(0.0), around(0.04));
+    let geometry = Other {
+        scale: 1.0,
+        eroded: true,
+    };
+    let full = ball.shade(&to, None).unwrap();
+    let lost = |rule| {
+        let warper = Warper {
+            renderer: &ball,
+            geometry: Some(&geometry),
+            rule,
+        };
+        let reference = warper.reference(&from).unwrap();
+        let target = warper.target(&reference, &from, &to).unwrap();
+        let classes = target.classes.iter().zip(&full.depth);
+        classes
+            .filter(|(class, depth)| **class == Class::Void && !is_void(**depth))
+            .count()
+    };
+    assert_eq!(lost(Profile::Potamoi.rule()), 0);
+    assert!(lost(Profile::Paper.rule()) > 50);
+}
+
 #[test]
 fn a_known_depth_uncovers_what_shines_through_a_surface_far_off() {
     // Points of the wall land between those of the ball as the camera comes

@@ -301,6 +301,19 @@ fn a_reference_that_never_arrives_is_given_up_and_its_frames_are_rendered() {
     };
     let queued = run(&plan, &Options::new(Poses::AtOnce), Some(&queued));
     assert_eq!(queued.totals.link.bytes, 43);
+    // A server that is still at the first when the others are given up does not begin them.
+    let busy = Remote {
+        timeout: 50,
+        ..self::remote()
+    };
+    let slow = FixedClock {
+        served: 100,
+        ..CLOCK
+    };
+    let options = Options::new(Poses::AtOnce);
+    let busy = schedule(&plan, &warped(12), &slow, &options, Some(&busy)).unwrap();
+    let begun = busy.tasks.iter().filter(|t| t.resource == Resource::Server);
+    assert_eq!(begun.count(), 1);
     // In time, to the nanosecond.
     let kept = Remote {
         timeout: 35,
