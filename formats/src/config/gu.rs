@@ -64,14 +64,31 @@ pub enum WeightTrust {
     Any,
 }
 
+/// How features lie in the banks of the MVoxel feature table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Organisation {
+    /// Bank `b` holds channel `b` of every row: no two reads meet in a bank.
+    #[default]
+    ChannelMajor,
+    /// A bank holds whole rows, row `r` in bank `r mod B`: concurrent ray
+    /// samples meet in banks, and wait for one another.
+    FeatureMajor,
+}
+
 /// The gathering unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GuConfig {
+    /// How features lie in the banks.
+    pub organisation: Organisation,
     /// Banks `B`: channels read in one cycle.
     pub banks: u32,
     /// Ports `M`: entries processed side by side.
     pub ports: u32,
+    /// Lanes `R` of the feature-major organisation: ray samples processed
+    /// side by side.
+    pub lanes: u32,
     /// Kinds of entry.
     pub modes: Modes,
     /// Entry sizes of the structured kind that the unit supports.
@@ -93,8 +110,10 @@ pub struct GuConfig {
 impl Default for GuConfig {
     fn default() -> Self {
         Self {
+            organisation: Organisation::ChannelMajor,
             banks: 32,
             ports: 2,
+            lanes: 16,
             modes: Modes::Both,
             vertices: vec![Vertices::Eight, Vertices::Four, Vertices::Two],
             feature_bits: 16,
