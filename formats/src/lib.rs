@@ -4,6 +4,7 @@
 //! Nothing else is shared between those two: each computes its own constants
 //! and its own arithmetic, so that a mistake in one shows against the other.
 
+pub mod compact;
 pub mod config;
 pub mod fixed;
 pub mod record;

@@ -19,6 +19,7 @@ mod seen;
 #[cfg(test)]
 mod tests;
 
+use potamoi_formats::config::MvoxelConfig;
 use serde::Serialize;
 
 use crate::units::weights::FRACTION_BITS;
@@ -70,27 +71,16 @@ pub(crate) struct Tiling {
     counts: [usize; 3],
 }
 
-/// Vertices an edge of the largest cube that so many rows hold.
-pub(crate) fn cube_edge(rows: u32) -> Option<usize> {
-    // A row number has 16 bits.
-    (2..=40).take_while(|e| e * e * e <= rows as usize).last()
-}
-
-/// Vertices along each axis of an MVoxel with so many rows: cubes of volumes;
-/// rectangles of planes, of twice as many along the first axis or as many
-/// (32 x 16 with 512 rows); all rows of lines. Nothing where the rows do not hold
-/// the vertices of a cell.
+/// Vertices along each axis of an MVoxel with so many rows, as the hardware has
+/// them: [`MvoxelConfig::edges`]. Nothing where the rows do not hold the vertices
+/// of a cell.
 pub(crate) fn edges(points: [usize; 3], rows: u32) -> Option<[usize; 3]> {
-    // A row number has 16 bits.
-    let rows = (rows as usize).min(1 << 16);
-    let edge = match points {
-        [_, 1, 1] => [rows, 1, 1],
-        [_, _, 1] => {
-            let high = 1 << rows.isqrt().max(1).ilog2();
-            [1 << (rows / high).max(1).ilog2(), high, 1]
-        }
-        _ => [cube_edge(rows as u32)?; 3],
+    let axes = match points {
+        [_, 1, 1] => 1,
+        [_, _, 1] => 2,
+        _ => 3,
     };
+    let edge = MvoxelConfig { rows }.edges(axes)?;
     (0..3)
         .all(|a| points[a] == 1 || edge[a] > 1)
         .then_some(edge)

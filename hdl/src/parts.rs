@@ -22,6 +22,21 @@ pub fn popcount(m: &mut ModuleBuilder, bits: &[Signal]) -> Signal {
     })
 }
 
+/// Sum of one or more terms, whose type has room for it, pair by pair.
+pub fn tree_sum(m: &mut ModuleBuilder, terms: &[Signal]) -> Signal {
+    let mut terms = terms.to_vec();
+    while terms.len() > 1 {
+        let pairs = terms.chunks(2);
+        terms = pairs
+            .map(|pair| match pair {
+                [a, b] => m.add(*a, *b),
+                _ => pair[0],
+            })
+            .collect();
+    }
+    terms[0]
+}
+
 /// `a + 1`.
 pub fn plus_one(m: &mut ModuleBuilder, a: Signal) -> Signal {
     let one = m.lit(1, a.ty());

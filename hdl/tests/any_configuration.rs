@@ -23,6 +23,14 @@ fn text(seed: u64) -> String {
     let trusted = pick(&["trusted", "any"]);
     let modes = pick(&["both", "both", "structured", "unstructured"]);
     let vertices = pick(&["[8, 4, 2]", "[8]", "[4, 2]"]);
+    let pipelined = pick(&["false", "true"]);
+    // The rules want cells for these.
+    let (organisation, entry) = match (modes.as_str(), vertices.as_str()) {
+        ("structured", "[8]") => ("parity", pick(&["paper", "compact"])),
+        ("unstructured", _) => ("auto", "paper".to_owned()),
+        _ => ("auto", pick(&["paper", "compact"])),
+    };
+    let cells = organisation == "parity" || entry == "compact";
     let form = pick(&["restoring", "restoring", "restoring", "literal"]);
     let output = pick(&["alpha", "alpha", "general"]);
     let (input, ops) = match (form.as_str(), output.as_str()) {
@@ -44,26 +52,35 @@ fn text(seed: u64) -> String {
     // Sigmoid and softplus are of the iterative form alone.
     let logistic = ops.contains("sigmoid") || ops.contains("softplus");
     format!(
-        "[gu]\nbanks = {}\nports = {ports}\nmodes = \"{modes}\"\nvertices = {vertices}\n\
+        "[gu]\norganisation = \"{organisation}\"\npipelined = {pipelined}\n\
+         banks = {}\nports = {ports}\nmodes = \"{modes}\"\nvertices = {vertices}\n\
          feature_bits = {}\nweight_bits = {}\nweights = \"{trusted}\"\nsegments = {}\n\
-         fifo_depth = {}\ncounter_bits = {}\n[rit]\nentries = {}\nslot_bits = {}\n\
+         fifo_depth = {}\ncounter_bits = {}\n[rit]\nentry = \"{entry}\"\nentries = {}\nslot_bits = {}\n\
          [mvoxel]\nrows = {}\n[vu]\nlanes = {}\nfifo_depth = {}\nops = {ops}\n[vu.exp]\n\
          form = \"{form}\"\noutput = \"{output}\"\ninput = \"{input}\"\niterations = {}\ntail = {}\n\
          iterations_per_clock = {steps}\npipelined = {}\noutput_bits = {}\n\
          one_minus_frac_bits = {}\n",
-        pick(&["1", "3", "8", "33", "64"]),
+        if organisation == "parity" {
+            pick(&["8", "32", "64"])
+        } else {
+            pick(&["1", "3", "8", "33", "64"])
+        },
         pick(&["8", "11", "16"]),
         pick(&["4", "9", "15"]),
         pick(&["1", "2", "8"]),
-        pick(&["3", "8", "17"]),
+        pick(&["4", "8", "17"]),
         pick(&["24", "32"]),
         ports * 8,
-        if modes == "structured" {
+        if modes == "structured" && entry == "paper" {
             pick(&["16", "32"])
         } else {
             "16".to_owned()
         },
-        pick(&["8", "21", "512"]),
+        if cells {
+            pick(&["8", "64", "512"])
+        } else {
+            pick(&["8", "21", "512"])
+        },
         pick(&["1", "3", "24"]),
         pick(&["3", "4", "9"]),
         pick(&["4", "8", "16", "20", "27"]),

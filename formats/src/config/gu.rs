@@ -19,6 +19,66 @@ impl Default for MvoxelConfig {
     }
 }
 
+impl MvoxelConfig {
+    /// Vertices along each axis of a full MVoxel: of a line all rows; of a plane
+    /// a rectangle of twice as many along the first axis or as many (32 x 16 with
+    /// 512 rows); of a volume a cube (8 with 512 rows), of at most 40 an edge.
+    /// Nothing where the rows do not hold a cube of two.
+    #[must_use]
+    pub fn edges(&self, axes: u32) -> Option<[usize; 3]> {
+        // A row number has 16 bits.
+        let rows = (self.rows as usize).min(1 << 16);
+        Some(match axes {
+            0 | 1 => [rows, 1, 1],
+            2 => {
+                let high = 1 << rows.isqrt().max(1).ilog2();
+                [1 << (rows / high).max(1).ilog2(), high, 1]
+            }
+            _ => [(2..=40).take_while(|e| e * e * e <= rows).last()?; 3],
+        })
+    }
+
+    /// Rows from a cell's first vertex to its other ones, in the order of a RIT
+    /// entry (bit 0 of a vertex is x), in an MVoxel of [`MvoxelConfig::edges`].
+    /// Nothing where its rows do not hold a cell.
+    #[must_use]
+    pub fn offsets(&self, vertices: Vertices) -> Option<[u16; MAX_VERTICES]> {
+        let [x, y, z] = self.edges(vertices.log2())?;
+        if x * y * z < vertices.count() || vertices == Vertices::Four && y == 1 {
+            return None;
+        }
+        let mut offsets = [0; MAX_VERTICES];
+        for (v, offset) in offsets.iter_mut().enumerate().take(vertices.count()) {
+            let rows = (v & 1) + (v >> 1 & 1) * x + (v >> 2) * x * y;
+            *offset = u16::try_from(rows).ok()?;
+        }
+        Some(offsets)
+    }
+}
+
+/// What a structured RIT entry says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EntryKind {
+    /// An id and a weight for every vertex: 6 V bytes.
+    #[default]
+    Paper,
+    /// Slot, row of the first vertex, three fractions: 8 bytes. The unit makes
+    /// rows and weights.
+    Compact,
+}
+
+/// How the RIT comes to the unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RitPath {
+    /// The GPU writes it to memory, the unit reads it from there.
+    #[default]
+    Dram,
+    /// Straight from what makes it: no bytes in memory.
+    Direct,
+}
+
 /// The ray index table.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -30,6 +90,10 @@ pub struct RitConfig {
     pub stream_bits: Option<u32>,
     /// Bits of the slot that come back with the features, 16 or 32.
     pub slot_bits: u32,
+    /// What a structured entry says.
+    pub entry: EntryKind,
+    /// How the table comes to the unit.
+    pub path: RitPath,
 }
 
 impl Default for RitConfig {
@@ -38,6 +102,8 @@ impl Default for RitConfig {
             entries: 128,
             stream_bits: None,
             slot_bits: 16,
+            entry: EntryKind::Paper,
+            path: RitPath::Dram,
         }
     }
 }
@@ -68,9 +134,14 @@ pub enum WeightTrust {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Organisation {
-    /// Bank `b` holds channel `b` of every row: no two reads meet in a bank.
+    /// By the channel count: [`Config::organisation`].
     #[default]
+    Auto,
+    /// Bank `b` holds channel `b` of every row: no two reads meet in a bank.
     ChannelMajor,
+    /// Vertices by the parity of x, y and z in eight groups of banks: a cell has
+    /// one in each, so that `C <= B / 8` channels of all eight are read at once.
+    Parity,
     /// A bank holds whole rows, row `r` in bank `r mod B`: concurrent ray
     /// samples meet in banks, and wait for one another.
     FeatureMajor,
@@ -82,6 +153,9 @@ pub enum Organisation {
 pub struct GuConfig {
     /// How features lie in the banks.
     pub organisation: Organisation,
+    /// Channels `C` of the features that the unit is for, if they are known:
+    /// what `organisation = "auto"` chooses by.
+    pub channels: Option<u32>,
     /// Banks `B`: channels read in one cycle.
     pub banks: u32,
     /// Ports `M`: entries processed side by side.
@@ -103,6 +177,9 @@ pub struct GuConfig {
     pub segments: u32,
     /// Beats the feature FIFO holds.
     pub fifo_depth: u32,
+    /// Registers in the reducers' multipliers and from the RIT to the MFT's
+    /// address: a higher clock, later results, as many of them.
+    pub pipelined: bool,
     /// Bits of the cycle and stall counters, which stop at their maximum.
     pub counter_bits: u32,
 }
@@ -110,7 +187,8 @@ pub struct GuConfig {
 impl Default for GuConfig {
     fn default() -> Self {
         Self {
-            organisation: Organisation::ChannelMajor,
+            organisation: Organisation::Auto,
+            channels: None,
             banks: 32,
             ports: 2,
             lanes: 16,
@@ -121,12 +199,127 @@ impl Default for GuConfig {
             weights: WeightTrust::Trusted,
             segments: 8,
             fifo_depth: 8,
+            pipelined: false,
             counter_bits: 32,
         }
     }
 }
 
+/// Bytes of a compact entry.
+const COMPACT_BYTES: usize = 8;
+/// Vertices of a cell, and groups of banks of the parity organisation.
+const CORNERS: u32 = 8;
+
 impl Config {
+    /// The organisation of the banks, and why it is that one.
+    #[must_use]
+    pub fn organisation(&self) -> (Organisation, String) {
+        let gu = &self.gu;
+        let eight_only = gu.modes == Modes::Structured && gu.vertices == [Vertices::Eight];
+        match (gu.organisation, gu.channels) {
+            (Organisation::Auto, None) => (
+                Organisation::ChannelMajor,
+                "gu.channels is not given: one row of B channels a port and cycle".to_owned(),
+            ),
+            (Organisation::Auto, Some(c)) if CORNERS * c > gu.banks => (
+                Organisation::ChannelMajor,
+                format!(
+                    "8 C = {} channels of a cell exceed B = {} banks: one vertex a cycle",
+                    CORNERS * c,
+                    gu.banks
+                ),
+            ),
+            (Organisation::Auto, Some(_)) if !eight_only => (
+                Organisation::ChannelMajor,
+                "entries of other than 8 vertices are asked for: one vertex a cycle".to_owned(),
+            ),
+            (Organisation::Auto, Some(c)) => (
+                Organisation::Parity,
+                format!(
+                    "8 C = {} channels of a cell fit B = {} banks: eight vertices a cycle",
+                    CORNERS * c,
+                    gu.banks
+                ),
+            ),
+            (given, _) => (given, "gu.organisation says so".to_owned()),
+        }
+    }
+
+    /// Whether a cell's eight vertices are read in one cycle.
+    #[must_use]
+    pub fn is_parity(&self) -> bool {
+        self.organisation().0 == Organisation::Parity
+    }
+
+    /// Channels of a segment, hence of a port's part of a feature beat: `B`, or
+    /// an eighth of it where eight vertices are read at once.
+    #[must_use]
+    pub fn lanes_a_port(&self) -> u32 {
+        if self.is_parity() {
+            self.gu.banks / CORNERS
+        } else {
+            self.gu.banks
+        }
+    }
+
+    /// Bytes of one entry of the RIT stream.
+    #[must_use]
+    pub fn entry_bytes(&self, vertices: Vertices) -> usize {
+        match self.rit.entry {
+            EntryKind::Compact if vertices.is_structured() => COMPACT_BYTES,
+            _ => vertices.entry_bytes(),
+        }
+    }
+
+    /// Cycles in which a group of M entries is issued: one a vertex, or one for
+    /// all eight.
+    #[must_use]
+    pub fn issue_cycles(&self, vertices: Vertices) -> u32 {
+        if self.is_parity() {
+            1
+        } else {
+            vertices.count() as u32
+        }
+    }
+
+    /// Vertices of a row of the MFT, hence of a beat of its stream.
+    #[must_use]
+    pub fn vertices_a_row(&self) -> u32 {
+        if self.is_parity() { CORNERS } else { 1 }
+    }
+
+    /// Rows of one half of the MFT.
+    #[must_use]
+    pub fn mft_rows(&self) -> u32 {
+        self.mvoxel.rows.div_ceil(self.vertices_a_row())
+    }
+
+    /// Register stages from the RIT banks' output to the MFT's address: the
+    /// banks' own and the last; one more where pipelined; two more in which the
+    /// weights of a compact entry are made, whose way is short enough as it is.
+    #[must_use]
+    pub fn rit_stages(&self) -> u32 {
+        match self.rit.entry {
+            EntryKind::Paper => 2 + u32::from(self.gu.pipelined),
+            EntryKind::Compact => 4,
+        }
+    }
+
+    /// Cycles from the issue of a group's last vertex to its offer: one each for
+    /// the sum, the rounding and the FIFO, and one for the products where they
+    /// are registered.
+    #[must_use]
+    pub fn gather_latency(&self) -> u32 {
+        3 + u32::from(self.registers_products())
+    }
+
+    /// Whether products are registered before they are summed up: where
+    /// pipelined, and where eight of them are summed up at once.
+    #[must_use]
+    pub fn registers_products(&self) -> bool {
+        self.gu.pipelined || self.is_parity()
+    }
+
     /// Bits of the RIT stream.
     #[must_use]
     pub fn rit_stream_bits(&self) -> u32 {
@@ -148,7 +341,7 @@ impl Config {
     /// Entries that one RIT half holds.
     #[must_use]
     pub fn rit_entries(&self, vertices: Vertices) -> u32 {
-        (self.rit.entries as usize * MAX_VERTICES * WORD_BYTES / vertices.entry_bytes()) as u32
+        (self.rit.entries as usize * MAX_VERTICES * WORD_BYTES / self.entry_bytes(vertices)) as u32
     }
 
     /// Entry sizes that the unit supports, fewest vertices first.
@@ -165,10 +358,11 @@ impl Config {
             .collect()
     }
 
-    /// Segments that `channels` take: `ceil(channels / B)`.
+    /// Segments that `channels` take: `ceil(channels / B)`, in eighths of B where
+    /// eight vertices are read at once.
     #[must_use]
     pub fn segments(&self, channels: usize) -> usize {
-        channels.div_ceil(self.gu.banks as usize)
+        channels.div_ceil(self.lanes_a_port().max(1) as usize)
     }
 
     /// Bits of the reducers' accumulators.
@@ -179,6 +373,63 @@ impl Config {
             WeightTrust::Trusted => exact,
             // Eight codes below 2^(W+1) add four bits.
             WeightTrust::Any => exact + 4,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn cells_of_lines_planes_and_cubes_lie_at_fixed_distances() {
+        let paper = MvoxelConfig::default();
+        assert_eq!(paper.edges(2), Some([32, 16, 1]));
+        assert_eq!(paper.edges(3), Some([8; 3]));
+        let of = |v| paper.offsets(v).unwrap();
+        assert_eq!(of(Vertices::Two)[..2], [0, 1]);
+        assert_eq!(of(Vertices::Four)[..4], [0, 1, 32, 33]);
+        assert_eq!(of(Vertices::Eight), [0, 1, 8, 9, 64, 65, 72, 73]);
+        let few = MvoxelConfig { rows: 7 };
+        assert_eq!(few.offsets(Vertices::Eight), None);
+        assert_eq!(few.offsets(Vertices::Four), Some([0, 1, 2, 3, 0, 0, 0, 0]));
+        assert_eq!(MvoxelConfig { rows: 3 }.offsets(Vertices::Four), None);
+    }
+
+    #[test]
+    fn the_channel_count_chooses_the_organisation() {
+        let of = |text: &str| {
+            let config: Config = toml::from_str(text).unwrap();
+            config.organisation()
+        };
+        let eight = "modes = \"structured\"\nvertices = [8]\n";
+        for (text, chosen, why) in [
+            ("", Organisation::ChannelMajor, "not given"),
+            (
+                "[gu]\nchannels = 4\n",
+                Organisation::ChannelMajor,
+                "other than 8",
+            ),
+            (
+                &format!("[gu]\nchannels = 4\n{eight}"),
+                Organisation::Parity,
+                "8 C = 32",
+            ),
+            (
+                &format!("[gu]\nchannels = 5\n{eight}"),
+                Organisation::ChannelMajor,
+                "exceed B = 32",
+            ),
+            (
+                "[gu]\norganisation = \"feature-major\"\n",
+                Organisation::FeatureMajor,
+                "says so",
+            ),
+        ] {
+            let (found, reason) = of(text);
+            assert_eq!(found, chosen, "{text}");
+            assert!(reason.contains(why), "{reason}");
         }
     }
 }

@@ -16,7 +16,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 pub use exp::{Engine, ExpConfig, ExpForm, ExpOutput};
-pub use gu::{GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, WeightTrust};
+pub use gu::{
+    EntryKind, GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, RitPath, WeightTrust,
+};
 pub use rules::{RuleBreach, RuleBreaches};
 pub use vu::VuConfig;
 

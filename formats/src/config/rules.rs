@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Config, Modes};
+use super::{Config, EntryKind, Modes};
 use crate::rit::Vertices;
 
 mod vector;
@@ -103,10 +103,16 @@ pub fn check(config: &Config) -> RuleBreaches {
         "it turns cycles into time",
     );
     gathering(config, &mut out);
+    organisation(config, &mut out);
     index_table(config, &mut out);
     vector::vector(config, &mut out);
     vector::exponential(config, &mut out);
     out
+}
+
+fn listed(vertices: &[Vertices]) -> String {
+    let counts: Vec<_> = vertices.iter().map(|v| v.count().to_string()).collect();
+    format!("[{}]", counts.join(", "))
 }
 
 fn gathering(config: &Config, out: &mut RuleBreaches) {
@@ -163,9 +169,9 @@ fn gathering(config: &Config, out: &mut RuleBreaches) {
         "gu-fifo-depth",
         "gu.fifo_depth",
         gu.fifo_depth,
-        4,
+        config.gather_latency() + 1,
         1024,
-        "fewer than 4 beats stall single-id entries even with a ready sink",
+        "fewer beats than the latency and one stall entries of one cycle even with a ready sink",
     );
     out.range(
         "gu-counter-bits",
@@ -176,13 +182,6 @@ fn gathering(config: &Config, out: &mut RuleBreaches) {
         "width of the cycle and stall counters",
     );
     if gu.modes != Modes::Unstructured {
-        let listed = || {
-            gu.vertices
-                .iter()
-                .map(|v| v.count().to_string())
-                .collect::<Vec<_>>()
-                .join(", ")
-        };
         let mut unique = gu.vertices.clone();
         unique.sort();
         unique.dedup();
@@ -190,10 +189,56 @@ fn gathering(config: &Config, out: &mut RuleBreaches) {
             !gu.vertices.is_empty() && unique.len() == gu.vertices.len() && !gu.vertices.contains(&Vertices::One),
             "gu-vertices",
             "gu.vertices",
-            format!("[{}]", listed()),
+            listed(&gu.vertices),
             "at least one of 8, 4 and 2, each once; single ids are gu.modes = \"unstructured\" or \"both\"",
         );
     }
+}
+
+fn organisation(config: &Config, out: &mut RuleBreaches) {
+    let gu = &config.gu;
+    out.require(
+        gu.channels.is_none_or(|c| (1..=4096).contains(&c)),
+        "gu-channels",
+        "gu.channels",
+        gu.channels.unwrap_or_default(),
+        "1 to 4096: channels of a feature; or none, where the unit is for any",
+    );
+    if !config.is_parity() {
+        return;
+    }
+    out.require(
+        gu.banks.is_multiple_of(8),
+        "parity-banks",
+        "gu.banks",
+        gu.banks,
+        "a multiple of 8: one group of banks for each parity of x, y and z",
+    );
+    out.require(
+        gu.modes == Modes::Structured,
+        "parity-modes",
+        "gu.modes",
+        match gu.modes {
+            Modes::Structured => "structured",
+            Modes::Unstructured => "unstructured",
+            Modes::Both => "both",
+        },
+        "\"structured\": the parity organisation reads the vertices of cells",
+    );
+    out.require(
+        gu.vertices == [Vertices::Eight],
+        "parity-vertices",
+        "gu.vertices",
+        listed(&gu.vertices),
+        "[8]: a cell has a vertex in each of the eight groups of banks",
+    );
+    out.require(
+        [8, 64, 512, 4096, 32_768].contains(&config.mvoxel.rows),
+        "parity-rows",
+        "mvoxel.rows",
+        config.mvoxel.rows,
+        "8, 64, 512, 4096 or 32768: a cube whose edge is a power of two, so that parities are bits of the row",
+    );
 }
 
 fn index_table(config: &Config, out: &mut RuleBreaches) {
@@ -223,6 +268,28 @@ fn index_table(config: &Config, out: &mut RuleBreaches) {
         "rit.slot_bits",
         rit.slot_bits,
         "16 or 32: the tag of word 0, or those of words 0 and 1",
+    );
+    let compact = rit.entry == EntryKind::Compact;
+    out.require(
+        !compact || config.gu.modes != Modes::Unstructured,
+        "compact-modes",
+        "rit.entry",
+        "compact",
+        "\"paper\", since single ids have no compact form; or gu.modes = \"structured\" or \"both\"",
+    );
+    out.require(
+        !compact || rit.slot_bits == 16,
+        "compact-slot",
+        "rit.slot_bits",
+        rit.slot_bits,
+        "16: what a compact entry has room for",
+    );
+    out.require(
+        !compact || [8, 64, 512].contains(&config.mvoxel.rows),
+        "compact-rows",
+        "mvoxel.rows",
+        config.mvoxel.rows,
+        "8, 64 or 512: what the 9 bits of a compact entry name, of edges that are powers of two",
     );
     out.require(
         rit.slot_bits != 32 || config.gu.modes == Modes::Structured,
@@ -257,6 +324,13 @@ mod tests {
             "[rit]\nstream_bits = 80",
             "[rit]\nslot_bits = 24",
             "[rit]\nslot_bits = 32",
+            "[gu]\nchannels = 0",
+            "[gu]\norganisation = \"parity\"",
+            "[gu]\norganisation = \"parity\"\nbanks = 12\nmodes = \"structured\"\nvertices = [8]",
+            "[gu]\norganisation = \"parity\"\nmodes = \"structured\"\nvertices = [8]\n[mvoxel]\nrows = 216",
+            "[rit]\nentry = \"compact\"\n[gu]\nmodes = \"unstructured\"",
+            "[rit]\nentry = \"compact\"\nslot_bits = 32\n[gu]\nmodes = \"structured\"",
+            "[rit]\nentry = \"compact\"\n[mvoxel]\nrows = 1024",
             "[vu]\nlanes = 0",
             "[vu]\nfifo_depth = 1",
             "[vu]\nops = [\"exp\", \"exp\"]",

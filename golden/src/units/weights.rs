@@ -53,9 +53,79 @@ pub fn trilinear([x, y, z]: [u16; 3], weight_bits: u32) -> [u16; 8] {
     sums
 }
 
+/// The fractions along x, y and z whose split tree gives the first `count` of
+/// `weights`: what a compact RIT entry says of them. 0 along axes that there are
+/// not; the lowest ones where several give the same weights, as with few bits.
+/// Nothing where no fractions give them.
+#[must_use]
+pub fn fractions(weights: &[u16; 8], count: usize, weight_bits: u32) -> Option<[u16; 3]> {
+    let mut sums = weights.map(u32::from);
+    let mut found = [0; 3];
+    let mut pairs = count / 2;
+    // The splits backwards: x, then y, then z.
+    for fraction in found.iter_mut().take(count.ilog2() as usize) {
+        let (mut least, mut most) = (0, 1u32 << FRACTION_BITS);
+        for pair in sums[..2 * pairs].chunks_exact(2) {
+            let (high, sum) = (pair[1], pair[0] + pair[1]);
+            if sum == 0 {
+                continue;
+            }
+            // high <= sum u + 1/2 < high + 1, in units of 2^-12.
+            let half = 1 << (FRACTION_BITS - 1);
+            let low = (high << FRACTION_BITS).saturating_sub(half).div_ceil(sum);
+            let past = ((high + 1) << FRACTION_BITS)
+                .saturating_sub(half)
+                .div_ceil(sum);
+            (least, most) = (least.max(low), most.min(past.checked_sub(1)?));
+        }
+        if least > most {
+            return None;
+        }
+        *fraction = least as u16;
+        for i in 0..pairs {
+            sums[i] = sums[2 * i] + sums[2 * i + 1];
+        }
+        pairs /= 2;
+    }
+    (sums[0] == u32::from(one(weight_bits))).then_some(found)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Of every tree, in every width; not of weights that are none.
+    #[test]
+    fn fractions_are_found_again() {
+        for bits in 4..=15 {
+            for fraction in fractions_of_cells() {
+                let [x, y, z] = fraction;
+                let eight = trilinear(fraction, bits);
+                let found = super::fractions(&eight, 8, bits).unwrap_or([u16::MAX; 3]);
+                assert_eq!(trilinear(found, bits), eight, "{fraction:?} {bits}");
+                if bits == 15 && [x, y, z].iter().all(|f| (1..4096).contains(f)) {
+                    assert_eq!(found, fraction);
+                }
+                let mut four = [0; 8];
+                four[..4].copy_from_slice(&bilinear([x, y], bits));
+                let found = super::fractions(&four, 4, bits).unwrap_or([u16::MAX; 3]);
+                assert_eq!(
+                    (bilinear([found[0], found[1]], bits), found[2]),
+                    (four[..4].try_into().unwrap_or([0; 4]), 0)
+                );
+                let mut two = [0; 8];
+                two[..2].copy_from_slice(&linear(x, bits));
+                let found = super::fractions(&two, 2, bits).unwrap_or([u16::MAX; 3]);
+                assert_eq!(linear(found[0], bits), two[..2]);
+            }
+        }
+        let mut off = trilinear([100, 2000, 3000], 15);
+        off[3] += 1;
+        assert_eq!(super::fractions(&off, 8, 15), None);
+        off[2] -= 1;
+        assert_eq!(super::fractions(&off, 8, 15), None);
+        assert_eq!(super::fractions(&[0; 8], 8, 15), None);
+    }
 
     /// The sum of the weights' errors, in units of 2^-W.
     fn off(fraction: [u16; 3], weight_bits: u32, weights: [u16; 8]) -> f64 {
@@ -68,7 +138,7 @@ mod tests {
             .sum()
     }
 
-    fn fractions() -> impl Iterator<Item = [u16; 3]> {
+    fn fractions_of_cells() -> impl Iterator<Item = [u16; 3]> {
         let faces = [0, 1, 2048, 4095, 4096];
         let on_faces = faces.into_iter().flat_map(move |x| {
             faces
@@ -87,7 +157,7 @@ mod tests {
     fn split_trees_are_exact_in_sum_and_close_in_each() {
         for bits in [4, 8, 12, 15] {
             let mut worst = 0.0f64;
-            for fraction in fractions() {
+            for fraction in fractions_of_cells() {
                 let w = trilinear(fraction, bits);
                 let sum: u32 = w.iter().map(|w| u32::from(*w)).sum();
                 assert_eq!(sum, 1 << bits, "{fraction:?}");
@@ -152,7 +222,7 @@ mod tests {
     #[test]
     fn weights_rounded_alone_do_not_sum_to_one() {
         let (mut wrong, mut count) = (0, 0);
-        for fraction in fractions() {
+        for fraction in fractions_of_cells() {
             let [x, y, z] = fraction.map(|f| f64::from(f) / 4096.0);
             let side = |bit: usize, u: f64| if bit == 1 { u } else { 1.0 - u };
             let sum: f64 = (0..8)

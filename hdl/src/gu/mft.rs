@@ -1,6 +1,11 @@
 //! The MVoxel feature table: double buffered and channel-major. Bank `b` holds
 //! channel `b` of every row, so that M rows are read across all banks without
 //! a conflict and without a crossbar.
+//!
+//! In the parity organisation a row holds the eight vertices of a block of
+//! 2 x 2 x 2, each in an eighth of the banks. The vertices of a cell have all eight
+//! parities of x, y and z, so that they are in different groups of banks, and each
+//! group reads its own row.
 
 use std::sync::Arc;
 
@@ -14,21 +19,29 @@ use crate::parts::{bits_for, plus_one, ram, suffix};
 /// # Errors
 /// The netlist's own checks.
 pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
-    let (banks, ports, rows) = (config.gu.banks, config.gu.ports, config.mvoxel.rows);
+    let (banks, ports, rows) = (config.gu.banks, config.gu.ports, config.mft_rows());
+    let groups = config.vertices_a_row();
     let bits = config.gu.feature_bits;
     let index_bits = bits_for(rows - 1);
     let bank = ram("mft_bank", (1 << index_bits) + rows, bits, ports)?;
     let mut builder = ModuleBuilder::new("mft");
     let m = &mut builder;
-    m.doc(
-        "double-buffered, channel-major MVoxel feature table. Bank b holds channel b of every row.",
-    );
+    m.doc(if groups == 1 {
+        "double-buffered, channel-major MVoxel feature table. Bank b holds channel b of every row."
+    } else {
+        "double-buffered MVoxel feature table by parity. A row is a block of 2 x 2 x 2 vertices, \
+         each in an eighth of the banks: first the one that is even along x, y and z."
+    });
     let bit = Ty::bit();
     let valid = m.input("s_axis_mft_tvalid", bit, "");
     let data = m.input(
         "s_axis_mft_tdata",
         Ty::u(16 * banks),
-        "one row, channel 0 lowest",
+        if groups == 1 {
+            "one row, channel 0 lowest"
+        } else {
+            "one row: vertices by parity, x lowest, channel 0 of each lowest"
+        },
     );
     let last = m.input(
         "s_axis_mft_tlast",
@@ -36,7 +49,15 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "ends the MVoxel's rows of this segment",
     );
     let read = m.input("read", bit, "reads the rows at the clock edge");
-    let read_rows = m.input("read_row", Ty::u(16 * ports), "row of each port");
+    let read_rows = m.input(
+        "read_row",
+        Ty::u(16 * ports * groups),
+        if groups == 1 {
+            "row of each port"
+        } else {
+            "vertex of each port and group of banks: z, y and x of its place"
+        },
+    );
     let keep = m.input("read_keep", Ty::u(ports), "ports that hold an entry");
     let release = m.input("done", bit, "the half that is read is done with");
     if bits < 16 {
@@ -96,23 +117,42 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let is_loaded = m.mux(read_half, loaded[1], loaded[0]);
     let read_count = m.mux(read_half, count[1], count[0]);
     let read_count = m.name(read_count, "read_count");
+    let axis_bits = config.mvoxel.edges(3).map_or(1, |[edge, ..]| edge.ilog2());
     let mut in_range = vec![];
     let mut read_ports = vec![];
     for p in 0..ports {
-        let row = m.slice(read_rows, 16 * p, 16);
-        let row = m.name(row, &format!("row{p}"));
-        let row_wide = m.extend(row, 17);
-        let count_wide = m.extend(read_count, 17);
-        let ok = m.lt(row_wide, count_wide);
-        let ok = m.name(ok, &format!("row{p}_in_range"));
-        in_range.insert(0, ok);
         let kept = m.bit(keep, p);
-        let en = m.all_of(&[read, kept, ok]);
-        let en = m.name(en, &format!("read{p}"));
-        let index = m.slice(row, 0, index_bits.min(16));
-        let address = m.cat(&[read_half, index]);
-        let address = m.name(address, &format!("address{p}"));
-        read_ports.push((en, address));
+        for g in 0..groups {
+            let of = match groups {
+                1 => p.to_string(),
+                _ => format!("{p}_{g}"),
+            };
+            let given = m.slice(read_rows, 16 * (p * groups + g), 16);
+            let (row, here) = match groups {
+                1 => (given, None),
+                _ => {
+                    let (row, parity) = block(m, given, axis_bits);
+                    let own = m.lit(g, parity.ty());
+                    (row, Some(m.eq(parity, own)))
+                }
+            };
+            let row = m.name(row, &format!("row{of}"));
+            let row_wide = m.extend(row, 17);
+            let count_wide = m.extend(read_count, 17);
+            let below = m.lt(row_wide, count_wide);
+            let ok = match here {
+                Some(here) => m.and(below, here),
+                None => below,
+            };
+            let ok = m.name(ok, &format!("row{of}_in_range"));
+            in_range.insert(0, ok);
+            let en = m.all_of(&[read, kept, ok]);
+            let en = m.name(en, &format!("read{of}"));
+            let index = m.slice(row, 0, index_bits.min(row.width()));
+            let address = m.cat(&[read_half, index]);
+            let address = m.name(address, &format!("address{of}"));
+            read_ports.push((en, address));
+        }
     }
     let write_index = m.slice(write_row, 0, index_bits);
     let write_address = m.cat(&[write_half, write_index]);
@@ -131,7 +171,9 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
             })
             .collect();
         let mut inputs = vec![("we", write), ("waddr", write_address), ("wdata", lane)];
-        for ((re, raddr), (en, address)) in names.iter().zip(&read_ports) {
+        let own = (b / (banks / groups)) as usize;
+        let of_group = read_ports.iter().skip(own).step_by(groups as usize);
+        for ((re, raddr), (en, address)) in names.iter().zip(of_group) {
             inputs.push((re, *en));
             inputs.push((raddr, *address));
         }
@@ -146,7 +188,11 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.output("s_axis_mft_tready", ready, "");
     m.output("is_loaded", is_loaded, "the half to read holds its MVoxel");
     let joined = m.cat(&in_range);
-    m.output("in_range", joined, "ports whose row was loaded");
+    let doc = match groups {
+        1 => "ports whose row was loaded",
+        _ => "ports and groups of banks whose vertex was loaded",
+    };
+    m.output("in_range", joined, doc);
     for (p, parts) in words.iter().enumerate() {
         let joined = m.cat(parts);
         m.output(
@@ -161,4 +207,20 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "a row past the MVoxel's rows is dropped",
     );
     builder.finish()
+}
+
+/// The row of a vertex and its parities, from its place along z, y and x with so
+/// many bits each.
+fn block(m: &mut ModuleBuilder, place: Signal, bits: u32) -> (Signal, Signal) {
+    let (mut halves, mut parity) = (vec![], vec![]);
+    for axis in 0..3 {
+        parity.insert(0, m.bit(place, axis * bits));
+        if bits > 1 {
+            halves.insert(0, m.slice(place, axis * bits + 1, bits - 1));
+        }
+    }
+    if 3 * bits < 16 {
+        halves.insert(0, m.slice(place, 3 * bits, 16 - 3 * bits));
+    }
+    (m.cat(&halves), m.cat(&parity))
 }

@@ -4,6 +4,8 @@ mod mft;
 mod reducer;
 mod report;
 mod rit_buffer;
+mod rit_cell;
+mod rit_pick;
 mod rit_reader;
 mod rit_shape;
 mod rit_writer;

@@ -1,18 +1,22 @@
-//! One reducer: a multiply-accumulate for one channel of one port.
+//! The reducers: a multiply-accumulate for one channel of one port, over an
+//! entry's vertices one after the other, or over all eight of a cell at once.
 
 use std::sync::Arc;
 
 use num_bigint::BigInt;
 use potamoi_formats::config::{Config, Modes, WeightTrust};
 use potamoi_formats::fixed::Rounding;
+use potamoi_formats::rit::MAX_VERTICES;
 
-use crate::ir::{IrErrors, Module, ModuleBuilder, Ty};
+use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use crate::parts::tree_sum;
 
 /// Builds `reducer`: `acc` holds the exact weighted sum of an entry's
 /// features; `result` is it rounded once, half-even, by W bits.
 ///
 /// In a unit without structured entries there is nothing to reduce: the
-/// feature is registered, at the same latency.
+/// feature is registered, at the same latency. Where products are registered,
+/// `sum` and `first` come a cycle after `valid`.
 ///
 /// # Errors
 /// The netlist's own checks; the range analysis proves the accumulator.
@@ -24,14 +28,20 @@ pub(super) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let feature = m.input("feature", Ty::s(features), "");
     if gu.modes == Modes::Unstructured {
         m.doc("Registers a feature: single ids need no reduction.");
-        let held = m.reg("held", Ty::s(features), 0);
+        let mut held = m.reg("held", Ty::s(features), 0);
         m.set_next_if(held, valid, feature);
+        if config.registers_products() {
+            let sum = m.input("sum", Ty::bit(), "the feature is held a second time");
+            let again = m.reg("held_again", Ty::s(features), 0);
+            m.set_next_if(again, sum, held);
+            held = again;
+        }
         let result = m.as_unsigned(held);
-        m.output("result", result, "one cycle later");
+        m.output("result", result, "the feature");
         return m.finish();
     }
     m.doc("Multiply-accumulate of one channel over an entry's vertices, rounded once.");
-    let first = m.input("first", Ty::bit(), "vertex 0: starts a new sum");
+    let first = m.input("first", Ty::bit(), "the term of vertex 0: starts a new sum");
     let weight = m.input("weight", Ty::u(weights + 1), &format!("U1.{weights}"));
     let acc_bits = config.accumulator_bits();
     let acc = m.reg("acc", Ty::s(acc_bits), 0);
@@ -58,10 +68,17 @@ pub(super) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
         term
     };
     let term = m.name(term, "term");
-    let sum = m.add(acc, term);
-    let sum = m.name(sum, "sum");
-    let next = m.mux(first, term, sum);
-    m.set_next_if(acc, valid, next);
+    let (term, summed) = if config.registers_products() {
+        let held = m.reg("held_term", term.ty(), 0);
+        m.set_next_if(held, valid, term);
+        (held, m.input("sum", Ty::bit(), "the term is summed up"))
+    } else {
+        (term, valid)
+    };
+    let total_so_far = m.add(acc, term);
+    let total_so_far = m.name(total_so_far, "total_so_far");
+    let next = m.mux(first, term, total_so_far);
+    m.set_next_if(acc, summed, next);
     let total = BigInt::from(1) << weights;
     match gu.weights {
         WeightTrust::Trusted => {
@@ -69,10 +86,50 @@ pub(super) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
         }
         WeightTrust::Any => m.accumulator(acc, term, 8, "an entry has at most 8 vertices"),
     }
-    let rounded = m.round(acc, weights, Rounding::HalfEven);
-    let rounded = m.name(rounded, "rounded");
-    let held = m.saturate(rounded, Ty::s(features));
-    let result = m.as_unsigned(held);
+    let result = rounded_once(&mut m, config, acc);
     m.output("result", result, "the sum so far, rounded and saturated");
     m.finish()
+}
+
+/// Builds `cell_reducer`: the weighted sum of all eight vertices of a cell at once.
+/// Products are registered with `valid`, their sum with `sum`.
+///
+/// # Errors
+/// The netlist's own checks.
+pub(super) fn cell_reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
+    let gu = &config.gu;
+    let (features, weights) = (gu.feature_bits, gu.weight_bits);
+    let mut m = ModuleBuilder::new("cell_reducer");
+    m.doc("Weighted sum of one channel over the eight vertices of a cell, rounded once.");
+    let valid = m.input("valid", Ty::bit(), "features and weights are given");
+    let sum = m.input("sum", Ty::bit(), "the products are summed up");
+    // Eight products of any codes.
+    let wide = Ty::s(features + weights + 4);
+    let mut products = vec![];
+    for v in 0..MAX_VERTICES {
+        let feature = m.input(&format!("feature{v}"), Ty::s(features), "");
+        let doc = format!("U1.{weights}");
+        let weight = m.input(&format!("weight{v}"), Ty::u(weights + 1), &doc);
+        let weight = m.extend(weight, weights + 2);
+        let weight = m.as_signed(weight);
+        let product = m.mul(feature, weight);
+        let held = m.reg(&format!("product{v}"), product.ty(), 0);
+        m.set_next_if(held, valid, product);
+        products.push(m.extend(held, wide.width));
+    }
+    let total = tree_sum(&mut m, &products);
+    let acc = m.reg("acc", wide, 0);
+    m.set_next_if(acc, sum, total);
+    let result = rounded_once(&mut m, config, acc);
+    m.output("result", result, "the sum, rounded and saturated");
+    m.finish()
+}
+
+/// A sum rounded half-even by W bits.
+fn rounded_once(m: &mut ModuleBuilder, config: &Config, acc: Signal) -> Signal {
+    let gu = &config.gu;
+    let rounded = m.round(acc, gu.weight_bits, Rounding::HalfEven);
+    let rounded = m.name(rounded, "rounded");
+    let held = m.saturate(rounded, Ty::s(gu.feature_bits));
+    m.as_unsigned(held)
 }

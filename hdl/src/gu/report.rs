@@ -1,11 +1,11 @@
 //! What the unit counts, and what it refuses.
 
-use potamoi_formats::config::{Config, Modes, WeightTrust};
+use potamoi_formats::config::{Config, EntryKind, Modes, WeightTrust};
 use potamoi_formats::rit::Vertices;
 
 use super::top::{Ports, Stage};
 use crate::ir::{Instance, ModuleBuilder, Signal, Ty};
-use crate::parts::{counter, is, popcount, sticky};
+use crate::parts::{counter, is, popcount, sticky, tree_sum};
 
 /// Signals that the counters watch.
 pub(super) struct Stats {
@@ -69,31 +69,52 @@ pub(super) fn errors(
     let mut one = None;
     let structured = m.not(single);
     let structured = m.name(structured, "structured");
+    let groups = config.vertices_a_row();
+    // Weights that the unit makes itself are right.
+    let given = gu.modes != Modes::Unstructured && config.rit.entry == EntryKind::Paper;
     for p in 0..gu.ports {
         let kept = m.bit(s1.keep, p);
-        let ok = m.bit(s1.in_range, p);
+        let ok = m.slice(s1.in_range, p * groups, groups);
+        let ok = m.all(ok);
         let outside = m.not(ok);
         range.push(m.and(kept, outside));
-        if gu.modes == Modes::Unstructured {
+        if !given {
             continue;
         }
-        let code = m.slice(s1.weight, 16 * p, 16);
+        let codes: Vec<_> = (0..groups)
+            .map(|g| m.slice(s1.weight, 16 * (p * groups + g), 16))
+            .collect();
         if gu.weight_bits < 15 {
-            let above = m.slice(code, gu.weight_bits + 1, 15 - gu.weight_bits);
+            let above: Vec<_> = codes
+                .iter()
+                .map(|code| m.slice(*code, gu.weight_bits + 1, 15 - gu.weight_bits))
+                .collect();
+            let above = m.cat(&above);
             let above = m.any(above);
             high.push(m.all_of(&[kept, structured, above]));
         }
         if gu.weights == WeightTrust::Trusted {
             // Eight codes of W + 1 bits.
             let ty = Ty::u(gu.weight_bits + 4);
-            let weight = m.slice(code, 0, gu.weight_bits + 1);
-            let weight = m.extend(weight, ty.width);
+            let weights: Vec<_> = codes
+                .iter()
+                .map(|code| {
+                    let weight = m.slice(*code, 0, gu.weight_bits + 1);
+                    m.extend(weight, ty.width)
+                })
+                .collect();
+            let weight = tree_sum(m, &weights);
             let weight = m.name(weight, &format!("s1_weight_of_port{p}"));
-            let total = m.reg(&format!("weight_total{p}"), ty, 0);
-            let more = m.add(total, weight);
-            let sum = m.mux(s1.first, weight, more);
-            let sum = m.name(sum, &format!("weight_sum{p}"));
-            m.set_next_if(total, s1.valid, sum);
+            let sum = if groups == 1 {
+                let total = m.reg(&format!("weight_total{p}"), ty, 0);
+                let more = m.add(total, weight);
+                let sum = m.mux(s1.first, weight, more);
+                let sum = m.name(sum, &format!("weight_sum{p}"));
+                m.set_next_if(total, s1.valid, sum);
+                sum
+            } else {
+                weight
+            };
             let doc = "what an entry's weights sum to";
             let one =
                 *one.get_or_insert_with(|| m.param("WEIGHT_ONE", 1u32 << gu.weight_bits, ty, doc));

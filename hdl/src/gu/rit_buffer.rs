@@ -79,8 +79,8 @@ pub(super) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
         words.push(m.out(inst, "rdata"));
     }
 
-    m.section("Stage P: id and weight of the vertex, picked and registered");
-    reader.pick(m, &shape, &read, vertices, &words, take);
+    m.section("Stages to P: row, weight and slot, picked or made, and registered");
+    reader.give(m, &shape, &read, vertices, &words);
 
     m.section("Stream and error outputs");
     m.output("s_axis_rit_tready", write.ready, "");

@@ -1,8 +1,12 @@
-//! The read side of the RIT buffer: stages Q (the banks' output) and P.
+//! The read side of the RIT buffer: what is read when, and the stages from Q (the
+//! banks' output) to P (what is issued). What they carry: `rit_pick.rs`.
 
 use super::rit_shape::{Halves, Shape, of_half};
 use crate::ir::{ModuleBuilder, Signal, Ty};
 use crate::parts::{is, ones, plus_one};
+
+/// Names of the stages between Q and P.
+const BETWEEN: [&str; 2] = ["e", "f"];
 
 /// Registers of the reader.
 pub(super) struct Reader {
@@ -12,22 +16,22 @@ pub(super) struct Reader {
     vertex: Signal,
     segment: Signal,
     start_half: Signal,
-    q: Stage,
-    p: Stage,
+    /// From Q to P.
+    stages: Vec<Stage>,
 }
 
 /// What travels with a vertex.
 #[derive(Clone, Copy)]
-struct Stage {
-    valid: Signal,
-    vertex: Signal,
-    group: Signal,
+pub(super) struct Stage {
+    pub(super) valid: Signal,
+    pub(super) vertex: Signal,
+    pub(super) group: Signal,
     /// Vertex 0 and V-1 of the group.
-    first: Signal,
-    last: Signal,
+    pub(super) first: Signal,
+    pub(super) last: Signal,
     /// The group is the last of its MVoxel and segment.
-    end: Signal,
-    keep: Signal,
+    pub(super) end: Signal,
+    pub(super) keep: Signal,
 }
 
 /// What the rest of the buffer needs of a read.
@@ -35,7 +39,8 @@ pub(super) struct Read {
     pub(super) row_enable: Signal,
     pub(super) address: Signal,
     pub(super) release: [Signal; 2],
-    take_q: Signal,
+    /// Of each stage but Q, that it takes over what the one before it holds.
+    pub(super) fills: Vec<Signal>,
 }
 
 impl Stage {
@@ -73,6 +78,12 @@ impl Reader {
         let segment = m.reg("read_segment", Ty::u(7), 0);
         let start_half = m.reg("read_start_half", Ty::bit(), 0);
         m.note(start_half, "half in which the MVoxel begins");
+        let between = &BETWEEN[..shape.between as usize];
+        let names = ["q"].into_iter().chain(between.iter().copied());
+        let stages = names
+            .chain(["p"])
+            .map(|name| Stage::declare(m, shape, name))
+            .collect();
         Self {
             half,
             row,
@@ -80,9 +91,41 @@ impl Reader {
             vertex,
             segment,
             start_half,
-            q: Stage::declare(m, shape, "q"),
-            p: Stage::declare(m, shape, "p"),
+            stages,
         }
+    }
+
+    /// The stages, from Q to P.
+    pub(super) fn stages(&self) -> &[Stage] {
+        &self.stages
+    }
+
+    /// Moves what the stages behind Q hold, as far as there is room; gives of
+    /// each that it is filled, and that Q is free.
+    fn follow(&self, m: &mut ModuleBuilder, take: Signal) -> (Vec<Signal>, Signal) {
+        let mut moves_on = take;
+        let mut fills = vec![];
+        let between = BETWEEN[..self.stages.len() - 2].iter().rev();
+        let names = ["p"].iter().chain(between);
+        for (pair, name) in self.stages.windows(2).rev().zip(names) {
+            let (before, stage) = (pair[0], pair[1]);
+            let empty = m.not(stage.valid);
+            let free = m.or(empty, moves_on);
+            let free = m.name(free, &format!("{name}_free"));
+            let fill = m.and(free, before.valid);
+            let fill = m.name(fill, &format!("{name}_fill"));
+            let idle = m.not(moves_on);
+            let stays = m.and(stage.valid, idle);
+            let valid = m.or(fill, stays);
+            m.set_next(stage.valid, valid);
+            for (reg, value) in stage.fields().into_iter().zip(before.fields()) {
+                m.set_next_if(reg, fill, value);
+            }
+            fills.push(fill);
+            moves_on = free;
+        }
+        fills.reverse();
+        (fills, moves_on)
     }
 
     /// Moves the reader and stage Q.
@@ -95,11 +138,10 @@ impl Reader {
         segments: Signal,
         take: Signal,
     ) -> Read {
-        let p_empty = m.not(self.p.valid);
-        let take_q = m.or(p_empty, take);
-        let take_q = m.name(take_q, "p_free");
-        let q_empty = m.not(self.q.valid);
-        let q_free = m.or(q_empty, take_q);
+        let q = self.stages[0];
+        let (fills, q_moves) = self.follow(m, take);
+        let q_empty = m.not(q.valid);
+        let q_free = m.or(q_empty, q_moves);
         let q_free = m.name(q_free, "q_free");
 
         let end_row = of_half(m, self.half, halves.end_row);
@@ -130,7 +172,7 @@ impl Reader {
         let fire = m.name(fire, "read_fire");
         let first = is(m, self.vertex, 0);
         let first = m.name(first, "read_first");
-        let top = shape.by_vertices(m, vertices, |m, v| m.lit(v.count() as u32 - 1, Ty::u(3)));
+        let top = shape.by_vertices(m, vertices, |m, v| m.lit(shape.issues(v) - 1, Ty::u(3)));
         let top = m.name(top, "last_vertex_of_entry");
         let last = m.eq(self.vertex, top);
         let last = m.name(last, "read_last");
@@ -194,7 +236,6 @@ impl Reader {
         let last_keep = of_half(m, self.half, halves.last_keep);
         let keep = m.mux(half_ends, last_keep, all_ports);
 
-        let q = self.q;
         let still = m.not(q_free);
         let q_stays = m.and(q.valid, still);
         let q_valid = m.or(fire, q_stays);
@@ -212,97 +253,7 @@ impl Reader {
             row_enable,
             address,
             release,
-            take_q,
-        }
-    }
-
-    /// Picks id and weight of Q's vertex for every port and registers them.
-    pub(super) fn pick(
-        &self,
-        m: &mut ModuleBuilder,
-        shape: &Shape,
-        read: &Read,
-        vertices: Signal,
-        words: &[Signal],
-        take: Signal,
-    ) {
-        let (q, p) = (self.q, self.p);
-        let fill = m.and(read.take_q, q.valid);
-        let fill = m.name(fill, "p_fill");
-        let idle = m.not(take);
-        let p_stays = m.and(p.valid, idle);
-        let p_valid = m.or(fill, p_stays);
-        m.set_next(p.valid, p_valid);
-        for (reg, value) in p.fields().into_iter().zip(q.fields()) {
-            m.set_next_if(reg, fill, value);
-        }
-        let vertex_0 = m.and(fill, q.first);
-        let vertex_0 = m.name(vertex_0, "p_fill_vertex_0");
-        let vertex_is_1 = is(m, q.vertex, 1);
-        let vertex_1 = m.and(fill, vertex_is_1);
-        let mut outputs: [Vec<Signal>; 3] = Default::default();
-        for port in 0..shape.ports {
-            let names = ["row", "tag", "weight"];
-            let halfword = |m: &mut ModuleBuilder, j: u32| {
-                let what = names[j as usize];
-                let s = shape.by_vertices(m, vertices, |m, v| {
-                    let size = Shape::entry_halfwords(v);
-                    let (count, groups) = (v.count() as u32, shape.groups(v));
-                    let word = if v.is_structured() { 3 } else { 2 };
-                    if j >= word {
-                        return m.lit(0, Ty::u(16));
-                    }
-                    let of_group: Vec<_> = (0..groups)
-                        .map(|g| {
-                            let options: Vec<_> = (0..count)
-                                .map(|x| {
-                                    words[(g * shape.ports * size + port * size + x * word + j)
-                                        as usize]
-                                })
-                                .collect();
-                            let of_vertex = m.select(q.vertex, &options);
-                            m.name(of_vertex, &format!("{what}{port}_v{count}_group{g}"))
-                        })
-                        .collect();
-                    let picked = m.select(q.group, &of_group);
-                    m.name(picked, &format!("{what}{port}_v{count}"))
-                });
-                m.name(s, &format!("q_{what}{port}"))
-            };
-            let (row, tag, weight) = (halfword(m, 0), halfword(m, 1), halfword(m, 2));
-            let ty = Ty::u(16);
-            let p_row = m.reg(&format!("p_row{port}"), ty, 0);
-            m.set_next_if(p_row, fill, row);
-            let p_weight = m.reg(&format!("p_weight{port}"), ty, 0);
-            m.set_next_if(p_weight, fill, weight);
-            let p_tag = m.reg(&format!("p_tag{port}"), ty, 0);
-            m.set_next_if(p_tag, vertex_0, tag);
-            outputs[0].insert(0, p_row);
-            outputs[1].insert(0, p_weight);
-            outputs[2].insert(0, p_tag);
-            if shape.slot_bits == 32 {
-                let p_high = m.reg(&format!("p_high_tag{port}"), ty, 0);
-                m.set_next_if(p_high, vertex_1, tag);
-                outputs[2].insert(0, p_high);
-            }
-        }
-        m.output("p_valid", p.valid, "a vertex is offered");
-        m.output("p_first", p.first, "vertex 0 of its group");
-        m.output("p_last", p.last, "vertex V-1 of its group");
-        m.output("p_end", p.end, "last group of its MVoxel and segment");
-        m.output("p_keep", p.keep, "ports that hold an entry");
-        for (name, parts) in [
-            ("p_row", &outputs[0]),
-            ("p_weight", &outputs[1]),
-            ("p_slot", &outputs[2]),
-        ] {
-            let joined = m.cat(parts);
-            let doc = if name == "p_slot" {
-                "slots, complete with vertex 1"
-            } else {
-                "one a port"
-            };
-            m.output(name, joined, doc);
+            fills,
         }
     }
 }

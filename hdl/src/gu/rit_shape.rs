@@ -1,7 +1,7 @@
 //! Geometry of the RIT buffer, and the state of its halves.
 
-use potamoi_formats::config::Config;
-use potamoi_formats::rit::Vertices;
+use potamoi_formats::config::{Config, EntryKind};
+use potamoi_formats::rit::{MAX_VERTICES, Vertices};
 
 use crate::ir::{ModuleBuilder, Signal, Ty};
 use crate::parts::bits_for;
@@ -17,7 +17,16 @@ pub(super) struct Shape {
     pub(super) phases: u32,
     pub(super) rows: u32,
     pub(super) slot_bits: u32,
+    /// Fraction bits `W` of a weight.
+    pub(super) weight_bits: u32,
     pub(super) vertices: Vec<Vertices>,
+    /// Entries name a cell, of which rows and weights are made.
+    pub(super) compact: bool,
+    /// All eight vertices of an entry are issued at once.
+    pub(super) whole_cells: bool,
+    /// Register stages between the one that the banks fill and P.
+    pub(super) between: u32,
+    config: Config,
 }
 
 impl Shape {
@@ -31,17 +40,57 @@ impl Shape {
             phases: banks / lanes,
             rows: config.rit_rows(),
             slot_bits: config.rit.slot_bits,
+            weight_bits: config.gu.weight_bits,
             vertices: config.supported_vertices(),
+            compact: config.rit.entry == EntryKind::Compact,
+            whole_cells: config.is_parity(),
+            between: config.rit_stages() - 2,
+            config: config.clone(),
         }
     }
 
-    pub(super) fn entry_halfwords(vertices: Vertices) -> u32 {
-        (vertices.entry_bytes() / 2) as u32
+    pub(super) fn entry_halfwords(&self, vertices: Vertices) -> u32 {
+        (self.config.entry_bytes(vertices) / 2) as u32
+    }
+
+    /// Vertices that are issued one after the other.
+    pub(super) fn issues(&self, vertices: Vertices) -> u32 {
+        self.config.issue_cycles(vertices)
+    }
+
+    /// Vertices that are issued at once.
+    pub(super) const fn at_once(&self) -> u32 {
+        if self.whole_cells {
+            MAX_VERTICES as u32
+        } else {
+            1
+        }
+    }
+
+    /// Rows from a cell's first vertex to the others.
+    pub(super) fn offsets(&self, vertices: Vertices) -> [u16; MAX_VERTICES] {
+        // A rule of the configuration: its rows hold a cell.
+        self.config.mvoxel.offsets(vertices).unwrap_or_default()
+    }
+
+    /// Bits of a vertex's place along each axis, in rows of so many vertices an
+    /// entry; edges are powers of two where this is asked for.
+    pub(super) fn row_fields(&self, vertices: Vertices) -> Vec<u32> {
+        let axes = vertices.log2();
+        let edges = self.config.mvoxel.edges(axes).unwrap_or([1; 3]);
+        let fields = edges[..axes as usize].iter();
+        fields.map(|edge| edge.ilog2()).collect()
+    }
+
+    /// Bits of a vertex's place along an axis of a volume.
+    pub(super) fn axis_bits(&self) -> u32 {
+        let edges = self.config.mvoxel.edges(3).unwrap_or([2; 3]);
+        edges[0].ilog2()
     }
 
     /// Groups of M entries in a row.
     pub(super) fn groups(&self, vertices: Vertices) -> u32 {
-        self.banks / (self.ports * Self::entry_halfwords(vertices))
+        self.banks / (self.ports * self.entry_halfwords(vertices))
     }
 
     fn most_groups(&self) -> u32 {

@@ -258,7 +258,7 @@ fn progress(
     vertices: Vertices,
     position: &mut Position,
 ) -> Progress {
-    let size = Shape::entry_halfwords(vertices);
+    let size = shape.entry_halfwords(vertices);
     let groups = shape.groups(vertices);
     let name = |what: &str| format!("{what}_v{}", vertices.count());
     // has[e]: entry e of the row is complete.

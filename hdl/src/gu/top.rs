@@ -6,7 +6,7 @@ use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::units::GATHERING_UNIT;
 
 use super::mft::mft;
-use super::reducer::reducer;
+use super::reducer::{cell_reducer, reducer};
 use super::report::{Stats, errors, statistics};
 use super::rit_buffer::rit_buffer;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
@@ -20,7 +20,15 @@ pub(super) struct Ports {
     pub(super) ready: Signal,
 }
 
-/// A register stage behind the MFT's read.
+/// Inputs of a cell's reducer.
+const FEATURES: [&str; 8] = [
+    "feature0", "feature1", "feature2", "feature3", "feature4", "feature5", "feature6", "feature7",
+];
+const WEIGHTS: [&str; 8] = [
+    "weight0", "weight1", "weight2", "weight3", "weight4", "weight5", "weight6", "weight7",
+];
+
+/// The register stage behind the MFT's read.
 pub(super) struct Stage {
     pub(super) valid: Signal,
     pub(super) first: Signal,
@@ -32,6 +40,46 @@ pub(super) struct Stage {
     pub(super) slot: Signal,
 }
 
+/// What goes with the terms that are summed up.
+struct Summed {
+    valid: Signal,
+    first: Signal,
+    last: Signal,
+    end: Signal,
+    keep: Signal,
+    slot: Signal,
+}
+
+/// Stage 1 itself, or the stage behind it where products are registered.
+fn summed(m: &mut ModuleBuilder, config: &Config, s1: &Stage) -> Summed {
+    if !config.registers_products() {
+        return Summed {
+            valid: s1.valid,
+            first: s1.first,
+            last: s1.last,
+            end: s1.end,
+            keep: s1.keep,
+            slot: s1.slot,
+        };
+    }
+    m.section("Products are registered");
+    let valid = m.reg("product_valid", Ty::bit(), 0);
+    m.set_next(valid, s1.valid);
+    let mut follow = |name: &str, from: Signal| {
+        let reg = m.reg(&format!("product_{name}"), from.ty(), 0);
+        m.set_next_if(reg, s1.valid, from);
+        reg
+    };
+    Summed {
+        valid,
+        first: follow("first", s1.first),
+        last: follow("last", s1.last),
+        end: follow("end", s1.end),
+        keep: follow("keep", s1.keep),
+        slot: follow("slot", s1.slot),
+    }
+}
+
 /// Builds the gathering unit for a configuration.
 ///
 /// # Errors
@@ -39,14 +87,27 @@ pub(super) struct Stage {
 pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let gu = &config.gu;
     let (banks, ports, bits) = (gu.banks, gu.ports, gu.feature_bits);
-    let (rit_module, mft_module, reducer_module) =
-        (rit_buffer(config)?, mft(config)?, reducer(config)?);
+    let whole_cells = config.is_parity();
+    let groups = config.vertices_a_row();
+    let (rit_module, mft_module) = (rit_buffer(config)?, mft(config)?);
+    let reducer_module = if whole_cells {
+        cell_reducer(config)?
+    } else {
+        reducer(config)?
+    };
     let mut builder = ModuleBuilder::new(GATHERING_UNIT);
     let m = &mut builder;
     m.doc(&format!(
         "reads ray index tables and returns one feature vector an entry. B = {banks} banks, M = {ports} ports, \
-         {bits}-bit features, U1.{} weights.",
-        gu.weight_bits
+         {bits}-bit features, U1.{} weights.{}",
+        gu.weight_bits,
+        match whole_cells {
+            true => format!(
+                " All eight vertices of a cell are read at once, {} channels of each.",
+                config.lanes_a_port()
+            ),
+            false => String::new(),
+        }
     ));
     let bit = Ty::bit();
     let vertices = m.input(
@@ -147,8 +208,8 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         last: m.reg("s1_last", bit, 0),
         end: m.reg("s1_end", bit, 0),
         keep: m.reg("s1_keep", Ty::u(ports), 0),
-        in_range: m.reg("s1_in_range", Ty::u(ports), 0),
-        weight: m.reg("s1_weight", Ty::u(16 * ports), 0),
+        in_range: m.reg("s1_in_range", Ty::u(ports * groups), 0),
+        weight: m.reg("s1_weight", Ty::u(16 * ports * groups), 0),
         slot: m.reg("s1_slot", Ty::u(config.rit.slot_bits * ports), 0),
     };
     m.set_next(s1.valid, fire);
@@ -166,26 +227,51 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let single = is(m, vertices, 0);
     let single = m.name(single, "single_ids");
 
+    let done = summed(m, config, &s1);
+
     m.section("Reducers: one a channel and port");
+    let lanes = config.lanes_a_port();
     let mut results = vec![];
     for port in 0..ports {
         let table_out = m.out(table, &format!("feature{port}"));
-        let ok = m.bit(s1.in_range, port);
-        let mask = m.repeat(ok, bits * banks);
+        let masks: Vec<_> = (0..groups)
+            .rev()
+            .map(|g| {
+                let ok = m.bit(s1.in_range, port * groups + g);
+                m.repeat(ok, bits * lanes)
+            })
+            .collect();
+        let mask = m.cat(&masks);
         let features = m.and(table_out, mask);
         let features = m.name(features, &format!("s1_features{port}"));
-        let weight = m.slice(s1.weight, 16 * port, gu.weight_bits + 1);
-        for b in 0..banks {
-            let feature = m.slice(features, b * bits, bits);
-            let feature = m.as_signed(feature);
-            let mut inputs = vec![("valid", s1.valid), ("feature", feature)];
-            if gu.modes != Modes::Unstructured {
-                inputs.extend([("first", s1.first), ("weight", weight)]);
+        let weights: Vec<_> = (0..groups)
+            .map(|g| m.slice(s1.weight, 16 * (port * groups + g), gu.weight_bits + 1))
+            .collect();
+        for lane in 0..lanes {
+            let feature = |m: &mut ModuleBuilder, g: u32| {
+                let feature = m.slice(features, (g * lanes + lane) * bits, bits);
+                m.as_signed(feature)
+            };
+            let mut inputs = vec![("valid", s1.valid)];
+            if config.registers_products() {
+                inputs.push(("sum", done.valid));
             }
-            if gu.modes == Modes::Both {
-                inputs.push(("skip", single));
+            if whole_cells {
+                for g in 0..groups {
+                    let at = g as usize;
+                    inputs.push((FEATURES[at], feature(m, g)));
+                    inputs.push((WEIGHTS[at], weights[at]));
+                }
+            } else {
+                inputs.push(("feature", feature(m, 0)));
+                if gu.modes != Modes::Unstructured {
+                    inputs.extend([("first", done.first), ("weight", weights[0])]);
+                }
+                if gu.modes == Modes::Both {
+                    inputs.push(("skip", single));
+                }
             }
-            let inst = m.instance(&format!("reducer{port}_{b}"), &reducer_module, &inputs);
+            let inst = m.instance(&format!("reducer{port}_{lane}"), &reducer_module, &inputs);
             let result = m.out(inst, "result");
             let result = m.as_signed(result);
             let lane = m.extend(result, 16);
@@ -193,15 +279,15 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         }
     }
 
-    m.section("Stage 2: results into the FIFO");
+    m.section("Results into the FIFO");
     let s2_push = m.reg("s2_push", bit, 0);
-    let push = m.and(s1.valid, s1.last);
-    let push = m.name(push, "s1_completes");
+    let push = m.and(done.valid, done.last);
+    let push = m.name(push, "completes");
     m.set_next(s2_push, push);
     let tail = [
-        ("s2_end", s1.end, bit),
-        ("s2_keep", s1.keep, Ty::u(ports)),
-        ("s2_slot", s1.slot, s1.slot.ty()),
+        ("s2_end", done.end, bit),
+        ("s2_keep", done.keep, Ty::u(ports)),
+        ("s2_slot", done.slot, done.slot.ty()),
     ]
     .map(|(name, from, ty)| {
         let reg = m.reg(name, ty, 0);
@@ -239,7 +325,7 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let errors = errors(m, config, &io, &s1, single, [rit, table]);
     m.section("Outputs");
     m.output("m_axis_feat_tvalid", valid, "features, M entries a beat");
-    let width = 16 * banks * ports;
+    let width = 16 * lanes * ports;
     let features = m.slice(out, 0, width);
     m.output(
         "m_axis_feat_tdata",
@@ -252,7 +338,7 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let mut bytes = vec![];
     for port in (0..ports).rev() {
         let kept = m.bit(keep, port);
-        bytes.push(m.repeat(kept, 2 * banks));
+        bytes.push(m.repeat(kept, 2 * lanes));
     }
     let bytes = m.cat(&bytes);
     m.output("m_axis_feat_tkeep", bytes, "ports that hold an entry");

@@ -11,7 +11,6 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 
-use super::gather::LATENCY;
 use super::vector::VectorTiming;
 use super::work::{GatherRun, Mvoxel, WorkError};
 
@@ -48,14 +47,27 @@ struct Part {
     written: u64,
 }
 
+/// Vertices whose times are kept: as many as the stages of any reader.
+const KEPT: usize = 8;
+
 /// The reader and the issue, group by group.
+///
+/// Vertex `j` is issued in `x(j) = max(readable + d, x(j-1) + 1, loaded)`, `d` the
+/// stages from the buffer to the issue: what holds it up on the way is the issue of
+/// those before. It is read in `r(j) = max(readable, r(j-1) + 1, x(j-d))`: the
+/// stages hold `d` vertices.
 struct Chain {
-    vertices: u64,
+    /// Cycles in which a group is issued.
+    issues: u64,
+    /// Stages from the buffer to the issue.
+    stages: usize,
     beat: u64,
     group_bytes: u64,
-    /// Of the latest group: first cycle in P, and cycle of issue, of vertex 0.
-    latest: Option<(u64, u64)>,
-    /// Cycle of the read of its last vertex.
+    /// Cycles of the latest issues, the latest first.
+    issued: [u64; KEPT],
+    /// Whether anything was issued.
+    begun: bool,
+    /// Cycle of the read of the latest vertex.
     read: u64,
     out: GatherCycles,
 }
@@ -68,58 +80,66 @@ impl Chain {
         part.written + end.div_ceil(self.beat)
     }
 
+    /// One vertex, which can be read from `readable` on.
+    fn vertex(&mut self, readable: u64, issue: u64) {
+        let behind = self.issued[self.stages - 1];
+        let next = if self.begun { self.read + 1 } else { 0 };
+        self.read = readable.max(next).max(behind);
+        self.issued.rotate_right(1);
+        self.issued[0] = issue;
+        self.begun = true;
+    }
+
     /// One group that can be read from `readable` on and issued from `loaded`.
     fn group(&mut self, readable: u64, loaded: u64) {
-        let v = self.vertices;
-        let (q, p, next) = match self.latest {
-            None => (readable, readable + 2, None),
-            Some((p, x)) => {
-                // Q is free when the vertex before moves to P.
-                let q = readable.max(if v == 1 { p - 1 } else { x + v - 2 });
-                (q, (q + 2).max(x + v), Some(x + v))
-            }
+        let arrives = readable + self.stages as u64;
+        let x = if self.begun {
+            let next = self.issued[0] + 1;
+            let x = arrives.max(next).max(loaded);
+            let mft = loaded.clamp(next, x) - next;
+            self.out.stall_mft += mft;
+            self.out.stall_rit += x - next - mft;
+            x
+        } else {
+            let x = arrives.max(loaded);
+            self.out.fill = x;
+            x
         };
-        let x = p.max(loaded);
-        match next {
-            None => self.out.fill = x,
-            Some(next) => {
-                let mft = loaded.clamp(next, x) - next;
-                self.out.stall_mft += mft;
-                self.out.stall_rit += x - next - mft;
-            }
+        for i in 0..self.issues {
+            self.vertex(readable, x + i);
         }
-        self.read = match v {
-            1 => q,
-            2 => p - 1,
-            _ => x + v - 3,
-        };
-        self.latest = Some((p, x));
     }
 
     /// Every group of a part, the first of which is issued from `loaded` on.
     fn part(&mut self, part: &Part, loaded: u64) {
         self.group(self.readable(part, 0), loaded);
-        if part.groups > 2 {
+        // The last ones one by one: the release of the half looks back over
+        // as many vertices as there are stages.
+        let last = (self.stages as u64 + 1).min(part.groups - 1);
+        let between = part.groups - 1 - last;
+        if between > 0 {
             // Groups 1 to n, all full. Completion times are concave against
-            // V a group or convex, never both: an end decides.
-            let n = part.groups - 2;
-            if let Some((_, x)) = self.latest {
-                let at = (self.readable(part, 1) + 2 + (n - 1) * self.vertices)
-                    .max(self.readable(part, n) + 2);
-                let free = x + n * self.vertices;
-                let x = at.max(free);
-                self.out.stall_rit += x - free;
-                self.latest = Some((x, x));
+            // issue after issue or convex, never both: an end decides.
+            let n = between;
+            let stages = self.stages as u64;
+            let next = self.issued[0] + 1;
+            let at = (self.readable(part, 1) + stages + (n - 1) * self.issues)
+                .max(self.readable(part, n) + stages);
+            let free = next + (n - 1) * self.issues;
+            let x = at.max(free);
+            self.out.stall_rit += x - free;
+            for i in 0..self.issues {
+                self.vertex(self.readable(part, n), x + i);
             }
         }
-        if part.groups > 1 {
-            self.group(self.readable(part, part.groups - 1), 0);
+        for index in part.groups - last..part.groups {
+            self.group(self.readable(part, index), 0);
         }
     }
 
-    /// Cycle in which the latest group's last vertex is issued.
+    /// Cycle in which the latest vertex is issued.
     fn last_issue(&self) -> u64 {
-        self.latest.map_or(0, |(_, x)| x + self.vertices - 1)
+        self.issued[0]
     }
 }
 
@@ -161,13 +181,15 @@ pub fn gather_cycles(config: &Config, run: &GatherRun<'_>) -> Result<GatherCycle
         return Ok(GatherCycles::default());
     }
     let ports = u64::from(config.gu.ports);
-    let entry = run.vertices.entry_bytes() as u64;
+    let entry = config.entry_bytes(run.vertices) as u64;
     let half = u64::from(config.rit_entries(run.vertices));
     let mut chain = Chain {
-        vertices: run.vertices.count() as u64,
+        issues: u64::from(config.issue_cycles(run.vertices)),
+        stages: config.rit_stages() as usize,
         beat: u64::from(config.rit_stream_bits() / 8),
         group_bytes: ports * entry,
-        latest: None,
+        issued: [0; KEPT],
+        begun: false,
         read: 0,
         out: GatherCycles {
             busy: run.busy(config),
@@ -205,7 +227,7 @@ pub fn gather_cycles(config: &Config, run: &GatherRun<'_>) -> Result<GatherCycle
             mft.release(chain.last_issue() + 1);
         }
     }
-    chain.out.elapsed = chain.last_issue() + LATENCY + 1;
+    chain.out.elapsed = chain.last_issue() + u64::from(config.gather_latency()) + 1;
     Ok(chain.out)
 }
 
@@ -239,8 +261,9 @@ pub fn overlapped_cycles(config: &Config, run: &GatherRun<'_>) -> u64 {
 /// takes, so that it never stalls a unit whose sources are ready.
 #[must_use]
 pub fn rit_keeps_up(config: &Config, run: &GatherRun<'_>) -> bool {
-    let group = u64::from(config.gu.ports) * run.vertices.entry_bytes() as u64;
-    group <= run.vertices.count() as u64 * u64::from(config.rit_stream_bits() / 8)
+    let group = u64::from(config.gu.ports) * config.entry_bytes(run.vertices) as u64;
+    let beat = u64::from(config.rit_stream_bits() / 8);
+    group <= u64::from(config.issue_cycles(run.vertices)) * beat
 }
 
 /// What a list of operations takes on the vector unit, data and sink ready.

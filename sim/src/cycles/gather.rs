@@ -13,9 +13,6 @@ use super::work::WorkError;
 
 pub use super::work::RitBeat;
 
-/// Cycles from the issue of a group's last vertex to its offer.
-pub const LATENCY: u64 = 3;
-
 /// What the environment drives in one cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GatherInputs {
@@ -143,14 +140,19 @@ pub struct GatherModel {
     ports: u64,
     fifo_depth: u64,
     counter_max: u64,
-    vertices: Vertices,
+    /// Bytes of an entry.
+    entry: u64,
+    /// Cycles in which a group is issued.
+    issues: u32,
+    /// Cycles from the issue of a group's last vertex to its offer.
+    latency: u64,
     segments: u32,
     cycle: u64,
     rit: [RitHalf; 2],
     rit_writer: usize,
     reader: Reader,
-    q: Option<Picked>,
-    p: Option<Picked>,
+    /// The stages from the RIT banks' output to what is issued.
+    stages: Vec<Option<Picked>>,
     mft_loaded: [bool; 2],
     mft_rows: u64,
     mft_writer: usize,
@@ -176,14 +178,15 @@ impl GatherModel {
             ports: u64::from(config.gu.ports),
             fifo_depth: u64::from(config.gu.fifo_depth),
             counter_max: u64::MAX >> (64 - config.gu.counter_bits),
-            vertices,
+            entry: config.entry_bytes(vertices) as u64,
+            issues: config.issue_cycles(vertices),
+            latency: u64::from(config.gather_latency()),
             segments,
             cycle: 0,
             rit: [RitHalf::default(); 2],
             rit_writer: 0,
             reader: Reader::default(),
-            q: None,
-            p: None,
+            stages: vec![None; config.rit_stages() as usize],
             mft_loaded: [false; 2],
             mft_rows: 0,
             mft_writer: 0,
@@ -218,8 +221,7 @@ impl GatherModel {
     #[must_use]
     pub fn is_idle(&self) -> bool {
         self.rit.iter().all(|h| h.bytes == 0)
-            && self.q.is_none()
-            && self.p.is_none()
+            && self.stages.iter().all(Option::is_none)
             && self.in_flight == 0
             && self.mft_loaded == [false; 2]
             && self.mft_rows == 0
@@ -238,14 +240,15 @@ impl GatherModel {
     pub fn step(&mut self, inputs: &GatherInputs) -> GatherOutputs {
         let room = self.in_flight < self.fifo_depth;
         let loaded = self.mft_loaded[self.mft_reader];
-        let issued = self.p.filter(|p| p.vertex != 0 || (room && loaded));
+        let last_stage = self.stages.len() - 1;
+        let issued = self.stages[last_stage].filter(|p| p.vertex != 0 || (room && loaded));
         let stall = match (issued.is_some() || !self.counting, room, loaded) {
             (true, _, _) => None,
             (_, false, _) => Some(Cause::Fifo),
             (_, _, false) => Some(Cause::Mft),
             _ => Some(Cause::Rit),
         };
-        let last_vertex = self.vertices.count() as u32 - 1;
+        let last_vertex = self.issues - 1;
         let outputs = GatherOutputs {
             rit_ready: self.rit_ready(),
             mft_ready: self.mft_ready(),
@@ -265,14 +268,16 @@ impl GatherModel {
 
         // The reader looks at the halves as the cycle before left them, so it
         // goes before the writer.
-        let q_moves = self.q.is_some() && (self.p.is_none() || issued.is_some());
-        if q_moves {
-            self.p = self.q.take();
-        } else if issued.is_some() {
-            self.p = None;
+        if issued.is_some() {
+            self.stages[last_stage] = None;
         }
-        if self.q.is_none() {
-            self.q = self.read();
+        for stage in (1..=last_stage).rev() {
+            if self.stages[stage].is_none() {
+                self.stages[stage] = self.stages[stage - 1].take();
+            }
+        }
+        if self.stages[0].is_none() {
+            self.stages[0] = self.read();
         }
         if let Some(beat) = inputs.rit.filter(|_| outputs.rit_ready) {
             self.write_rit(beat);
@@ -300,7 +305,7 @@ impl GatherModel {
             self.in_flight += u64::from(p.vertex == 0);
             if p.vertex == last_vertex {
                 self.output.push_back(Group {
-                    due: self.cycle + LATENCY,
+                    due: self.cycle + self.latency,
                     feature: Feature {
                         kept: p.kept,
                         last: p.last_group,
@@ -327,7 +332,7 @@ impl GatherModel {
     /// after the last vertex that is needed of it.
     fn read(&mut self) -> Option<Picked> {
         let half = self.rit[self.reader.half];
-        let entries = half.bytes / self.vertices.entry_bytes() as u64;
+        let entries = half.bytes / self.entry;
         let groups = if half.closed {
             entries.div_ceil(self.ports)
         } else {
@@ -345,7 +350,7 @@ impl GatherModel {
             last_group: last_of_half && half.ends_mvoxel,
         };
         at.vertex += 1;
-        if at.vertex < self.vertices.count() as u32 {
+        if at.vertex < self.issues {
             return Some(picked);
         }
         at.vertex = 0;

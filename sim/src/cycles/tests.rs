@@ -297,7 +297,7 @@ fn work_that_cannot_be_done_is_refused_by_name() {
     let v = Vertices::Eight;
     assert!(bad(v, 1, Mvoxel { entries: 0, ..good }).contains("MVoxel 1 has no entries"));
     assert!(bad(v, 1, Mvoxel { rows: 0, ..good }).contains("loads 0 rows"));
-    assert!(bad(v, 1, Mvoxel { rows: 513, ..good }).contains("mvoxel.rows = 512"));
+    assert!(bad(v, 1, Mvoxel { rows: 513, ..good }).contains("512 of an MFT half (mvoxel.rows)"));
     assert!(bad(v, 0, good).contains("0 segments"));
     assert!(bad(v, 9, good).contains("gu.segments = 8"));
     let mut planes = config.clone();

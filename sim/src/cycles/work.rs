@@ -9,7 +9,7 @@ use thiserror::Error;
 pub struct Mvoxel {
     /// RIT entries, 1 and up.
     pub entries: u32,
-    /// Rows loaded into the MFT for each segment, 1 to `mvoxel.rows`.
+    /// Rows loaded into the MFT for each segment, 1 to [`Config::mft_rows`].
     pub rows: u32,
 }
 
@@ -56,7 +56,9 @@ pub enum WorkError {
         index: usize,
     },
     /// An MVoxel with no rows or more than the MFT holds.
-    #[error("MVoxel {index} loads {rows} rows: expected 1 to mvoxel.rows = {most}")]
+    #[error(
+        "MVoxel {index} loads {rows} rows: expected 1 to the {most} of an MFT half (mvoxel.rows)"
+    )]
     Rows {
         /// Its place in the list.
         index: usize,
@@ -153,7 +155,7 @@ impl<'a> GatherRun<'a> {
     /// Names what is wrong: configuration, settings or an MVoxel.
     pub fn check(&self, config: &Config) -> Result<(), WorkError> {
         check_setting(config, self.vertices, self.segments)?;
-        let most = config.mvoxel.rows;
+        let most = config.mft_rows();
         for (index, m) in self.mvoxels.iter().enumerate() {
             if m.entries == 0 {
                 return Err(WorkError::NoEntries { index });
@@ -174,10 +176,11 @@ impl<'a> GatherRun<'a> {
     }
 
     /// Cycles in which one segment of an MVoxel is issued:
-    /// `ceil(entries / M) V`.
+    /// `ceil(entries / M) V`, or without V where all vertices are read at once.
     #[must_use]
     pub fn issue_cycles(&self, config: &Config, mvoxel: Mvoxel) -> u64 {
-        u64::from(mvoxel.entries.div_ceil(config.gu.ports)) * self.vertices.count() as u64
+        u64::from(mvoxel.entries.div_ceil(config.gu.ports))
+            * u64::from(config.issue_cycles(self.vertices))
     }
 
     /// Issuing cycles of the whole run.
@@ -195,7 +198,7 @@ impl<'a> GatherRun<'a> {
     pub fn rit_beats(&self, config: &Config) -> impl Iterator<Item = RitPiece> + use<'a> {
         let run = *self;
         let beat = u64::from(config.rit_stream_bits() / 8);
-        let entry = run.vertices.entry_bytes() as u64;
+        let entry = config.entry_bytes(run.vertices) as u64;
         let both = 2 * u64::from(config.rit_entries(run.vertices));
         run.mvoxels.iter().enumerate().flat_map(move |(mvoxel, m)| {
             let again = u64::from(m.entries) > both;

@@ -125,7 +125,7 @@ impl<'a> GatherCheck<'a> {
         }
         if let Some(bit) = first_difference(beat.data, beat.unknown, &wanted.data, &wanted.mask) {
             let lane = bit / 16;
-            let (port, bank) = (lane / work.banks, lane % work.banks);
+            let (port, bank) = (lane / work.lanes, lane % work.lanes);
             let signal = format!("m_axis_feat_tdata of port {port}, bank {bank}");
             let unknown = beat.unknown.is_some_and(|u| half(u, lane) != 0);
             let found = if unknown {
@@ -146,7 +146,7 @@ const fn list(c: &Counters) -> [u64; 5] {
 
 impl Expected {
     pub(super) fn new(work: &GatherWork<'_>, features: &[i16], group: Group) -> Self {
-        let (banks, ports, channels) = (work.banks, work.ports, work.channels);
+        let (banks, ports, channels) = (work.lanes, work.ports, work.channels);
         let halves = banks * ports;
         let mut beat = Self {
             group,
@@ -160,7 +160,7 @@ impl Expected {
     }
 
     fn fill(&mut self, work: &GatherWork<'_>, features: &[i16], group: Group, channels: usize) {
-        let banks = work.banks;
+        let banks = work.lanes;
         self.group = group;
         for words in [&mut self.data, &mut self.mask, &mut self.keep] {
             words.fill(0);

@@ -5,6 +5,7 @@ use potamoi_formats::rit::{RitError, Vertices};
 use potamoi_golden::units::GatherTask;
 use thiserror::Error;
 
+use super::place::{Placed, is_needed};
 use crate::cycles::work::{GatherRun, MftPiece, Mvoxel, RitPiece};
 
 /// A task that a run cannot take.
@@ -26,6 +27,14 @@ pub enum StreamError {
         /// What is wrong, and what was expected.
         problem: String,
     },
+    /// Entries that a unit of cells cannot take.
+    #[error("task {task}: {problem}")]
+    Place {
+        /// The task.
+        task: usize,
+        /// Why, and what to do.
+        problem: String,
+    },
     /// A slot that its entry cannot carry.
     #[error("task {task}: {source}")]
     Entry {
@@ -43,11 +52,16 @@ pub struct GatherWork<'a> {
     pub(super) vertices: Vertices,
     pub(super) channels: usize,
     pub(super) segments: usize,
-    pub(super) banks: usize,
+    /// Channels of a segment.
+    pub(super) lanes: usize,
     pub(super) ports: usize,
     pub(super) slot_bits: u32,
     beat_bytes: usize,
+    /// Vertices of a row of the MFT.
+    vertices_a_row: usize,
     mvoxels: Vec<Mvoxel>,
+    /// The tasks at fixed places, for a unit that needs them there.
+    placed: Vec<Placed>,
 }
 
 impl<'a> GatherWork<'a> {
@@ -62,6 +76,7 @@ impl<'a> GatherWork<'a> {
             .ok_or_else(|| shape(0, "no tasks: expected one at least".to_owned()))?;
         let (vertices, channels) = (first.vertices, first.channels);
         let mut mvoxels = Vec::with_capacity(tasks.len());
+        let mut placed = vec![];
         for (i, task) in tasks.iter().enumerate() {
             for (same, what) in [
                 (task.vertices == vertices, "entry size"),
@@ -86,9 +101,19 @@ impl<'a> GatherWork<'a> {
             let fits = |n: usize, what: &str| {
                 u32::try_from(n).map_err(|_| shape(i, format!("{n} {what}: expected below 2^32")))
             };
+            let mut rows = codes / channels;
+            if is_needed(config, vertices) {
+                let place = Placed::new(config, task);
+                let place = place.map_err(|problem| StreamError::Place { task: i, problem })?;
+                rows = match config.is_parity() {
+                    true => place.blocks(),
+                    false => place.full_rows(),
+                };
+                placed.push(place);
+            }
             mvoxels.push(Mvoxel {
                 entries: fits(task.entries.len(), "entries")?,
-                rows: fits(codes / channels, "rows")?,
+                rows: fits(rows, "rows")?,
             });
         }
         Ok(Self {
@@ -96,11 +121,13 @@ impl<'a> GatherWork<'a> {
             vertices,
             channels,
             segments: config.segments(channels).max(1),
-            banks: config.gu.banks as usize,
+            lanes: config.lanes_a_port() as usize,
             ports: config.gu.ports as usize,
             slot_bits: config.rit.slot_bits,
             beat_bytes: config.rit_stream_bits() as usize / 8,
+            vertices_a_row: config.vertices_a_row() as usize,
             mvoxels,
+            placed,
         })
     }
 
@@ -180,7 +207,7 @@ impl<'a> Layout<'a> {
             packed: (usize::MAX, vec![]),
             data: vec![0; work.beat_bytes.div_ceil(4)],
             keep: vec![0; work.beat_bytes.div_ceil(32)],
-            row: vec![0; work.banks.div_ceil(2)],
+            row: vec![0; (work.lanes * work.vertices_a_row).div_ceil(2)],
         }
     }
 
@@ -188,14 +215,7 @@ impl<'a> Layout<'a> {
     pub(super) fn rit(&mut self, piece: &RitPiece) -> Result<(), StreamError> {
         if self.packed.0 != piece.mvoxel {
             self.packed.1.clear();
-            for entry in &self.work.tasks[piece.mvoxel].entries {
-                entry
-                    .pack(self.work.vertices, &mut self.packed.1)
-                    .map_err(|source| StreamError::Entry {
-                        task: piece.mvoxel,
-                        source,
-                    })?;
-            }
+            self.pack(piece.mvoxel)?;
             self.packed.0 = piece.mvoxel;
         }
         let from = piece.byte as usize;
@@ -214,18 +234,55 @@ impl<'a> Layout<'a> {
         Ok(())
     }
 
+    /// Packs the entries of a task.
+    fn pack(&mut self, task: usize) -> Result<(), StreamError> {
+        let packed = &mut self.packed.1;
+        let placed = self.work.placed.get(task);
+        if let Some(placed) = placed.filter(|p| !p.compact.is_empty()) {
+            let words = placed.compact.iter().map(|entry| entry.word());
+            packed.extend(words.flat_map(u64::to_le_bytes));
+            return Ok(());
+        }
+        let entries = placed.map_or(&self.work.tasks[task].entries, |p| &p.entries);
+        for entry in entries {
+            entry
+                .pack(self.work.vertices, packed)
+                .map_err(|source| StreamError::Entry { task, source })?;
+        }
+        Ok(())
+    }
+
     /// Fills `row`.
     pub(super) fn mft(&mut self, piece: &MftPiece) {
-        let (banks, channels) = (self.work.banks, self.work.channels);
-        let low = piece.segment as usize * banks;
-        let from = piece.row as usize * channels;
-        let rows = &self.work.tasks[piece.mvoxel].rows;
-        let codes = &rows[from + low..from + channels.min(low + banks)];
+        let work = self.work;
+        let row = piece.row as usize;
         self.row.fill(0);
-        for (word, pair) in self.row.iter_mut().zip(codes.chunks(2)) {
-            for (i, code) in pair.iter().enumerate() {
-                *word |= u32::from(*code as u16) << (16 * i);
+        match work.placed.get(piece.mvoxel) {
+            None => self.vertex(piece, 0, Some(row)),
+            Some(placed) if work.vertices_a_row == 1 => {
+                self.vertex(piece, 0, placed.own_row(placed.place_of(row)));
             }
+            Some(placed) => {
+                for parity in 0..work.vertices_a_row {
+                    let place = placed.place_in_block(row, parity);
+                    self.vertex(piece, parity * work.lanes, placed.own_row(place));
+                }
+            }
+        }
+    }
+
+    /// Fills the lanes from `first` on with a row of the task, or leaves them 0.
+    fn vertex(&mut self, piece: &MftPiece, first: usize, row: Option<usize>) {
+        let Some(row) = row else {
+            return;
+        };
+        let (lanes, channels) = (self.work.lanes, self.work.channels);
+        let low = piece.segment as usize * lanes;
+        let from = row * channels;
+        let rows = &self.work.tasks[piece.mvoxel].rows;
+        let codes = &rows[from + low..from + channels.min(low + lanes)];
+        for (lane, code) in (first..).zip(codes) {
+            self.row[lane / 2] |= u32::from(*code as u16) << (16 * (lane % 2));
         }
     }
 }

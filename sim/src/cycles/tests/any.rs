@@ -9,7 +9,7 @@ use super::super::*;
 use super::{config, ready};
 
 fn any_config() -> impl Strategy<Value = Config> {
-    (1u32..=8, 1u32..=12, 4u32..=12, 0usize..32).prop_map(|(ports, rows, depth, width)| {
+    (1u32..=8, 1u32..=12, 5u32..=12, 0usize..32, 0usize..6).prop_map(|(ports, rows, depth, width, kind)| {
         let row = 384 * ports;
         let widths: Vec<_> = (1..=row / 32)
             .map(|n| 32 * n)
@@ -17,14 +17,30 @@ fn any_config() -> impl Strategy<Value = Config> {
             .collect();
         let stream = widths[width % widths.len()];
         let entries = ports * rows;
+        let cells = "organisation = \"parity\"\nmodes = \"structured\"\nvertices = [8]";
+        let (mvoxel, entry, kind) = match kind {
+            0 => (64, "paper", ""),
+            1 => (64, "paper", "pipelined = true"),
+            2 => (64, "compact", ""),
+            3 => (64, "compact", "pipelined = true"),
+            4 => (512, "paper", cells),
+            _ => (512, "compact", cells),
+        };
         config(&format!(
-            "[mvoxel]\nrows = 64\n[rit]\nentries = {entries}\nstream_bits = {stream}\n[gu]\nports = {ports}\nfifo_depth = {depth}"
+            "[mvoxel]\nrows = {mvoxel}\n[rit]\nentry = \"{entry}\"\nentries = {entries}\nstream_bits = {stream}\n\
+             [gu]\nports = {ports}\nfifo_depth = {depth}\n{kind}"
         ))
     })
 }
 
 fn any_mvoxels() -> impl Strategy<Value = Vec<(u32, u32, u32)>> {
     prop::collection::vec((0u32..6, 0u32..10_000, 1u32..=64), 1..14)
+}
+
+/// One of the entry sizes that the unit is built for.
+fn one_of(config: &Config, which: usize) -> Vertices {
+    let built = config.supported_vertices();
+    built[which % built.len()]
 }
 
 /// Sizes that lie on both sides of what a half, or both, hold.
@@ -61,7 +77,7 @@ proptest! {
 
     #[test]
     fn the_closed_form_is_exact(config in any_config(), which in 0usize..4, segments in 1u32..5, raw in any_mvoxels()) {
-        let vertices = Vertices::ALL[which];
+        let vertices = one_of(&config, which);
         let mvoxels = sized(&config, vertices, &raw);
         let run = GatherRun { vertices, segments, mvoxels: &mvoxels };
         let log = ready(&config, &run);
@@ -80,8 +96,8 @@ proptest! {
 
         // The plain formula, within its stated error.
         let plain = overlapped_cycles(&config, &run);
-        let first = u64::from(mvoxels[0].entries.min(config.gu.ports)) * vertices.entry_bytes() as u64;
-        let fill = 2 + first.div_ceil(u64::from(config.rit_stream_bits() / 8));
+        let first = u64::from(mvoxels[0].entries.min(config.gu.ports)) * config.entry_bytes(vertices) as u64;
+        let fill = u64::from(config.rit_stages()) + first.div_ceil(u64::from(config.rit_stream_bits() / 8));
         let slack = fill.saturating_sub(u64::from(mvoxels[0].rows));
         prop_assert!(plain <= c.cycles() + slack, "{} {} {}", plain, c.cycles(), slack);
         if rit_keeps_up(&config, &run) {
@@ -99,7 +115,7 @@ proptest! {
     /// that keep to AXI.
     #[test]
     fn stalls_lose_nothing(config in any_config(), which in 0usize..4, segments in 1u32..4, raw in any_mvoxels(), stalls in any_stalls(), seed in any::<u64>()) {
-        let vertices = Vertices::ALL[which];
+        let vertices = one_of(&config, which);
         let mvoxels = sized(&config, vertices, &raw);
         let run = GatherRun { vertices, segments, mvoxels: &mvoxels };
         let ports = config.gu.ports;
@@ -126,7 +142,7 @@ proptest! {
                 if issue.vertex != next || issue.first != fresh {
                     broken.push((cycle, "vertices out of order"));
                 }
-                next = (issue.vertex + 1) % vertices.count() as u32;
+                next = (issue.vertex + 1) % config.issue_cycles(vertices);
                 fresh = issue.last;
             } else if next != 0 {
                 broken.push((cycle, "a bubble within a group"));
@@ -145,7 +161,7 @@ proptest! {
         // Idling after the last issue has a cause but is not counted.
         prop_assert!(c.cycles() - c.busy <= stall_cycles);
         for (i, g) in log.groups.iter().enumerate() {
-            prop_assert!(g.accepted >= g.issued + vertices.count() as u64 + 2);
+            prop_assert!(g.accepted >= g.issued + u64::from(config.issue_cycles(vertices) + config.gather_latency()) - 1);
             if let Some(ahead) = log.groups.get(i + config.gu.fifo_depth as usize) {
                 prop_assert!(ahead.issued > g.accepted);
             }

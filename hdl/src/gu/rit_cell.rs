@@ -1,0 +1,289 @@
+//! Compact RIT entries: rows and weights of a cell's vertices, made of its first
+//! row and three fractions.
+//!
+//! A weight is made by splitting 1 along z, then y, then x: a sum `s` into
+//! `s - h` and `h = floor(s u + 1/2)`, so that an entry's weights sum to exactly 1.
+//! Stage E holds the entry, F the sums after y, P the weights. One vertex a cycle
+//! takes one multiplier along y and one along x; all eight take two and four.
+
+use potamoi_formats::compact::{FRACTION_AT, FRACTION_BITS, ROW_BITS, SLOT_AT};
+use potamoi_formats::fixed::Rounding;
+use potamoi_formats::rit::{MAX_VERTICES, Vertices};
+
+use super::rit_pick::{Given, Slot};
+use super::rit_reader::{Read, Reader};
+use super::rit_shape::Shape;
+use crate::ir::{ModuleBuilder, Signal, Ty};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+/// Bit of a row that no MVoxel has: names no vertex.
+const NO_ROW: u32 = 15;
+
+/// Stage E of a port.
+struct Entry {
+    row: Signal,
+    slot: Signal,
+    /// Along x, y and z.
+    fraction: [Signal; 3],
+}
+
+impl Reader {
+    /// Rows, weights and slot of a port's compact entry.
+    pub(super) fn of_cell(
+        &self,
+        m: &mut ModuleBuilder,
+        shape: &Shape,
+        read: &Read,
+        vertices: Signal,
+        words: &[Signal],
+        port: u32,
+    ) -> Given {
+        let entry = self.entry(m, shape, read, vertices, words, port);
+        let hold = |m: &mut ModuleBuilder, name: &str, value: Signal| {
+            let reg = m.reg(&format!("f_{name}{port}"), value.ty(), 0);
+            m.set_next_if(reg, read.fills[1], value);
+            reg
+        };
+        let slot = hold(m, "slot", entry.slot);
+        let across = hold(m, "fraction_x", entry.fraction[0]);
+        if !shape.whole_cells {
+            let (e, f) = (self.stages()[1], self.stages()[2]);
+            let row = self.row_of_vertex(m, shape, &entry, vertices, port);
+            let row = hold(m, "row", row);
+            let [x, y, z] = [0, 1, 2].map(|axis| {
+                let stage = if axis == 0 { f } else { e };
+                let bit = m.bit(stage.vertex, axis);
+                m.name(bit, &format!("far_{}{port}", AXES[axis as usize]))
+            });
+            let (low, high) = first_split(m, shape, entry.fraction[2]);
+            let sum = m.mux(z, high, low);
+            let sum = m.name(sum, &format!("sum_z{port}"));
+            let (low, high) = split(m, sum, entry.fraction[1]);
+            let sum = m.mux(y, high, low);
+            let sum = hold(m, "sum_y", sum);
+            let (low, high) = split(m, sum, across);
+            let weight = m.mux(x, high, low);
+            return Given {
+                rows: vec![row],
+                weights: vec![halfword(m, weight)],
+                slot: Slot::Whole(slot),
+            };
+        }
+        let odd = [0, 1, 2].map(|axis: u32| {
+            let bit = m.bit(entry.row, axis * shape.axis_bits());
+            m.name(bit, &format!("odd_{}{port}", AXES[axis as usize]))
+        });
+        let rows = rows_of_groups(m, shape, entry.row, odd);
+        let rows = (0..).zip(rows);
+        let rows = rows
+            .map(|(g, row)| hold(m, &format!("row{g}_"), row))
+            .collect();
+        // The side whose parity is 0 first.
+        let by_parity = |m: &mut ModuleBuilder, (low, high): (Signal, Signal), odd: Signal| {
+            [m.mux(odd, high, low), m.mux(odd, low, high)]
+        };
+        let first = first_split(m, shape, entry.fraction[2]);
+        let mut sums = vec![];
+        for sum in by_parity(m, first, odd[2]) {
+            let parts = split(m, sum, entry.fraction[1]);
+            sums.extend(by_parity(m, parts, odd[1]));
+        }
+        let odd_x = hold(m, "odd_x", odd[0]);
+        let mut weights = vec![];
+        for (i, sum) in sums.into_iter().enumerate() {
+            let sum = hold(m, &format!("sum{i}_"), sum);
+            let parts = split(m, sum, across);
+            weights.extend(by_parity(m, parts, odd_x));
+        }
+        let weights = weights.into_iter().map(|w| halfword(m, w)).collect();
+        Given {
+            rows,
+            weights,
+            slot: Slot::Whole(slot),
+        }
+    }
+
+    /// Stage E: the entry or the id of a port.
+    fn entry(
+        &self,
+        m: &mut ModuleBuilder,
+        shape: &Shape,
+        read: &Read,
+        vertices: Signal,
+        words: &[Signal],
+        port: u32,
+    ) -> Entry {
+        let q = self.stages()[0];
+        let register = |m: &mut ModuleBuilder, name: &str, value: Signal| {
+            let reg = m.reg(&format!("e_{name}{port}"), value.ty(), 0);
+            m.set_next_if(reg, read.fills[0], value);
+            reg
+        };
+        // The same halfwords whatever the number of vertices, but for single ids.
+        let of_size = |m: &mut ModuleBuilder, v: Vertices| {
+            let size = shape.entry_halfwords(v);
+            let of_group: Vec<_> = (0..shape.groups(v))
+                .map(|g| {
+                    let at = ((g * shape.ports + port) * size) as usize;
+                    let mut parts = words[at..at + size as usize].to_vec();
+                    parts.reverse();
+                    m.cat(&parts)
+                })
+                .collect();
+            let picked = m.select(q.group, &of_group);
+            let kind = if v.is_structured() { "entry" } else { "id" };
+            m.name(picked, &format!("{kind}{port}"))
+        };
+        let cell = shape.vertices.iter().find(|v| v.is_structured());
+        let word = match cell {
+            Some(v) => of_size(m, *v),
+            None => m.lit(0, Ty::u(64)),
+        };
+        let mut row = m.slice(word, 0, ROW_BITS);
+        row = m.extend(row, 16);
+        let mut slot = m.slice(word, SLOT_AT, 16);
+        if shape.vertices.contains(&Vertices::One) {
+            let id = of_size(m, Vertices::One);
+            let single = crate::parts::is(m, vertices, 0);
+            let (id_row, id_tag) = (m.slice(id, 0, 16), m.slice(id, 16, 16));
+            row = m.mux(single, id_row, row);
+            slot = m.mux(single, id_tag, slot);
+        }
+        let fraction = FRACTION_AT.map(|at| m.slice(word, at, FRACTION_BITS));
+        let fraction = [0, 1, 2]
+            .map(|axis: usize| register(m, &format!("fraction_{}", AXES[axis]), fraction[axis]));
+        Entry {
+            row: register(m, "row", row),
+            slot: register(m, "slot", slot),
+            fraction,
+        }
+    }
+
+    /// The row of the vertex in E. Beyond the MVoxel's faces there is none.
+    fn row_of_vertex(
+        &self,
+        m: &mut ModuleBuilder,
+        shape: &Shape,
+        entry: &Entry,
+        vertices: Signal,
+        port: u32,
+    ) -> Signal {
+        let vertex = self.stages()[1].vertex;
+        let ty = entry.row.ty();
+        let offset = shape.by_vertices(m, vertices, |m, v| {
+            let offsets = shape.offsets(v);
+            let options: Vec<_> = offsets[..v.count()].iter().map(|o| m.lit(*o, ty)).collect();
+            m.select(vertex, &options)
+        });
+        let offset = m.name(offset, &format!("offset{port}"));
+        let outside = shape.by_vertices(m, vertices, |m, v| {
+            let mut beyond = vec![];
+            let mut low = 0;
+            for (axis, bits) in (0..).zip(shape.row_fields(v)) {
+                let field = m.slice(entry.row, low, bits);
+                let top = m.all(field);
+                let far = m.bit(vertex, axis);
+                beyond.push(m.and(top, far));
+                low += bits;
+            }
+            m.any_of(&beyond)
+        });
+        let outside = m.name(outside, &format!("outside{port}"));
+        let row = m.add(entry.row, offset);
+        let none = m.lit(0, Ty::u(NO_ROW));
+        let flag = m.cat(&[outside, none]);
+        m.or(row, flag)
+    }
+}
+
+/// A weight in 16 bits.
+fn halfword(m: &mut ModuleBuilder, weight: Signal) -> Signal {
+    m.extend(weight, 16)
+}
+
+/// 1 split along the last axis: no multiplier.
+fn first_split(m: &mut ModuleBuilder, shape: &Shape, fraction: Signal) -> (Signal, Signal) {
+    let w = shape.weight_bits;
+    let top = FRACTION_BITS - 1;
+    let (one, part) = (m.bit(fraction, top), m.slice(fraction, 0, top));
+    // A fraction above 1 counts as 1.
+    let below = m.not(one);
+    let mask = m.repeat(below, top);
+    let part = m.and(part, mask);
+    let fraction = m.cat(&[one, part]);
+    let high = if w >= top {
+        let zeros = (w > top).then(|| m.lit(0, Ty::u(w - top)));
+        let parts: Vec<_> = [Some(fraction), zeros].into_iter().flatten().collect();
+        m.cat(&parts)
+    } else {
+        let rounded = m.round(fraction, top - w, Rounding::HalfUp);
+        m.truncate(rounded, w + 1)
+    };
+    let one = m.lit(1u32 << w, Ty::u(w + 1));
+    let low = m.sub(one, high);
+    (low, high)
+}
+
+/// A sum split along an axis, rounded half up.
+fn split(m: &mut ModuleBuilder, sum: Signal, fraction: Signal) -> (Signal, Signal) {
+    let top = FRACTION_BITS - 1;
+    let (one, part) = (m.bit(fraction, top), m.slice(fraction, 0, top));
+    let product = m.mul(sum, part);
+    let rounded = m.round(product, top, Rounding::HalfUp);
+    let rounded = m.truncate(rounded, sum.width());
+    let high = m.mux(one, sum, rounded);
+    let low = m.sub(sum, high);
+    (low, high)
+}
+
+/// The row that each group of banks gives: along an axis on which the group's
+/// parity is not the first vertex's, the vertex is the next one.
+fn rows_of_groups(
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    first: Signal,
+    odd: [Signal; 3],
+) -> Vec<Signal> {
+    let bits = shape.axis_bits();
+    // Along each axis, for the groups of either parity: the vertex, and whether it
+    // is beyond the MVoxel.
+    let along = [0, 1, 2].map(|axis: u32| {
+        let half = (bits > 1).then(|| m.slice(first, axis * bits + 1, bits - 1));
+        let even_group = {
+            let next = match half {
+                Some(half) => {
+                    let wide = m.extend(half, bits);
+                    let step = m.extend(odd[axis as usize], bits);
+                    m.add(wide, step)
+                }
+                None => odd[axis as usize],
+            };
+            let beyond = m.bit(next, bits - 1);
+            (half.map(|_| m.slice(next, 0, bits - 1)), Some(beyond))
+        };
+        [even_group, (half, None)]
+    });
+    (0..MAX_VERTICES)
+        .map(|group| {
+            let mut parts = vec![];
+            let mut beyond = vec![];
+            for axis in (0..3).rev() {
+                let parity = group >> axis & 1;
+                let (half, outside) = along[axis][parity];
+                parts.extend(half);
+                parts.push(m.lit(parity as u32, Ty::bit()));
+                beyond.extend(outside);
+            }
+            let used = 3 * bits;
+            let mut row = m.cat(&parts);
+            if used < 16 {
+                let above = m.slice(first, used, 16 - used);
+                row = m.cat(&[above, row]);
+            }
+            let outside = m.any_of(&beyond);
+            let none = m.lit(0, Ty::u(NO_ROW));
+            let flag = m.cat(&[outside, none]);
+            m.or(row, flag)
+        })
+        .collect()
+}
