@@ -1,6 +1,6 @@
 //! Bytes that the memory-centric order moves, stream by stream.
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, EntryKind, RitPath};
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 use serde::Serialize;
@@ -12,6 +12,8 @@ use crate::units::GatherTask;
 const CODE: u64 = 2;
 /// Bytes of an unrounded sum.
 const SUM: u64 = 4;
+/// Bytes of a compact entry.
+const COMPACT: u64 = 8;
 /// Bytes of a record.
 const RECORD: u64 = RECORD_CHANNELS as u64 * CODE;
 /// Bytes of the number of a tile in its ray group, and of how many there are for
@@ -26,7 +28,8 @@ pub struct Streams {
     /// Rows loaded into the MVoxel feature table: of each MVoxel up to the last
     /// that is used, or the used ones alone where they are fetched one by one.
     pub mvoxels_read: u64,
-    /// The ray index table, written by the GPU.
+    /// The ray index table, written by the GPU; nothing where it comes straight
+    /// from what makes it (`rit.path`).
     pub rit_written: u64,
     /// The same, read by the gathering unit: [`RitReads`].
     pub rit_read: u64,
@@ -109,50 +112,80 @@ impl Streams {
     pub(crate) fn visit(&mut self, visit: &Visit, reads: RitReads) {
         let channels = visit.channels as u64;
         let entries = visit.whole + visit.split;
-        let table = entries * visit.vertices.entry_bytes() as u64;
+        let table = entries * reads.entry_bytes(visit.vertices);
         self.mvoxels_read += visit.rows * channels * CODE;
-        self.rit_written += table;
-        self.rit_read += table * reads.passes(visit.vertices, visit.channels, entries);
+        if !reads.direct {
+            self.rit_written += table;
+            self.rit_read += table * reads.passes(visit.vertices, visit.channels, entries);
+        }
         self.features += visit.whole * channels * CODE;
         self.partial_sums += visit.split * channels * SUM;
     }
 }
 
-/// How often the gathering unit reads the ray index table: once, and once more
-/// for each further segment of channels where an MVoxel's entries do not fit
-/// both halves of the buffer.
+/// What the ray index table takes: bytes of an entry, and how often the gathering
+/// unit reads it: once, and once more for each further segment of channels where an
+/// MVoxel's entries do not fit both halves of the buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RitReads {
-    banks: usize,
-    /// Eight-vertex entries of a half.
-    half: usize,
+    /// Channels of a segment.
+    lanes: usize,
+    /// Bytes of a half.
+    half: u64,
+    /// Structured entries are compact.
+    compact: bool,
+    /// The table does not go through memory.
+    direct: bool,
 }
 
 impl RitReads {
     /// Of the paper's unit.
     pub const PAPER: Self = Self {
-        banks: 32,
-        half: 128,
+        lanes: 32,
+        half: 128 * Vertices::Eight.entry_bytes() as u64,
+        compact: false,
+        direct: false,
     };
 
     /// Of the unit that `config` describes.
     #[must_use]
     pub fn of(config: &Config) -> Self {
         Self {
-            banks: config.gu.banks.max(1) as usize,
-            half: config.rit.entries as usize,
+            lanes: config.lanes_a_port().max(1) as usize,
+            half: u64::from(config.rit.entries) * Vertices::Eight.entry_bytes() as u64,
+            compact: config.rit.entry == EntryKind::Compact,
+            direct: config.rit.path == RitPath::Direct,
+        }
+    }
+
+    /// Bytes of an entry.
+    #[must_use]
+    pub const fn entry_bytes(self, vertices: Vertices) -> u64 {
+        if self.compact && vertices.is_structured() {
+            COMPACT
+        } else {
+            vertices.entry_bytes() as u64
+        }
+    }
+
+    /// Bytes that an entry which is read once moves.
+    #[must_use]
+    pub const fn moved_bytes(self, vertices: Vertices) -> u64 {
+        if self.direct {
+            0
+        } else {
+            2 * self.entry_bytes(vertices)
         }
     }
 
     /// Times that `entries` of one MVoxel are read.
     #[must_use]
     pub fn passes(self, vertices: Vertices, channels: usize, entries: u64) -> u64 {
-        let held = 2 * self.half * Vertices::Eight.entry_bytes();
-        let fits = entries * vertices.entry_bytes() as u64 <= held as u64;
+        let fits = entries * self.entry_bytes(vertices) <= 2 * self.half;
         if fits {
             1
         } else {
-            channels.div_ceil(self.banks).max(1) as u64
+            channels.div_ceil(self.lanes).max(1) as u64
         }
     }
 }
@@ -202,5 +235,17 @@ mod tests {
         };
         assert_eq!(streams, expected);
         assert_eq!(streams.total(), 800 + 3 * 48 * 257 + 16_000 + 9_120);
+
+        // Compact entries fit; what comes straight moves no bytes.
+        let of = |text: &str| {
+            let config = Config::from_toml(text, "test");
+            let reads = config.map(|config| RitReads::of(&config));
+            let mut streams = Streams::default();
+            reads.map(|reads| streams.visit(&visit, reads)).ok();
+            (streams.rit_written, streams.rit_read, streams.features)
+        };
+        let compact = of("[rit]\nentry = \"compact\"");
+        assert_eq!(compact, (8 * 257, 8 * 257, 16_000));
+        assert_eq!(of("[rit]\npath = \"direct\""), (0, 0, 16_000));
     }
 }

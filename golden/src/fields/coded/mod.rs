@@ -188,7 +188,7 @@ impl CodedTable {
     /// features are.
     #[must_use]
     pub const fn sample_bytes(&self) -> u64 {
-        2 * (self.shape.vertices.entry_bytes() + self.shape.channels) as u64
+        self.rit_reads.moved_bytes(self.shape.vertices) + 2 * self.shape.channels as u64
     }
 
     /// Whether its MVoxels can share vertices, so that a halo makes a difference.
