@@ -31,9 +31,10 @@ pub struct Streams {
     /// The ray index table, written by the GPU; nothing where it comes straight
     /// from what makes it (`rit.path`).
     pub rit_written: u64,
-    /// The same, read by the gathering unit: [`RitReads`].
+    /// The same, read by the gathering unit: [`UnitStreams`].
     pub rit_read: u64,
-    /// Features out of the gathering unit, 16 bits a channel.
+    /// Features out of the gathering unit, 16 bits a channel, or 32 where it does not
+    /// round.
     pub features: u64,
     /// Unrounded sums of samples that several MVoxels share, 32 bits a channel.
     pub partial_sums: u64,
@@ -109,7 +110,7 @@ impl Streams {
         self.spills += 2 * bytes;
     }
 
-    pub(crate) fn visit(&mut self, visit: &Visit, reads: RitReads) {
+    pub(crate) fn visit(&mut self, visit: &Visit, reads: UnitStreams) {
         let channels = visit.channels as u64;
         let entries = visit.whole + visit.split;
         let table = entries * reads.entry_bytes(visit.vertices);
@@ -118,16 +119,16 @@ impl Streams {
             self.rit_written += table;
             self.rit_read += table * reads.passes(visit.vertices, visit.channels, entries);
         }
-        self.features += visit.whole * channels * CODE;
+        self.features += visit.whole * channels * reads.feature;
         self.partial_sums += visit.split * channels * SUM;
     }
 }
 
-/// What the ray index table takes: bytes of an entry, and how often the gathering
-/// unit reads it: once, and once more for each further segment of channels where an
+/// What the streams of the gathering unit take: bytes of a feature and of a RIT
+/// entry, and how often it reads those: once, and once more for each further segment of channels where an
 /// MVoxel's entries do not fit both halves of the buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RitReads {
+pub struct UnitStreams {
     /// Channels of a segment.
     lanes: usize,
     /// Bytes of a half.
@@ -136,15 +137,18 @@ pub struct RitReads {
     compact: bool,
     /// The table does not go through memory.
     direct: bool,
+    /// Bytes of a channel out of the unit.
+    feature: u64,
 }
 
-impl RitReads {
+impl UnitStreams {
     /// Of the paper's unit.
     pub const PAPER: Self = Self {
         lanes: 32,
         half: 128 * Vertices::Eight.entry_bytes() as u64,
         compact: false,
         direct: false,
+        feature: CODE,
     };
 
     /// Of the unit that `config` describes.
@@ -155,6 +159,7 @@ impl RitReads {
             half: u64::from(config.rit.entries) * Vertices::Eight.entry_bytes() as u64,
             compact: config.rit.entry == EntryKind::Compact,
             direct: config.rit.path == RitPath::Direct,
+            feature: u64::from(config.feature_lane_bits()) / 8,
         }
     }
 
@@ -190,7 +195,7 @@ impl RitReads {
     }
 }
 
-impl Default for RitReads {
+impl Default for UnitStreams {
     fn default() -> Self {
         Self::PAPER
     }
@@ -203,8 +208,8 @@ mod tests {
     /// Halves of 128 structured entries and of 1,536 single ids; 32 banks.
     #[test]
     fn the_table_is_read_again_for_each_segment_where_it_exceeds_both_halves() {
-        let reads = RitReads::of(&Config::paper());
-        assert_eq!(reads, RitReads::default());
+        let reads = UnitStreams::of(&Config::paper());
+        assert_eq!(reads, UnitStreams::default());
         for (vertices, held) in [
             (Vertices::Eight, 256),
             (Vertices::Four, 512),
@@ -239,7 +244,7 @@ mod tests {
         // Compact entries fit; what comes straight moves no bytes.
         let of = |text: &str| {
             let config = Config::from_toml(text, "test");
-            let reads = config.map(|config| RitReads::of(&config));
+            let reads = config.map(|config| UnitStreams::of(&config));
             let mut streams = Streams::default();
             reads.map(|reads| streams.visit(&visit, reads)).ok();
             (streams.rit_written, streams.rit_read, streams.features)

@@ -30,6 +30,20 @@ fn text(seed: u64) -> String {
         ("unstructured", _) => ("auto", "paper".to_owned()),
         _ => ("auto", pick(&["paper", "compact"])),
     };
+    let exact = trusted == "trusted"
+        && modes != "unstructured"
+        && organisation == "auto"
+        && entry == "paper";
+    let sums = if exact {
+        pick(&["rounded", "exact"])
+    } else {
+        "rounded".to_owned()
+    };
+    let records = if modes == "structured" {
+        "1".to_owned()
+    } else {
+        pick(&["1", "2"])
+    };
     let cells = organisation == "parity" || entry == "compact";
     let form = pick(&["restoring", "restoring", "restoring", "literal"]);
     let output = pick(&["alpha", "alpha", "general"]);
@@ -53,6 +67,7 @@ fn text(seed: u64) -> String {
     let logistic = ops.contains("sigmoid") || ops.contains("softplus");
     format!(
         "[gu]\norganisation = \"{organisation}\"\npipelined = {pipelined}\n\
+         sums = \"{sums}\"\nrecords_a_row = {records}\n\
          banks = {}\nports = {ports}\nmodes = \"{modes}\"\nvertices = {vertices}\n\
          feature_bits = {}\nweight_bits = {}\nweights = \"{trusted}\"\nsegments = {}\n\
          fifo_depth = {}\ncounter_bits = {}\n[rit]\nentry = \"{entry}\"\nentries = {}\nslot_bits = {}\n\
@@ -63,7 +78,11 @@ fn text(seed: u64) -> String {
         if organisation == "parity" {
             pick(&["8", "32", "64"])
         } else {
-            pick(&["1", "3", "8", "33", "64"])
+            pick(if records == "2" {
+                &["2", "8", "34"]
+            } else {
+                &["1", "3", "8", "33", "64"]
+            })
         },
         pick(&["8", "11", "16"]),
         pick(&["4", "9", "15"]),

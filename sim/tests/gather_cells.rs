@@ -202,6 +202,108 @@ fn whole_cells_run_at_two_samples_a_cycle() {
     }
 }
 
+/// Parts of cells: vertices that lie elsewhere weigh 0. The unit's sums are the
+/// twin's, and those of the parts add up to the cell's, rounded once to its feature.
+#[test]
+fn exact_sums_of_parts_add_up_to_the_cell() {
+    let config = config("[gu]\nbanks = 8\nsums = \"exact\"\n");
+    let unit = GatherUnit::build(&config).unwrap();
+    let twin = GatherTwin::new(&config);
+    let mut random = Pcg64Mcg::seed_from_u64(4);
+    let whole = cells(&mut random, &config, Vertices::Eight, (11, 50));
+    let parts = [0u8, 1].map(|side| {
+        let mut part = whole.clone();
+        for entry in &mut part.entries {
+            for v in (0..8).filter(|v| v >> 1 & 1 != side) {
+                entry.weights[usize::from(v)] = 0;
+            }
+        }
+        part
+    });
+    let [low, high] = parts;
+    let single = cells(&mut random, &config, Vertices::One, (11, 50));
+    let mut sums = vec![];
+    for tasks in [&[whole.clone(), low, high][..], &[single.clone()]] {
+        let mut expected = vec![];
+        for task in tasks {
+            assert_eq!(twin.sums(task, &mut expected).unwrap(), 0);
+        }
+        let conditions = Check {
+            stalls: Stalls::NONE,
+            seed: 5,
+            flags: 0,
+            progress: &mut |_| {},
+        };
+        let totals = unit.check(&config, tasks, &expected, conditions);
+        totals.unwrap_or_else(|e| panic!("{e}\nagain: {AGAIN}"));
+        sums.push(expected);
+    }
+    let (cells, parts) = sums[0].split_at(sums[0].len() / 3);
+    let (low, high) = parts.split_at(cells.len());
+    let mut features = vec![];
+    twin.gather(&whole, &mut features).unwrap();
+    let mut rounded_first = 0;
+    for (i, sum) in cells.iter().enumerate() {
+        assert_eq!(low[i] + high[i], *sum);
+        let round = |sum: i32| twin.reducer().round(sum.into());
+        assert_eq!(round(*sum), features[i]);
+        rounded_first += u32::from(round(low[i]) + round(high[i]) != features[i]);
+    }
+    assert!(rounded_first > 0, "rounding the parts is not the same");
+    features.clear();
+    twin.gather(&single, &mut features).unwrap();
+    let codes: Vec<_> = sums[1].iter().map(|sum| (sum >> 15) as i16).collect();
+    assert_eq!(codes, features);
+}
+
+/// Two records of half as many channels as banks in a row: half the rows to load,
+/// the same features.
+#[test]
+fn two_records_share_a_row() {
+    for ports in [1, 2] {
+        let text = format!("[gu]\nbanks = 32\nports = {ports}\nrecords_a_row = 2\n");
+        let (two, one) = (
+            config(&text),
+            config(&text.replace("records_a_row = 2", "")),
+        );
+        let units = [&two, &one].map(|config| GatherUnit::build(config).unwrap());
+        let mut random = Pcg64Mcg::seed_from_u64(8);
+        // An odd number of records, and one more than a row holds by itself.
+        for (records, channels) in [(17, 16), (512, 16), (511, 9)] {
+            let tasks: Vec<_> = (0..3)
+                .map(|_| {
+                    let mut task = cells(&mut random, &one, Vertices::One, (channels, 70));
+                    task.rows = (0..records * channels).map(|_| random.random()).collect();
+                    for entry in &mut task.entries {
+                        entry.rows[0] = random.random_range(0..records as u16);
+                    }
+                    task
+                })
+                .collect();
+            let [a, b] = [
+                check(&two, &units[0], &tasks, Stalls::NONE),
+                check(&one, &units[1], &tasks, Stalls::NONE),
+            ];
+            assert_eq!(a.busy, b.busy);
+            assert!(
+                a.stalls[1] * 2 <= b.stalls[1],
+                "{:?} {:?}",
+                a.stalls,
+                b.stalls
+            );
+        }
+        // Twice as many, and wider ones as before.
+        let mut many = cells(&mut random, &one, Vertices::One, (16, 70));
+        many.rows = (0..1024 * 16).map(|_| random.random()).collect();
+        many.entries[3].rows[0] = 1023;
+        check(&two, &units[0], &[many], Stalls::NONE);
+        let wide = cells(&mut random, &one, Vertices::One, (17, 70));
+        check(&two, &units[0], &[wide], Stalls::NONE);
+        let cell = cells(&mut random, &one, Vertices::Eight, (32, 70));
+        check(&two, &units[0], &[cell], Stalls::NONE);
+    }
+}
+
 #[test]
 fn what_is_no_cell_is_refused_by_name() {
     let config = config("[gu]\nbanks = 8\n[rit]\nentry = \"compact\"\n");

@@ -147,6 +147,18 @@ pub enum Organisation {
     FeatureMajor,
 }
 
+/// What comes out of the reducers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sums {
+    /// Features: the sum rounded once, in 16-bit lanes.
+    #[default]
+    Rounded,
+    /// The sum as it is, in units of 2^-W, in 32-bit lanes: sums of entries that
+    /// share a sample add up to it, to be rounded once behind the unit.
+    Exact,
+}
+
 /// The gathering unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -173,6 +185,11 @@ pub struct GuConfig {
     pub weight_bits: u32,
     /// What may be assumed of weights.
     pub weights: WeightTrust,
+    /// What comes out.
+    pub sums: Sums,
+    /// Records of at most `B / 2` channels that share a row of the MFT where
+    /// entries are single ids: 1 or 2.
+    pub records_a_row: u32,
     /// The most channel segments an MVoxel is gathered in.
     pub segments: u32,
     /// Beats the feature FIFO holds.
@@ -197,6 +214,8 @@ impl Default for GuConfig {
             feature_bits: 16,
             weight_bits: 15,
             weights: WeightTrust::Trusted,
+            sums: Sums::Rounded,
+            records_a_row: 1,
             segments: 8,
             fifo_depth: 8,
             pipelined: false,
@@ -292,6 +311,36 @@ impl Config {
     #[must_use]
     pub fn mft_rows(&self) -> u32 {
         self.mvoxel.rows.div_ceil(self.vertices_a_row())
+    }
+
+    /// Bits of a channel on the feature stream.
+    #[must_use]
+    pub fn feature_lane_bits(&self) -> u32 {
+        match self.gu.sums {
+            Sums::Rounded => 16,
+            Sums::Exact => 32,
+        }
+    }
+
+    /// Records that share a row of the MFT, of entries of `vertices` vertices and
+    /// features of `channels` channels.
+    #[must_use]
+    pub fn records_a_row(&self, vertices: Vertices, channels: usize) -> u32 {
+        let fits = !vertices.is_structured() && 2 * channels <= self.gu.banks as usize;
+        if fits { self.gu.records_a_row } else { 1 }
+    }
+
+    /// Vertices or records that an MVoxel holds.
+    #[must_use]
+    pub fn mvoxel_capacity(&self, vertices: Vertices, channels: usize) -> u32 {
+        self.mvoxel.rows * self.records_a_row(vertices, channels)
+    }
+
+    /// Bits that name a row of the MFT. The next one of an id says which half of
+    /// the row, where two records share it.
+    #[must_use]
+    pub fn row_bits(&self) -> u32 {
+        (self.mft_rows().max(2) - 1).ilog2() + 1
     }
 
     /// Register stages from the RIT banks' output to the MFT's address: the

@@ -17,7 +17,7 @@ use thiserror::Error;
 
 pub use exp::{Engine, ExpConfig, ExpForm, ExpOutput};
 pub use gu::{
-    EntryKind, GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, RitPath, WeightTrust,
+    EntryKind, GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, RitPath, Sums, WeightTrust,
 };
 pub use rules::{RuleBreach, RuleBreaches};
 pub use vu::VuConfig;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Config, EntryKind, Modes};
+use super::{Config, EntryKind, Modes, Sums, WeightTrust};
 use crate::rit::Vertices;
 
 mod vector;
@@ -204,6 +204,31 @@ fn organisation(config: &Config, out: &mut RuleBreaches) {
         gu.channels.unwrap_or_default(),
         "1 to 4096: channels of a feature; or none, where the unit is for any",
     );
+    let two = gu.records_a_row == 2;
+    out.require(
+        gu.records_a_row == 1
+            || two
+                && gu.modes != Modes::Structured
+                && gu.banks.is_multiple_of(2)
+                && config.mvoxel.rows <= 32_768,
+        "gu-records",
+        "gu.records_a_row",
+        gu.records_a_row,
+        "1; or 2 with single ids (gu.modes), an even number of banks, and at most 32768 rows",
+    );
+    let exact = gu.sums == Sums::Exact;
+    out.require(
+        !exact
+            || gu.modes != Modes::Unstructured
+                && gu.weights == WeightTrust::Trusted
+                && config.rit.entry == EntryKind::Paper
+                && !config.is_parity(),
+        "gu-sums",
+        "gu.sums",
+        "exact",
+        "\"rounded\"; or structured entries of the paper's kind with trusted weights, channel-major: \
+         parts of a cell are weighted vertices, and their sum fits 32 bits",
+    );
     if !config.is_parity() {
         return;
     }
@@ -325,6 +350,8 @@ mod tests {
             "[rit]\nslot_bits = 24",
             "[rit]\nslot_bits = 32",
             "[gu]\nchannels = 0",
+            "[gu]\nrecords_a_row = 3",
+            "[gu]\nsums = \"exact\"\nweights = \"any\"",
             "[gu]\norganisation = \"parity\"",
             "[gu]\norganisation = \"parity\"\nbanks = 12\nmodes = \"structured\"\nvertices = [8]",
             "[gu]\norganisation = \"parity\"\nmodes = \"structured\"\nvertices = [8]\n[mvoxel]\nrows = 216",

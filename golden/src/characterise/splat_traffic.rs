@@ -37,7 +37,7 @@ pub fn splat_traffic(
             for task in &group.tasks {
                 found.mvoxels += 1;
                 found.entries += task.entries.len() as u64;
-                found.streams.visit(&Visit::of(task), options.rit_reads);
+                found.streams.visit(&Visit::of(task), options.unit_streams);
             }
             found.scattered += group.scattered_bytes();
             if options.order == Order::Exact {
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use crate::scene::{Model, Scene};
     use crate::splats::render_fixed;
-    use crate::streams::RitReads;
+    use crate::streams::UnitStreams;
     use crate::units::Twins;
 
     /// Stream for stream and in total what the renderer counts, which holds few
@@ -97,7 +97,7 @@ mod tests {
             let mut options = FixedOptions {
                 order,
                 hold_records: 20,
-                rit_reads: RitReads::of(&config),
+                unit_streams: UnitStreams::of(&config),
                 ..FixedOptions::default()
             };
             let sides = [16, 60, 150];

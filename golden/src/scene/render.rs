@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use potamoi_formats::config::Config;
 use potamoi_formats::record::RECORD_CHANNELS;
+use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
 use serde::Serialize;
 
@@ -14,7 +15,7 @@ use crate::camera::Camera;
 use crate::fields::{self, Field, FixedField};
 use crate::picture::Picture;
 use crate::splats::{self, Cloud, Decisions, Flips, Octree, Partition};
-use crate::streams::{RitReads, Streams};
+use crate::streams::{Streams, UnitStreams};
 use crate::units::Units;
 use crate::voxels::{self, Halo, MVoxels, Volume};
 
@@ -240,13 +241,13 @@ impl Scene {
     pub(super) fn splat_options(&self, config: &Config) -> splats::FixedOptions {
         splats::FixedOptions {
             schedule: splats::ScheduleOptions {
-                rows: config.mvoxel.rows as usize,
+                rows: config.mvoxel_capacity(Vertices::One, RECORD_CHANNELS) as usize,
                 group_tiles: self.group_tiles,
                 merge: true,
             },
             background: self.background,
             order: self.order,
-            rit_reads: RitReads::of(config),
+            unit_streams: UnitStreams::of(config),
             log_decisions: true,
             ..splats::FixedOptions::default()
         }

@@ -18,7 +18,7 @@ use super::schedule::{Group, Schedule, ScheduleOptions};
 use super::view::{TILE, View};
 use crate::camera::Camera;
 use crate::picture::Picture;
-use crate::streams::{RitReads, Streams, Visit};
+use crate::streams::{Streams, UnitStreams, Visit};
 use crate::units::{GatherTask, Units};
 
 /// Entries that are gathered, or wait to be composited, before work is done.
@@ -34,7 +34,7 @@ pub struct FixedOptions {
     /// Records that fit on chip while they are held back; more spill.
     pub hold_records: usize,
     /// How often the ray index table is read.
-    pub rit_reads: RitReads,
+    pub unit_streams: UnitStreams,
     /// Linear RGB behind everything, rounded to U4.12.
     pub background: [f32; 3],
     /// Whether to keep [`FixedFrame::decisions`] (exact order alone).
@@ -47,7 +47,7 @@ impl Default for FixedOptions {
             schedule: ScheduleOptions::default(),
             order: Order::Exact,
             hold_records: 8192,
-            rit_reads: RitReads::default(),
+            unit_streams: UnitStreams::default(),
             background: [0.0; 3],
             log_decisions: false,
         }
@@ -153,7 +153,7 @@ fn render_group(
     while start < group.tasks.len() {
         let end = batch_end(&group.tasks, start);
         let batch = &group.tasks[start..end];
-        gather(units, batch, &mut features, options.rit_reads, stats)?;
+        gather(units, batch, &mut features, options.unit_streams, stats)?;
         let mut rows = features.as_chunks::<RECORD_CHANNELS>().0.iter();
         for (t, task) in (start..).zip(batch) {
             for (entry, row) in task.entries.iter().zip(&mut rows) {
@@ -203,7 +203,7 @@ fn gather(
     units: &mut dyn Units,
     tasks: &[GatherTask],
     features: &mut Vec<i16>,
-    reads: RitReads,
+    reads: UnitStreams,
     stats: &mut FixedStats,
 ) -> Result<(), RenderError> {
     features.clear();

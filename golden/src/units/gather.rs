@@ -1,6 +1,6 @@
 //! The gathering unit's arithmetic: weighted sums of feature rows.
 
-use potamoi_formats::config::{Config, WeightTrust};
+use potamoi_formats::config::{Config, Sums, WeightTrust};
 use potamoi_formats::fixed::{Format, Rounding, round_shift};
 use potamoi_formats::rit::{RitEntry, Vertices};
 use rayon::prelude::*;
@@ -147,10 +147,37 @@ impl Reducer {
 pub struct GatherTwin {
     reducer: Reducer,
     trusted: bool,
-    table_rows: usize,
-    banks: usize,
-    segments: u32,
     built: Vec<Vertices>,
+    config: Config,
+}
+
+/// What becomes of a sum: a feature code, or the sum itself.
+trait Code: Copy + Default + Send {
+    /// Of a sum of weight times code.
+    fn of_sum(reducer: &Reducer, sum: i64) -> Self;
+    /// Of a code that is not weighted.
+    fn of_code(reducer: &Reducer, code: i16) -> Self;
+}
+
+impl Code for i16 {
+    fn of_sum(reducer: &Reducer, sum: i64) -> Self {
+        reducer.round(sum)
+    }
+
+    fn of_code(_: &Reducer, code: i16) -> Self {
+        code
+    }
+}
+
+/// Trusted weights keep a sum below 2^31.
+impl Code for i32 {
+    fn of_sum(_: &Reducer, sum: i64) -> Self {
+        sum as Self
+    }
+
+    fn of_code(reducer: &Reducer, code: i16) -> Self {
+        Self::from(code) << reducer.weight_bits
+    }
 }
 
 /// Sums that are worth handing to another thread.
@@ -164,10 +191,8 @@ impl GatherTwin {
         Self {
             reducer: Reducer::new(config),
             trusted: config.gu.weights == WeightTrust::Trusted,
-            table_rows: config.mvoxel.rows as usize,
-            banks: config.gu.banks.max(1) as usize,
-            segments: config.gu.segments,
             built: config.supported_vertices(),
+            config: config.clone(),
         }
     }
 
@@ -180,12 +205,12 @@ impl GatherTwin {
         if channels == 0 {
             return Err(GatherError::NoChannels);
         }
-        let segments = channels.div_ceil(self.banks);
-        if segments > self.segments as usize {
+        let (segments, allowed) = (self.config.segments(channels), self.config.gu.segments);
+        if segments > allowed as usize {
             return Err(GatherError::Segments {
                 channels,
                 segments,
-                allowed: self.segments,
+                allowed,
             });
         }
         if !self.built.contains(&task.vertices) {
@@ -237,12 +262,33 @@ impl GatherTwin {
     /// # Errors
     /// As [`GatherTwin::check`]; nothing is appended then.
     pub fn gather(&self, task: &GatherTask, features: &mut Vec<i16>) -> Result<u8, GatherError> {
+        self.append(task, features)
+    }
+
+    /// As [`GatherTwin::gather`], but sums as they are, in units of 2^-W, of weights
+    /// that sum to at most 1: of the entries of a cell that lies in several MVoxels,
+    /// they add up to its sum.
+    ///
+    /// # Errors
+    /// As [`GatherTwin::check`]; nothing is appended then.
+    pub fn sums(&self, task: &GatherTask, sums: &mut Vec<i32>) -> Result<u8, GatherError> {
+        self.append(task, sums)
+    }
+
+    /// The arithmetic of sums.
+    #[must_use]
+    pub fn reducer(&self) -> &Reducer {
+        &self.reducer
+    }
+
+    fn append<T: Code>(&self, task: &GatherTask, features: &mut Vec<T>) -> Result<u8, GatherError> {
         self.check(task)?;
         let channels = task.channels;
-        let held = (task.rows.len() / channels).min(self.table_rows) * channels;
+        let capacity = self.config.mvoxel_capacity(task.vertices, channels) as usize;
+        let held = (task.rows.len() / channels).min(capacity) * channels;
         let rows = task.rows.get(..held).unwrap_or_default();
         let begin = features.len();
-        features.resize(begin + task.entries.len() * channels, 0);
+        features.resize(begin + task.entries.len() * channels, T::default());
         let out = &mut features[begin..];
         if out.len() < PARALLEL {
             for (out, entry) in out.chunks_exact_mut(channels).zip(&task.entries) {
@@ -266,15 +312,15 @@ impl GatherTwin {
     }
 
     /// One entry: `out` holds 0 and gets a code for every channel.
-    fn reduce(&self, vertices: Vertices, rows: &[i16], entry: &RitEntry, out: &mut [i16]) {
+    fn reduce<T: Code>(&self, vertices: Vertices, rows: &[i16], entry: &RitEntry, out: &mut [T]) {
         let channels = out.len();
         let row = |v: usize| {
             let from = usize::from(entry.rows[v]) * channels;
             rows.get(from..from + channels)
         };
         if !vertices.is_structured() {
-            if let Some(row) = row(0) {
-                out.copy_from_slice(row);
+            for (out, code) in out.iter_mut().zip(row(0).unwrap_or_default()) {
+                *out = T::of_code(&self.reducer, *code);
             }
             return;
         }
@@ -288,7 +334,7 @@ impl GatherTwin {
         }
         for (channel, out) in out.iter_mut().enumerate() {
             let terms = terms[..used].iter().map(|(w, row)| (*w, row[channel]));
-            *out = self.reducer.round(self.reducer.sum(terms));
+            *out = T::of_sum(&self.reducer, self.reducer.sum(terms));
         }
     }
 
@@ -308,7 +354,12 @@ impl GatherTwin {
                 flags |= FLAG_WEIGHT;
             }
             let sum: i64 = weights.iter().map(|&w| weight(w)).sum();
-            if self.trusted && sum != 1 << self.reducer.weight_bits {
+            let one = 1 << self.reducer.weight_bits;
+            let off = match self.config.gu.sums {
+                Sums::Rounded => sum != one,
+                Sums::Exact => sum > one,
+            };
+            if self.trusted && off {
                 flags |= FLAG_SUM;
             }
         }

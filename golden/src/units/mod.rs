@@ -45,6 +45,17 @@ pub trait Units {
     /// The unit refused a task or failed.
     fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError>;
 
+    /// Gathers as [`Units::gather`] but appends unrounded sums, in units of 2^-W:
+    /// those of the entries of a sample that lies in several MVoxels add up.
+    ///
+    /// # Errors
+    /// As [`Units::gather`]; units of another configuration than
+    /// `gu.sums = "exact"` have none.
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        let _ = (tasks, sums);
+        Err("these units give no unrounded sums: use gu.sums = \"exact\"".into())
+    }
+
     /// Computes `out[i] = op(a[i], b[i])`. All slices have one length.
     ///
     /// # Errors

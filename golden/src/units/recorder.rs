@@ -86,6 +86,11 @@ impl Units for Recorder<'_> {
         Ok(())
     }
 
+    /// Sums go through; they are not kept.
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        self.units.sums(tasks, sums)
+    }
+
     fn vector(
         &mut self,
         op: VectorOp,

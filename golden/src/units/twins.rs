@@ -79,16 +79,21 @@ impl Twins {
     }
 }
 
-impl Units for Twins {
-    /// Nothing is appended if any task is refused.
-    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
-        let begin = features.len();
+impl Twins {
+    /// Appends what `one` gives of every task; nothing if any is refused.
+    fn each<T>(
+        &mut self,
+        tasks: &[GatherTask],
+        out: &mut Vec<T>,
+        one: impl Fn(&GatherTwin, &GatherTask, &mut Vec<T>) -> Result<u8, GatherError>,
+    ) -> Result<(), UnitError> {
+        let begin = out.len();
         let mut flags = 0;
         for (index, task) in tasks.iter().enumerate() {
-            match self.gather.gather(task, features) {
+            match one(&self.gather, task, out) {
                 Ok(raised) => flags |= raised,
                 Err(source) => {
-                    features.truncate(begin);
+                    out.truncate(begin);
                     let count = tasks.len();
                     return Err(Box::new(TaskError {
                         index,
@@ -102,6 +107,17 @@ impl Units for Twins {
         self.counts.gathers += tasks.len() as u64;
         self.counts.feature_vectors += tasks.iter().map(|t| t.entries.len() as u64).sum::<u64>();
         Ok(())
+    }
+}
+
+impl Units for Twins {
+    /// Nothing is appended if any task is refused.
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        self.each(tasks, features, GatherTwin::gather)
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        self.each(tasks, sums, GatherTwin::sums)
     }
 
     fn vector(

@@ -17,7 +17,7 @@ use super::schedule::{Schedule, Skip};
 use super::split;
 use crate::camera::Camera;
 use crate::picture::Picture;
-use crate::streams::{RitReads, Streams, Visit};
+use crate::streams::{Streams, UnitStreams, Visit};
 use crate::tiling::Halo;
 use crate::units::{GatherTask, Units};
 
@@ -114,7 +114,7 @@ impl FixedStats {
     pub(crate) fn count<'v>(
         &mut self,
         visits: impl IntoIterator<Item = &'v Visit>,
-        reads: RitReads,
+        reads: UnitStreams,
     ) {
         for visit in visits {
             self.tasks += 1;
@@ -279,7 +279,7 @@ pub fn render_volume(
             next = schedule.batch(&group, next, most, alive, &mut tasks, &mut spans);
             gather(units, &tasks, &mut features)?;
             let visits: Vec<Visit> = tasks.iter().map(Visit::of).collect();
-            frame.stats.count(&visits, mvoxels.rit_reads());
+            frame.stats.count(&visits, mvoxels.unit_streams());
             done.run(&features, &spans, units, &mut work)?;
         }
         place(&mut frame, &group.pixels, &done, options.background);

@@ -86,7 +86,7 @@ fn count(schedule: &Schedule<'_>, group: &Group, stops: &[u32], stats: &mut Fixe
             }
         }
         if visit.rows > 0 {
-            stats.count([&visit], mvoxels.rit_reads());
+            stats.count([&visit], mvoxels.unit_streams());
         }
     }
 }

@@ -2,12 +2,12 @@
 //! can give opacity.
 
 use glam::DVec3;
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, Sums};
 
 use super::error::VoxelError;
 use super::formats::{Formats, code};
 use super::grid::Grid;
-use crate::streams::RitReads;
+use crate::streams::UnitStreams;
 use crate::tiling::{Halo, Place, Tiling, edges};
 use crate::units::gather::Reducer;
 
@@ -17,7 +17,9 @@ pub struct MVoxels {
     tiling: Tiling,
     channels: usize,
     reducer: Reducer,
-    rit_reads: RitReads,
+    unit_streams: UnitStreams,
+    /// Whether the unit returns unrounded sums.
+    exact_sums: bool,
     /// Of codes that are a grid's.
     formats: Option<Formats>,
     mask: Option<Mask>,
@@ -109,7 +111,8 @@ impl MVoxels {
             tiling: Tiling::new(points, edge, Halo::Shared),
             channels,
             reducer: Reducer::new(config),
-            rit_reads: RitReads::of(config),
+            unit_streams: UnitStreams::of(config),
+            exact_sums: config.gu.sums == Sums::Exact,
             formats: None,
             mask: None,
             rows: Vec::new(),
@@ -217,8 +220,14 @@ impl MVoxels {
 
     /// How often the ray index table is read.
     #[must_use]
-    pub fn rit_reads(&self) -> RitReads {
-        self.rit_reads
+    pub fn unit_streams(&self) -> UnitStreams {
+        self.unit_streams
+    }
+
+    /// Whether the unit returns unrounded sums, of parts of cells too.
+    #[must_use]
+    pub fn has_exact_sums(&self) -> bool {
+        self.exact_sums
     }
 
     /// Vertices of the grid along x, y, z.

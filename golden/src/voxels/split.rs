@@ -2,10 +2,10 @@
 //!
 //! A sample whose vertices lie in several MVoxels has an entry in each. The
 //! unrounded sums of its entries are added up and rounded once, which gives what
-//! one entry of all eight gives. Entries that have all their vertices go through
-//! the gathering unit; the others through its arithmetic in Rust
-//! ([`Reducer`](crate::units::gather::Reducer)): no generated unit returns
-//! unrounded sums yet.
+//! one entry of all eight gives. Where the unit returns unrounded sums
+//! (`gu.sums = "exact"`), all entries go through it; an absent vertex weighs 0.
+//! Otherwise those that have all their vertices do, and the others go through its
+//! arithmetic in Rust ([`Reducer`](crate::units::gather::Reducer)).
 //!
 //! MVoxels are visited by distance, as with shared faces. A sample is complete
 //! behind the farthest of its MVoxels, but that does not follow the order along
@@ -100,6 +100,7 @@ pub(super) fn run(
     work: &mut Work,
 ) -> Result<(), VoxelError> {
     let reducer = schedule.mvoxels.reducer();
+    let exact = schedule.mvoxels.has_exact_sums();
     let mut pool = Pool {
         channels: schedule.mvoxels.channels(),
         sums: vec![],
@@ -122,10 +123,10 @@ pub(super) fn run(
                 stats,
             );
             if targets.len() >= most {
-                settle(units, &mut tasks, &mut targets, &mut pool)?;
+                settle(units, &mut tasks, &mut targets, &mut pool, exact)?;
             }
         }
-        settle(units, &mut tasks, &mut targets, &mut pool)?;
+        settle(units, &mut tasks, &mut targets, &mut pool, exact)?;
         let mut rays: Vec<u32> = same.iter().map(|c| c.ray).collect();
         rays.sort_unstable();
         rays.dedup();
@@ -231,6 +232,21 @@ fn visit<'c>(
                 continue;
             }
             split += 1;
+            if mvoxels.has_exact_sums() {
+                let held = |v: usize| held >> v & 1 == 1;
+                let some = own[(0..8).find(|v| held(*v)).unwrap_or_default()];
+                let mut part = RitEntry {
+                    slot: crossing.ray,
+                    rows: own,
+                    weights,
+                };
+                for v in (0..8).filter(|v| !held(*v)) {
+                    (part.rows[v], part.weights[v]) = (some, 0);
+                }
+                entries.push(part);
+                targets.push((crossing.ray, k));
+                continue;
+            }
             let sums = pool.sums(crossing.ray, k, false);
             for (channel, sum) in sums.iter_mut().enumerate() {
                 let held = (0..8).filter(|v| held >> v & 1 == 1);
@@ -244,14 +260,20 @@ fn visit<'c>(
         return;
     };
     let rows = usize::from(last) + 1;
+    let whole = entries.len()
+        - if mvoxels.has_exact_sums() {
+            split as usize
+        } else {
+            0
+        };
     let visit = Visit {
         vertices: Vertices::Eight,
         channels,
         rows: rows as u64,
-        whole: entries.len() as u64,
+        whole: whole as u64,
         split,
     };
-    stats.count([&visit], mvoxels.rit_reads());
+    stats.count([&visit], mvoxels.unit_streams());
     if !entries.is_empty() {
         tasks.push(schedule.loading(mvoxel, rows, entries));
     }
@@ -263,7 +285,21 @@ fn settle(
     tasks: &mut Vec<GatherTask>,
     targets: &mut Vec<(u32, u32)>,
     pool: &mut Pool,
+    exact: bool,
 ) -> Result<(), VoxelError> {
+    if exact {
+        let mut sums = vec![];
+        units.sums(tasks, &mut sums).map_err(VoxelError::Unit)?;
+        for ((ray, k), own) in targets.iter().zip(sums.chunks_exact(pool.channels)) {
+            let sums = pool.sums(*ray, *k, false);
+            for (sum, part) in sums.iter_mut().zip(own) {
+                *sum += i64::from(*part);
+            }
+        }
+        tasks.clear();
+        targets.clear();
+        return Ok(());
+    }
     let mut features = vec![];
     gather(units, tasks, &mut features)?;
     for ((ray, k), own) in targets.iter().zip(features.chunks_exact(pool.channels)) {

@@ -30,7 +30,7 @@ const LOG: FixedOptions = FixedOptions {
     },
     order: Order::Exact,
     hold_records: 8192,
-    rit_reads: RitReads::PAPER,
+    unit_streams: RitReads::PAPER,
     background: [0.0; 3],
     log_decisions: true,
 };

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use num_bigint::BigInt;
-use potamoi_formats::config::{Config, Modes, WeightTrust};
+use potamoi_formats::config::{Config, Modes, Sums, WeightTrust};
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::rit::MAX_VERTICES;
 
@@ -12,7 +12,7 @@ use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::tree_sum;
 
 /// Builds `reducer`: `acc` holds the exact weighted sum of an entry's
-/// features; `result` is it rounded once, half-even, by W bits.
+/// features; `result` is it rounded once, half-even, by W bits, or as it is.
 ///
 /// In a unit without structured entries there is nothing to reduce: the
 /// feature is registered, at the same latency. Where products are registered,
@@ -85,6 +85,11 @@ pub(super) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
             m.weighted_accumulator(acc, feature, total, "trusted weights sum to 2^W")
         }
         WeightTrust::Any => m.accumulator(acc, term, 8, "an entry has at most 8 vertices"),
+    }
+    if gu.sums == Sums::Exact {
+        let result = m.as_unsigned(acc);
+        m.output("result", result, "the sum so far, in units of 2^-W");
+        return m.finish();
     }
     let result = rounded_once(&mut m, config, acc);
     m.output("result", result, "the sum so far, rounded and saturated");

@@ -1,6 +1,6 @@
 //! What the unit counts, and what it refuses.
 
-use potamoi_formats::config::{Config, EntryKind, Modes, WeightTrust};
+use potamoi_formats::config::{Config, EntryKind, Modes, Sums, WeightTrust};
 use potamoi_formats::rit::Vertices;
 
 use super::top::{Ports, Stage};
@@ -118,7 +118,11 @@ pub(super) fn errors(
             let doc = "what an entry's weights sum to";
             let one =
                 *one.get_or_insert_with(|| m.param("WEIGHT_ONE", 1u32 << gu.weight_bits, ty, doc));
-            let wrong = m.ne(sum, one);
+            let wrong = match gu.sums {
+                Sums::Rounded => m.ne(sum, one),
+                // The entry may be a part of a cell.
+                Sums::Exact => m.gt(sum, one),
+            };
             sums.push(m.all_of(&[kept, structured, s1.last, wrong]));
         }
     }

@@ -117,6 +117,13 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     );
     let segments = m.input("cfg_segments", Ty::u(7), "channel segments, 1 and up");
     let clear = m.input("cfg_clear", bit, "clears counters and flags");
+    let two = (gu.records_a_row == 2).then(|| {
+        m.input(
+            "cfg_two_records",
+            bit,
+            "two records of B / 2 channels share a row; the id's bit above the row says which",
+        )
+    });
     let stream = config.rit_stream_bits();
     let rit_in = [
         (
@@ -194,7 +201,8 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let release = m.name(release, "release_table");
     m.connect(rit, "p_take", fire);
     m.connect(table, "read", fire);
-    m.connect(table, "read_row", p_row);
+    let shared = two.map(|two| SharedRows::of(m, config, two, p_row));
+    m.connect(table, "read_row", shared.as_ref().map_or(p_row, |s| s.rows));
     m.connect(table, "read_keep", p_keep);
     m.connect(table, "done", release);
     let group_start = m.and(fire, p_first);
@@ -226,11 +234,16 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     }
     let single = is(m, vertices, 0);
     let single = m.name(single, "single_ids");
+    let upper = shared.as_ref().map(|shared| {
+        let reg = m.reg("s1_upper_record", Ty::u(ports), 0);
+        m.set_next_if(reg, fire, shared.upper);
+        reg
+    });
 
     let done = summed(m, config, &s1);
 
     m.section("Reducers: one a channel and port");
-    let lanes = config.lanes_a_port();
+    let (lanes, lane_bits) = (config.lanes_a_port(), config.feature_lane_bits());
     let mut results = vec![];
     for port in 0..ports {
         let table_out = m.out(table, &format!("feature{port}"));
@@ -242,7 +255,11 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
             })
             .collect();
         let mask = m.cat(&masks);
-        let features = m.and(table_out, mask);
+        let mut features = m.and(table_out, mask);
+        if let (Some(two), Some(upper)) = (two, upper) {
+            let upper = m.bit(upper, port);
+            features = one_record(m, features, two, upper);
+        }
         let features = m.name(features, &format!("s1_features{port}"));
         let weights: Vec<_> = (0..groups)
             .map(|g| m.slice(s1.weight, 16 * (port * groups + g), gu.weight_bits + 1))
@@ -274,7 +291,7 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
             let inst = m.instance(&format!("reducer{port}_{lane}"), &reducer_module, &inputs);
             let result = m.out(inst, "result");
             let result = m.as_signed(result);
-            let lane = m.extend(result, 16);
+            let lane = m.extend(result, lane_bits);
             results.push(m.as_unsigned(lane));
         }
     }
@@ -325,7 +342,7 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let errors = errors(m, config, &io, &s1, single, [rit, table]);
     m.section("Outputs");
     m.output("m_axis_feat_tvalid", valid, "features, M entries a beat");
-    let width = 16 * lanes * ports;
+    let width = lane_bits * lanes * ports;
     let features = m.slice(out, 0, width);
     m.output(
         "m_axis_feat_tdata",
@@ -338,7 +355,7 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let mut bytes = vec![];
     for port in (0..ports).rev() {
         let kept = m.bit(keep, port);
-        bytes.push(m.repeat(kept, 2 * lanes));
+        bytes.push(m.repeat(kept, lane_bits / 8 * lanes));
     }
     let bytes = m.cat(&bytes);
     m.output("m_axis_feat_tkeep", bytes, "ports that hold an entry");
@@ -357,6 +374,52 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "sticky; docs/gathering-unit.md names the bits",
     );
     builder.finish()
+}
+
+/// Two records a row.
+struct SharedRows {
+    /// Rows of the ids, without the bit that picks a record.
+    rows: Signal,
+    /// Of each port, whether the upper record is asked for.
+    upper: Signal,
+}
+
+impl SharedRows {
+    fn of(m: &mut ModuleBuilder, config: &Config, two: Signal, ids: Signal) -> Self {
+        let at = config.row_bits();
+        let (mut rows, mut upper) = (vec![], vec![]);
+        for port in (0..config.gu.ports).rev() {
+            let id = m.slice(ids, 16 * port, 16);
+            let picks = m.bit(id, at);
+            let low = m.slice(id, 0, at);
+            let row = if at < 15 {
+                let above = m.slice(id, at + 1, 15 - at);
+                m.cat(&[above, low])
+            } else {
+                low
+            };
+            let row = m.extend(row, 16);
+            let row = m.mux(two, row, id);
+            rows.push(m.name(row, &format!("row_of_port{port}")));
+            upper.push(picks);
+        }
+        Self {
+            rows: m.cat(&rows),
+            upper: m.cat(&upper),
+        }
+    }
+}
+
+/// The record of a row that is asked for, in the lower half; the upper is 0.
+fn one_record(m: &mut ModuleBuilder, row: Signal, two: Signal, upper: Signal) -> Signal {
+    let half = row.width() / 2;
+    let (low, high) = (m.slice(row, 0, half), m.slice(row, half, half));
+    let moves = m.and(two, upper);
+    let lower = m.mux(moves, high, low);
+    let whole = m.not(two);
+    let mask = m.repeat(whole, half);
+    let rest = m.and(high, mask);
+    m.cat(&[rest, lower])
 }
 
 /// `count` goes up with `up`, down with `down`.

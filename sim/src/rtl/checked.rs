@@ -35,17 +35,17 @@ pub struct Check<'a> {
 
 impl GatherUnit {
     /// Sends tasks through the unit from reset and compares every cycle with
-    /// the stepwise cycle model and every beat with `features`, in task and
-    /// entry order.
+    /// the stepwise cycle model and every beat with `features` (or sums), in task
+    /// and entry order.
     ///
     /// # Errors
     /// [`RtlError::Mismatch`] at the first difference; else as
     /// [`GatherUnit::run`].
-    pub fn check(
+    pub fn check<T: Copy + Into<i32>>(
         &self,
         config: &Config,
         tasks: &[GatherTask],
-        features: &[i16],
+        features: &[T],
         check: Check<'_>,
     ) -> Result<GatherTotals, RtlError> {
         let work = GatherWork::new(config, tasks)?;
@@ -66,11 +66,11 @@ impl GatherUnit {
     ///
     /// # Errors
     /// Anything but the mismatch.
-    pub fn excerpt(
+    pub fn excerpt<T: Copy + Into<i32>>(
         &self,
         config: &Config,
         tasks: &[GatherTask],
-        features: &[i16],
+        features: &[T],
         check: Check<'_>,
         cycle: u64,
         path: &Path,

@@ -25,8 +25,9 @@ pub struct GatherUnit {
 /// What a run gave.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GatherRun {
-    /// Features in task and entry order, all channels of an entry together.
-    pub features: Vec<i16>,
+    /// Features in task and entry order, all channels of an entry together; with
+    /// `gu.sums = "exact"` unrounded sums, in units of 2^-W.
+    pub features: Vec<i32>,
     /// Slot of every entry of every segment, in the order in which they came.
     pub slots: Vec<u32>,
     /// What it took.
@@ -156,10 +157,8 @@ impl GatherUnit {
 /// Gathers the features of a run.
 struct Collect<'a> {
     groups: Box<dyn Iterator<Item = Group> + 'a>,
-    channels: usize,
-    lanes: usize,
-    slot_bits: u32,
-    features: Vec<i16>,
+    work: &'a GatherWork<'a>,
+    features: Vec<i32>,
     slots: Vec<u32>,
 }
 
@@ -167,9 +166,7 @@ impl<'a> Collect<'a> {
     fn new(work: &'a GatherWork<'a>) -> Self {
         Self {
             groups: Box::new(work.groups()),
-            channels: work.channels,
-            lanes: work.lanes,
-            slot_bits: work.slot_bits,
+            work,
             features: vec![0; work.entries() as usize * work.channels],
             slots: Vec::with_capacity(work.entries() as usize * work.segments),
         }
@@ -202,17 +199,20 @@ impl GatherWatch for Collect<'_> {
         };
         let wrong = || RtlError::Usage("the unit gave other beats than the tasks have".to_owned());
         let group = self.groups.next().ok_or_else(wrong)?;
-        let low = group.segment * self.lanes;
-        let count = self.lanes.min(self.channels - low);
+        let GatherWork {
+            lanes, channels, ..
+        } = *self.work;
+        let low = group.segment * lanes;
+        let count = lanes.min(channels - low);
         for port in 0..group.kept {
-            let first = 2 * self.lanes * port;
+            let first = self.work.lane_bytes * lanes * port;
             if beat.keep[first / 32] >> (first % 32) & 1 == 0 {
                 return Err(wrong());
             }
-            self.slots.push(slot(beat.user, port, self.slot_bits));
-            let at = (group.ordinal + port) * self.channels + low;
+            self.slots.push(slot(beat.user, port, self.work.slot_bits));
+            let at = (group.ordinal + port) * channels + low;
             for (b, code) in self.features[at..at + count].iter_mut().enumerate() {
-                *code = half(beat.data, port * self.lanes + b) as i16;
+                *code = self.work.code(beat.data, port * lanes + b);
             }
         }
         Ok(())

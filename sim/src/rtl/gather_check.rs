@@ -4,7 +4,7 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::units::GATHERING_UNIT;
 
-use super::gather::{half, slot};
+use super::gather::slot;
 use super::gather_drive::{BeatSeen, GatherSeen, GatherWatch};
 use super::gather_work::{GatherWork, Group};
 use super::mismatch::{Mismatch, first_difference, same};
@@ -22,10 +22,10 @@ const COUNTERS: [&str; 5] = [
 ];
 
 /// A watch that fails at the first difference.
-pub(super) struct GatherCheck<'a> {
+pub(super) struct GatherCheck<'a, T> {
     work: &'a GatherWork<'a>,
     /// Features in task and entry order.
-    features: &'a [i16],
+    features: &'a [T],
     model: GatherModel,
     groups: Box<dyn Iterator<Item = Group> + 'a>,
     beat: Option<Expected>,
@@ -45,7 +45,7 @@ pub(super) struct Expected {
 /// Cycles between two calls of the progress function.
 const EVERY: u64 = 1 << 14;
 
-impl<'a> GatherCheck<'a> {
+impl<'a, T: Copy + Into<i32>> GatherCheck<'a, T> {
     /// `every` is told, now and then, how many cycles went by since it was
     /// last called.
     ///
@@ -54,7 +54,7 @@ impl<'a> GatherCheck<'a> {
     pub(super) fn new(
         config: &Config,
         work: &'a GatherWork<'a>,
-        features: &'a [i16],
+        features: &'a [T],
         every: &'a mut dyn FnMut(u64),
     ) -> Result<Self, WorkError> {
         let run = work.run();
@@ -124,16 +124,16 @@ impl<'a> GatherCheck<'a> {
             })?;
         }
         if let Some(bit) = first_difference(beat.data, beat.unknown, &wanted.data, &wanted.mask) {
-            let lane = bit / 16;
+            let lane = bit / (8 * work.lane_bytes);
             let (port, bank) = (lane / work.lanes, lane % work.lanes);
             let signal = format!("m_axis_feat_tdata of port {port}, bank {bank}");
-            let unknown = beat.unknown.is_some_and(|u| half(u, lane) != 0);
+            let unknown = beat.unknown.is_some_and(|u| work.code(u, lane) != 0);
             let found = if unknown {
                 "not known (x or z)".to_owned()
             } else {
-                (half(beat.data, lane) as i16).to_string()
+                work.code(beat.data, lane).to_string()
             };
-            let expected = (half(&wanted.data, lane) as i16).to_string();
+            let expected = work.code(&wanted.data, lane).to_string();
             return Err(Box::new(self.differs(cycle, &signal, found, expected)));
         }
         Ok(())
@@ -145,48 +145,64 @@ const fn list(c: &Counters) -> [u64; 5] {
 }
 
 impl Expected {
-    pub(super) fn new(work: &GatherWork<'_>, features: &[i16], group: Group) -> Self {
-        let (banks, ports, channels) = (work.lanes, work.ports, work.channels);
-        let halves = banks * ports;
+    pub(super) fn new<T: Copy + Into<i32>>(
+        work: &GatherWork<'_>,
+        features: &[T],
+        group: Group,
+    ) -> Self {
+        let (lanes, ports, channels) = (work.lanes, work.ports, work.channels);
+        let bytes = work.lane_bytes * lanes * ports;
         let mut beat = Self {
             group,
-            data: vec![0; halves.div_ceil(2)],
-            mask: vec![0; halves.div_ceil(2)],
-            keep: vec![0; (2 * halves).div_ceil(32)],
-            keep_mask: vec![0; (2 * halves).div_ceil(32)],
+            data: vec![0; bytes.div_ceil(4)],
+            mask: vec![0; bytes.div_ceil(4)],
+            keep: vec![0; bytes.div_ceil(32)],
+            keep_mask: vec![0; bytes.div_ceil(32)],
         };
         beat.fill(work, features, group, channels);
         beat
     }
 
-    fn fill(&mut self, work: &GatherWork<'_>, features: &[i16], group: Group, channels: usize) {
-        let banks = work.lanes;
+    fn fill<T: Copy + Into<i32>>(
+        &mut self,
+        work: &GatherWork<'_>,
+        features: &[T],
+        group: Group,
+        channels: usize,
+    ) {
+        let lanes = work.lanes;
         self.group = group;
         for words in [&mut self.data, &mut self.mask, &mut self.keep] {
             words.fill(0);
         }
-        let low = group.segment * banks;
-        let count = banks.min(channels - low);
+        let low = group.segment * lanes;
+        let count = lanes.min(channels - low);
+        let bytes = work.lane_bytes * lanes;
         for port in 0..group.kept {
             let at = (group.ordinal + port) * channels + low;
             let mut codes = features[at..at + count].iter();
-            for lane in port * banks..(port + 1) * banks {
+            for lane in port * lanes..(port + 1) * lanes {
                 // Channels of the last segment past C come back as 0.
-                let code = codes.next().copied().unwrap_or(0);
-                self.data[lane / 2] |= u32::from(code as u16) << (16 * (lane % 2));
-                self.mask[lane / 2] |= 0xffff << (16 * (lane % 2));
+                let code: i32 = codes.next().map_or(0, |code| (*code).into());
+                if work.lane_bytes == 4 {
+                    self.data[lane] = code as u32;
+                    self.mask[lane] = u32::MAX;
+                } else {
+                    self.data[lane / 2] |= u32::from(code as u16) << (16 * (lane % 2));
+                    self.mask[lane / 2] |= 0xffff << (16 * (lane % 2));
+                }
             }
-            for bit in 2 * banks * port..2 * banks * (port + 1) {
+            for bit in bytes * port..bytes * (port + 1) {
                 self.keep[bit / 32] |= 1 << (bit % 32);
             }
         }
-        for bit in 0..2 * banks * work.ports {
+        for bit in 0..bytes * work.ports {
             self.keep_mask[bit / 32] |= 1 << (bit % 32);
         }
     }
 }
 
-impl GatherWatch for GatherCheck<'_> {
+impl<T: Copy + Into<i32>> GatherWatch for GatherCheck<'_, T> {
     fn cycle(
         &mut self,
         cycle: u64,

@@ -152,6 +152,10 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             let port = engine.port(name)?;
             engine.set(port, value)?;
         }
+        if config.gu.records_a_row == 2 {
+            let port = engine.port("cfg_two_records")?;
+            engine.set(port, u64::from(work.shared_rows.is_some()))?;
+        }
         engine.reset()?;
         let run = work.run();
         let mut rit = Source::new(run.rit_beats(config));

@@ -5,6 +5,7 @@ use potamoi_formats::rit::{RitError, Vertices};
 use potamoi_golden::units::GatherTask;
 use thiserror::Error;
 
+use super::gather::half;
 use super::place::{Placed, is_needed};
 use crate::cycles::work::{GatherRun, MftPiece, Mvoxel, RitPiece};
 
@@ -56,6 +57,11 @@ pub struct GatherWork<'a> {
     pub(super) lanes: usize,
     pub(super) ports: usize,
     pub(super) slot_bits: u32,
+    /// Bytes of a channel on the feature stream.
+    pub(super) lane_bytes: usize,
+    /// Whether two records share a row of the MFT, and the bit of an id that picks
+    /// one of them.
+    pub(super) shared_rows: Option<u32>,
     beat_bytes: usize,
     /// Vertices of a row of the MFT.
     vertices_a_row: usize,
@@ -77,6 +83,7 @@ impl<'a> GatherWork<'a> {
         let (vertices, channels) = (first.vertices, first.channels);
         let mut mvoxels = Vec::with_capacity(tasks.len());
         let mut placed = vec![];
+        let shared = config.records_a_row(vertices, channels) == 2;
         for (i, task) in tasks.iter().enumerate() {
             for (same, what) in [
                 (task.vertices == vertices, "entry size"),
@@ -102,6 +109,9 @@ impl<'a> GatherWork<'a> {
                 u32::try_from(n).map_err(|_| shape(i, format!("{n} {what}: expected below 2^32")))
             };
             let mut rows = codes / channels;
+            if shared {
+                rows = rows.div_ceil(2);
+            }
             if is_needed(config, vertices) {
                 let place = Placed::new(config, task);
                 let place = place.map_err(|problem| StreamError::Place { task: i, problem })?;
@@ -124,11 +134,22 @@ impl<'a> GatherWork<'a> {
             lanes: config.lanes_a_port() as usize,
             ports: config.gu.ports as usize,
             slot_bits: config.rit.slot_bits,
+            lane_bytes: config.feature_lane_bits() as usize / 8,
+            shared_rows: shared.then(|| config.row_bits()),
             beat_bytes: config.rit_stream_bits() as usize / 8,
             vertices_a_row: config.vertices_a_row() as usize,
             mvoxels,
             placed,
         })
+    }
+
+    /// The code in a lane of the feature stream.
+    pub(super) fn code(&self, words: &[u32], lane: usize) -> i32 {
+        if self.lane_bytes == 4 {
+            words[lane] as i32
+        } else {
+            i32::from(half(words, lane) as i16)
+        }
     }
 
     /// The run as the cycle models see it.
@@ -245,6 +266,11 @@ impl<'a> Layout<'a> {
         }
         let entries = placed.map_or(&self.work.tasks[task].entries, |p| &p.entries);
         for entry in entries {
+            let mut entry = *entry;
+            if let Some(bit) = self.work.shared_rows {
+                let [record, ..] = entry.rows;
+                entry.rows[0] = record >> 1 | (record & 1) << bit;
+            }
             entry
                 .pack(self.work.vertices, packed)
                 .map_err(|source| StreamError::Entry { task, source })?;
@@ -258,6 +284,13 @@ impl<'a> Layout<'a> {
         let row = piece.row as usize;
         self.row.fill(0);
         match work.placed.get(piece.mvoxel) {
+            None if work.shared_rows.is_some() => {
+                let records = work.tasks[piece.mvoxel].rows.len() / work.channels;
+                for (i, first) in [0, work.lanes / 2].into_iter().enumerate() {
+                    let record = Some(2 * row + i).filter(|record| *record < records);
+                    self.vertex(piece, first, record);
+                }
+            }
             None => self.vertex(piece, 0, Some(row)),
             Some(placed) if work.vertices_a_row == 1 => {
                 self.vertex(piece, 0, placed.own_row(placed.place_of(row)));

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
+use potamoi_golden::units::gather::Reducer;
 use potamoi_golden::units::{GatherTask, UnitCounts, UnitError, Units};
 
 use super::engine::EngineKind;
@@ -85,7 +86,8 @@ impl RtlUnits {
         self.flags
     }
 
-    fn gathered(&mut self, tasks: &[GatherTask], out: &mut Vec<i16>) -> Result<(), RtlError> {
+    /// Appends codes of the feature stream: features, or unrounded sums.
+    fn gathered(&mut self, tasks: &[GatherTask], out: &mut Vec<i32>) -> Result<(), RtlError> {
         let unit = match &mut self.gather {
             Some(unit) => unit,
             none => none.insert(GatherUnit::on(self.engine, &self.config)?),
@@ -140,7 +142,23 @@ pub(crate) fn runs(tasks: &[GatherTask]) -> impl Iterator<Item = &[GatherTask]> 
 
 impl Units for RtlUnits {
     fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
-        Ok(self.gathered(tasks, features)?)
+        let mut codes = vec![];
+        self.gathered(tasks, &mut codes)?;
+        match self.config.gu.sums {
+            Sums::Rounded => features.extend(codes.into_iter().map(|code| code as i16)),
+            Sums::Exact => {
+                let reducer = Reducer::new(&self.config);
+                features.extend(codes.into_iter().map(|sum| reducer.round(sum.into())));
+            }
+        }
+        Ok(())
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        match self.config.gu.sums {
+            Sums::Exact => Ok(self.gathered(tasks, sums)?),
+            Sums::Rounded => Err("gu.sums is \"rounded\": expected \"exact\"".into()),
+        }
     }
 
     fn vector(

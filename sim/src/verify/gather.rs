@@ -9,12 +9,12 @@ use crate::cycles::gather_cycles;
 use crate::rtl::{Check, GatherUnit, GatherWork, Mismatch, RtlError, runs};
 
 impl Verifier<'_> {
-    /// Verifies the share of `tasks` that the settings ask for; `features` and
-    /// `flags` are what the twin gave, `flags` a task.
+    /// Verifies the share of `tasks` that the settings ask for; `features` (or
+    /// sums) and `flags` are what the twin gave, `flags` a task.
     pub(super) fn verify_gather(
         &mut self,
         tasks: &[GatherTask],
-        features: &[i16],
+        features: &[i32],
         flags: &[u8],
     ) -> Result<(), RtlError> {
         let every = self.settings.gather_every.max(1);
@@ -41,7 +41,7 @@ impl Verifier<'_> {
     fn gather_runs(
         &mut self,
         tasks: &[GatherTask],
-        features: &[i16],
+        features: &[i32],
         flags: &[u8],
     ) -> Result<(), RtlError> {
         let (mut first, mut from) = (0, 0);
@@ -60,7 +60,7 @@ impl Verifier<'_> {
     fn gather_run(
         &mut self,
         tasks: &[GatherTask],
-        features: &[i16],
+        features: &[i32],
         flags: u64,
     ) -> Result<(), RtlError> {
         let unit = match self.gather_unit.take() {

@@ -12,7 +12,7 @@ mod vector;
 
 use std::path::{Path, PathBuf};
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
 use potamoi_golden::units::gather::GatherTwin;
 use potamoi_golden::units::vu::VectorTwin;
@@ -222,13 +222,36 @@ impl<'p> Verifier<'p> {
 
 impl Units for Verifier<'_> {
     fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        if self.config.gu.sums == Sums::Exact {
+            let mut sums = vec![];
+            self.sums(tasks, &mut sums)?;
+            let reducer = self.gather_twin.reducer();
+            features.extend(sums.into_iter().map(|sum| reducer.round(sum.into())));
+            return Ok(());
+        }
         self.stopped()?;
         let begin = features.len();
         let mut flags = Vec::with_capacity(tasks.len());
         for task in tasks {
             flags.push(self.gather_twin.gather(task, features)?);
         }
-        self.verify_gather(tasks, &features[begin..], &flags)?;
+        let codes: Vec<i32> = features[begin..]
+            .iter()
+            .map(|code| (*code).into())
+            .collect();
+        self.verify_gather(tasks, &codes, &flags)?;
+        self.show_progress();
+        Ok(())
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        self.stopped()?;
+        let begin = sums.len();
+        let mut flags = Vec::with_capacity(tasks.len());
+        for task in tasks {
+            flags.push(self.gather_twin.sums(task, sums)?);
+        }
+        self.verify_gather(tasks, &sums[begin..], &flags)?;
         self.show_progress();
         Ok(())
     }

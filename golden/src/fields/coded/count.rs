@@ -154,7 +154,7 @@ impl Counted {
         };
         self.tasks += 1;
         self.entries += whole + split;
-        self.streams.visit(&visit, of.rit_reads);
+        self.streams.visit(&visit, of.unit_streams);
     }
 }
 

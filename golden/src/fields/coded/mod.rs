@@ -23,7 +23,7 @@ use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
 
 use super::codes::{finest, quantised};
 use super::{FieldError, HashUnit, Table};
-use crate::streams::RitReads;
+use crate::streams::UnitStreams;
 use crate::tiling::Halo;
 use crate::units::gather::Reducer;
 use crate::units::{Units, weights};
@@ -43,7 +43,7 @@ use visit::Shape;
 pub struct CodedTable {
     order: Order,
     shape: Shape,
-    rit_reads: RitReads,
+    unit_streams: UnitStreams,
     /// Of an MVoxel at most, or that are held at a time.
     rows: usize,
 }
@@ -138,7 +138,7 @@ impl CodedTable {
         Ok(Self {
             order,
             shape,
-            rit_reads: RitReads::of(config),
+            unit_streams: UnitStreams::of(config),
             rows: held.min(table.rows()),
         })
     }
@@ -188,7 +188,7 @@ impl CodedTable {
     /// features are.
     #[must_use]
     pub const fn sample_bytes(&self) -> u64 {
-        self.rit_reads.moved_bytes(self.shape.vertices) + 2 * self.shape.channels as u64
+        self.unit_streams.moved_bytes(self.shape.vertices) + 2 * self.shape.channels as u64
     }
 
     /// Whether its MVoxels can share vertices, so that a halo makes a difference.
@@ -228,7 +228,7 @@ impl CodedTable {
         let width = self.channels();
         let mut codes = vec![];
         gather(units, &gathers.tasks, &mut codes)?;
-        stats.count(&gathers.visits, self.rit_reads);
+        stats.count(&gathers.visits, self.unit_streams);
         if gathers.row_by_row {
             let rows: usize = gathers.tasks.iter().map(|t| t.rows.len()).sum();
             stats.scattered_bytes += 2 * rows as u64;

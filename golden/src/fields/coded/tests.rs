@@ -352,7 +352,7 @@ fn batches_are_counted_as_they_are_gathered() {
                 for visit in &gathers.visits {
                     entries += visit.whole + visit.split;
                     split += visit.split;
-                    streams.visit(visit, RitReads::of(config));
+                    streams.visit(visit, UnitStreams::of(config));
                 }
                 let scattered = if gathers.row_by_row {
                     streams.mvoxels_read
