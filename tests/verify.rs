@@ -47,6 +47,60 @@ fn both_built_in_scenes_agree_in_every_bit_and_cycle() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
+/// Compact entries, whole cells by parity, deeper pipelines, two records a row, and
+/// exact sums of a split halo, on traces of scenes.
+#[test]
+fn other_gathering_units_agree_in_every_bit_and_cycle() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.display().to_string()
+    };
+    let builtin = "[model]\nkind = \"builtin\"\nname = \"lantern\"\n";
+    let split = at(
+        "split.toml",
+        &format!("{builtin}[render]\nhalo = \"split\"\n"),
+    );
+    let fields = "[rit]\nentry = \"compact\"\n[vu]\nops = [\"pass\", \"relu\", \"add\", \"multiply\", \
+                  \"square-sum\", \"exp\", \"one-minus-exp\", \"sigmoid\", \"softplus\"]\n[vu.exp]\n\
+                  iterations = 18\niterations_per_clock = 2\naccumulator_bits = 20\nconstant_bits = 20\n";
+    let pipelined = at("pipelined.toml", "[gu]\npipelined = true\n");
+    let two = at("two.toml", "[gu]\nrecords_a_row = 2\n");
+    let exact = at("exact.toml", "[gu]\nsums = \"exact\"\n");
+    let fields = at("fields.toml", fields);
+    let mut cycles = vec![];
+    for (scene, config) in [
+        ("cairn:voxels", "paper"),
+        ("cairn:voxels", "compact"),
+        ("cairn:voxels", "parity"),
+        ("cairn:voxels", &pipelined),
+        ("garden", "paper"),
+        ("garden", &two),
+        (&split, &exact),
+        ("cairn:tensorf", &fields),
+    ] {
+        let said = expect(
+            folder.path(),
+            0,
+            &[
+                "verify", "--config", config, "--scene", scene, "--width", "32", "--json", "r.json",
+            ],
+        );
+        assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
+        let r = json(&folder.path().join("r.json"));
+        assert_eq!(r["mismatches"], 0);
+        assert_eq!(r["cycles"], r["cycles_predicted"]);
+        let unit = &r["gathering_unit"];
+        assert_eq!(unit["samples"], unit["samples_total"]);
+        cycles.push(unit["busy"].as_u64().unwrap());
+    }
+    let [paper, compact, parity, pipelined, ..] = cycles[..] else {
+        panic!("{cycles:?}");
+    };
+    assert_eq!((compact, pipelined, 8 * parity), (paper, paper, paper));
+}
+
 /// Traces of TensoRF, also with MVoxels that store nothing twice, Instant-NGP, also
 /// hashed by MVoxel, Compact-3DGS and EfficientNeRF.
 #[test]

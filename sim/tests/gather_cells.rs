@@ -177,9 +177,12 @@ fn whole_cells_are_read_at_once_by_parity() {
 /// entries; with the paper's, what a stream of 16 B a cycle brings: a third of one.
 #[test]
 fn whole_cells_run_at_two_samples_a_cycle() {
-    for entry in ["compact", "paper"] {
+    // The paper's entries keep up on a stream of 96 B a cycle alone.
+    for (entry, stream) in [("compact", 128), ("paper", 128), ("paper", 768)] {
         for channels in [4, 2] {
-            let text = format!("[gu]\nchannels = {channels}\n{EIGHT}[rit]\nentry = \"{entry}\"\n");
+            let text = format!(
+                "[gu]\nchannels = {channels}\n{EIGHT}[rit]\nentry = \"{entry}\"\nstream_bits = {stream}\n"
+            );
             let config = config(&text);
             assert!(config.is_parity());
             let unit = GatherUnit::build(&config).unwrap();
@@ -191,7 +194,7 @@ fn whole_cells_run_at_two_samples_a_cycle() {
             let samples = totals.entries;
             assert_eq!(samples, 3600);
             assert_eq!(totals.busy, samples / 2);
-            if entry == "compact" {
+            if entry == "compact" || stream == 768 {
                 assert_eq!(totals.issue_span(), samples / 2, "no bubble");
             } else {
                 // From the first beat on, and through the pipeline.
@@ -301,6 +304,71 @@ fn two_records_share_a_row() {
         check(&two, &units[0], &[wide], Stalls::NONE);
         let cell = cells(&mut random, &one, Vertices::Eight, (32, 70));
         check(&two, &units[0], &[cell], Stalls::NONE);
+    }
+}
+
+/// Every cell of an MVoxel, and of each every vertex alone: no two vertices of a
+/// cell meet in a group of banks, and each is found where it is. Exhaustive, so
+/// that no position is left to a sample.
+#[test]
+fn no_cell_of_an_mvoxel_has_a_conflict() {
+    no_cell_has_a_conflict(&[(8, "paper"), (512, "paper"), (512, "compact")]);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn no_cell_of_other_mvoxels_has_a_conflict() {
+    no_cell_has_a_conflict(&[
+        (8, "compact"),
+        (64, "paper"),
+        (64, "compact"),
+        (4096, "paper"),
+    ]);
+}
+
+fn no_cell_has_a_conflict(cases: &[(usize, &str)]) {
+    for &(rows, entry) in cases {
+        let text = format!(
+            "[mvoxel]\nrows = {rows}\n[gu]\norganisation = \"parity\"\nbanks = 8\n{EIGHT}\
+             [rit]\nentry = \"{entry}\"\n"
+        );
+        let config = config(&text);
+        let edge = config.mvoxel.edges(3).unwrap()[0];
+        let mut entries = vec![];
+        for first in 0..rows {
+            let place = [first % edge, first / edge % edge, first / (edge * edge)];
+            if place.iter().any(|at| at + 1 == edge) {
+                continue;
+            }
+            let corner = |v: usize| [0, 1, 2].map(|axis| place[axis] + (v >> axis & 1));
+            let groups: std::collections::BTreeSet<_> =
+                (0..8).map(|v| corner(v).map(|at| at % 2)).collect();
+            assert_eq!(groups.len(), 8);
+            for v in 0..8 {
+                let row = |[x, y, z]: [usize; 3]| (x + edge * (y + edge * z)) as u16;
+                let fraction = [0, 1, 2].map(|axis| 4096 * (v >> axis & 1) as u16);
+                entries.push(RitEntry {
+                    slot: 0,
+                    rows: std::array::from_fn(|v| row(corner(v))),
+                    weights: weights::trilinear(fraction, 15),
+                });
+            }
+        }
+        assert_eq!(entries.len(), 8 * (edge - 1).pow(3));
+        let task = GatherTask {
+            vertices: Vertices::Eight,
+            channels: 1,
+            rows: (0..rows as i16).collect(),
+            entries,
+        };
+        let expected =
+            |e: &RitEntry| e.rows[e.weights.iter().position(|w| *w != 0).unwrap()] as i16;
+        let wanted: Vec<_> = task.entries.iter().map(expected).collect();
+        let mut twin = vec![];
+        GatherTwin::new(&config).gather(&task, &mut twin).unwrap();
+        assert_eq!(wanted, twin);
+        let unit = GatherUnit::build(&config).unwrap();
+        check(&config, &unit, &[task], Stalls::NONE);
     }
 }
 

@@ -1,5 +1,7 @@
 //! Shared and split halos: the same picture, bit for bit.
 
+use potamoi_formats::config::Sums;
+
 use super::*;
 
 /// Renders with both halos and holds the second to the first; gives the counts
@@ -17,6 +19,16 @@ fn same(grid: &Grid, config: &Config, camera: &Camera, options: &FixedOptions) -
     });
     assert_eq!(a.picture, b.picture, "{options:?}");
     assert_eq!(a.transmittance, b.transmittance, "{options:?}");
+    // A unit that returns the sums of parts itself.
+    let mut exact = config.clone();
+    exact.gu.sums = Sums::Exact;
+    let mvoxels = MVoxels::new(grid, &exact).unwrap().with_halo(Halo::Split);
+    let mut units = Twins::new(&exact);
+    let c = render_fixed(grid, &mvoxels, camera, options, &mut units).unwrap();
+    assert_eq!(units.counts().feature_vectors, c.stats.entries);
+    assert_eq!(units.gather_flags(), 0);
+    assert_eq!((a.picture, a.transmittance), (c.picture, c.transmittance));
+    assert_eq!(b.stats.split_entries, c.stats.split_entries);
     [a.stats, b.stats]
 }
 
