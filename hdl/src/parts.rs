@@ -15,11 +15,8 @@ pub fn bits_for(n: u32) -> u32 {
 /// Number of set bits.
 pub fn popcount(m: &mut ModuleBuilder, bits: &[Signal]) -> Signal {
     let ty = Ty::u(bits_for(bits.len() as u32));
-    let zero = m.lit(0, ty);
-    bits.iter().fold(zero, |sum, bit| {
-        let wide = m.extend(*bit, ty.width);
-        if sum == zero { wide } else { m.add(sum, wide) }
-    })
+    let wide: Vec<_> = bits.iter().map(|bit| m.extend(*bit, ty.width)).collect();
+    tree_sum(m, &wide)
 }
 
 /// Sum of one or more terms, whose type has room for it, pair by pair.

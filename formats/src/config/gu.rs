@@ -355,18 +355,22 @@ impl Config {
     }
 
     /// Cycles from the issue of a group's last vertex to its offer: one each for
-    /// the sum, the rounding and the FIFO, and one for the products where they
-    /// are registered.
+    /// the sum, the rounding and the FIFO, and those of the products.
     #[must_use]
     pub fn gather_latency(&self) -> u32 {
-        3 + u32::from(self.registers_products())
+        3 + self.product_stages()
     }
 
-    /// Whether products are registered before they are summed up: where
-    /// pipelined, and where eight of them are summed up at once.
+    /// Register stages of a product before it is summed up: its two halves and
+    /// itself where pipelined, itself where eight are summed up at once, none
+    /// otherwise.
     #[must_use]
-    pub fn registers_products(&self) -> bool {
-        self.gu.pipelined || self.is_parity()
+    pub fn product_stages(&self) -> u32 {
+        match (self.gu.pipelined, self.is_parity()) {
+            (true, _) => 2,
+            (false, true) => 1,
+            (false, false) => 0,
+        }
     }
 
     /// Bits of the RIT stream.
@@ -418,10 +422,12 @@ impl Config {
     #[must_use]
     pub fn accumulator_bits(&self) -> u32 {
         let exact = self.gu.feature_bits + self.gu.weight_bits;
+        // What trusted weights spare is not seen of products in parts.
+        let whole = self.product_stages() == 0;
         match self.gu.weights {
-            WeightTrust::Trusted => exact,
+            WeightTrust::Trusted if whole => exact,
             // Eight codes below 2^(W+1) add four bits.
-            WeightTrust::Any => exact + 4,
+            _ => exact + 4,
         }
     }
 }

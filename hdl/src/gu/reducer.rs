@@ -11,12 +11,15 @@ use potamoi_formats::rit::MAX_VERTICES;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::tree_sum;
 
+/// Names of the enables of a product's stages, after `valid`.
+pub(super) const LATER: [&str; 2] = ["product", "sum"];
+
 /// Builds `reducer`: `acc` holds the exact weighted sum of an entry's
-/// features; `result` is it rounded once, half-even, by W bits, or as it is.
+/// features; `result` is it rounded once, half-even, by W bits, or as it is. A
+/// single id has the weight 1.
 ///
 /// In a unit without structured entries there is nothing to reduce: the
-/// feature is registered, at the same latency. Where products are registered,
-/// `sum` and `first` come a cycle after `valid`.
+/// feature is registered, at the same latency.
 ///
 /// # Errors
 /// The netlist's own checks; the range analysis proves the accumulator.
@@ -24,17 +27,15 @@ pub(super) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let gu = &config.gu;
     let (features, weights) = (gu.feature_bits, gu.weight_bits);
     let mut m = ModuleBuilder::new("reducer");
-    let valid = m.input("valid", Ty::bit(), "a feature is given");
+    let enables = enables(&mut m, config);
     let feature = m.input("feature", Ty::s(features), "");
     if gu.modes == Modes::Unstructured {
         m.doc("Registers a feature: single ids need no reduction.");
-        let mut held = m.reg("held", Ty::s(features), 0);
-        m.set_next_if(held, valid, feature);
-        if config.registers_products() {
-            let sum = m.input("sum", Ty::bit(), "the feature is held a second time");
-            let again = m.reg("held_again", Ty::s(features), 0);
-            m.set_next_if(again, sum, held);
-            held = again;
+        let mut held = feature;
+        for (i, enable) in enables.into_iter().enumerate() {
+            let reg = m.reg(&format!("held{i}"), Ty::s(features), 0);
+            m.set_next_if(reg, enable, held);
+            held = reg;
         }
         let result = m.as_unsigned(held);
         m.output("result", result, "the feature");
@@ -45,49 +46,28 @@ pub(super) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let weight = m.input("weight", Ty::u(weights + 1), &format!("U1.{weights}"));
     let acc_bits = config.accumulator_bits();
     let acc = m.reg("acc", Ty::s(acc_bits), 0);
-    let weight_signed = m.extend(weight, weights + 2);
-    let weight_signed = m.as_signed(weight_signed);
-    let weight_signed = m.name(weight_signed, "weight_signed");
-    let product = m.mul(feature, weight_signed);
-    let product = m.name(product, "product");
+    let product = product(&mut m, "", (feature, weight), &enables);
     // A product fits the sum's bits: the weight is at most 2^W, or the sum has four more.
     let term = if product.width() > acc_bits {
         m.truncate(product, acc_bits)
     } else {
         m.extend(product, acc_bits)
     };
-    let term = if gu.modes == Modes::Both {
-        let skip = m.input("skip", Ty::bit(), "a single id: the feature is the result");
-        let no_fraction = m.lit(0, Ty::u(weights));
-        let feature_bits = m.as_unsigned(feature);
-        let whole = m.cat(&[feature_bits, no_fraction]);
-        let whole = m.as_signed(whole);
-        let whole = m.extend(whole, acc_bits);
-        m.mux(skip, whole, term)
-    } else {
-        term
-    };
     let term = m.name(term, "term");
-    let (term, summed) = if config.registers_products() {
-        let held = m.reg("held_term", term.ty(), 0);
-        m.set_next_if(held, valid, term);
-        (held, m.input("sum", Ty::bit(), "the term is summed up"))
-    } else {
-        (term, valid)
-    };
     let total_so_far = m.add(acc, term);
     let total_so_far = m.name(total_so_far, "total_so_far");
     let next = m.mux(first, term, total_so_far);
-    m.set_next_if(acc, summed, next);
-    let total = BigInt::from(1) << weights;
-    match gu.weights {
-        WeightTrust::Trusted => {
-            m.weighted_accumulator(acc, feature, total, "trusted weights sum to 2^W")
-        }
-        WeightTrust::Any => m.accumulator(acc, term, 8, "an entry has at most 8 vertices"),
+    m.set_next_if(acc, enables[enables.len() - 1], next);
+    if gu.weights == WeightTrust::Trusted && config.product_stages() == 0 {
+        let total = BigInt::from(1) << weights;
+        m.weighted_accumulator(acc, feature, total, "trusted weights sum to 2^W");
+    } else {
+        m.accumulator(acc, term, 8, "an entry has at most 8 vertices");
     }
     if gu.sums == Sums::Exact {
-        let result = m.as_unsigned(acc);
+        // Trusted weights keep it below 2^31.
+        let sum = m.truncate(acc, acc_bits.min(32));
+        let result = m.as_unsigned(sum);
         m.output("result", result, "the sum so far, in units of 2^-W");
         return m.finish();
     }
@@ -97,7 +77,6 @@ pub(super) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
 }
 
 /// Builds `cell_reducer`: the weighted sum of all eight vertices of a cell at once.
-/// Products are registered with `valid`, their sum with `sum`.
 ///
 /// # Errors
 /// The netlist's own checks.
@@ -106,28 +85,77 @@ pub(super) fn cell_reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let (features, weights) = (gu.feature_bits, gu.weight_bits);
     let mut m = ModuleBuilder::new("cell_reducer");
     m.doc("Weighted sum of one channel over the eight vertices of a cell, rounded once.");
-    let valid = m.input("valid", Ty::bit(), "features and weights are given");
-    let sum = m.input("sum", Ty::bit(), "the products are summed up");
-    // Eight products of any codes.
-    let wide = Ty::s(features + weights + 4);
+    let enables = enables(&mut m, config);
+    let wide = Ty::s(config.accumulator_bits());
     let mut products = vec![];
     for v in 0..MAX_VERTICES {
         let feature = m.input(&format!("feature{v}"), Ty::s(features), "");
         let doc = format!("U1.{weights}");
         let weight = m.input(&format!("weight{v}"), Ty::u(weights + 1), &doc);
-        let weight = m.extend(weight, weights + 2);
-        let weight = m.as_signed(weight);
-        let product = m.mul(feature, weight);
-        let held = m.reg(&format!("product{v}"), product.ty(), 0);
-        m.set_next_if(held, valid, product);
-        products.push(m.extend(held, wide.width));
+        let product = product(&mut m, &v.to_string(), (feature, weight), &enables);
+        products.push(m.extend(product, wide.width));
     }
     let total = tree_sum(&mut m, &products);
     let acc = m.reg("acc", wide, 0);
-    m.set_next_if(acc, sum, total);
+    m.set_next_if(acc, enables[enables.len() - 1], total);
     let result = rounded_once(&mut m, config, acc);
     m.output("result", result, "the sum, rounded and saturated");
     m.finish()
+}
+
+/// Enables of the register stages up to the sum.
+fn enables(m: &mut ModuleBuilder, config: &Config) -> Vec<Signal> {
+    let mut all = vec![m.input("valid", Ty::bit(), "features and weights are given")];
+    let later = &LATER[LATER.len() - config.product_stages() as usize..];
+    for name in later {
+        all.push(m.input(name, Ty::bit(), "the next stage takes over"));
+    }
+    all
+}
+
+/// A feature times a weight, as it is or behind one or two register stages. Two
+/// split the weight: each half's product is registered, then their sum.
+fn product(
+    m: &mut ModuleBuilder,
+    of: &str,
+    (feature, weight): (Signal, Signal),
+    enables: &[Signal],
+) -> Signal {
+    let times = |m: &mut ModuleBuilder, part: Signal| {
+        let part = m.extend(part, part.width() + 1);
+        let part = m.as_signed(part);
+        m.mul(feature, part)
+    };
+    let hold = |m: &mut ModuleBuilder, name: &str, value: Signal, enable: Signal| {
+        let reg = m.reg(&format!("{name}{of}"), value.ty(), 0);
+        m.set_next_if(reg, enable, value);
+        reg
+    };
+    match enables {
+        [valid, taken, _] => {
+            let bits = weight.width();
+            let low = m.slice(weight, 0, bits / 2);
+            let high = m.slice(weight, bits / 2, bits - bits / 2);
+            let (low, high) = (times(m, low), times(m, high));
+            let low = hold(m, "product_of_low_bits", low, *valid);
+            let high = hold(m, "product_of_high_bits", high, *valid);
+            let ty = Ty::s(feature.width() + bits + 1);
+            let high = m.extend(high, ty.width);
+            let high = m.shl_const(high, bits / 2);
+            let low = m.extend(low, ty.width);
+            let high = m.truncate(high, ty.width);
+            let both = m.add(low, high);
+            hold(m, "held_product", both, *taken)
+        }
+        [valid, _] => {
+            let product = times(m, weight);
+            hold(m, "held_product", product, *valid)
+        }
+        _ => {
+            let product = times(m, weight);
+            m.name(product, &format!("product{of}"))
+        }
+    }
 }
 
 /// A sum rounded half-even by W bits.

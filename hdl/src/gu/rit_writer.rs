@@ -35,36 +35,58 @@ struct Progress {
     whole: Signal,
 }
 
-/// A position in a row, in halfwords, and what is known of it: entries of
-/// several sizes end in the same places.
+/// Where entries end in the row, this beat included. Kept bytes are contiguous from
+/// byte 0, so that one bit of `keep` tells whether a halfword of the beat is there:
+/// no sum is needed. Entries of several sizes end in the same places.
 struct Position {
-    value: Signal,
+    phase: Signal,
+    lanes: u32,
+    /// Of each halfword of the beat, that it holds entries.
+    kept: Vec<Signal>,
+    phases: u32,
     at_least: BTreeMap<u32, Signal>,
     exactly: BTreeMap<u32, Signal>,
 }
 
 impl Position {
-    const fn of(value: Signal) -> Self {
-        Self {
-            value,
-            at_least: BTreeMap::new(),
-            exactly: BTreeMap::new(),
-        }
+    /// Whether the row holds so many halfwords, 1 and up.
+    fn reached(&self, m: &mut ModuleBuilder, halfwords: u32) -> Signal {
+        let last = halfwords - 1;
+        let options: Vec<_> = (0..self.phases)
+            .map(|phase| match last.checked_sub(phase * self.lanes) {
+                None => m.lit(1, Ty::bit()),
+                Some(lane) if lane < self.lanes => self.kept[lane as usize],
+                Some(_) => m.lit(0, Ty::bit()),
+            })
+            .collect();
+        m.select(self.phase, &options)
     }
 
     fn at_least(&mut self, m: &mut ModuleBuilder, halfwords: u32) -> Signal {
-        *self.at_least.entry(halfwords).or_insert_with(|| {
-            let end = m.lit(halfwords, self.value.ty());
-            let reached = m.ge(self.value, end);
-            m.name(reached, &format!("at_least_{halfwords}"))
-        })
+        if let Some(known) = self.at_least.get(&halfwords) {
+            return *known;
+        }
+        let reached = self.reached(m, halfwords);
+        let reached = m.name(reached, &format!("at_least_{halfwords}"));
+        self.at_least.insert(halfwords, reached);
+        reached
     }
 
     fn exactly(&mut self, m: &mut ModuleBuilder, halfwords: u32) -> Signal {
-        *self.exactly.entry(halfwords).or_insert_with(|| {
-            let here = is(m, self.value, halfwords);
+        if let Some(known) = self.exactly.get(&halfwords) {
+            return *known;
+        }
+        let reached = self.at_least(m, halfwords);
+        let here = if halfwords == self.phases * self.lanes {
+            reached
+        } else {
+            let next = self.reached(m, halfwords + 1);
+            let ends = m.not(next);
+            let here = m.and(reached, ends);
             m.name(here, &format!("exactly_{halfwords}"))
-        })
+        };
+        self.exactly.insert(halfwords, here);
+        here
     }
 }
 
@@ -91,23 +113,15 @@ impl Writer {
         let accept = m.and(self.valid, ready);
         let accept = m.name(accept, "write_accept");
 
-        // Position in the row behind this beat, in halfwords.
-        let (count, keep_is_right) = self.kept(m, shape);
-        let position_ty = Ty::u(bits_for(shape.banks));
-        let starts: Vec<_> = (0..shape.phases)
-            .map(|p| m.lit(p * shape.lanes, position_ty))
-            .collect();
-        let start = m.select(phase, &starts);
-        let start = m.name(start, "first_halfword");
-        let count = m.extend(count, position_ty.width);
-        let position = m.add(start, count);
-        let position = m.name(position, "write_position");
-        m.note(
-            position,
-            "halfwords of the row that hold entries, this beat included",
-        );
-
-        let mut position = Position::of(position);
+        let (kept, keep_is_right) = self.kept(m, shape);
+        let mut position = Position {
+            phase,
+            lanes: shape.lanes,
+            kept,
+            phases: shape.phases,
+            at_least: BTreeMap::new(),
+            exactly: BTreeMap::new(),
+        };
         let built: Vec<(Vertices, Progress)> = shape
             .vertices
             .iter()
@@ -227,15 +241,13 @@ impl Writer {
         }
     }
 
-    /// Halfwords of the beat that hold entries, and whether `keep` is all ones,
-    /// or on the last beat contiguous whole halfwords from byte 0.
-    fn kept(&self, m: &mut ModuleBuilder, shape: &Shape) -> (Signal, Signal) {
+    /// Of each halfword of the beat, that it holds entries; and whether `keep` is all
+    /// ones, or on the last beat contiguous whole halfwords from byte 0.
+    fn kept(&self, m: &mut ModuleBuilder, shape: &Shape) -> (Vec<Signal>, Signal) {
         let low: Vec<_> = (0..shape.lanes).map(|i| m.bit(self.keep, 2 * i)).collect();
         let high: Vec<_> = (0..shape.lanes)
             .map(|i| m.bit(self.keep, 2 * i + 1))
             .collect();
-        let count = popcount(m, &low);
-        let count = m.name(count, "kept_halfwords");
         let mut right = vec![];
         for i in 0..shape.lanes as usize {
             right.push(m.eq(low[i], high[i]));
@@ -247,7 +259,7 @@ impl Writer {
         let contiguous = m.all_of(&right);
         let full = m.all(self.keep);
         let right = m.mux(self.last, contiguous, full);
-        (count, right)
+        (low, right)
     }
 }
 

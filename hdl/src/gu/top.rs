@@ -6,7 +6,7 @@ use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::units::GATHERING_UNIT;
 
 use super::mft::mft;
-use super::reducer::{cell_reducer, reducer};
+use super::reducer::{LATER, cell_reducer, reducer};
 use super::report::{Stats, errors, statistics};
 use super::rit_buffer::rit_buffer;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
@@ -48,36 +48,48 @@ struct Summed {
     end: Signal,
     keep: Signal,
     slot: Signal,
+    /// Enables of the stages behind stage 1, by their names at the reducers.
+    enables: Vec<(&'static str, Signal)>,
 }
 
-/// Stage 1 itself, or the stage behind it where products are registered.
+/// Stage 1 itself, or the last of the stages behind it where products are
+/// registered.
 fn summed(m: &mut ModuleBuilder, config: &Config, s1: &Stage) -> Summed {
-    if !config.registers_products() {
-        return Summed {
-            valid: s1.valid,
-            first: s1.first,
-            last: s1.last,
-            end: s1.end,
-            keep: s1.keep,
-            slot: s1.slot,
+    let mut stage = Summed {
+        valid: s1.valid,
+        first: s1.first,
+        last: s1.last,
+        end: s1.end,
+        keep: s1.keep,
+        slot: s1.slot,
+        enables: vec![],
+    };
+    let names = &LATER[LATER.len() - config.product_stages() as usize..];
+    for name in names {
+        if stage.enables.is_empty() {
+            m.section("Stages of the products");
+        }
+        let before = stage.valid;
+        let valid = m.reg(&format!("{name}_valid"), Ty::bit(), 0);
+        m.set_next(valid, before);
+        let mut follow = |what: &str, from: Signal| {
+            let reg = m.reg(&format!("{name}_{what}"), from.ty(), 0);
+            m.set_next_if(reg, before, from);
+            reg
+        };
+        let mut enables = stage.enables;
+        enables.push((*name, valid));
+        stage = Summed {
+            valid,
+            first: follow("first", stage.first),
+            last: follow("last", stage.last),
+            end: follow("end", stage.end),
+            keep: follow("keep", stage.keep),
+            slot: follow("slot", stage.slot),
+            enables,
         };
     }
-    m.section("Products are registered");
-    let valid = m.reg("product_valid", Ty::bit(), 0);
-    m.set_next(valid, s1.valid);
-    let mut follow = |name: &str, from: Signal| {
-        let reg = m.reg(&format!("product_{name}"), from.ty(), 0);
-        m.set_next_if(reg, s1.valid, from);
-        reg
-    };
-    Summed {
-        valid,
-        first: follow("first", s1.first),
-        last: follow("last", s1.last),
-        end: follow("end", s1.end),
-        keep: follow("keep", s1.keep),
-        slot: follow("slot", s1.slot),
-    }
+    stage
 }
 
 /// Builds the gathering unit for a configuration.
@@ -227,13 +239,21 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         (s1.end, p_end),
         (s1.keep, p_keep),
         (s1.in_range, in_range),
-        (s1.weight, p_weight),
         (s1.slot, p_slot),
     ] {
         m.set_next_if(reg, fire, value);
     }
     let single = is(m, vertices, 0);
     let single = m.name(single, "single_ids");
+    let weight = if gu.modes == Modes::Both {
+        let one = m.lit(1u32 << gu.weight_bits, Ty::u(16));
+        let ones = vec![one; ports as usize];
+        let ones = m.cat(&ones);
+        m.mux(single, ones, p_weight)
+    } else {
+        p_weight
+    };
+    m.set_next_if(s1.weight, fire, weight);
     let upper = shared.as_ref().map(|shared| {
         let reg = m.reg("s1_upper_record", Ty::u(ports), 0);
         m.set_next_if(reg, fire, shared.upper);
@@ -270,9 +290,7 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
                 m.as_signed(feature)
             };
             let mut inputs = vec![("valid", s1.valid)];
-            if config.registers_products() {
-                inputs.push(("sum", done.valid));
-            }
+            inputs.extend(done.enables.iter().copied());
             if whole_cells {
                 for g in 0..groups {
                     let at = g as usize;
@@ -283,9 +301,6 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
                 inputs.push(("feature", feature(m, 0)));
                 if gu.modes != Modes::Unstructured {
                     inputs.extend([("first", done.first), ("weight", weights[0])]);
-                }
-                if gu.modes == Modes::Both {
-                    inputs.push(("skip", single));
                 }
             }
             let inst = m.instance(&format!("reducer{port}_{lane}"), &reducer_module, &inputs);
