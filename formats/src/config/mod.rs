@@ -23,10 +23,14 @@ pub use vu::VuConfig;
 /// The paper's sizes; what every command uses unless told otherwise.
 pub const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
 /// Configurations that come with the program, by name.
-pub const PRESETS: [(&str, &str); 3] = [
+pub const PRESETS: [(&str, &str); 4] = [
     ("paper", PAPER_PRESET),
     ("fields", include_str!("../../../configs/fields.toml")),
     ("small", include_str!("../../../configs/small.toml")),
+    (
+        "feature-major",
+        include_str!("../../../configs/feature-major.toml"),
+    ),
 ];
 
 /// What is read of a configuration, in bytes: far more than any has.

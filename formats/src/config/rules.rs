@@ -5,6 +5,7 @@ use std::fmt;
 use super::{Config, Modes};
 use crate::rit::Vertices;
 
+mod organisation;
 mod vector;
 
 /// One broken rule.
@@ -103,6 +104,7 @@ pub fn check(config: &Config) -> RuleBreaches {
         "it turns cycles into time",
     );
     gathering(config, &mut out);
+    organisation::organisation(config, &mut out);
     index_table(config, &mut out);
     vector::vector(config, &mut out);
     vector::exponential(config, &mut out);
@@ -253,6 +255,11 @@ mod tests {
             "[gu]\ncounter_bits = 8",
             "[gu]\nvertices = [1, 8]",
             "[gu]\nvertices = []",
+            "[gu]\norganisation = \"feature-major\"\nbanks = 24",
+            "[gu]\norganisation = \"feature-major\"\nlanes = 65",
+            "[gu]\norganisation = \"feature-major\"\nlanes = 15",
+            "[gu]\norganisation = \"feature-major\"\nfifo_depth = 4",
+            "[gu]\norganisation = \"feature-major\"\n[mvoxel]\nrows = 500",
             "[rit]\nentries = 127",
             "[rit]\nstream_bits = 80",
             "[rit]\nslot_bits = 24",
