@@ -69,6 +69,9 @@ pub struct Counters {
     pub stall_mft: u64,
     /// Stalls up to the last issue because no entry had been read.
     pub stall_rit: u64,
+    /// Cycles in which lanes of the feature-major organisation waited for a
+    /// bank.
+    pub stall_bank: u64,
     /// Entries issued, counted with their last vertex.
     pub entries: u64,
 }
@@ -77,7 +80,7 @@ impl Counters {
     /// Cycles from the first to the last issue, both included.
     #[must_use]
     pub const fn cycles(&self) -> u64 {
-        self.busy + self.stall_fifo + self.stall_mft + self.stall_rit
+        self.busy + self.stall_fifo + self.stall_mft + self.stall_rit + self.stall_bank
     }
 }
 
@@ -109,11 +112,13 @@ struct RitHalf {
 
 /// A vertex of one group on its way from the RIT buffer to the MFT.
 #[derive(Debug, Clone, Copy)]
-struct Picked {
-    vertex: u32,
-    kept: u32,
+pub(super) struct Picked {
+    pub(super) vertex: u32,
+    /// Entries of the group.
+    pub(super) kept: u32,
     first_group: bool,
-    last_group: bool,
+    /// The last group of an MVoxel and segment.
+    pub(super) last_group: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -136,21 +141,29 @@ struct Reader {
     under_way: bool,
 }
 
-/// The gathering unit between two clock edges.
+/// The RIT buffer between two clock edges, with the stages Q and P behind it.
 #[derive(Debug, Clone)]
-pub struct GatherModel {
+pub(super) struct RitBuffer {
     half_bytes: u64,
     ports: u64,
-    fifo_depth: u64,
-    counter_max: u64,
     vertices: Vertices,
     segments: u32,
-    cycle: u64,
     rit: [RitHalf; 2],
     rit_writer: usize,
     reader: Reader,
     q: Option<Picked>,
-    p: Option<Picked>,
+    /// What stage P holds.
+    pub(super) p: Option<Picked>,
+}
+
+/// The gathering unit between two clock edges.
+#[derive(Debug, Clone)]
+pub struct GatherModel {
+    fifo_depth: u64,
+    counter_max: u64,
+    vertices: Vertices,
+    cycle: u64,
+    buffer: RitBuffer,
     mft_loaded: [bool; 2],
     mft_rows: u64,
     mft_writer: usize,
@@ -171,19 +184,13 @@ impl GatherModel {
     /// out, or a number of segments that it does not allow.
     pub fn new(config: &Config, vertices: Vertices, segments: u32) -> Result<Self, WorkError> {
         super::work::check_setting(config, vertices, segments)?;
+        super::work::check_channel_major(config)?;
         Ok(Self {
-            half_bytes: u64::from(config.rit.entries) * (MAX_VERTICES * WORD_BYTES) as u64,
-            ports: u64::from(config.gu.ports),
             fifo_depth: u64::from(config.gu.fifo_depth),
             counter_max: u64::MAX >> (64 - config.gu.counter_bits),
             vertices,
-            segments,
             cycle: 0,
-            rit: [RitHalf::default(); 2],
-            rit_writer: 0,
-            reader: Reader::default(),
-            q: None,
-            p: None,
+            buffer: RitBuffer::new(config, vertices, segments),
             mft_loaded: [false; 2],
             mft_rows: 0,
             mft_writer: 0,
@@ -199,7 +206,7 @@ impl GatherModel {
     /// `s_axis_rit_tready` of the coming cycle.
     #[must_use]
     pub fn rit_ready(&self) -> bool {
-        !self.rit[self.rit_writer].closed
+        self.buffer.ready()
     }
 
     /// `s_axis_mft_tready` of the coming cycle.
@@ -217,9 +224,7 @@ impl GatherModel {
     /// Whether nothing is held anywhere, so that the settings may change.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.rit.iter().all(|h| h.bytes == 0)
-            && self.q.is_none()
-            && self.p.is_none()
+        self.buffer.is_idle()
             && self.in_flight == 0
             && self.mft_loaded == [false; 2]
             && self.mft_rows == 0
@@ -238,7 +243,7 @@ impl GatherModel {
     pub fn step(&mut self, inputs: &GatherInputs) -> GatherOutputs {
         let room = self.in_flight < self.fifo_depth;
         let loaded = self.mft_loaded[self.mft_reader];
-        let issued = self.p.filter(|p| p.vertex != 0 || (room && loaded));
+        let issued = self.buffer.p.filter(|p| p.vertex != 0 || (room && loaded));
         let stall = match (issued.is_some() || !self.counting, room, loaded) {
             (true, _, _) => None,
             (_, false, _) => Some(Cause::Fifo),
@@ -263,20 +268,7 @@ impl GatherModel {
             counters: self.shown,
         };
 
-        // The reader looks at the halves as the cycle before left them, so it
-        // goes before the writer.
-        let q_moves = self.q.is_some() && (self.p.is_none() || issued.is_some());
-        if q_moves {
-            self.p = self.q.take();
-        } else if issued.is_some() {
-            self.p = None;
-        }
-        if self.q.is_none() {
-            self.q = self.read();
-        }
-        if let Some(beat) = inputs.rit.filter(|_| outputs.rit_ready) {
-            self.write_rit(beat);
-        }
+        self.buffer.step(issued.is_some(), inputs.rit);
 
         self.count(issued, stall, last_vertex);
         if let Some(last) = inputs.mft.filter(|_| outputs.mft_ready) {
@@ -310,6 +302,70 @@ impl GatherModel {
         }
         self.cycle += 1;
         outputs
+    }
+
+    fn count(&mut self, issued: Option<Picked>, stall: Option<Cause>, last_vertex: u32) {
+        let max = self.counter_max;
+        let add = |counter: &mut u64, n: u64| *counter = counter.saturating_add(n).min(max);
+        match stall {
+            Some(Cause::Fifo) => add(&mut self.running.stall_fifo, 1),
+            Some(Cause::Mft) => add(&mut self.running.stall_mft, 1),
+            Some(Cause::Rit) => add(&mut self.running.stall_rit, 1),
+            None => {}
+        }
+        if let Some(p) = issued {
+            self.counting = true;
+            add(&mut self.running.busy, 1);
+            if p.vertex == last_vertex {
+                add(&mut self.running.entries, u64::from(p.kept));
+            }
+            // The ports follow only with an issue: idling at the end stays out.
+            self.shown = self.running;
+        }
+    }
+}
+
+impl RitBuffer {
+    pub(super) fn new(config: &Config, vertices: Vertices, segments: u32) -> Self {
+        Self {
+            half_bytes: u64::from(config.rit.entries) * (MAX_VERTICES * WORD_BYTES) as u64,
+            ports: u64::from(config.gu.ports),
+            vertices,
+            segments,
+            rit: [RitHalf::default(); 2],
+            rit_writer: 0,
+            reader: Reader::default(),
+            q: None,
+            p: None,
+        }
+    }
+
+    /// `s_axis_rit_tready` of the coming cycle.
+    pub(super) const fn ready(&self) -> bool {
+        !self.rit[self.rit_writer].closed
+    }
+
+    pub(super) fn is_idle(&self) -> bool {
+        self.rit.iter().all(|h| h.bytes == 0) && self.q.is_none() && self.p.is_none()
+    }
+
+    /// One clock cycle: `taken` says that what stage P holds leaves it.
+    pub(super) fn step(&mut self, taken: bool, beat: Option<RitBeat>) {
+        let ready = self.ready();
+        // The reader looks at the halves as the cycle before left them, so it
+        // goes before the writer.
+        let q_moves = self.q.is_some() && (self.p.is_none() || taken);
+        if q_moves {
+            self.p = self.q.take();
+        } else if taken {
+            self.p = None;
+        }
+        if self.q.is_none() {
+            self.q = self.read();
+        }
+        if let Some(beat) = beat.filter(|_| ready) {
+            self.write_rit(beat);
+        }
     }
 
     fn write_rit(&mut self, beat: RitBeat) {
@@ -371,25 +427,5 @@ impl GatherModel {
             }
         }
         Some(picked)
-    }
-
-    fn count(&mut self, issued: Option<Picked>, stall: Option<Cause>, last_vertex: u32) {
-        let max = self.counter_max;
-        let add = |counter: &mut u64, n: u64| *counter = counter.saturating_add(n).min(max);
-        match stall {
-            Some(Cause::Fifo) => add(&mut self.running.stall_fifo, 1),
-            Some(Cause::Mft) => add(&mut self.running.stall_mft, 1),
-            Some(Cause::Rit) => add(&mut self.running.stall_rit, 1),
-            None => {}
-        }
-        if let Some(p) = issued {
-            self.counting = true;
-            add(&mut self.running.busy, 1);
-            if p.vertex == last_vertex {
-                add(&mut self.running.entries, u64::from(p.kept));
-            }
-            // The ports follow only with an issue: idling at the end stays out.
-            self.shown = self.running;
-        }
     }
 }

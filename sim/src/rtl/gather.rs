@@ -157,7 +157,7 @@ impl GatherUnit {
 struct Collect<'a> {
     groups: Box<dyn Iterator<Item = Group> + 'a>,
     channels: usize,
-    banks: usize,
+    width: usize,
     slot_bits: u32,
     features: Vec<i16>,
     slots: Vec<u32>,
@@ -168,7 +168,7 @@ impl<'a> Collect<'a> {
         Self {
             groups: Box::new(work.groups()),
             channels: work.channels,
-            banks: work.banks,
+            width: work.width,
             slot_bits: work.slot_bits,
             features: vec![0; work.entries() as usize * work.channels],
             slots: Vec::with_capacity(work.entries() as usize * work.segments),
@@ -202,17 +202,19 @@ impl GatherWatch for Collect<'_> {
         };
         let wrong = || RtlError::Usage("the unit gave other beats than the tasks have".to_owned());
         let group = self.groups.next().ok_or_else(wrong)?;
-        let low = group.segment * self.banks;
-        let count = self.banks.min(self.channels - low);
+        let low = group.low;
+        let count = self.width.min(self.channels - low);
         for port in 0..group.kept {
-            let first = 2 * self.banks * port;
+            let first = 2 * self.width * port;
             if beat.keep[first / 32] >> (first % 32) & 1 == 0 {
                 return Err(wrong());
             }
-            self.slots.push(slot(beat.user, port, self.slot_bits));
+            if group.begins {
+                self.slots.push(slot(beat.user, port, self.slot_bits));
+            }
             let at = (group.ordinal + port) * self.channels + low;
             for (b, code) in self.features[at..at + count].iter_mut().enumerate() {
-                *code = half(beat.data, port * self.banks + b) as i16;
+                *code = half(beat.data, port * self.width + b) as i16;
             }
         }
         Ok(())

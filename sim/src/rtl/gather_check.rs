@@ -10,15 +10,17 @@ use super::gather_work::{GatherWork, Group};
 use super::mismatch::{Mismatch, first_difference, same};
 use super::model::RtlError;
 use crate::cycles::gather::Counters;
-use crate::cycles::{GatherInputs, GatherModel, WorkError};
+use super::organisation::UnitModel;
+use crate::cycles::{GatherInputs, WorkError};
 
 /// Names of the counters' ports.
-const COUNTERS: [&str; 5] = [
+const COUNTERS: [&str; 6] = [
     "stat_busy",
     "stat_stall_fifo",
     "stat_stall_mft",
     "stat_stall_rit",
     "stat_entries",
+    "stat_stall_bank",
 ];
 
 /// A watch that fails at the first difference.
@@ -26,7 +28,7 @@ pub(super) struct GatherCheck<'a> {
     work: &'a GatherWork<'a>,
     /// Features in task and entry order.
     features: &'a [i16],
-    model: GatherModel,
+    model: UnitModel,
     groups: Box<dyn Iterator<Item = Group> + 'a>,
     beat: Option<Expected>,
     cycles: u64,
@@ -57,13 +59,12 @@ impl<'a> GatherCheck<'a> {
         features: &'a [i16],
         every: &'a mut dyn FnMut(u64),
     ) -> Result<Self, WorkError> {
-        let run = work.run();
         let mut groups: Box<dyn Iterator<Item = Group>> = Box::new(work.groups());
         let beat = groups.next().map(|g| Expected::new(work, features, g));
         Ok(Self {
             work,
             features,
-            model: GatherModel::new(config, run.vertices, run.segments)?,
+            model: UnitModel::new(config, work)?,
             groups,
             beat,
             cycles: 0,
@@ -78,8 +79,8 @@ impl<'a> GatherCheck<'a> {
                 let g = &b.group;
                 let last = g.entry + g.kept - 1;
                 format!(
-                    "next beat: MVoxel {}, segment {}, entries {} to {last}",
-                    g.task, g.segment, g.entry
+                    "next beat: MVoxel {}, segment {}, entries {} to {last}, channel {} and up",
+                    g.task, g.segment, g.entry, g.low
                 )
             },
         );
@@ -125,7 +126,7 @@ impl<'a> GatherCheck<'a> {
         }
         if let Some(bit) = first_difference(beat.data, beat.unknown, &wanted.data, &wanted.mask) {
             let lane = bit / 16;
-            let (port, bank) = (lane / work.banks, lane % work.banks);
+            let (port, bank) = (lane / work.width, lane % work.width);
             let signal = format!("m_axis_feat_tdata of port {port}, bank {bank}");
             let unknown = beat.unknown.is_some_and(|u| half(u, lane) != 0);
             let found = if unknown {
@@ -140,14 +141,21 @@ impl<'a> GatherCheck<'a> {
     }
 }
 
-const fn list(c: &Counters) -> [u64; 5] {
-    [c.busy, c.stall_fifo, c.stall_mft, c.stall_rit, c.entries]
+const fn list(c: &Counters) -> [u64; 6] {
+    [
+        c.busy,
+        c.stall_fifo,
+        c.stall_mft,
+        c.stall_rit,
+        c.entries,
+        c.stall_bank,
+    ]
 }
 
 impl Expected {
     pub(super) fn new(work: &GatherWork<'_>, features: &[i16], group: Group) -> Self {
-        let (banks, ports, channels) = (work.banks, work.ports, work.channels);
-        let halves = banks * ports;
+        let channels = work.channels;
+        let halves = work.width * work.side;
         let mut beat = Self {
             group,
             data: vec![0; halves.div_ceil(2)],
@@ -160,27 +168,27 @@ impl Expected {
     }
 
     fn fill(&mut self, work: &GatherWork<'_>, features: &[i16], group: Group, channels: usize) {
-        let banks = work.banks;
+        let width = work.width;
         self.group = group;
         for words in [&mut self.data, &mut self.mask, &mut self.keep] {
             words.fill(0);
         }
-        let low = group.segment * banks;
-        let count = banks.min(channels - low);
+        let low = group.low;
+        let count = width.min(channels - low);
         for port in 0..group.kept {
             let at = (group.ordinal + port) * channels + low;
             let mut codes = features[at..at + count].iter();
-            for lane in port * banks..(port + 1) * banks {
+            for lane in port * width..(port + 1) * width {
                 // Channels of the last segment past C come back as 0.
                 let code = codes.next().copied().unwrap_or(0);
                 self.data[lane / 2] |= u32::from(code as u16) << (16 * (lane % 2));
                 self.mask[lane / 2] |= 0xffff << (16 * (lane % 2));
             }
-            for bit in 2 * banks * port..2 * banks * (port + 1) {
+            for bit in 2 * width * port..2 * width * (port + 1) {
                 self.keep[bit / 32] |= 1 << (bit % 32);
             }
         }
-        for bit in 0..2 * banks * work.ports {
+        for bit in 0..2 * width * work.side {
             self.keep_mask[bit / 32] |= 1 << (bit % 32);
         }
     }
