@@ -18,7 +18,7 @@ use super::work::{GatherRun, MftPiece, WorkError};
 
 pub use closed::feature_major_cycles;
 pub use model::FeatureMajorModel;
-pub use rounds::{Rounds, rounds};
+pub use rounds::{Rounds, Waiting, rounds, waiting};
 
 /// Cycles from the issue of a channel's last round to its offer.
 pub const LATENCY: u64 = 4;

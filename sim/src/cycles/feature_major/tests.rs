@@ -33,6 +33,15 @@ fn a_bank_gives_one_row_a_round_to_all_who_want_it() {
     let all = [&side[..], &more[..]].concat();
     let found = rounds(&config, Vertices::Two, &entries(&all));
     assert_eq!(found, [[3, 1, 0, 0, 0, 0, 0, 0], [1, 2, 0, 0, 0, 0, 0, 0]]);
+    // Rows 4 and 8 wait for row 0, and 9 for 5.
+    let found = waiting(&config, Vertices::Two, &entries(&all));
+    let expected = Waiting {
+        reads: 12,
+        rows: 3,
+        // Three lanes but one at bank 0, one at bank 1, twice.
+        unshared: 5,
+    };
+    assert_eq!(found, expected);
 }
 
 #[test]
