@@ -120,11 +120,36 @@ fn every_part_of_the_feature_major_unit_is_compared() {
     for (module, register, change, port) in [
         // A lane that was served asks again, one that waits does not.
         ("gather_lane", "pending", Change::Invert(0), ""),
-        ("gather_lane", "d_bank", Change::Invert(0), "m_axis_feat_tdata"),
-        ("gather_lane", "x_weight", Change::Invert(13), "m_axis_feat_tdata"),
-        ("gather_lane", "x_first", Change::Invert(0), "m_axis_feat_tdata"),
-        ("gather_lane", "x_slot", Change::Invert(0), "m_axis_feat_tuser"),
-        ("gather_lane", "x_kept", Change::Invert(0), "m_axis_feat_tkeep"),
+        (
+            "gather_lane",
+            "d_bank",
+            Change::Invert(0),
+            "m_axis_feat_tdata",
+        ),
+        (
+            "gather_lane",
+            "x_weight",
+            Change::Invert(13),
+            "m_axis_feat_tdata",
+        ),
+        (
+            "gather_lane",
+            "x_first",
+            Change::Invert(0),
+            "m_axis_feat_tdata",
+        ),
+        (
+            "gather_lane",
+            "x_slot",
+            Change::Invert(0),
+            "m_axis_feat_tuser",
+        ),
+        (
+            "gather_lane",
+            "x_kept",
+            Change::Invert(0),
+            "m_axis_feat_tkeep",
+        ),
         (top, "step_channel", Change::Invert(0), "m_axis_feat_tdata"),
         (top, "x_end", Change::Invert(0), "m_axis_feat_tlast"),
         (top, "offered", one(), "m_axis_feat_tvalid"),

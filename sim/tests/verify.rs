@@ -251,7 +251,7 @@ fn the_feature_major_preset_passes_on_both_scenes() {
 /// organisation.
 #[test]
 fn faults_of_the_feature_major_unit_are_found() {
-    let config = preset("feature-major");
+    let config = config("[gu]\norganisation = \"feature-major\"\nbanks = 4\nlanes = 4");
     for (injection, signal) in [
         (Injection::Grant, ""),
         (Injection::Crossbar, "m_axis_feat_tdata"),

@@ -9,8 +9,8 @@ use super::gather_drive::{BeatSeen, GatherSeen, GatherWatch};
 use super::gather_work::{GatherWork, Group};
 use super::mismatch::{Mismatch, first_difference, same};
 use super::model::RtlError;
-use crate::cycles::gather::Counters;
 use super::organisation::UnitModel;
+use crate::cycles::gather::Counters;
 use crate::cycles::{GatherInputs, WorkError};
 
 /// Names of the counters' ports.

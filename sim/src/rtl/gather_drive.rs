@@ -93,7 +93,10 @@ impl<P: Copy> Ports<P> {
     fn counters(&self, engine: &mut impl Engine<Port = P>) -> Result<[u64; 6], RtlError> {
         let mut counters = [0; 6];
         let bank = self.lanes.map(|[bank, _]| bank);
-        for (value, port) in counters.iter_mut().zip(self.counters.into_iter().chain(bank)) {
+        for (value, port) in counters
+            .iter_mut()
+            .zip(self.counters.into_iter().chain(bank))
+        {
             *value = engine.get(port)?;
         }
         Ok(counters)

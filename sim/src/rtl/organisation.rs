@@ -20,9 +20,7 @@ impl UnitModel {
         let run = work.run();
         Ok(match work.lane_run() {
             None => Self::ChannelMajor(GatherModel::new(config, run.vertices, run.segments)?),
-            Some(lanes) => {
-                Self::FeatureMajor(Box::new(FeatureMajorModel::new(config, &lanes)?))
-            }
+            Some(lanes) => Self::FeatureMajor(Box::new(FeatureMajorModel::new(config, &lanes)?)),
         })
     }
 

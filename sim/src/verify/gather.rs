@@ -111,11 +111,7 @@ impl Verifier<'_> {
                     predicted.issue_span(),
                 ),
                 ("issuing cycles", totals.busy, predicted.busy),
-                (
-                    "stalls for banks",
-                    totals.stall_bank,
-                    predicted.stall_bank,
-                ),
+                ("stalls for banks", totals.stall_bank, predicted.stall_bank),
                 ("cycles of first fill", fill, predicted.fill),
                 (
                     "cycles from the first RIT beat to the last feature",

@@ -35,8 +35,7 @@ impl Loader {
         m.note(ends[0], "its entries are the last of their pass");
         let half = m.reg("fill_half", bit, 0);
         let vertex = m.reg("fill_vertex", Ty::u(3), 0);
-        let [p_valid, p_last, p_end] =
-            ["p_valid", "p_last", "p_end"].map(|name| m.out(rit, name));
+        let [p_valid, p_last, p_end] = ["p_valid", "p_last", "p_end"].map(|name| m.out(rit, name));
         let is_full = of_half(m, half, full);
         let room = m.not(is_full);
         let take = m.and(p_valid, room);

@@ -47,7 +47,11 @@ pub(in crate::gu) fn feature_major(config: &Config) -> Result<Arc<Module>, IrErr
     let clear = m.input("cfg_clear", bit, "clears counters and flags");
     let mut rit_in = rit_stream(m, config);
     let mft_in = [
-        ("s_axis_mft_tvalid", bit, "MVoxel features, one channel of B rows a beat"),
+        (
+            "s_axis_mft_tvalid",
+            bit,
+            "MVoxel features, one channel of B rows a beat",
+        ),
         ("s_axis_mft_tdata", Ty::u(16 * banks), ""),
         ("s_axis_mft_tkeep", Ty::u(2 * banks), "rows that there are"),
         ("s_axis_mft_tlast", bit, "ends the MVoxel's segment"),
@@ -82,7 +86,12 @@ pub(in crate::gu) fn feature_major(config: &Config) -> Result<Arc<Module>, IrErr
     let step = sequencer.step;
     let in_flight = m.reg("in_flight", Ty::u(bits_for(gu.fifo_depth)), 0);
     m.note(in_flight, "beats begun and not yet taken by the sink");
-    let limit = m.param("BEATS_IN_FLIGHT", gu.fifo_depth, in_flight.ty(), "FIFO depth");
+    let limit = m.param(
+        "BEATS_IN_FLIGHT",
+        gu.fifo_depth,
+        in_flight.ty(),
+        "FIFO depth",
+    );
     let credit = m.lt(in_flight, limit);
     let credit = m.name(credit, "credit");
     let loaded = m.out(table, "is_loaded");

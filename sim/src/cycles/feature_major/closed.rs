@@ -59,7 +59,10 @@ impl Lanes {
 ///
 /// # Errors
 /// Work that the unit cannot do.
-pub fn feature_major_cycles(config: &Config, work: &LaneRun<'_>) -> Result<GatherCycles, WorkError> {
+pub fn feature_major_cycles(
+    config: &Config,
+    work: &LaneRun<'_>,
+) -> Result<GatherCycles, WorkError> {
     work.check(config)?;
     let run = &work.run;
     let ports = u64::from(config.gu.ports);

@@ -64,8 +64,14 @@ fn work_of_another_shape_or_organisation_is_refused() {
         rounds,
     };
     assert_eq!(of(4, &two[..]).check(&own), Ok(()));
-    assert!(matches!(of(4, &one[..]).check(&own), Err(WorkError::Rounds { .. })));
-    assert!(matches!(of(5, &two[..]).check(&own), Err(WorkError::Rounds { .. })));
+    assert!(matches!(
+        of(4, &one[..]).check(&own),
+        Err(WorkError::Rounds { .. })
+    ));
+    assert!(matches!(
+        of(5, &two[..]).check(&own),
+        Err(WorkError::Rounds { .. })
+    ));
     let paper = Config::paper();
     let refused = |e: Option<WorkError>| matches!(e, Some(WorkError::Organisation { .. }));
     assert!(refused(of(4, &two[..]).check(&paper).err()));
@@ -175,7 +181,10 @@ fn the_closed_form_is_the_stepwise_model() {
             sink: held,
         };
         let late = stepped(&config, &work, &stalls, seed);
-        assert_eq!((late.busy, late.stall_bank), (closed.busy, closed.stall_bank));
+        assert_eq!(
+            (late.busy, late.stall_bank),
+            (closed.busy, closed.stall_bank)
+        );
         rit += u64::from(closed.stall_rit > 0);
         mft += u64::from(closed.stall_mft > 0);
         bank += u64::from(closed.stall_bank > 0);
@@ -192,7 +201,9 @@ fn no_bubble_between_steps_channels_lanes_or_mvoxels() {
         (16, 16, 1, Vertices::Eight),
         (8, 8, 1, Vertices::Two),
     ] {
-        let config = config(&format!("banks = {banks}\nlanes = {lanes}\nports = {ports}"));
+        let config = config(&format!(
+            "banks = {banks}\nlanes = {lanes}\nports = {ports}"
+        ));
         let mut random = Pcg64Mcg::seed_from_u64(3);
         let (mut mvoxels, mut all) = (vec![], vec![]);
         for n in [lanes, 10 * lanes, 3 * lanes, 1000 / lanes * lanes] {
