@@ -12,7 +12,7 @@ use crate::cycles::{
 /// The stepwise model of a unit.
 pub(super) enum UnitModel {
     ChannelMajor(GatherModel),
-    FeatureMajor(Box<FeatureMajorModel>),
+    FeatureMajor(FeatureMajorModel),
 }
 
 impl UnitModel {
@@ -20,7 +20,7 @@ impl UnitModel {
         let run = work.run();
         Ok(match work.lane_run() {
             None => Self::ChannelMajor(GatherModel::new(config, run.vertices, run.segments)?),
-            Some(lanes) => Self::FeatureMajor(Box::new(FeatureMajorModel::new(config, &lanes)?)),
+            Some(lanes) => Self::FeatureMajor(FeatureMajorModel::new(config, &lanes)?),
         })
     }
 
