@@ -47,7 +47,11 @@ impl Unit {
         self.set("s_axis_mft_tvalid", 1);
         for (i, block) in blocks.iter().enumerate() {
             let last = i + 1 == blocks.len();
-            let keep = if last { (1 << (2 * rows_of_last)) - 1 } else { 15 };
+            let keep = if last {
+                (1 << (2 * rows_of_last)) - 1
+            } else {
+                15
+            };
             self.set("s_axis_mft_tdata", *block);
             self.set("s_axis_mft_tkeep", keep);
             self.set("s_axis_mft_tlast", u64::from(last));
