@@ -235,7 +235,12 @@ fn every_injected_fault_is_found_and_dumped() {
 fn the_feature_major_preset_passes_on_both_scenes() {
     let config = preset("feature-major");
     let mut none = |_| {};
-    let mut verifier = Verifier::new(&config, settings(EngineKind::Verilator), &mut none);
+    // The vector unit is that of the paper's preset.
+    let gathers = Settings {
+        vector_every: 1000,
+        ..settings(EngineKind::Verilator)
+    };
+    let mut verifier = Verifier::new(&config, gathers, &mut none);
     garden_through(&mut verifier, 64).unwrap();
     lantern_through(&mut verifier, &config, 48).unwrap();
     assert_eq!(verifier.failure(), None);
