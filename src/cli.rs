@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::characterise::CharacteriseArgs;
 use crate::common::Common;
 use crate::cost::CostArgs;
+use crate::layouts::LayoutsArgs;
 use crate::render::RenderArgs;
 use crate::trace::TraceArgs;
 use crate::verify::VerifyArgs;
@@ -37,6 +38,8 @@ pub(crate) enum Command {
     Warp(Box<WarpArgs>),
     /// Count what a scene's accesses do to memory and banks, beside the paper
     Characterise(CharacteriseArgs),
+    /// Compare the organisations of the banks: cycles of a frame's gathers in each
+    Layouts(LayoutsArgs),
     /// Measure what accuracy costs in time
     Cost(CostArgs),
     /// Show which outside tools are here, and what is lost without each

@@ -11,6 +11,7 @@ mod doctor;
 mod emit;
 mod failure;
 mod files;
+mod layouts;
 mod progress;
 mod render;
 mod say;
@@ -33,6 +34,7 @@ fn main() -> ExitCode {
         cli::Command::Render(args) => render::run(&cli.common, args),
         cli::Command::Warp(args) => warp::run(args),
         cli::Command::Characterise(args) => characterise::run(&cli.common, args),
+        cli::Command::Layouts(args) => layouts::run(&cli.common, args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()).map_err(Into::into),
     };

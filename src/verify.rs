@@ -75,6 +75,10 @@ enum Inject {
     Bubble,
     /// The lowest bit of port 0's weights is inverted
     Weight,
+    /// Lanes of the feature-major organisation forget that they wait for a bank
+    Grant,
+    /// Lanes of the feature-major organisation get the word of the bank beside theirs
+    Crossbar,
     /// One bit of a constant of the exponential engines is inverted
     Exp,
 }
@@ -105,6 +109,8 @@ impl Inject {
             Self::Bit => Injection::Bit,
             Self::Bubble => Injection::Bubble,
             Self::Weight => Injection::Weight,
+            Self::Grant => Injection::Grant,
+            Self::Crossbar => Injection::Crossbar,
             Self::Exp => Injection::Exp,
         }
     }
@@ -157,6 +163,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
         stall_fifo: gather.stall_fifo,
         stall_mft: gather.stall_mft,
         stall_rit: gather.stall_rit,
+        stall_bank: gather.stall_bank,
         gathering_unit: &gather,
         vector_unit: &vector,
         failure: failure.as_ref(),

@@ -30,8 +30,9 @@ fn both_built_in_scenes_agree_in_every_bit_and_cycle() {
         assert_eq!(r["engine"], "verilator");
         assert_eq!(r["cycles"], r["cycles_predicted"]);
         let n = |field: &str| r[field].as_u64().unwrap();
-        let stalls = n("stall_fifo") + n("stall_mft") + n("stall_rit");
-        assert_eq!(n("cycles"), n("busy") + stalls);
+        let stalls = ["fifo", "mft", "rit", "bank"].map(|cause| n(&format!("stall_{cause}")));
+        assert_eq!(n("cycles"), n("busy") + stalls.iter().sum::<u64>());
+        assert_eq!(stalls[3], 0, "{r}");
         assert!(n("samples") > 500 && n("vectors") > 500, "{r}");
         assert_eq!(
             r["gathering_unit"]["samples"],
@@ -99,6 +100,35 @@ fn other_gathering_units_agree_in_every_bit_and_cycle() {
         panic!("{cycles:?}");
     };
     assert_eq!((compact, pipelined, 8 * parity), (paper, paper, paper));
+}
+
+/// Banks of whole vectors: voxels conflict, and 16 splats in the order of their
+/// rows do not.
+#[test]
+fn the_feature_major_preset_agrees_in_every_bit_and_cycle() {
+    let folder = tempfile::tempdir().unwrap();
+    for (scene, conflicts) in [("garden", false), ("lantern", true)] {
+        let arguments = [
+            "--config",
+            "feature-major",
+            "verify",
+            "--scene",
+            scene,
+            "--width",
+            "64",
+            "--json",
+            "r.json",
+        ];
+        let said = expect(folder.path(), 0, &arguments);
+        assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
+        let r = json(&folder.path().join("r.json"));
+        let n = |field: &str| r[field].as_u64().unwrap();
+        let stalls = ["fifo", "mft", "rit", "bank"].map(|cause| n(&format!("stall_{cause}")));
+        assert_eq!(n("cycles"), n("busy") + stalls.iter().sum::<u64>());
+        assert_eq!(r["cycles"], r["cycles_predicted"]);
+        assert_eq!(stalls[3] > 0, conflicts, "{r}");
+        assert_eq!(r["samples"], r["gathering_unit"]["samples_total"]);
+    }
 }
 
 /// Traces of TensoRF, also with MVoxels that store nothing twice, Instant-NGP, also
@@ -293,18 +323,55 @@ fn a_trained_field_agrees_in_every_gather() {
     trained_field("full", "200");
 }
 
+/// Its gathers in the organisation that the paper argues against.
+#[test]
+fn a_trained_field_agrees_in_banks_of_whole_vectors() {
+    let Some(data) = common::shared() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let fields = std::fs::read_to_string(root.join("configs/fields.toml")).unwrap();
+    let gu = "[gu]\norganisation = \"feature-major\"\nbanks = 16\nlanes = 16\n";
+    let config = folder.path().join("lanes.toml");
+    std::fs::write(&config, format!("{fields}\n{gu}")).unwrap();
+    std::fs::write(folder.path().join("lego.toml"), lego(&data)).unwrap();
+    let arguments = [
+        "verify",
+        "--config",
+        "lanes.toml",
+        "--scene",
+        "lego.toml",
+        "--width",
+        "80",
+        "--level",
+        "quick",
+        "--json",
+        "r.json",
+    ];
+    let said = expect(folder.path(), 0, &arguments);
+    assert!(said.contains("no mismatch"), "{said}");
+    let r = json(&folder.path().join("r.json"));
+    assert!(r["samples"].as_u64().unwrap() > 2_000, "{r}");
+    assert!(r["stall_bank"].as_u64().unwrap() > 1_000, "{r}");
+}
+
+/// The description of the trained field.
+fn lego(data: &std::path::Path) -> String {
+    format!(
+        "[model]\nkind = \"dvgo\"\npath = {:?}\n[camera]\nkind = \"transforms\"\npath = {:?}\n\
+         index = 0\n[render]\nbackground = [1, 1, 1]\n",
+        data.join("lego_dvgo/fine_last.tar"),
+        data.join("lego_orbit/transforms.json")
+    )
+}
+
 fn trained_field(level: &str, width: &str) {
     let Some(data) = common::shared() else {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
-    let text = format!(
-        "[model]\nkind = \"dvgo\"\npath = {:?}\n[camera]\nkind = \"transforms\"\npath = {:?}\n\
-         index = 0\n[render]\nbackground = [1, 1, 1]\n",
-        data.join("lego_dvgo/fine_last.tar"),
-        data.join("lego_orbit/transforms.json")
-    );
-    std::fs::write(folder.path().join("lego.toml"), text).unwrap();
+    std::fs::write(folder.path().join("lego.toml"), lego(&data)).unwrap();
     let arguments = [
         "verify",
         "--config",

@@ -191,6 +191,27 @@ fn tools_accept_what_the_rules_allow() {
     }
 }
 
+/// The feature-major organisation of any size, up to the largest.
+#[test]
+fn tools_accept_banks_of_whole_vectors() {
+    for (i, text) in [
+        "banks = 2\nlanes = 1\nports = 1\n[mvoxel]\nrows = 4",
+        "banks = 16\nlanes = 16\nports = 2\nmodes = \"unstructured\"",
+        "banks = 8\nlanes = 15\nports = 3\nmodes = \"structured\"\nvertices = [4, 2]\n\
+         feature_bits = 9\nweight_bits = 7\nfifo_depth = 5\n\
+         [rit]\nentries = 24\nslot_bits = 32\n[mvoxel]\nrows = 24",
+        "banks = 64\nlanes = 2\nports = 2\nweights = \"any\"",
+        "banks = 16\nlanes = 64\nports = 4",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let text = format!("[gu]\norganisation = \"feature-major\"\n{text}");
+        let config = Config::from_toml(&text, "test").unwrap_or_else(|e| panic!("{text}: {e}"));
+        accepted_unit(gathering_unit(&config), &format!("{i}: {text}"));
+    }
+}
+
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn tools_accept_many_configurations() {

@@ -2,6 +2,7 @@
 //! what warping renders.
 
 pub mod cycles;
+pub mod layouts;
 pub mod rtl;
 pub mod runtime;
 pub mod verify;

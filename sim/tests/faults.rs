@@ -85,13 +85,90 @@ fn gathered(tasks: &[GatherTask]) -> Vec<i16> {
 }
 
 fn gather(fault: Option<&Fault>, tasks: &[GatherTask], features: &[i16]) -> Option<String> {
-    let config = config();
-    let mut module = gathering_unit(&config).unwrap();
+    gather_of(&config(), fault, tasks, features)
+}
+
+fn gather_of(
+    config: &Config,
+    fault: Option<&Fault>,
+    tasks: &[GatherTask],
+    features: &[i16],
+) -> Option<String> {
+    let mut module = gathering_unit(config).unwrap();
     if let Some(fault) = fault {
         module = fault.inject(&module).unwrap();
     }
-    let unit = GatherUnit::of_module(EngineKind::Interpreter, &config, &module).unwrap();
-    signal(unit.check(&config, tasks, features, check(&mut |_| {})))
+    let unit = GatherUnit::of_module(EngineKind::Interpreter, config, &module).unwrap();
+    signal(unit.check(config, tasks, features, check(&mut |_| {})))
+}
+
+/// Arbitration, crossbar, lanes, sequencer and counters of the feature-major
+/// organisation.
+#[test]
+fn every_part_of_the_feature_major_unit_is_compared() {
+    let config = Config::from_toml(
+        "[gu]\norganisation = \"feature-major\"\nbanks = 2\nlanes = 4\nports = 2\n\
+         [rit]\nentries = 4\n[mvoxel]\nrows = 8",
+        "test",
+    )
+    .unwrap();
+    let tasks = tasks();
+    let features = gathered(&tasks);
+    assert_eq!(gather_of(&config, None, &tasks, &features), None);
+    let top = GATHERING_UNIT;
+    let one = || Change::Reset(1.into());
+    for (module, register, change, port) in [
+        // A lane that was served asks again, one that waits does not.
+        ("gather_lane", "pending", Change::Invert(0), ""),
+        (
+            "gather_lane",
+            "d_bank",
+            Change::Invert(0),
+            "m_axis_feat_tdata",
+        ),
+        (
+            "gather_lane",
+            "x_weight",
+            Change::Invert(13),
+            "m_axis_feat_tdata",
+        ),
+        (
+            "gather_lane",
+            "x_first",
+            Change::Invert(0),
+            "m_axis_feat_tdata",
+        ),
+        (
+            "gather_lane",
+            "x_slot",
+            Change::Invert(0),
+            "m_axis_feat_tuser",
+        ),
+        (
+            "gather_lane",
+            "x_kept",
+            Change::Invert(0),
+            "m_axis_feat_tkeep",
+        ),
+        (top, "step_channel", Change::Invert(0), "m_axis_feat_tdata"),
+        (top, "x_end", Change::Invert(0), "m_axis_feat_tlast"),
+        (top, "offered", one(), "m_axis_feat_tvalid"),
+        (top, "in_flight", Change::Reset(7.into()), "stat_"),
+        (top, "lanes_full_0", one(), ""),
+        ("mft", "write_channel", one(), ""),
+        ("rit_buffer", "closed_0", one(), "s_axis_rit_tready"),
+        ("mft", "loaded_0", one(), "s_axis_mft_tready"),
+        (top, "stat_busy", Change::Invert(3), "stat_busy"),
+        (top, "stat_stall_bank", Change::Invert(0), "stat_stall_bank"),
+        (top, "stat_entries", Change::Invert(0), "stat_entries"),
+        (top, "row_not_loaded", one(), "stat_errors"),
+        (top, "bad_setting", one(), "stat_errors"),
+    ] {
+        let fault = fault(module, register, change);
+        let found = gather_of(&config, Some(&fault), &tasks, &features);
+        let found = found.unwrap_or_else(|| panic!("{fault:?} is not found"));
+        assert!(found.starts_with(port), "{fault:?} is found at {found}");
+    }
 }
 
 #[test]

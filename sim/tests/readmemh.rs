@@ -38,11 +38,17 @@ fn run(folder: &Path, unit: &str) -> String {
 
 #[test]
 fn the_testbenches_pass_and_find_a_changed_bit() {
-    let config = Config::from_toml(
-        "[gu]\nbanks = 8\nports = 2\nsegments = 2\n[rit]\nentries = 16\n[vu]\nlanes = 5",
-        "test",
-    )
-    .unwrap();
+    check("banks = 8\nports = 2\nsegments = 2");
+}
+
+#[test]
+fn the_testbenches_of_banks_of_whole_vectors_do_so_too() {
+    check("organisation = \"feature-major\"\nbanks = 8\nports = 2\nlanes = 6\nsegments = 2");
+}
+
+fn check(gu: &str) {
+    let text = format!("[gu]\n{gu}\n[rit]\nentries = 16\n[vu]\nlanes = 5");
+    let config = Config::from_toml(&text, "test").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let files = emit(&config, "test").unwrap();
     for (path, text) in &files {

@@ -4,11 +4,12 @@
 
 use std::path::Path;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, PRESETS};
 use potamoi_golden::scene::{garden, lantern};
 use potamoi_golden::splats::{self, Profile};
 use potamoi_golden::units::Units;
 use potamoi_golden::voxels::{self, MVoxels};
+use potamoi_hdl::gu::gathering_unit;
 use potamoi_sim::rtl::EngineKind;
 use potamoi_sim::verify::{Injection, Settings, Verifier};
 
@@ -27,6 +28,11 @@ fn settings(engine: EngineKind) -> Settings {
 
 fn config(text: &str) -> Config {
     Config::from_toml(text, "test").unwrap()
+}
+
+fn preset(name: &str) -> Config {
+    let text = PRESETS.iter().find(|(n, _)| *n == name).unwrap().1;
+    config(text)
 }
 
 /// Renders the garden, `side` pixels a side; the error of a unit, if any.
@@ -224,6 +230,55 @@ fn every_injected_fault_is_found_and_dumped() {
     }
 }
 
+/// The organisation that the paper argues against, on the same scenes.
+#[test]
+fn the_feature_major_preset_passes_on_both_scenes() {
+    let config = preset("feature-major");
+    let mut none = |_| {};
+    // The vector unit is that of the paper's preset.
+    let gathers = Settings {
+        vector_every: 1000,
+        ..settings(EngineKind::Verilator)
+    };
+    let mut verifier = Verifier::new(&config, gathers, &mut none);
+    garden_through(&mut verifier, 64).unwrap();
+    lantern_through(&mut verifier, &config, 48).unwrap();
+    assert_eq!(verifier.failure(), None);
+    let g = verifier.gather_report();
+    assert!(g.samples > 5_000 && g.mvoxels > 40, "{g:?}");
+    assert_eq!((g.cycles, g.fill), (g.cycles_predicted, g.fill_predicted));
+    let stalls = g.stall_fifo + g.stall_mft + g.stall_rit + g.stall_bank;
+    assert_eq!(g.cycles, g.busy + stalls);
+    assert!(g.stall_bank > g.busy / 4, "{g:?}");
+}
+
+/// One fault of arbitration, one of the crossbar, and those of every
+/// organisation.
+#[test]
+fn faults_of_the_feature_major_unit_are_found() {
+    let config = config("[gu]\norganisation = \"feature-major\"\nbanks = 4\nlanes = 4");
+    for (injection, signal) in [
+        (Injection::Grant, ""),
+        (Injection::Crossbar, "m_axis_feat_tdata"),
+        (Injection::Bit, "m_axis_feat_tdata"),
+        (Injection::Weight, "m_axis_feat_tdata"),
+        (Injection::Bubble, ""),
+    ] {
+        let faulty = Settings {
+            inject: Some(injection),
+            gather_every: 9,
+            vector_every: 5_000,
+            ..settings(EngineKind::Interpreter)
+        };
+        let mut none = |_| {};
+        let mut verifier = Verifier::new(&config, faulty, &mut none);
+        let error = lantern_through(&mut verifier, &config, 24).unwrap_err();
+        let m = &verifier.failure().expect(&error).mismatch;
+        assert!(m.signal.starts_with(signal), "{injection}: {m}");
+        assert_eq!(m.module, "gathering_unit");
+    }
+}
+
 /// A fault cannot be built into what is not there.
 #[test]
 fn an_impossible_fault_is_refused() {
@@ -237,4 +292,8 @@ fn an_impossible_fault_is_refused() {
     let error = garden_through(&mut verifier, 16).unwrap_err();
     assert!(error.contains("s1_weight"), "{error}");
     assert_eq!(verifier.failure(), None);
+    for injection in [Injection::Grant, Injection::Crossbar] {
+        let error = injection.fault(&config);
+        assert!(error.inject(&gathering_unit(&config).unwrap()).is_err());
+    }
 }

@@ -43,6 +43,8 @@ pub(super) struct Report<'a> {
     pub(super) stall_fifo: u64,
     pub(super) stall_mft: u64,
     pub(super) stall_rit: u64,
+    /// Of the feature-major organisation; 0 in others.
+    pub(super) stall_bank: u64,
     pub(super) gathering_unit: &'a GatherReport,
     pub(super) vector_unit: &'a VectorReport,
     pub(super) failure: Option<&'a Found>,
@@ -120,8 +122,8 @@ pub(super) fn print(report: &Report<'_>, config: &Config) {
             measured.to_owned(),
         ],
         [
-            "stalls: FIFO, MFT, RIT".to_owned(),
-            [g.stall_fifo, g.stall_mft, g.stall_rit]
+            "stalls: FIFO, MFT, RIT, bank".to_owned(),
+            [g.stall_fifo, g.stall_mft, g.stall_rit, g.stall_bank]
                 .map(count)
                 .join(", "),
             count(v.stall_out),

@@ -25,12 +25,16 @@ pub use vu::VuConfig;
 /// The paper's sizes; what every command uses unless told otherwise.
 pub const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
 /// Configurations that come with the program, by name.
-pub const PRESETS: [(&str, &str); 5] = [
+pub const PRESETS: [(&str, &str); 6] = [
     ("paper", PAPER_PRESET),
     ("fields", include_str!("../../../configs/fields.toml")),
     ("small", include_str!("../../../configs/small.toml")),
     ("compact", include_str!("../../../configs/compact.toml")),
     ("parity", include_str!("../../../configs/parity.toml")),
+    (
+        "feature-major",
+        include_str!("../../../configs/feature-major.toml"),
+    ),
 ];
 
 /// What is read of a configuration, in bytes: far more than any has.

@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use super::{Config, EntryKind, Modes, Sums, WeightTrust};
+use super::{Config, EntryKind, Modes};
 use crate::rit::Vertices;
 
+mod organisation;
 mod vector;
 
 /// One broken rule.
@@ -103,14 +104,14 @@ pub fn check(config: &Config) -> RuleBreaches {
         "it turns cycles into time",
     );
     gathering(config, &mut out);
-    organisation(config, &mut out);
+    organisation::organisation(config, &mut out);
     index_table(config, &mut out);
     vector::vector(config, &mut out);
     vector::exponential(config, &mut out);
     out
 }
 
-fn listed(vertices: &[Vertices]) -> String {
+pub(super) fn listed(vertices: &[Vertices]) -> String {
     let counts: Vec<_> = vertices.iter().map(|v| v.count().to_string()).collect();
     format!("[{}]", counts.join(", "))
 }
@@ -195,77 +196,6 @@ fn gathering(config: &Config, out: &mut RuleBreaches) {
     }
 }
 
-fn organisation(config: &Config, out: &mut RuleBreaches) {
-    let gu = &config.gu;
-    out.require(
-        gu.channels.is_none_or(|c| (1..=4096).contains(&c)),
-        "gu-channels",
-        "gu.channels",
-        gu.channels.unwrap_or_default(),
-        "1 to 4096: channels of a feature; or none, where the unit is for any",
-    );
-    let two = gu.records_a_row == 2;
-    out.require(
-        gu.records_a_row == 1
-            || two
-                && gu.modes != Modes::Structured
-                && gu.banks.is_multiple_of(2)
-                && config.mvoxel.rows <= 32_768,
-        "gu-records",
-        "gu.records_a_row",
-        gu.records_a_row,
-        "1; or 2 with single ids (gu.modes), an even number of banks, and at most 32768 rows",
-    );
-    let exact = gu.sums == Sums::Exact;
-    out.require(
-        !exact
-            || gu.modes != Modes::Unstructured
-                && gu.weights == WeightTrust::Trusted
-                && config.rit.entry == EntryKind::Paper
-                && !config.is_parity(),
-        "gu-sums",
-        "gu.sums",
-        "exact",
-        "\"rounded\"; or structured entries of the paper's kind with trusted weights, channel-major: \
-         parts of a cell are weighted vertices, and their sum fits 32 bits",
-    );
-    if !config.is_parity() {
-        return;
-    }
-    out.require(
-        gu.banks.is_multiple_of(8),
-        "parity-banks",
-        "gu.banks",
-        gu.banks,
-        "a multiple of 8: one group of banks for each parity of x, y and z",
-    );
-    out.require(
-        gu.modes == Modes::Structured,
-        "parity-modes",
-        "gu.modes",
-        match gu.modes {
-            Modes::Structured => "structured",
-            Modes::Unstructured => "unstructured",
-            Modes::Both => "both",
-        },
-        "\"structured\": the parity organisation reads the vertices of cells",
-    );
-    out.require(
-        gu.vertices == [Vertices::Eight],
-        "parity-vertices",
-        "gu.vertices",
-        listed(&gu.vertices),
-        "[8]: a cell has a vertex in each of the eight groups of banks",
-    );
-    out.require(
-        [8, 64, 512, 4096, 32_768].contains(&config.mvoxel.rows),
-        "parity-rows",
-        "mvoxel.rows",
-        config.mvoxel.rows,
-        "8, 64, 512, 4096 or 32768: a cube whose edge is a power of two, so that parities are bits of the row",
-    );
-}
-
 fn index_table(config: &Config, out: &mut RuleBreaches) {
     let (rit, ports) = (&config.rit, config.gu.ports.max(1));
     out.require(
@@ -345,6 +275,11 @@ mod tests {
             "[gu]\ncounter_bits = 8",
             "[gu]\nvertices = [1, 8]",
             "[gu]\nvertices = []",
+            "[gu]\norganisation = \"feature-major\"\nbanks = 24",
+            "[gu]\norganisation = \"feature-major\"\nlanes = 65",
+            "[gu]\norganisation = \"feature-major\"\nlanes = 15",
+            "[gu]\norganisation = \"feature-major\"\nfifo_depth = 4",
+            "[gu]\norganisation = \"feature-major\"\n[mvoxel]\nrows = 500",
             "[rit]\nentries = 127",
             "[rit]\nstream_bits = 80",
             "[rit]\nslot_bits = 24",

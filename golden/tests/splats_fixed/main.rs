@@ -14,7 +14,7 @@ use potamoi_golden::splats::{
     Cloud, FixedFrame, FixedOptions, Flips, FloatFrame, FloatOptions, Order, Profile,
     ScheduleOptions, ply, render_fixed, render_float,
 };
-use potamoi_golden::streams::RitReads;
+use potamoi_golden::streams::UnitStreams;
 use potamoi_golden::units::{Twins, Units};
 use splats_common::{PlainUnits, shared};
 
@@ -30,7 +30,7 @@ const LOG: FixedOptions = FixedOptions {
     },
     order: Order::Exact,
     hold_records: 8192,
-    unit_streams: RitReads::PAPER,
+    unit_streams: UnitStreams::PAPER,
     background: [0.0; 3],
     log_decisions: true,
 };

@@ -1,5 +1,6 @@
 //! The gathering unit. Its interface and timing: `docs/gathering-unit.md`.
 
+mod feature_major;
 mod mft;
 mod reducer;
 mod report;
@@ -9,6 +10,24 @@ mod rit_pick;
 mod rit_reader;
 mod rit_shape;
 mod rit_writer;
+mod streams;
 mod top;
 
-pub use top::gathering_unit;
+use std::sync::Arc;
+
+use potamoi_formats::config::{Config, Organisation};
+
+use crate::ir::{IrErrors, Module};
+
+/// Builds the gathering unit for a configuration, in its organisation.
+///
+/// # Errors
+/// The netlist's own checks; none for a configuration that keeps its rules.
+pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
+    match config.organisation().0 {
+        Organisation::Auto | Organisation::ChannelMajor | Organisation::Parity => {
+            top::channel_major(config)
+        }
+        Organisation::FeatureMajor => feature_major::feature_major(config),
+    }
+}

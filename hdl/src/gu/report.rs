@@ -3,17 +3,40 @@
 use potamoi_formats::config::{Config, EntryKind, Modes, Sums, WeightTrust};
 use potamoi_formats::rit::Vertices;
 
-use super::top::{Ports, Stage};
+use super::top::Ports;
 use crate::ir::{Instance, ModuleBuilder, Signal, Ty};
 use crate::parts::{counter, is, popcount, sticky, tree_sum};
 
 /// Signals that the counters watch.
 pub(super) struct Stats {
+    /// Something is issued.
     pub(super) fire: Signal,
+    /// What is issued is counted as busy.
+    pub(super) busy: Signal,
+    /// What is issued is counted as a stall for a bank, where banks conflict.
+    pub(super) bank: Option<Signal>,
     pub(super) group_done: Signal,
     pub(super) keep: Signal,
     pub(super) credit: Signal,
     pub(super) loaded: Signal,
+}
+
+/// Entries on their way, and what else the flags watch.
+pub(super) struct Watched {
+    /// A vertex of several entries is here.
+    pub(super) valid: Signal,
+    pub(super) first: Signal,
+    pub(super) last: Signal,
+    /// Places that hold an entry.
+    pub(super) keep: Signal,
+    pub(super) weight: Signal,
+    /// The stage's name.
+    pub(super) name: &'static str,
+    /// Entries are single ids.
+    pub(super) single: Signal,
+    pub(super) row_not_loaded: Signal,
+    /// Settings beyond those of every organisation.
+    pub(super) bad_settings: Vec<Signal>,
 }
 
 /// Stalls are counted as they happen, and shown as they stood at the last
@@ -31,8 +54,12 @@ pub(super) fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, sta
     let fifo = m.and(stalled, no_credit);
     let mft = m.all_of(&[stalled, stats.credit, not_loaded]);
     let rit = m.all_of(&[stalled, stats.credit, stats.loaded]);
-    let busy = counter(m, "stat_busy", bits, clear, stats.fire, one);
+    let busy = counter(m, "stat_busy", bits, clear, stats.busy, one);
     m.output("stat_busy", busy, "cycles in which a vertex was issued");
+    if let Some(bank) = stats.bank {
+        let count = counter(m, "stat_stall_bank", bits, clear, bank, one);
+        m.output("stat_stall_bank", count, "stalls: lanes wait for a bank");
+    }
     for (name, cause, doc) in [
         ("fifo", fifo, "stalls: too many groups in flight"),
         ("mft", mft, "stalls: MVoxel not loaded"),
@@ -47,7 +74,9 @@ pub(super) fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, sta
         m.set_next(shown, next);
         m.output(&port, shown, doc);
     }
-    let kept: Vec<_> = (0..config.gu.ports).map(|p| m.bit(stats.keep, p)).collect();
+    let kept: Vec<_> = (0..stats.keep.width())
+        .map(|p| m.bit(stats.keep, p))
+        .collect();
     let entries = popcount(m, &kept);
     let entries = m.extend(entries, bits);
     let count = counter(m, "stat_entries", bits, clear, stats.group_done, entries);
@@ -59,25 +88,20 @@ pub(super) fn errors(
     m: &mut ModuleBuilder,
     config: &Config,
     io: &Ports,
-    s1: &Stage,
-    single: Signal,
+    s1: &Watched,
     below: [Instance; 2],
 ) -> Signal {
     m.section("Errors");
     let gu = &config.gu;
-    let (mut range, mut high, mut sums) = (vec![], vec![], vec![]);
+    let (mut high, mut sums) = (vec![], vec![]);
     let mut one = None;
-    let structured = m.not(single);
+    let structured = m.not(s1.single);
     let structured = m.name(structured, "structured");
     let groups = config.vertices_a_row();
     // Weights that the unit makes itself are right.
     let given = gu.modes != Modes::Unstructured && config.rit.entry == EntryKind::Paper;
     for p in 0..gu.ports {
         let kept = m.bit(s1.keep, p);
-        let ok = m.slice(s1.in_range, p * groups, groups);
-        let ok = m.all(ok);
-        let outside = m.not(ok);
-        range.push(m.and(kept, outside));
         if !given {
             continue;
         }
@@ -104,7 +128,7 @@ pub(super) fn errors(
                 })
                 .collect();
             let weight = tree_sum(m, &weights);
-            let weight = m.name(weight, &format!("s1_weight_of_port{p}"));
+            let weight = m.name(weight, &format!("{}_weight_of_port{p}", s1.name));
             let sum = if groups == 1 {
                 let total = m.reg(&format!("weight_total{p}"), ty, 0);
                 let more = m.add(total, weight);
@@ -131,7 +155,7 @@ pub(super) fn errors(
         let any = m.any_of(bits);
         (!bits.is_empty()).then(|| m.and(s1.valid, any))
     };
-    let (range, high, sums) = (issued(m, &range), issued(m, &high), issued(m, &sums));
+    let (high, sums) = (issued(m, &high), issued(m, &sums));
     let rit = m.out(below[0], "errors");
     let (ragged, gap, large) = (m.bit(rit, 0), m.bit(rit, 1), m.bit(rit, 2));
     let overflow = m.out(below[1], "overflow");
@@ -149,10 +173,11 @@ pub(super) fn errors(
     let too_many = m.gt(io.segments, most);
     let none = is(m, io.segments, 0);
     wrong.extend([too_many, none]);
+    wrong.extend(&s1.bad_settings);
     let settings = m.any_of(&wrong);
     let settings = m.and(s1.valid, settings);
     let flags: Vec<_> = [
-        ("row_not_loaded", range),
+        ("row_not_loaded", Some(s1.row_not_loaded)),
         ("weight_too_large", high),
         ("weights_off_one", sums),
         ("ragged_entries", Some(ragged)),

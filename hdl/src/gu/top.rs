@@ -1,4 +1,4 @@
-//! The unit's top: issue, reducers, output FIFO.
+//! The channel-major unit's top: issue, reducers, output FIFO.
 
 use std::sync::Arc;
 
@@ -7,10 +7,11 @@ use potamoi_formats::units::GATHERING_UNIT;
 
 use super::mft::mft;
 use super::reducer::{LATER, cell_reducer, reducer};
-use super::report::{Stats, errors, statistics};
+use super::report::{Stats, Watched, errors, statistics};
 use super::rit_buffer::rit_buffer;
+use super::streams::{Beat, FeatureStream, count_both, rit_stream};
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
-use crate::parts::{bits_for, fifo, is};
+use crate::parts::{bits_for, is};
 
 /// Ports of the top.
 pub(super) struct Ports {
@@ -92,11 +93,11 @@ fn summed(m: &mut ModuleBuilder, config: &Config, s1: &Stage) -> Summed {
     stage
 }
 
-/// Builds the gathering unit for a configuration.
+/// Builds the channel-major gathering unit, or the one by parity.
 ///
 /// # Errors
 /// The netlist's own checks; none for a configuration that keeps its rules.
-pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
+pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let gu = &config.gu;
     let (banks, ports, bits) = (gu.banks, gu.ports, gu.feature_bits);
     let whole_cells = config.is_parity();
@@ -136,29 +137,7 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
             "two records of B / 2 channels share a row; the id's bit above the row says which",
         )
     });
-    let stream = config.rit_stream_bits();
-    let rit_in = [
-        (
-            "s_axis_rit_tvalid",
-            m.input("s_axis_rit_tvalid", bit, "ray index table"),
-        ),
-        (
-            "s_axis_rit_tdata",
-            m.input("s_axis_rit_tdata", Ty::u(stream), ""),
-        ),
-        (
-            "s_axis_rit_tkeep",
-            m.input("s_axis_rit_tkeep", Ty::u(stream / 8), ""),
-        ),
-        (
-            "s_axis_rit_tlast",
-            m.input("s_axis_rit_tlast", bit, "ends the MVoxel"),
-        ),
-        (
-            "s_axis_rit_tuser",
-            m.input("s_axis_rit_tuser", bit, "streamed once for every segment"),
-        ),
-    ];
+    let rit_in = rit_stream(m, config);
     let mft_in = [
         (
             "s_axis_mft_tvalid",
@@ -192,7 +171,7 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let limit = m.param("GROUPS_IN_FLIGHT", gu.fifo_depth, flight_ty, "FIFO depth");
     let credit = m.lt(in_flight, limit);
     let credit = m.name(credit, "credit");
-    let mut rit_inputs = rit_in.to_vec();
+    let mut rit_inputs = rit_in;
     rit_inputs.extend([("cfg_vertices", vertices), ("cfg_segments", segments)]);
     let rit = m.instance("rit", &rit_module, &rit_inputs);
     let table = m.instance("mft", &mft_module, &mft_in);
@@ -328,56 +307,59 @@ pub fn gathering_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     });
     results.reverse();
     let data = m.cat(&results);
-    let word = m.cat(&[tail[0], tail[1], tail[2], data]);
-    let fifo_module = fifo("feature_fifo", gu.fifo_depth, word.width())?;
-    let offered = m.reg("offered", flight_ty, 0);
-    m.note(offered, "results in the FIFO");
-    let valid = m.any(offered);
-    let valid = m.name(valid, "m_axis_feat_tvalid");
-    let pop = m.and(valid, io.ready);
-    let pop = m.name(pop, "pop");
-    let inst = m.instance(
-        "results",
-        &fifo_module,
-        &[("push", s2_push), ("push_data", word), ("pop", pop)],
-    );
-    let out = m.out(inst, "data");
-    count_both(m, offered, s2_push, pop);
-    count_both(m, in_flight, group_start, pop);
+    let beat = Beat {
+        push: s2_push,
+        end: tail[0],
+        keep: tail[1],
+        slot: tail[2],
+        data,
+    };
+    let stream = FeatureStream::build(m, gu.fifo_depth, &beat, io.ready)?;
+    count_both(m, in_flight, group_start, stream.pop);
 
     let group_done = m.and(fire, p_last);
     let group_done = m.name(group_done, "group_done");
     let stats = Stats {
         fire,
+        busy: fire,
+        bank: None,
         group_done,
         keep: p_keep,
         credit,
         loaded,
     };
-    let errors = errors(m, config, &io, &s1, single, [rit, table]);
+    let outside: Vec<_> = (0..ports)
+        .map(|p| {
+            let kept = m.bit(s1.keep, p);
+            let ok = m.slice(s1.in_range, p * groups, groups);
+            let ok = m.all(ok);
+            let outside = m.not(ok);
+            m.and(kept, outside)
+        })
+        .collect();
+    let outside = m.any_of(&outside);
+    let row_not_loaded = m.and(s1.valid, outside);
+    let watched = Watched {
+        valid: s1.valid,
+        first: s1.first,
+        last: s1.last,
+        keep: s1.keep,
+        weight: s1.weight,
+        name: "s1",
+        single,
+        row_not_loaded,
+        bad_settings: vec![],
+    };
+    let errors = errors(m, config, &io, &watched, [rit, table]);
     m.section("Outputs");
-    m.output("m_axis_feat_tvalid", valid, "features, M entries a beat");
-    let width = lane_bits * lanes * ports;
-    let features = m.slice(out, 0, width);
-    m.output(
-        "m_axis_feat_tdata",
-        features,
-        "port 0 lowest, channel 0 lowest",
+    stream.outputs(
+        m,
+        [
+            "features, M entries a beat",
+            "port 0 lowest, channel 0 lowest",
+            "ports that hold an entry",
+        ],
     );
-    let slots = config.rit.slot_bits * ports;
-    let keep = m.slice(out, width + slots, ports);
-    let keep = m.name(keep, "kept_ports");
-    let mut bytes = vec![];
-    for port in (0..ports).rev() {
-        let kept = m.bit(keep, port);
-        bytes.push(m.repeat(kept, lane_bits / 8 * lanes));
-    }
-    let bytes = m.cat(&bytes);
-    m.output("m_axis_feat_tkeep", bytes, "ports that hold an entry");
-    let last = m.bit(out, width + slots + ports);
-    m.output("m_axis_feat_tlast", last, "ends the MVoxel and segment");
-    let user = m.slice(out, width, slots);
-    m.output("m_axis_feat_tuser", user, "slot of each entry");
     let rit_ready = m.out(rit, "s_axis_rit_tready");
     m.output("s_axis_rit_tready", rit_ready, "");
     let mft_ready = m.out(table, "s_axis_mft_tready");
@@ -435,14 +417,4 @@ fn one_record(m: &mut ModuleBuilder, row: Signal, two: Signal, upper: Signal) ->
     let mask = m.repeat(whole, half);
     let rest = m.and(high, mask);
     m.cat(&[rest, lower])
-}
-
-/// `count` goes up with `up`, down with `down`.
-fn count_both(m: &mut ModuleBuilder, count: Signal, up: Signal, down: Signal) {
-    let one = m.lit(1, count.ty());
-    let more = m.add(count, one);
-    let less = m.sub(count, one);
-    let next = m.mux(up, more, less);
-    let changes = m.xor(up, down);
-    m.set_next_if(count, changes, next);
 }

@@ -9,10 +9,11 @@
 //! with its error stated there.
 
 use potamoi_formats::config::Config;
+use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
 
 use super::vector::VectorTiming;
-use super::work::{GatherRun, Mvoxel, WorkError};
+use super::work::{GatherRun, Mvoxel, WorkError, check_channel_major};
 
 /// What a run of the gathering unit takes, data and sink ready from cycle 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -25,6 +26,8 @@ pub struct GatherCycles {
     pub stall_mft: u64,
     /// Cycles without issue because no entry had been read.
     pub stall_rit: u64,
+    /// Cycles in which lanes waited for a bank (feature-major organisation).
+    pub stall_bank: u64,
     /// Cycles from the first accepted beat to the last accepted feature, both
     /// included: fill, issue and latency.
     pub elapsed: u64,
@@ -34,15 +37,15 @@ impl GatherCycles {
     /// Cycles from the first to the last issue, both included.
     #[must_use]
     pub const fn issue_span(&self) -> u64 {
-        self.busy + self.stall_mft + self.stall_rit
+        self.busy + self.stall_mft + self.stall_rit + self.stall_bank
     }
 }
 
 /// What one RIT half holds of an MVoxel, and when it was written.
 #[derive(Debug, Clone, Copy)]
-struct Part {
+pub(super) struct Part {
     bytes: u64,
-    groups: u64,
+    pub(super) groups: u64,
     /// Cycle in which its first beat is accepted.
     written: u64,
 }
@@ -56,7 +59,7 @@ const KEPT: usize = 8;
 /// stages from the buffer to the issue: what holds it up on the way is the issue of
 /// those before. It is read in `r(j) = max(readable, r(j-1) + 1, x(j-d))`: the
 /// stages hold `d` vertices.
-struct Chain {
+pub(super) struct Chain {
     /// Cycles in which a group is issued.
     issues: u64,
     /// Stages from the buffer to the issue.
@@ -68,13 +71,36 @@ struct Chain {
     /// Whether anything was issued.
     begun: bool,
     /// Cycle of the read of the latest vertex.
-    read: u64,
+    pub(super) read: u64,
     out: GatherCycles,
 }
 
 impl Chain {
+    pub(super) fn new(config: &Config, vertices: Vertices) -> Self {
+        Self {
+            issues: u64::from(config.issue_cycles(vertices)),
+            stages: config.rit_stages() as usize,
+            beat: u64::from(config.rit_stream_bits() / 8),
+            group_bytes: u64::from(config.gu.ports) * config.entry_bytes(vertices) as u64,
+            issued: [0; KEPT],
+            begun: false,
+            read: 0,
+            out: GatherCycles::default(),
+        }
+    }
+
+    /// So many entries, written into the next half of the RIT buffer.
+    pub(super) fn write(&self, rit: &mut Halves, entries: u64, ports: u64) -> Part {
+        let bytes = self.group_bytes / ports * entries;
+        Part {
+            bytes,
+            groups: entries.div_ceil(ports),
+            written: rit.write(bytes.div_ceil(self.beat)),
+        }
+    }
+
     /// First cycle in which group `index` of a part can be read.
-    const fn readable(&self, part: &Part, index: u64) -> u64 {
+    pub(super) const fn readable(&self, part: &Part, index: u64) -> u64 {
         let end = (index + 1) * self.group_bytes;
         let end = if end < part.bytes { end } else { part.bytes };
         part.written + end.div_ceil(self.beat)
@@ -91,7 +117,7 @@ impl Chain {
     }
 
     /// One group that can be read from `readable` on and issued from `loaded`.
-    fn group(&mut self, readable: u64, loaded: u64) {
+    pub(super) fn group(&mut self, readable: u64, loaded: u64) {
         let arrives = readable + self.stages as u64;
         let x = if self.begun {
             let next = self.issued[0] + 1;
@@ -138,14 +164,14 @@ impl Chain {
     }
 
     /// Cycle in which the latest vertex is issued.
-    fn last_issue(&self) -> u64 {
+    pub(super) fn last_issue(&self) -> u64 {
         self.issued[0]
     }
 }
 
 /// The two halves of a buffer that is filled ahead.
 #[derive(Default)]
-struct Halves {
+pub(super) struct Halves {
     /// First cycle in which the writer is through with what it has written.
     writer: u64,
     /// First free cycle of the half that is next, and of the one after.
@@ -154,7 +180,7 @@ struct Halves {
 
 impl Halves {
     /// Starts writing something that takes `beats`; gives the first cycle.
-    fn write(&mut self, beats: u64) -> u64 {
+    pub(super) fn write(&mut self, beats: u64) -> u64 {
         let start = self.writer.max(self.free[0]);
         self.writer = start + beats;
         // Known to the caller before the half is written again.
@@ -163,7 +189,7 @@ impl Halves {
     }
 
     /// The half written longest ago is free from `cycle` on.
-    fn release(&mut self, cycle: u64) {
+    pub(super) fn release(&mut self, cycle: u64) {
         let oldest = usize::from(self.free[0] != u64::MAX);
         self.free[oldest] = cycle;
     }
@@ -177,25 +203,14 @@ impl Halves {
 /// Work that the unit cannot do.
 pub fn gather_cycles(config: &Config, run: &GatherRun<'_>) -> Result<GatherCycles, WorkError> {
     run.check(config)?;
+    check_channel_major(config)?;
     if run.mvoxels.is_empty() {
         return Ok(GatherCycles::default());
     }
     let ports = u64::from(config.gu.ports);
-    let entry = config.entry_bytes(run.vertices) as u64;
     let half = u64::from(config.rit_entries(run.vertices));
-    let mut chain = Chain {
-        issues: u64::from(config.issue_cycles(run.vertices)),
-        stages: config.rit_stages() as usize,
-        beat: u64::from(config.rit_stream_bits() / 8),
-        group_bytes: ports * entry,
-        issued: [0; KEPT],
-        begun: false,
-        read: 0,
-        out: GatherCycles {
-            busy: run.busy(config),
-            ..GatherCycles::default()
-        },
-    };
+    let mut chain = Chain::new(config, run.vertices);
+    chain.out.busy = run.busy(config);
     let (mut rit, mut mft) = (Halves::default(), Halves::default());
     for &mvoxel in run.mvoxels {
         let again = run.streamed_again(config, mvoxel);
@@ -208,12 +223,7 @@ pub fn gather_cycles(config: &Config, run: &GatherRun<'_>) -> Result<GatherCycle
                     Some(part) => part,
                     None => {
                         let entries = (u64::from(mvoxel.entries) - index * half).min(half);
-                        let bytes = entries * entry;
-                        Part {
-                            bytes,
-                            groups: entries.div_ceil(ports),
-                            written: rit.write(bytes.div_ceil(chain.beat)),
-                        }
+                        chain.write(&mut rit, entries, ports)
                     }
                 };
                 if run.segments > 1 && !again {

@@ -66,6 +66,9 @@ pub struct Counters {
     pub stall_mft: u64,
     /// Stalls up to the last issue because no entry had been read.
     pub stall_rit: u64,
+    /// Cycles in which lanes of the feature-major organisation waited for a
+    /// bank.
+    pub stall_bank: u64,
     /// Entries issued, counted with their last vertex.
     pub entries: u64,
 }
@@ -74,7 +77,7 @@ impl Counters {
     /// Cycles from the first to the last issue, both included.
     #[must_use]
     pub const fn cycles(&self) -> u64 {
-        self.busy + self.stall_fifo + self.stall_mft + self.stall_rit
+        self.busy + self.stall_fifo + self.stall_mft + self.stall_rit + self.stall_bank
     }
 }
 
@@ -106,11 +109,13 @@ struct RitHalf {
 
 /// A vertex of one group on its way from the RIT buffer to the MFT.
 #[derive(Debug, Clone, Copy)]
-struct Picked {
-    vertex: u32,
-    kept: u32,
+pub(super) struct Picked {
+    pub(super) vertex: u32,
+    /// Entries of the group.
+    pub(super) kept: u32,
     first_group: bool,
-    last_group: bool,
+    /// The last group of an MVoxel and segment.
+    pub(super) last_group: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -133,26 +138,34 @@ struct Reader {
     under_way: bool,
 }
 
-/// The gathering unit between two clock edges.
+/// The RIT buffer between two clock edges, with the stages behind it.
 #[derive(Debug, Clone)]
-pub struct GatherModel {
+pub(super) struct RitBuffer {
     half_bytes: u64,
     ports: u64,
-    fifo_depth: u64,
-    counter_max: u64,
     /// Bytes of an entry.
     entry: u64,
     /// Cycles in which a group is issued.
     issues: u32,
-    /// Cycles from the issue of a group's last vertex to its offer.
-    latency: u64,
     segments: u32,
-    cycle: u64,
     rit: [RitHalf; 2],
     rit_writer: usize,
     reader: Reader,
-    /// The stages from the RIT banks' output to what is issued.
+    /// The stages from the banks' output to what is issued.
     stages: Vec<Option<Picked>>,
+}
+
+/// The gathering unit between two clock edges.
+#[derive(Debug, Clone)]
+pub struct GatherModel {
+    fifo_depth: u64,
+    counter_max: u64,
+    /// Cycles in which a group is issued.
+    issues: u32,
+    /// Cycles from the issue of a group's last vertex to its offer.
+    latency: u64,
+    cycle: u64,
+    buffer: RitBuffer,
     mft_loaded: [bool; 2],
     mft_rows: u64,
     mft_writer: usize,
@@ -173,20 +186,14 @@ impl GatherModel {
     /// out, or a number of segments that it does not allow.
     pub fn new(config: &Config, vertices: Vertices, segments: u32) -> Result<Self, WorkError> {
         super::work::check_setting(config, vertices, segments)?;
+        super::work::check_channel_major(config)?;
         Ok(Self {
-            half_bytes: u64::from(config.rit.entries) * (MAX_VERTICES * WORD_BYTES) as u64,
-            ports: u64::from(config.gu.ports),
             fifo_depth: u64::from(config.gu.fifo_depth),
             counter_max: u64::MAX >> (64 - config.gu.counter_bits),
-            entry: config.entry_bytes(vertices) as u64,
             issues: config.issue_cycles(vertices),
             latency: u64::from(config.gather_latency()),
-            segments,
             cycle: 0,
-            rit: [RitHalf::default(); 2],
-            rit_writer: 0,
-            reader: Reader::default(),
-            stages: vec![None; config.rit_stages() as usize],
+            buffer: RitBuffer::new(config, vertices, segments),
             mft_loaded: [false; 2],
             mft_rows: 0,
             mft_writer: 0,
@@ -202,7 +209,7 @@ impl GatherModel {
     /// `s_axis_rit_tready` of the coming cycle.
     #[must_use]
     pub fn rit_ready(&self) -> bool {
-        !self.rit[self.rit_writer].closed
+        self.buffer.ready()
     }
 
     /// `s_axis_mft_tready` of the coming cycle.
@@ -220,8 +227,7 @@ impl GatherModel {
     /// Whether nothing is held anywhere, so that the settings may change.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.rit.iter().all(|h| h.bytes == 0)
-            && self.stages.iter().all(Option::is_none)
+        self.buffer.is_idle()
             && self.in_flight == 0
             && self.mft_loaded == [false; 2]
             && self.mft_rows == 0
@@ -240,8 +246,8 @@ impl GatherModel {
     pub fn step(&mut self, inputs: &GatherInputs) -> GatherOutputs {
         let room = self.in_flight < self.fifo_depth;
         let loaded = self.mft_loaded[self.mft_reader];
-        let last_stage = self.stages.len() - 1;
-        let issued = self.stages[last_stage].filter(|p| p.vertex != 0 || (room && loaded));
+        let offered = self.buffer.offered();
+        let issued = offered.filter(|p| p.vertex != 0 || (room && loaded));
         let stall = match (issued.is_some() || !self.counting, room, loaded) {
             (true, _, _) => None,
             (_, false, _) => Some(Cause::Fifo),
@@ -266,22 +272,7 @@ impl GatherModel {
             counters: self.shown,
         };
 
-        // The reader looks at the halves as the cycle before left them, so it
-        // goes before the writer.
-        if issued.is_some() {
-            self.stages[last_stage] = None;
-        }
-        for stage in (1..=last_stage).rev() {
-            if self.stages[stage].is_none() {
-                self.stages[stage] = self.stages[stage - 1].take();
-            }
-        }
-        if self.stages[0].is_none() {
-            self.stages[0] = self.read();
-        }
-        if let Some(beat) = inputs.rit.filter(|_| outputs.rit_ready) {
-            self.write_rit(beat);
-        }
+        self.buffer.step(issued.is_some(), inputs.rit);
 
         self.count(issued, stall, last_vertex);
         if let Some(last) = inputs.mft.filter(|_| outputs.mft_ready) {
@@ -315,6 +306,78 @@ impl GatherModel {
         }
         self.cycle += 1;
         outputs
+    }
+
+    fn count(&mut self, issued: Option<Picked>, stall: Option<Cause>, last_vertex: u32) {
+        let max = self.counter_max;
+        let add = |counter: &mut u64, n: u64| *counter = counter.saturating_add(n).min(max);
+        match stall {
+            Some(Cause::Fifo) => add(&mut self.running.stall_fifo, 1),
+            Some(Cause::Mft) => add(&mut self.running.stall_mft, 1),
+            Some(Cause::Rit) => add(&mut self.running.stall_rit, 1),
+            None => {}
+        }
+        if let Some(p) = issued {
+            self.counting = true;
+            add(&mut self.running.busy, 1);
+            if p.vertex == last_vertex {
+                add(&mut self.running.entries, u64::from(p.kept));
+            }
+            // The ports follow only with an issue: idling at the end stays out.
+            self.shown = self.running;
+        }
+    }
+}
+
+impl RitBuffer {
+    pub(super) fn new(config: &Config, vertices: Vertices, segments: u32) -> Self {
+        Self {
+            half_bytes: u64::from(config.rit.entries) * (MAX_VERTICES * WORD_BYTES) as u64,
+            ports: u64::from(config.gu.ports),
+            entry: config.entry_bytes(vertices) as u64,
+            issues: config.issue_cycles(vertices),
+            segments,
+            rit: [RitHalf::default(); 2],
+            rit_writer: 0,
+            reader: Reader::default(),
+            stages: vec![None; config.rit_stages() as usize],
+        }
+    }
+
+    /// `s_axis_rit_tready` of the coming cycle.
+    pub(super) const fn ready(&self) -> bool {
+        !self.rit[self.rit_writer].closed
+    }
+
+    pub(super) fn is_idle(&self) -> bool {
+        self.rit.iter().all(|h| h.bytes == 0) && self.stages.iter().all(Option::is_none)
+    }
+
+    /// What the last stage offers.
+    pub(super) fn offered(&self) -> Option<Picked> {
+        self.stages.last().copied().flatten()
+    }
+
+    /// One clock cycle: `taken` says that what the last stage offers leaves it.
+    pub(super) fn step(&mut self, taken: bool, beat: Option<RitBeat>) {
+        let ready = self.ready();
+        // The reader looks at the halves as the cycle before left them, so it
+        // goes before the writer.
+        let last = self.stages.len() - 1;
+        if taken {
+            self.stages[last] = None;
+        }
+        for stage in (1..=last).rev() {
+            if self.stages[stage].is_none() {
+                self.stages[stage] = self.stages[stage - 1].take();
+            }
+        }
+        if self.stages[0].is_none() {
+            self.stages[0] = self.read();
+        }
+        if let Some(beat) = beat.filter(|_| ready) {
+            self.write_rit(beat);
+        }
     }
 
     fn write_rit(&mut self, beat: RitBeat) {
@@ -376,25 +439,5 @@ impl GatherModel {
             }
         }
         Some(picked)
-    }
-
-    fn count(&mut self, issued: Option<Picked>, stall: Option<Cause>, last_vertex: u32) {
-        let max = self.counter_max;
-        let add = |counter: &mut u64, n: u64| *counter = counter.saturating_add(n).min(max);
-        match stall {
-            Some(Cause::Fifo) => add(&mut self.running.stall_fifo, 1),
-            Some(Cause::Mft) => add(&mut self.running.stall_mft, 1),
-            Some(Cause::Rit) => add(&mut self.running.stall_rit, 1),
-            None => {}
-        }
-        if let Some(p) = issued {
-            self.counting = true;
-            add(&mut self.running.busy, 1);
-            if p.vertex == last_vertex {
-                add(&mut self.running.entries, u64::from(p.kept));
-            }
-            // The ports follow only with an issue: idling at the end stays out.
-            self.shown = self.running;
-        }
     }
 }

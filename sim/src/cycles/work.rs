@@ -1,6 +1,6 @@
 //! What a gathering unit is given to do, and the beats that say so.
 
-use potamoi_formats::config::{Config, rules};
+use potamoi_formats::config::{Config, Organisation, rules};
 use potamoi_formats::rit::Vertices;
 use thiserror::Error;
 
@@ -67,6 +67,25 @@ pub enum WorkError {
         /// Rows of an MFT half.
         most: u32,
     },
+    /// A model of another organisation.
+    #[error(
+        "gu.organisation is {found:?}, but this model is of {expected:?}; \
+         take the model of the configuration's organisation"
+    )]
+    Organisation {
+        /// What the configuration says.
+        found: Organisation,
+        /// What the model is of.
+        expected: Organisation,
+    },
+    /// What the run says of MVoxels and rounds does not fit together.
+    #[error("MVoxel {index}: {problem}")]
+    Rounds {
+        /// Its place in the list.
+        index: usize,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
     /// A stall pattern under which a stream never moves.
     #[error(
         "stalls of {per_mille} per mille and {burst} cycles: expected 0 to 999, and 1 cycle or more"
@@ -110,6 +129,17 @@ pub(super) fn check_setting(
         });
     }
     Ok(())
+}
+
+/// Whether `config` is of the organisation whose cycles do not depend on rows.
+pub(super) fn check_channel_major(config: &Config) -> Result<(), WorkError> {
+    match config.organisation().0 {
+        Organisation::FeatureMajor => Err(WorkError::Organisation {
+            found: Organisation::FeatureMajor,
+            expected: Organisation::ChannelMajor,
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// One beat of the RIT stream.

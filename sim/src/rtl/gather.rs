@@ -199,20 +199,20 @@ impl GatherWatch for Collect<'_> {
         };
         let wrong = || RtlError::Usage("the unit gave other beats than the tasks have".to_owned());
         let group = self.groups.next().ok_or_else(wrong)?;
-        let GatherWork {
-            lanes, channels, ..
-        } = *self.work;
-        let low = group.segment * lanes;
-        let count = lanes.min(channels - low);
+        let (width, channels) = (self.work.width, self.work.channels);
+        let low = group.low;
+        let count = width.min(channels - low);
         for port in 0..group.kept {
-            let first = self.work.lane_bytes * lanes * port;
+            let first = self.work.lane_bytes * width * port;
             if beat.keep[first / 32] >> (first % 32) & 1 == 0 {
                 return Err(wrong());
             }
-            self.slots.push(slot(beat.user, port, self.work.slot_bits));
+            if group.begins {
+                self.slots.push(slot(beat.user, port, self.work.slot_bits));
+            }
             let at = (group.ordinal + port) * channels + low;
             for (b, code) in self.features[at..at + count].iter_mut().enumerate() {
-                *code = self.work.code(beat.data, port * lanes + b);
+                *code = self.work.code(beat.data, port * width + b);
             }
         }
         Ok(())

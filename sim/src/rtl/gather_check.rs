@@ -9,16 +9,18 @@ use super::gather_drive::{BeatSeen, GatherSeen, GatherWatch};
 use super::gather_work::{GatherWork, Group};
 use super::mismatch::{Mismatch, first_difference, same};
 use super::model::RtlError;
+use super::organisation::UnitModel;
 use crate::cycles::gather::Counters;
-use crate::cycles::{GatherInputs, GatherModel, WorkError};
+use crate::cycles::{GatherInputs, WorkError};
 
 /// Names of the counters' ports.
-const COUNTERS: [&str; 5] = [
+const COUNTERS: [&str; 6] = [
     "stat_busy",
     "stat_stall_fifo",
     "stat_stall_mft",
     "stat_stall_rit",
     "stat_entries",
+    "stat_stall_bank",
 ];
 
 /// A watch that fails at the first difference.
@@ -26,7 +28,7 @@ pub(super) struct GatherCheck<'a, T> {
     work: &'a GatherWork<'a>,
     /// Features in task and entry order.
     features: &'a [T],
-    model: GatherModel,
+    model: UnitModel,
     groups: Box<dyn Iterator<Item = Group> + 'a>,
     beat: Option<Expected>,
     cycles: u64,
@@ -57,13 +59,12 @@ impl<'a, T: Copy + Into<i32>> GatherCheck<'a, T> {
         features: &'a [T],
         every: &'a mut dyn FnMut(u64),
     ) -> Result<Self, WorkError> {
-        let run = work.run();
         let mut groups: Box<dyn Iterator<Item = Group>> = Box::new(work.groups());
         let beat = groups.next().map(|g| Expected::new(work, features, g));
         Ok(Self {
             work,
             features,
-            model: GatherModel::new(config, run.vertices, run.segments)?,
+            model: UnitModel::new(config, work)?,
             groups,
             beat,
             cycles: 0,
@@ -78,8 +79,8 @@ impl<'a, T: Copy + Into<i32>> GatherCheck<'a, T> {
                 let g = &b.group;
                 let last = g.entry + g.kept - 1;
                 format!(
-                    "next beat: MVoxel {}, segment {}, entries {} to {last}",
-                    g.task, g.segment, g.entry
+                    "next beat: MVoxel {}, segment {}, entries {} to {last}, channel {} and up",
+                    g.task, g.segment, g.entry, g.low
                 )
             },
         );
@@ -125,7 +126,7 @@ impl<'a, T: Copy + Into<i32>> GatherCheck<'a, T> {
         }
         if let Some(bit) = first_difference(beat.data, beat.unknown, &wanted.data, &wanted.mask) {
             let lane = bit / (8 * work.lane_bytes);
-            let (port, bank) = (lane / work.lanes, lane % work.lanes);
+            let (port, bank) = (lane / work.width, lane % work.width);
             let signal = format!("m_axis_feat_tdata of port {port}, bank {bank}");
             let unknown = beat.unknown.is_some_and(|u| work.code(u, lane) != 0);
             let found = if unknown {
@@ -140,8 +141,15 @@ impl<'a, T: Copy + Into<i32>> GatherCheck<'a, T> {
     }
 }
 
-const fn list(c: &Counters) -> [u64; 5] {
-    [c.busy, c.stall_fifo, c.stall_mft, c.stall_rit, c.entries]
+const fn list(c: &Counters) -> [u64; 6] {
+    [
+        c.busy,
+        c.stall_fifo,
+        c.stall_mft,
+        c.stall_rit,
+        c.entries,
+        c.stall_bank,
+    ]
 }
 
 impl Expected {
@@ -150,8 +158,8 @@ impl Expected {
         features: &[T],
         group: Group,
     ) -> Self {
-        let (lanes, ports, channels) = (work.lanes, work.ports, work.channels);
-        let bytes = work.lane_bytes * lanes * ports;
+        let channels = work.channels;
+        let bytes = work.lane_bytes * work.width * work.side;
         let mut beat = Self {
             group,
             data: vec![0; bytes.div_ceil(4)],
@@ -170,18 +178,18 @@ impl Expected {
         group: Group,
         channels: usize,
     ) {
-        let lanes = work.lanes;
+        let width = work.width;
         self.group = group;
         for words in [&mut self.data, &mut self.mask, &mut self.keep] {
             words.fill(0);
         }
-        let low = group.segment * lanes;
-        let count = lanes.min(channels - low);
-        let bytes = work.lane_bytes * lanes;
+        let low = group.low;
+        let count = width.min(channels - low);
+        let bytes = work.lane_bytes * width;
         for port in 0..group.kept {
             let at = (group.ordinal + port) * channels + low;
             let mut codes = features[at..at + count].iter();
-            for lane in port * lanes..(port + 1) * lanes {
+            for lane in port * width..(port + 1) * width {
                 // Channels of the last segment past C come back as 0.
                 let code: i32 = codes.next().map_or(0, |code| (*code).into());
                 if work.lane_bytes == 4 {
@@ -196,7 +204,7 @@ impl Expected {
                 self.keep[bit / 32] |= 1 << (bit % 32);
             }
         }
-        for bit in 0..bytes * work.ports {
+        for bit in 0..bytes * work.side {
             self.keep_mask[bit / 32] |= 1 << (bit % 32);
         }
     }

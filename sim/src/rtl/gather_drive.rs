@@ -18,8 +18,8 @@ pub(super) struct GatherSeen<'a> {
     pub(super) mft_ready: bool,
     /// The beat of features, if valid.
     pub(super) beat: Option<BeatSeen<'a>>,
-    /// Busy; stalls for FIFO, MFT, RIT; entries.
-    pub(super) counters: [u64; 5],
+    /// Busy; stalls for FIFO, MFT, RIT; entries; stalls for banks.
+    pub(super) counters: [u64; 6],
 }
 
 /// A beat of features on the ports.
@@ -58,6 +58,9 @@ pub struct GatherTotals {
     pub busy: u64,
     /// Stalls for want of FIFO room, MVoxel, entries, from its counters.
     pub stalls: [u64; 3],
+    /// Cycles in which lanes waited for a bank, from its counter; 0 where
+    /// banks cannot conflict.
+    pub stall_bank: u64,
     /// Entries issued, one for each segment, from its counter.
     pub entries: u64,
     /// Its sticky flags.
@@ -68,7 +71,7 @@ impl GatherTotals {
     /// Cycles from the first to the last issue, both included.
     #[must_use]
     pub fn issue_span(&self) -> u64 {
-        self.busy + self.stalls.iter().sum::<u64>()
+        self.busy + self.stalls.iter().sum::<u64>() + self.stall_bank
     }
 }
 
@@ -80,11 +83,26 @@ struct Ports<P> {
     /// valid, ready, data, keep, last, user
     feat: [P; 6],
     counters: [P; 5],
+    /// Of the feature-major organisation: stalls for banks, and the MFT
+    /// stream's keep.
+    lanes: Option<[P; 2]>,
     errors: P,
 }
 
 impl<P: Copy> Ports<P> {
-    fn find(engine: &impl Engine<Port = P>) -> Result<Self, RtlError> {
+    fn counters(&self, engine: &mut impl Engine<Port = P>) -> Result<[u64; 6], RtlError> {
+        let mut counters = [0; 6];
+        let bank = self.lanes.map(|[bank, _]| bank);
+        for (value, port) in counters
+            .iter_mut()
+            .zip(self.counters.into_iter().chain(bank))
+        {
+            *value = engine.get(port)?;
+        }
+        Ok(counters)
+    }
+
+    fn find(engine: &impl Engine<Port = P>, lanes: bool) -> Result<Self, RtlError> {
         let rit = |name: &str| engine.port(&format!("s_axis_rit_{name}"));
         let mft = |name: &str| engine.port(&format!("s_axis_mft_{name}"));
         let feat = |name: &str| engine.port(&format!("m_axis_feat_{name}"));
@@ -114,6 +132,11 @@ impl<P: Copy> Ports<P> {
                 stat("stall_rit")?,
                 stat("entries")?,
             ],
+            lanes: if lanes {
+                Some([stat("stall_bank")?, mft("tkeep")?])
+            } else {
+                None
+            },
             errors: stat("errors")?,
         })
     }
@@ -140,7 +163,8 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             drain,
             watch,
         } = self;
-        let p = Ports::find(engine)?;
+        let feature_major = work.lane_run().is_some();
+        let p = Ports::find(engine, feature_major)?;
         for port in [p.rit[0], p.mft[0], p.feat[1]] {
             engine.set(port, 0)?;
         }
@@ -156,10 +180,14 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             let port = engine.port("cfg_two_records")?;
             engine.set(port, u64::from(work.shared_rows.is_some()))?;
         }
+        if feature_major {
+            let port = engine.port("cfg_channels")?;
+            engine.set(port, work.last_channels() as u64)?;
+        }
         engine.reset()?;
         let run = work.run();
         let mut rit = Source::new(run.rit_beats(config));
-        let mut mft = Source::new(run.mft_beats());
+        let mut mft = Source::new(work.mft_pieces(config));
         let mut layout = Layout::new(work);
         let [mut data, mut keep, mut user] =
             [p.feat[2], p.feat[3], p.feat[5]].map(|port| vec![0; engine.words(port)]);
@@ -192,6 +220,9 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
                 layout.mft(&piece);
                 engine.set_words(p.mft[2], &layout.row)?;
                 engine.set(p.mft[3], u64::from(piece.last))?;
+                if let Some([_, keep]) = p.lanes {
+                    engine.set_words(keep, &layout.row_keep)?;
+                }
                 mft_shown = true;
             }
             engine.settle()?;
@@ -201,10 +232,7 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
                 feat_ready: willing.sink,
             };
             let valid = engine.get(p.feat[0])? == 1;
-            let mut counters = [0; 5];
-            for (value, port) in counters.iter_mut().zip(p.counters) {
-                *value = engine.get(port)?;
-            }
+            let counters = p.counters(engine)?;
             // A counter shows what happened up to the cycle before.
             if counters[0] != 0 && totals.first_issue == 0 {
                 totals.first_issue = cycle - 1;
@@ -265,13 +293,10 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             }
         }
         engine.settle()?;
-        let mut counters = [0; 5];
-        for (value, port) in counters.iter_mut().zip(p.counters) {
-            *value = engine.get(port)?;
-        }
-        let [busy, stalls @ .., entries] = counters;
+        let [busy, fifo, mft, rit, entries, bank] = p.counters(engine)?;
         totals.busy = busy;
-        totals.stalls = stalls;
+        totals.stalls = [fifo, mft, rit];
+        totals.stall_bank = bank;
         totals.entries = entries;
         totals.errors = engine.get(p.errors)?;
         Ok(totals)

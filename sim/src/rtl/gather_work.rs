@@ -1,13 +1,15 @@
 //! Gathering tasks as a run of the unit: its sizes, and the words of its beats.
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::rit::{RitError, Vertices};
 use potamoi_golden::units::GatherTask;
 use thiserror::Error;
 
 use super::gather::half;
 use super::place::{Placed, is_needed};
+use crate::cycles::feature_major::rounds;
 use crate::cycles::work::{GatherRun, MftPiece, Mvoxel, RitPiece};
+use crate::cycles::{LaneRun, Rounds};
 
 /// A task that a run cannot take.
 #[derive(Debug, Error)]
@@ -53,9 +55,11 @@ pub struct GatherWork<'a> {
     pub(super) vertices: Vertices,
     pub(super) channels: usize,
     pub(super) segments: usize,
-    /// Channels of a segment.
-    pub(super) lanes: usize,
-    pub(super) ports: usize,
+    /// Channels that a beat of the MFT stream brings.
+    pub(super) banks: usize,
+    /// Entries that a beat of features holds, and channels of each.
+    pub(super) side: usize,
+    pub(super) width: usize,
     pub(super) slot_bits: u32,
     /// Bytes of a channel on the feature stream.
     pub(super) lane_bytes: usize,
@@ -68,6 +72,8 @@ pub struct GatherWork<'a> {
     mvoxels: Vec<Mvoxel>,
     /// The tasks at fixed places, for a unit that needs them there.
     placed: Vec<Placed>,
+    /// Rounds of each MVoxel in the feature-major organisation.
+    rounds: Option<Vec<Vec<Rounds>>>,
 }
 
 impl<'a> GatherWork<'a> {
@@ -126,13 +132,24 @@ impl<'a> GatherWork<'a> {
                 rows: fits(rows, "rows")?,
             });
         }
+        let gu = &config.gu;
+        let (side, width, rounds) = match config.organisation().0 {
+            Organisation::Auto | Organisation::ChannelMajor | Organisation::Parity => {
+                (gu.ports, config.lanes_a_port(), None)
+            }
+            Organisation::FeatureMajor => {
+                let of = |t: &GatherTask| rounds(config, vertices, &t.entries);
+                (gu.lanes, 1, Some(tasks.iter().map(of).collect()))
+            }
+        };
         Ok(Self {
             tasks,
             vertices,
             channels,
             segments: config.segments(channels).max(1),
-            lanes: config.lanes_a_port() as usize,
-            ports: config.gu.ports as usize,
+            banks: gu.banks as usize,
+            side: side as usize,
+            width: width as usize,
             slot_bits: config.rit.slot_bits,
             lane_bytes: config.feature_lane_bits() as usize / 8,
             shared_rows: shared.then(|| config.row_bits()),
@@ -140,6 +157,19 @@ impl<'a> GatherWork<'a> {
             vertices_a_row: config.vertices_a_row() as usize,
             mvoxels,
             placed,
+            rounds,
+        })
+    }
+
+    /// The run as the feature-major models see it; none in another
+    /// organisation.
+    #[must_use]
+    pub fn lane_run(&self) -> Option<LaneRun<'_>> {
+        let rounds = self.rounds.as_deref()?;
+        Some(LaneRun {
+            run: self.run(),
+            channels: self.channels,
+            rounds,
         })
     }
 
@@ -165,8 +195,10 @@ impl<'a> GatherWork<'a> {
     /// Beats of features that come back.
     #[must_use]
     pub fn beats(&self) -> u64 {
-        let groups = |t: &GatherTask| t.entries.len().div_ceil(self.ports) as u64;
-        self.tasks.iter().map(groups).sum::<u64>() * self.segments as u64
+        let groups = |t: &GatherTask| t.entries.len().div_ceil(self.side) as u64;
+        let parts = |s: usize| self.channels_of(s).len().div_ceil(self.width) as u64;
+        let parts: u64 = (0..self.segments).map(parts).sum();
+        self.tasks.iter().map(groups).sum::<u64>() * parts
     }
 
     /// Entries of all tasks.
@@ -175,23 +207,41 @@ impl<'a> GatherWork<'a> {
         self.tasks.iter().map(|t| t.entries.len() as u64).sum()
     }
 
+    /// The channels of a segment.
+    fn channels_of(&self, segment: usize) -> std::ops::Range<usize> {
+        let low = segment * self.banks;
+        low..self.channels.min(low + self.banks)
+    }
+
+    /// Channels of the last segment.
+    pub(super) fn last_channels(&self) -> usize {
+        self.channels_of(self.segments - 1).len()
+    }
+
     /// The tasks' places, beat by beat of the feature stream.
     pub(super) fn groups(&self) -> impl Iterator<Item = Group> + use<'a> {
-        let (tasks, segments, ports) = (self.tasks, self.segments, self.ports);
+        let (tasks, side, width) = (self.tasks, self.side, self.width);
+        let segments: Vec<_> = (0..self.segments).map(|s| self.channels_of(s)).collect();
         let mut before = 0;
         tasks.iter().enumerate().flat_map(move |(task, t)| {
             let entries = t.entries.len();
             let first = before;
             before += entries;
-            let groups = entries.div_ceil(ports);
-            (0..segments).flat_map(move |segment| {
-                (0..groups).map(move |group| Group {
-                    task,
-                    segment,
-                    entry: group * ports,
-                    kept: ports.min(entries - group * ports),
-                    ordinal: first + group * ports,
-                    last: group + 1 == groups,
+            let groups = entries.div_ceil(side);
+            let segments = segments.clone().into_iter().enumerate();
+            segments.flat_map(move |(segment, channels)| {
+                (0..groups).flat_map(move |group| {
+                    let (start, end) = (channels.start, channels.end);
+                    channels.clone().step_by(width).map(move |low| Group {
+                        task,
+                        segment,
+                        entry: group * side,
+                        kept: side.min(entries - group * side),
+                        ordinal: first + group * side,
+                        low,
+                        begins: low == start,
+                        last: group + 1 == groups && low + width >= end,
+                    })
                 })
             })
         })
@@ -208,6 +258,10 @@ pub(super) struct Group {
     pub(super) kept: usize,
     /// First entry, among those of all tasks.
     pub(super) ordinal: usize,
+    /// Its lowest channel, and whether that is the segment's.
+    pub(super) low: usize,
+    pub(super) begins: bool,
+    /// The last of its MVoxel and segment.
     pub(super) last: bool,
 }
 
@@ -219,6 +273,8 @@ pub(super) struct Layout<'a> {
     pub(super) data: Vec<u32>,
     pub(super) keep: Vec<u32>,
     pub(super) row: Vec<u32>,
+    /// Of `row`, where the stream says what is kept.
+    pub(super) row_keep: Vec<u32>,
 }
 
 impl<'a> Layout<'a> {
@@ -228,7 +284,8 @@ impl<'a> Layout<'a> {
             packed: (usize::MAX, vec![]),
             data: vec![0; work.beat_bytes.div_ceil(4)],
             keep: vec![0; work.beat_bytes.div_ceil(32)],
-            row: vec![0; (work.lanes * work.vertices_a_row).div_ceil(2)],
+            row: vec![0; work.banks.div_ceil(2)],
+            row_keep: vec![0; work.banks.div_ceil(16)],
         }
     }
 
@@ -278,15 +335,18 @@ impl<'a> Layout<'a> {
         Ok(())
     }
 
-    /// Fills `row`.
+    /// Fills `row`, and `row_keep` in the feature-major organisation.
     pub(super) fn mft(&mut self, piece: &MftPiece) {
+        if self.work.rounds.is_some() {
+            return self.block(piece);
+        }
         let work = self.work;
         let row = piece.row as usize;
         self.row.fill(0);
         match work.placed.get(piece.mvoxel) {
             None if work.shared_rows.is_some() => {
                 let records = work.tasks[piece.mvoxel].rows.len() / work.channels;
-                for (i, first) in [0, work.lanes / 2].into_iter().enumerate() {
+                for (i, first) in [0, work.width / 2].into_iter().enumerate() {
                     let record = Some(2 * row + i).filter(|record| *record < records);
                     self.vertex(piece, first, record);
                 }
@@ -298,9 +358,24 @@ impl<'a> Layout<'a> {
             Some(placed) => {
                 for parity in 0..work.vertices_a_row {
                     let place = placed.place_in_block(row, parity);
-                    self.vertex(piece, parity * work.lanes, placed.own_row(place));
+                    self.vertex(piece, parity * work.width, placed.own_row(place));
                 }
             }
+        }
+    }
+
+    /// One channel of B rows.
+    fn block(&mut self, piece: &MftPiece) {
+        let (banks, channels) = (self.work.banks, self.work.channels);
+        let segment = self.work.channels_of(piece.segment as usize);
+        let beat = piece.row as usize;
+        let (block, channel) = (beat / segment.len(), segment.start + beat % segment.len());
+        let rows = self.work.tasks[piece.mvoxel].rows.chunks_exact(channels);
+        self.row.fill(0);
+        self.row_keep.fill(0);
+        for (b, row) in rows.skip(block * banks).take(banks).enumerate() {
+            self.row[b / 2] |= u32::from(row[channel] as u16) << (16 * (b % 2));
+            self.row_keep[b / 16] |= 3 << (2 * (b % 16));
         }
     }
 
@@ -309,11 +384,11 @@ impl<'a> Layout<'a> {
         let Some(row) = row else {
             return;
         };
-        let (lanes, channels) = (self.work.lanes, self.work.channels);
-        let low = piece.segment as usize * lanes;
+        let (width, channels) = (self.work.width, self.work.channels);
+        let low = piece.segment as usize * width;
         let from = row * channels;
         let rows = &self.work.tasks[piece.mvoxel].rows;
-        let codes = &rows[from + low..from + channels.min(low + lanes)];
+        let codes = &rows[from + low..from + channels.min(low + width)];
         for (lane, code) in (first..).zip(codes) {
             self.row[lane / 2] |= u32::from(*code as u16) << (16 * (lane % 2));
         }

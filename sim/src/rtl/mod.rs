@@ -13,6 +13,7 @@ mod icarus;
 mod linger;
 mod mismatch;
 mod model;
+mod organisation;
 mod place;
 mod readmemh;
 mod runner;

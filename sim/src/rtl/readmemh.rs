@@ -121,7 +121,7 @@ fn gather(
     features: &[i16],
     files: &mut ReadmemhFiles,
 ) -> Result<(), RtlError> {
-    let (banks, ports) = (config.gu.banks, config.gu.ports);
+    let (width, side) = (work.width as u32, work.side as u32);
     let stream = config.rit_stream_bits();
     let run = work.run();
     let mut layout = Layout::new(work);
@@ -136,21 +136,32 @@ fn gather(
         let (user, last) = (u32::from(piece.beat.again), u32::from(piece.beat.last));
         rit.push(&[&[user], &[last], &layout.keep, &layout.data]);
     }
-    let mut mft = Memory::new(&[("tlast", 1), ("tdata", 16 * banks)]);
-    for piece in run.mft_beats() {
+    let banks = config.gu.banks;
+    let feature_major = work.lane_run().is_some();
+    let mut fields = vec![("tlast", 1), ("tdata", 16 * banks)];
+    if feature_major {
+        fields.insert(1, ("tkeep", 2 * banks));
+    }
+    let mut mft = Memory::new(&fields);
+    for piece in work.mft_pieces(config) {
         layout.mft(&piece);
-        mft.push(&[&[u32::from(piece.last)], &layout.row]);
+        let last = [u32::from(piece.last)];
+        if feature_major {
+            mft.push(&[&last, &layout.row_keep, &layout.row]);
+        } else {
+            mft.push(&[&last, &layout.row]);
+        }
     }
     let slot_bits = config.rit.slot_bits;
     let mut feat = Memory::new(&[
         ("tlast", 1),
-        ("tkeep", 2 * banks * ports),
-        ("tuser", slot_bits * ports),
-        ("tdata", 16 * banks * ports),
+        ("tkeep", 2 * width * side),
+        ("tuser", slot_bits * side),
+        ("tdata", 16 * width * side),
     ]);
     for group in work.groups() {
         let beat = Expected::new(work, features, group);
-        let mut user = vec![0u32; (slot_bits * ports).div_ceil(32) as usize];
+        let mut user = vec![0u32; (slot_bits * side).div_ceil(32) as usize];
         for port in 0..group.kept {
             let slot = work.tasks[group.task].entries[group.entry + port].slot;
             if slot_bits == 32 {
@@ -162,11 +173,15 @@ fn gather(
         let last = u32::from(group.last);
         feat.push(&[&[last], &beat.keep, &user, &beat.data]);
     }
-    let settings = format!(
+    let mut settings = format!(
         "    .cfg_vertices({}), .cfg_segments({}), .cfg_clear(1'b0),\n",
         sized(2, u64::from(work.vertices.log2())),
         sized(7, work.segments as u64)
     );
+    if feature_major {
+        let channels = sized(7, work.last_channels() as u64);
+        settings += &format!("    .cfg_channels({channels}),\n");
+    }
     let bench = Bench {
         unit: GATHERING_UNIT,
         inputs: vec![
@@ -175,7 +190,7 @@ fn gather(
         ],
         output: ("m_axis_feat", "gather_feat.hex", &feat),
         lane_bits: 8,
-        tag_bits: Some((2 * banks, slot_bits)),
+        tag_bits: Some((2 * width, slot_bits)),
         settings,
     };
     let text = bench.text();

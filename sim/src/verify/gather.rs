@@ -5,7 +5,6 @@ use potamoi_golden::units::GatherTask;
 use potamoi_hdl::gu::gathering_unit;
 
 use super::Verifier;
-use crate::cycles::gather_cycles;
 use crate::rtl::{Check, GatherUnit, GatherWork, Mismatch, RtlError, runs};
 
 impl Verifier<'_> {
@@ -68,7 +67,7 @@ impl Verifier<'_> {
             None => self.build_gather()?,
         };
         let work = GatherWork::new(&self.config, tasks)?;
-        let predicted = gather_cycles(&self.config, &work.run())?;
+        let predicted = work.predicted(&self.config)?;
         for stalled in [false, true] {
             let (stalls, seed) = self.stalls(stalled);
             let mut now = self.progress();
@@ -112,6 +111,7 @@ impl Verifier<'_> {
                     predicted.issue_span(),
                 ),
                 ("issuing cycles", totals.busy, predicted.busy),
+                ("stalls for banks", totals.stall_bank, predicted.stall_bank),
                 ("cycles of first fill", fill, predicted.fill),
                 (
                     "cycles from the first RIT beat to the last feature",
@@ -142,6 +142,7 @@ impl Verifier<'_> {
             report.stall_fifo += fifo;
             report.stall_mft += mft;
             report.stall_rit += rit;
+            report.stall_bank += totals.stall_bank;
             report.fill += fill;
             report.fill_predicted += predicted.fill;
         }

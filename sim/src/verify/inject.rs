@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::config::{Config, Modes};
+use potamoi_formats::config::{Config, Modes, Organisation};
 use potamoi_formats::units::GATHERING_UNIT;
 use potamoi_hdl::ir::{Change, Fault, FaultError, Module};
 use serde::{Deserialize, Serialize};
@@ -20,6 +20,12 @@ pub enum Injection {
     /// The lowest bit of port 0's weights is inverted, so that the weights of
     /// an entry no longer sum to 1.
     Weight,
+    /// Lanes of the feature-major organisation take over inverted whether they
+    /// wait for a bank.
+    Grant,
+    /// The crossbar of the feature-major organisation gives lanes the word of
+    /// the bank beside theirs.
+    Crossbar,
     /// One bit of a constant of the exponential engines is inverted: of
     /// ln(1 + 2^-1), or in the pipelined form of what the first stage keeps.
     Exp,
@@ -34,8 +40,16 @@ impl Injection {
         let high = exp.engine().constant_bits.saturating_sub(3);
         let first_factor = format!("sr_sub_{}", exp.engine().digits);
         let (module, register, change) = match self {
-            Self::Bit if gu.modes == Modes::Unstructured => ("reducer", "held", Change::Invert(0)),
+            Self::Bit if gu.modes == Modes::Unstructured => ("reducer", "held0", Change::Invert(0)),
+            Self::Bit if config.is_parity() => {
+                ("cell_reducer", "acc", Change::Invert(gu.weight_bits))
+            }
             Self::Bit => ("reducer", "acc", Change::Invert(gu.weight_bits)),
+            Self::Weight if gu.organisation == Organisation::FeatureMajor => {
+                ("gather_lane", "x_weight", Change::Invert(0))
+            }
+            Self::Grant => ("gather_lane", "pending", Change::Invert(0)),
+            Self::Crossbar => ("gather_lane", "d_bank", Change::Invert(0)),
             Self::Weight => (GATHERING_UNIT, "s1_weight", Change::Invert(0)),
             Self::Bubble => {
                 let taken = gu.fifo_depth.saturating_sub(1);
@@ -76,6 +90,8 @@ impl std::fmt::Display for Injection {
             Self::Bit => "bit",
             Self::Bubble => "bubble",
             Self::Weight => "weight",
+            Self::Grant => "grant",
+            Self::Crossbar => "crossbar",
             Self::Exp => "exp",
         })
     }

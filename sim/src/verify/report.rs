@@ -28,6 +28,8 @@ pub struct GatherReport {
     pub stall_mft: u64,
     /// Stalls for want of entries.
     pub stall_rit: u64,
+    /// Cycles in which lanes waited for a bank (feature-major organisation).
+    pub stall_bank: u64,
     /// Sum over runs of the cycles from first RIT beat to first issue.
     pub fill: u64,
     /// The same, by the closed form.

@@ -88,6 +88,7 @@ proptest! {
             busy: c.busy,
             stall_mft: c.stall_mft,
             stall_rit: c.stall_rit,
+            stall_bank: 0,
             elapsed: log.cycles,
         };
         prop_assert_eq!(closed, stepped);

@@ -1,0 +1,157 @@
+//! The MVoxel feature table, feature-major: bank `row mod B` holds all channels
+//! of a row, one word a channel.
+
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+
+use super::passes::{Passes, Settings};
+use super::shape::Shape;
+use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use crate::parts::{bits_for, plus_one, popcount, ram};
+
+/// Builds `mft`: a beat brings one channel of B rows, one word a bank; every
+/// bank reads a word of its own.
+///
+/// # Errors
+/// The netlist's own checks.
+pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
+    let shape = Shape::of(config);
+    let (banks, bits) = (shape.banks, config.gu.feature_bits);
+    let bank = ram("mft_bank", (1 << shape.word_bits()) + shape.rows, bits, 1)?;
+    let mut builder = ModuleBuilder::new("mft");
+    let m = &mut builder;
+    m.doc(
+        "double-buffered, feature-major MVoxel feature table. Bank b holds every channel of the \
+         rows b, b + B, b + 2B and so on.",
+    );
+    let bit = Ty::bit();
+    let settings = Settings::inputs(m);
+    let valid = m.input("s_axis_mft_tvalid", bit, "");
+    let data = m.input(
+        "s_axis_mft_tdata",
+        Ty::u(16 * banks),
+        "one channel of B rows, lowest row lowest",
+    );
+    let keep = m.input("s_axis_mft_tkeep", Ty::u(2 * banks), "rows there are");
+    m.unused(keep, "A row has two bytes; their bits are alike.");
+    let last = m.input("s_axis_mft_tlast", bit, "ends the MVoxel's segment");
+    let read = m.input("read", Ty::u(banks), "banks that read at the clock edge");
+    let lines = m.input("lines", Ty::u(banks * shape.line_bits), "line of each");
+    let channel = m.input("channel", Ty::u(shape.bank_bits), "channel of all");
+    let release = m.input("done", bit, "the half that is read is done with");
+    if bits < 16 {
+        m.unused(
+            data,
+            "Lanes are 16 bits wide; features fill their low bits.",
+        );
+    }
+
+    m.section("State of each half");
+    let count_ty = Ty::u(shape.rows_bits());
+    let loaded = [0, 1].map(|h| m.reg(&format!("loaded_{h}"), bit, 0));
+    let count = [0, 1].map(|h| m.reg(&format!("rows_{h}"), count_ty, 0));
+
+    m.section("Writer");
+    let write_half = m.reg("write_half", bit, 0);
+    let read_half = m.reg("read_half", bit, 0);
+    let write_channel = m.reg("write_channel", Ty::u(shape.bank_bits), 0);
+    let blocks = shape.rows / banks;
+    let block_ty = Ty::u(bits_for(blocks));
+    let write_block = m.reg("write_block", block_ty, 0);
+    m.note(write_block, "B rows that are written together");
+    let full = m.mux(write_half, loaded[1], loaded[0]);
+    let ready = m.not(full);
+    let ready = m.name(ready, "write_ready");
+    let accept = m.and(valid, ready);
+    let accept = m.name(accept, "write_accept");
+    let done = m.and(accept, last);
+    let done = m.name(done, "write_done");
+    let passes = Passes::declare(m, "write", &shape, settings);
+    passes.advance(m, done);
+    let channel_ends = m.eq(write_channel, passes.top_channel);
+    let channel_ends = m.name(channel_ends, "write_ends_block");
+    let limit = m.param("MVOXEL_BLOCKS", blocks, block_ty, "");
+    let room = m.lt(write_block, limit);
+    let room = m.name(room, "write_room");
+    let write = m.and(accept, room);
+    let write = m.name(write, "write");
+    let next_channel = plus_one(m, write_channel);
+    let zero_channel = m.lit(0, write_channel.ty());
+    let wraps = m.or(channel_ends, last);
+    let channel_after = m.mux(wraps, zero_channel, next_channel);
+    m.set_next_if(write_channel, accept, channel_after);
+    let next_block = plus_one(m, write_block);
+    let zero_block = m.lit(0, block_ty);
+    let grows = m.and(channel_ends, room);
+    let block_after = m.mux(grows, next_block, write_block);
+    let block_after = m.mux(last, zero_block, block_after);
+    m.set_next_if(write_block, accept, block_after);
+    let kept: Vec<_> = (0..banks).map(|b| m.bit(keep, 2 * b)).collect();
+    let kept = popcount(m, &kept);
+    let kept = m.extend(kept, count_ty.width);
+    let none = m.lit(0, count_ty);
+    let kept = m.mux(room, kept, none);
+    let kept = m.name(kept, "rows_of_last_block");
+    let before = m.extend(write_block, count_ty.width);
+    let before = m.shl_const(before, shape.bank_bits);
+    let rows_after = m.add(before, kept);
+    let rows_after = m.name(rows_after, "rows_after");
+    let other = m.not(write_half);
+    let other = m.name(other, "other_write_half");
+    m.set_next_if(write_half, done, other);
+    let no_room = m.not(room);
+    let overflow = m.and(accept, no_room);
+    for (h, mine) in [(0, other), (1, write_half)] {
+        let loads = m.and(done, mine);
+        let loads = m.name(loads, &format!("load_{h}"));
+        let reading = if h == 1 { read_half } else { m.not(read_half) };
+        let frees = m.and(release, reading);
+        let stays = m.not(frees);
+        let kept = m.and(loaded[h], stays);
+        let next = m.or(loads, kept);
+        m.set_next(loaded[h], next);
+        m.set_next_if(count[h], loads, rows_after);
+    }
+
+    m.section("Reader");
+    let other_read = m.not(read_half);
+    m.set_next_if(read_half, release, other_read);
+    let is_loaded = m.mux(read_half, loaded[1], loaded[0]);
+    let read_count = m.mux(read_half, count[1], count[0]);
+    let write_line = m.truncate(write_block, shape.line_bits);
+    let write_address = m.cat(&[write_half, write_line, write_channel]);
+    let write_address = m.name(write_address, "write_address");
+
+    m.section("Banks");
+    let mut words: Vec<Signal> = vec![];
+    for b in 0..banks {
+        let lane = m.slice(data, 16 * b, bits);
+        let line = m.slice(lines, b * shape.line_bits, shape.line_bits);
+        let address = m.cat(&[read_half, line, channel]);
+        let address = m.name(address, &format!("address{b}"));
+        let enable = m.bit(read, b);
+        let inputs = [
+            ("we", write),
+            ("waddr", write_address),
+            ("wdata", lane),
+            ("re", enable),
+            ("raddr", address),
+        ];
+        let inst = m.instance(&format!("bank{b}"), &bank, &inputs);
+        words.insert(0, m.out(inst, "rdata"));
+    }
+
+    m.section("Outputs");
+    m.output("s_axis_mft_tready", ready, "");
+    m.output("is_loaded", is_loaded, "the half to read holds its MVoxel");
+    m.output("rows", read_count, "rows that the half to read holds");
+    let words = m.cat(&words);
+    m.output("words", words, "what each bank read last");
+    m.output(
+        "overflow",
+        overflow,
+        "a row past the MVoxel's rows is dropped",
+    );
+    builder.finish()
+}

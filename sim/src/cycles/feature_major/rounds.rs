@@ -1,0 +1,83 @@
+//! Rounds that lanes take at the banks.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
+
+/// Rounds of each vertex of R entries, 1 and up; 0 past the last vertex.
+pub type Rounds = [u16; MAX_VERTICES];
+
+/// The rounds of every R entries, from their rows alone: a bank gives one row a
+/// round, to all lanes that want it, so a vertex takes as many rounds as the
+/// busiest bank has different rows to give.
+///
+/// Rows are told apart by the bits that name one of `mvoxel.rows`: a row that
+/// is not loaded takes part by these.
+#[must_use]
+pub fn rounds(config: &Config, vertices: Vertices, entries: &[RitEntry]) -> Vec<Rounds> {
+    let mut out = vec![Rounds::default(); entries.len().div_ceil(lanes(config))];
+    visit(config, vertices, entries, |group, v, asked| {
+        out[group][v] = asked.iter().map(Vec::len).max().unwrap_or(0) as u16;
+    });
+    out
+}
+
+/// What lanes that read side by side do to one another.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Waiting {
+    /// Reads of all lanes.
+    pub reads: u64,
+    /// Different rows that wait for another row of their bank: conflicts as
+    /// `potamoi characterise` counts them, each vertex being a round.
+    pub rows: u64,
+    /// Reads that would wait if lanes that want the same row did not share it.
+    pub unshared: u64,
+}
+
+/// What waits at the banks, from the entries' rows alone.
+#[must_use]
+pub fn waiting(config: &Config, vertices: Vertices, entries: &[RitEntry]) -> Waiting {
+    let mut out = Waiting {
+        reads: (entries.len() * vertices.count()) as u64,
+        ..Waiting::default()
+    };
+    let mut served = 0;
+    visit(config, vertices, entries, |_, _, asked| {
+        let used = asked.iter().filter(|rows| !rows.is_empty());
+        let rows: usize = used.clone().map(|rows| rows.len() - 1).sum();
+        out.rows += rows as u64;
+        served += used.count() as u64;
+    });
+    out.unshared = out.reads - served;
+    out
+}
+
+fn lanes(config: &Config) -> usize {
+    config.gu.lanes.max(1) as usize
+}
+
+/// Calls with the number of R entries, the vertex, and the different rows that
+/// each bank is asked for.
+fn visit(
+    config: &Config,
+    vertices: Vertices,
+    entries: &[RitEntry],
+    mut with: impl FnMut(usize, usize, &[Vec<usize>]),
+) {
+    let banks = config.gu.banks as usize;
+    let bits = usize::BITS - (config.mvoxel.rows as usize - 1).leading_zeros();
+    let names = (1usize << bits) - 1;
+    let mut asked: Vec<Vec<usize>> = vec![vec![]; banks];
+    for (group, lanes) in entries.chunks(lanes(config)).enumerate() {
+        for v in 0..vertices.count() {
+            asked.iter_mut().for_each(Vec::clear);
+            for entry in lanes {
+                let row = usize::from(entry.rows[v]) & names;
+                let of_bank = &mut asked[row % banks];
+                if !of_bank.contains(&row) {
+                    of_bank.push(row);
+                }
+            }
+            with(group, v, &asked);
+        }
+    }
+}

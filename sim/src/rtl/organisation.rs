@@ -1,0 +1,54 @@
+//! The models of the configuration's organisation.
+
+use potamoi_formats::config::Config;
+
+use super::gather_work::GatherWork;
+use crate::cycles::work::MftPiece;
+use crate::cycles::{
+    FeatureMajorModel, GatherCycles, GatherInputs, GatherModel, GatherOutputs, WorkError,
+    feature_major_cycles, gather_cycles,
+};
+
+/// The stepwise model of a unit.
+pub(super) enum UnitModel {
+    ChannelMajor(GatherModel),
+    FeatureMajor(FeatureMajorModel),
+}
+
+impl UnitModel {
+    pub(super) fn new(config: &Config, work: &GatherWork<'_>) -> Result<Self, WorkError> {
+        let run = work.run();
+        Ok(match work.lane_run() {
+            None => Self::ChannelMajor(GatherModel::new(config, run.vertices, run.segments)?),
+            Some(lanes) => Self::FeatureMajor(FeatureMajorModel::new(config, &lanes)?),
+        })
+    }
+
+    pub(super) fn step(&mut self, inputs: &GatherInputs) -> GatherOutputs {
+        match self {
+            Self::ChannelMajor(model) => model.step(inputs),
+            Self::FeatureMajor(model) => model.step(inputs),
+        }
+    }
+}
+
+impl<'a> GatherWork<'a> {
+    /// Beats of the MFT stream, in order.
+    pub(super) fn mft_pieces(&'a self, config: &Config) -> Box<dyn Iterator<Item = MftPiece> + 'a> {
+        match self.lane_run() {
+            None => Box::new(self.run().mft_beats()),
+            Some(lanes) => Box::new(lanes.mft_pieces(config)),
+        }
+    }
+
+    /// Cycles in closed form, streams always ready.
+    ///
+    /// # Errors
+    /// Work that the unit cannot do.
+    pub fn predicted(&self, config: &Config) -> Result<GatherCycles, WorkError> {
+        match self.lane_run() {
+            None => gather_cycles(config, &self.run()),
+            Some(lanes) => feature_major_cycles(config, &lanes),
+        }
+    }
+}

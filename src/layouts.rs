@@ -1,0 +1,199 @@
+//! `potamoi layouts`: the organisations of the banks side by side.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use comfy_table::{CellAlignment, Table, presets};
+use potamoi_formats::config::{EntryKind, Organisation};
+use potamoi_sim::layouts::{Layout, Layouts};
+use serde::Serialize;
+
+use crate::common::Common;
+use crate::failure::Failure;
+use crate::files;
+use crate::progress;
+use crate::say::say;
+use crate::scene::{SceneArgs, say_not_checked};
+
+#[derive(Debug, Args)]
+pub(crate) struct LayoutsArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Report as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Version of the JSON report.
+const FORMAT_VERSION: u32 = 1;
+
+#[derive(Serialize)]
+struct Report {
+    format_version: u32,
+    command: &'static str,
+    scene: String,
+    width: u32,
+    height: u32,
+    /// 12 hexadecimal digits.
+    configuration: String,
+    /// Entries that are gathered.
+    samples: u64,
+    layouts: Vec<Row>,
+    paper: Paper,
+    /// What a model's file leaves open.
+    not_checked: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Row {
+    #[serde(flatten)]
+    layout: Layout,
+    /// Conflicts over reads.
+    conflict_rate: f64,
+    /// The same if lanes that want the same row did not share it.
+    conflict_rate_unshared: f64,
+    /// Stalls for banks over cycles.
+    lost: f64,
+    samples_per_cycle: f64,
+    /// Cycles that the bytes take at 25.6 GB/s.
+    bandwidth_cycles: u64,
+}
+
+/// Conflict rates that the paper states (Sec. "Motivation").
+#[derive(Serialize)]
+struct Paper {
+    rays_16_banks_16_average: f64,
+    rays_16_banks_16_most: f64,
+    rays_64_banks_16_instant_ngp: f64,
+}
+
+const PAPER: Paper = Paper {
+    rays_16_banks_16_average: 0.51,
+    rays_16_banks_16_most: 0.83,
+    rays_64_banks_16_instant_ngp: 0.80,
+};
+
+pub(crate) fn run(common: &Common, args: &LayoutsArgs) -> Result<(), Failure> {
+    files::prepare([args.json.as_ref()])?;
+    let config = common.read_config()?;
+    let scene = args.scene.open()?;
+    let spinner = progress::spinner("gathering a frame in every organisation");
+    let mut units = Layouts::new(&config, Layout::all(&config)?);
+    scene.render_fixed(&config, &mut units)?;
+    spinner.finish_and_clear();
+    let samples = units.samples;
+    let rows = units.layouts.into_iter().map(|layout| Row {
+        conflict_rate: layout.conflict_rate(),
+        conflict_rate_unshared: layout.unshared_rate(),
+        lost: layout.lost(),
+        samples_per_cycle: samples as f64 / layout.cycles.max(1) as f64,
+        bandwidth_cycles: layout.bandwidth_cycles(),
+        layout,
+    });
+    let report = Report {
+        format_version: FORMAT_VERSION,
+        command: "layouts",
+        scene: scene.name().to_owned(),
+        width: scene.camera().width,
+        height: scene.camera().height,
+        configuration: config.hash(),
+        samples,
+        layouts: rows.collect(),
+        paper: PAPER,
+        not_checked: scene.not_checked(),
+    };
+    print(&report);
+    say_not_checked(&report.not_checked);
+    if let Some(path) = &args.json {
+        files::write_json(path, &report)?;
+    }
+    Ok(())
+}
+
+/// A share in per cent.
+fn percent(rate: f64) -> String {
+    format!("{:.1} %", 100.0 * rate)
+}
+
+fn name(layout: &Layout) -> String {
+    let banks = layout.banks;
+    let entry = match layout.entry {
+        EntryKind::Paper => "",
+        EntryKind::Compact => ", compact entries",
+    };
+    match layout.organisation {
+        Organisation::Auto | Organisation::ChannelMajor => {
+            format!("channel-major, {banks} banks, M = {}{entry}", layout.ports)
+        }
+        Organisation::Parity => {
+            format!("parity, {banks} banks, M = {}{entry}", layout.ports)
+        }
+        Organisation::FeatureMajor => {
+            let lanes = layout.lanes.unwrap_or_default();
+            format!("feature-major, {banks} banks, {lanes} lanes")
+        }
+    }
+}
+
+fn print(report: &Report) {
+    say!(
+        "{} at {} x {}: {} samples gathered (cycle model, streams ready)",
+        report.scene,
+        report.width,
+        report.height,
+        report.samples
+    );
+    let mut table = Table::new();
+    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
+    table.set_header([
+        "organisation",
+        "cycles",
+        "samples a cycle",
+        "conflicts",
+        "without sharing",
+        "cycles lost to them",
+        "stalls: MFT, RIT",
+        "bandwidth limit",
+    ]);
+    let mut refused = vec![];
+    for row in &report.layouts {
+        let layout = &row.layout;
+        let of_banks = |rate| match layout.lanes {
+            Some(_) => percent(rate),
+            None => "none".to_owned(),
+        };
+        if let Some(reason) = &layout.refused {
+            refused.push(format!("{}: {reason}", name(layout)));
+            continue;
+        }
+        table.add_row([
+            name(layout),
+            layout.cycles.to_string(),
+            format!("{:.3}", row.samples_per_cycle),
+            of_banks(row.conflict_rate),
+            of_banks(row.conflict_rate_unshared),
+            of_banks(row.lost),
+            format!("{}, {}", layout.stall_mft, layout.stall_rit),
+            row.bandwidth_cycles.to_string(),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    say!("{table}");
+    for reason in refused {
+        say!("  left out: {reason}");
+    }
+    let paper = &report.paper;
+    say!(
+        "  conflicts in the paper, of frames gathered pixel by pixel: {} on average and {} at most \
+         with 16 banks and 16 rays, {} for Instant-NGP with 64 rays",
+        percent(paper.rays_16_banks_16_average),
+        percent(paper.rays_16_banks_16_most),
+        percent(paper.rays_64_banks_16_instant_ngp)
+    );
+    say!(
+        "  bandwidth limit: cycles that MVoxels and ray index tables take at 25.6 GB/s (LPDDR3-1600, \
+         four channels; counted bytes)"
+    );
+}

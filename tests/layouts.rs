@@ -1,0 +1,41 @@
+//! `potamoi layouts`: every organisation has the cycles of its own unit.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod common;
+
+use common::{expect, json};
+
+#[test]
+fn organisations_of_both_built_in_scenes_stand_side_by_side() {
+    let folder = tempfile::tempdir().unwrap();
+    // 16 splats in the order of their rows do not conflict; 64 do.
+    for (scene, conflicting) in [("garden", [64].as_slice()), ("lantern", &[16, 64])] {
+        let size = ["--scene", scene, "--width", "64"];
+        let arguments = [&["layouts"], &size[..], &["--json", "r.json"]].concat();
+        let said = expect(folder.path(), 0, &arguments);
+        assert!(said.contains("feature-major, 16 banks, 64 lanes"), "{said}");
+        let r = json(&folder.path().join("r.json"));
+        let rows = r["layouts"].as_array().unwrap();
+        assert_eq!(rows.len(), 4);
+        for row in rows {
+            let n = |field: &str| row[field].as_u64().unwrap();
+            let stalls = n("stall_mft") + n("stall_rit") + n("stall_bank");
+            assert_eq!(n("cycles"), n("busy") + stalls, "{row}");
+            assert!(n("bandwidth_cycles") > 0);
+            let conflicts = row["lanes"]
+                .as_u64()
+                .is_some_and(|n| conflicting.contains(&n));
+            assert_eq!(n("stall_bank") > 0, conflicts, "{row}");
+            assert_eq!(row["conflict_rate"].as_f64().unwrap() > 0.0, conflicts);
+        }
+        // What is counted is what the verified unit takes for the same frame.
+        let verify = ["--config", "feature-major", "verify"];
+        let arguments = [&verify[..], &size[..], &["--json", "v.json"]].concat();
+        expect(folder.path(), 0, &arguments);
+        let v = json(&folder.path().join("v.json"));
+        assert_eq!(v["samples"], r["samples"]);
+        for field in ["cycles", "busy", "stall_mft", "stall_rit", "stall_bank"] {
+            assert_eq!(v[field], rows[2][field], "{field}");
+        }
+    }
+}
