@@ -6,6 +6,7 @@
 
 mod exp;
 mod gu;
+mod pieces;
 pub mod rules;
 mod vu;
 
@@ -15,8 +16,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-pub use exp::{Engine, ExpConfig, ExpForm, ExpOutput};
+pub use exp::{Engine, ExpBase, ExpConfig, ExpForm, ExpOutput};
 pub use gu::{GuConfig, Modes, MvoxelConfig, RitConfig, WeightTrust};
+pub use pieces::PieceWidths;
 pub use rules::{RuleBreach, RuleBreaches};
 pub use vu::VuConfig;
 
