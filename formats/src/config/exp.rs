@@ -26,7 +26,7 @@ pub enum ExpForm {
 }
 
 /// The base of what the operation `exp` is a power of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExpBase {
     /// `exp(-u)`.
@@ -237,6 +237,13 @@ impl Engine {
 /// Smallest widths of radix 4, found likewise for `n = 2 J`.
 fn known_radix4_widths(digits: u32, f: u32, tail: bool) -> Option<(u32, u32, i32)> {
     match (f, digits, tail) {
+        // 0.788, 0.986 and 0.732 ulp.
+        (16, 4, true) => Some((18, 20, 1)),
+        (16, 8, false) => Some((20, 19, -1)),
+        (16, 5, true) => Some((17, 20, 0)),
+        // Below 1 ulp.
+        (8, 4, false) => Some((11, 13, 0)),
+        (8, 2, true) => Some((8, 13, 0)),
         _ => None,
     }
 }
