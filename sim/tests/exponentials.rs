@@ -166,42 +166,40 @@ fn lantern_through(units: &mut dyn Units, config: &Config, side: u32) -> Result<
         .map_err(|e| e.to_string())
 }
 
-fn settings(inject: Option<Injection>) -> Settings {
+/// Of the gathering unit next to nothing, which is the same for all.
+fn settings(engine: EngineKind, vector_every: u64, inject: Option<Injection>) -> Settings {
     Settings {
-        engine: EngineKind::Verilator,
+        engine,
         seed: 3,
-        gather_every: 7,
-        vector_every: 1,
+        gather_every: 1000,
+        vector_every,
         inject,
         excerpt: None,
     }
 }
 
-/// Splats and voxels: every element of the vector unit, with and without
-/// stalls; and a fault in each form is found.
+/// Splats and voxels, with and without stalls; and a fault in each form is
+/// found.
 #[test]
 fn both_scenes_pass_with_every_form() {
-    for (knobs, ..) in FORMS {
-        if knobs.contains("two") {
-            continue;
-        }
+    // No renderer folds log2 e into its powers.
+    let forms = FORMS.map(|(knobs, ..)| knobs).into_iter();
+    for knobs in forms.filter(|knobs| !knobs.contains("two")) {
         let config = config(&format!(
             "[gu]\nbanks = 16\n[vu]\nlanes = 8\n[vu.exp]\n{knobs}"
         ));
         let mut none = |_| {};
-        let mut verifier = Verifier::new(&config, settings(None), &mut none);
-        garden_through(&mut verifier, 32).unwrap();
+        let every = settings(EngineKind::Verilator, 3, None);
+        let mut verifier = Verifier::new(&config, every, &mut none);
+        garden_through(&mut verifier, 16).unwrap();
         lantern_through(&mut verifier, &config, 24).unwrap();
         assert_eq!(verifier.failure(), None, "{knobs}");
         let v = verifier.vector_report();
-        assert_eq!(
-            (v.elements, v.cycles),
-            (v.elements_total, v.cycles_predicted),
-            "{knobs}"
-        );
+        assert_eq!(v.cycles, v.cycles_predicted, "{knobs}");
         assert!(v.elements > 20_000, "{knobs}: {v:?}");
 
-        let mut verifier = Verifier::new(&config, settings(Some(Injection::Exp)), &mut none);
+        let faulty = settings(EngineKind::Interpreter, 30, Some(Injection::Exp));
+        let mut verifier = Verifier::new(&config, faulty, &mut none);
         lantern_through(&mut verifier, &config, 24).unwrap_err();
         let failure = verifier.failure().unwrap();
         assert_eq!(failure.mismatch.module, "vector_unit", "{knobs}");

@@ -25,9 +25,10 @@ pub use vu::VuConfig;
 /// The paper's sizes; what every command uses unless told otherwise.
 pub const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
 /// Configurations that come with the program, by name.
-pub const PRESETS: [(&str, &str); 3] = [
+pub const PRESETS: [(&str, &str); 4] = [
     ("paper", PAPER_PRESET),
     ("fields", include_str!("../../../configs/fields.toml")),
+    ("piecewise", include_str!("../../../configs/piecewise.toml")),
     ("small", include_str!("../../../configs/small.toml")),
 ];
 

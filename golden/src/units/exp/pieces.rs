@@ -98,7 +98,7 @@ fn piece(i: u32, index_bits: u32, accumulator_bits: u32, slope_bits: u32) -> (i6
 
 /// `2^(1 - j / 2^bits)` by the series of `exp(-t)`, `t = j ln 2 / 2^bits`.
 fn falling(j: u32, bits: u32) -> i128 {
-    let t = ((ln2(BITS) * i128::from(j)) >> bits) as i128;
+    let t = (ln2(BITS) * i128::from(j)) >> bits;
     let (mut sum, mut term, mut n) = (0, 2i128 << BITS, 0);
     while term != 0 {
         sum += term;
