@@ -276,12 +276,19 @@ impl Widths {
 
     /// `R_accum (1 + R_remain)`, truncated.
     pub(super) fn tail(&self, m: &mut ModuleBuilder, s: State) -> State {
-        // What is left is below 2^-n.
-        let left = m.truncate(s.remain, self.engine.constant_bits);
+        let bits = self.engine.constant_bits;
+        // What is left is below 2^-n, and a unit for every constant's rounding.
+        let below = bits.saturating_sub(self.exp.resolved_bits());
+        let most = (1u64 << below) + u64::from(self.engine.steps + 2);
+        let left = m.truncate(s.remain, (most.ilog2() + 1).min(bits));
         let left = m.name(left, "residual");
         let product = m.mul(s.accum, left);
         let product = m.name(product, "tail_product");
-        let more = m.slice(product, self.engine.constant_bits, self.accum.width);
+        let Some(width) = product.width().checked_sub(bits).filter(|&width| width > 0) else {
+            return s;
+        };
+        let more = m.slice(product, bits, width.min(self.accum.width));
+        let more = m.extend(more, self.accum.width);
         let accum = m.add(s.accum, more);
         State {
             accum: m.name(accum, "accum_tail"),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, ExpForm};
 use potamoi_formats::units::{OpCode, VECTOR_UNIT};
 
 use super::alu::is_op;
@@ -50,8 +50,12 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let lane_module = lane(config)?;
     let mut builder = ModuleBuilder::new(VECTOR_UNIT);
     let m = &mut builder;
+    let powers = match vu.exp.form {
+        ExpForm::Piecewise => "exponentials in straight pieces",
+        _ => "shift-register exponentials",
+    };
     m.doc(&format!(
-        "{lanes} lanes of element-wise operations and shift-register exponentials, in lockstep."
+        "{lanes} lanes of element-wise operations and {powers}, in lockstep."
     ));
     let bit = Ty::bit();
     let clear = m.input("cfg_clear", bit, "clears counters and flags");
