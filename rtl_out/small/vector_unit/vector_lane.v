@@ -403,9 +403,9 @@ module vector_lane (
   end
 
   // Exponential: tail
-  wire [18:0] residual = s_remain_12[18:0];
-  wire [38:0] tail_product = {19'd0, s_accum_12} * {20'd0, residual};
-  wire [19:0] accum_tail = s_accum_12 + tail_product[38:19];
+  wire [10:0] residual = s_remain_12[10:0];
+  wire [30:0] tail_product = {11'd0, s_accum_12} * {20'd0, residual};
+  wire [19:0] accum_tail = s_accum_12 + {8'd0, tail_product[30:19]};
   reg [19:0] s_accum_13;
   reg [3:0] s_digits_13;
   reg s_rescaled_13;
@@ -488,7 +488,7 @@ module vector_lane (
       value_12;
 
   wire unused_ok = &{1'b0, power_extended[22:17], depth_remain[23], s_digits_0[3], s_digits_1[3],
-      s_digits_2[3], s_remain_12[22:19], tail_product[18:0], dropped_bits[0], accum_doubled[1:0]};
+      s_digits_2[3], s_remain_12[22:11], tail_product[18:0], dropped_bits[0], accum_doubled[1:0]};
 endmodule
 
 `default_nettype wire
