@@ -7,7 +7,7 @@ const SERIES_BITS: u32 = 120;
 /// `2 atanh(p / m)` for p of 1 and 3 and `m >= 3 p`: the sum of
 /// `2 / (2k + 1) (p / m)^(2k + 1)`.
 fn twice_atanh(p: u128, m: u128) -> u128 {
-    let mut power = (2 * p << SERIES_BITS) / m;
+    let mut power = ((2 * p) << SERIES_BITS) / m;
     let (mut sum, mut divisor) = (0, 1);
     while power > 0 {
         sum += power / divisor;
