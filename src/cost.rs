@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use potamoi_formats::config::{Config, ExpForm, ExpOutput};
+use potamoi_formats::config::{Config, ExpBase, ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Format;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::units::reference::{ExpError, Reference};
-use potamoi_golden::units::widths::{budget, truncation};
+use potamoi_golden::units::widths::{budget, straightness, truncation};
 use potamoi_sim::cycles::Stalls;
 use potamoi_sim::rtl::{VectorBatch, VectorUnit};
 use serde::Serialize;
@@ -52,6 +52,14 @@ struct Report {
     /// 12 hexadecimal digits.
     configuration: String,
     inputs: usize,
+    /// "restoring", "piecewise" or "radix-4".
+    form: ExpForm,
+    /// What is raised to a power.
+    base: ExpBase,
+    /// Of the piecewise form: pieces, and bits of their table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pieces: Option<Table>,
+    early_out: bool,
     iterations: u32,
     tail: bool,
     /// Fraction bits of accumulator and constants, start of the accumulator.
@@ -68,7 +76,8 @@ struct Report {
     /// Results that are not the nearest code.
     misrounded: u32,
     monotone: bool,
-    /// The part of it that cutting off after n iterations may cost.
+    /// The part of it that cutting off after n iterations, or straight pieces,
+    /// may cost.
     truncation_ulp: f64,
     /// What all roundings together may cost.
     budget_ulp: f64,
@@ -79,6 +88,36 @@ struct Report {
     lanes: u32,
     /// In the steady state, of all lanes.
     exponentials_per_cycle: f64,
+}
+
+/// What straight pieces are made of.
+#[derive(Serialize)]
+struct Table {
+    pieces: u32,
+    table_bits: u32,
+    /// Partial-product bits of the slope's multiplier, and of that by log2 e.
+    slope_product_bits: u32,
+    scale_product_bits: u32,
+}
+
+impl Table {
+    fn of(exp: &ExpConfig) -> Option<Self> {
+        let (widths, engine) = (exp.piece_widths(), exp.engine());
+        (exp.form == ExpForm::Piecewise).then(|| Self {
+            pieces: exp.pieces,
+            table_bits: widths.table_bits(&engine),
+            slope_product_bits: widths.slope_product_bits(&engine),
+            scale_product_bits: widths.scale_product_bits(exp.input.width()),
+        })
+    }
+}
+
+/// What ends the power early costs: cutting off, or straight pieces.
+fn approximation(exp: &ExpConfig) -> f64 {
+    match exp.form {
+        ExpForm::Piecewise => straightness(exp.pieces, exp.output_bits),
+        _ => truncation(exp.resolved_bits(), exp.tail, exp.output_bits),
+    }
 }
 
 pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
@@ -102,7 +141,8 @@ fn exponential(config: &Config, args: &CostArgs) -> Result<(), Failure> {
         b: &zeros,
     };
     let run = unit.run(&[batch], &Stalls::NONE, 0)?;
-    let reference = Reference::of(exp.input).map_err(|e| Failure::Inconclusive(e.to_string()))?;
+    let reference = Reference::in_base(exp.input, exp.base)
+        .map_err(|e| Failure::Inconclusive(e.to_string()))?;
     spinner.finish_and_clear();
     let error: ExpError = reference.measure(exp.output_bits, |u| {
         run.results.get(u as usize).copied().unwrap_or_default()
@@ -120,6 +160,8 @@ fn exponential(config: &Config, args: &CostArgs) -> Result<(), Failure> {
     let (first, last) = (run.vectors.first(), run.vectors.last());
     let span = last.zip(first).map_or(0, |(last, first)| last.0 - first.0);
     let interval = span as f64 / (run.vectors.len().max(2) - 1) as f64;
+    // With an early out it is an average.
+    let interval = (interval * 1e3).round() / 1e3;
     let engine = exp.engine();
     let report = Report {
         format_version: FORMAT_VERSION,
@@ -127,6 +169,10 @@ fn exponential(config: &Config, args: &CostArgs) -> Result<(), Failure> {
         unit: "exp",
         configuration: config.hash(),
         inputs: codes.len(),
+        form: exp.form,
+        base: exp.base,
+        pieces: Table::of(exp),
+        early_out: exp.early_out,
         iterations: exp.iterations,
         tail: exp.tail,
         accumulator_bits: engine.accumulator_bits,
@@ -139,7 +185,7 @@ fn exponential(config: &Config, args: &CostArgs) -> Result<(), Failure> {
         worst_code: error.worst_code,
         misrounded: error.misrounded,
         monotone: error.monotone,
-        truncation_ulp: truncation(exp.iterations, exp.tail, exp.output_bits),
+        truncation_ulp: approximation(exp),
         budget_ulp: budget(exp),
         latency_cycles: latency(0),
         interval_cycles: interval,
@@ -164,9 +210,9 @@ fn check(config: &Config) -> Result<(), Failure> {
     if !config.vu.ops.contains(&OpCode::Exp) {
         return refuse("vu.ops", OpCode::list(&config.vu.ops), "\"exp\" among them");
     }
-    if exp.form != ExpForm::Restoring {
-        let form = format!("{:?}", exp.form);
-        return refuse("vu.exp.form", form, "the restoring form");
+    if exp.form == ExpForm::Literal {
+        let form = "literal".to_owned();
+        return refuse("vu.exp.form", form, "a form that is right below 0");
     }
     if exp.output != ExpOutput::Alpha {
         let output = format!("{:?}", exp.output);
@@ -182,18 +228,44 @@ fn check(config: &Config) -> Result<(), Failure> {
     Ok(())
 }
 
+/// How powers are found, in words.
+fn method(report: &Report) -> String {
+    let tail = if report.tail { "on" } else { "off" };
+    match (&report.pieces, report.form) {
+        (Some(table), _) => {
+            let base = match report.base {
+                ExpBase::E => "exp(-u)",
+                ExpBase::Two => "2^-u",
+            };
+            format!("{base} in {} straight pieces", table.pieces)
+        }
+        (None, ExpForm::Radix4) => {
+            format!("radix 4, {} digits, tail {tail}", report.iterations)
+        }
+        (None, _) if report.early_out => format!("n = {} at most, early out", report.iterations),
+        (None, _) => format!("n = {}, tail {tail}", report.iterations),
+    }
+}
+
 fn print(report: &Report, args: &CostArgs) {
     say!(
-        "exponential, configuration {}: n = {}, tail {}, widths {}/{}/{:+}, all {} inputs \
+        "exponential, configuration {}: {}, widths {}/{}/{:+}, all {} inputs \
          through the Verilated unit",
         report.configuration,
-        report.iterations,
-        if report.tail { "on" } else { "off" },
+        method(report),
         report.accumulator_bits,
         report.constant_bits,
         report.offset,
         report.inputs
     );
+    if let Some(table) = &report.pieces {
+        say!(
+            "  table {} bits; multipliers of {} partial-product bits (slope) and {} (log2 e)",
+            table.table_bits,
+            table.slope_product_bits,
+            table.scale_product_bits
+        );
+    }
     say!(
         "  error: at most {:.4} ulp (input code {}), {:.4} ulp on average, bias {:+.4} ulp \
          (measured RTL against 120 bits; 1 ulp = 2^-{})",
@@ -204,9 +276,13 @@ fn print(report: &Report, args: &CostArgs) {
         report.output_bits
     );
     say!(
-        "  budget: at most {:.4} ulp, of it {:.4} ulp for cutting off after n iterations (formula)",
+        "  budget: at most {:.4} ulp, of it {:.4} ulp for {} (formula)",
         report.budget_ulp,
-        report.truncation_ulp
+        report.truncation_ulp,
+        match report.form {
+            ExpForm::Piecewise => "straight pieces",
+            _ => "cutting off after n iterations",
+        }
     );
     say!(
         "  results not the nearest code: {}; monotone: {}",

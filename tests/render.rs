@@ -176,6 +176,49 @@ fn every_exponential_is_listed() {
     assert!(said.contains("vu.exp.output"), "{said}");
 }
 
+/// The forms side by side: largest error, cycles from vector to vector and
+/// until its results, exponentials a cycle of 24 lanes.
+#[test]
+fn cost_compares_the_exponentials() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for (name, knobs) in [
+        ("radix", "form = \"radix-4\"\niterations = 4\ntail = true"),
+        ("early", "early_out = true"),
+        (
+            "two",
+            "form = \"piecewise\"\npipelined = true\nbase = \"two\"",
+        ),
+    ] {
+        let text = format!("[vu.exp]\n{knobs}\n");
+        std::fs::write(at.join(format!("{name}.toml")), text).unwrap();
+    }
+    for (config, most, interval, latency, said) in [
+        ("piecewise", 0.68, 1.0, 3, "exp(-u) in 128 straight pieces"),
+        ("two.toml", 1.039, 1.0, 2, "2^-u in 64 straight pieces"),
+        ("radix.toml", 0.812, 7.0, 8, "radix 4, 4 digits, tail on"),
+        (
+            "early.toml",
+            0.9906,
+            15.634,
+            21,
+            "n = 16 at most, early out",
+        ),
+    ] {
+        let args = [
+            "cost", "--unit", "exp", "--json", "r.json", "--config", config,
+        ];
+        let text = expect(at, 0, &args);
+        assert!(text.contains(said), "{text}");
+        let r = json(&at.join("r.json"));
+        assert!(r["max_ulp"].as_f64().unwrap() <= most, "{r}");
+        assert_eq!(r["monotone"], true);
+        let found = r["interval_cycles"].as_f64().unwrap();
+        assert!((found - interval).abs() < 0.01, "{config}: {found}");
+        assert_eq!(r["latency_cycles"], latency, "{config}");
+    }
+}
+
 /// A real scene through the Verilated units, at full size.
 #[test]
 #[ignore = "exhaustive; run with make test-full"]

@@ -14,6 +14,8 @@ fn both_built_in_scenes_agree_in_every_bit_and_cycle() {
         ("garden", "small"),
         ("lantern", "small"),
         ("garden", "fields"),
+        ("garden", "piecewise"),
+        ("lantern", "piecewise"),
     ] {
         let said = expect(
             folder.path(),

@@ -23,7 +23,7 @@ fn text(seed: u64) -> String {
     let trusted = pick(&["trusted", "any"]);
     let modes = pick(&["both", "both", "structured", "unstructured"]);
     let vertices = pick(&["[8, 4, 2]", "[8]", "[4, 2]"]);
-    let pipelined = pick(&["false", "true"]);
+    let deep = pick(&["false", "true"]);
     // The rules want cells for these.
     let (organisation, entry) = match (modes.as_str(), vertices.as_str()) {
         ("structured", "[8]") => ("parity", pick(&["paper", "compact"])),
@@ -45,8 +45,19 @@ fn text(seed: u64) -> String {
         pick(&["1", "2"])
     };
     let cells = organisation == "parity" || entry == "compact";
-    let form = pick(&["restoring", "restoring", "restoring", "literal"]);
-    let output = pick(&["alpha", "alpha", "general"]);
+    let form = pick(&[
+        "restoring",
+        "restoring",
+        "restoring",
+        "literal",
+        "piecewise",
+        "radix-4",
+    ]);
+    let output = match form.as_str() {
+        "piecewise" | "radix-4" => "alpha".to_owned(),
+        _ => pick(&["alpha", "alpha", "general"]),
+    };
+    let other = output == "alpha" && form != "restoring";
     let (input, ops) = match (form.as_str(), output.as_str()) {
         ("literal", _) => ("S0.14", r#"["exp"]"#.to_owned()),
         (_, "general") => ("S4.12", r#"["add", "exp"]"#.to_owned()),
@@ -57,24 +68,45 @@ fn text(seed: u64) -> String {
                 r#"["one-minus-exp"]"#,
                 r#"["exp", "relu"]"#,
                 r#"["pass"]"#,
-                r#"["exp", "one-minus-exp", "sigmoid", "softplus"]"#,
-                r#"["add", "sigmoid"]"#,
-                r#"["softplus"]"#,
+                if other {
+                    r#"["exp"]"#
+                } else {
+                    r#"["exp", "one-minus-exp", "sigmoid", "softplus"]"#
+                },
+                if other {
+                    r#"["exp", "one-minus-exp"]"#
+                } else {
+                    r#"["add", "sigmoid"]"#
+                },
+                if other {
+                    r#"["add"]"#
+                } else {
+                    r#"["softplus"]"#
+                },
             ]),
         ),
     };
     // Sigmoid and softplus are of the iterative form alone.
     let logistic = ops.contains("sigmoid") || ops.contains("softplus");
+    let one_clock = form == "piecewise";
+    let tail = form != "literal" && !one_clock && pick(&["true", "false"]) == "true";
+    let pipelined =
+        one_clock || form != "literal" && !logistic && pick(&["true", "false"]) == "true";
+    let early_out = form == "restoring"
+        && output == "alpha"
+        && !(logistic || tail || pipelined)
+        && pick(&["true", "false"]) == "true";
+    let steps = if one_clock { 1 } else { steps };
     format!(
-        "[gu]\norganisation = \"{organisation}\"\npipelined = {pipelined}\n\
+        "[gu]\norganisation = \"{organisation}\"\npipelined = {deep}\n\
          sums = \"{sums}\"\nrecords_a_row = {records}\n\
          banks = {}\nports = {ports}\nmodes = \"{modes}\"\nvertices = {vertices}\n\
          feature_bits = {}\nweight_bits = {}\nweights = \"{trusted}\"\nsegments = {}\n\
          fifo_depth = {}\ncounter_bits = {}\n[rit]\nentry = \"{entry}\"\nentries = {}\nslot_bits = {}\n\
          [mvoxel]\nrows = {}\n[vu]\nlanes = {}\nfifo_depth = {}\nops = {ops}\n[vu.exp]\n\
-         form = \"{form}\"\noutput = \"{output}\"\ninput = \"{input}\"\niterations = {}\ntail = {}\n\
-         iterations_per_clock = {steps}\npipelined = {}\noutput_bits = {}\n\
-         one_minus_frac_bits = {}\n",
+         form = \"{form}\"\noutput = \"{output}\"\ninput = \"{input}\"\niterations = {}\ntail = {tail}\n\
+         iterations_per_clock = {steps}\npipelined = {pipelined}\nearly_out = {early_out}\noutput_bits = {}\n\
+         one_minus_frac_bits = {}\npieces = {}\nbase = \"{}\"\n",
         if organisation == "parity" {
             pick(&["8", "32", "64"])
         } else {
@@ -102,15 +134,23 @@ fn text(seed: u64) -> String {
         },
         pick(&["1", "3", "24"]),
         pick(&["3", "4", "9"]),
-        pick(&["4", "8", "16", "20", "27"]),
-        form != "literal" && pick(&["true", "false"]) == "true",
-        form != "literal" && !logistic && pick(&["true", "false"]) == "true",
+        if form == "radix-4" {
+            pick(&["1", "4", "5", "8", "15"])
+        } else {
+            pick(&["4", "8", "16", "20", "27"])
+        },
         if form == "literal" {
             "14".to_owned()
         } else {
             pick(&["8", "12", "16"])
         },
         pick(&["12", "16", "20", "24"]),
+        pick(&["64", "128", "1024"]),
+        if one_clock {
+            pick(&["e", "two"])
+        } else {
+            "e".to_owned()
+        },
     )
 }
 
@@ -246,6 +286,43 @@ fn tools_accept_every_shape_of_sigmoid_and_softplus() {
         {
             // Each operation list with some of the shapes, all shapes with some list.
             if (i + j) % 3 == 0 {
+                let text = format!("[vu]\nlanes = 2\nops = {ops}\n[vu.exp]\n{exp}");
+                let config =
+                    Config::from_toml(&text, "test").unwrap_or_else(|e| panic!("{text}: {e}"));
+                accepted_unit(vector_unit(&config), &text);
+            }
+        }
+    }
+}
+
+/// Straight pieces, radix 4 and early out of every shape: with and without
+/// one-minus-exp and element-wise operations, narrow and wide.
+#[test]
+fn tools_accept_every_shape_of_the_other_exponentials() {
+    let operations = [
+        r#"["exp"]"#,
+        r#"["one-minus-exp"]"#,
+        r#"["exp", "one-minus-exp", "add"]"#,
+    ];
+    let shapes = [
+        "form = \"piecewise\"\npipelined = true",
+        "form = \"piecewise\"\npipelined = true\npieces = 1024\noutput_bits = 24\none_minus_frac_bits = 24",
+        "form = \"piecewise\"\npipelined = true\npieces = 16\noutput_bits = 4\none_minus_frac_bits = 8",
+        "form = \"piecewise\"\npipelined = true\nbase = \"two\"\nconstant_bits = 13",
+        "form = \"piecewise\"\npipelined = true\ninput = \"U1.4\"\naccumulator_bits = 40\nconstant_bits = 40",
+        "form = \"piecewise\"\npipelined = true\ninput = \"U3.24\"\naccumulator_bits = 16",
+        "form = \"radix-4\"\niterations = 4\ntail = true",
+        "form = \"radix-4\"\niterations = 4\ntail = true\npipelined = true",
+        "form = \"radix-4\"\niterations = 15\niterations_per_clock = 4",
+        "form = \"radix-4\"\niterations = 8\niterations_per_clock = 10\npipelined = true",
+        "early_out = true",
+        "early_out = true\niterations_per_clock = 3\noutput_bits = 8",
+        "early_out = true\niterations = 31\noutput_bits = 24",
+    ];
+    for (i, ops) in operations.iter().enumerate() {
+        for (j, exp) in shapes.iter().enumerate() {
+            // Each operation list with some of the shapes, all shapes with some list.
+            if (i + j) % 2 == 0 {
                 let text = format!("[vu]\nlanes = 2\nops = {ops}\n[vu.exp]\n{exp}");
                 let config =
                     Config::from_toml(&text, "test").unwrap_or_else(|e| panic!("{text}: {e}"));

@@ -51,3 +51,22 @@ fn the_gathering_unit_keeps_to_its_ranges() {
 fn the_vector_unit_keeps_to_its_ranges() {
     keeps_to_its_ranges(&vector_unit(&Config::paper()).unwrap(), 200);
 }
+
+/// With one-minus-exp, whose powers reach 16: what is claimed of the pieces'
+/// sums is proven.
+#[test]
+fn every_exponential_keeps_to_its_ranges() {
+    for exp in [
+        "form = \"piecewise\"\npipelined = true",
+        "form = \"piecewise\"\npipelined = true\npieces = 1024\noutput_bits = 24",
+        "form = \"piecewise\"\npipelined = true\npieces = 16\noutput_bits = 4\naccumulator_bits = 4",
+        "form = \"piecewise\"\npipelined = true\nbase = \"two\"",
+        "form = \"radix-4\"\niterations = 4\ntail = true",
+        "form = \"radix-4\"\niterations = 8\npipelined = true",
+        "early_out = true",
+    ] {
+        let text = format!("[vu]\nlanes = 2\n[vu.exp]\n{exp}");
+        let config = Config::from_toml(&text, "test").unwrap_or_else(|e| panic!("{text}: {e}"));
+        keeps_to_its_ranges(&vector_unit(&config).unwrap(), 300);
+    }
+}

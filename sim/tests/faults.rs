@@ -238,12 +238,19 @@ fn batches<'a>(a: &'a [i32], b: &'a [i32]) -> Vec<VectorBatch<'a>> {
 }
 
 fn compute(fault: Option<&Fault>, wrong: Option<(usize, u32)>) -> Option<String> {
-    let config = config();
-    let mut module = vector_unit(&config).unwrap();
+    compute_on(&config(), fault, wrong)
+}
+
+fn compute_on(
+    config: &Config,
+    fault: Option<&Fault>,
+    wrong: Option<(usize, u32)>,
+) -> Option<String> {
+    let mut module = vector_unit(config).unwrap();
     if let Some(fault) = fault {
         module = fault.inject(&module).unwrap();
     }
-    let unit = VectorUnit::of_module(EngineKind::Interpreter, &config, &module).unwrap();
+    let unit = VectorUnit::of_module(EngineKind::Interpreter, config, &module).unwrap();
     // The last vector of a batch has one element of three lanes.
     let a: Vec<i32> = (0..31).map(|i| i * 2111).collect();
     let b: Vec<i32> = (0..31).map(|i| 1000 - i * 77).collect();
@@ -257,7 +264,7 @@ fn compute(fault: Option<&Fault>, wrong: Option<(usize, u32)>) -> Option<String>
     if let Some((at, bit)) = wrong {
         results[at] ^= 1 << bit;
     }
-    signal(unit.check(&config, &batches(&a, &b), &results, check(&mut |_| {})))
+    signal(unit.check(config, &batches(&a, &b), &results, check(&mut |_| {})))
 }
 
 /// Work on a unit with sigmoid and softplus, as [`compute`].
@@ -367,6 +374,36 @@ fn faults_in_the_passes_of_sigmoid_and_softplus_are_found() {
             println!("{knobs:?}: {module}.{register} is found at {found}");
             assert!(found.starts_with(port), "{fault:?} is found at {found}");
         }
+    }
+}
+
+/// Registers of the exponentials that can stand in the restoring form's place:
+/// a result, or the cycle of one, is wrong.
+#[test]
+fn faults_in_every_form_of_exponential_are_found() {
+    let early = "early_out = true";
+    let pieces = "form = \"piecewise\"\npipelined = true";
+    let radix = "form = \"radix-4\"\niterations = 4\ntail = true";
+    let lane = "vector_lane";
+    for (knobs, module, register, change) in [
+        (early, lane, "r_running", Change::Invert(0)),
+        (early, VECTOR_UNIT, "last_phase", Change::Invert(0)),
+        (early, "exp_constants", "sr_mul_5", Change::Invert(0)),
+        (pieces, lane, "s_power", Change::Invert(10)),
+        (pieces, lane, "s_exponent", Change::Invert(0)),
+        (pieces, lane, "s_accum", Change::Invert(16)),
+        (radix, "exp_constants", "sr_sub_two_3", Change::Invert(18)),
+        (radix, "exp_constants", "sr_sub_three_0", Change::Invert(20)),
+        (radix, lane, "r_remain", Change::Invert(12)),
+    ] {
+        let text = format!("[vu]\nlanes = 3\n[vu.exp]\n{knobs}");
+        let config = Config::from_toml(&text, "test").unwrap();
+        assert_eq!(compute_on(&config, None, None), None, "{knobs}");
+        let fault = fault(module, register, change);
+        let found = compute_on(&config, Some(&fault), None);
+        let found = found.unwrap_or_else(|| panic!("{knobs}: {fault:?} is not found"));
+        let [data, ready] = ["m_axis_vec_tdata", "s_axis_vec_tready"].map(|p| found.starts_with(p));
+        assert!(data || ready, "{fault:?} is found at {found}");
     }
 }
 

@@ -64,7 +64,7 @@ fn every_sigmoid_and_softplus_of_the_unit() {
                 (vectors - 1) * clocks[i],
                 "{knobs}: no bubble"
             );
-            let closed = vector_cycles(&config, &[(code, codes.len() as u64)]).unwrap();
+            let closed = vector_cycles(&config, &[(code, codes.as_slice())]).unwrap();
             assert_eq!(closed.busy, vectors * clocks[i], "{knobs}");
         }
     }

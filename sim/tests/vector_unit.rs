@@ -267,6 +267,12 @@ fn every_cycle_is_as_predicted_under_random_stalls() {
         "[vu]\nlanes = 2\nfifo_depth = 3\nops = [\"add\", \"exp\", \"sigmoid\", \"softplus\"]\n\
          [vu.exp]\niterations = 9\niterations_per_clock = 4\ntail = true",
         "[vu]\nlanes = 5\nops = [\"relu\", \"sigmoid\", \"softplus\"]\n[vu.exp]\niterations_per_clock = 20",
+        "[vu]\nlanes = 3\n[vu.exp]\nform = \"piecewise\"\npipelined = true",
+        "[vu]\nlanes = 2\nfifo_depth = 3\n[vu.exp]\nform = \"piecewise\"\npipelined = true\npieces = 128\nbase = \"two\"",
+        "[vu]\nlanes = 3\nfifo_depth = 3\n[vu.exp]\nform = \"radix-4\"\niterations = 4\ntail = true",
+        "[vu]\nlanes = 2\n[vu.exp]\nform = \"radix-4\"\niterations = 4\ntail = true\npipelined = true",
+        "[vu]\nlanes = 3\n[vu.exp]\nearly_out = true",
+        "[vu]\nlanes = 1\nfifo_depth = 3\nops = [\"exp\"]\n[vu.exp]\nearly_out = true\niterations_per_clock = 3",
     ]
     .into_iter()
     .enumerate()
@@ -282,10 +288,17 @@ fn every_cycle_is_as_predicted_under_random_stalls() {
 /// Vector units of any sort that the rules allow, on the interpreter.
 #[test]
 fn units_of_any_sort_agree_under_random_stalls() {
-    for seed in 0..90u64 {
+    for seed in 0..150u64 {
         let mut random = Pcg64Mcg::seed_from_u64(7000 + seed);
         let mut pick = |from: &[&'static str]| from[random.random_range(0..from.len())];
         let general = pick(&["alpha", "alpha", "general"]) == "general";
+        let form = pick(&[
+            "restoring",
+            "restoring",
+            "piecewise",
+            "radix-4",
+            "early-out",
+        ]);
         let engine = if general {
             format!(
                 "output = \"general\"\ninput = \"{}\"",
@@ -298,8 +311,16 @@ fn units_of_any_sort_agree_under_random_stalls() {
                 pick(&["12", "20", "24"])
             )
         };
+        let other = !general && form != "restoring";
         let ops = if general {
             pick(&[r#"["exp"]"#, r#"["add", "exp"]"#])
+        } else if other {
+            pick(&[
+                r#"["exp", "one-minus-exp"]"#,
+                r#"["exp", "relu", "multiply"]"#,
+                r#"["exp"]"#,
+                r#"["add", "one-minus-exp"]"#,
+            ])
         } else {
             pick(&[
                 r#"["exp", "one-minus-exp"]"#,
@@ -316,15 +337,36 @@ fn units_of_any_sort_agree_under_random_stalls() {
         } else {
             &["true", "false"]
         };
+        let knobs = match if other { form } else { "" } {
+            "piecewise" => format!(
+                "form = \"piecewise\"\npipelined = true\npieces = {}\nbase = \"{}\"",
+                pick(&["256", "1024"]),
+                pick(&["e", "two"])
+            ),
+            "radix-4" => format!(
+                "form = \"radix-4\"\niterations = {}\ntail = {}\npipelined = {}\niterations_per_clock = {}",
+                pick(&["3", "4", "9", "15"]),
+                pick(&["true", "false"]),
+                pick(&["true", "false"]),
+                pick(&["1", "2", "5"]),
+            ),
+            "early-out" => format!(
+                "early_out = true\niterations = {}\niterations_per_clock = {}",
+                pick(&["9", "16", "20", "27"]),
+                pick(&["1", "2", "3"]),
+            ),
+            _ => format!(
+                "iterations = {}\ntail = {}\npipelined = {}\niterations_per_clock = {}",
+                pick(&["4", "9", "16", "20", "27"]),
+                pick(&["true", "false"]),
+                pick(forms),
+                pick(&["1", "2", "3", "7"]),
+            ),
+        };
         let config = config(&format!(
-            "[vu]\nlanes = {}\nfifo_depth = {}\nops = {ops}\n[vu.exp]\n{engine}\niterations = {}\n\
-             tail = {}\npipelined = {}\niterations_per_clock = {}\noutput_bits = {}",
+            "[vu]\nlanes = {}\nfifo_depth = {}\nops = {ops}\n[vu.exp]\n{engine}\n{knobs}\noutput_bits = {}",
             pick(&["1", "2", "5"]),
             pick(&["3", "4", "7"]),
-            pick(&["4", "9", "16", "20", "27"]),
-            pick(&["true", "false"]),
-            pick(forms),
-            pick(&["1", "2", "3", "7"]),
             pick(&["6", "12", "16", "20"]),
         ));
         let unit = VectorUnit::on(EngineKind::Interpreter, &config).unwrap();

@@ -16,6 +16,23 @@ pub enum ExpForm {
     /// in [-1, 1). Every constant is positive, so negative powers come out
     /// as 1. Kept to show that.
     Literal,
+    /// `2^-v` from a table of straight pieces, `v = u log2 e`: one result a
+    /// clock.
+    Piecewise,
+    /// As restoring, two bits at a time: factors `1 + d 4^-j`, `d` in 0..=3,
+    /// `j = 1..iterations`, after two digits of `4^j ln 2`.
+    #[serde(rename = "radix-4")]
+    Radix4,
+}
+
+/// The base of what the operation `exp` is a power of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExpBase {
+    /// `exp(-u)`.
+    E,
+    /// `2^-u`: `log2 e` is folded into the operand by whoever makes it.
+    Two,
 }
 
 /// What a result looks like.
@@ -38,8 +55,15 @@ pub struct ExpConfig {
     pub form: ExpForm,
     /// What a result looks like.
     pub output: ExpOutput,
-    /// Iterations `n` past the exponent's digits.
+    /// What is raised to a power; base two of the piecewise form alone.
+    pub base: ExpBase,
+    /// Pieces of the piecewise form's table, a power of two.
+    pub pieces: u32,
+    /// Iterations `n` past the exponent's digits; digits `J` of radix 4.
     pub iterations: u32,
+    /// A power of exponent k takes only the iterations that its bits need,
+    /// `min(n, F - k + 2)`; a vector as long as the longest of its lanes.
+    pub early_out: bool,
     /// Finish with one multiply by 1 + the residual.
     pub tail: bool,
     /// Iterations a clock, `r`.
@@ -53,10 +77,11 @@ pub struct ExpConfig {
     pub output_bits: u32,
     /// Fraction bits of the input of `1 - exp(-s)`, whose range is 0..16.
     pub one_minus_frac_bits: u32,
-    /// Fraction bits of `R_accum`; the default follows n, F and tail.
+    /// Fraction bits of `R_accum`, or of a piece's start; the default follows
+    /// n, F and tail.
     pub accumulator_bits: Option<u32>,
-    /// Fraction bits of `R_remain` and its constants; the default follows n, F
-    /// and tail.
+    /// Fraction bits of `R_remain` and its constants, or of the power of two
+    /// that the pieces take; the default follows n, F and tail.
     pub constant_bits: Option<u32>,
     /// `R_accum` starts at 1 plus this many units of its last bit.
     pub offset: Option<i32>,
@@ -67,7 +92,10 @@ impl Default for ExpConfig {
         Self {
             form: ExpForm::Restoring,
             output: ExpOutput::Alpha,
+            base: ExpBase::E,
+            pieces: 64,
             iterations: 16,
+            early_out: false,
             tail: false,
             iterations_per_clock: 1,
             pipelined: false,
@@ -94,7 +122,7 @@ pub struct Engine {
     /// Whether the truncation is centred: `2^-(n+1)` is added at the start.
     /// Without tail only, and where the constants reach that far.
     pub centred: bool,
-    /// Exponent digits `ln 2 * 2^j`, `j = digits-1 .. 0`.
+    /// Exponent digits `ln 2 * 2^j`, `j = digits-1 .. 0`; of radix 4, `4^j`.
     pub digits: u32,
     /// Start of `R_remain` in units of `ln 2`.
     pub bias: u32,
@@ -108,12 +136,25 @@ pub struct Engine {
 }
 
 impl ExpConfig {
+    /// Bits that the iterations resolve: n, or two for every digit of radix 4.
+    #[must_use]
+    pub fn resolved_bits(&self) -> u32 {
+        match self.form {
+            ExpForm::Radix4 => 2 * self.iterations,
+            _ => self.iterations,
+        }
+    }
+
     /// The engine that these knobs describe.
     #[must_use]
     pub fn engine(&self) -> Engine {
-        let (n, f) = (self.iterations, self.output_bits);
+        if self.form == ExpForm::Piecewise {
+            return self.piecewise_engine();
+        }
+        let (n, f) = (self.resolved_bits(), self.output_bits);
         let (digits, bias) = match (self.form, self.output) {
-            (ExpForm::Literal, _) => (0, 0),
+            (ExpForm::Literal | ExpForm::Piecewise, _) => (0, 0),
+            (ExpForm::Radix4, _) => (2, 12),
             (ExpForm::Restoring, ExpOutput::Alpha) => (4, 12),
             (ExpForm::Restoring, ExpOutput::General) => {
                 // x in [-2^I, 2^I): a bias of ceil(2^I / ln 2) makes the start
@@ -123,7 +164,10 @@ impl ExpConfig {
                 ((2 * bias + 1).ilog2() + 1, bias)
             }
         };
-        let known = known_widths(n, f, self.tail);
+        let known = match self.form {
+            ExpForm::Radix4 => known_radix4_widths(self.iterations, f, self.tail),
+            _ => known_widths(n, f, self.tail),
+        };
         // Past the table: guard bits that keep every term of the error budget
         // but the truncation below a quarter unit.
         let guard = (2 * (n + 4)).ilog2() + 1;
@@ -134,19 +178,44 @@ impl ExpConfig {
             .constant_bits
             .unwrap_or(known.map_or((f + guard).max(n + 1), |k| k.1))
             .max(self.input.frac_bits());
-        let steps = digits + n;
+        let steps = digits + self.iterations;
         let turn = steps.div_ceil(self.iterations_per_clock.max(1));
         Engine {
             accumulator_bits,
             constant_bits,
             offset: self.offset.unwrap_or(known.map_or(0, |k| k.2)),
-            centred: !self.tail && self.form == ExpForm::Restoring && constant_bits > n,
+            centred: !self.tail && self.form != ExpForm::Literal && constant_bits > n,
             digits,
             bias,
             steps,
             turn,
             interval: turn + u32::from(self.tail),
         }
+    }
+
+    /// Clocks from the acceptance of an exponential whose result is
+    /// `mantissa 2^-k` to the next one's: the interval, or fewer with an early
+    /// out. The exponent's digits are complete after `ceil(D / r)` clocks, and
+    /// two more go by until the lanes have agreed to stop.
+    #[must_use]
+    pub fn clocks_of(&self, k: u32) -> u32 {
+        let engine = self.engine();
+        if !self.early_out {
+            return engine.interval;
+        }
+        let r = self.iterations_per_clock.max(1);
+        let wanted = (self.output_bits + 2).saturating_sub(k);
+        let clocks = (engine.digits + wanted.min(self.iterations)).div_ceil(r);
+        clocks.max(self.earliest_out()).min(engine.interval)
+    }
+
+    /// The fewest clocks that an early out can take.
+    #[must_use]
+    pub fn earliest_out(&self) -> u32 {
+        self.engine()
+            .digits
+            .div_ceil(self.iterations_per_clock.max(1))
+            + 2
     }
 }
 
@@ -162,6 +231,20 @@ impl Engine {
             OpCode::Sigmoid => 2 * self.interval + self.turn,
             _ => 1,
         }
+    }
+}
+
+/// Smallest widths of radix 4, found likewise for `n = 2 J`.
+fn known_radix4_widths(digits: u32, f: u32, tail: bool) -> Option<(u32, u32, i32)> {
+    match (f, digits, tail) {
+        // 0.788, 0.986 and 0.732 ulp.
+        (16, 4, true) => Some((18, 20, 1)),
+        (16, 8, false) => Some((20, 19, -1)),
+        (16, 5, true) => Some((17, 20, 0)),
+        // Below 1 ulp.
+        (8, 4, false) => Some((11, 13, 0)),
+        (8, 2, true) => Some((8, 13, 0)),
+        _ => None,
     }
 }
 

@@ -6,6 +6,7 @@
 
 mod exp;
 mod gu;
+mod pieces;
 pub mod rules;
 mod vu;
 
@@ -15,19 +16,21 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-pub use exp::{Engine, ExpConfig, ExpForm, ExpOutput};
+pub use exp::{Engine, ExpBase, ExpConfig, ExpForm, ExpOutput};
 pub use gu::{
     EntryKind, GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, RitPath, Sums, WeightTrust,
 };
+pub use pieces::PieceWidths;
 pub use rules::{RuleBreach, RuleBreaches};
 pub use vu::VuConfig;
 
 /// The paper's sizes; what every command uses unless told otherwise.
 pub const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
 /// Configurations that come with the program, by name.
-pub const PRESETS: [(&str, &str); 6] = [
+pub const PRESETS: [(&str, &str); 7] = [
     ("paper", PAPER_PRESET),
     ("fields", include_str!("../../../configs/fields.toml")),
+    ("piecewise", include_str!("../../../configs/piecewise.toml")),
     ("small", include_str!("../../../configs/small.toml")),
     ("compact", include_str!("../../../configs/compact.toml")),
     ("parity", include_str!("../../../configs/parity.toml")),

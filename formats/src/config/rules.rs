@@ -311,6 +311,20 @@ mod tests {
             "[vu]\nops = [\"exp\", \"sigmoid\"]\n[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"",
             "[vu]\nops = [\"sigmoid\", \"softplus\"]\n[vu.exp]\npipelined = true",
             "[vu]\nops = [\"softplus\"]\n[vu.exp]\noutput_bits = 21",
+            "[vu.exp]\nform = \"radix-4\"",
+            "[vu]\nops = [\"exp\"]\n[vu.exp]\nform = \"radix-4\"\niterations = 4\noutput = \"general\"\ninput = \"S3.12\"",
+            "[vu.exp]\nbase = \"two\"",
+            "[vu.exp]\nform = \"piecewise\"\npieces = 48\npipelined = true",
+            "[vu.exp]\nform = \"piecewise\"",
+            "[vu.exp]\nform = \"piecewise\"\npipelined = true\noutput_bits = 17",
+            "[vu.exp]\nform = \"piecewise\"\npipelined = true\ntail = true\noffset = 1\nearly_out = true",
+            "[vu.exp]\nform = \"piecewise\"\npipelined = true\niterations_per_clock = 2",
+            "[vu.exp]\nform = \"piecewise\"\npipelined = true\ninput = \"U3.8\"\nconstant_bits = 9",
+            "[vu]\nops = [\"exp\", \"sigmoid\"]\n[vu.exp]\nform = \"piecewise\"\npipelined = true",
+            "[vu.exp]\nearly_out = true\ntail = true",
+            "[vu.exp]\nearly_out = true\niterations_per_clock = 10",
+            "[vu]\nops = [\"sigmoid\"]\n[vu.exp]\nearly_out = true",
+            "[vu]\nops = [\"exp\"]\n[vu.exp]\nform = \"radix-4\"\niterations = 4\nearly_out = true",
         ];
         let mut seen = String::new();
         for text in cases {

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, ExpBase, ExpOutput};
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
@@ -201,8 +201,27 @@ impl Scene {
         config: &Config,
         units: &mut dyn Units,
     ) -> Result<Rendered, SceneError> {
-        let rendered = self.through(config, units);
+        let rendered = self.powers_of_e(config);
+        let rendered = rendered.and_then(|()| self.through(config, units));
         rendered.map_err(|e| e.of(&self.name))
+    }
+
+    /// Operands are made for `exp(-u)`, results read as its code.
+    fn powers_of_e(&self, config: &Config) -> Result<(), SceneError> {
+        let exp = &config.vu.exp;
+        let (field, value, expected) = if exp.base != ExpBase::E {
+            ("vu.exp.base", "two", "\"e\"")
+        } else if exp.output != ExpOutput::Alpha {
+            ("vu.exp.output", "general", "\"alpha\"")
+        } else {
+            return Ok(());
+        };
+        Err(SceneError::Config {
+            scene: self.name.clone(),
+            field,
+            value: value.to_owned(),
+            expected: expected.to_owned(),
+        })
     }
 
     fn through(&self, config: &Config, units: &mut dyn Units) -> Result<Rendered, SceneError> {

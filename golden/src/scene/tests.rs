@@ -60,6 +60,14 @@ fn a_configuration_that_cannot_hold_splats_is_refused_by_field() {
     for (text, field) in [
         ("[gu]\nfeature_bits = 12", "gu.feature_bits"),
         ("[gu]\nbanks = 4\nsegments = 3", "gu.segments"),
+        (
+            "[vu.exp]\nform = \"piecewise\"\npipelined = true\nbase = \"two\"",
+            "vu.exp.base",
+        ),
+        (
+            "[vu]\nops = [\"square-sum\", \"exp\"]\n[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"",
+            "vu.exp.output",
+        ),
     ] {
         let config = Config::from_toml(text, "test").unwrap();
         let mut units = Twins::new(&config);

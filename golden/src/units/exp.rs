@@ -1,12 +1,19 @@
 //! The exponential engine in exact integers (paper, Sec. "Vector Unit"):
-//! compare and subtract on `R_remain`, shift and add on `R_accum`.
+//! compare and subtract on `R_remain`, shift and add on `R_accum`; and what
+//! can stand in its place, straight pieces and radix 4.
 
 use potamoi_formats::config::{Engine, ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Format;
 
 use super::logarithms::{ln_one_plus_power, multiple_of_ln2};
+use potamoi_formats::units::OpCode;
 
 mod logistic;
+mod pieces;
+mod radix4;
+
+use pieces::Pieces;
+use radix4::Radix4;
 
 /// What the engine holds after its last step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,6 +43,16 @@ pub struct ExpTwin {
     start: i64,
     start_far: i64,
     start_logarithm: i64,
+    /// With an early out, by exponent: iterations that a power takes.
+    early: Option<Vec<usize>>,
+    other: Option<Other>,
+}
+
+/// What finds powers in the restoring engine's place.
+#[derive(Debug, Clone)]
+enum Other {
+    Pieces(Pieces),
+    Radix4(Radix4),
 }
 
 /// The exponent's bias for one-minus-exp of values of 8 and more.
@@ -53,8 +70,8 @@ impl ExpTwin {
         engine.constant_bits = engine.constant_bits.min(40);
         let (n, wc) = (config.iterations.min(31), engine.constant_bits);
         let shifts = match config.form {
-            ExpForm::Restoring => 1..n + 1,
             ExpForm::Literal => 0..n,
+            _ => 1..n + 1,
         };
         let centre = if engine.centred && wc > n {
             1 << (wc - n - 1)
@@ -71,7 +88,7 @@ impl ExpTwin {
             output: config.output,
             engine,
             input: config.input,
-            tail: config.tail && config.form == ExpForm::Restoring,
+            tail: config.tail && config.form != ExpForm::Literal,
             output_bits: config.output_bits.min(24),
             one_minus_bits: config.one_minus_frac_bits.min(26),
             digits: (0..engine.digits)
@@ -82,6 +99,17 @@ impl ExpTwin {
             steps,
             start: biased(engine.bias),
             start_far: biased(FAR_BIAS),
+            early: config.early_out.then(|| {
+                let iterations = |k| config.clocks_of(k) * config.iterations_per_clock;
+                (0..=FAR_BIAS)
+                    .map(|k| iterations(k).saturating_sub(engine.digits) as usize)
+                    .collect()
+            }),
+            other: match config.form {
+                ExpForm::Piecewise => Some(Other::Pieces(Pieces::new(config))),
+                ExpForm::Radix4 => Some(Other::Radix4(Radix4::new(config))),
+                ExpForm::Restoring | ExpForm::Literal => None,
+            },
         }
     }
 
@@ -99,7 +127,7 @@ impl ExpTwin {
         let value = align(code, self.input.frac_bits(), self.engine.constant_bits);
         match (self.form, self.output) {
             (ExpForm::Literal, _) => self.literal(value),
-            (_, ExpOutput::Alpha) => self.restoring(self.start - value, self.engine.bias),
+            (_, ExpOutput::Alpha) => self.falling(value, false),
             (_, ExpOutput::General) => self.restoring(self.start + value, self.engine.bias),
         }
     }
@@ -142,10 +170,34 @@ impl ExpTwin {
         let g = self.one_minus_bits;
         let code = i64::from(a).clamp(0, (16 << g) - 1);
         let value = align(code, g, self.engine.constant_bits);
-        if code >= 8 << g {
-            self.restoring(self.start_far - value, FAR_BIAS)
+        self.falling(value, code >= 8 << g)
+    }
+
+    /// The exponent k of what the engine finds for operand `a`: the result, or
+    /// with one-minus-exp 1 less the result, is `R_accum 2^-k`. 0 of other
+    /// operations.
+    #[must_use]
+    pub fn exponent(&self, op: OpCode, a: i32) -> u32 {
+        let raw = match op {
+            OpCode::Exp => self.raw(a),
+            OpCode::OneMinusExp => self.raw_one_minus(a),
+            _ => return 0,
+        };
+        raw.exponent.min(0).unsigned_abs()
+    }
+
+    /// The power of minus a value with the constants' fraction bits; `far` of
+    /// 8 and more.
+    fn falling(&self, value: i64, far: bool) -> Raw {
+        let (start, bias) = if far {
+            (self.start_far, FAR_BIAS)
         } else {
-            self.restoring(self.start - value, self.engine.bias)
+            (self.start, self.engine.bias)
+        };
+        match &self.other {
+            Some(Other::Pieces(pieces)) => pieces.raw(value),
+            Some(Other::Radix4(radix4)) => radix4.raw(value, bias),
+            None => self.restoring(start - value, bias),
         }
     }
 
@@ -161,7 +213,9 @@ impl ExpTwin {
         }
         let mut accumulator =
             (1i64 << self.engine.accumulator_bits) + i64::from(self.engine.offset);
-        for &(i, c) in &self.steps {
+        let k = (bias as i32 - taken).clamp(0, FAR_BIAS as i32) as usize;
+        let count = self.early.as_ref().and_then(|early| early.get(k).copied());
+        for &(i, c) in self.steps.iter().take(count.unwrap_or(usize::MAX)) {
             if remain >= c {
                 remain -= c;
                 accumulator += (accumulator >> i) + (accumulator >> (i - 1) & 1);
@@ -270,6 +324,17 @@ mod tests {
             for a in [i32::MIN, -1, 0, 1, 40_000, i32::MAX] {
                 let _ = (twin.exp(a), twin.one_minus_exp(a));
                 let _ = (twin.sigmoid(a), twin.softplus(a));
+            }
+            for form in [ExpForm::Piecewise, ExpForm::Radix4, ExpForm::Restoring] {
+                let twin = ExpTwin::new(&ExpConfig {
+                    form,
+                    pieces: accumulator * 7,
+                    early_out: true,
+                    ..config.clone()
+                });
+                for a in [i32::MIN, -1, 0, 1, 40_000, i32::MAX] {
+                    let _ = (twin.exp(a), twin.one_minus_exp(a));
+                }
             }
         }
     }

@@ -4,14 +4,15 @@
 /// that a sum is below its limit by less than 2^-113.
 const SERIES_BITS: u32 = 120;
 
-/// `2 atanh(1 / m)` for `m >= 3`: the sum of `2 / ((2k + 1) m^(2k + 1))`.
-fn twice_atanh_of_inverse(m: u128) -> u128 {
-    let mut power = (2u128 << SERIES_BITS) / m;
+/// `2 atanh(p / m)` for p of 1 and 3 and `m >= 3 p`: the sum of
+/// `2 / (2k + 1) (p / m)^(2k + 1)`.
+fn twice_atanh(p: u128, m: u128) -> u128 {
+    let mut power = ((2 * p) << SERIES_BITS) / m;
     let (mut sum, mut divisor) = (0, 1);
     while power > 0 {
         sum += power / divisor;
-        // `m * m` overflows nothing: m is at most 2^32 + 1.
-        power = power / m / m;
+        // No factor overflows: power is at most 2^121, m at most 2^34.
+        power = power / m * p / m * p;
         divisor += 2;
     }
     sum
@@ -23,7 +24,7 @@ fn nearest(value: u128, drop: u32) -> i64 {
 
 /// `2^j ln 2` with `bits` fraction bits, to nearest. `j + bits` is at most 60.
 pub(super) fn multiple_of_ln2(j: u32, bits: u32) -> i64 {
-    nearest(twice_atanh_of_inverse(3), SERIES_BITS - (j + bits).min(60))
+    nearest(twice_atanh(1, 3), SERIES_BITS - (j + bits).min(60))
 }
 
 /// `ln(1 + 2^-i)` with `bits` fraction bits, to nearest. `i` is at most 31,
@@ -31,7 +32,34 @@ pub(super) fn multiple_of_ln2(j: u32, bits: u32) -> i64 {
 pub(super) fn ln_one_plus_power(i: u32, bits: u32) -> i64 {
     // ln((1 + z) / (1 - z)) = 2 atanh z, here with z = 1 / (2^(i+1) + 1).
     let m = (2u128 << i.min(31)) + 1;
-    nearest(twice_atanh_of_inverse(m), SERIES_BITS - bits.min(60))
+    nearest(twice_atanh(1, m), SERIES_BITS - bits.min(60))
+}
+
+/// ln 2 with `bits` fraction bits, at most 100, cut off.
+pub(super) fn ln2(bits: u32) -> i128 {
+    (twice_atanh(1, 3) >> (SERIES_BITS - bits)) as i128
+}
+
+/// `m ln 2` with `bits` fraction bits, to nearest. m is at most 64, `bits` 60.
+pub(super) fn times_ln2(m: u32, bits: u32) -> i64 {
+    nearest(
+        twice_atanh(1, 3) * u128::from(m),
+        SERIES_BITS - bits.min(60),
+    )
+}
+
+/// `ln(1 + d 2^-i)`, d of 1 to 3, with `bits` fraction bits, to nearest. `i` is 2
+/// to 31, `bits` at most 60.
+pub(super) fn ln_one_plus_ratio(d: u32, i: u32, bits: u32) -> i64 {
+    // z = d / (2^(i+1) + d); of d = 2 the power before.
+    match d {
+        3 => {
+            let m = (2u128 << i.min(31)) + 3;
+            nearest(twice_atanh(3, m), SERIES_BITS - bits.min(60))
+        }
+        2 => ln_one_plus_power(i - 1, bits),
+        _ => ln_one_plus_power(i, bits),
+    }
 }
 
 #[cfg(test)]
@@ -71,6 +99,20 @@ mod tests {
                     ln_one_plus_power(i, bits),
                 );
             }
+            for i in (2..=30).step_by(2) {
+                for d in 1..=3u32 {
+                    check(
+                        BigFloat::from_f64(1.0 + f64::from(d) * 2f64.powi(-(i as i32)), p),
+                        bits as i32,
+                        ln_one_plus_ratio(d, i, bits),
+                    );
+                }
+            }
+            check(
+                BigFloat::from_f64(4096.0, p),
+                bits as i32,
+                times_ln2(12, bits),
+            );
         }
     }
 }

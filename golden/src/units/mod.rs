@@ -2,6 +2,8 @@
 //! that do in Rust, bit by bit, what the hardware does.
 
 pub mod exp;
+#[cfg(test)]
+mod exp_tests;
 pub mod gather;
 mod logarithms;
 pub mod logistic;

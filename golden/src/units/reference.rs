@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use astro_float::{BigFloat, Consts, RoundingMode};
+use potamoi_formats::config::ExpBase;
 use potamoi_formats::fixed::Format;
 use thiserror::Error;
 
@@ -56,7 +57,7 @@ pub struct ExpError {
     pub misrounded: u32,
 }
 
-static CACHE: Mutex<BTreeMap<Format, Arc<Reference>>> = Mutex::new(BTreeMap::new());
+static CACHE: Mutex<BTreeMap<(Format, ExpBase), Arc<Reference>>> = Mutex::new(BTreeMap::new());
 
 impl Reference {
     /// The reference for an input format of at most 16 bits. Made once in a
@@ -65,29 +66,39 @@ impl Reference {
     /// # Errors
     /// A wider format, or the library failed.
     pub fn of(input: Format) -> Result<Arc<Self>, ReferenceError> {
+        Self::in_base(input, ExpBase::E)
+    }
+
+    /// As [`Reference::of`], of `2^-u` and `2^x` where the base is two.
+    ///
+    /// # Errors
+    /// As [`Reference::of`].
+    pub fn in_base(input: Format, base: ExpBase) -> Result<Arc<Self>, ReferenceError> {
         let mut cache = CACHE.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = cache.get(&input) {
+        if let Some(known) = cache.get(&(input, base)) {
             return Ok(Arc::clone(known));
         }
-        let made = Arc::new(Self::make(input)?);
-        cache.insert(input, Arc::clone(&made));
+        let made = Arc::new(Self::make(input, base)?);
+        cache.insert((input, base), Arc::clone(&made));
         Ok(made)
     }
 
-    fn make(input: Format) -> Result<Self, ReferenceError> {
+    fn make(input: Format, base: ExpBase) -> Result<Self, ReferenceError> {
         if input.width() > 16 {
             return Err(ReferenceError::TooWide(input));
         }
         let mut consts = Consts::new().map_err(|e| ReferenceError::Library(e.to_string()))?;
         let sign = if input.is_signed() { 1.0 } else { -1.0 };
         let unit = sign * input.ulp();
+        let logarithm = match base {
+            ExpBase::E => BigFloat::from_f64(1.0, WORKING_BITS),
+            ExpBase::Two => consts.ln_2(WORKING_BITS, RoundingMode::ToEven),
+        };
         // Arguments of at most 16 bits are exact in 64-bit floating point.
         let mut exp = |code: i128| {
-            BigFloat::from_f64(code as f64 * unit, WORKING_BITS).exp(
-                WORKING_BITS,
-                RoundingMode::ToEven,
-                &mut consts,
-            )
+            BigFloat::from_f64(code as f64 * unit, WORKING_BITS)
+                .mul(&logarithm, WORKING_BITS, RoundingMode::ToEven)
+                .exp(WORKING_BITS, RoundingMode::ToEven, &mut consts)
         };
         let count = 1usize << input.width();
         let fine: Vec<_> = (0..256.min(count as i128)).map(&mut exp).collect();
@@ -239,6 +250,23 @@ mod tests {
             }
             assert_eq!(count, 1 << format.width());
         }
+    }
+
+    /// Whole powers of two are exact but for the library's last bits, and halves
+    /// are square roots.
+    #[test]
+    fn powers_of_two_are_powers_of_two() {
+        let reference = Reference::in_base(Format::unsigned(3, 13), ExpBase::Two).unwrap();
+        for code in reference.codes().step_by(1 << 10) {
+            let (mantissa, exponent) = reference.value(code);
+            let found = mantissa as f64 * 2f64.powi(exponent - MANTISSA_BITS);
+            let exact = (-f64::from(code) / 8192.0).exp2();
+            assert!((found / exact - 1.0).abs() < 1e-15, "{code}");
+        }
+        let reference = Reference::in_base(Format::signed(3, 8), ExpBase::Two).unwrap();
+        let (mantissa, exponent) = reference.value(3 << 8);
+        let units = (mantissa as i128 - (1 << MANTISSA_BITS)).abs();
+        assert!(exponent == 3 && units < 64, "{units}");
     }
 
     /// `exp(-u) exp(-v) = exp(-(u + v))` to 2^-120: a slip in one of the

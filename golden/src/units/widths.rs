@@ -1,6 +1,6 @@
 //! Smallest widths of the exponential engine, by search over every input.
 
-use potamoi_formats::config::ExpConfig;
+use potamoi_formats::config::{ExpConfig, ExpForm};
 use rayon::prelude::*;
 
 use super::exp::ExpTwin;
@@ -45,15 +45,60 @@ pub fn truncation(n: u32, tail: bool, f: u32) -> f64 {
 /// the end, and a result of less than 1 is halved at least once. Holds for the
 /// restoring form's alpha output where the constants have more than n fraction
 /// bits.
+///
+/// Radix 4 has one sum and one constant for two bits. An early out leaves a
+/// power of exponent k the iterations with which at most half a unit is cut
+/// off. Pieces: [`piecewise_budget`].
 #[must_use]
 pub fn budget(config: &ExpConfig) -> f64 {
+    if config.form == ExpForm::Piecewise {
+        return piecewise_budget(config);
+    }
     let (n, f, engine) = (config.iterations, config.output_bits, config.engine());
     let beyond = |bits: u32| 2f64.powi(f as i32 - bits as i32);
     let sums = f64::from(n) / 2.0 + f64::from(engine.offset.abs());
     let sums = sums + if config.tail { 1.0 } else { 0.0 };
-    0.5 + truncation(n, config.tail, f)
+    let cut = truncation(config.resolved_bits(), config.tail, f);
+    0.5 + if config.early_out { cut.max(0.5) } else { cut }
         + sums * beyond(engine.accumulator_bits)
-        + f64::from(n + 4) / 2.0 * beyond(engine.constant_bits)
+        + f64::from(n + engine.digits) / 2.0 * beyond(engine.constant_bits)
+}
+
+/// What straight pieces alone cost, in units of the last of `f` bits:
+/// `h^2 y'' / 16`, half a chord's sagitta, with `h = 1 / pieces` and
+/// `y'' = 2 (ln 2)^2` at most, halved by the exponent.
+#[must_use]
+pub fn straightness(pieces: u32, f: u32) -> f64 {
+    let h = 1.0 / f64::from(pieces.max(1));
+    2f64.powi(f as i32) * (h * std::f64::consts::LN_2).powi(2) / 16.0
+}
+
+/// A bound on the error of straight pieces, one-minus-exp included, in units of
+/// the last place; a power of `2^-k y` with y at most 2 and k at least 1 halves
+/// what y is off.
+///
+/// y: the pieces themselves, half a unit each for the start and the fall, and of
+/// the slope, whose last bit moves the end of a piece by `2^-s h`, half a bit's
+/// worth, halved again by the start that lies halfway; and the place of the
+/// curve's lowest point, which a slope that is `2^-s / 2` off moves from the
+/// middle of its piece: `(2^-s / 2)^2 / (2 y'')`. The power: half a unit for its
+/// rounding and for that of the operand, which moves the result by as much, and
+/// `x e^-x <= 1/e` times what `log2 e` is off.
+#[must_use]
+pub fn piecewise_budget(config: &ExpConfig) -> f64 {
+    let (engine, widths) = (config.engine(), config.piece_widths());
+    let unit = 2f64.powi(config.output_bits as i32);
+    let last = |bits: u32| 2f64.powi(-(bits as i32));
+    let ln2 = std::f64::consts::LN_2;
+    let slope = last(widths.slope_bits + 1);
+    let y = last(engine.accumulator_bits)
+        + slope * last(widths.index_bits + 1)
+        + slope.powi(2) / (4.0 * ln2.powi(2));
+    let power = last(engine.constant_bits + 1) * (1.0 + ln2);
+    let scale = widths
+        .scale_bits
+        .map_or(0.0, |bits| last(bits + 1) * ln2 / std::f64::consts::E);
+    0.5 + straightness(config.pieces, config.output_bits) + unit * (y / 2.0 + power + scale)
 }
 
 /// The error that an engine of n iterations is given widths for. Where the

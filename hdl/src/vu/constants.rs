@@ -12,27 +12,69 @@ const PRECISION: u32 = 110;
 /// `z = 1 / (2^(i+1) + 1)`.
 #[must_use]
 pub fn ln_one_plus(i: u32, bits: u32) -> BigInt {
-    round(&series(i), bits)
+    round(&series(1, i), bits)
 }
 
 /// `2^j ln 2`, rounded to nearest at `bits` fraction bits.
 #[must_use]
 pub fn ln_two_times(j: u32, bits: u32) -> BigInt {
-    round(&(series(0) << j), bits)
+    round(&(series(1, 0) << j), bits)
 }
 
-fn series(i: u32) -> BigInt {
-    let q = (BigInt::from(1) << (i + 1)) + 1;
-    let square = &q * &q;
-    let mut power = (BigInt::from(1) << (PRECISION + 1)) / &q;
+/// `d ln 2`, rounded to nearest at `bits` fraction bits.
+pub(super) fn ln_two_multiple(d: u32, bits: u32) -> BigInt {
+    round(&(series(1, 0) * d), bits)
+}
+
+/// `ln(1 + p 2^-i)`, p of 1 to 3: `z = p / (2^(i+1) + p)`.
+fn series(p: u32, i: u32) -> BigInt {
+    let q = (BigInt::from(1) << (i + 1)) + p;
+    let (numerator, denominator) = (BigInt::from(p * p), &q * &q);
+    let mut power = (BigInt::from(p) << (PRECISION + 1)) / &q;
     let mut sum = BigInt::ZERO;
     let mut k = 1;
     while power != BigInt::ZERO {
         sum += &power / k;
-        power /= &square;
+        power = power * &numerator / &denominator;
         k += 2;
     }
     sum
+}
+
+/// `log2 e`, rounded to nearest at `bits` fraction bits.
+pub(super) fn log2_e(bits: u32) -> BigInt {
+    round(&((BigInt::from(1) << (2 * PRECISION)) / series(1, 0)), bits)
+}
+
+/// The straight pieces of `2^(1-f)`, f in [0, 1): start and slope of each.
+///
+/// The slope is the chord's, rounded at `slope_bits`; the start, rounded at
+/// `start_bits`, lies halfway between the highest and the lowest that the curve
+/// asks for: at the ends of the piece and in its middle.
+pub(super) fn pieces(index_bits: u32, start_bits: u32, slope_bits: u32) -> Vec<[BigInt; 2]> {
+    let halves = index_bits + 1;
+    // 2^(2^-halves), by square roots, and its powers.
+    let mut root = BigInt::from(2) << PRECISION;
+    for _ in 0..halves {
+        root = (root << PRECISION).sqrt();
+    }
+    let mut powers = vec![BigInt::from(1) << PRECISION];
+    for j in 0..1usize << halves {
+        let next = (&powers[j] * &root) >> PRECISION;
+        powers.push(next);
+    }
+    // From 2 downwards.
+    powers.reverse();
+    let count = 1usize << index_bits;
+    let piece = |i: usize| {
+        let [left, middle, right] = [0, 1, 2].map(|h| &powers[2 * i + h]);
+        let slope = round(&((left - right) << index_bits), slope_bits);
+        let fall = (&slope << (PRECISION - slope_bits)) >> index_bits;
+        let high = left.max(&(right + &fall)).clone();
+        let start = high + middle + (fall >> 1);
+        [round(&(start >> 1), start_bits), slope]
+    };
+    (0..count).map(piece).collect()
 }
 
 fn round(value: &BigInt, bits: u32) -> BigInt {
@@ -43,39 +85,65 @@ fn round(value: &BigInt, bits: u32) -> BigInt {
 /// One place of the shift registers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Step {
-    /// What is compared with `R_remain`, and subtracted from it.
-    pub(super) constant: BigInt,
+    /// What is compared with `R_remain`, and subtracted from it: one constant,
+    /// or of radix 4 those of the digits 1, 2 and 3.
+    pub(super) constants: Vec<BigInt>,
     /// Shift amount of `R_accum`.
     pub(super) shift: u32,
     /// An exponent digit: `R_accum` stays.
     pub(super) digit: bool,
 }
 
+/// Bits of the power that a step resolves.
+pub(super) const fn radix_bits(form: ExpForm) -> u32 {
+    if matches!(form, ExpForm::Radix4) {
+        2
+    } else {
+        1
+    }
+}
+
+/// The digits but 0 of a step.
+pub(super) fn multiples(form: ExpForm) -> std::ops::RangeInclusive<u32> {
+    1..=(1 << radix_bits(form)) - 1
+}
+
 /// The steps, filled up to whole clocks with ones that never subtract.
 pub(super) fn steps(exp: &ExpConfig, remain_bits: u32) -> Vec<Step> {
     let engine = exp.engine();
     let bits = engine.constant_bits;
+    let multiples = multiples(exp.form);
+    let radix_bits = radix_bits(exp.form);
     let mut steps: Vec<Step> = (0..engine.digits)
         .rev()
         .map(|j| Step {
-            constant: ln_two_times(j, bits),
+            constants: multiples
+                .clone()
+                .map(|d| ln_two_multiple(d << (radix_bits * j), bits))
+                .collect(),
             shift: 0,
             digit: true,
         })
         .collect();
-    let first = u32::from(exp.form == ExpForm::Restoring);
-    steps.extend((first..first + exp.iterations).map(|i| Step {
-        constant: ln_one_plus(i, bits),
-        shift: i,
-        digit: false,
+    let first = u32::from(exp.form != ExpForm::Literal);
+    steps.extend((first..first + exp.iterations).map(|i| {
+        Step {
+            constants: multiples
+                .clone()
+                .map(|d| round(&series(d, radix_bits * i), bits))
+                .collect(),
+            shift: radix_bits * i,
+            digit: false,
+        }
     }));
     let magnitude = remain_bits - u32::from(exp.form == ExpForm::Literal);
     while !steps
         .len()
         .is_multiple_of(exp.iterations_per_clock as usize)
     {
+        let never: BigInt = (BigInt::from(1) << magnitude) - 1;
         steps.push(Step {
-            constant: (BigInt::from(1) << magnitude) - 1,
+            constants: multiples.clone().map(|_| never.clone()).collect(),
             shift: 0,
             digit: false,
         });
@@ -103,5 +171,34 @@ mod tests {
         assert_eq!(ln_two_times(0, 40), ln_one_plus(0, 40));
         // ln 2 = 0.B17217F7D1CF79ABC9E3B398.. in hexadecimal.
         assert_eq!(format!("{:X}", ln_two_times(0, 40)), "B17217F7D2");
+    }
+
+    #[test]
+    fn ratios_and_pieces_agree_with_double_precision() {
+        let number = |found: &BigInt| found.to_string().parse::<f64>().unwrap_or(f64::NAN);
+        for i in 2..=30u32 {
+            for d in 1..=3u32 {
+                let exact = (f64::from(d) * 2f64.powi(-(i as i32))).ln_1p() * 2f64.powi(40);
+                let found = number(&round(&series(d, i), 40));
+                assert!(
+                    (exact - found).abs() <= 0.501,
+                    "{d} {i}: {found} for {exact}"
+                );
+            }
+        }
+        let exact = std::f64::consts::LOG2_E * 2f64.powi(40);
+        assert!((number(&log2_e(40)) - exact).abs() <= 0.501);
+        for index_bits in [4, 6, 10] {
+            let h = 2f64.powi(-(index_bits as i32));
+            // Half a chord's sagitta, and a bit for the start's rounding.
+            let most = h * h * std::f64::consts::LN_2.powi(2) / 8.0 + 2f64.powi(-31);
+            for (i, [start, slope]) in pieces(index_bits, 31, 31).iter().enumerate() {
+                for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
+                    let exact = (1.0 - (i as f64 + part) * h).exp2();
+                    let found = (number(start) - number(slope) * part * h) * 2f64.powi(-31);
+                    assert!((exact - found).abs() <= most, "{index_bits} {i} {part}");
+                }
+            }
+        }
     }
 }

@@ -4,9 +4,10 @@ use num_bigint::BigInt;
 use potamoi_formats::config::{Engine, ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Rounding;
 
-use super::constants::ln_two_times;
-use super::lane::Kinds;
+use super::constants::{ln_two_times, radix_bits};
+use super::lane::{Kinds, Powers};
 use super::logistic::Size;
+use super::radix4::bias_in_radix_4;
 use crate::ir::{ModuleBuilder, Signal, Ty};
 use crate::parts::bits_for;
 
@@ -32,9 +33,10 @@ pub(super) struct State {
 }
 
 /// One place of the shift registers, as signals.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Place {
-    pub(super) constant: Signal,
+    /// One constant, or of radix 4 those of the digits 1, 2 and 3.
+    pub(super) constants: Vec<Signal>,
     pub(super) shift: Signal,
     pub(super) digit: Signal,
 }
@@ -54,7 +56,10 @@ impl Widths {
             engine,
             remain,
             accum: Ty::u(engine.accumulator_bits + integer),
-            digits: Ty::u(engine.digits.max(1)),
+            digits: match exp.form {
+                ExpForm::Piecewise => Ty::u(5),
+                form => Ty::u((engine.digits * radix_bits(form)).max(1)),
+            },
             shift: Ty::u(5),
             kinds,
         }
@@ -70,9 +75,12 @@ impl Widths {
         let digits = (0..32)
             .filter(|j| z >> j & 1 == 1)
             .map(|j| ln_two_times(j, bits));
-        let sum: BigInt = digits.sum();
+        let mut sum: BigInt = digits.sum();
+        if self.exp.form == ExpForm::Radix4 {
+            sum = bias_in_radix_4(z, bits);
+        }
         if self.engine.centred {
-            sum + (BigInt::from(1) << (bits - self.exp.iterations - 1))
+            sum + (BigInt::from(1) << (bits - self.exp.resolved_bits() - 1))
         } else {
             sum
         }
@@ -90,14 +98,8 @@ impl Widths {
         let bits = self.engine.constant_bits;
         let zero = m.lit(0, Ty::bit());
         let format = self.exp.input;
-        let input_ty = Ty {
-            width: format.width(),
-            signed: format.is_signed(),
-        };
-        let power = m.saturate(a, input_ty);
-        let power = m.name(power, "power");
-        m.note(power, &format!("the operand, held within {format}"));
-        let wide = m.extend(power, self.remain.width.max(input_ty.width));
+        let power = self.operand(m, a);
+        let wide = m.extend(power, self.remain.width.max(power.width()));
         let wide = m.name(wide, "power_extended");
         let wide = m.truncate(wide, self.remain.width);
         let aligned = m.shl_const(wide, bits - format.frac_bits());
@@ -148,9 +150,21 @@ impl Widths {
         )
     }
 
+    /// The operand of exp.
+    pub(super) fn operand(&self, m: &mut ModuleBuilder, a: Signal) -> Signal {
+        let format = self.exp.input;
+        let ty = Ty {
+            width: format.width(),
+            signed: format.is_signed(),
+        };
+        let power = m.saturate(a, ty);
+        let power = m.name(power, "power");
+        m.note(power, &format!("the operand, held within {format}"))
+    }
+
     /// The operand of `1 - exp(-s)` with the constants' fraction bits, and
     /// whether it is 8 or more.
-    fn depth(&self, m: &mut ModuleBuilder, a: Signal) -> (Signal, Signal) {
+    pub(super) fn depth(&self, m: &mut ModuleBuilder, a: Signal) -> (Signal, Signal) {
         let (bits, frac) = (self.engine.constant_bits, self.exp.one_minus_frac_bits);
         let s = m.saturate(a, Ty::u(4 + frac));
         let s = m.name(s, "depth");
@@ -193,11 +207,15 @@ impl Widths {
         &self,
         m: &mut ModuleBuilder,
         s: State,
-        place: Place,
+        place: &Place,
         index: u32,
         log: Option<Signal>,
     ) -> State {
-        let mut take = m.ge(s.remain, place.constant);
+        let constant = match place.constants[..] {
+            [constant] => constant,
+            _ => return self.step_by_four(m, s, place, index),
+        };
+        let mut take = m.ge(s.remain, constant);
         let mut early = None;
         if let Some(log) = log {
             let sum = self.grown(m, s, place, index);
@@ -211,7 +229,7 @@ impl Widths {
             early = Some(sum);
         }
         let take = m.name(take, &format!("take{index}"));
-        let less = m.sub(s.remain, place.constant);
+        let less = m.sub(s.remain, constant);
         let remain = m.mux(take, less, s.remain);
         let remain = m.name(remain, &format!("remain{index}"));
         let sum = early.unwrap_or_else(|| self.grown(m, s, place, index));
@@ -240,7 +258,7 @@ impl Widths {
     }
 
     /// `R_accum (1 + 2^-i)`.
-    fn grown(&self, m: &mut ModuleBuilder, s: State, place: Place, index: u32) -> Signal {
+    fn grown(&self, m: &mut ModuleBuilder, s: State, place: &Place, index: u32) -> Signal {
         // One more bit below: the dropped bit rounds.
         let none = m.lit(0, Ty::bit());
         let doubled = m.cat(&[s.accum, none]);
@@ -258,12 +276,19 @@ impl Widths {
 
     /// `R_accum (1 + R_remain)`, truncated.
     pub(super) fn tail(&self, m: &mut ModuleBuilder, s: State) -> State {
-        // What is left is below 2^-n.
-        let left = m.truncate(s.remain, self.engine.constant_bits);
+        let bits = self.engine.constant_bits;
+        // What is left is below 2^-n, and a unit for every constant's rounding.
+        let below = bits.saturating_sub(self.exp.resolved_bits());
+        let most = (1u64 << below) + u64::from(self.engine.steps + 2);
+        let left = m.truncate(s.remain, (most.ilog2() + 1).min(bits));
         let left = m.name(left, "residual");
         let product = m.mul(s.accum, left);
         let product = m.name(product, "tail_product");
-        let more = m.slice(product, self.engine.constant_bits, self.accum.width);
+        let Some(width) = product.width().checked_sub(bits).filter(|&width| width > 0) else {
+            return s;
+        };
+        let more = m.slice(product, bits, width.min(self.accum.width));
+        let more = m.extend(more, self.accum.width);
         let accum = m.add(s.accum, more);
         State {
             accum: m.name(accum, "accum_tail"),
@@ -272,7 +297,10 @@ impl Widths {
     }
 
     /// The exponent k: the power is `R_accum 2^-k`.
-    fn exponent(&self, m: &mut ModuleBuilder, s: State, large: Signal) -> Signal {
+    pub(super) fn exponent(&self, m: &mut ModuleBuilder, s: State, large: Signal) -> Signal {
+        if self.exp.form == ExpForm::Piecewise {
+            return s.digits;
+        }
         let bias = m.lit(12, Ty::u(5));
         let bias = if self.kinds.one_minus || self.kinds.logistic() {
             let far = m.lit(24, Ty::u(5));
@@ -297,16 +325,14 @@ impl Widths {
         m.name(scaled, "power_scaled")
     }
 
-    /// The 32-bit result from the final state. `power` is what [`Self::scaled`]
-    /// made of it, where that is built.
+    /// The 32-bit result from the final state.
     pub(super) fn result(
         &self,
         m: &mut ModuleBuilder,
-        s: State,
+        powers: &Powers,
         one_minus: Signal,
-        large: Signal,
-        power: Option<Signal>,
     ) -> Signal {
+        let s = powers.state;
         let (wa, f) = (self.engine.accumulator_bits, self.exp.output_bits);
         if self.literal() {
             let rounded = m.round(s.accum, wa - f, Rounding::HalfUp);
@@ -316,10 +342,11 @@ impl Widths {
             return self.general(m, s);
         }
         let fixed_width = s.accum.width() + 1 - (wa - f);
-        let scaled = if let Some(power) = power {
+        let scaled = if let Some((power, _)) = powers.logistic {
             m.slice(power, wa - f, fixed_width)
         } else {
-            let k = self.exponent(m, s, large);
+            let k = powers.exponent;
+            let k = k.unwrap_or_else(|| self.exponent(m, s, powers.large));
             let none = m.lit(0, Ty::bit());
             let doubled = m.cat(&[s.accum, none]);
             let doubled = m.name(doubled, "accum_doubled");

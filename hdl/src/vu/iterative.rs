@@ -2,6 +2,9 @@
 
 use potamoi_formats::config::Config;
 
+use super::constants::multiples;
+use super::control::sub_name;
+use super::early_out::Own;
 use super::engine::{Place, State, Widths};
 use super::lane::{Orders, Powers};
 use super::logistic::Passes;
@@ -35,6 +38,8 @@ pub(super) fn iterative(
             "multiplies by 1 + the residual this cycle",
         )
     });
+    let own = exp.early_out.then(|| Own::declare(m, exp));
+    let ordered = step;
     let places: Vec<Place> = (0..exp.iterations_per_clock)
         .map(|i| place(m, widths, i))
         .collect();
@@ -80,7 +85,7 @@ pub(super) fn iterative(
         digits: m.name(state.digits, "digits_now"),
     };
     for (i, place) in places.iter().enumerate() {
-        state = widths.step(m, state, *place, i as u32, passes.map(|p| p.log));
+        state = widths.step(m, state, place, i as u32, passes.map(|p| p.log));
     }
     if let Some(now) = tail {
         let end = widths.tail(m, regs);
@@ -91,6 +96,10 @@ pub(super) fn iterative(
         // The residual and the digits stay as they are for the last clock.
         state.digits = m.mux(now, regs.digits, state.digits);
     }
+    let step = match &own {
+        Some(own) => own.steps(m, step, begin),
+        None => step,
+    };
     m.set_next_if(regs.remain, step, state.remain);
     m.set_next_if(regs.accum, step, state.accum);
     m.set_next_if(regs.digits, step, state.digits);
@@ -101,10 +110,16 @@ pub(super) fn iterative(
     } else {
         large
     };
+    let exponent = own.is_some().then(|| widths.exponent(m, regs, large));
+    let more = own
+        .zip(exponent)
+        .map(|(own, k)| own.more(m, exp, k, ordered));
     Powers {
         state: regs,
         large,
         logistic,
+        exponent,
+        more,
     }
 }
 
@@ -120,11 +135,15 @@ fn from(m: &mut ModuleBuilder, take: Signal, one: State, other: State) -> State 
 fn place(m: &mut ModuleBuilder, widths: &Widths, i: u32) -> Place {
     let none = m.lit(0, Ty::bit());
     Place {
-        constant: m.input(
-            &format!("sub{i}"),
-            widths.remain,
-            "what is compared and subtracted",
-        ),
+        constants: multiples(widths.exp.form)
+            .map(|d| {
+                m.input(
+                    &format!("{}{i}", sub_name(d)),
+                    widths.remain,
+                    "what is compared and subtracted",
+                )
+            })
+            .collect(),
         shift: m.input(&format!("mul{i}"), widths.shift, "shift amount of r_accum"),
         digit: if widths.engine.digits > 0 {
             m.input(

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, ExpForm};
 use potamoi_formats::units::OpCode;
 
 use super::alu::{EXACT, exact, requantise};
 use super::constants::steps;
 use super::engine::{Place, State, Widths};
 use super::iterative::iterative;
+use super::pieces::pieces;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 /// What every lane is told alike.
@@ -117,6 +118,10 @@ pub(super) struct Powers {
     /// Of sigmoid and softplus, where they are built: the power, scaled, and
     /// the sum that softplus rounds.
     pub(super) logistic: Option<(Signal, Signal)>,
+    /// The exponent, where it is known already.
+    pub(super) exponent: Option<Signal>,
+    /// With an early out: there are steps to take after the next clock.
+    pub(super) more: Option<Signal>,
 }
 
 impl Kinds {
@@ -173,7 +178,9 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         held
     });
     let powers = kinds.exp.then(|| {
-        if exp.pipelined {
+        if exp.form == ExpForm::Piecewise {
+            pieces(m, &widths, &orders, a)
+        } else if exp.pipelined {
             pipelined(m, config, &widths, &orders, a)
         } else {
             iterative(m, config, &widths, &orders, a)
@@ -185,9 +192,9 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         (Some(v), true) => Some(delay(m, v, config.vu.exp.engine().interval - 1)),
         (v, _) => v,
     };
+    let more = powers.as_ref().and_then(|p| p.more);
     let power = powers.map(|p| {
-        let scaled = p.logistic.map(|(power, _)| power);
-        let result = widths.result(m, p.state, orders.was_one_minus, p.large, scaled);
+        let result = widths.result(m, &p, orders.was_one_minus);
         match p.logistic.filter(|_| kinds.softplus) {
             Some((_, sum)) => {
                 let softplus = widths.softplus(m, sum);
@@ -202,6 +209,9 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         (None, None) => m.lit(0, Ty::u(32)),
     };
     m.output("result", result, "of the result stage");
+    if let Some(more) = more {
+        m.output("more", more, "has steps to take after the next clock");
+    }
     builder.finish()
 }
 
@@ -252,11 +262,15 @@ fn pipelined(
         for (i, step) in chunk.iter().enumerate() {
             let index = (s * r + i) as u32;
             let place = Place {
-                constant: m.lit(step.constant.clone(), widths.remain),
+                constants: step
+                    .constants
+                    .iter()
+                    .map(|c| m.lit(c.clone(), widths.remain))
+                    .collect(),
                 shift: m.lit(step.shift, widths.shift),
                 digit: m.lit(u8::from(step.digit), Ty::bit()),
             };
-            state = widths.step(m, state, place, index, None);
+            state = widths.step(m, state, &place, index, None);
         }
         (state, large) = hold(m, state, large);
     }
@@ -269,5 +283,7 @@ fn pipelined(
         state,
         large,
         logistic: None,
+        exponent: None,
+        more: None,
     }
 }

@@ -3,10 +3,13 @@
 mod alu;
 mod constants;
 mod control;
+mod early_out;
 mod engine;
 mod iterative;
 mod lane;
 mod logistic;
+mod pieces;
+mod radix4;
 mod sequence;
 mod top;
 

@@ -1,8 +1,9 @@
 //! Cycle by cycle: when the engine starts, steps, multiplies and is done.
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, ExpConfig};
 use potamoi_formats::units::OpCode;
 
+use super::early_out::incomplete;
 use crate::ir::{ModuleBuilder, Signal, Ty};
 use crate::parts::{is, plus_one};
 
@@ -16,6 +17,28 @@ pub(super) struct Sequence {
     pub(super) rotate: Signal,
     pub(super) busy: Signal,
     pub(super) log: Option<Log>,
+    /// With an early out: the register that says the last phase.
+    pub(super) ending: Option<Signal>,
+}
+
+impl Sequence {
+    /// Ends the vector in the next clock if none of these lanes has `more`
+    /// steps after it. Every lane has until its exponent is known.
+    pub(super) fn end(
+        &self,
+        m: &mut ModuleBuilder,
+        exp: &ExpConfig,
+        phase: Signal,
+        more: &[Signal],
+    ) {
+        let Some(ending) = self.ending else { return };
+        let open = incomplete(m, exp, phase);
+        let more = m.any_of(more);
+        let goes_on = m.any_of(&[open, more, ending]);
+        let ends = m.not(goes_on);
+        let ends = m.and(self.step, ends);
+        m.set_next(ending, ends);
+    }
 }
 
 /// Sequencing of what sigmoid and softplus do after their first exponential.
@@ -94,11 +117,17 @@ pub(super) fn sequence(
             rotate: begin,
             busy: never,
             log: None,
+            ending: None,
         };
     };
     let [busy, step] = runs(m, free, begin);
-    let last = is(m, phase, interval - 1);
-    let last = m.name(last, "last_phase");
+    let (last, ending) = if config.vu.exp.early_out {
+        let ending = m.reg("last_phase", Ty::bit(), 0);
+        (ending, Some(ending))
+    } else {
+        let last = is(m, phase, interval - 1);
+        (m.name(last, "last_phase"), None)
+    };
     let done = count(m, phase, step, last, offer);
     let (tail, rotate) = if config.vu.exp.tail {
         let early = m.not(last);
@@ -114,6 +143,7 @@ pub(super) fn sequence(
         rotate,
         busy,
         log: None,
+        ending,
     }
 }
 
@@ -177,5 +207,6 @@ pub(super) fn passes(
             begin: log,
             again,
         }),
+        ending: None,
     }
 }

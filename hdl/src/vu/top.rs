@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, ExpForm};
 use potamoi_formats::units::{OpCode, VECTOR_UNIT};
 
 use super::alu::is_op;
-use super::control::exp_constants;
+use super::constants::multiples;
+use super::control::{exp_constants, sub_name};
 use super::engine::Widths;
 use super::lane::{Kinds, lane};
 use super::sequence::{Offer, Order, Sequence, passes, sequence};
@@ -49,8 +50,12 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let lane_module = lane(config)?;
     let mut builder = ModuleBuilder::new(VECTOR_UNIT);
     let m = &mut builder;
+    let powers = match vu.exp.form {
+        ExpForm::Piecewise => "exponentials in straight pieces",
+        _ => "shift-register exponentials",
+    };
     m.doc(&format!(
-        "{lanes} lanes of element-wise operations and shift-register exponentials, in lockstep."
+        "{lanes} lanes of element-wise operations and {powers}, in lockstep."
     ));
     let bit = Ty::bit();
     let clear = m.input("cfg_clear", bit, "clears counters and flags");
@@ -195,11 +200,13 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         let widths = Widths::of(&vu.exp, kinds);
         let module = exp_constants(config, &widths)?;
         let constants = m.instance("constants", &module, &[("rotate", sequence.rotate)]);
+        if let Some(ending) = sequence.ending {
+            m.connect(constants, "restart", ending);
+        }
         for i in 0..vu.exp.iterations_per_clock {
-            for name in ["sub", "mul", "digit"]
-                .into_iter()
-                .take(if widths.engine.digits > 0 { 3 } else { 2 })
-            {
+            let subs = multiples(vu.exp.form).map(sub_name);
+            let digit = (widths.engine.digits > 0).then(|| "digit".to_owned());
+            for name in subs.chain(["mul".to_owned()]).chain(digit) {
                 let port = format!("{name}{i}");
                 let value = m.out(constants, &port);
                 inputs.push((port, value));
@@ -212,10 +219,13 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         if vu.exp.tail {
             inputs.push(("tail".into(), sequence.tail));
         }
+        if let (Some(phase), Some(_)) = (phase, sequence.ending) {
+            inputs.push(("phase".into(), phase));
+        }
     }
 
     m.section("Lanes");
-    let mut results = vec![];
+    let (mut results, mut more) = (vec![], vec![]);
     for i in 0..lanes {
         let a = m.slice(data, 64 * i, 32);
         let a = m.as_signed(a);
@@ -226,8 +236,16 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         let inst = m.instance(&format!("lane{i}"), &lane_module, &io);
         let result = m.out(inst, "result");
         let kept = m.bit(tag.keep, i);
+        if sequence.ending.is_some() {
+            let own = m.out(inst, "more");
+            more.push(m.and(own, kept));
+        }
         let mask = m.repeat(kept, 32);
         results.push(m.and(result, mask));
+    }
+
+    if let Some(phase) = phase {
+        sequence.end(m, &vu.exp, phase, &more);
     }
 
     m.section("Results");

@@ -12,6 +12,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
 
+use super::exponents::Exponents;
 use super::vector::VectorTiming;
 use super::work::{GatherRun, Mvoxel, WorkError, check_channel_major};
 
@@ -287,20 +288,26 @@ pub struct VectorCycles {
     pub elapsed: u64,
 }
 
-/// Exact cycles of operations on so many elements each, one after the other.
+/// Exact cycles of operations, one after the other, on their first operands
+/// each. The operands' values matter with an early out alone.
 ///
 /// # Errors
 /// A configuration that breaks its rules.
-pub fn vector_cycles(config: &Config, work: &[(OpCode, u64)]) -> Result<VectorCycles, WorkError> {
+pub fn vector_cycles(
+    config: &Config,
+    work: &[(OpCode, &[i32])],
+) -> Result<VectorCycles, WorkError> {
     let timing = VectorTiming::new(config)?;
-    let lanes = u64::from(config.vu.lanes);
+    let exponents = Exponents::of(config);
     let mut out = VectorCycles::default();
     let mut occupied = 0;
-    for &(op, elements) in work.iter().filter(|(_, elements)| *elements > 0) {
-        let (code, vectors) = (op.code(), elements.div_ceil(lanes));
-        out.vectors += vectors;
-        occupied += vectors * timing.occupancy(code);
-        out.elapsed = occupied - timing.occupancy(code) + timing.latency(code) + 1;
+    for &(op, a) in work {
+        for vector in a.chunks(config.vu.lanes as usize) {
+            let (code, exponent) = (op.code(), exponents.least(op, vector));
+            out.vectors += 1;
+            out.elapsed = occupied + timing.latency(code, exponent) + 1;
+            occupied += timing.occupancy(code, exponent);
+        }
     }
     if out.vectors > 0 {
         let drained = if timing.pipelined {

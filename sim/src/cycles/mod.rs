@@ -9,6 +9,7 @@
 
 pub mod closed;
 pub mod drive;
+pub mod exponents;
 pub mod feature_major;
 pub mod gather;
 pub mod stimulus;
@@ -20,6 +21,7 @@ mod tests;
 
 pub use closed::{GatherCycles, VectorCycles, gather_cycles, vector_cycles};
 pub use drive::{CycleLog, run_gather, run_gather_watched};
+pub use exponents::Exponents;
 pub use feature_major::{FeatureMajorModel, LaneRun, Rounds, feature_major_cycles};
 pub use gather::{GatherInputs, GatherModel, GatherOutputs};
 pub use stimulus::{Plan, Source, Stalls, StreamStalls, Willing};

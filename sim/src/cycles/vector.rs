@@ -12,6 +12,9 @@ use super::work::WorkError;
 pub struct VectorInputs {
     /// The operation's code, bits 3..0 of `tuser`, if a vector is valid.
     pub op: Option<u8>,
+    /// The smallest exponent of its kept lanes ([`super::Exponents::least`]);
+    /// only an early out asks for it.
+    pub exponent: u32,
     /// The sink takes a result.
     pub ready: bool,
 }
@@ -31,6 +34,9 @@ pub struct VectorOutputs {
     pub stall_out: u32,
 }
 
+/// The largest exponent: one-minus-exp starts from 24 ln 2.
+const EXPONENTS: u32 = 24;
+
 /// How long vectors take, from the configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VectorTiming {
@@ -44,6 +50,8 @@ pub struct VectorTiming {
     /// By code: cycles that the iterative form takes for it, 1 for an operation
     /// that is not built.
     clocks: [u64; 16],
+    /// With an early out, by smallest exponent: cycles of an exponential.
+    early: Vec<u64>,
 }
 
 impl VectorTiming {
@@ -69,27 +77,35 @@ impl VectorTiming {
             pipelined: exp.pipelined,
             room: u64::from(config.vu.fifo_depth) + stages,
             clocks,
+            early: if exp.early_out {
+                (0..=EXPONENTS).map(|k| exp.clocks_of(k).into()).collect()
+            } else {
+                Vec::new()
+            },
         })
     }
 
-    /// Cycles from the acceptance of a vector to that of the next, at least.
-    /// An operation that is not built takes as long as an element-wise one.
+    /// Cycles from the acceptance of a vector to that of the next, at least;
+    /// `exponent` is the smallest of its lanes. An operation that is not built
+    /// takes as long as an element-wise one.
     #[must_use]
-    pub const fn occupancy(&self, code: u8) -> u64 {
-        if self.pipelined {
-            1
-        } else {
-            self.clocks[(code & 15) as usize]
+    pub fn occupancy(&self, code: u8, exponent: u32) -> u64 {
+        let clocks = self.clocks[usize::from(code & 15)];
+        match self.early.get(exponent.min(EXPONENTS) as usize) {
+            _ if self.pipelined => 1,
+            // One clock: no exponential, since those that stop early take more.
+            Some(early) if clocks > 1 => *early,
+            _ => clocks,
         }
     }
 
     /// Cycles from the acceptance of a vector to the offer of its result.
     #[must_use]
-    pub const fn latency(&self, code: u8) -> u64 {
+    pub fn latency(&self, code: u8, exponent: u32) -> u64 {
         if self.pipelined {
             self.interval + 1
         } else {
-            self.occupancy(code) + 1
+            self.occupancy(code, exponent) + 1
         }
     }
 }
@@ -165,7 +181,7 @@ impl VectorModel {
         }
         if let Some(code) = inputs.op {
             if outputs.ready {
-                let occupancy = self.timing.occupancy(code);
+                let occupancy = self.timing.occupancy(code, inputs.exponent);
                 self.free = self.cycle + occupancy;
                 self.rest = self.cycle
                     + if self.timing.pipelined {
@@ -173,8 +189,8 @@ impl VectorModel {
                     } else {
                         occupancy
                     };
-                self.inside
-                    .push_back(self.cycle + self.timing.latency(code));
+                let latency = self.timing.latency(code, inputs.exponent);
+                self.inside.push_back(self.cycle + latency);
                 self.vectors = self.vectors.saturating_add(1);
             } else if refused {
                 self.stall_out = self.stall_out.saturating_add(1);
@@ -204,7 +220,11 @@ mod tests {
         let (mut taken, mut given) = (Vec::new(), Vec::new());
         for cycle in 0..10_000 {
             let op = ops.get(taken.len()).map(|op| op.code());
-            let out = unit.step(&VectorInputs { op, ready: true });
+            let out = unit.step(&VectorInputs {
+                op,
+                ready: true,
+                ..VectorInputs::default()
+            });
             if op.is_some() && out.ready {
                 taken.push(cycle);
             }
@@ -258,6 +278,56 @@ mod tests {
         assert_eq!((taken[499], given[499]), (499, 520));
     }
 
+    /// n(k) iterations after four digits, at least 6 clocks; 20 for k up to 2.
+    #[test]
+    fn an_early_out_takes_what_the_exponent_asks_for() {
+        let timing =
+            VectorTiming::new(&Config::from_toml("[vu.exp]\nearly_out = true", "test").unwrap())
+                .unwrap();
+        for (k, clocks) in [
+            (0, 20),
+            (2, 20),
+            (3, 19),
+            (12, 10),
+            (16, 6),
+            (17, 6),
+            (24, 6),
+            (99, 6),
+        ] {
+            for op in [OpCode::Exp, OpCode::OneMinusExp] {
+                assert_eq!(timing.occupancy(op.code(), k), clocks, "{k}");
+                assert_eq!(timing.latency(op.code(), k), clocks + 1, "{k}");
+            }
+            assert_eq!(timing.occupancy(OpCode::Add.code(), k), 1);
+        }
+        let three = Config::from_toml(
+            "[vu.exp]\nearly_out = true\niterations_per_clock = 3",
+            "test",
+        );
+        let timing = VectorTiming::new(&three.unwrap()).unwrap();
+        let found = [0, 3, 4, 6, 7, 9, 10, 24].map(|k| timing.occupancy(5, k));
+        assert_eq!(found, [7, 7, 6, 6, 5, 5, 4, 4]);
+    }
+
+    /// Two stages, or one where nothing is multiplied by log2 e.
+    #[test]
+    fn straight_pieces_take_two_stages() {
+        use OpCode::{Exp, Pass};
+        for (base, latency) in [("e", 3), ("two", 2)] {
+            let text =
+                format!("[vu.exp]\nform = \"piecewise\"\npipelined = true\nbase = \"{base}\"");
+            let (taken, given) = play(model(&text), &[Exp, Pass, Exp]);
+            assert_eq!(taken, [0, 1, 2]);
+            assert_eq!(given, [0, 1, 2].map(|t| t + latency));
+        }
+        let (taken, given) = play(
+            model("[vu.exp]\nform = \"radix-4\"\niterations = 4\ntail = true"),
+            &[Exp, Exp, Pass],
+        );
+        assert_eq!(taken, [0, 7, 14]);
+        assert_eq!(given, [8, 15, 16]);
+    }
+
     #[test]
     fn an_operation_left_out_takes_one_cycle() {
         let (taken, _) = play(
@@ -273,6 +343,7 @@ mod tests {
             let mut unit = model(text);
             let blocked = VectorInputs {
                 op: Some(0),
+                exponent: 0,
                 ready: false,
             };
             for _ in 0..100 {
@@ -280,6 +351,7 @@ mod tests {
             }
             let out = unit.step(&VectorInputs {
                 op: Some(0),
+                exponent: 0,
                 ready: true,
             });
             assert_eq!((out.vectors, out.stall_out), (room, 100 - room), "{text}");
@@ -298,7 +370,11 @@ mod tests {
                 .iter()
                 .find(|(at, _)| *at == cycle)
                 .map(|&(_, code)| code);
-            last = Some(unit.step(&VectorInputs { op, ready: true }));
+            last = Some(unit.step(&VectorInputs {
+                op,
+                ready: true,
+                ..VectorInputs::default()
+            }));
         }
         let last = last.unwrap();
         assert_eq!((last.busy, last.vectors, last.stall_out), (22, 3, 0));
@@ -312,22 +388,24 @@ mod tests {
         #[test]
         fn results_come_once_and_in_time(
             pipelined in any::<bool>(), depth in 3u32..8, r in 1u32..20,
-            ops in prop::collection::vec((0u8..7, any::<bool>(), any::<bool>()), 1..400),
+            early in any::<bool>(),
+            ops in prop::collection::vec((0u8..7, any::<bool>(), any::<bool>(), 0u32..30), 1..400),
         ) {
-            let text = format!("[vu]\nfifo_depth = {depth}\n[vu.exp]\npipelined = {pipelined}\niterations_per_clock = {r}");
+            let early = early && !pipelined && r < 7;
+            let text = format!("[vu]\nfifo_depth = {depth}\n[vu.exp]\npipelined = {pipelined}\niterations_per_clock = {r}\nearly_out = {early}");
             let mut unit = model(&text);
             let timing = unit.timing.clone();
             let mut due = VecDeque::new();
             let mut waits = false;
-            for (cycle, &(code, valid, ready)) in ops.iter().chain([&(0, false, true); 100]).enumerate() {
-                let out = unit.step(&VectorInputs { op: valid.then_some(code), ready });
+            for (cycle, &(code, valid, ready, exponent)) in ops.iter().chain([&(0, false, true, 0); 100]).enumerate() {
+                let out = unit.step(&VectorInputs { op: valid.then_some(code), exponent, ready });
                 prop_assert!(out.valid || !waits);
                 waits = out.valid && !ready;
                 if out.valid && ready {
                     prop_assert!(due.pop_front().unwrap() <= cycle as u64);
                 }
                 if valid && out.ready {
-                    due.push_back(cycle as u64 + timing.latency(code));
+                    due.push_back(cycle as u64 + timing.latency(code, exponent));
                 }
                 prop_assert!(due.len() as u64 <= timing.room);
             }

@@ -15,7 +15,7 @@ use super::mismatch::Mismatch;
 use super::model::RtlError;
 use super::vector::VectorUnit;
 use super::vector_check::VectorCheck;
-use super::vector_drive::{VectorBatch, VectorTotals, Vectors};
+use super::vector_drive::{VectorBatch, VectorTotals};
 use crate::cycles::Stalls;
 
 /// Cycles that a unit is watched after its last beat: nothing more may come.
@@ -98,7 +98,7 @@ impl VectorUnit {
         cycle: u64,
         path: &Path,
     ) -> Result<u64, RtlError> {
-        let vectors = Vectors::new(batches, self.lanes())?;
+        let vectors = self.vectors(batches)?;
         let watch = VectorCheck::new(config, &vectors, results, check.progress)?;
         let window = Window::around(cycle, path);
         let time = window.time();
@@ -128,7 +128,7 @@ impl VectorUnit {
         results: &[i32],
         check: Check<'_>,
     ) -> Result<VectorTotals, RtlError> {
-        let vectors = Vectors::new(batches, self.lanes())?;
+        let vectors = self.vectors(batches)?;
         if results.len() != vectors.elements() {
             return Err(lengths(results.len(), vectors.elements()));
         }

@@ -13,6 +13,7 @@ use super::gather_check::Expected;
 use super::gather_work::{GatherWork, Layout};
 use super::model::RtlError;
 use super::vector_drive::{VectorBatch, Vectors};
+use crate::cycles::Exponents;
 
 /// One memory file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -216,7 +217,7 @@ fn vector(
         })
         .collect();
     let results: Vec<i32> = computed.iter().flat_map(|c| c.out.clone()).collect();
-    let vectors = Vectors::new(&batches, lanes as usize)?;
+    let vectors = Vectors::new(&batches, lanes as usize, &Exponents::of(config))?;
     let mut given = Memory::new(&[
         ("tuser", 12),
         ("tlast", 1),

@@ -9,7 +9,7 @@ use super::linger::Linger;
 use super::model::RtlError;
 use super::runner::Runner;
 use super::vector_drive::{Drive, VectorBatch, VectorSeen, VectorTotals, VectorWatch, Vectors};
-use crate::cycles::{Plan, Stalls, VectorInputs};
+use crate::cycles::{Exponents, Plan, Stalls, VectorInputs};
 
 /// More cycles than a dump goes on after a failure.
 const LINGER: u64 = 64;
@@ -17,6 +17,7 @@ const LINGER: u64 = 64;
 /// A vector unit, ready to run.
 pub struct VectorUnit {
     lanes: usize,
+    exponents: Exponents,
     runner: Runner,
 }
 
@@ -59,12 +60,14 @@ impl VectorUnit {
     ) -> Result<Self, RtlError> {
         Ok(Self {
             lanes: config.vu.lanes as usize,
+            exponents: Exponents::of(config),
             runner: Runner::new(engine, module)?,
         })
     }
 
-    pub(super) const fn lanes(&self) -> usize {
-        self.lanes
+    /// The vectors of these batches.
+    pub(super) fn vectors<'a>(&self, batches: &[VectorBatch<'a>]) -> Result<Vectors<'a>, RtlError> {
+        Vectors::new(batches, self.lanes, &self.exponents)
     }
 
     /// Computes element by element, from reset.
@@ -77,7 +80,7 @@ impl VectorUnit {
         stalls: &Stalls,
         seed: u64,
     ) -> Result<VectorRun, RtlError> {
-        let vectors = Vectors::new(batches, self.lanes)?;
+        let vectors = self.vectors(batches)?;
         let mut collect = Collect {
             vectors: &vectors,
             results: Vec::with_capacity(vectors.elements()),

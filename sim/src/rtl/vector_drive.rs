@@ -5,7 +5,7 @@ use potamoi_formats::units::{VECTOR_UNIT, VectorOp};
 use super::engine::{Engine, Job};
 use super::linger::Linger;
 use super::model::RtlError;
-use crate::cycles::{Plan, Source, VectorInputs};
+use crate::cycles::{Exponents, Plan, Source, VectorInputs};
 
 /// Cycles without a handshake after which a unit is taken to hang.
 const PATIENCE: u64 = 20_000;
@@ -33,6 +33,8 @@ pub(super) struct Vector<'a> {
     pub(super) op: VectorOp,
     pub(super) a: &'a [i32],
     pub(super) b: &'a [i32],
+    /// The smallest exponent, with an early out.
+    pub(super) exponent: u32,
     /// First element, among those of all batches.
     pub(super) ordinal: usize,
     /// The batch's last.
@@ -40,7 +42,11 @@ pub(super) struct Vector<'a> {
 }
 
 impl<'a> Vectors<'a> {
-    pub(super) fn new(batches: &[VectorBatch<'a>], lanes: usize) -> Result<Self, RtlError> {
+    pub(super) fn new(
+        batches: &[VectorBatch<'a>],
+        lanes: usize,
+        exponents: &Exponents,
+    ) -> Result<Self, RtlError> {
         let mut list = vec![];
         let mut ordinal = 0;
         for batch in batches {
@@ -56,6 +62,7 @@ impl<'a> Vectors<'a> {
                     op: batch.op,
                     a,
                     b,
+                    exponent: exponents.least(batch.op.code, a),
                     ordinal,
                     last: i + 1 == count,
                 });
@@ -213,6 +220,7 @@ impl<W: VectorWatch> Job for Drive<'_, W> {
             };
             let inputs = VectorInputs {
                 op: vector.map(|v| v.op.code.code()),
+                exponent: vector.map_or(0, |v| v.exponent),
                 ready: willing.sink,
             };
             let moved = [vector.is_some() && seen.ready, offered && willing.sink];

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::config::{Config, Modes, Organisation};
+use potamoi_formats::config::{Config, ExpForm, Modes, Organisation};
 use potamoi_formats::units::GATHERING_UNIT;
 use potamoi_hdl::ir::{Change, Fault, FaultError, Module};
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,8 @@ pub enum Injection {
     /// the bank beside theirs.
     Crossbar,
     /// One bit of a constant of the exponential engines is inverted: of
-    /// ln(1 + 2^-1), or in the pipelined form of what the first stage keeps.
+    /// ln(1 + 2^-1), or in the pipelined form of what the first stage keeps, or
+    /// of what the table of straight pieces gives.
     Exp,
 }
 
@@ -54,6 +55,10 @@ impl Injection {
             Self::Bubble => {
                 let taken = gu.fifo_depth.saturating_sub(1);
                 (GATHERING_UNIT, "in_flight", Change::Reset(taken.into()))
+            }
+            Self::Exp if exp.form == ExpForm::Piecewise => {
+                let high = exp.engine().accumulator_bits.saturating_sub(3);
+                ("vector_lane", "s_accum", Change::Invert(high))
             }
             Self::Exp if exp.pipelined => ("vector_lane", "s_remain_0", Change::Invert(high)),
             Self::Exp => (

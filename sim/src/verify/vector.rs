@@ -51,10 +51,7 @@ impl Verifier<'_> {
             Some(unit) => unit,
             None => self.build_vector()?,
         };
-        let work: Vec<_> = batches
-            .iter()
-            .map(|b| (b.op.code, b.a.len() as u64))
-            .collect();
+        let work: Vec<_> = batches.iter().map(|b| (b.op.code, b.a)).collect();
         let predicted = vector_cycles(&self.config, &work)?;
         for stalled in [false, true] {
             let (stalls, seed) = self.stalls(stalled);

@@ -9,7 +9,7 @@
 
 use potamoi_formats::fixed::{Rounding, round_shift};
 
-use super::{Engine, ExpTwin, FAR_BIAS, Raw, align};
+use super::{Engine, ExpTwin, align};
 
 impl ExpTwin {
     /// The operation `softplus` of a code with the input's fraction bits:
@@ -32,7 +32,8 @@ impl ExpTwin {
     pub fn sigmoid(&self, a: i32) -> i32 {
         let bits = self.engine.constant_bits;
         let sum = self.softplus_sum(-i64::from(a));
-        let raw = self.falling(sum.clamp(0, (16 << bits) - 1) as i64);
+        let s = sum.clamp(0, (16 << bits) - 1) as i64;
+        let raw = self.falling(s, s >= 8 << bits);
         let most = (1 << self.output_bits) - 1;
         self.round(raw.accumulator, -raw.exponent).min(most) as i32
     }
@@ -43,20 +44,12 @@ impl ExpTwin {
     pub fn softplus_sum(&self, x: i64) -> i128 {
         let (from, to) = (self.input.frac_bits(), self.engine.constant_bits);
         let size = x.abs().min((16 << from.min(24)) - 1);
-        let raw = self.falling(align(size, from, to));
+        let s = align(size, from, to);
+        let raw = self.falling(s, s >= 8 << to);
         let k = raw.exponent.clamp(-31, 0).unsigned_abs();
         let exp = align(raw.accumulator, k, 0);
         let linear = i128::from(x.max(0)) << to.saturating_sub(from);
         linear + i128::from(self.logarithm(exp))
-    }
-
-    /// `exp(-s)`, `s` from 0 to 16 with the constants' fraction bits.
-    fn falling(&self, s: i64) -> Raw {
-        if s >= 8 << self.engine.constant_bits {
-            self.restoring(self.start_far - s, FAR_BIAS)
-        } else {
-            self.restoring(self.start - s, self.engine.bias)
-        }
     }
 
     /// `ln(1 + e)` with the constants' fraction bits, of an `e` with the

@@ -181,28 +181,48 @@ proptest! {
     #[test]
     fn the_vector_units_closed_form_is_exact(
         lanes in 1u32..9, pipelined in any::<bool>(), r in 1u32..21, tail in any::<bool>(),
-        depth in 3u32..6, built in 0usize..3, work in prop::collection::vec((0usize..9, 0u64..60), 0..12),
+        depth in 3u32..6, built in 0usize..3, form in 0usize..6,
+        work in prop::collection::vec((0usize..9, prop::collection::vec(any::<i32>(), 0..60), 0u32..32), 0..12),
     ) {
         use potamoi_formats::units::OpCode;
         let pipelined = pipelined && built != 2;
+        let exp = match form {
+            0 if built != 2 => "form = \"piecewise\"\npipelined = true".to_owned(),
+            1 if built != 2 => "form = \"piecewise\"\npipelined = true\nbase = \"two\"".to_owned(),
+            2 if built != 2 => format!(
+                "form = \"radix-4\"\niterations = 4\npipelined = {pipelined}\niterations_per_clock = {}\ntail = {tail}",
+                r.min(6)
+            ),
+            3 | 4 if built != 2 => format!("early_out = true\niterations_per_clock = {}", 1 + r % 6),
+            _ => format!("pipelined = {pipelined}\niterations_per_clock = {r}\ntail = {tail}"),
+        };
         let ops = ["", "ops = [\"pass\", \"relu\"]", "ops = [\"add\", \"exp\", \"sigmoid\", \"softplus\"]"][built];
         let config = config(&format!(
-            "[vu]\nlanes = {lanes}\nfifo_depth = {depth}\n{ops}\n[vu.exp]\npipelined = {pipelined}\niterations_per_clock = {r}\ntail = {tail}"
+            "[vu]\nlanes = {lanes}\nfifo_depth = {depth}\n{ops}\n[vu.exp]\n{exp}"
         ));
-        let work: Vec<_> = work.into_iter().map(|(op, n)| (OpCode::ALL[op], n)).collect();
-        let vectors = work.iter().flat_map(|&(op, n)| (0..n.div_ceil(u64::from(lanes))).map(move |_| op.code()));
+        let exponents = Exponents::of(&config);
+        let work: Vec<_> = work
+            .into_iter()
+            .map(|(op, a, shift)| (OpCode::ALL[op], a.into_iter().map(|a| a >> shift).collect::<Vec<_>>()))
+            .collect();
+        let vectors = work.iter().flat_map(|(op, a)| {
+            let exponents = &exponents;
+            a.chunks(lanes as usize).map(move |a| (op.code(), exponents.least(*op, a)))
+        });
         let mut source = Source::new(vectors);
         let mut unit = VectorModel::new(&config).unwrap();
         let mut elapsed = 0;
         while !source.is_done() || !unit.is_idle() {
-            let op = source.offer(true).copied();
-            let out = unit.step(&VectorInputs { op, ready: true });
+            let vector = source.offer(true).copied();
+            let (op, exponent) = (vector.map(|v| v.0), vector.map_or(0, |v| v.1));
+            let out = unit.step(&VectorInputs { op, exponent, ready: true });
             if op.is_some() && out.ready { source.accepted(); }
             prop_assert_eq!(out.stall_out, 0);
             elapsed += 1;
         }
         let last = unit.step(&VectorInputs::default());
         let stepped = VectorCycles { vectors: u64::from(last.vectors), busy: u64::from(last.busy), elapsed };
+        let work: Vec<_> = work.iter().map(|(op, a)| (*op, a.as_slice())).collect();
         prop_assert_eq!(vector_cycles(&config, &work).unwrap(), stepped);
     }
 }

@@ -1,0 +1,243 @@
+//! What can stand in the restoring engine's place: straight pieces, radix 4 and
+//! early out, every input through the Verilated unit, and whole scenes.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_golden::scene::{garden, lantern};
+use potamoi_golden::splats::{self, Profile};
+use potamoi_golden::units::exp::ExpTwin;
+use potamoi_golden::units::recorder::{Limits, Recorder};
+use potamoi_golden::units::reference::Reference;
+use potamoi_golden::units::widths::budget;
+use potamoi_golden::units::{Twins, Units};
+use potamoi_golden::voxels::{self, MVoxels};
+use potamoi_sim::cycles::{Exponents, Stalls, vector_cycles};
+use potamoi_sim::rtl::{EngineKind, VectorBatch, VectorUnit};
+use potamoi_sim::verify::{Injection, Settings, Verifier};
+
+/// The command that runs these tests again.
+const AGAIN: &str = "cargo test -p potamoi-sim --test exponentials";
+
+fn config(text: &str) -> Config {
+    Config::from_toml(text, "test").unwrap_or_else(|e| panic!("{text}: {e}"))
+}
+
+/// Knobs, most that the error may be, vectors' interval (0 with an early out) and
+/// latency.
+const FORMS: [(&str, f64, u64, u64); 8] = [
+    ("form = \"piecewise\"\npipelined = true", 1.04, 1, 3),
+    (
+        "form = \"piecewise\"\npipelined = true\npieces = 128",
+        0.68,
+        1,
+        3,
+    ),
+    (
+        "form = \"piecewise\"\npipelined = true\nbase = \"two\"",
+        1.039,
+        1,
+        2,
+    ),
+    (
+        "form = \"piecewise\"\npipelined = true\npieces = 128\nbase = \"two\"",
+        0.675,
+        1,
+        2,
+    ),
+    (
+        "form = \"radix-4\"\niterations = 4\ntail = true",
+        0.812,
+        7,
+        8,
+    ),
+    (
+        "form = \"radix-4\"\niterations = 4\ntail = true\npipelined = true",
+        0.812,
+        1,
+        8,
+    ),
+    ("form = \"radix-4\"\niterations = 8", 0.99, 10, 11),
+    ("early_out = true", 0.9906, 0, 21),
+];
+
+/// Equal to the twin in every bit, as far from the function as stated, monotone,
+/// and without a bubble.
+#[test]
+fn every_input_of_every_form() {
+    let codes: Vec<i32> = (0..65_536).collect();
+    let zeros = vec![0; codes.len()];
+    for (knobs, limit, interval, latency) in FORMS {
+        let config = config(&format!(
+            "[vu]\nlanes = 4\nops = [\"exp\"]\n[vu.exp]\n{knobs}"
+        ));
+        let exp = &config.vu.exp;
+        let unit = VectorUnit::build(&config).unwrap();
+        let batch = VectorBatch {
+            op: VectorOp::new(OpCode::Exp),
+            a: &codes,
+            b: &zeros,
+        };
+        let run = unit.run(&[batch], &Stalls::NONE, 0).unwrap();
+        let twin = ExpTwin::new(exp);
+        for (u, y) in codes.iter().zip(&run.results) {
+            let expected = twin.exp(*u);
+            assert_eq!(
+                *y, expected,
+                "vector_unit: exp of code {u} is {y}, expected {expected}\n{knobs}\nagain: {AGAIN}"
+            );
+        }
+        let reference = Reference::in_base(exp.input, exp.base).unwrap();
+        let error = reference.measure(exp.output_bits, |u| run.results[u as usize]);
+        let (first, last) = (run.vectors[0], run.vectors[run.vectors.len() - 1]);
+        let span = last.0 - first.0;
+        println!(
+            "{}: at most {:.4} ulp, mean {:.4}, budget {:.4}; a vector every {:.3} cycles, latency {}",
+            knobs.replace('\n', ", "),
+            error.max_ulp,
+            error.mean,
+            budget(exp),
+            span as f64 / (run.vectors.len() - 1) as f64,
+            first.1 - first.0,
+        );
+        assert!(
+            error.max_ulp <= limit.min(budget(exp)),
+            "{knobs}: {error:?}"
+        );
+        assert!(error.monotone, "{knobs}");
+        assert_eq!(first.1 - first.0, latency, "{knobs}");
+        let closed = vector_cycles(&config, &[(OpCode::Exp, codes.as_slice())]).unwrap();
+        assert_eq!(run.totals.cycles, closed.elapsed, "{knobs}");
+        assert_eq!(run.totals.busy, closed.busy, "{knobs}");
+        if interval > 0 {
+            let vectors = codes.len() as u64 / 4;
+            assert_eq!(span, (vectors - 1) * interval, "{knobs}");
+        } else {
+            let average = span as f64 / (run.vectors.len() - 1) as f64;
+            assert!((average - 15.63).abs() < 0.02, "{average}");
+        }
+    }
+}
+
+/// A lane's result does not depend on its neighbours, who make it wait: the
+/// same operands in vectors of 24 mixed ones, and one by one.
+#[test]
+fn an_early_out_gives_the_same_whatever_the_neighbours() {
+    let codes: Vec<i32> = (0..4800).map(|i| (i * 40_503) & 0xffff).collect();
+    let zeros = vec![0; codes.len()];
+    let mut runs = [1, 24].map(|lanes| {
+        let config = config(&format!(
+            "[vu]\nlanes = {lanes}\nops = [\"exp\"]\n[vu.exp]\nearly_out = true"
+        ));
+        let batch = VectorBatch {
+            op: VectorOp::new(OpCode::Exp),
+            a: &codes,
+            b: &zeros,
+        };
+        let unit = VectorUnit::build(&config).unwrap();
+        unit.run(&[batch], &Stalls::NONE, 0).unwrap()
+    });
+    let [alone, together] = &mut runs;
+    assert_eq!(alone.results, together.results);
+    let average = |cycles: u64, vectors: u64| cycles as f64 / vectors as f64;
+    let (one, all) = (
+        average(alone.totals.cycles, 4800),
+        average(together.totals.cycles, 200),
+    );
+    println!("scattered operands: {one:.2} cycles a vector of one lane, {all:.2} of 24");
+    assert!(one < 15.8 && all > 19.8, "{one} {all}");
+}
+
+fn garden_through(units: &mut dyn Units, side: u32) -> Result<(), String> {
+    let camera = garden::camera().resized(side, side);
+    let options = splats::FixedOptions::default();
+    splats::render_fixed(&garden::cloud(), &camera, Profile::Inria, &options, units)
+        .map(|_| ())
+        .map_err(|e| e.to_string())
+}
+
+fn lantern_through(units: &mut dyn Units, config: &Config, side: u32) -> Result<(), String> {
+    let grid = lantern::lantern().unwrap();
+    let mvoxels = MVoxels::new(&grid, config).unwrap();
+    let options = voxels::FixedOptions::default();
+    let camera = lantern::camera(side, side);
+    voxels::render_fixed(&grid, &mvoxels, &camera, &options, units)
+        .map(|_| ())
+        .map_err(|e| e.to_string())
+}
+
+/// Of the gathering unit next to nothing, which is the same for all.
+fn settings(engine: EngineKind, vector_every: u64, inject: Option<Injection>) -> Settings {
+    Settings {
+        engine,
+        seed: 3,
+        gather_every: 1000,
+        vector_every,
+        inject,
+        excerpt: None,
+    }
+}
+
+/// Splats and voxels, with and without stalls; and a fault in each form is
+/// found.
+#[test]
+fn both_scenes_pass_with_every_form() {
+    // No renderer folds log2 e into its powers.
+    let forms = FORMS.map(|(knobs, ..)| knobs).into_iter();
+    for knobs in forms.filter(|knobs| !knobs.contains("two")) {
+        let config = config(&format!(
+            "[gu]\nbanks = 16\n[vu]\nlanes = 8\n[vu.exp]\n{knobs}"
+        ));
+        let mut none = |_| {};
+        let every = settings(EngineKind::Verilator, 3, None);
+        let mut verifier = Verifier::new(&config, every, &mut none);
+        garden_through(&mut verifier, 16).unwrap();
+        lantern_through(&mut verifier, &config, 24).unwrap();
+        assert_eq!(verifier.failure(), None, "{knobs}");
+        let v = verifier.vector_report();
+        assert_eq!(v.cycles, v.cycles_predicted, "{knobs}");
+        assert!(v.elements > 20_000, "{knobs}: {v:?}");
+
+        let faulty = settings(EngineKind::Interpreter, 30, Some(Injection::Exp));
+        let mut verifier = Verifier::new(&config, faulty, &mut none);
+        lantern_through(&mut verifier, &config, 24).unwrap_err();
+        let failure = verifier.failure().unwrap();
+        assert_eq!(failure.mismatch.module, "vector_unit", "{knobs}");
+    }
+}
+
+/// Cycles of a splat scene's exponentials with an early out: of one lane, and of
+/// vectors as long as their slowest lane.
+#[test]
+fn an_early_out_on_splats() {
+    let mut twins = Twins::new(&config("[vu.exp]\nearly_out = true"));
+    let mut recorder = Recorder::new(&mut twins, Limits::NONE);
+    garden_through(&mut recorder, 96).unwrap();
+    let exps: Vec<_> = recorder
+        .computed
+        .iter()
+        .filter(|c| c.op.code == OpCode::Exp)
+        .map(|c| (OpCode::Exp, c.a.as_slice()))
+        .collect();
+    let mut averages = vec![];
+    for lanes in [1, 4, 8, 24] {
+        let config = config(&format!(
+            "[vu]\nlanes = {lanes}\n[vu.exp]\nearly_out = true"
+        ));
+        let cycles = vector_cycles(&config, &exps).unwrap();
+        let average = cycles.busy as f64 / cycles.vectors as f64;
+        let elements: usize = exps.iter().map(|(_, a)| a.len()).sum();
+        println!(
+            "garden, {elements} exponentials, {lanes} lanes: {average:.2} of 20 cycles a vector"
+        );
+        averages.push(average);
+    }
+    let exponents = Exponents::of(&config("[vu.exp]\nearly_out = true"));
+    let (op, a) = exps[0];
+    assert_eq!(
+        exponents.least(op, a),
+        a.iter().map(|a| exponents.least(op, &[*a])).min().unwrap()
+    );
+    assert!(averages.is_sorted(), "{averages:?}");
+    assert!(averages[0] < 20.0 && averages[3] <= 20.0, "{averages:?}");
+}
