@@ -46,6 +46,11 @@ fn the_testbenches_of_banks_of_whole_vectors_do_so_too() {
     check("organisation = \"feature-major\"\nbanks = 8\nports = 2\nlanes = 6\nsegments = 2");
 }
 
+#[test]
+fn the_testbenches_of_exact_sums_and_shared_rows_do_so_too() {
+    check("banks = 32\nrecords_a_row = 2\nsums = \"exact\"\npipelined = true");
+}
+
 fn check(gu: &str) {
     let text = format!("[gu]\n{gu}\n[rit]\nentries = 16\n[vu]\nlanes = 5");
     let config = Config::from_toml(&text, "test").unwrap();

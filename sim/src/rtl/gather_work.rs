@@ -57,6 +57,8 @@ pub struct GatherWork<'a> {
     pub(super) segments: usize,
     /// Channels that a beat of the MFT stream brings.
     pub(super) banks: usize,
+    /// Channels of a full segment.
+    segment_channels: usize,
     /// Entries that a beat of features holds, and channels of each.
     pub(super) side: usize,
     pub(super) width: usize,
@@ -148,6 +150,7 @@ impl<'a> GatherWork<'a> {
             channels,
             segments: config.segments(channels).max(1),
             banks: gu.banks as usize,
+            segment_channels: config.lanes_a_port() as usize,
             side: side as usize,
             width: width as usize,
             slot_bits: config.rit.slot_bits,
@@ -209,8 +212,8 @@ impl<'a> GatherWork<'a> {
 
     /// The channels of a segment.
     fn channels_of(&self, segment: usize) -> std::ops::Range<usize> {
-        let low = segment * self.banks;
-        low..self.channels.min(low + self.banks)
+        let low = segment * self.segment_channels;
+        low..self.channels.min(low + self.segment_channels)
     }
 
     /// Channels of the last segment.

@@ -4,9 +4,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_golden::units::recorder::{Computed, Gathered};
+use potamoi_golden::units::{Twins, Units};
 use serde::Serialize;
 
 use super::gather_check::Expected;
@@ -105,7 +106,19 @@ pub fn readmemh(
         };
         let same: Vec<_> = gathered.iter().take_while(kind).collect();
         let tasks: Vec<_> = same.iter().map(|g| g.task.clone()).collect();
-        let features: Vec<i16> = same.iter().flat_map(|g| g.features.clone()).collect();
+        let features: Vec<i32> = match config.gu.sums {
+            Sums::Rounded => {
+                let codes = same.iter().flat_map(|g| &g.features);
+                codes.map(|code| (*code).into()).collect()
+            }
+            Sums::Exact => {
+                let mut sums = vec![];
+                Twins::new(config)
+                    .sums(&tasks, &mut sums)
+                    .map_err(|e| RtlError::Usage(e.to_string()))?;
+                sums
+            }
+        };
         let work = GatherWork::new(config, &tasks)?;
         work.run().check(config)?;
         gather(config, &work, &features, &mut files)?;
@@ -119,7 +132,7 @@ pub fn readmemh(
 fn gather(
     config: &Config,
     work: &GatherWork<'_>,
-    features: &[i16],
+    features: &[i32],
     files: &mut ReadmemhFiles,
 ) -> Result<(), RtlError> {
     let (width, side) = (work.width as u32, work.side as u32);
@@ -154,11 +167,12 @@ fn gather(
         }
     }
     let slot_bits = config.rit.slot_bits;
+    let lane = work.lane_bytes as u32;
     let mut feat = Memory::new(&[
         ("tlast", 1),
-        ("tkeep", 2 * width * side),
+        ("tkeep", lane * width * side),
         ("tuser", slot_bits * side),
-        ("tdata", 16 * width * side),
+        ("tdata", 8 * lane * width * side),
     ]);
     for group in work.groups() {
         let beat = Expected::new(work, features, group);
@@ -179,6 +193,10 @@ fn gather(
         sized(2, u64::from(work.vertices.log2())),
         sized(7, work.segments as u64)
     );
+    if config.gu.records_a_row == 2 {
+        let two = sized(1, u64::from(work.shared_rows.is_some()));
+        settings += &format!("    .cfg_two_records({two}),\n");
+    }
     if feature_major {
         let channels = sized(7, work.last_channels() as u64);
         settings += &format!("    .cfg_channels({channels}),\n");
@@ -191,7 +209,7 @@ fn gather(
         ],
         output: ("m_axis_feat", "gather_feat.hex", &feat),
         lane_bits: 8,
-        tag_bits: Some((2 * width, slot_bits)),
+        tag_bits: Some((lane * width, slot_bits)),
         settings,
     };
     let text = bench.text();
