@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use potamoi_formats::config::Organisation;
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_hdl::emit::{GENERATED, emit};
 use serde::Serialize;
@@ -22,6 +23,9 @@ struct Report {
     command: &'static str,
     /// 12 hexadecimal digits.
     configuration: String,
+    /// Of the gathering unit's banks, and why.
+    organisation: Organisation,
+    organisation_reason: String,
     /// Top modules.
     units: Vec<&'static str>,
     /// Lines of every file, by path below the folder.
@@ -41,9 +45,12 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         files::write(&args.out.join(path), text)?;
     }
     let stale = remove_stale(&args.out, &made)?;
+    let (organisation, organisation_reason) = config.organisation();
     let report = Report {
         format_version: FORMAT_VERSION,
         command: "emit",
+        organisation,
+        organisation_reason,
         configuration: config.hash(),
         units: vec![GATHERING_UNIT, VECTOR_UNIT],
         files: made
@@ -64,10 +71,23 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         args.out.display(),
         report.configuration
     );
+    say!(
+        "banks of the gathering unit: {}, since {}",
+        name_of(report.organisation),
+        report.organisation_reason
+    );
     if let Some(path) = &args.json {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+const fn name_of(organisation: Organisation) -> &'static str {
+    match organisation {
+        Organisation::Auto | Organisation::ChannelMajor => "channel-major",
+        Organisation::Parity => "parity",
+        Organisation::FeatureMajor => "feature-major",
+    }
 }
 
 /// Removes what an earlier run left in the units' folders: modules that this
