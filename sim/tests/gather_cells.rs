@@ -136,9 +136,8 @@ fn all(text: &str, sizes: &[(Vertices, usize)]) {
 fn pipelined_units_differ_in_latency_alone() {
     let sizes = Vertices::ALL.map(|v| (v, 13));
     all("[gu]\npipelined = true\nbanks = 8\n", &sizes);
-    let single =
-        format!("[gu]\npipelined = true\nbanks = 8\nports = 1\nmodes = \"unstructured\"\n");
-    all(&single, &[(Vertices::One, 8)]);
+    let single = "[gu]\npipelined = true\nbanks = 8\nports = 1\nmodes = \"unstructured\"\n";
+    all(single, &[(Vertices::One, 8)]);
 }
 
 #[test]
@@ -226,7 +225,10 @@ fn exact_sums_of_parts_add_up_to_the_cell() {
     let [low, high] = parts;
     let single = cells(&mut random, &config, Vertices::One, (11, 50));
     let mut sums = vec![];
-    for tasks in [&[whole.clone(), low, high][..], &[single.clone()]] {
+    for tasks in [
+        &[whole.clone(), low, high][..],
+        std::slice::from_ref(&single),
+    ] {
         let mut expected = vec![];
         for task in tasks {
             assert_eq!(twin.sums(task, &mut expected).unwrap(), 0);

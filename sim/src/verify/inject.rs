@@ -51,7 +51,12 @@ impl Injection {
             }
             Self::Grant => ("gather_lane", "pending", Change::Invert(0)),
             Self::Crossbar => ("gather_lane", "d_bank", Change::Invert(0)),
-            Self::Weight => (GATHERING_UNIT, "s1_weight", Change::Invert(0)),
+            // There is none, which the netlist says.
+            Self::Weight if gu.modes == Modes::Unstructured => {
+                (GATHERING_UNIT, "s1_weight", Change::Invert(0))
+            }
+            Self::Weight if config.is_parity() => ("rit_buffer", "p_weight0_0", Change::Invert(0)),
+            Self::Weight => ("rit_buffer", "p_weight0", Change::Invert(0)),
             Self::Bubble => {
                 let taken = gu.fifo_depth.saturating_sub(1);
                 (GATHERING_UNIT, "in_flight", Change::Reset(taken.into()))
