@@ -288,7 +288,17 @@ fn every_cycle_is_as_predicted_under_random_stalls() {
 /// Vector units of any sort that the rules allow, on the interpreter.
 #[test]
 fn units_of_any_sort_agree_under_random_stalls() {
-    for seed in 0..150u64 {
+    units_of_any_sort(0..60);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn many_units_of_any_sort_agree_under_random_stalls() {
+    units_of_any_sort(60..300);
+}
+
+fn units_of_any_sort(seeds: std::ops::Range<u64>) {
+    for seed in seeds {
         let mut random = Pcg64Mcg::seed_from_u64(7000 + seed);
         let mut pick = |from: &[&'static str]| from[random.random_range(0..from.len())];
         let general = pick(&["alpha", "alpha", "general"]) == "general";
