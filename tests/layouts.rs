@@ -45,3 +45,41 @@ fn organisations_of_both_built_in_scenes_stand_side_by_side() {
         }
     }
 }
+
+/// Whatever the configuration, each row is of its own unit.
+#[test]
+fn presets_of_other_units_are_compared_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut seen = vec![];
+    for preset in ["parity", "compact", "feature-major"] {
+        let arguments = [
+            "--config",
+            preset,
+            "layouts",
+            "--scene",
+            "cairn:voxels",
+            "--width",
+            "24",
+            "--json",
+            "r.json",
+        ];
+        expect(folder.path(), 0, &arguments);
+        let r = json(&folder.path().join("r.json"));
+        let row = &r["layouts"][3];
+        assert_eq!(
+            (&row["organisation"], &row["entry"]),
+            (&"parity".into(), &"compact".into())
+        );
+        assert!(
+            row["refused"].is_null() || preset == "feature-major",
+            "{row}"
+        );
+        if row["refused"].is_null() {
+            seen.push(row["busy"].as_u64().unwrap());
+        }
+    }
+    assert!(
+        seen.len() > 1 && seen.windows(2).all(|pair| pair[0] == pair[1]),
+        "{seen:?}"
+    );
+}

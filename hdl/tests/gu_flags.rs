@@ -26,7 +26,9 @@ impl Unit {
             run: Interpreter::new(module, 3),
         };
         for port in module.ports().iter().filter(|p| !p.output) {
-            unit.set(&port.name, 0);
+            let found = unit.run.port(&port.name).unwrap();
+            let words = vec![0; port.ty.width.div_ceil(32) as usize];
+            unit.run.set_words(found, &words).unwrap();
         }
         unit.set("cfg_vertices", log2_vertices);
         unit.set("cfg_segments", segments);
@@ -239,4 +241,85 @@ fn counters_stop_at_their_maximum() {
     unit.rows(&[1, 2, 3, 4]);
     unit.rit(&entry(even()));
     assert_eq!(unit.get("stat_busy"), (1 << 24) - 1);
+}
+
+/// A cell of an MVoxel of 2 x 2 x 2 vertices in a compact entry: fractions, row of
+/// its first vertex.
+fn compact(fraction: [u64; 3], row: u64) -> Vec<Beat> {
+    let [x, y, z] = fraction;
+    vec![(7 << 48 | z << 35 | y << 22 | x << 9 | row, FULL, true)]
+}
+
+const CELLS: &str = "[gu]\nbanks = 1\nports = 1\nvertices = [8, 4, 2]\n[rit]\nentry = \"compact\"\n\
+    entries = 8\n[mvoxel]\nrows = 8\n";
+
+#[test]
+fn a_compact_cell_beyond_the_mvoxel_is_no_loaded_row() {
+    let module = gathering_unit(&Config::from_toml(CELLS, "test").unwrap()).unwrap();
+    for (log2, rows) in [(3, [0, 1, 2, 4]), (2, [0, 3, 5, 7])] {
+        for row in rows {
+            let mut unit = Unit::new(&module, log2, 1);
+            unit.rows(&[100; 8]);
+            unit.rit(&compact([1000, 2000, 0], row));
+            // The first row alone has neighbours along all axes: 2 x 2 x 2, and of
+            // planes 4 x 2.
+            let beyond = match log2 {
+                3 => row != 0,
+                _ => row >= 3,
+            };
+            assert_eq!(unit.flags() & 1, u64::from(beyond), "{log2} {row}");
+        }
+    }
+}
+
+/// Fractions above 1 count as 1, and those of axes that an entry lacks not at all:
+/// a constant comes back as it is.
+#[test]
+fn compact_weights_sum_to_one_whatever_the_bits() {
+    let module = gathering_unit(&Config::from_toml(CELLS, "test").unwrap()).unwrap();
+    for log2 in [1, 2, 3] {
+        for fraction in [[0; 3], [1, 4095, 77], [8191, 5000, 4097], [4096, 0, 8191]] {
+            let mut unit = Unit::new(&module, log2, 1);
+            unit.set("m_axis_feat_tready", 0);
+            unit.rows(&[0x7ffe; 8]);
+            unit.rit(&compact(fraction, 0));
+            assert_eq!(unit.get("m_axis_feat_tvalid"), 1);
+            assert_eq!(unit.get("m_axis_feat_tdata"), 0x7ffe, "{log2} {fraction:?}");
+        }
+    }
+}
+
+/// Ids whose parities are not their place's name no loaded row.
+#[test]
+fn a_vertex_of_another_parity_is_no_loaded_row() {
+    let text = "[gu]\norganisation = \"parity\"\nbanks = 8\nports = 1\nmodes = \"structured\"\n\
+        vertices = [8]\nweight_bits = 8\n[rit]\nentries = 8\n[mvoxel]\nrows = 8\n";
+    let module = gathering_unit(&Config::from_toml(text, "test").unwrap()).unwrap();
+    let cell: [(u64, u64); 8] = std::array::from_fn(|v| (v as u64, 32));
+    for swapped in [false, true] {
+        let mut unit = Unit::new(&module, 3, 1);
+        let data = unit.run.port("s_axis_mft_tdata").unwrap();
+        unit.run.set_words(data, &[5; 4]).unwrap();
+        unit.set("s_axis_mft_tvalid", 1);
+        unit.set("s_axis_mft_tlast", 1);
+        unit.run.clock().unwrap();
+        unit.set("s_axis_mft_tvalid", 0);
+        let mut vertices = cell;
+        if swapped {
+            vertices.swap(1, 2);
+        }
+        unit.rit(&entry(vertices));
+        assert_eq!(unit.flags(), u64::from(swapped));
+    }
+}
+
+/// Of exact sums a part may weigh less than 1, and never more.
+#[test]
+fn parts_of_cells_may_weigh_less_than_one() {
+    for (weight, flags) in [(31, 0), (32, 0), (33, 1 << 2)] {
+        let mut unit = Unit::of("sums = \"exact\"", 3, 1);
+        unit.rows(&[1, 2, 3, 4]);
+        unit.rit(&entry([(0, weight); 8]));
+        assert_eq!(unit.flags(), flags, "{weight}");
+    }
 }

@@ -1,7 +1,7 @@
 //! Organisations of the banks side by side: the same gathers, the cycles of
 //! each, and the bandwidth that bounds them all.
 
-use potamoi_formats::config::{Config, ConfigError, EntryKind, Modes, Organisation, rules};
+use potamoi_formats::config::{Config, EntryKind, Modes, Organisation, RitPath, Sums, rules};
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::VectorOp;
 use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
@@ -50,26 +50,13 @@ pub struct Layout {
     pub conflicts_unshared: u64,
     /// Bytes of MVoxels that are loaded.
     pub mvoxel_bytes: u64,
-    /// Bytes of ray index tables that are read, again where they are.
+    /// Bytes of ray index tables that are read from memory, again where they are.
     pub rit_bytes: u64,
     #[serde(skip)]
     config: Config,
 }
 
 impl Layout {
-    /// An organisation of `config`.
-    ///
-    /// # Errors
-    /// The rules that it breaks.
-    pub fn new(config: Config) -> Result<Self, ConfigError> {
-        let breaches = rules::check(&config);
-        if !breaches.is_empty() {
-            let origin = format!("{:?} for this comparison", config.gu.organisation);
-            return Err(ConfigError::Rules { origin, breaches });
-        }
-        Ok(Self::of(config))
-    }
-
     fn of(config: Config) -> Self {
         let gu = &config.gu;
         Self {
@@ -97,29 +84,10 @@ impl Layout {
     /// ports and banks of the configuration, also with compact entries; parity with
     /// both kinds of entry; and with one port of 16 banks the paper's again beside
     /// the feature-major one with 16 and 64 lanes, which have the capacity and the
-    /// peak bandwidth of that port.
-    ///
-    /// # Errors
-    /// A configuration that leaves no room for one of them.
-    pub fn all(config: &Config) -> Result<Vec<Self>, ConfigError> {
-        let with = |organisation, banks, ports, lanes| {
-            let mut config = config.clone();
-            config.gu.organisation = organisation;
-            (config.gu.banks, config.gu.ports, config.gu.lanes) = (banks, ports, lanes);
-            config.gu.fifo_depth = config.gu.fifo_depth.max(8);
-            config.gu.segments = 64;
-            config.rit.stream_bits = None;
-            Self::new(config)
-        };
-        let gu = &config.gu;
-        let by = |organisation, entry| {
-            let mut config = config.clone();
-            config.rit.entry = entry;
-            if organisation == Organisation::Parity {
-                config.gu.modes = Modes::Structured;
-                config.gu.vertices = vec![Vertices::Eight];
-            }
-            config.gu.organisation = organisation;
+    /// peak bandwidth of that port. What the rules refuse is there with the reason.
+    #[must_use]
+    pub fn all(config: &Config) -> Vec<Self> {
+        let fit = |mut config: Config| {
             config.gu.fifo_depth = config.gu.fifo_depth.max(8);
             config.gu.segments = 64;
             config.rit.stream_bits = None;
@@ -130,16 +98,42 @@ impl Layout {
                 ..Self::of(config)
             }
         };
-        Ok(vec![
-            with(Organisation::ChannelMajor, gu.banks, gu.ports, gu.lanes)?,
+        // Plain units, with the paper's entries.
+        let plain = || {
+            let mut config = config.clone();
+            config.rit.entry = EntryKind::Paper;
+            config.gu.sums = Sums::Rounded;
+            config.gu.records_a_row = 1;
+            config.gu.pipelined = false;
+            config
+        };
+        let with = |organisation, banks, ports, lanes| {
+            let mut config = plain();
+            config.gu.organisation = organisation;
+            (config.gu.banks, config.gu.ports, config.gu.lanes) = (banks, ports, lanes);
+            fit(config)
+        };
+        let gu = &config.gu;
+        let by = |organisation, entry| {
+            let mut config = plain();
+            config.rit.entry = entry;
+            if organisation == Organisation::Parity {
+                config.gu.modes = Modes::Structured;
+                config.gu.vertices = vec![Vertices::Eight];
+            }
+            config.gu.organisation = organisation;
+            fit(config)
+        };
+        vec![
+            with(Organisation::ChannelMajor, gu.banks, gu.ports, gu.lanes),
             by(Organisation::ChannelMajor, EntryKind::Compact),
             by(Organisation::Parity, EntryKind::Paper),
             by(Organisation::Parity, EntryKind::Compact),
-            with(Organisation::ChannelMajor, 16, 1, gu.lanes)?,
-            with(Organisation::FeatureMajor, 16, 2, 16)?,
+            with(Organisation::ChannelMajor, 16, 1, gu.lanes),
+            with(Organisation::FeatureMajor, 16, 2, 16),
             // So many ports that lanes are filled as fast as they are gathered.
-            with(Organisation::FeatureMajor, 16, 4, 64)?,
-        ])
+            with(Organisation::FeatureMajor, 16, 4, 64),
+        ]
     }
 
     /// Conflicts over reads.
@@ -160,7 +154,7 @@ impl Layout {
         self.stall_bank as f64 / self.cycles.max(1) as f64
     }
 
-    /// Cycles that MVoxels and ray index tables take at the memory's rate.
+    /// Cycles that reading MVoxels and ray index tables takes at the memory's rate.
     #[must_use]
     pub fn bandwidth_cycles(&self) -> u64 {
         let seconds = (self.mvoxel_bytes + self.rit_bytes) as f64 / DRAM_BYTES_PER_SECOND;
@@ -194,7 +188,9 @@ impl Layout {
             let passes = if again { u64::from(run.segments) } else { 1 };
             let entry = self.config.entry_bytes(task.vertices) as u64;
             self.mvoxel_bytes += 2 * task.rows.len() as u64;
-            self.rit_bytes += passes * u64::from(mvoxel.entries) * entry;
+            if self.config.rit.path == RitPath::Dram {
+                self.rit_bytes += passes * u64::from(mvoxel.entries) * entry;
+            }
         }
         Ok(())
     }

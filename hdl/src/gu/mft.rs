@@ -158,7 +158,11 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let write_address = m.cat(&[write_half, write_index]);
     let write_address = m.name(write_address, "write_address");
 
-    m.section("Banks, one a channel");
+    m.section(if groups == 1 {
+        "Banks, one a channel"
+    } else {
+        "Banks, one a parity and channel"
+    });
     let mut words: Vec<Vec<Signal>> = vec![vec![]; ports as usize];
     for b in 0..banks {
         let lane = m.slice(data, 16 * b, bits);

@@ -24,11 +24,25 @@ pub(super) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let bank = ram("rit_bank", shape.depth(), 16, 1)?;
     let mut builder = ModuleBuilder::new("rit_buffer");
     let m = &mut builder;
-    m.doc(
-        "double-buffered ray index table. Takes packed entries, gives one vertex of M entries a \
-         cycle. A row of the banks holds M eight-vertex entries, two of four, four of two \
-         vertices, or 12 M single ids.",
-    );
+    let taken = match (shape.whole_cells, shape.compact) {
+        (false, false) => {
+            "Takes packed entries, gives one vertex of M entries a cycle. A row of the banks holds M \
+             eight-vertex entries, two of four, four of two vertices, or 12 M single ids."
+        }
+        (false, true) => {
+            "Takes compact entries, gives one vertex of M entries a cycle. A row of the banks holds \
+             6 M entries, or 12 M single ids."
+        }
+        (true, false) => {
+            "Takes packed entries, gives all eight vertices of M entries a cycle. A row of the banks \
+             holds M entries."
+        }
+        (true, true) => {
+            "Takes compact entries, gives all eight vertices of M entries a cycle. A row of the banks \
+             holds 6 M entries."
+        }
+    };
+    m.doc(&format!("double-buffered ray index table. {taken}"));
     let bit = Ty::bit();
     let vertices = m.input("cfg_vertices", Ty::u(2), "log2 of the vertices an entry");
     if shape.vertices.len() == 1 {

@@ -150,6 +150,14 @@ impl Reader {
             slot = m.mux(single, id_tag, slot);
         }
         let fraction = FRACTION_AT.map(|at| m.slice(word, at, FRACTION_BITS));
+        // Axes that an entry lacks do not count, whatever their bits.
+        let fraction = [0, 1, 2].map(|axis: usize| {
+            let used = shape.by_vertices(m, vertices, |m, v| {
+                m.lit(u32::from(v.log2() as usize > axis), Ty::bit())
+            });
+            let mask = m.repeat(used, FRACTION_BITS);
+            m.and(fraction[axis], mask)
+        });
         let fraction = [0, 1, 2]
             .map(|axis: usize| register(m, &format!("fraction_{}", AXES[axis]), fraction[axis]));
         Entry {

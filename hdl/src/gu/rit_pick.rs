@@ -96,10 +96,14 @@ impl Reader {
             1 => "one a port",
             _ => "one a port and group of banks",
         };
+        let slots = match shape.slot_bits {
+            32 if !shape.whole_cells => "slots, complete with vertex 1",
+            _ => "slots",
+        };
         for (name, parts, doc) in [
             ("p_row", &outputs[0], one),
             ("p_weight", &outputs[1], one),
-            ("p_slot", &outputs[2], "slots, complete with vertex 1"),
+            ("p_slot", &outputs[2], slots),
         ] {
             let joined = m.cat(parts);
             m.output(name, joined, doc);

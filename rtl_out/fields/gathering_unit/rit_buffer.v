@@ -25,7 +25,7 @@ module rit_buffer (
   output reg  [1:0]   p_keep,             // ports that hold an entry
   output wire [31:0]  p_row,              // one a port
   output wire [31:0]  p_weight,           // one a port
-  output wire [31:0]  p_slot,             // slots, complete with vertex 1
+  output wire [31:0]  p_slot,             // slots
   output wire         s_axis_rit_tready,
   output wire [2:0]   errors              // 5: too large to keep, 4: gap in a beat, 3: ragged entries
 );

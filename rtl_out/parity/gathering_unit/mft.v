@@ -198,7 +198,7 @@ module mft (
     end
   end
 
-  // Banks, one a channel
+  // Banks, one a parity and channel
   wire [15:0] bank0_rdata0;
   wire [15:0] bank0_rdata1;
   mft_bank bank0 (
