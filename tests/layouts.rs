@@ -78,8 +78,9 @@ fn presets_of_other_units_are_compared_too() {
             seen.push(row["busy"].as_u64().unwrap());
         }
     }
-    assert!(
-        seen.len() > 1 && seen.windows(2).all(|pair| pair[0] == pair[1]),
-        "{seen:?}"
-    );
+    // Of 16 banks, as that preset has, two channels are read at once: two segments.
+    let [first, ..] = seen[..] else {
+        panic!("{seen:?}");
+    };
+    assert_eq!(seen, [first, first, 2 * first]);
 }
