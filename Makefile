@@ -27,16 +27,12 @@ demo:
 test: setup
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,tests)
-	cargo test --locked
-	$(call step,rust-hdl bridge)
-	cargo test --locked -p potamoi-rust-hdl
+	cargo test --locked --workspace
 
 test-full: setup
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,tests with the exhaustive ones)
-	cargo test --locked -- --include-ignored
-	$(call step,rust-hdl bridge)
-	cargo test --locked -p potamoi-rust-hdl -- --include-ignored
+	cargo test --locked --workspace -- --include-ignored
 	$(call step,the crate verilated against Verilator 5)
 	tools/show-verilated-crate
 	$(call step,benches build)

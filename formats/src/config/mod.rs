@@ -4,6 +4,7 @@
 //! the rules of [`rules`]; a broken one is refused with the rule's name, the
 //! field, the value and what would be right.
 
+mod derived;
 mod exp;
 mod gu;
 mod pieces;

@@ -65,6 +65,15 @@ impl Mesh {
         })
     }
 
+    /// Whether any triangle has an area: its corners are not all on a line.
+    #[must_use]
+    pub fn has_area(&self) -> bool {
+        self.triangles.iter().any(|t| {
+            let [a, b, c] = t.map(|v| glam::Vec3::from(self.vertices[v as usize]).as_dvec3());
+            (b - a).cross(c - a) != glam::DVec3::ZERO
+        })
+    }
+
     /// Vertices, in the world.
     #[must_use]
     pub fn vertices(&self) -> &[[f32; 3]] {

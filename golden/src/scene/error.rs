@@ -40,7 +40,7 @@ pub enum SceneError {
         expected: String,
     },
     /// A description cannot be read.
-    #[error("cannot read scene {path}: {source}; name a readable TOML file")]
+    #[error("cannot read {path}: {source}; name a file that is there and can be read")]
     Read {
         /// The file.
         path: PathBuf,

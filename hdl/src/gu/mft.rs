@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use potamoi_formats::config::Config;
 
+use super::table_halves::TableHalves;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::{bits_for, plus_one, ram, suffix};
 
@@ -68,17 +69,10 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
     }
 
     let count_ty = Ty::u(bits_for(rows));
-    m.section("State of each half");
-    let loaded = [0, 1].map(|h| m.reg(&format!("loaded_{h}"), bit, 0));
-    let count = [0, 1].map(|h| m.reg(&format!("rows_{h}"), count_ty, 0));
-
+    let halves = TableHalves::declare(m, count_ty);
     m.section("Writer");
-    let write_half = m.reg("write_half", bit, 0);
     let write_row = m.reg("write_row", count_ty, 0);
-    let read_half = m.reg("read_half", bit, 0);
-    let full = m.mux(write_half, loaded[1], loaded[0]);
-    let ready = m.not(full);
-    let ready = m.name(ready, "write_ready");
+    let ready = halves.ready(m);
     let accept = m.and(valid, ready);
     let accept = m.name(accept, "write_accept");
     let limit = m.param("MVOXEL_ROWS", rows, count_ty, "");
@@ -94,29 +88,11 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.set_next_if(write_row, accept, row_after);
     let done = m.and(accept, last);
     let done = m.name(done, "write_done");
-    let other = m.not(write_half);
-    let other = m.name(other, "other_write_half");
-    m.set_next_if(write_half, done, other);
     let no_room = m.not(room);
     let overflow = m.and(accept, no_room);
-    for (h, mine) in [(0, other), (1, write_half)] {
-        let loads = m.and(done, mine);
-        let loads = m.name(loads, &format!("load_{h}"));
-        let reading = if h == 1 { read_half } else { m.not(read_half) };
-        let frees = m.and(release, reading);
-        let stays = m.not(frees);
-        let kept = m.and(loaded[h], stays);
-        let next = m.or(loads, kept);
-        m.set_next(loaded[h], next);
-        m.set_next_if(count[h], loads, rows_after);
-    }
-
+    let readable = halves.advance(m, done, rows_after, release);
     m.section("Reader");
-    let other_read = m.not(read_half);
-    m.set_next_if(read_half, release, other_read);
-    let is_loaded = m.mux(read_half, loaded[1], loaded[0]);
-    let read_count = m.mux(read_half, count[1], count[0]);
-    let read_count = m.name(read_count, "read_count");
+    let read_count = readable.rows;
     let axis_bits = config.mvoxel.edges(3).map_or(1, |[edge, ..]| edge.ilog2());
     let mut in_range = vec![];
     let mut read_ports = vec![];
@@ -149,13 +125,13 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
             let en = m.all_of(&[read, kept, ok]);
             let en = m.name(en, &format!("read{of}"));
             let index = m.slice(row, 0, index_bits.min(row.width()));
-            let address = m.cat(&[read_half, index]);
+            let address = m.cat(&[halves.read, index]);
             let address = m.name(address, &format!("address{of}"));
             read_ports.push((en, address));
         }
     }
     let write_index = m.slice(write_row, 0, index_bits);
-    let write_address = m.cat(&[write_half, write_index]);
+    let write_address = m.cat(&[halves.write, write_index]);
     let write_address = m.name(write_address, "write_address");
 
     m.section(if groups == 1 {
@@ -190,7 +166,11 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
 
     m.section("Outputs");
     m.output("s_axis_mft_tready", ready, "");
-    m.output("is_loaded", is_loaded, "the half to read holds its MVoxel");
+    m.output(
+        "is_loaded",
+        readable.is_loaded,
+        "the half to read holds its MVoxel",
+    );
     let joined = m.cat(&in_range);
     let doc = match groups {
         1 => "ports whose row was loaded",

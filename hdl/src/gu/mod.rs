@@ -11,6 +11,7 @@ mod rit_reader;
 mod rit_shape;
 mod rit_writer;
 mod streams;
+mod table_halves;
 mod top;
 
 use std::sync::Arc;

@@ -41,7 +41,7 @@ pub(super) struct Watched {
 
 /// Stalls are counted as they happen, and shown as they stood at the last
 /// issue, so that idling at the end is none.
-pub(super) fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats) {
+fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats) {
     m.section("Counters");
     let (bits, clear) = (config.gu.counter_bits, io.clear);
     let one = m.lit(1, Ty::bit());
@@ -81,6 +81,25 @@ pub(super) fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, sta
     let entries = m.extend(entries, bits);
     let count = counter(m, "stat_entries", bits, clear, stats.group_done, entries);
     m.output("stat_entries", count, "entries issued");
+}
+
+/// What both inputs answer, the counters and the flags: outputs of every
+/// organisation.
+pub(super) fn outputs(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    io: &Ports,
+    stats: &Stats,
+    errors: Signal,
+    [rit, table]: [Instance; 2],
+) {
+    for (instance, name) in [(rit, "s_axis_rit_tready"), (table, "s_axis_mft_tready")] {
+        let ready = m.out(instance, name);
+        m.output(name, ready, "");
+    }
+    statistics(m, config, io, stats);
+    let doc = "sticky; docs/gathering-unit.md names the bits";
+    m.output("stat_errors", errors, doc);
 }
 
 /// The sticky flags.

@@ -7,7 +7,7 @@ use potamoi_formats::units::GATHERING_UNIT;
 
 use super::mft::mft;
 use super::reducer::{LATER, cell_reducer, reducer};
-use super::report::{Stats, Watched, errors, statistics};
+use super::report::{Stats, Watched, errors, outputs};
 use super::rit_buffer::rit_buffer;
 use super::streams::{Beat, FeatureStream, count_both, rit_stream};
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
@@ -360,16 +360,7 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
             "ports that hold an entry",
         ],
     );
-    let rit_ready = m.out(rit, "s_axis_rit_tready");
-    m.output("s_axis_rit_tready", rit_ready, "");
-    let mft_ready = m.out(table, "s_axis_mft_tready");
-    m.output("s_axis_mft_tready", mft_ready, "");
-    statistics(m, config, &io, &stats);
-    m.output(
-        "stat_errors",
-        errors,
-        "sticky; docs/gathering-unit.md names the bits",
-    );
+    outputs(m, config, &io, &stats, errors, [rit, table]);
     builder.finish()
 }
 

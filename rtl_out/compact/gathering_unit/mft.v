@@ -31,20 +31,34 @@ module mft (
   reg loaded_1;
   reg [9:0] rows_0;
   reg [9:0] rows_1;
+  reg write_half;
+  reg read_half;
 
   // Writer
-  reg write_half;
   reg [9:0] write_row;
-  reg read_half;
   wire write_ready = ~(write_half ? loaded_1 : loaded_0);
   wire write_accept = s_axis_mft_tvalid & write_ready;
   wire write_room = write_row < MVOXEL_ROWS;
   wire write = write_accept & write_room;
   wire [9:0] rows_after = write_room ? (write_row + 10'd1) : write_row;
   wire write_done = write_accept & s_axis_mft_tlast;
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      write_row <= 10'd0;
+    end else begin
+      if (write_accept) begin
+        write_row <= s_axis_mft_tlast ? 10'd0 : rows_after;
+      end
+    end
+  end
+
+  // The halves change hands
   wire other_write_half = ~write_half;
+  wire other_read_half = ~read_half;
   wire load_0 = write_done & other_write_half;
   wire load_1 = write_done & write_half;
+  wire [9:0] read_count = read_half ? rows_1 : rows_0;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -53,9 +67,9 @@ module mft (
       rows_0 <= 10'd0;
       rows_1 <= 10'd0;
       write_half <= 1'b0;
-      write_row <= 10'd0;
+      read_half <= 1'b0;
     end else begin
-      loaded_0 <= load_0 | (loaded_0 & (~(done & (~read_half))));
+      loaded_0 <= load_0 | (loaded_0 & (~(done & other_read_half)));
       loaded_1 <= load_1 | (loaded_1 & (~(done & read_half)));
       if (load_0) begin
         rows_0 <= rows_after;
@@ -66,14 +80,13 @@ module mft (
       if (write_done) begin
         write_half <= other_write_half;
       end
-      if (write_accept) begin
-        write_row <= s_axis_mft_tlast ? 10'd0 : rows_after;
+      if (done) begin
+        read_half <= other_read_half;
       end
     end
   end
 
   // Reader
-  wire [9:0] read_count = read_half ? rows_1 : rows_0;
   wire [15:0] row0 = read_row[15:0];
   wire row0_in_range = {1'd0, row0} < {7'd0, read_count};
   wire read0 = read & read_keep[0] & row0_in_range;
@@ -83,16 +96,6 @@ module mft (
   wire read1 = read & read_keep[1] & row1_in_range;
   wire [9:0] address1 = {read_half, row1[8:0]};
   wire [9:0] write_address = {write_half, write_row[8:0]};
-
-  always @(posedge clk) begin
-    if (!rst_n) begin
-      read_half <= 1'b0;
-    end else begin
-      if (done) begin
-        read_half <= ~read_half;
-      end
-    end
-  end
 
   // Banks, one a channel
   wire [15:0] bank0_rdata0;

@@ -33,10 +33,10 @@ module mft (
   reg loaded_1;
   reg [9:0] rows_0;
   reg [9:0] rows_1;
-
-  // Writer
   reg write_half;
   reg read_half;
+
+  // Writer
   reg [3:0] write_channel;
   reg [5:0] write_block;  // B rows that are written together
   wire write_ready = ~(write_half ? loaded_1 : loaded_0);
@@ -57,9 +57,30 @@ module mft (
       s_axis_mft_tkeep[26]} + {4'd0, s_axis_mft_tkeep[28]} + {4'd0, s_axis_mft_tkeep[30]}} : 10'd0;
   wire [9:0] write_block_wide = {4'd0, write_block};
   wire [9:0] rows_after = {write_block_wide[5:0], 4'd0} + rows_of_last_block;
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      write_channel <= 4'd0;
+      write_block <= 6'd0;
+      write_segment <= 7'd0;
+    end else begin
+      if (write_accept) begin
+        write_channel <= (write_ends_block | s_axis_mft_tlast) ? 4'd0 : (write_channel + 4'd1);
+        write_block <= s_axis_mft_tlast ? 6'd0 : (write_ends_block & write_room) ? (write_block +
+            6'd1) : write_block;
+      end
+      if (write_done) begin
+        write_segment <= write_in_last_segment ? 7'd0 : write_next_segment;
+      end
+    end
+  end
+
+  // The halves change hands
   wire other_write_half = ~write_half;
+  wire other_read_half = ~read_half;
   wire load_0 = write_done & other_write_half;
   wire load_1 = write_done & write_half;
+  wire [9:0] read_count = read_half ? rows_1 : rows_0;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -68,11 +89,9 @@ module mft (
       rows_0 <= 10'd0;
       rows_1 <= 10'd0;
       write_half <= 1'b0;
-      write_channel <= 4'd0;
-      write_block <= 6'd0;
-      write_segment <= 7'd0;
+      read_half <= 1'b0;
     end else begin
-      loaded_0 <= load_0 | (loaded_0 & (~(done & (~read_half))));
+      loaded_0 <= load_0 | (loaded_0 & (~(done & other_read_half)));
       loaded_1 <= load_1 | (loaded_1 & (~(done & read_half)));
       if (load_0) begin
         rows_0 <= rows_after;
@@ -82,28 +101,15 @@ module mft (
       end
       if (write_done) begin
         write_half <= other_write_half;
-        write_segment <= write_in_last_segment ? 7'd0 : write_next_segment;
       end
-      if (write_accept) begin
-        write_channel <= (write_ends_block | s_axis_mft_tlast) ? 4'd0 : (write_channel + 4'd1);
-        write_block <= s_axis_mft_tlast ? 6'd0 : (write_ends_block & write_room) ? (write_block +
-            6'd1) : write_block;
+      if (done) begin
+        read_half <= other_read_half;
       end
     end
   end
 
   // Reader
   wire [9:0] write_address = {write_half, write_block[4:0], write_channel};
-
-  always @(posedge clk) begin
-    if (!rst_n) begin
-      read_half <= 1'b0;
-    end else begin
-      if (done) begin
-        read_half <= ~read_half;
-      end
-    end
-  end
 
   // Banks
   wire [9:0] address0 = {read_half, lines[4:0], channel};
@@ -287,7 +293,7 @@ module mft (
 
   assign s_axis_mft_tready = write_ready;
   assign is_loaded = read_half ? loaded_1 : loaded_0;
-  assign rows = read_half ? rows_1 : rows_0;
+  assign rows = read_count;
   assign words = {bank15_rdata, bank14_rdata, bank13_rdata, bank12_rdata, bank11_rdata,
       bank10_rdata, bank9_rdata, bank8_rdata, bank7_rdata, bank6_rdata, bank5_rdata, bank4_rdata,
       bank3_rdata, bank2_rdata, bank1_rdata, bank0_rdata};

@@ -19,8 +19,9 @@ const PRELUDE_FILE: &str = "potamoi_prelude.h";
 /// Longest part of a tool's output kept in an error.
 const OUTPUT_LIMIT: usize = 8192;
 
-/// The shim is small and on the path of every evaluation.
+/// Where it is compiled by itself: it is small and on the path of every evaluation.
 const SHIM_OPTIMISE: &str = "-O2";
+const SHIM_OBJECT: &str = "shim.o";
 
 /// Names of the files in a product that this crate reads.
 pub(crate) const LIBRARY: &str = "model.so";
@@ -174,23 +175,32 @@ fn make(cache: &Path, tools: &Toolchain, spec: &Spec, folder: &Path) -> Result<P
     let members = parse_header(&header);
     write(&scratch.join(PRELUDE_FILE), PRELUDE)?;
     write(&scratch.join("shim.cpp"), &shim(&members))?;
-    write(&scratch.join("unit.cpp"), &unit(&obj)?)?;
+    let mut unit = unit(&obj)?;
     let object = |name: &str| folder.join(SCRATCH).join(name);
-    let jobs = [
-        ("unit.cpp", MODEL_OBJECT, spec.optimise),
-        ("shim.cpp", "shim.o", SHIM_OPTIMISE),
-    ]
-    .map(|(from, to, optimise)| {
+    let mut jobs = vec![("unit.cpp", MODEL_OBJECT, spec.optimise)];
+    let mut objects = vec![object(MODEL_OBJECT)];
+    if spec.keep_objects {
+        jobs.push(("shim.cpp", SHIM_OBJECT, SHIM_OPTIMISE));
+        objects.push(object(SHIM_OBJECT));
+    } else {
+        // Verilator's headers are most of what is read: once.
+        unit.push_str("#include \"shim.cpp\"\n");
+    }
+    write(&scratch.join("unit.cpp"), &unit)?;
+    let jobs = jobs.into_iter().map(|(from, to, optimise)| {
         let mut command = compiler(tools, &scratch, spec.vcd);
         command.args([optimise, "-Iobj", "-c", from, "-o"]);
         command.arg(object(to));
         command
     });
-    all(jobs.into(), &format!("compiling the model of {}", spec.top))?;
+    all(
+        jobs.collect(),
+        &format!("compiling the model of {}", spec.top),
+    )?;
 
     let mut link = compiler(tools, &scratch, spec.vcd);
     link.args(["-shared", "-Wl,-Bsymbolic", "-Wl,-z,defs", "-Wl,-z,now"]);
-    link.args([object(MODEL_OBJECT), object("shim.o")]);
+    link.args(objects);
     link.args(runtime(cache, tools, spec.vcd)?);
     link.arg("-o").arg(folder.join(LIBRARY));
     run(link, &format!("linking the model of {}", spec.top))?;

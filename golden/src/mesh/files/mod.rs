@@ -96,6 +96,10 @@ impl Parts {
             let expected = format!("below {}, one a vertex", vertices.len());
             return Err(wrong(origin, "vertex of a face", found, expected));
         }
-        Mesh::new(vertices, triangles)
+        let mesh = Mesh::new(vertices, triangles)?;
+        if !mesh.has_area() {
+            return Err(wrong(origin, "area of the faces", "0", "a surface"));
+        }
+        Ok(mesh)
     }
 }

@@ -166,6 +166,16 @@ fn what_is_wrong_in_a_ply_is_said() {
     }
 }
 
+/// A surface that nothing could ever be seen of is no surface.
+#[test]
+fn faces_on_a_line_are_refused() {
+    let flat = "v 0 0 0\nv 1 1 1\nv 3 3 3\nf 1 2 3\nf 1 1 2\n";
+    let error = read_obj(flat.as_bytes(), "t.obj").unwrap_err().to_string();
+    assert_eq!(error, "t.obj: area of the faces is 0: expected a surface");
+    let one = format!("{flat}v 0 1 0\nf 1 2 4\n");
+    assert!(read_obj(one.as_bytes(), "t.obj").is_ok());
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 

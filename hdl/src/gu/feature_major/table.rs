@@ -7,6 +7,7 @@ use potamoi_formats::config::Config;
 
 use super::passes::{Passes, Settings};
 use super::shape::Shape;
+use crate::gu::table_halves::TableHalves;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::{bits_for, plus_one, popcount, ram};
 
@@ -47,22 +48,15 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
         );
     }
 
-    m.section("State of each half");
     let count_ty = Ty::u(shape.rows_bits());
-    let loaded = [0, 1].map(|h| m.reg(&format!("loaded_{h}"), bit, 0));
-    let count = [0, 1].map(|h| m.reg(&format!("rows_{h}"), count_ty, 0));
-
+    let halves = TableHalves::declare(m, count_ty);
     m.section("Writer");
-    let write_half = m.reg("write_half", bit, 0);
-    let read_half = m.reg("read_half", bit, 0);
     let write_channel = m.reg("write_channel", Ty::u(shape.bank_bits), 0);
     let blocks = shape.rows / banks;
     let block_ty = Ty::u(bits_for(blocks));
     let write_block = m.reg("write_block", block_ty, 0);
     m.note(write_block, "B rows that are written together");
-    let full = m.mux(write_half, loaded[1], loaded[0]);
-    let ready = m.not(full);
-    let ready = m.name(ready, "write_ready");
+    let ready = halves.ready(m);
     let accept = m.and(valid, ready);
     let accept = m.name(accept, "write_accept");
     let done = m.and(accept, last);
@@ -97,30 +91,12 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let before = m.shl_const(before, shape.bank_bits);
     let rows_after = m.add(before, kept);
     let rows_after = m.name(rows_after, "rows_after");
-    let other = m.not(write_half);
-    let other = m.name(other, "other_write_half");
-    m.set_next_if(write_half, done, other);
     let no_room = m.not(room);
     let overflow = m.and(accept, no_room);
-    for (h, mine) in [(0, other), (1, write_half)] {
-        let loads = m.and(done, mine);
-        let loads = m.name(loads, &format!("load_{h}"));
-        let reading = if h == 1 { read_half } else { m.not(read_half) };
-        let frees = m.and(release, reading);
-        let stays = m.not(frees);
-        let kept = m.and(loaded[h], stays);
-        let next = m.or(loads, kept);
-        m.set_next(loaded[h], next);
-        m.set_next_if(count[h], loads, rows_after);
-    }
-
+    let readable = halves.advance(m, done, rows_after, release);
     m.section("Reader");
-    let other_read = m.not(read_half);
-    m.set_next_if(read_half, release, other_read);
-    let is_loaded = m.mux(read_half, loaded[1], loaded[0]);
-    let read_count = m.mux(read_half, count[1], count[0]);
     let write_line = m.truncate(write_block, shape.line_bits);
-    let write_address = m.cat(&[write_half, write_line, write_channel]);
+    let write_address = m.cat(&[halves.write, write_line, write_channel]);
     let write_address = m.name(write_address, "write_address");
 
     m.section("Banks");
@@ -128,7 +104,7 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
     for b in 0..banks {
         let lane = m.slice(data, 16 * b, bits);
         let line = m.slice(lines, b * shape.line_bits, shape.line_bits);
-        let address = m.cat(&[read_half, line, channel]);
+        let address = m.cat(&[halves.read, line, channel]);
         let address = m.name(address, &format!("address{b}"));
         let enable = m.bit(read, b);
         let inputs = [
@@ -144,8 +120,12 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
 
     m.section("Outputs");
     m.output("s_axis_mft_tready", ready, "");
-    m.output("is_loaded", is_loaded, "the half to read holds its MVoxel");
-    m.output("rows", read_count, "rows that the half to read holds");
+    m.output(
+        "is_loaded",
+        readable.is_loaded,
+        "the half to read holds its MVoxel",
+    );
+    m.output("rows", readable.rows, "rows that the half to read holds");
     let words = m.cat(&words);
     m.output("words", words, "what each bank read last");
     m.output(

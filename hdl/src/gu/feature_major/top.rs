@@ -12,7 +12,7 @@ use super::passes::Settings;
 use super::sequencer::Sequencer;
 use super::shape::Shape;
 use super::table::table;
-use crate::gu::report::{Stats, Watched, errors, statistics};
+use crate::gu::report::{Stats, Watched, errors, outputs};
 use crate::gu::rit_buffer::rit_buffer;
 use crate::gu::streams::{Beat, FeatureStream, count_both, rit_stream};
 use crate::gu::top::Ports;
@@ -276,16 +276,7 @@ pub(in crate::gu) fn feature_major(config: &Config) -> Result<Arc<Module>, IrErr
             "lanes that hold an entry",
         ],
     );
-    let rit_ready = m.out(rit, "s_axis_rit_tready");
-    m.output("s_axis_rit_tready", rit_ready, "");
-    let mft_ready = m.out(table, "s_axis_mft_tready");
-    m.output("s_axis_mft_tready", mft_ready, "");
-    statistics(m, config, &io, &stats);
-    m.output(
-        "stat_errors",
-        errors,
-        "sticky; docs/gathering-unit.md names the bits",
-    );
+    outputs(m, config, &io, &stats, errors, [rit, table]);
     builder.finish()
 }
 

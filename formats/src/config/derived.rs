@@ -1,0 +1,271 @@
+//! What follows from the gathering unit's part of a configuration: widths, sizes and
+//! stages from which both sides build.
+
+use super::{Config, EntryKind, Modes, Organisation, Sums, WeightTrust};
+use crate::rit::{MAX_VERTICES, Vertices, WORD_BYTES};
+
+/// Bytes of a compact entry.
+const COMPACT_BYTES: usize = 8;
+/// Vertices of a cell, and groups of banks of the parity organisation.
+const CORNERS: u32 = 8;
+
+impl Config {
+    /// The organisation of the banks, and why it is that one.
+    #[must_use]
+    pub fn organisation(&self) -> (Organisation, String) {
+        let gu = &self.gu;
+        let eight_only = gu.modes == Modes::Structured && gu.vertices == [Vertices::Eight];
+        match (gu.organisation, gu.channels) {
+            (Organisation::Auto, None) => (
+                Organisation::ChannelMajor,
+                "gu.channels is not given: one row of B channels a port and cycle".to_owned(),
+            ),
+            (Organisation::Auto, Some(c)) if CORNERS * c > gu.banks => (
+                Organisation::ChannelMajor,
+                format!(
+                    "8 C = {} channels of a cell exceed B = {} banks: one vertex a cycle",
+                    CORNERS * c,
+                    gu.banks
+                ),
+            ),
+            (Organisation::Auto, Some(_)) if !eight_only => (
+                Organisation::ChannelMajor,
+                "entries of other than 8 vertices are asked for: one vertex a cycle".to_owned(),
+            ),
+            (Organisation::Auto, Some(c)) => (
+                Organisation::Parity,
+                format!(
+                    "8 C = {} channels of a cell fit B = {} banks: eight vertices a cycle",
+                    CORNERS * c,
+                    gu.banks
+                ),
+            ),
+            (given, _) => (given, "gu.organisation says so".to_owned()),
+        }
+    }
+
+    /// Whether a cell's eight vertices are read in one cycle.
+    #[must_use]
+    pub fn is_parity(&self) -> bool {
+        self.organisation().0 == Organisation::Parity
+    }
+
+    /// Channels of a segment, hence of a port's part of a feature beat: `B`, or
+    /// an eighth of it where eight vertices are read at once.
+    #[must_use]
+    pub fn lanes_a_port(&self) -> u32 {
+        if self.is_parity() {
+            self.gu.banks / CORNERS
+        } else {
+            self.gu.banks
+        }
+    }
+
+    /// Bytes of one entry of the RIT stream.
+    #[must_use]
+    pub fn entry_bytes(&self, vertices: Vertices) -> usize {
+        match self.rit.entry {
+            EntryKind::Compact if vertices.is_structured() => COMPACT_BYTES,
+            _ => vertices.entry_bytes(),
+        }
+    }
+
+    /// Cycles in which a group of M entries is issued: one a vertex, or one for
+    /// all eight.
+    #[must_use]
+    pub fn issue_cycles(&self, vertices: Vertices) -> u32 {
+        if self.is_parity() {
+            1
+        } else {
+            vertices.count() as u32
+        }
+    }
+
+    /// Vertices of a row of the MFT, hence of a beat of its stream.
+    #[must_use]
+    pub fn vertices_a_row(&self) -> u32 {
+        if self.is_parity() { CORNERS } else { 1 }
+    }
+
+    /// Rows of one half of the MFT.
+    #[must_use]
+    pub fn mft_rows(&self) -> u32 {
+        self.mvoxel.rows.div_ceil(self.vertices_a_row())
+    }
+
+    /// Bits of a channel on the feature stream.
+    #[must_use]
+    pub fn feature_lane_bits(&self) -> u32 {
+        match self.gu.sums {
+            Sums::Rounded => 16,
+            Sums::Exact => 32,
+        }
+    }
+
+    /// Records that share a row of the MFT, of entries of `vertices` vertices and
+    /// features of `channels` channels.
+    #[must_use]
+    pub fn records_a_row(&self, vertices: Vertices, channels: usize) -> u32 {
+        let fits = !vertices.is_structured() && 2 * channels <= self.gu.banks as usize;
+        if fits { self.gu.records_a_row } else { 1 }
+    }
+
+    /// Vertices or records that an MVoxel holds.
+    #[must_use]
+    pub fn mvoxel_capacity(&self, vertices: Vertices, channels: usize) -> u32 {
+        self.mvoxel.rows * self.records_a_row(vertices, channels)
+    }
+
+    /// Bits that name a row of the MFT. The next one of an id says which half of
+    /// the row, where two records share it.
+    #[must_use]
+    pub fn row_bits(&self) -> u32 {
+        (self.mft_rows().max(2) - 1).ilog2() + 1
+    }
+
+    /// Register stages from the RIT banks' output to the MFT's address: the
+    /// banks' own and the last; one more where pipelined; two more in which the
+    /// weights of a compact entry are made, whose way is short enough as it is.
+    #[must_use]
+    pub fn rit_stages(&self) -> u32 {
+        match self.rit.entry {
+            EntryKind::Paper => 2 + u32::from(self.gu.pipelined),
+            EntryKind::Compact => 4,
+        }
+    }
+
+    /// Cycles from the issue of a group's last vertex to its offer: one each for
+    /// the sum, the rounding and the FIFO, and those of the products.
+    #[must_use]
+    pub fn gather_latency(&self) -> u32 {
+        3 + self.product_stages()
+    }
+
+    /// Register stages of a product before it is summed up: its two halves and
+    /// itself where pipelined, itself where eight are summed up at once, none
+    /// otherwise.
+    #[must_use]
+    pub fn product_stages(&self) -> u32 {
+        match (self.gu.pipelined, self.is_parity()) {
+            (true, _) => 2,
+            (false, true) => 1,
+            (false, false) => 0,
+        }
+    }
+
+    /// Bits of the RIT stream.
+    #[must_use]
+    pub fn rit_stream_bits(&self) -> u32 {
+        self.rit.stream_bits.unwrap_or(64 * self.gu.ports)
+    }
+
+    /// Bits of one RIT row: `M` eight-vertex entries.
+    #[must_use]
+    pub fn rit_row_bits(&self) -> u32 {
+        self.gu.ports * (MAX_VERTICES * WORD_BYTES * 8) as u32
+    }
+
+    /// Rows of one RIT half.
+    #[must_use]
+    pub fn rit_rows(&self) -> u32 {
+        self.rit.entries / self.gu.ports
+    }
+
+    /// Entries that one RIT half holds.
+    #[must_use]
+    pub fn rit_entries(&self, vertices: Vertices) -> u32 {
+        (self.rit.entries as usize * MAX_VERTICES * WORD_BYTES / self.entry_bytes(vertices)) as u32
+    }
+
+    /// Entry sizes that the unit supports, fewest vertices first.
+    #[must_use]
+    pub fn supported_vertices(&self) -> Vec<Vertices> {
+        let gu = &self.gu;
+        Vertices::ALL
+            .into_iter()
+            .filter(|v| match gu.modes {
+                Modes::Structured => gu.vertices.contains(v),
+                Modes::Unstructured => !v.is_structured(),
+                Modes::Both => !v.is_structured() || gu.vertices.contains(v),
+            })
+            .collect()
+    }
+
+    /// Segments that `channels` take: `ceil(channels / B)`, in eighths of B where
+    /// eight vertices are read at once.
+    #[must_use]
+    pub fn segments(&self, channels: usize) -> usize {
+        channels.div_ceil(self.lanes_a_port().max(1) as usize)
+    }
+
+    /// Bits of the reducers' accumulators.
+    #[must_use]
+    pub fn accumulator_bits(&self) -> u32 {
+        let exact = self.gu.feature_bits + self.gu.weight_bits;
+        // What trusted weights spare is not seen of products in parts.
+        let whole = self.product_stages() == 0;
+        match self.gu.weights {
+            WeightTrust::Trusted if whole => exact,
+            // Eight codes below 2^(W+1) add four bits.
+            _ => exact + 4,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::config::MvoxelConfig;
+
+    #[test]
+    fn cells_of_lines_planes_and_cubes_lie_at_fixed_distances() {
+        let paper = MvoxelConfig::default();
+        assert_eq!(paper.edges(2), Some([32, 16, 1]));
+        assert_eq!(paper.edges(3), Some([8; 3]));
+        let of = |v| paper.offsets(v).unwrap();
+        assert_eq!(of(Vertices::Two)[..2], [0, 1]);
+        assert_eq!(of(Vertices::Four)[..4], [0, 1, 32, 33]);
+        assert_eq!(of(Vertices::Eight), [0, 1, 8, 9, 64, 65, 72, 73]);
+        let few = MvoxelConfig { rows: 7 };
+        assert_eq!(few.offsets(Vertices::Eight), None);
+        assert_eq!(few.offsets(Vertices::Four), Some([0, 1, 2, 3, 0, 0, 0, 0]));
+        assert_eq!(MvoxelConfig { rows: 3 }.offsets(Vertices::Four), None);
+    }
+
+    #[test]
+    fn the_channel_count_chooses_the_organisation() {
+        let of = |text: &str| {
+            let config: Config = toml::from_str(text).unwrap();
+            config.organisation()
+        };
+        let eight = "modes = \"structured\"\nvertices = [8]\n";
+        for (text, chosen, why) in [
+            ("", Organisation::ChannelMajor, "not given"),
+            (
+                "[gu]\nchannels = 4\n",
+                Organisation::ChannelMajor,
+                "other than 8",
+            ),
+            (
+                &format!("[gu]\nchannels = 4\n{eight}"),
+                Organisation::Parity,
+                "8 C = 32",
+            ),
+            (
+                &format!("[gu]\nchannels = 5\n{eight}"),
+                Organisation::ChannelMajor,
+                "exceed B = 32",
+            ),
+            (
+                "[gu]\norganisation = \"feature-major\"\n",
+                Organisation::FeatureMajor,
+                "says so",
+            ),
+        ] {
+            let (found, reason) = of(text);
+            assert_eq!(found, chosen, "{text}");
+            assert!(reason.contains(why), "{reason}");
+        }
+    }
+}
