@@ -55,13 +55,14 @@ impl Reader {
                 let bit = m.bit(stage.vertex, axis);
                 m.name(bit, &format!("far_{}{port}", AXES[axis as usize]))
             });
-            let (low, high) = first_split(m, shape, entry.fraction[2]);
+            let name = |axis: &str| format!("{axis}{port}");
+            let (low, high) = first_split(m, shape, &name("z"), entry.fraction[2]);
             let sum = m.mux(z, high, low);
             let sum = m.name(sum, &format!("sum_z{port}"));
-            let (low, high) = split(m, sum, entry.fraction[1]);
+            let (low, high) = split(m, &name("y"), sum, entry.fraction[1]);
             let sum = m.mux(y, high, low);
             let sum = hold(m, "sum_y", sum);
-            let (low, high) = split(m, sum, across);
+            let (low, high) = split(m, &name("x"), sum, across);
             let weight = m.mux(x, high, low);
             return Given {
                 rows: vec![row],
@@ -73,27 +74,34 @@ impl Reader {
             let bit = m.bit(entry.row, axis * shape.axis_bits());
             m.name(bit, &format!("odd_{}{port}", AXES[axis as usize]))
         });
-        let rows = rows_of_groups(m, shape, entry.row, odd);
-        let rows = (0..).zip(rows);
-        let rows = rows
-            .map(|(g, row)| hold(m, &format!("row{g}_"), row))
-            .collect();
+        let row = hold(m, "row", entry.row);
+        let next = [0, 1, 2].map(|axis: u32| {
+            let next = next_even(m, shape, entry.row, odd[axis as usize], axis);
+            hold(m, &format!("next_{}", AXES[axis as usize]), next)
+        });
+        let rows = rows_of_groups(m, shape, row, next);
         // The side whose parity is 0 first.
-        let by_parity = |m: &mut ModuleBuilder, (low, high): (Signal, Signal), odd: Signal| {
-            [m.mux(odd, high, low), m.mux(odd, low, high)]
+        let by_parity = |m: &mut ModuleBuilder, name: &str, parts: (Signal, Signal), odd| {
+            let (low, high) = parts;
+            [("even", high, low), ("odd", low, high)].map(|(side, first, other)| {
+                let part = m.mux(odd, first, other);
+                m.name(part, &format!("{side}_part_{name}"))
+            })
         };
-        let first = first_split(m, shape, entry.fraction[2]);
+        let name = |axis: &str, i: usize| format!("{axis}{port}_{i}");
+        let first = first_split(m, shape, &format!("z{port}"), entry.fraction[2]);
         let mut sums = vec![];
-        for sum in by_parity(m, first, odd[2]) {
-            let parts = split(m, sum, entry.fraction[1]);
-            sums.extend(by_parity(m, parts, odd[1]));
+        let along_z = by_parity(m, &format!("z{port}"), first, odd[2]);
+        for (i, sum) in along_z.into_iter().enumerate() {
+            let parts = split(m, &name("y", i), sum, entry.fraction[1]);
+            sums.extend(by_parity(m, &name("y", i), parts, odd[1]));
         }
-        let odd_x = hold(m, "odd_x", odd[0]);
+        let odd_x = m.bit(row, 0);
         let mut weights = vec![];
         for (i, sum) in sums.into_iter().enumerate() {
             let sum = hold(m, &format!("sum{i}_"), sum);
-            let parts = split(m, sum, across);
-            weights.extend(by_parity(m, parts, odd_x));
+            let parts = split(m, &name("x", i), sum, across);
+            weights.extend(by_parity(m, &name("x", i), parts, odd_x));
         }
         let weights = weights.into_iter().map(|w| halfword(m, w)).collect();
         Given {
@@ -210,7 +218,12 @@ fn halfword(m: &mut ModuleBuilder, weight: Signal) -> Signal {
 }
 
 /// 1 split along the last axis: no multiplier.
-fn first_split(m: &mut ModuleBuilder, shape: &Shape, fraction: Signal) -> (Signal, Signal) {
+fn first_split(
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    name: &str,
+    fraction: Signal,
+) -> (Signal, Signal) {
     let w = shape.weight_bits;
     let top = FRACTION_BITS - 1;
     let (one, part) = (m.bit(fraction, top), m.slice(fraction, 0, top));
@@ -227,60 +240,72 @@ fn first_split(m: &mut ModuleBuilder, shape: &Shape, fraction: Signal) -> (Signa
         let rounded = m.round(fraction, top - w, Rounding::HalfUp);
         m.truncate(rounded, w + 1)
     };
+    let high = m.name(high, &format!("high_{name}"));
     let one = m.lit(1u32 << w, Ty::u(w + 1));
     let low = m.sub(one, high);
-    (low, high)
+    (m.name(low, &format!("low_{name}")), high)
 }
 
 /// A sum split along an axis, rounded half up.
-fn split(m: &mut ModuleBuilder, sum: Signal, fraction: Signal) -> (Signal, Signal) {
+fn split(m: &mut ModuleBuilder, name: &str, sum: Signal, fraction: Signal) -> (Signal, Signal) {
     let top = FRACTION_BITS - 1;
     let (one, part) = (m.bit(fraction, top), m.slice(fraction, 0, top));
     let product = m.mul(sum, part);
+    let product = m.name(product, &format!("product_{name}"));
     let rounded = m.round(product, top, Rounding::HalfUp);
     let rounded = m.truncate(rounded, sum.width());
+    let rounded = m.name(rounded, &format!("rounded_{name}"));
     let high = m.mux(one, sum, rounded);
+    let high = m.name(high, &format!("high_{name}"));
     let low = m.sub(sum, high);
-    (low, high)
+    (m.name(low, &format!("low_{name}")), high)
+}
+
+/// Along an axis, the first vertex of even parity that is the cell's: its own first
+/// one, or the next; half its place, and on top whether it is beyond the MVoxel.
+fn next_even(
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    first: Signal,
+    odd: Signal,
+    axis: u32,
+) -> Signal {
+    let bits = shape.axis_bits();
+    if bits == 1 {
+        return odd;
+    }
+    let half = m.slice(first, axis * bits + 1, bits - 1);
+    let half = m.extend(half, bits);
+    let step = m.extend(odd, bits);
+    m.add(half, step)
 }
 
 /// The row that each group of banks gives: along an axis on which the group's
-/// parity is not the first vertex's, the vertex is the next one.
+/// parity is odd half the first vertex's place, else that of the next even one.
 fn rows_of_groups(
     m: &mut ModuleBuilder,
     shape: &Shape,
     first: Signal,
-    odd: [Signal; 3],
+    next: [Signal; 3],
 ) -> Vec<Signal> {
     let bits = shape.axis_bits();
-    // Along each axis, for the groups of either parity: the vertex, and whether it
-    // is beyond the MVoxel.
-    let along = [0, 1, 2].map(|axis: u32| {
-        let half = (bits > 1).then(|| m.slice(first, axis * bits + 1, bits - 1));
-        let even_group = {
-            let next = match half {
-                Some(half) => {
-                    let wide = m.extend(half, bits);
-                    let step = m.extend(odd[axis as usize], bits);
-                    m.add(wide, step)
-                }
-                None => odd[axis as usize],
-            };
-            let beyond = m.bit(next, bits - 1);
-            (half.map(|_| m.slice(next, 0, bits - 1)), Some(beyond))
-        };
-        [even_group, (half, None)]
-    });
-    (0..MAX_VERTICES)
+    (0..MAX_VERTICES as u32)
         .map(|group| {
             let mut parts = vec![];
             let mut beyond = vec![];
             for axis in (0..3).rev() {
                 let parity = group >> axis & 1;
-                let (half, outside) = along[axis][parity];
-                parts.extend(half);
-                parts.push(m.lit(parity as u32, Ty::bit()));
-                beyond.extend(outside);
+                let even = next[axis as usize];
+                if bits > 1 {
+                    parts.push(match parity {
+                        0 => m.slice(even, 0, bits - 1),
+                        _ => m.slice(first, axis * bits + 1, bits - 1),
+                    });
+                }
+                parts.push(m.lit(parity, Ty::bit()));
+                if parity == 0 {
+                    beyond.push(m.bit(even, bits - 1));
+                }
             }
             let used = 3 * bits;
             let mut row = m.cat(&parts);

@@ -1519,22 +1519,22 @@ module rit_buffer (
   wire far_x0 = f_vertex[0];
   wire far_y0 = e_vertex[1];
   wire far_z0 = e_vertex[2];
-  wire [15:0] e_fraction_z0_12_joined = {{e_fraction_z0[12], e_fraction_z0[11:0] &
-      {12{~e_fraction_z0[12]}}}, 3'd0};
-  wire [15:0] sum_z0 = far_z0 ? e_fraction_z0_12_joined : (16'h8000 - e_fraction_z0_12_joined);
+  wire [15:0] high_z0 = {{e_fraction_z0[12], e_fraction_z0[11:0] & {12{~e_fraction_z0[12]}}}, 3'd0};
+  wire [15:0] low_z0 = 16'h8000 - high_z0;
+  wire [15:0] sum_z0 = far_z0 ? high_z0 : low_z0;
   wire [11:0] e_fraction_y0_part = e_fraction_y0[11:0];
-  wire [27:0] sum_z0_times_e_fraction_y0_part = {12'd0, sum_z0} * {16'd0, e_fraction_y0_part};
-  wire [16:0] sum_z0_times_e_fraction_y0_part_2 = {1'b0, sum_z0_times_e_fraction_y0_part[27:12]} +
-      {16'd0, sum_z0_times_e_fraction_y0_part[11]};
-  wire [15:0] by_e_fraction_y0_12 = e_fraction_y0[12] ? sum_z0 :
-      sum_z0_times_e_fraction_y0_part_2[15:0];
+  wire [27:0] product_y0 = {12'd0, sum_z0} * {16'd0, e_fraction_y0_part};
+  wire [16:0] product_y0_rounded = {1'b0, product_y0[27:12]} + {16'd0, product_y0[11]};
+  wire [15:0] rounded_y0 = product_y0_rounded[15:0];
+  wire [15:0] high_y0 = e_fraction_y0[12] ? sum_z0 : rounded_y0;
+  wire [15:0] low_y0 = sum_z0 - high_y0;
   reg [15:0] f_sum_y0;
   wire [11:0] f_fraction_x0_part = f_fraction_x0[11:0];
-  wire [27:0] f_sum_y0_times_f_fraction_x0_par = {12'd0, f_sum_y0} * {16'd0, f_fraction_x0_part};
-  wire [16:0] f_sum_y0_times_f_fraction_x0_par_2 = {1'b0, f_sum_y0_times_f_fraction_x0_par[27:12]} +
-      {16'd0, f_sum_y0_times_f_fraction_x0_par[11]};
-  wire [15:0] by_f_fraction_x0_12 = f_fraction_x0[12] ? f_sum_y0 :
-      f_sum_y0_times_f_fraction_x0_par_2[15:0];
+  wire [27:0] product_x0 = {12'd0, f_sum_y0} * {16'd0, f_fraction_x0_part};
+  wire [16:0] product_x0_rounded = {1'b0, product_x0[27:12]} + {16'd0, product_x0[11]};
+  wire [15:0] rounded_x0 = product_x0_rounded[15:0];
+  wire [15:0] high_x0 = f_fraction_x0[12] ? f_sum_y0 : rounded_x0;
+  wire [15:0] low_x0 = f_sum_y0 - high_x0;
   reg [15:0] p_row0;
   reg [15:0] p_weight0;
   reg [15:0] p_tag0;
@@ -1653,22 +1653,22 @@ module rit_buffer (
   wire far_x1 = f_vertex[0];
   wire far_y1 = e_vertex[1];
   wire far_z1 = e_vertex[2];
-  wire [15:0] e_fraction_z1_12_joined = {{e_fraction_z1[12], e_fraction_z1[11:0] &
-      {12{~e_fraction_z1[12]}}}, 3'd0};
-  wire [15:0] sum_z1 = far_z1 ? e_fraction_z1_12_joined : (16'h8000 - e_fraction_z1_12_joined);
+  wire [15:0] high_z1 = {{e_fraction_z1[12], e_fraction_z1[11:0] & {12{~e_fraction_z1[12]}}}, 3'd0};
+  wire [15:0] low_z1 = 16'h8000 - high_z1;
+  wire [15:0] sum_z1 = far_z1 ? high_z1 : low_z1;
   wire [11:0] e_fraction_y1_part = e_fraction_y1[11:0];
-  wire [27:0] sum_z1_times_e_fraction_y1_part = {12'd0, sum_z1} * {16'd0, e_fraction_y1_part};
-  wire [16:0] sum_z1_times_e_fraction_y1_part_2 = {1'b0, sum_z1_times_e_fraction_y1_part[27:12]} +
-      {16'd0, sum_z1_times_e_fraction_y1_part[11]};
-  wire [15:0] by_e_fraction_y1_12 = e_fraction_y1[12] ? sum_z1 :
-      sum_z1_times_e_fraction_y1_part_2[15:0];
+  wire [27:0] product_y1 = {12'd0, sum_z1} * {16'd0, e_fraction_y1_part};
+  wire [16:0] product_y1_rounded = {1'b0, product_y1[27:12]} + {16'd0, product_y1[11]};
+  wire [15:0] rounded_y1 = product_y1_rounded[15:0];
+  wire [15:0] high_y1 = e_fraction_y1[12] ? sum_z1 : rounded_y1;
+  wire [15:0] low_y1 = sum_z1 - high_y1;
   reg [15:0] f_sum_y1;
   wire [11:0] f_fraction_x1_part = f_fraction_x1[11:0];
-  wire [27:0] f_sum_y1_times_f_fraction_x1_par = {12'd0, f_sum_y1} * {16'd0, f_fraction_x1_part};
-  wire [16:0] f_sum_y1_times_f_fraction_x1_par_2 = {1'b0, f_sum_y1_times_f_fraction_x1_par[27:12]} +
-      {16'd0, f_sum_y1_times_f_fraction_x1_par[11]};
-  wire [15:0] by_f_fraction_x1_12 = f_fraction_x1[12] ? f_sum_y1 :
-      f_sum_y1_times_f_fraction_x1_par_2[15:0];
+  wire [27:0] product_x1 = {12'd0, f_sum_y1} * {16'd0, f_fraction_x1_part};
+  wire [16:0] product_x1_rounded = {1'b0, product_x1[27:12]} + {16'd0, product_x1[11]};
+  wire [15:0] rounded_x1 = product_x1_rounded[15:0];
+  wire [15:0] high_x1 = f_fraction_x1[12] ? f_sum_y1 : rounded_x1;
+  wire [15:0] low_x1 = f_sum_y1 - high_x1;
   reg [15:0] p_row1;
   reg [15:0] p_weight1;
   reg [15:0] p_tag1;
@@ -1716,18 +1716,18 @@ module rit_buffer (
         f_slot0 <= e_slot0;
         f_fraction_x0 <= e_fraction_x0;
         f_row0 <= (e_row0 + offset0) | {outside0, 15'd0};
-        f_sum_y0 <= far_y0 ? by_e_fraction_y0_12 : (sum_z0 - by_e_fraction_y0_12);
+        f_sum_y0 <= far_y0 ? high_y0 : low_y0;
         f_slot1 <= e_slot1;
         f_fraction_x1 <= e_fraction_x1;
         f_row1 <= (e_row1 + offset1) | {outside1, 15'd0};
-        f_sum_y1 <= far_y1 ? by_e_fraction_y1_12 : (sum_z1 - by_e_fraction_y1_12);
+        f_sum_y1 <= far_y1 ? high_y1 : low_y1;
       end
       if (p_fill) begin
         p_row0 <= f_row0;
-        p_weight0 <= far_x0 ? by_f_fraction_x0_12 : (f_sum_y0 - by_f_fraction_x0_12);
+        p_weight0 <= far_x0 ? high_x0 : low_x0;
         p_tag0 <= f_slot0;
         p_row1 <= f_row1;
-        p_weight1 <= far_x1 ? by_f_fraction_x1_12 : (f_sum_y1 - by_f_fraction_x1_12);
+        p_weight1 <= far_x1 ? high_x1 : low_x1;
         p_tag1 <= f_slot1;
       end
     end
@@ -1750,11 +1750,9 @@ module rit_buffer (
       s_axis_rit_tkeep[15]) & ((~s_axis_rit_tkeep[14]) | s_axis_rit_tkeep[12])) :
       (&s_axis_rit_tkeep))), write_accept & s_axis_rit_tlast & (~whole_entries)};
 
-  wire unused_ok = &{1'b0, f_vertex[2:1], sum_z0_times_e_fraction_y0_part[10:0],
-      sum_z0_times_e_fraction_y0_part_2[16], f_sum_y0_times_f_fraction_x0_par[10:0],
-      f_sum_y0_times_f_fraction_x0_par_2[16], sum_z1_times_e_fraction_y1_part[10:0],
-      sum_z1_times_e_fraction_y1_part_2[16], f_sum_y1_times_f_fraction_x1_par[10:0],
-      f_sum_y1_times_f_fraction_x1_par_2[16]};
+  wire unused_ok = &{1'b0, f_vertex[2:1], product_y0[10:0], product_y0_rounded[16],
+      product_x0[10:0], product_x0_rounded[16], product_y1[10:0], product_y1_rounded[16],
+      product_x1[10:0], product_x1_rounded[16]};
 endmodule
 
 `default_nettype wire

@@ -1047,70 +1047,66 @@ module rit_buffer (
   wire odd_x0 = e_row0[0];
   wire odd_y0 = e_row0[3];
   wire odd_z0 = e_row0[6];
-  wire [2:0] e_row0_1_plus_odd_x0 = {1'd0, e_row0[2:1]} + {2'd0, odd_x0};
-  wire [2:0] e_row0_4_plus_odd_y0 = {1'd0, e_row0[5:4]} + {2'd0, odd_y0};
-  wire [2:0] e_row0_7_plus_odd_z0 = {1'd0, e_row0[8:7]} + {2'd0, odd_z0};
-  reg [15:0] f_row0_0;
-  reg [15:0] f_row1_0;
-  reg [15:0] f_row2_0;
-  reg [15:0] f_row3_0;
-  reg [15:0] f_row4_0;
-  reg [15:0] f_row5_0;
-  reg [15:0] f_row6_0;
-  reg [15:0] f_row7_0;
-  wire [15:0] e_fraction_z0_12_joined = {{e_fraction_z0[12], e_fraction_z0[11:0] &
-      {12{~e_fraction_z0[12]}}}, 3'd0};
-  wire [15:0] v_32768_minus_e_fraction_z0_12_joi = 16'h8000 - e_fraction_z0_12_joined;
-  wire [15:0] by_odd_z0 = odd_z0 ? e_fraction_z0_12_joined : v_32768_minus_e_fraction_z0_12_joi;
-  wire [15:0] by_odd_z0_2 = odd_z0 ? v_32768_minus_e_fraction_z0_12_joi : e_fraction_z0_12_joined;
+  reg [15:0] f_row0;
+  reg [2:0] f_next_x0;
+  reg [2:0] f_next_y0;
+  reg [2:0] f_next_z0;
+  wire [15:0] high_z0 = {{e_fraction_z0[12], e_fraction_z0[11:0] & {12{~e_fraction_z0[12]}}}, 3'd0};
+  wire [15:0] low_z0 = 16'h8000 - high_z0;
+  wire [15:0] even_part_z0 = odd_z0 ? high_z0 : low_z0;
+  wire [15:0] odd_part_z0 = odd_z0 ? low_z0 : high_z0;
   wire [11:0] e_fraction_y0_part = e_fraction_y0[11:0];
-  wire [27:0] by_odd_z0_times_e_fraction_y0_pa = {12'd0, by_odd_z0} * {16'd0, e_fraction_y0_part};
-  wire [16:0] by_odd_z0_times_e_fraction_y0_pa_2 = {1'b0, by_odd_z0_times_e_fraction_y0_pa[27:12]} +
-      {16'd0, by_odd_z0_times_e_fraction_y0_pa[11]};
-  wire [15:0] by_e_fraction_y0_12 = e_fraction_y0[12] ? by_odd_z0 :
-      by_odd_z0_times_e_fraction_y0_pa_2[15:0];
-  wire [15:0] by_odd_z0_minus_by_e_fraction_y0 = by_odd_z0 - by_e_fraction_y0_12;
+  wire [27:0] product_y0_0 = {12'd0, even_part_z0} * {16'd0, e_fraction_y0_part};
+  wire [16:0] product_y0_0_rounded = {1'b0, product_y0_0[27:12]} + {16'd0, product_y0_0[11]};
+  wire [15:0] rounded_y0_0 = product_y0_0_rounded[15:0];
+  wire [15:0] high_y0_0 = e_fraction_y0[12] ? even_part_z0 : rounded_y0_0;
+  wire [15:0] low_y0_0 = even_part_z0 - high_y0_0;
+  wire [15:0] even_part_y0_0 = odd_y0 ? high_y0_0 : low_y0_0;
+  wire [15:0] odd_part_y0_0 = odd_y0 ? low_y0_0 : high_y0_0;
   wire [11:0] e_fraction_y0_part_2 = e_fraction_y0[11:0];
-  wire [27:0] by_odd_z0_2_times_e_fraction_y0 = {12'd0, by_odd_z0_2} * {16'd0,
-      e_fraction_y0_part_2};
-  wire [16:0] by_odd_z0_2_times_e_fraction_y0_2 = {1'b0, by_odd_z0_2_times_e_fraction_y0[27:12]} +
-      {16'd0, by_odd_z0_2_times_e_fraction_y0[11]};
-  wire [15:0] by_e_fraction_y0_12_2 = e_fraction_y0[12] ? by_odd_z0_2 :
-      by_odd_z0_2_times_e_fraction_y0_2[15:0];
-  wire [15:0] by_odd_z0_2_minus_by_e_fraction = by_odd_z0_2 - by_e_fraction_y0_12_2;
-  reg f_odd_x0;
+  wire [27:0] product_y0_1 = {12'd0, odd_part_z0} * {16'd0, e_fraction_y0_part_2};
+  wire [16:0] product_y0_1_rounded = {1'b0, product_y0_1[27:12]} + {16'd0, product_y0_1[11]};
+  wire [15:0] rounded_y0_1 = product_y0_1_rounded[15:0];
+  wire [15:0] high_y0_1 = e_fraction_y0[12] ? odd_part_z0 : rounded_y0_1;
+  wire [15:0] low_y0_1 = odd_part_z0 - high_y0_1;
+  wire [15:0] even_part_y0_1 = odd_y0 ? high_y0_1 : low_y0_1;
+  wire [15:0] odd_part_y0_1 = odd_y0 ? low_y0_1 : high_y0_1;
   reg [15:0] f_sum0_0;
   wire [11:0] f_fraction_x0_part = f_fraction_x0[11:0];
-  wire [27:0] f_sum0_0_times_f_fraction_x0_par = {12'd0, f_sum0_0} * {16'd0, f_fraction_x0_part};
-  wire [16:0] f_sum0_0_times_f_fraction_x0_par_2 = {1'b0, f_sum0_0_times_f_fraction_x0_par[27:12]} +
-      {16'd0, f_sum0_0_times_f_fraction_x0_par[11]};
-  wire [15:0] by_f_fraction_x0_12 = f_fraction_x0[12] ? f_sum0_0 :
-      f_sum0_0_times_f_fraction_x0_par_2[15:0];
-  wire [15:0] f_sum0_0_minus_by_f_fraction_x0 = f_sum0_0 - by_f_fraction_x0_12;
+  wire [27:0] product_x0_0 = {12'd0, f_sum0_0} * {16'd0, f_fraction_x0_part};
+  wire [16:0] product_x0_0_rounded = {1'b0, product_x0_0[27:12]} + {16'd0, product_x0_0[11]};
+  wire [15:0] rounded_x0_0 = product_x0_0_rounded[15:0];
+  wire [15:0] high_x0_0 = f_fraction_x0[12] ? f_sum0_0 : rounded_x0_0;
+  wire [15:0] low_x0_0 = f_sum0_0 - high_x0_0;
+  wire [15:0] even_part_x0_0 = f_row0[0] ? high_x0_0 : low_x0_0;
+  wire [15:0] odd_part_x0_0 = f_row0[0] ? low_x0_0 : high_x0_0;
   reg [15:0] f_sum1_0;
   wire [11:0] f_fraction_x0_part_2 = f_fraction_x0[11:0];
-  wire [27:0] f_sum1_0_times_f_fraction_x0_par = {12'd0, f_sum1_0} * {16'd0, f_fraction_x0_part_2};
-  wire [16:0] f_sum1_0_times_f_fraction_x0_par_2 = {1'b0, f_sum1_0_times_f_fraction_x0_par[27:12]} +
-      {16'd0, f_sum1_0_times_f_fraction_x0_par[11]};
-  wire [15:0] by_f_fraction_x0_12_2 = f_fraction_x0[12] ? f_sum1_0 :
-      f_sum1_0_times_f_fraction_x0_par_2[15:0];
-  wire [15:0] f_sum1_0_minus_by_f_fraction_x0 = f_sum1_0 - by_f_fraction_x0_12_2;
+  wire [27:0] product_x0_1 = {12'd0, f_sum1_0} * {16'd0, f_fraction_x0_part_2};
+  wire [16:0] product_x0_1_rounded = {1'b0, product_x0_1[27:12]} + {16'd0, product_x0_1[11]};
+  wire [15:0] rounded_x0_1 = product_x0_1_rounded[15:0];
+  wire [15:0] high_x0_1 = f_fraction_x0[12] ? f_sum1_0 : rounded_x0_1;
+  wire [15:0] low_x0_1 = f_sum1_0 - high_x0_1;
+  wire [15:0] even_part_x0_1 = f_row0[0] ? high_x0_1 : low_x0_1;
+  wire [15:0] odd_part_x0_1 = f_row0[0] ? low_x0_1 : high_x0_1;
   reg [15:0] f_sum2_0;
   wire [11:0] f_fraction_x0_part_3 = f_fraction_x0[11:0];
-  wire [27:0] f_sum2_0_times_f_fraction_x0_par = {12'd0, f_sum2_0} * {16'd0, f_fraction_x0_part_3};
-  wire [16:0] f_sum2_0_times_f_fraction_x0_par_2 = {1'b0, f_sum2_0_times_f_fraction_x0_par[27:12]} +
-      {16'd0, f_sum2_0_times_f_fraction_x0_par[11]};
-  wire [15:0] by_f_fraction_x0_12_3 = f_fraction_x0[12] ? f_sum2_0 :
-      f_sum2_0_times_f_fraction_x0_par_2[15:0];
-  wire [15:0] f_sum2_0_minus_by_f_fraction_x0 = f_sum2_0 - by_f_fraction_x0_12_3;
+  wire [27:0] product_x0_2 = {12'd0, f_sum2_0} * {16'd0, f_fraction_x0_part_3};
+  wire [16:0] product_x0_2_rounded = {1'b0, product_x0_2[27:12]} + {16'd0, product_x0_2[11]};
+  wire [15:0] rounded_x0_2 = product_x0_2_rounded[15:0];
+  wire [15:0] high_x0_2 = f_fraction_x0[12] ? f_sum2_0 : rounded_x0_2;
+  wire [15:0] low_x0_2 = f_sum2_0 - high_x0_2;
+  wire [15:0] even_part_x0_2 = f_row0[0] ? high_x0_2 : low_x0_2;
+  wire [15:0] odd_part_x0_2 = f_row0[0] ? low_x0_2 : high_x0_2;
   reg [15:0] f_sum3_0;
   wire [11:0] f_fraction_x0_part_4 = f_fraction_x0[11:0];
-  wire [27:0] f_sum3_0_times_f_fraction_x0_par = {12'd0, f_sum3_0} * {16'd0, f_fraction_x0_part_4};
-  wire [16:0] f_sum3_0_times_f_fraction_x0_par_2 = {1'b0, f_sum3_0_times_f_fraction_x0_par[27:12]} +
-      {16'd0, f_sum3_0_times_f_fraction_x0_par[11]};
-  wire [15:0] by_f_fraction_x0_12_4 = f_fraction_x0[12] ? f_sum3_0 :
-      f_sum3_0_times_f_fraction_x0_par_2[15:0];
-  wire [15:0] f_sum3_0_minus_by_f_fraction_x0 = f_sum3_0 - by_f_fraction_x0_12_4;
+  wire [27:0] product_x0_3 = {12'd0, f_sum3_0} * {16'd0, f_fraction_x0_part_4};
+  wire [16:0] product_x0_3_rounded = {1'b0, product_x0_3[27:12]} + {16'd0, product_x0_3[11]};
+  wire [15:0] rounded_x0_3 = product_x0_3_rounded[15:0];
+  wire [15:0] high_x0_3 = f_fraction_x0[12] ? f_sum3_0 : rounded_x0_3;
+  wire [15:0] low_x0_3 = f_sum3_0 - high_x0_3;
+  wire [15:0] even_part_x0_3 = f_row0[0] ? high_x0_3 : low_x0_3;
+  wire [15:0] odd_part_x0_3 = f_row0[0] ? low_x0_3 : high_x0_3;
   reg [15:0] p_row0_0;
   reg [15:0] p_row0_1;
   reg [15:0] p_row0_2;
@@ -1149,70 +1145,66 @@ module rit_buffer (
   wire odd_x1 = e_row1[0];
   wire odd_y1 = e_row1[3];
   wire odd_z1 = e_row1[6];
-  wire [2:0] e_row1_1_plus_odd_x1 = {1'd0, e_row1[2:1]} + {2'd0, odd_x1};
-  wire [2:0] e_row1_4_plus_odd_y1 = {1'd0, e_row1[5:4]} + {2'd0, odd_y1};
-  wire [2:0] e_row1_7_plus_odd_z1 = {1'd0, e_row1[8:7]} + {2'd0, odd_z1};
-  reg [15:0] f_row0_1;
-  reg [15:0] f_row1_1;
-  reg [15:0] f_row2_1;
-  reg [15:0] f_row3_1;
-  reg [15:0] f_row4_1;
-  reg [15:0] f_row5_1;
-  reg [15:0] f_row6_1;
-  reg [15:0] f_row7_1;
-  wire [15:0] e_fraction_z1_12_joined = {{e_fraction_z1[12], e_fraction_z1[11:0] &
-      {12{~e_fraction_z1[12]}}}, 3'd0};
-  wire [15:0] v_32768_minus_e_fraction_z1_12_joi = 16'h8000 - e_fraction_z1_12_joined;
-  wire [15:0] by_odd_z1 = odd_z1 ? e_fraction_z1_12_joined : v_32768_minus_e_fraction_z1_12_joi;
-  wire [15:0] by_odd_z1_2 = odd_z1 ? v_32768_minus_e_fraction_z1_12_joi : e_fraction_z1_12_joined;
+  reg [15:0] f_row1;
+  reg [2:0] f_next_x1;
+  reg [2:0] f_next_y1;
+  reg [2:0] f_next_z1;
+  wire [15:0] high_z1 = {{e_fraction_z1[12], e_fraction_z1[11:0] & {12{~e_fraction_z1[12]}}}, 3'd0};
+  wire [15:0] low_z1 = 16'h8000 - high_z1;
+  wire [15:0] even_part_z1 = odd_z1 ? high_z1 : low_z1;
+  wire [15:0] odd_part_z1 = odd_z1 ? low_z1 : high_z1;
   wire [11:0] e_fraction_y1_part = e_fraction_y1[11:0];
-  wire [27:0] by_odd_z1_times_e_fraction_y1_pa = {12'd0, by_odd_z1} * {16'd0, e_fraction_y1_part};
-  wire [16:0] by_odd_z1_times_e_fraction_y1_pa_2 = {1'b0, by_odd_z1_times_e_fraction_y1_pa[27:12]} +
-      {16'd0, by_odd_z1_times_e_fraction_y1_pa[11]};
-  wire [15:0] by_e_fraction_y1_12 = e_fraction_y1[12] ? by_odd_z1 :
-      by_odd_z1_times_e_fraction_y1_pa_2[15:0];
-  wire [15:0] by_odd_z1_minus_by_e_fraction_y1 = by_odd_z1 - by_e_fraction_y1_12;
+  wire [27:0] product_y1_0 = {12'd0, even_part_z1} * {16'd0, e_fraction_y1_part};
+  wire [16:0] product_y1_0_rounded = {1'b0, product_y1_0[27:12]} + {16'd0, product_y1_0[11]};
+  wire [15:0] rounded_y1_0 = product_y1_0_rounded[15:0];
+  wire [15:0] high_y1_0 = e_fraction_y1[12] ? even_part_z1 : rounded_y1_0;
+  wire [15:0] low_y1_0 = even_part_z1 - high_y1_0;
+  wire [15:0] even_part_y1_0 = odd_y1 ? high_y1_0 : low_y1_0;
+  wire [15:0] odd_part_y1_0 = odd_y1 ? low_y1_0 : high_y1_0;
   wire [11:0] e_fraction_y1_part_2 = e_fraction_y1[11:0];
-  wire [27:0] by_odd_z1_2_times_e_fraction_y1 = {12'd0, by_odd_z1_2} * {16'd0,
-      e_fraction_y1_part_2};
-  wire [16:0] by_odd_z1_2_times_e_fraction_y1_2 = {1'b0, by_odd_z1_2_times_e_fraction_y1[27:12]} +
-      {16'd0, by_odd_z1_2_times_e_fraction_y1[11]};
-  wire [15:0] by_e_fraction_y1_12_2 = e_fraction_y1[12] ? by_odd_z1_2 :
-      by_odd_z1_2_times_e_fraction_y1_2[15:0];
-  wire [15:0] by_odd_z1_2_minus_by_e_fraction = by_odd_z1_2 - by_e_fraction_y1_12_2;
-  reg f_odd_x1;
+  wire [27:0] product_y1_1 = {12'd0, odd_part_z1} * {16'd0, e_fraction_y1_part_2};
+  wire [16:0] product_y1_1_rounded = {1'b0, product_y1_1[27:12]} + {16'd0, product_y1_1[11]};
+  wire [15:0] rounded_y1_1 = product_y1_1_rounded[15:0];
+  wire [15:0] high_y1_1 = e_fraction_y1[12] ? odd_part_z1 : rounded_y1_1;
+  wire [15:0] low_y1_1 = odd_part_z1 - high_y1_1;
+  wire [15:0] even_part_y1_1 = odd_y1 ? high_y1_1 : low_y1_1;
+  wire [15:0] odd_part_y1_1 = odd_y1 ? low_y1_1 : high_y1_1;
   reg [15:0] f_sum0_1;
   wire [11:0] f_fraction_x1_part = f_fraction_x1[11:0];
-  wire [27:0] f_sum0_1_times_f_fraction_x1_par = {12'd0, f_sum0_1} * {16'd0, f_fraction_x1_part};
-  wire [16:0] f_sum0_1_times_f_fraction_x1_par_2 = {1'b0, f_sum0_1_times_f_fraction_x1_par[27:12]} +
-      {16'd0, f_sum0_1_times_f_fraction_x1_par[11]};
-  wire [15:0] by_f_fraction_x1_12 = f_fraction_x1[12] ? f_sum0_1 :
-      f_sum0_1_times_f_fraction_x1_par_2[15:0];
-  wire [15:0] f_sum0_1_minus_by_f_fraction_x1 = f_sum0_1 - by_f_fraction_x1_12;
+  wire [27:0] product_x1_0 = {12'd0, f_sum0_1} * {16'd0, f_fraction_x1_part};
+  wire [16:0] product_x1_0_rounded = {1'b0, product_x1_0[27:12]} + {16'd0, product_x1_0[11]};
+  wire [15:0] rounded_x1_0 = product_x1_0_rounded[15:0];
+  wire [15:0] high_x1_0 = f_fraction_x1[12] ? f_sum0_1 : rounded_x1_0;
+  wire [15:0] low_x1_0 = f_sum0_1 - high_x1_0;
+  wire [15:0] even_part_x1_0 = f_row1[0] ? high_x1_0 : low_x1_0;
+  wire [15:0] odd_part_x1_0 = f_row1[0] ? low_x1_0 : high_x1_0;
   reg [15:0] f_sum1_1;
   wire [11:0] f_fraction_x1_part_2 = f_fraction_x1[11:0];
-  wire [27:0] f_sum1_1_times_f_fraction_x1_par = {12'd0, f_sum1_1} * {16'd0, f_fraction_x1_part_2};
-  wire [16:0] f_sum1_1_times_f_fraction_x1_par_2 = {1'b0, f_sum1_1_times_f_fraction_x1_par[27:12]} +
-      {16'd0, f_sum1_1_times_f_fraction_x1_par[11]};
-  wire [15:0] by_f_fraction_x1_12_2 = f_fraction_x1[12] ? f_sum1_1 :
-      f_sum1_1_times_f_fraction_x1_par_2[15:0];
-  wire [15:0] f_sum1_1_minus_by_f_fraction_x1 = f_sum1_1 - by_f_fraction_x1_12_2;
+  wire [27:0] product_x1_1 = {12'd0, f_sum1_1} * {16'd0, f_fraction_x1_part_2};
+  wire [16:0] product_x1_1_rounded = {1'b0, product_x1_1[27:12]} + {16'd0, product_x1_1[11]};
+  wire [15:0] rounded_x1_1 = product_x1_1_rounded[15:0];
+  wire [15:0] high_x1_1 = f_fraction_x1[12] ? f_sum1_1 : rounded_x1_1;
+  wire [15:0] low_x1_1 = f_sum1_1 - high_x1_1;
+  wire [15:0] even_part_x1_1 = f_row1[0] ? high_x1_1 : low_x1_1;
+  wire [15:0] odd_part_x1_1 = f_row1[0] ? low_x1_1 : high_x1_1;
   reg [15:0] f_sum2_1;
   wire [11:0] f_fraction_x1_part_3 = f_fraction_x1[11:0];
-  wire [27:0] f_sum2_1_times_f_fraction_x1_par = {12'd0, f_sum2_1} * {16'd0, f_fraction_x1_part_3};
-  wire [16:0] f_sum2_1_times_f_fraction_x1_par_2 = {1'b0, f_sum2_1_times_f_fraction_x1_par[27:12]} +
-      {16'd0, f_sum2_1_times_f_fraction_x1_par[11]};
-  wire [15:0] by_f_fraction_x1_12_3 = f_fraction_x1[12] ? f_sum2_1 :
-      f_sum2_1_times_f_fraction_x1_par_2[15:0];
-  wire [15:0] f_sum2_1_minus_by_f_fraction_x1 = f_sum2_1 - by_f_fraction_x1_12_3;
+  wire [27:0] product_x1_2 = {12'd0, f_sum2_1} * {16'd0, f_fraction_x1_part_3};
+  wire [16:0] product_x1_2_rounded = {1'b0, product_x1_2[27:12]} + {16'd0, product_x1_2[11]};
+  wire [15:0] rounded_x1_2 = product_x1_2_rounded[15:0];
+  wire [15:0] high_x1_2 = f_fraction_x1[12] ? f_sum2_1 : rounded_x1_2;
+  wire [15:0] low_x1_2 = f_sum2_1 - high_x1_2;
+  wire [15:0] even_part_x1_2 = f_row1[0] ? high_x1_2 : low_x1_2;
+  wire [15:0] odd_part_x1_2 = f_row1[0] ? low_x1_2 : high_x1_2;
   reg [15:0] f_sum3_1;
   wire [11:0] f_fraction_x1_part_4 = f_fraction_x1[11:0];
-  wire [27:0] f_sum3_1_times_f_fraction_x1_par = {12'd0, f_sum3_1} * {16'd0, f_fraction_x1_part_4};
-  wire [16:0] f_sum3_1_times_f_fraction_x1_par_2 = {1'b0, f_sum3_1_times_f_fraction_x1_par[27:12]} +
-      {16'd0, f_sum3_1_times_f_fraction_x1_par[11]};
-  wire [15:0] by_f_fraction_x1_12_4 = f_fraction_x1[12] ? f_sum3_1 :
-      f_sum3_1_times_f_fraction_x1_par_2[15:0];
-  wire [15:0] f_sum3_1_minus_by_f_fraction_x1 = f_sum3_1 - by_f_fraction_x1_12_4;
+  wire [27:0] product_x1_3 = {12'd0, f_sum3_1} * {16'd0, f_fraction_x1_part_4};
+  wire [16:0] product_x1_3_rounded = {1'b0, product_x1_3[27:12]} + {16'd0, product_x1_3[11]};
+  wire [15:0] rounded_x1_3 = product_x1_3_rounded[15:0];
+  wire [15:0] high_x1_3 = f_fraction_x1[12] ? f_sum3_1 : rounded_x1_3;
+  wire [15:0] low_x1_3 = f_sum3_1 - high_x1_3;
+  wire [15:0] even_part_x1_3 = f_row1[0] ? high_x1_3 : low_x1_3;
+  wire [15:0] odd_part_x1_3 = f_row1[0] ? low_x1_3 : high_x1_3;
   reg [15:0] p_row1_0;
   reg [15:0] p_row1_1;
   reg [15:0] p_row1_2;
@@ -1240,15 +1232,10 @@ module rit_buffer (
       e_slot0 <= 16'd0;
       f_slot0 <= 16'd0;
       f_fraction_x0 <= 13'd0;
-      f_row0_0 <= 16'd0;
-      f_row1_0 <= 16'd0;
-      f_row2_0 <= 16'd0;
-      f_row3_0 <= 16'd0;
-      f_row4_0 <= 16'd0;
-      f_row5_0 <= 16'd0;
-      f_row6_0 <= 16'd0;
-      f_row7_0 <= 16'd0;
-      f_odd_x0 <= 1'b0;
+      f_row0 <= 16'd0;
+      f_next_x0 <= 3'd0;
+      f_next_y0 <= 3'd0;
+      f_next_z0 <= 3'd0;
       f_sum0_0 <= 16'd0;
       f_sum1_0 <= 16'd0;
       f_sum2_0 <= 16'd0;
@@ -1277,15 +1264,10 @@ module rit_buffer (
       e_slot1 <= 16'd0;
       f_slot1 <= 16'd0;
       f_fraction_x1 <= 13'd0;
-      f_row0_1 <= 16'd0;
-      f_row1_1 <= 16'd0;
-      f_row2_1 <= 16'd0;
-      f_row3_1 <= 16'd0;
-      f_row4_1 <= 16'd0;
-      f_row5_1 <= 16'd0;
-      f_row6_1 <= 16'd0;
-      f_row7_1 <= 16'd0;
-      f_odd_x1 <= 1'b0;
+      f_row1 <= 16'd0;
+      f_next_x1 <= 3'd0;
+      f_next_y1 <= 3'd0;
+      f_next_z1 <= 3'd0;
       f_sum0_1 <= 16'd0;
       f_sum1_1 <= 16'd0;
       f_sum2_1 <= 16'd0;
@@ -1323,91 +1305,75 @@ module rit_buffer (
       if (f_fill) begin
         f_slot0 <= e_slot0;
         f_fraction_x0 <= e_fraction_x0;
-        f_row0_0 <= {e_row0[15:9], {e_row0_7_plus_odd_z0[1:0], 1'b0, e_row0_4_plus_odd_y0[1:0],
-            1'b0, e_row0_1_plus_odd_x0[1:0], 1'b0}} | {e_row0_7_plus_odd_z0[2] |
-            e_row0_4_plus_odd_y0[2] | e_row0_1_plus_odd_x0[2], 15'd0};
-        f_row1_0 <= {e_row0[15:9], {e_row0_7_plus_odd_z0[1:0], 1'b0, e_row0_4_plus_odd_y0[1:0],
-            1'b0, e_row0[2:1], 1'b1}} | {e_row0_7_plus_odd_z0[2] | e_row0_4_plus_odd_y0[2], 15'd0};
-        f_row2_0 <= {e_row0[15:9], {e_row0_7_plus_odd_z0[1:0], 1'b0, e_row0[5:4], 1'b1,
-            e_row0_1_plus_odd_x0[1:0], 1'b0}} | {e_row0_7_plus_odd_z0[2] | e_row0_1_plus_odd_x0[2],
-            15'd0};
-        f_row3_0 <= {e_row0[15:9], {e_row0_7_plus_odd_z0[1:0], 1'b0, e_row0[5:4], 1'b1, e_row0[2:1],
-            1'b1}} | {e_row0_7_plus_odd_z0[2], 15'd0};
-        f_row4_0 <= {e_row0[15:9], {e_row0[8:7], 1'b1, e_row0_4_plus_odd_y0[1:0], 1'b0,
-            e_row0_1_plus_odd_x0[1:0], 1'b0}} | {e_row0_4_plus_odd_y0[2] | e_row0_1_plus_odd_x0[2],
-            15'd0};
-        f_row5_0 <= {e_row0[15:9], {e_row0[8:7], 1'b1, e_row0_4_plus_odd_y0[1:0], 1'b0, e_row0[2:1],
-            1'b1}} | {e_row0_4_plus_odd_y0[2], 15'd0};
-        f_row6_0 <= {e_row0[15:9], {e_row0[8:7], 1'b1, e_row0[5:4], 1'b1, e_row0_1_plus_odd_x0[1:0],
-            1'b0}} | {e_row0_1_plus_odd_x0[2], 15'd0};
-        f_row7_0 <= {e_row0[15:9], {e_row0[8:7], 1'b1, e_row0[5:4], 1'b1, e_row0[2:1], 1'b1}} |
-            {1'b0, 15'd0};
-        f_odd_x0 <= odd_x0;
-        f_sum0_0 <= odd_y0 ? by_e_fraction_y0_12 : by_odd_z0_minus_by_e_fraction_y0;
-        f_sum1_0 <= odd_y0 ? by_odd_z0_minus_by_e_fraction_y0 : by_e_fraction_y0_12;
-        f_sum2_0 <= odd_y0 ? by_e_fraction_y0_12_2 : by_odd_z0_2_minus_by_e_fraction;
-        f_sum3_0 <= odd_y0 ? by_odd_z0_2_minus_by_e_fraction : by_e_fraction_y0_12_2;
+        f_row0 <= e_row0;
+        f_next_x0 <= {1'd0, e_row0[2:1]} + {2'd0, odd_x0};
+        f_next_y0 <= {1'd0, e_row0[5:4]} + {2'd0, odd_y0};
+        f_next_z0 <= {1'd0, e_row0[8:7]} + {2'd0, odd_z0};
+        f_sum0_0 <= even_part_y0_0;
+        f_sum1_0 <= odd_part_y0_0;
+        f_sum2_0 <= even_part_y0_1;
+        f_sum3_0 <= odd_part_y0_1;
         f_slot1 <= e_slot1;
         f_fraction_x1 <= e_fraction_x1;
-        f_row0_1 <= {e_row1[15:9], {e_row1_7_plus_odd_z1[1:0], 1'b0, e_row1_4_plus_odd_y1[1:0],
-            1'b0, e_row1_1_plus_odd_x1[1:0], 1'b0}} | {e_row1_7_plus_odd_z1[2] |
-            e_row1_4_plus_odd_y1[2] | e_row1_1_plus_odd_x1[2], 15'd0};
-        f_row1_1 <= {e_row1[15:9], {e_row1_7_plus_odd_z1[1:0], 1'b0, e_row1_4_plus_odd_y1[1:0],
-            1'b0, e_row1[2:1], 1'b1}} | {e_row1_7_plus_odd_z1[2] | e_row1_4_plus_odd_y1[2], 15'd0};
-        f_row2_1 <= {e_row1[15:9], {e_row1_7_plus_odd_z1[1:0], 1'b0, e_row1[5:4], 1'b1,
-            e_row1_1_plus_odd_x1[1:0], 1'b0}} | {e_row1_7_plus_odd_z1[2] | e_row1_1_plus_odd_x1[2],
-            15'd0};
-        f_row3_1 <= {e_row1[15:9], {e_row1_7_plus_odd_z1[1:0], 1'b0, e_row1[5:4], 1'b1, e_row1[2:1],
-            1'b1}} | {e_row1_7_plus_odd_z1[2], 15'd0};
-        f_row4_1 <= {e_row1[15:9], {e_row1[8:7], 1'b1, e_row1_4_plus_odd_y1[1:0], 1'b0,
-            e_row1_1_plus_odd_x1[1:0], 1'b0}} | {e_row1_4_plus_odd_y1[2] | e_row1_1_plus_odd_x1[2],
-            15'd0};
-        f_row5_1 <= {e_row1[15:9], {e_row1[8:7], 1'b1, e_row1_4_plus_odd_y1[1:0], 1'b0, e_row1[2:1],
-            1'b1}} | {e_row1_4_plus_odd_y1[2], 15'd0};
-        f_row6_1 <= {e_row1[15:9], {e_row1[8:7], 1'b1, e_row1[5:4], 1'b1, e_row1_1_plus_odd_x1[1:0],
-            1'b0}} | {e_row1_1_plus_odd_x1[2], 15'd0};
-        f_row7_1 <= {e_row1[15:9], {e_row1[8:7], 1'b1, e_row1[5:4], 1'b1, e_row1[2:1], 1'b1}} |
-            {1'b0, 15'd0};
-        f_odd_x1 <= odd_x1;
-        f_sum0_1 <= odd_y1 ? by_e_fraction_y1_12 : by_odd_z1_minus_by_e_fraction_y1;
-        f_sum1_1 <= odd_y1 ? by_odd_z1_minus_by_e_fraction_y1 : by_e_fraction_y1_12;
-        f_sum2_1 <= odd_y1 ? by_e_fraction_y1_12_2 : by_odd_z1_2_minus_by_e_fraction;
-        f_sum3_1 <= odd_y1 ? by_odd_z1_2_minus_by_e_fraction : by_e_fraction_y1_12_2;
+        f_row1 <= e_row1;
+        f_next_x1 <= {1'd0, e_row1[2:1]} + {2'd0, odd_x1};
+        f_next_y1 <= {1'd0, e_row1[5:4]} + {2'd0, odd_y1};
+        f_next_z1 <= {1'd0, e_row1[8:7]} + {2'd0, odd_z1};
+        f_sum0_1 <= even_part_y1_0;
+        f_sum1_1 <= odd_part_y1_0;
+        f_sum2_1 <= even_part_y1_1;
+        f_sum3_1 <= odd_part_y1_1;
       end
       if (p_fill) begin
-        p_row0_0 <= f_row0_0;
-        p_row0_1 <= f_row1_0;
-        p_row0_2 <= f_row2_0;
-        p_row0_3 <= f_row3_0;
-        p_row0_4 <= f_row4_0;
-        p_row0_5 <= f_row5_0;
-        p_row0_6 <= f_row6_0;
-        p_row0_7 <= f_row7_0;
-        p_weight0_0 <= f_odd_x0 ? by_f_fraction_x0_12 : f_sum0_0_minus_by_f_fraction_x0;
-        p_weight0_1 <= f_odd_x0 ? f_sum0_0_minus_by_f_fraction_x0 : by_f_fraction_x0_12;
-        p_weight0_2 <= f_odd_x0 ? by_f_fraction_x0_12_2 : f_sum1_0_minus_by_f_fraction_x0;
-        p_weight0_3 <= f_odd_x0 ? f_sum1_0_minus_by_f_fraction_x0 : by_f_fraction_x0_12_2;
-        p_weight0_4 <= f_odd_x0 ? by_f_fraction_x0_12_3 : f_sum2_0_minus_by_f_fraction_x0;
-        p_weight0_5 <= f_odd_x0 ? f_sum2_0_minus_by_f_fraction_x0 : by_f_fraction_x0_12_3;
-        p_weight0_6 <= f_odd_x0 ? by_f_fraction_x0_12_4 : f_sum3_0_minus_by_f_fraction_x0;
-        p_weight0_7 <= f_odd_x0 ? f_sum3_0_minus_by_f_fraction_x0 : by_f_fraction_x0_12_4;
+        p_row0_0 <= {f_row0[15:9], {f_next_z0[1:0], 1'b0, f_next_y0[1:0], 1'b0, f_next_x0[1:0],
+            1'b0}} | {f_next_z0[2] | f_next_y0[2] | f_next_x0[2], 15'd0};
+        p_row0_1 <= {f_row0[15:9], {f_next_z0[1:0], 1'b0, f_next_y0[1:0], 1'b0, f_row0[2:1], 1'b1}}
+            | {f_next_z0[2] | f_next_y0[2], 15'd0};
+        p_row0_2 <= {f_row0[15:9], {f_next_z0[1:0], 1'b0, f_row0[5:4], 1'b1, f_next_x0[1:0], 1'b0}}
+            | {f_next_z0[2] | f_next_x0[2], 15'd0};
+        p_row0_3 <= {f_row0[15:9], {f_next_z0[1:0], 1'b0, f_row0[5:4], 1'b1, f_row0[2:1], 1'b1}} |
+            {f_next_z0[2], 15'd0};
+        p_row0_4 <= {f_row0[15:9], {f_row0[8:7], 1'b1, f_next_y0[1:0], 1'b0, f_next_x0[1:0], 1'b0}}
+            | {f_next_y0[2] | f_next_x0[2], 15'd0};
+        p_row0_5 <= {f_row0[15:9], {f_row0[8:7], 1'b1, f_next_y0[1:0], 1'b0, f_row0[2:1], 1'b1}} |
+            {f_next_y0[2], 15'd0};
+        p_row0_6 <= {f_row0[15:9], {f_row0[8:7], 1'b1, f_row0[5:4], 1'b1, f_next_x0[1:0], 1'b0}} |
+            {f_next_x0[2], 15'd0};
+        p_row0_7 <= {f_row0[15:9], {f_row0[8:7], 1'b1, f_row0[5:4], 1'b1, f_row0[2:1], 1'b1}} |
+            {1'b0, 15'd0};
+        p_weight0_0 <= even_part_x0_0;
+        p_weight0_1 <= odd_part_x0_0;
+        p_weight0_2 <= even_part_x0_1;
+        p_weight0_3 <= odd_part_x0_1;
+        p_weight0_4 <= even_part_x0_2;
+        p_weight0_5 <= odd_part_x0_2;
+        p_weight0_6 <= even_part_x0_3;
+        p_weight0_7 <= odd_part_x0_3;
         p_tag0 <= f_slot0;
-        p_row1_0 <= f_row0_1;
-        p_row1_1 <= f_row1_1;
-        p_row1_2 <= f_row2_1;
-        p_row1_3 <= f_row3_1;
-        p_row1_4 <= f_row4_1;
-        p_row1_5 <= f_row5_1;
-        p_row1_6 <= f_row6_1;
-        p_row1_7 <= f_row7_1;
-        p_weight1_0 <= f_odd_x1 ? by_f_fraction_x1_12 : f_sum0_1_minus_by_f_fraction_x1;
-        p_weight1_1 <= f_odd_x1 ? f_sum0_1_minus_by_f_fraction_x1 : by_f_fraction_x1_12;
-        p_weight1_2 <= f_odd_x1 ? by_f_fraction_x1_12_2 : f_sum1_1_minus_by_f_fraction_x1;
-        p_weight1_3 <= f_odd_x1 ? f_sum1_1_minus_by_f_fraction_x1 : by_f_fraction_x1_12_2;
-        p_weight1_4 <= f_odd_x1 ? by_f_fraction_x1_12_3 : f_sum2_1_minus_by_f_fraction_x1;
-        p_weight1_5 <= f_odd_x1 ? f_sum2_1_minus_by_f_fraction_x1 : by_f_fraction_x1_12_3;
-        p_weight1_6 <= f_odd_x1 ? by_f_fraction_x1_12_4 : f_sum3_1_minus_by_f_fraction_x1;
-        p_weight1_7 <= f_odd_x1 ? f_sum3_1_minus_by_f_fraction_x1 : by_f_fraction_x1_12_4;
+        p_row1_0 <= {f_row1[15:9], {f_next_z1[1:0], 1'b0, f_next_y1[1:0], 1'b0, f_next_x1[1:0],
+            1'b0}} | {f_next_z1[2] | f_next_y1[2] | f_next_x1[2], 15'd0};
+        p_row1_1 <= {f_row1[15:9], {f_next_z1[1:0], 1'b0, f_next_y1[1:0], 1'b0, f_row1[2:1], 1'b1}}
+            | {f_next_z1[2] | f_next_y1[2], 15'd0};
+        p_row1_2 <= {f_row1[15:9], {f_next_z1[1:0], 1'b0, f_row1[5:4], 1'b1, f_next_x1[1:0], 1'b0}}
+            | {f_next_z1[2] | f_next_x1[2], 15'd0};
+        p_row1_3 <= {f_row1[15:9], {f_next_z1[1:0], 1'b0, f_row1[5:4], 1'b1, f_row1[2:1], 1'b1}} |
+            {f_next_z1[2], 15'd0};
+        p_row1_4 <= {f_row1[15:9], {f_row1[8:7], 1'b1, f_next_y1[1:0], 1'b0, f_next_x1[1:0], 1'b0}}
+            | {f_next_y1[2] | f_next_x1[2], 15'd0};
+        p_row1_5 <= {f_row1[15:9], {f_row1[8:7], 1'b1, f_next_y1[1:0], 1'b0, f_row1[2:1], 1'b1}} |
+            {f_next_y1[2], 15'd0};
+        p_row1_6 <= {f_row1[15:9], {f_row1[8:7], 1'b1, f_row1[5:4], 1'b1, f_next_x1[1:0], 1'b0}} |
+            {f_next_x1[2], 15'd0};
+        p_row1_7 <= {f_row1[15:9], {f_row1[8:7], 1'b1, f_row1[5:4], 1'b1, f_row1[2:1], 1'b1}} |
+            {1'b0, 15'd0};
+        p_weight1_0 <= even_part_x1_0;
+        p_weight1_1 <= odd_part_x1_0;
+        p_weight1_2 <= even_part_x1_1;
+        p_weight1_3 <= odd_part_x1_1;
+        p_weight1_4 <= even_part_x1_2;
+        p_weight1_5 <= odd_part_x1_2;
+        p_weight1_6 <= even_part_x1_3;
+        p_weight1_7 <= odd_part_x1_3;
         p_tag1 <= f_slot1;
       end
     end
@@ -1434,19 +1400,13 @@ module rit_buffer (
       (&s_axis_rit_tkeep))), write_accept & s_axis_rit_tlast & (~whole_entries)};
 
   // One entry size is built.
-  wire unused_ok = &{1'b0, cfg_vertices, by_odd_z0_times_e_fraction_y0_pa[10:0],
-      by_odd_z0_times_e_fraction_y0_pa_2[16], by_odd_z0_2_times_e_fraction_y0[10:0],
-      by_odd_z0_2_times_e_fraction_y0_2[16], f_sum0_0_times_f_fraction_x0_par[10:0],
-      f_sum0_0_times_f_fraction_x0_par_2[16], f_sum1_0_times_f_fraction_x0_par[10:0],
-      f_sum1_0_times_f_fraction_x0_par_2[16], f_sum2_0_times_f_fraction_x0_par[10:0],
-      f_sum2_0_times_f_fraction_x0_par_2[16], f_sum3_0_times_f_fraction_x0_par[10:0],
-      f_sum3_0_times_f_fraction_x0_par_2[16], by_odd_z1_times_e_fraction_y1_pa[10:0],
-      by_odd_z1_times_e_fraction_y1_pa_2[16], by_odd_z1_2_times_e_fraction_y1[10:0],
-      by_odd_z1_2_times_e_fraction_y1_2[16], f_sum0_1_times_f_fraction_x1_par[10:0],
-      f_sum0_1_times_f_fraction_x1_par_2[16], f_sum1_1_times_f_fraction_x1_par[10:0],
-      f_sum1_1_times_f_fraction_x1_par_2[16], f_sum2_1_times_f_fraction_x1_par[10:0],
-      f_sum2_1_times_f_fraction_x1_par_2[16], f_sum3_1_times_f_fraction_x1_par[10:0],
-      f_sum3_1_times_f_fraction_x1_par_2[16]};
+  wire unused_ok = &{1'b0, cfg_vertices, f_row0[3], f_row0[6], product_y0_0[10:0],
+      product_y0_0_rounded[16], product_y0_1[10:0], product_y0_1_rounded[16], product_x0_0[10:0],
+      product_x0_0_rounded[16], product_x0_1[10:0], product_x0_1_rounded[16], product_x0_2[10:0],
+      product_x0_2_rounded[16], product_x0_3[10:0], product_x0_3_rounded[16], f_row1[3], f_row1[6],
+      product_y1_0[10:0], product_y1_0_rounded[16], product_y1_1[10:0], product_y1_1_rounded[16],
+      product_x1_0[10:0], product_x1_0_rounded[16], product_x1_1[10:0], product_x1_1_rounded[16],
+      product_x1_2[10:0], product_x1_2_rounded[16], product_x1_3[10:0], product_x1_3_rounded[16]};
 endmodule
 
 `default_nettype wire
