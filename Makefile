@@ -27,7 +27,18 @@ demo:
 test: setup
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,tests)
-	cargo test --locked --workspace
+	cargo test --locked --workspace --no-run
+	@printf 'Side by side; what they print comes when they end.\n'
+	@$(MAKE) --no-print-directory -j2 --output-sync=target test-libraries test-whole
+
+# Few binaries keep two cores busy by themselves.
+.PHONY: test-libraries test-whole
+test-libraries:
+	cargo test --locked --workspace --lib --bins
+	cargo test --locked --workspace --doc
+
+test-whole:
+	cargo test --locked --workspace --test '*'
 
 test-full: setup
 	@$(MAKE) --no-print-directory lint-only

@@ -11,7 +11,7 @@ use super::*;
 
 fn small(name: &str, limits: Limits) -> Trace {
     let mut scene = Scene::open(name).unwrap();
-    scene.set_size(Some(24), Some(24)).unwrap();
+    scene.set_size(Some(16), Some(16)).unwrap();
     Trace::record(&scene, &Config::paper(), limits).unwrap()
 }
 
