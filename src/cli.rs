@@ -9,6 +9,7 @@ use crate::common::Common;
 use crate::cost::CostArgs;
 use crate::layouts::LayoutsArgs;
 use crate::render::RenderArgs;
+use crate::synth::SynthArgs;
 use crate::trace::TraceArgs;
 use crate::verify::VerifyArgs;
 use crate::warp::WarpArgs;
@@ -40,6 +41,8 @@ pub(crate) enum Command {
     Characterise(CharacteriseArgs),
     /// Compare the organisations of the banks: cycles of a frame's gathers in each
     Layouts(LayoutsArgs),
+    /// Synthesise the units to cells of a library: area, clock, memories
+    Synth(SynthArgs),
     /// Measure what accuracy costs in time
     Cost(CostArgs),
     /// Show which outside tools are here, and what is lost without each

@@ -13,6 +13,7 @@ use potamoi_golden::warp::WarpError;
 use potamoi_hdl::ir::IrErrors;
 use potamoi_sim::rtl::RtlError;
 use potamoi_sim::runtime::RuntimeError;
+use potamoi_sim::synth::SynthError;
 use thiserror::Error;
 
 use crate::doctor::DoctorError;
@@ -43,6 +44,8 @@ pub(crate) enum Failure {
     Unit(UnitError),
     #[error(transparent)]
     Rtl(#[from] RtlError),
+    #[error(transparent)]
+    Synth(#[from] SynthError),
     #[error(transparent)]
     Doctor(#[from] DoctorError),
     /// A check said no; what it found is printed before.
@@ -78,6 +81,11 @@ impl Failure {
             },
             Self::Unit(error) => unit_code(&**error),
             Self::Rtl(error) => rtl_code(error),
+            Self::Synth(error) => match error {
+                SynthError::MissingTool { .. } | SynthError::NoLibrary { .. } => 3,
+                SynthError::Tool { .. } | SynthError::Output { .. } | SynthError::Netlist(_) => 1,
+                _ => 2,
+            },
             Self::Doctor(error) => match error {
                 DoctorError::Missing(_) => 3,
                 DoctorError::File(_) | DoctorError::Json(_) => 2,

@@ -17,6 +17,7 @@ mod render;
 mod say;
 mod scene;
 mod sequence;
+mod synth;
 mod trace;
 mod verify;
 mod warp;
@@ -35,6 +36,7 @@ fn main() -> ExitCode {
         cli::Command::Warp(args) => warp::run(args),
         cli::Command::Characterise(args) => characterise::run(&cli.common, args),
         cli::Command::Layouts(args) => layouts::run(&cli.common, args),
+        cli::Command::Synth(args) => synth::run(&cli.common, args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()).map_err(Into::into),
     };

@@ -1,8 +1,9 @@
 //! Runs golden traces on generated hardware and predicts its cycles; schedules
-//! what warping renders.
+//! what warping renders; synthesises units to cells.
 
 pub mod cycles;
 pub mod layouts;
 pub mod rtl;
 pub mod runtime;
+pub mod synth;
 pub mod verify;

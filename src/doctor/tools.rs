@@ -64,7 +64,7 @@ pub(super) const TOOLS: [Tool; 6] = [
         ask: &["-V"],
         minimum: "0.23",
         required: true,
-        disables: "the tests that read the emitted Verilog as a synthesis tool does",
+        disables: "synth, and the tests that read the emitted Verilog as a synthesis tool does",
         remedy: "tools/setup, or: apt-get install yosys",
     },
     Tool {
@@ -76,8 +76,8 @@ pub(super) const TOOLS: [Tool; 6] = [
         ask: &["-version"],
         minimum: "2.0",
         required: false,
-        disables: "timing analysis of netlists synthesised from the emitted Verilog",
-        remedy: "apt-get install opensta",
+        disables: "synth: the clock of netlists synthesised from the emitted Verilog",
+        remedy: "tools/setup synth, or: apt-get install opensta",
     },
     Tool {
         name: "python3",

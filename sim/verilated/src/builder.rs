@@ -147,7 +147,7 @@ impl ModelBuilder {
     pub(crate) fn cache_folder(&self) -> Result<PathBuf, Error> {
         match &self.cache {
             Some(path) => Ok(path.clone()),
-            None => default_cache(&|name| std::env::var_os(name).filter(|v| !v.is_empty())),
+            None => default_cache_folder(),
         }
     }
 
@@ -263,6 +263,15 @@ fn check_file(name: &str) -> Result<(), Error> {
         name: name.to_string(),
         expected: "it must be a plain name without folders that ends in .v, .sv, .vh or .svh",
     })
+}
+
+/// The folder in which models are kept unless another one is named: `POTAMOI_CACHE`,
+/// else `potamoi/models` in `XDG_CACHE_HOME` or in `.cache` of `HOME`.
+///
+/// # Errors
+/// None of the three is set.
+pub fn default_cache_folder() -> Result<PathBuf, Error> {
+    default_cache(&|name| std::env::var_os(name).filter(|v| !v.is_empty()))
 }
 
 fn default_cache(set: &dyn Fn(&str) -> Option<std::ffi::OsString>) -> Result<PathBuf, Error> {

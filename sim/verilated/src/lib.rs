@@ -52,7 +52,7 @@ mod ports;
 mod store;
 mod toolchain;
 
-pub use builder::{ModelBuilder, Opt, Trace, Warnings};
+pub use builder::{ModelBuilder, Opt, Trace, Warnings, default_cache_folder};
 pub use error::{Error, Stop};
 pub use library::Library;
 pub use model::{Clock, Model};

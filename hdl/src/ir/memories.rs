@@ -1,0 +1,60 @@
+//! Memories of a hierarchy, as a memory compiler sees them.
+
+use std::collections::BTreeMap;
+
+use super::Module;
+use super::node::Op;
+
+/// A module that is one memory with synchronous read ports, and nothing else: a
+/// compiled macro can take its place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MemoryMacro {
+    /// The module's name.
+    pub module: String,
+    /// Words.
+    pub words: u32,
+    /// Bits of a word.
+    pub bits: u32,
+    /// Write ports.
+    pub writes: u32,
+    /// Read ports.
+    pub reads: u32,
+    /// How many there are in the whole hierarchy.
+    pub count: u32,
+}
+
+impl Module {
+    /// The memory macros of the module and all below it, by name.
+    #[must_use]
+    pub fn memory_macros(&self) -> Vec<MemoryMacro> {
+        let mut found = BTreeMap::new();
+        self.count_macros(&mut found);
+        found.into_values().collect()
+    }
+
+    fn count_macros(&self, found: &mut BTreeMap<String, MemoryMacro>) {
+        if let Some(own) = self.as_macro() {
+            found.entry(self.name.clone()).or_insert(own).count += 1;
+        }
+        for instance in &self.instances {
+            instance.module.count_macros(found);
+        }
+    }
+
+    fn as_macro(&self) -> Option<MemoryMacro> {
+        let [memory] = &self.memories[..] else {
+            return None;
+        };
+        let of = |op: fn(&Op) -> bool| self.nodes.iter().filter(|n| op(&n.op)).count();
+        let reads = of(|op| matches!(op, Op::ReadSync(..)));
+        let others = of(|op| matches!(op, Op::ReadAsync(..) | Op::Reg { .. }));
+        (reads > 0 && others == 0 && self.instances.is_empty()).then(|| MemoryMacro {
+            module: self.name.clone(),
+            words: memory.depth,
+            bits: memory.width,
+            writes: memory.writes.len() as u32,
+            reads: reads as u32,
+            count: 0,
+        })
+    }
+}

@@ -1,0 +1,94 @@
+//! What can go wrong on the way from Verilog to cells.
+
+use std::path::PathBuf;
+
+use potamoi_hdl::ir::IrErrors;
+use thiserror::Error;
+
+/// A synthesis that could not be done.
+#[derive(Debug, Error)]
+pub enum SynthError {
+    /// A program is not here.
+    #[error("{tool} is not here: {disables} needs it; to get it: {remedy}")]
+    MissingTool {
+        /// Its name.
+        tool: &'static str,
+        /// What it is needed for.
+        disables: &'static str,
+        /// How to get it.
+        remedy: &'static str,
+    },
+    /// No library was named, and the default one is not installed.
+    #[error(
+        "no cell library: {path} is not here; name one with --liberty, or: apt-get install \
+         qflow-tech-osu018"
+    )]
+    NoLibrary {
+        /// Where the default library would be.
+        path: PathBuf,
+    },
+    /// A file cannot be read.
+    #[error("cannot read {path}: {source}; name a Liberty file, plain or packed with gzip")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file is no Liberty file.
+    #[error("{path}, line {line}: expected {expected}, found {found}")]
+    Liberty {
+        /// The file.
+        path: String,
+        /// Line, from 1.
+        line: usize,
+        /// What would be right.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// A library lacks what every netlist needs.
+    #[error("{path}: no {what} among its {cells} cells; name a library of standard cells")]
+    MissingCell {
+        /// The file.
+        path: PathBuf,
+        /// What is missing.
+        what: &'static str,
+        /// How many cells there are.
+        cells: usize,
+    },
+    /// The netlist of a unit.
+    #[error("the generated netlist is wrong: {0}")]
+    Netlist(#[from] IrErrors),
+    /// A temporary or cached file.
+    #[error("cannot write {path}: {source}; POTAMOI_CACHE names another folder")]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// There is no folder for what is kept.
+    #[error(transparent)]
+    Cache(#[from] potamoi_verilated::Error),
+    /// A program failed.
+    #[error("{tool} failed on {unit}: {said}")]
+    Tool {
+        /// Its name.
+        tool: &'static str,
+        /// The unit.
+        unit: &'static str,
+        /// The last lines that it printed.
+        said: String,
+    },
+    /// A program's output is not what it should be.
+    #[error("{tool} printed no {what} for {unit}; see `potamoi doctor` for versions that work")]
+    Output {
+        /// Its name.
+        tool: &'static str,
+        /// The unit.
+        unit: &'static str,
+        /// What was looked for.
+        what: String,
+    },
+}

@@ -1,0 +1,325 @@
+//! Cell libraries.
+
+use std::collections::BTreeMap;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use flate2::read::GzDecoder;
+use sha2::{Digest as _, Sha256};
+
+use super::SynthError;
+use super::liberty::{self, Group};
+
+/// The largest library that is read, in bytes, unpacked.
+const LIMIT: u64 = 1 << 28;
+
+/// A library of standard cells.
+#[derive(Debug, Clone)]
+pub struct Library {
+    /// Its own name.
+    pub name: String,
+    /// Of the Liberty text, unpacked: 64 hexadecimal digits.
+    pub sha256: String,
+    /// Picoseconds of its unit of time.
+    pub time_ps: f64,
+    /// Femtofarads of its unit of capacitance.
+    pub capacitance_ff: f64,
+    /// Volts of its nominal supply.
+    pub volts: Option<f64>,
+    /// By name.
+    pub cells: BTreeMap<String, Cell>,
+    /// The smallest buffer: it drives inputs, and four of its inputs load outputs.
+    pub buffer: String,
+    pub(super) text: String,
+}
+
+/// A cell.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// In the library's unit, square micrometres in those that are used here.
+    pub area: f64,
+    /// Input pins, and their capacitance in the library's unit.
+    pub inputs: BTreeMap<String, f64>,
+    /// Output pins, and their functions.
+    pub outputs: BTreeMap<String, String>,
+    /// Whether it is a flip-flop.
+    pub is_flop: bool,
+    /// Whether the library keeps it from being used.
+    pub is_barred: bool,
+}
+
+impl Library {
+    /// Reads a Liberty file, plain or packed with gzip.
+    ///
+    /// # Errors
+    /// The file cannot be read or is no Liberty file, a value is not what it should
+    /// be, or there is no flip-flop or no buffer.
+    pub fn read(path: &Path) -> Result<Self, SynthError> {
+        let fail = |source| SynthError::Read {
+            path: path.to_owned(),
+            source,
+        };
+        let too_large = || fail(std::io::Error::other("larger than 256 MB"));
+        let mut bytes = potamoi_golden::files::read(path, LIMIT)
+            .map_err(fail)?
+            .ok_or_else(too_large)?;
+        if bytes.starts_with(&[0x1f, 0x8b]) {
+            let mut unpacked = vec![];
+            let mut packed = GzDecoder::new(&*bytes).take(LIMIT + 1);
+            packed.read_to_end(&mut unpacked).map_err(fail)?;
+            if unpacked.len() as u64 > LIMIT {
+                return Err(too_large());
+            }
+            bytes = unpacked;
+        }
+        let sha256 = format!("{:x}", Sha256::digest(&bytes));
+        let text = String::from_utf8(bytes).map_err(|e| fail(std::io::Error::other(e)))?;
+        Self::parse(text, sha256, path)
+    }
+
+    fn parse(text: String, sha256: String, path: &Path) -> Result<Self, SynthError> {
+        let origin = path.display().to_string();
+        let file = liberty::parse(&text, &origin)?;
+        let reader = Attributes { origin: &origin };
+        let mut cells = BTreeMap::new();
+        for cell in file.groups("cell") {
+            cells.insert(cell.name().to_owned(), reader.cell(cell)?);
+        }
+        let mut library = Self {
+            name: file.name().to_owned(),
+            sha256,
+            time_ps: reader.time(&file)?,
+            capacitance_ff: reader.capacitance(&file)?,
+            volts: reader.number(&file, "nom_voltage")?,
+            cells,
+            buffer: String::new(),
+            text,
+        };
+        let cells = library.cells.len();
+        let missing = |what| SynthError::MissingCell {
+            path: PathBuf::from(&origin),
+            what,
+            cells,
+        };
+        if !library.cells.values().any(|c| c.is_flop && !c.is_barred) {
+            return Err(missing("flip-flop"));
+        }
+        if library.inverters() == 0 {
+            return Err(missing("inverter"));
+        }
+        library.buffer = library.smallest_buffer().ok_or_else(|| missing("buffer"))?;
+        Ok(library)
+    }
+
+    fn smallest_buffer(&self) -> Option<String> {
+        let buffers = self.cells.iter().filter(|(_, c)| c.is_of_one_input(""));
+        let smallest = buffers.min_by(|(_, a), (_, b)| a.area.total_cmp(&b.area));
+        smallest.map(|(name, _)| name.clone())
+    }
+
+    fn inverters(&self) -> usize {
+        let inverters = self.cells.values().filter(|c| c.is_of_one_input("!"));
+        inverters.count()
+    }
+
+    /// Capacitance that loads every output, in the library's unit.
+    pub(super) fn load(&self) -> f64 {
+        let buffer = self.cells.get(&self.buffer);
+        4.0 * buffer.map_or(0.0, |cell| cell.inputs.values().sum())
+    }
+}
+
+impl Cell {
+    /// One input, and one output that is that input, after a sign.
+    fn is_of_one_input(&self, sign: &str) -> bool {
+        let (mut inputs, mut outputs) = (self.inputs.keys(), self.outputs.values());
+        let (Some(input), None, Some(function), None) =
+            (inputs.next(), inputs.next(), outputs.next(), outputs.next())
+        else {
+            return false;
+        };
+        let function: String = function.chars().filter(|c| !" ()".contains(*c)).collect();
+        let other = input.clone() + "'";
+        !self.is_barred
+            && (function == format!("{sign}{input}") || (sign == "!" && function == other))
+    }
+}
+
+struct Attributes<'a> {
+    origin: &'a str,
+}
+
+impl Attributes<'_> {
+    fn wrong(&self, group: &Group, expected: &str, found: &str) -> SynthError {
+        SynthError::Liberty {
+            path: self.origin.to_owned(),
+            line: group.line,
+            expected: format!("{expected} in the {} `{}`", group.kind, group.name()),
+            found: format!("`{found}`"),
+        }
+    }
+
+    fn number(&self, group: &Group, name: &str) -> Result<Option<f64>, SynthError> {
+        let Some(text) = group.value(name) else {
+            return Ok(None);
+        };
+        let number = text
+            .parse()
+            .ok()
+            .filter(|v: &f64| v.is_finite() && *v >= 0.0);
+        let expected = || format!("{name}, a number of 0 or more");
+        number
+            .map(Some)
+            .ok_or_else(|| self.wrong(group, &expected(), text))
+    }
+
+    /// A number with a unit of a power of ten of `base`, in units of `of`.
+    fn scaled(text: &str, base: char, of: i32) -> Option<f64> {
+        let at = text.find(|c: char| c.is_alphabetic())?;
+        let (number, unit) = text.split_at(at);
+        let unit = unit.trim().to_ascii_lowercase();
+        let power = match unit.strip_suffix(base)? {
+            "m" => -3,
+            "u" => -6,
+            "n" => -9,
+            "p" => -12,
+            "f" => -15,
+            "" => 0,
+            _ => return None,
+        };
+        let number: f64 = number.trim().parse().ok()?;
+        let scaled = number * 10f64.powi(power - of);
+        (scaled.is_finite() && scaled > 0.0).then_some(scaled)
+    }
+
+    fn time(&self, library: &Group) -> Result<f64, SynthError> {
+        let text = library.value("time_unit").unwrap_or("1ns");
+        Self::scaled(text, 's', -12)
+            .ok_or_else(|| self.wrong(library, "time_unit, as 1ps or 1ns", text))
+    }
+
+    fn capacitance(&self, library: &Group) -> Result<f64, SynthError> {
+        let found = library
+            .values
+            .iter()
+            .find(|(name, _)| name == "capacitive_load_unit");
+        let text = found.map_or_else(|| "none".to_owned(), |(_, values)| values.concat());
+        Self::scaled(&text, 'f', -15).ok_or_else(|| {
+            let expected = "capacitive_load_unit, as (1, pf) or (1, ff)";
+            self.wrong(library, expected, &text)
+        })
+    }
+
+    fn cell(&self, cell: &Group) -> Result<Cell, SynthError> {
+        let area = self.number(cell, "area")?;
+        let area = area.ok_or_else(|| self.wrong(cell, "area", "none"))?;
+        let (mut inputs, mut outputs) = (BTreeMap::new(), BTreeMap::new());
+        for pin in cell.groups("pin") {
+            let name = pin.name().to_owned();
+            match pin.value("direction") {
+                Some("input") => {
+                    let capacitance = self.number(pin, "capacitance")?;
+                    inputs.insert(name, capacitance.unwrap_or_default());
+                }
+                Some("output") => {
+                    let function = pin.value("function").unwrap_or_default();
+                    outputs.insert(name, function.to_owned());
+                }
+                Some("inout" | "internal") | None => {}
+                Some(other) => {
+                    return Err(self.wrong(pin, "direction, input or output", other));
+                }
+            }
+        }
+        Ok(Cell {
+            area,
+            inputs,
+            outputs,
+            is_flop: cell.groups("ff").next().is_some(),
+            is_barred: cell.value("dont_use") == Some("true"),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    const SMALL: &str = "library (tiny) { time_unit : \"10ps\"; capacitive_load_unit (1, pf);\n\
+        nom_voltage : 0.7;\n\
+        cell (INV) { area : 1; pin (A) { direction : input; capacitance : 0.002; } \
+        pin (Y) { direction : output; function : \"(!A)\"; } }\n\
+        cell (BUF) { area : 2; pin (A) { direction : \"input\"; capacitance : 0.003; } \
+        pin (Y) { direction : output; function : \"A\"; } }\n\
+        cell (DFF) { area : 5; ff (IQ, IQN) { next_state : \"D\"; clocked_on : \"CK\"; } \
+        pin (D) { direction : input; } pin (CK) { direction : input; } \
+        pin (Q) { direction : output; function : \"IQ\"; } }\n}\n";
+
+    fn read(text: &str) -> Result<Library, SynthError> {
+        Library::parse(text.to_owned(), String::new(), Path::new("t.lib"))
+    }
+
+    #[test]
+    fn units_cells_and_the_buffer_are_found() {
+        let library = read(SMALL).unwrap();
+        assert!((library.time_ps - 10.0).abs() < 1e-9);
+        assert!((library.capacitance_ff - 1000.0).abs() < 1e-9);
+        assert_eq!(library.volts, Some(0.7));
+        assert_eq!(library.buffer, "BUF");
+        assert!((library.load() - 0.012).abs() < 1e-12);
+        assert!(library.cells["DFF"].is_flop && !library.cells["INV"].is_flop);
+    }
+
+    #[test]
+    fn packed_files_are_the_same_library() {
+        let folder = tempfile::tempdir().unwrap();
+        let [plain, packed] = ["t.lib", "t.lib.gz"].map(|name| folder.path().join(name));
+        std::fs::write(&plain, SMALL).unwrap();
+        let mut gzip = flate2::write::GzEncoder::new(vec![], flate2::Compression::fast());
+        std::io::Write::write_all(&mut gzip, SMALL.as_bytes()).unwrap();
+        let bytes = gzip.finish().unwrap();
+        std::fs::write(&packed, &bytes).unwrap();
+        let [plain, found] = [plain, packed.clone()].map(|p| Library::read(&p).unwrap());
+        assert_eq!((&plain.sha256, plain.sha256.len()), (&found.sha256, 64));
+        std::fs::write(&packed, &bytes[..bytes.len() - 9]).unwrap();
+        assert!(
+            Library::read(&packed)
+                .unwrap_err()
+                .to_string()
+                .contains("t.lib.gz")
+        );
+    }
+
+    #[test]
+    fn what_a_library_lacks_is_named() {
+        for (from, to, expected) in [
+            (
+                "ff (IQ, IQN)",
+                "latch (IQ, IQN)",
+                "no flip-flop among its 3 cells",
+            ),
+            ("\"A\"", "\"A & A\"", "no buffer"),
+            ("\"(!A)\"", "\"A B\"", "no inverter"),
+            (
+                "10ps",
+                "10 parsec",
+                "time_unit, as 1ps or 1ns in the library `tiny`, found `10 parsec`",
+            ),
+            ("(1, pf)", "(1, kf)", "capacitive_load_unit"),
+            ("area : 2;", "", "area in the cell `BUF`"),
+            ("area : 5", "area : -5", "area, a number of 0 or more"),
+            (
+                "direction : \"input\"",
+                "direction : sideways",
+                "direction, input or output",
+            ),
+        ] {
+            let error = read(&SMALL.replace(from, to)).unwrap_err().to_string();
+            assert!(
+                error.starts_with("t.lib") && error.contains(expected),
+                "{error}"
+            );
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! Units as cells of a library: area by module, and the longest path.
+//!
+//! The emitted Verilog goes through Yosys and ABC, module by module, and OpenSTA
+//! times the netlist of the whole unit. Memories are left out, as macros that a
+//! memory compiler makes. Wires and the clock tree are not there: areas are of
+//! cells, and the period is before placement. Inputs come at the clock edge from
+//! the library's smallest buffer, outputs are loaded with four of its inputs, and
+//! paths that begin or end in a memory are not timed.
+
+mod error;
+mod liberty;
+mod library;
+mod netlist;
+mod report;
+mod script;
+mod tools;
+mod unit;
+
+pub use error::SynthError;
+pub use library::{Cell, Library};
+pub use netlist::{MemoryArea, ModuleArea};
+pub use report::{SynthReport, differences};
+pub use tools::Tools;
+pub use unit::{Made, UnitKind, UnitReport, synthesise};
+
+use std::path::PathBuf;
+
+/// The cell library that a package installs: Oklahoma State University, 180 nm.
+pub const DEFAULT_LIBRARY: &str = "/usr/share/qflow/tech/osu018/osu018_stdcells.lib";
+
+/// The default library, if it is installed.
+///
+/// # Errors
+/// It is not; the error says which package has it.
+pub fn default_library() -> Result<PathBuf, SynthError> {
+    let path = PathBuf::from(DEFAULT_LIBRARY);
+    match path.is_file() {
+        true => Ok(path),
+        false => Err(SynthError::NoLibrary { path }),
+    }
+}

@@ -1,0 +1,104 @@
+//! What Yosys, ABC and OpenSTA are told to do.
+
+use std::fmt::Write as _;
+
+use super::Library;
+
+/// Names of files in the folder in which the programs run.
+pub(super) const LIBRARY: &str = "cells.lib";
+pub(super) const NETLIST: &str = "netlist.v";
+pub(super) const STATISTICS: &str = "cells.json";
+const ABC: &str = "map.abc";
+const CONSTRAINTS: &str = "map.constr";
+
+/// Picoseconds that ABC aims at: below what any unit reaches, so that it maps and
+/// sizes for speed.
+const AIM_PS: u32 = 400;
+/// The period that slack is taken from, in the library's unit of time; of that order,
+/// since OpenSTA has 24 bits.
+pub(super) const PERIOD: f64 = 1000.0;
+/// The first release of Yosys whose `synth` makes Booth multipliers.
+const BOOTH: (u32, u32) = (0, 36);
+
+/// Scripts of a unit by file name, beside its Verilog.
+pub(super) struct Scripts {
+    pub(super) yosys: String,
+    pub(super) sta: String,
+    pub(super) others: [(&'static str, String); 2],
+}
+
+/// Of a unit whose top module is `top`, in files that are read as Verilog or, those
+/// that are `macros`, by their ports alone. `version` is that of Yosys.
+///
+/// Modules are mapped one by one: flattened, a gathering unit takes twenty times as
+/// long for a twentieth of the area (measured with Yosys 0.70).
+pub(super) fn scripts(
+    top: &str,
+    modules: &[&str],
+    macros: &[&str],
+    library: &Library,
+    version: (u32, u32),
+) -> Scripts {
+    let mut yosys = String::new();
+    let mut line = |text: String| {
+        let _ = writeln!(yosys, "{text}");
+    };
+    if !macros.is_empty() {
+        line(format!("read_verilog -lib {}", macros.join(" ")));
+    }
+    line(format!("read_verilog {}", modules.join(" ")));
+    line(format!("hierarchy -check -top {top}"));
+    let booth = if version >= BOOTH { " -booth" } else { "" };
+    line(format!("synth -top {top}{booth} -run begin:fine"));
+    // ABC maps once, below: mapped twice, a reducer is half as fast again as it could be.
+    line(format!("synth -top {top}{booth} -run fine:check -noabc"));
+    line("check -assert".to_owned());
+    // Flip-flops are named by what they hold.
+    line("splitnets".to_owned());
+    line("rename -wire -suffix _reg t:$_*DFF*".to_owned());
+    line(format!("dfflibmap -liberty {LIBRARY}"));
+    line("opt".to_owned());
+    line(format!(
+        "abc -script {ABC} -constr {CONSTRAINTS} -liberty {LIBRARY}"
+    ));
+    line("setundef -zero".to_owned());
+    line("opt_clean -purge".to_owned());
+    line(format!("tee -q -o {STATISTICS} stat -json"));
+    line(format!("write_verilog -noattr {NETLIST}"));
+
+    let buffer = &library.buffer;
+    let load = library.load();
+    let abc = format!(
+        "strash\n&get -n\n&st\n&dch\n&nf -D {AIM_PS}\n&put\nbuffer -c -N 16\ntopo\n\
+         upsize -D {AIM_PS}\ndnsize -D {AIM_PS}\n"
+    );
+    // ABC takes femtofarads whatever the library's unit.
+    let constraints = format!(
+        "set_driving_cell {buffer}\nset_load {} [all_outputs]\n",
+        load * library.capacitance_ff
+    );
+    Scripts {
+        yosys,
+        sta: sta(top, buffer, load),
+        others: [(ABC, abc), (CONSTRAINTS, constraints)],
+    }
+}
+
+/// Reads the netlist, and prints the longest path.
+fn sta(top: &str, buffer: &str, load: f64) -> String {
+    format!(
+        "read_liberty {LIBRARY}\n\
+         read_verilog {NETLIST}\n\
+         link_design {top}\n\
+         create_clock -name clk -period {PERIOD} [get_ports clk]\n\
+         set inputs [list]\n\
+         foreach port [all_inputs] {{\n  \
+         if {{[get_property $port full_name] != \"clk\"}} {{ lappend inputs $port }}\n}}\n\
+         set_input_delay 0 -clock clk $inputs\n\
+         set_output_delay 0 -clock clk [all_outputs]\n\
+         set_driving_cell -lib_cell {buffer} $inputs\n\
+         set_load {load} [all_outputs]\n\
+         report_checks -path_delay max -format full -digits 6\n\
+         exit\n"
+    )
+}

@@ -1,0 +1,135 @@
+//! Where Yosys and OpenSTA are, and how they are run.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use super::SynthError;
+
+/// Runs a script of Yosys.
+const PYOSYS: &str =
+    "from pyosys import libyosys as ys; ys.run_pass('script synth.ys', ys.Design())";
+pub(super) const SYNTH: &str = "synth.ys";
+pub(super) const TIMING: &str = "timing.tcl";
+/// Bytes of a failed program's output that are kept.
+const SAID: usize = 2000;
+
+/// The programs that turn Verilog into cells and time them.
+#[derive(Debug, Clone)]
+pub struct Tools {
+    /// Whether Yosys is the Python package.
+    is_pyosys: bool,
+    /// As it says it: `Yosys 0.23 (...)`.
+    pub yosys: String,
+    /// As it says it: `2.0.17`.
+    pub opensta: String,
+}
+
+impl Tools {
+    /// Finds both: `pyosys` of `python3`, else `yosys`; `sta`.
+    ///
+    /// # Errors
+    /// One is missing.
+    pub fn find() -> Result<Self, SynthError> {
+        let python = "from pyosys import libyosys as ys; print('Yosys', ys.yosys_version_str)";
+        let pyosys = says("python3", &["-c", python]);
+        let is_pyosys = pyosys.is_some();
+        let yosys = pyosys.or_else(|| says("yosys", &["-V"]));
+        let yosys = yosys.ok_or(SynthError::MissingTool {
+            tool: "yosys",
+            disables: "synthesis",
+            remedy: "tools/setup synth, or: apt-get install yosys, or: pip install pyosys",
+        })?;
+        let opensta = says("sta", &["-version"]).ok_or(SynthError::MissingTool {
+            tool: "sta",
+            disables: "the clock of a netlist",
+            remedy: "tools/setup synth, or: apt-get install opensta",
+        })?;
+        let yosys = yosys.replace("Yosys Yosys", "Yosys");
+        Ok(Self {
+            is_pyosys,
+            yosys,
+            opensta,
+        })
+    }
+
+    /// Major and minor number of Yosys.
+    pub(super) fn yosys_version(&self) -> (u32, u32) {
+        let numbers = self.yosys.split([' ', '+']).find(|w| w.contains('.'));
+        let mut numbers = numbers.unwrap_or_default().split('.').map(str::parse);
+        let mut next = || numbers.next().and_then(Result::ok).unwrap_or(0);
+        (next(), next())
+    }
+
+    /// Runs the scripts in `folder`; gives what OpenSTA printed.
+    pub(super) fn run(&self, folder: &Path, unit: &'static str) -> Result<String, SynthError> {
+        let mut yosys = Command::new(if self.is_pyosys { "python3" } else { "yosys" });
+        if self.is_pyosys {
+            yosys.args(["-c", PYOSYS]);
+        } else {
+            yosys.args(["-q", "-s", SYNTH]);
+        }
+        run(yosys, folder, "yosys", unit)?;
+        let mut sta = Command::new("sta");
+        sta.args(["-no_splash", "-exit", TIMING]);
+        run(sta, folder, "sta", unit)
+    }
+}
+
+/// The first line that a program prints, if it is there and ends well.
+fn says(program: &str, arguments: &[&str]) -> Option<String> {
+    let mut command = Command::new(program);
+    let output = command.args(arguments).stdin(Stdio::null()).output().ok()?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let line = text.lines().next()?.trim().to_owned();
+    (output.status.success() && !line.is_empty()).then_some(line)
+}
+
+fn run(
+    mut command: Command,
+    folder: &Path,
+    tool: &'static str,
+    unit: &'static str,
+) -> Result<String, SynthError> {
+    let fail = |said: String| SynthError::Tool { tool, unit, said };
+    let output = command
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .map_err(|e| fail(e.to_string()))?;
+    let text = [&*output.stdout, &*output.stderr].concat();
+    let text = String::from_utf8_lossy(&text).into_owned();
+    // OpenSTA goes on after errors, and ends well.
+    let is_wrong = |line: &str| line.starts_with("Error");
+    if output.status.success() && !text.lines().any(is_wrong) {
+        return Ok(text);
+    }
+    let wrong = text
+        .lines()
+        .find(|line| is_wrong(line) || line.starts_with("ERROR"));
+    let mut last = text.len().saturating_sub(SAID);
+    while !text.is_char_boundary(last) {
+        last += 1;
+    }
+    Err(fail(wrong.unwrap_or(text[last..].trim()).to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_releases_are_read() {
+        for (said, expected) in [
+            ("Yosys 0.23 (git sha1 7ce5011c24b)", (0, 23)),
+            ("Yosys 0.70+12 (git sha1 0)", (0, 70)),
+            ("Yosys", (0, 0)),
+        ] {
+            let tools = Tools {
+                is_pyosys: false,
+                yosys: said.to_owned(),
+                opensta: String::new(),
+            };
+            assert_eq!(tools.yosys_version(), expected, "{said}");
+        }
+    }
+}

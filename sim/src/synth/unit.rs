@@ -1,0 +1,257 @@
+//! One unit, from its netlist to cells.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
+use potamoi_hdl::gu::gathering_unit;
+use potamoi_hdl::ir::{Header, IrErrors, Module, verilog};
+use potamoi_hdl::vu::vector_unit;
+use serde::{Deserialize, Serialize};
+
+use super::netlist::{self, MemoryArea, ModuleArea};
+use super::script::{LIBRARY, NETLIST, PERIOD, STATISTICS, scripts};
+use super::tools::{SYNTH, TIMING};
+use super::{Library, SynthError, Tools};
+
+/// Version of what is kept of a unit.
+const KEPT: &str = "potamoi-synth 1";
+
+/// A unit that can be synthesised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UnitKind {
+    /// The gathering unit.
+    Gathering,
+    /// The vector unit.
+    Vector,
+}
+
+impl UnitKind {
+    /// Its top module.
+    #[must_use]
+    pub const fn top(self) -> &'static str {
+        match self {
+            Self::Gathering => GATHERING_UNIT,
+            Self::Vector => VECTOR_UNIT,
+        }
+    }
+
+    fn module(self, config: &Config) -> Result<Arc<Module>, IrErrors> {
+        match self {
+            Self::Gathering => gathering_unit(config),
+            Self::Vector => vector_unit(config),
+        }
+    }
+}
+
+impl fmt::Display for UnitKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.top())
+    }
+}
+
+/// A unit in cells.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct UnitReport {
+    /// Its top module.
+    pub unit: String,
+    /// Cells of the whole unit.
+    pub cells: u64,
+    /// Of those, flip-flops.
+    pub flops: u64,
+    /// Square micrometres of cells, memories not counted.
+    pub area_um2: f64,
+    /// Picoseconds of the longest path, with clock-to-output and setup.
+    pub period_ps: f64,
+    /// Gigahertz of that period.
+    pub clock_ghz: f64,
+    /// Where the longest path begins, and where it ends.
+    pub path: [String; 2],
+    /// Cells on it.
+    pub path_cells: u64,
+    /// Its modules, the top one first.
+    pub modules: Vec<ModuleArea>,
+    /// Its memories.
+    pub memories: Vec<MemoryArea>,
+}
+
+/// A unit that was synthesised, now or earlier.
+#[derive(Debug)]
+pub struct Made {
+    /// What it came to.
+    pub report: UnitReport,
+    /// Its netlist in cells.
+    pub netlist: PathBuf,
+    /// Whether it was found.
+    pub is_cached: bool,
+}
+
+/// Synthesises a unit, or finds what an earlier run of the same Verilog, library,
+/// scripts and programs left in `cache`. Interrupted, it leaves nothing there.
+///
+/// # Errors
+/// A program fails or prints what is not understood; files cannot be written.
+pub fn synthesise(
+    config: &Config,
+    unit: UnitKind,
+    library: &Library,
+    tools: &Tools,
+    cache: &Path,
+) -> Result<Made, SynthError> {
+    let module = unit.module(config)?;
+    let macros = module.memory_macros();
+    let header = Header {
+        origin: String::new(),
+        command: String::new(),
+    };
+    let files = verilog(&module, &header);
+    let is_macro = |file: &str| macros.iter().any(|m| file == format!("{}.v", m.module));
+    let (memories, logic): (Vec<&str>, Vec<&str>) = files
+        .iter()
+        .map(|(file, _)| file.as_str())
+        .partition(|file| is_macro(file));
+    let scripts = scripts(
+        unit.top(),
+        &logic,
+        &memories,
+        library,
+        tools.yosys_version(),
+    );
+
+    let mut key = blake3::Hasher::new();
+    let mut with = |part: &str| {
+        key.update(&(part.len() as u64).to_le_bytes());
+        key.update(part.as_bytes());
+    };
+    let origins = [KEPT, &tools.yosys, &tools.opensta, &library.sha256];
+    for part in origins.into_iter().chain([&*scripts.yosys, &scripts.sta]) {
+        with(part);
+    }
+    scripts.others.iter().for_each(|(_, text)| with(text));
+    files.iter().for_each(|(_, text)| with(text));
+    let key = &key.finalize().to_hex()[..32];
+    let cannot = |path: &Path| {
+        let path = path.to_owned();
+        move |source| SynthError::File { path, source }
+    };
+    std::fs::create_dir_all(cache).map_err(cannot(cache))?;
+    let kept = cache.join(format!("{unit}-{key}.json"));
+    let netlist = cache.join(format!("{unit}-{key}.v"));
+    if let Some(report) = read_kept(&kept).filter(|_| netlist.is_file()) {
+        return Ok(Made {
+            report,
+            netlist,
+            is_cached: true,
+        });
+    }
+
+    let folder = tempfile::tempdir().map_err(cannot(&std::env::temp_dir()))?;
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).map_err(cannot(&path))
+    };
+    for (file, text) in &files {
+        write(file, text)?;
+    }
+    for (file, text) in &scripts.others {
+        write(file, text)?;
+    }
+    write(LIBRARY, &library.text)?;
+    write(SYNTH, &scripts.yosys)?;
+    write(TIMING, &scripts.sta)?;
+    let timing = tools.run(folder.path(), unit.top())?;
+    let no = |tool, what: &str| SynthError::Output {
+        tool,
+        unit: unit.top(),
+        what: what.to_owned(),
+    };
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name));
+    let types = read(STATISTICS)
+        .ok()
+        .as_deref()
+        .and_then(netlist::read_types);
+    let types = types.ok_or_else(|| no("yosys", "statistics"))?;
+    let modules = netlist::modules(&types, unit.top(), &macros, library)
+        .map_err(|kind| no("yosys", &format!("known cell in place of `{kind}`")))?;
+    let path = longest_path(&timing).ok_or_else(|| no("sta", "path"))?;
+    let sum = |of: fn(&ModuleArea) -> u64| modules.iter().map(|m| m.count * of(m)).sum();
+    let period_ps = (PERIOD - path.slack) * library.time_ps;
+    let report = UnitReport {
+        unit: unit.to_string(),
+        cells: sum(|m| m.cells),
+        flops: sum(|m| m.flops),
+        area_um2: modules.iter().map(|m| m.count as f64 * m.area_um2).sum(),
+        period_ps,
+        clock_ghz: 1e3 / period_ps,
+        path: path.ends,
+        path_cells: path.cells,
+        modules,
+        memories: macros.into_iter().map(MemoryArea::from).collect(),
+    };
+    let text = read(NETLIST).map_err(|_| no("yosys", "netlist"))?;
+    potamoi_golden::files::write(&netlist, text.as_bytes()).map_err(cannot(&netlist))?;
+    let json = serde_json::to_vec_pretty(&report).map_err(|e| cannot(&kept)(e.into()))?;
+    potamoi_golden::files::write(&kept, &json).map_err(cannot(&kept))?;
+    Ok(Made {
+        report,
+        netlist,
+        is_cached: false,
+    })
+}
+
+fn read_kept(path: &Path) -> Option<UnitReport> {
+    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
+}
+
+struct LongestPath {
+    slack: f64,
+    ends: [String; 2],
+    cells: u64,
+}
+
+/// Reads the report of OpenSTA's `report_checks`.
+fn longest_path(text: &str) -> Option<LongestPath> {
+    let after = |start: &str| {
+        let line = text.lines().find(|line| line.starts_with(start))?;
+        line[start.len()..]
+            .split_whitespace()
+            .next()
+            .map(str::to_owned)
+    };
+    let slack = text.lines().find(|line| line.contains(" slack ("))?;
+    let slack: f64 = slack.split_whitespace().next()?.parse().ok()?;
+    // Rows of cells, from the first pin to the arrival.
+    let rows = text
+        .lines()
+        .take_while(|line| !line.contains("data arrival"));
+    let is_pin = |line: &&str| line.contains(" ^ ") || line.contains(" v ");
+    let cells = rows
+        .filter(is_pin)
+        .filter(|line| line.contains('('))
+        .count();
+    slack.is_finite().then_some(LongestPath {
+        slack,
+        ends: [after("Startpoint: ")?, after("Endpoint: ")?],
+        cells: cells as u64,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn paths_are_read() {
+        let text = "Startpoint: _5_ (rising edge-triggered flip-flop clocked by clk)\n\
+                    Endpoint: r/_7_ (rising edge-triggered flip-flop clocked by clk)\n\n   \
+                    0.0 0.0 ^ _5_/CK (DFF)\n   1.5 1.5 v _5_/Q (DFF)\n   0.5 2.0 ^ u1/Y (NAND)\n   \
+                    2.0 data arrival time\n  3.25   slack (MET)\n";
+        let path = longest_path(text).unwrap();
+        assert_eq!(path.ends, ["_5_", "r/_7_"]);
+        assert_eq!((path.slack, path.cells), (3.25, 3));
+        assert!(longest_path("No paths found.\n").is_none());
+    }
+}
