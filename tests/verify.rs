@@ -79,6 +79,14 @@ fn other_gathering_units_agree_in_every_bit_and_cycle() {
     let pipelined = at("pipelined.toml", "[gu]\npipelined = true\n");
     let two = at("two.toml", "[gu]\nrecords_a_row = 2\n");
     let exact = at("exact.toml", "[gu]\nsums = \"exact\"\n");
+    let cells = "organisation = \"parity\"\nmodes = \"structured\"\nvertices = [8]\n";
+    let whole = at("whole.toml", &format!("[gu]\n{cells}"));
+    let four = at(
+        "four.toml",
+        "[gu]\nports = 4\nbanks = 16\npipelined = true\n",
+    );
+    let lanes = "[gu]\norganisation = \"feature-major\"\nbanks = 16\nlanes = 64\n";
+    let lanes = at("lanes.toml", lanes);
     let fields = at("fields.toml", fields);
     let mut cycles = vec![];
     for (scene, config) in [
@@ -89,6 +97,9 @@ fn other_gathering_units_agree_in_every_bit_and_cycle() {
         ("garden", "paper"),
         ("garden", &two),
         (&split, &exact),
+        ("cairn:voxels", &whole),
+        ("cairn:voxels", &four),
+        ("garden", &lanes),
         ("cairn:tensorf", &fields),
     ] {
         let said = expect(

@@ -272,6 +272,72 @@ fn a_compact_cell_beyond_the_mvoxel_is_no_loaded_row() {
     }
 }
 
+/// Where the next rows of the table are loaded too, only the faces tell.
+#[test]
+fn a_cell_at_a_face_is_beyond_it_whatever_is_loaded() {
+    let text = CELLS.replace("rows = 8", "rows = 64");
+    let module = gathering_unit(&Config::from_toml(&text, "test").unwrap()).unwrap();
+    for row in 0..64 {
+        // 64 vertices of a line, 8 x 8 of a plane, 4 x 4 x 4 of a volume.
+        let (plane, cube) = ([row % 8, row / 8], [row % 4, row / 4 % 4, row / 16]);
+        for (log2, beyond) in [
+            (1, row == 63),
+            (2, plane.contains(&7)),
+            (3, cube.contains(&3)),
+        ] {
+            let mut unit = Unit::new(&module, log2, 1);
+            unit.rows(&[100; 64]);
+            unit.rit(&compact([1000, 2000, 3000], row));
+            assert_eq!(unit.flags() & 1, u64::from(beyond), "{log2} {row}");
+        }
+    }
+}
+
+/// The same of whole cells.
+#[test]
+fn a_whole_cell_at_a_face_is_beyond_it() {
+    let text = "[gu]\norganisation = \"parity\"\nbanks = 8\nports = 1\nmodes = \"structured\"\n\
+        vertices = [8]\n[rit]\nentry = \"compact\"\nentries = 8\n[mvoxel]\nrows = 64\n";
+    let module = gathering_unit(&Config::from_toml(text, "test").unwrap()).unwrap();
+    for row in 0..64 {
+        let mut unit = Unit::new(&module, 3, 1);
+        let data = unit.run.port("s_axis_mft_tdata").unwrap();
+        unit.run.set_words(data, &[5; 4]).unwrap();
+        unit.set("s_axis_mft_tvalid", 1);
+        for block in 0..8 {
+            unit.set("s_axis_mft_tlast", u64::from(block == 7));
+            unit.run.clock().unwrap();
+        }
+        unit.set("s_axis_mft_tvalid", 0);
+        unit.rit(&compact([1000, 2000, 3000], row));
+        let beyond = [row % 4, row / 4 % 4, row / 16].contains(&3);
+        assert_eq!(unit.flags() & 1, u64::from(beyond), "{row}");
+    }
+}
+
+/// An id of two records a row is a row, the bit that picks a record, and nothing
+/// above.
+#[test]
+fn ids_of_two_records_a_row_end_with_the_bit_that_picks() {
+    let text = "[gu]\nbanks = 2\nports = 1\nmodes = \"unstructured\"\nrecords_a_row = 2\n\
+        [rit]\nentries = 8\n[mvoxel]\nrows = 8\n";
+    let module = gathering_unit(&Config::from_toml(text, "test").unwrap()).unwrap();
+    for (two, id, beyond) in [
+        (1, 7, false),
+        (1, 8 | 7, false),
+        (1, 16, true),
+        (1, 1 << 15, true),
+        (0, 7, false),
+        (0, 8, true),
+    ] {
+        let mut unit = Unit::new(&module, 0, 1);
+        unit.set("cfg_two_records", two);
+        unit.rows(&[0x0001_0002; 8]);
+        unit.rit(&[(7 << 16 | id, 0x0f, true)]);
+        assert_eq!(unit.flags() & 1, u64::from(beyond), "{two} {id}");
+    }
+}
+
 /// Fractions above 1 count as 1, and those of axes that an entry lacks not at all:
 /// a constant comes back as it is.
 #[test]

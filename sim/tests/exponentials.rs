@@ -164,32 +164,32 @@ fn settings(engine: EngineKind, vector_every: u64, inject: Option<Injection>) ->
 /// found.
 #[test]
 fn both_scenes_pass_with_each_kind_of_form() {
-    both_scenes_pass(&[FORMS[1].0, FORMS[4].0]);
+    both_scenes_pass(&[FORMS[0].0, FORMS[1].0, FORMS[4].0, FORMS[7].0]);
 }
 
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn both_scenes_pass_with_every_form() {
-    both_scenes_pass(&[FORMS[0].0, FORMS[5].0, FORMS[6].0, FORMS[7].0]);
+    both_scenes_pass(&[FORMS[5].0, FORMS[6].0]);
 }
 
 /// Not with base two: no renderer folds log2 e into its powers.
 fn both_scenes_pass(forms: &[&str]) {
     for knobs in forms {
         let config = config(&format!(
-            "[gu]\nbanks = 16\n[vu]\nlanes = 8\n[vu.exp]\n{knobs}"
+            "[gu]\nbanks = 4\nports = 1\nsegments = 4\n[vu]\nlanes = 2\n[vu.exp]\n{knobs}"
         ));
         let mut none = |_| {};
-        let every = settings(EngineKind::Verilator, 3, None);
+        let every = settings(EngineKind::Verilator, 6, None);
         let mut verifier = Verifier::new(&config, every, &mut none);
         garden_through(&mut verifier, 16).unwrap();
         lantern_through(&mut verifier, &config, 24).unwrap();
         assert_eq!(verifier.failure(), None, "{knobs}");
         let v = verifier.vector_report();
         assert_eq!(v.cycles, v.cycles_predicted, "{knobs}");
-        assert!(v.elements > 20_000, "{knobs}: {v:?}");
+        assert!(v.elements > 10_000, "{knobs}: {v:?}");
 
-        let faulty = settings(EngineKind::Interpreter, 30, Some(Injection::Exp));
+        let faulty = settings(EngineKind::Interpreter, 300, Some(Injection::Exp));
         let mut verifier = Verifier::new(&config, faulty, &mut none);
         lantern_through(&mut verifier, &config, 24).unwrap_err();
         let failure = verifier.failure().unwrap();

@@ -234,6 +234,20 @@ mod tests {
     }
 
     #[test]
+    fn stages_are_as_documented() {
+        let of = |text: &str| {
+            let config: Config = toml::from_str(text).unwrap();
+            (config.rit_stages(), config.gather_latency())
+        };
+        assert_eq!(of(""), (2, 3));
+        assert_eq!(of("[gu]\npipelined = true\n"), (3, 5));
+        assert_eq!(of("[rit]\nentry = \"compact\"\n"), (4, 3));
+        let parity = "[gu]\norganisation = \"parity\"\nmodes = \"structured\"\nvertices = [8]\n";
+        assert_eq!(of(parity), (2, 4));
+        assert_eq!(of(&format!("{parity}pipelined = true\n")), (3, 5));
+    }
+
+    #[test]
     fn the_channel_count_chooses_the_organisation() {
         let of = |text: &str| {
             let config: Config = toml::from_str(text).unwrap();

@@ -55,13 +55,18 @@ fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats)
     let mft = m.all_of(&[stalled, stats.credit, not_loaded]);
     let rit = m.all_of(&[stalled, stats.credit, stats.loaded]);
     let busy = counter(m, "stat_busy", bits, clear, stats.busy, one);
-    m.output("stat_busy", busy, "cycles in which a vertex was issued");
+    let issued = match (stats.bank, config.is_parity()) {
+        (Some(_), _) => "first rounds of steps that were issued",
+        (None, true) => "cycles in which whole cells were issued",
+        (None, false) => "cycles in which a vertex was issued",
+    };
+    m.output("stat_busy", busy, issued);
     if let Some(bank) = stats.bank {
         let count = counter(m, "stat_stall_bank", bits, clear, bank, one);
         m.output("stat_stall_bank", count, "stalls: lanes wait for a bank");
     }
     for (name, cause, doc) in [
-        ("fifo", fifo, "stalls: too many groups in flight"),
+        ("fifo", fifo, "stalls: no room for what would come"),
         ("mft", mft, "stalls: MVoxel not loaded"),
         ("rit", rit, "stalls: no entry"),
     ] {

@@ -101,7 +101,7 @@ pub(super) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.output(
         "errors",
         write.errors,
-        "5: too large to keep, 4: gap in a beat, 3: ragged entries",
+        "{too large to keep, gap in a beat, ragged entries}",
     );
     builder.finish()
 }

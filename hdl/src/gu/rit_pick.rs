@@ -88,8 +88,12 @@ impl Reader {
             }
         }
         m.output("p_valid", p.valid, "a vertex is offered");
-        m.output("p_first", p.first, "vertex 0 of its group");
-        m.output("p_last", p.last, "vertex V-1 of its group");
+        let [first, last] = match shape.whole_cells {
+            true => ["set: a group is one cycle", "set: a group is one cycle"],
+            false => ["vertex 0 of its group", "vertex V-1 of its group"],
+        };
+        m.output("p_first", p.first, first);
+        m.output("p_last", p.last, last);
         m.output("p_end", p.end, "last group of its MVoxel and segment");
         m.output("p_keep", p.keep, "ports that hold an entry");
         let one = match shape.at_once() {

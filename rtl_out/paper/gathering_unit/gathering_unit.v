@@ -29,7 +29,7 @@ module gathering_unit (
   output wire          s_axis_rit_tready,
   output wire          s_axis_mft_tready,
   output reg  [31:0]   stat_busy,           // cycles in which a vertex was issued
-  output reg  [31:0]   stat_stall_fifo,     // stalls: too many groups in flight
+  output reg  [31:0]   stat_stall_fifo,     // stalls: no room for what would come
   output reg  [31:0]   stat_stall_mft,      // stalls: MVoxel not loaded
   output reg  [31:0]   stat_stall_rit,      // stalls: no entry
   output reg  [31:0]   stat_entries,        // entries issued

@@ -18,15 +18,15 @@ module rit_buffer (
   input  wire         s_axis_rit_tuser,   // streamed once for every segment
   input  wire         p_take,             // the vertex in P is issued
   output reg          p_valid,            // a vertex is offered
-  output reg          p_first,            // vertex 0 of its group
-  output reg          p_last,             // vertex V-1 of its group
+  output reg          p_first,            // set: a group is one cycle
+  output reg          p_last,             // set: a group is one cycle
   output reg          p_end,              // last group of its MVoxel and segment
   output reg  [1:0]   p_keep,             // ports that hold an entry
   output wire [255:0] p_row,              // one a port and group of banks
   output wire [255:0] p_weight,           // one a port and group of banks
   output wire [31:0]  p_slot,             // slots
   output wire         s_axis_rit_tready,
-  output wire [2:0]   errors              // 5: too large to keep, 4: gap in a beat, 3: ragged entries
+  output wire [2:0]   errors              // {too large to keep, gap in a beat, ragged entries}
 );
 
   localparam [2:0] LAST_BEAT_OF_ROW = 3'd5;

@@ -27,7 +27,7 @@ module rit_buffer (
   output wire [15:0] p_weight,           // one a port
   output wire [15:0] p_slot,             // slots
   output wire        s_axis_rit_tready,
-  output wire [2:0]  errors              // 5: too large to keep, 4: gap in a beat, 3: ragged entries
+  output wire [2:0]  errors              // {too large to keep, gap in a beat, ragged entries}
 );
 
   localparam [2:0] LAST_BEAT_OF_ROW = 3'd5;

@@ -64,7 +64,7 @@ pub(super) fn scripts(
     line("setundef -zero".to_owned());
     line("opt_clean -purge".to_owned());
     line(format!("tee -q -o {STATISTICS} stat -json"));
-    line(format!("write_verilog -noattr {NETLIST}"));
+    line(format!("write_verilog -noattr -simple-lhs {NETLIST}"));
 
     let buffer = &library.buffer;
     let load = library.load();
