@@ -189,7 +189,7 @@ fn both_scenes_pass(forms: &[&str]) {
         assert_eq!(v.cycles, v.cycles_predicted, "{knobs}");
         assert!(v.elements > 10_000, "{knobs}: {v:?}");
 
-        let faulty = settings(EngineKind::Interpreter, 300, Some(Injection::Exp));
+        let faulty = settings(EngineKind::Interpreter, 60, Some(Injection::Exp));
         let mut verifier = Verifier::new(&config, faulty, &mut none);
         lantern_through(&mut verifier, &config, 24).unwrap_err();
         let failure = verifier.failure().unwrap();

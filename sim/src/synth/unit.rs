@@ -109,8 +109,8 @@ pub fn synthesise(
     let files = verilog(&module, &header);
     let is_macro = |file: &str| macros.iter().any(|m| file == format!("{}.v", m.module));
     let (memories, logic): (Vec<&str>, Vec<&str>) = files
-        .iter()
-        .map(|(file, _)| file.as_str())
+        .keys()
+        .map(String::as_str)
         .partition(|file| is_macro(file));
     let scripts = scripts(
         unit.top(),
@@ -130,7 +130,7 @@ pub fn synthesise(
         with(part);
     }
     scripts.others.iter().for_each(|(_, text)| with(text));
-    files.iter().for_each(|(_, text)| with(text));
+    files.values().for_each(|text| with(text));
     let key = &key.finalize().to_hex()[..32];
     let cannot = |path: &Path| {
         let path = path.to_owned();
