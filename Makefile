@@ -41,6 +41,7 @@ test-whole:
 	cargo test --locked --workspace --test '*'
 
 test-full: setup
+	@tools/setup synth
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,tests with the exhaustive ones)
 	cargo test --locked --workspace -- --include-ignored
