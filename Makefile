@@ -27,24 +27,13 @@ demo:
 test: setup
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,tests)
-	cargo test --locked --workspace --no-run
-	@printf 'Side by side; what they print comes when they end.\n'
-	@$(MAKE) --no-print-directory -j2 --output-sync=target test-libraries test-whole
-
-# Few binaries keep two cores busy by themselves.
-.PHONY: test-libraries test-whole
-test-libraries:
-	cargo test --locked --workspace --lib --bins
-	cargo test --locked --workspace --doc
-
-test-whole:
-	cargo test --locked --workspace --test '*'
+	@tools/run-tests
 
 test-full: setup
 	@tools/setup synth
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,tests with the exhaustive ones)
-	cargo test --locked --workspace -- --include-ignored
+	@tools/run-tests --include-ignored
 	$(call step,the crate verilated against Verilator 5)
 	tools/show-verilated-crate
 	$(call step,benches build)

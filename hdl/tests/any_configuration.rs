@@ -45,6 +45,10 @@ fn text(seed: u64) -> String {
         pick(&["1", "2"])
     };
     let cells = organisation == "parity" || entry == "compact";
+    let extra = match (ports, organisation) {
+        (4 | 8, "auto") => pick(&["copies", "split"]),
+        _ => "copies".to_owned(),
+    };
     let form = pick(&[
         "restoring",
         "restoring",
@@ -100,7 +104,7 @@ fn text(seed: u64) -> String {
     format!(
         "[gu]\norganisation = \"{organisation}\"\npipelined = {deep}\n\
          sums = \"{sums}\"\nrecords_a_row = {records}\n\
-         banks = {}\nports = {ports}\nmodes = \"{modes}\"\nvertices = {vertices}\n\
+         banks = {}\nports = {ports}\nextra_ports = \"{extra}\"\nmodes = \"{modes}\"\nvertices = {vertices}\n\
          feature_bits = {}\nweight_bits = {}\nweights = \"{trusted}\"\nsegments = {}\n\
          fifo_depth = {}\ncounter_bits = {}\n[rit]\nentry = \"{entry}\"\nentries = {}\nslot_bits = {}\n\
          [mvoxel]\nrows = {}\n[vu]\nlanes = {}\nfifo_depth = {}\nops = {ops}\n[vu.exp]\n\
@@ -127,7 +131,7 @@ fn text(seed: u64) -> String {
         } else {
             "16".to_owned()
         },
-        if cells {
+        if cells || extra == "split" {
             pick(&["8", "64", "512"])
         } else {
             pick(&["8", "21", "512"])

@@ -1,7 +1,7 @@
 //! What follows from the gathering unit's part of a configuration: widths, sizes and
 //! stages from which both sides build.
 
-use super::{Config, EntryKind, Modes, Organisation, Sums, WeightTrust};
+use super::{Config, EntryKind, ExtraPorts, Modes, Organisation, Sums, WeightTrust};
 use crate::rit::{MAX_VERTICES, Vertices, WORD_BYTES};
 
 /// Bytes of a compact entry.
@@ -91,6 +91,16 @@ impl Config {
     #[must_use]
     pub fn mft_rows(&self) -> u32 {
         self.mvoxel.rows.div_ceil(self.vertices_a_row())
+    }
+
+    /// Parts of a bank of the MFT, by the low bits of the row: `M / 2` where more than
+    /// two ports take turns at them, otherwise 1.
+    #[must_use]
+    pub fn table_parts(&self) -> u32 {
+        match self.gu.extra_ports {
+            ExtraPorts::Copies => 1,
+            ExtraPorts::Split => (self.gu.ports / 2).max(1),
+        }
     }
 
     /// Bits of a channel on the feature stream.

@@ -158,6 +158,18 @@ pub enum Sums {
     Exact,
 }
 
+/// How more than two ports read a bank of the MVoxel feature table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExtraPorts {
+    /// From copies of the bank, written alike: no port ever waits.
+    #[default]
+    Copies,
+    /// From `M / 2` parts of the bank, by the row's low bits. Each reads two rows at
+    /// once; ports that want a third row of a part wait for a turn.
+    Split,
+}
+
 /// The gathering unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -171,6 +183,8 @@ pub struct GuConfig {
     pub banks: u32,
     /// Ports `M`: entries processed side by side.
     pub ports: u32,
+    /// How more than two of them read a bank.
+    pub extra_ports: ExtraPorts,
     /// Lanes `R` of the feature-major organisation: ray samples processed
     /// side by side.
     pub lanes: u32,
@@ -207,6 +221,7 @@ impl Default for GuConfig {
             channels: None,
             banks: 32,
             ports: 2,
+            extra_ports: ExtraPorts::Copies,
             lanes: 16,
             modes: Modes::Both,
             vertices: vec![Vertices::Eight, Vertices::Four, Vertices::Two],

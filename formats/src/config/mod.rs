@@ -19,7 +19,8 @@ use thiserror::Error;
 
 pub use exp::{Engine, ExpBase, ExpConfig, ExpForm, ExpOutput};
 pub use gu::{
-    EntryKind, GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, RitPath, Sums, WeightTrust,
+    EntryKind, ExtraPorts, GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, RitPath, Sums,
+    WeightTrust,
 };
 pub use pieces::PieceWidths;
 pub use rules::{RuleBreach, RuleBreaches};

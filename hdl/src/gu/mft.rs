@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use potamoi_formats::config::Config;
 
+use super::split_banks::SplitBanks;
 use super::table_halves::TableHalves;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::{bits_for, plus_one, ram, suffix};
@@ -24,7 +25,10 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let groups = config.vertices_a_row();
     let bits = config.gu.feature_bits;
     let index_bits = bits_for(rows - 1);
-    let bank = ram("mft_bank", (1 << index_bits) + rows, bits, ports)?;
+    let split = match config.table_parts() {
+        1 => None,
+        parts => Some(SplitBanks::new(config, parts)?),
+    };
     let mut builder = ModuleBuilder::new("mft");
     let m = &mut builder;
     m.doc(if groups == 1 {
@@ -49,7 +53,14 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
         bit,
         "ends the MVoxel's rows of this segment",
     );
-    let read = m.input("read", bit, "reads the rows at the clock edge");
+    let read = m.input(
+        "read",
+        bit,
+        match split {
+            None => "reads the rows at the clock edge",
+            Some(_) => "asks for the rows, until is_read",
+        },
+    );
     let read_rows = m.input(
         "read_row",
         Ty::u(16 * ports * groups),
@@ -122,47 +133,33 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
             };
             let ok = m.name(ok, &format!("row{of}_in_range"));
             in_range.insert(0, ok);
+            let index = m.slice(row, 0, index_bits.min(row.width()));
+            if split.is_some() {
+                // Whose turn it is, the parts of the banks decide.
+                read_ports.push((ok, index));
+                continue;
+            }
             let en = m.all_of(&[read, kept, ok]);
             let en = m.name(en, &format!("read{of}"));
-            let index = m.slice(row, 0, index_bits.min(row.width()));
             let address = m.cat(&[halves.read, index]);
             let address = m.name(address, &format!("address{of}"));
             read_ports.push((en, address));
         }
     }
     let write_index = m.slice(write_row, 0, index_bits);
-    let write_address = m.cat(&[halves.write, write_index]);
-    let write_address = m.name(write_address, "write_address");
-
-    m.section(if groups == 1 {
-        "Banks, one a channel"
-    } else {
-        "Banks, one a parity and channel"
-    });
-    let mut words: Vec<Vec<Signal>> = vec![vec![]; ports as usize];
-    for b in 0..banks {
-        let lane = m.slice(data, 16 * b, bits);
-        let names: Vec<_> = (0..ports)
-            .map(|p| {
-                (
-                    format!("re{}", suffix(p, ports)),
-                    format!("raddr{}", suffix(p, ports)),
-                )
-            })
-            .collect();
-        let mut inputs = vec![("we", write), ("waddr", write_address), ("wdata", lane)];
-        let own = (b / (banks / groups)) as usize;
-        let of_group = read_ports.iter().skip(own).step_by(groups as usize);
-        for ((re, raddr), (en, address)) in names.iter().zip(of_group) {
-            inputs.push((re, *en));
-            inputs.push((raddr, *address));
+    let lanes: Vec<_> = (0..banks).map(|b| m.slice(data, 16 * b, bits)).collect();
+    let place = Place {
+        halves: [halves.write, halves.read],
+        write,
+        row: write_index,
+    };
+    let (words, turns) = match &split {
+        None => (whole_banks(m, config, &place, &lanes, &read_ports)?, None),
+        Some(split) => {
+            let turns = split.turns(m, read, keep, &read_ports);
+            (split.banks(m, &place, &turns, &lanes), Some(turns))
         }
-        let inst = m.instance(&format!("bank{b}"), &bank, &inputs);
-        for p in 0..ports {
-            let word = m.out(inst, &format!("rdata{}", suffix(p, ports)));
-            words[p as usize].insert(0, word);
-        }
-    }
+    };
 
     m.section("Outputs");
     m.output("s_axis_mft_tready", ready, "");
@@ -177,6 +174,15 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
         _ => "ports and groups of banks whose vertex was loaded",
     };
     m.output("in_range", joined, doc);
+    if let Some(turns) = turns {
+        m.output(
+            "is_read",
+            turns.complete,
+            "no port's row is left to be read",
+        );
+        let doc = "ports whose rows are read at the clock edge";
+        m.output("granted", turns.granted, doc);
+    }
     for (p, parts) in words.iter().enumerate() {
         let joined = m.cat(parts);
         m.output(
@@ -191,6 +197,62 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "a row past the MVoxel's rows is dropped",
     );
     builder.finish()
+}
+
+/// Where a row is written, and which halves are written and read.
+pub(super) struct Place {
+    pub(super) halves: [Signal; 2],
+    pub(super) write: Signal,
+    /// The row, of those of a half.
+    pub(super) row: Signal,
+}
+
+/// Banks that every port reads: of each port, the words of all of them, the last first.
+fn whole_banks(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    place: &Place,
+    lanes: &[Signal],
+    reads: &[(Signal, Signal)],
+) -> Result<Vec<Vec<Signal>>, IrErrors> {
+    let (ports, rows) = (config.gu.ports, config.mft_rows());
+    let groups = config.vertices_a_row() as usize;
+    let depth = (1 << place.row.width()) + rows;
+    let bank = ram("mft_bank", depth, config.gu.feature_bits, ports)?;
+    let write_address = m.cat(&[place.halves[0], place.row]);
+    let write_address = m.name(write_address, "write_address");
+    m.section(if groups == 1 {
+        "Banks, one a channel"
+    } else {
+        "Banks, one a parity and channel"
+    });
+    let mut words = vec![vec![]; ports as usize];
+    let names: Vec<_> = (0..ports)
+        .map(|p| {
+            let suffix = suffix(p, ports);
+            ["re", "raddr", "rdata"].map(|name| format!("{name}{suffix}"))
+        })
+        .collect();
+    for (b, &lane) in lanes.iter().enumerate() {
+        let mut inputs = vec![
+            ("we", place.write),
+            ("waddr", write_address),
+            ("wdata", lane),
+        ];
+        let of_group = reads
+            .iter()
+            .skip(b / (lanes.len() / groups))
+            .step_by(groups);
+        for ([re, raddr, _], (en, address)) in names.iter().zip(of_group) {
+            inputs.push((re, *en));
+            inputs.push((raddr, *address));
+        }
+        let inst = m.instance(&format!("bank{b}"), &bank, &inputs);
+        for ([.., rdata], words) in names.iter().zip(&mut words) {
+            words.insert(0, m.out(inst, rdata));
+        }
+    }
+    Ok(words)
 }
 
 /// The row of a vertex and its parities, from its place along z, y and x with so

@@ -10,6 +10,7 @@ mod rit_pick;
 mod rit_reader;
 mod rit_shape;
 mod rit_writer;
+mod split_banks;
 mod streams;
 mod table_halves;
 mod top;

@@ -56,14 +56,19 @@ fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats)
     let rit = m.all_of(&[stalled, stats.credit, stats.loaded]);
     let busy = counter(m, "stat_busy", bits, clear, stats.busy, one);
     let issued = match (stats.bank, config.is_parity()) {
-        (Some(_), _) => "first rounds of steps that were issued",
+        (Some(_), _) if config.table_parts() == 1 => "first rounds of steps that were issued",
+        (Some(_), _) => "cycles in which a vertex was issued",
         (None, true) => "cycles in which whole cells were issued",
         (None, false) => "cycles in which a vertex was issued",
     };
     m.output("stat_busy", busy, issued);
     if let Some(bank) = stats.bank {
+        let doc = match config.table_parts() {
+            1 => "stalls: lanes wait for a bank",
+            _ => "stalls: ports wait for a turn",
+        };
         let count = counter(m, "stat_stall_bank", bits, clear, bank, one);
-        m.output("stat_stall_bank", count, "stalls: lanes wait for a bank");
+        m.output("stat_stall_bank", count, doc);
     }
     for (name, cause, doc) in [
         ("fifo", fifo, "stalls: no room for what would come"),

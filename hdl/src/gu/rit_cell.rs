@@ -46,13 +46,12 @@ impl Reader {
         };
         let slot = hold(m, "slot", entry.slot);
         let across = hold(m, "fraction_x", entry.fraction[0]);
-        if !shape.whole_cells {
-            let (e, f) = (self.stages()[1], self.stages()[2]);
-            let row = self.row_of_vertex(m, shape, &entry, vertices, port);
+        if let [_, Some(e), Some(f), _] = self.steps()[..] {
+            let row = row_of_vertex(m, shape, &entry, e.vertex, vertices, port);
             let row = hold(m, "row", row);
             let [x, y, z] = [0, 1, 2].map(|axis| {
-                let stage = if axis == 0 { f } else { e };
-                let bit = m.bit(stage.vertex, axis);
+                let step = if axis == 0 { f } else { e };
+                let bit = m.bit(step.vertex, axis);
                 m.name(bit, &format!("far_{}{port}", AXES[axis as usize]))
             });
             let name = |axis: &str| format!("{axis}{port}");
@@ -74,12 +73,22 @@ impl Reader {
             let bit = m.bit(entry.row, axis * shape.axis_bits());
             m.name(bit, &format!("odd_{}{port}", AXES[axis as usize]))
         });
-        let row = hold(m, "row", entry.row);
         let next = [0, 1, 2].map(|axis: u32| {
             let next = next_even(m, shape, entry.row, odd[axis as usize], axis);
             hold(m, &format!("next_{}", AXES[axis as usize]), next)
         });
-        let rows = rows_of_groups(m, shape, row, next);
+        let bits = shape.axis_bits();
+        let half = [0, 1, 2].map(|axis: u32| {
+            (bits > 1).then(|| {
+                let half = m.slice(entry.row, axis * bits + 1, bits - 1);
+                hold(m, &format!("half_{}", AXES[axis as usize]), half)
+            })
+        });
+        let above = (3 * bits < 16).then(|| {
+            let above = m.slice(entry.row, 3 * bits, 16 - 3 * bits);
+            hold(m, "above", above)
+        });
+        let rows = rows_of_groups(m, bits, half, above, next);
         // The side whose parity is 0 first.
         let by_parity = |m: &mut ModuleBuilder, name: &str, parts: (Signal, Signal), odd| {
             let (low, high) = parts;
@@ -96,7 +105,7 @@ impl Reader {
             let parts = split(m, &name("y", i), sum, entry.fraction[1]);
             sums.extend(by_parity(m, &name("y", i), parts, odd[1]));
         }
-        let odd_x = m.bit(row, 0);
+        let odd_x = hold(m, "odd_x", odd[0]);
         let mut weights = vec![];
         for (i, sum) in sums.into_iter().enumerate() {
             let sum = hold(m, &format!("sum{i}_"), sum);
@@ -163,6 +172,7 @@ impl Reader {
             let used = shape.by_vertices(m, vertices, |m, v| {
                 m.lit(u32::from(v.log2() as usize > axis), Ty::bit())
             });
+            let used = m.name(used, &format!("has_{}{port}", AXES[axis]));
             let mask = m.repeat(used, FRACTION_BITS);
             m.and(fraction[axis], mask)
         });
@@ -174,42 +184,42 @@ impl Reader {
             fraction,
         }
     }
+}
 
-    /// The row of the vertex in E. Beyond the MVoxel's faces there is none.
-    fn row_of_vertex(
-        &self,
-        m: &mut ModuleBuilder,
-        shape: &Shape,
-        entry: &Entry,
-        vertices: Signal,
-        port: u32,
-    ) -> Signal {
-        let vertex = self.stages()[1].vertex;
-        let ty = entry.row.ty();
-        let offset = shape.by_vertices(m, vertices, |m, v| {
-            let offsets = shape.offsets(v);
-            let options: Vec<_> = offsets[..v.count()].iter().map(|o| m.lit(*o, ty)).collect();
-            m.select(vertex, &options)
-        });
-        let offset = m.name(offset, &format!("offset{port}"));
-        let outside = shape.by_vertices(m, vertices, |m, v| {
-            let mut beyond = vec![];
-            let mut low = 0;
-            for (axis, bits) in (0..).zip(shape.row_fields(v)) {
-                let field = m.slice(entry.row, low, bits);
-                let top = m.all(field);
-                let far = m.bit(vertex, axis);
-                beyond.push(m.and(top, far));
-                low += bits;
-            }
-            m.any_of(&beyond)
-        });
-        let outside = m.name(outside, &format!("outside{port}"));
-        let row = m.add(entry.row, offset);
-        let none = m.lit(0, Ty::u(NO_ROW));
-        let flag = m.cat(&[outside, none]);
-        m.or(row, flag)
-    }
+/// The row of the vertex in E. Beyond the MVoxel's faces there is none.
+fn row_of_vertex(
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    entry: &Entry,
+    vertex: Signal,
+    vertices: Signal,
+    port: u32,
+) -> Signal {
+    let ty = entry.row.ty();
+    let offset = shape.by_vertices(m, vertices, |m, v| {
+        let offsets = shape.offsets(v);
+        let options: Vec<_> = offsets[..v.count()].iter().map(|o| m.lit(*o, ty)).collect();
+        let offset = m.select(vertex, &options);
+        m.name(offset, &format!("offset{port}_v{}", v.count()))
+    });
+    let offset = m.name(offset, &format!("offset{port}"));
+    let outside = shape.by_vertices(m, vertices, |m, v| {
+        let mut beyond = vec![];
+        let mut low = 0;
+        for (axis, bits) in (0..).zip(shape.row_fields(v)) {
+            let field = m.slice(entry.row, low, bits);
+            let top = m.all(field);
+            let far = m.bit(vertex, axis);
+            beyond.push(m.and(top, far));
+            low += bits;
+        }
+        m.any_of(&beyond)
+    });
+    let outside = m.name(outside, &format!("outside{port}"));
+    let row = m.add(entry.row, offset);
+    let none = m.lit(0, Ty::u(NO_ROW));
+    let flag = m.cat(&[outside, none]);
+    m.or(row, flag)
 }
 
 /// A weight in 16 bits.
@@ -284,22 +294,23 @@ fn next_even(
 /// parity is odd half the first vertex's place, else that of the next even one.
 fn rows_of_groups(
     m: &mut ModuleBuilder,
-    shape: &Shape,
-    first: Signal,
+    bits: u32,
+    half: [Option<Signal>; 3],
+    above: Option<Signal>,
     next: [Signal; 3],
 ) -> Vec<Signal> {
-    let bits = shape.axis_bits();
     (0..MAX_VERTICES as u32)
         .map(|group| {
             let mut parts = vec![];
             let mut beyond = vec![];
+            parts.extend(above);
             for axis in (0..3).rev() {
                 let parity = group >> axis & 1;
                 let even = next[axis as usize];
-                if bits > 1 {
+                if let Some(half) = half[axis as usize] {
                     parts.push(match parity {
                         0 => m.slice(even, 0, bits - 1),
-                        _ => m.slice(first, axis * bits + 1, bits - 1),
+                        _ => half,
                     });
                 }
                 parts.push(m.lit(parity, Ty::bit()));
@@ -307,12 +318,7 @@ fn rows_of_groups(
                     beyond.push(m.bit(even, bits - 1));
                 }
             }
-            let used = 3 * bits;
-            let mut row = m.cat(&parts);
-            if used < 16 {
-                let above = m.slice(first, used, 16 - used);
-                row = m.cat(&[above, row]);
-            }
+            let row = m.cat(&parts);
             let outside = m.any_of(&beyond);
             let none = m.lit(0, Ty::u(NO_ROW));
             let flag = m.cat(&[outside, none]);

@@ -42,10 +42,15 @@ impl Reader {
         let stages = self.stages();
         let last = stages.len() - 1;
         let (before, p, fill) = (stages[last - 1], stages[last], read.fills[last - 1]);
-        let vertex_0 = m.and(fill, before.first);
-        let vertex_0 = m.name(vertex_0, "p_fill_vertex_0");
-        let vertex_is_1 = is(m, before.vertex, 1);
-        let vertex_1 = m.and(fill, vertex_is_1);
+        // The vertices whose tags make the slot.
+        let [vertex_0, vertex_1] = match before.step {
+            None => [fill; 2],
+            Some(step) => {
+                let zero = m.and(fill, step.first);
+                let is_one = is(m, step.vertex, 1);
+                [m.name(zero, "p_fill_vertex_0"), m.and(fill, is_one)]
+            }
+        };
         let mut outputs: [Vec<Signal>; 3] = Default::default();
         for port in 0..shape.ports {
             let given = match (shape.compact, shape.whole_cells) {
@@ -88,12 +93,10 @@ impl Reader {
             }
         }
         m.output("p_valid", p.valid, "a vertex is offered");
-        let [first, last] = match shape.whole_cells {
-            true => ["set: a group is one cycle", "set: a group is one cycle"],
-            false => ["vertex 0 of its group", "vertex V-1 of its group"],
-        };
-        m.output("p_first", p.first, first);
-        m.output("p_last", p.last, last);
+        if let Some(step) = p.step {
+            m.output("p_first", step.first, "vertex 0 of its group");
+            m.output("p_last", step.last, "vertex V-1 of its group");
+        }
         m.output("p_end", p.end, "last group of its MVoxel and segment");
         m.output("p_keep", p.keep, "ports that hold an entry");
         let one = match shape.at_once() {
@@ -135,7 +138,10 @@ impl Reader {
             .map(|g| {
                 let at = |x: u32| g * shape.ports * size + port * size + x * word + j;
                 let options: Vec<_> = (0..count).map(|x| words[at(x) as usize]).collect();
-                let of_vertex = m.select(q.vertex, &options);
+                let of_vertex = match q.step {
+                    None => options[0],
+                    Some(step) => m.select(step.vertex, &options),
+                };
                 m.name(of_vertex, &format!("{what}{port}_v{count}_group{g}"))
             })
             .collect();

@@ -13,7 +13,8 @@ pub(super) struct Reader {
     half: Signal,
     row: Signal,
     group: Signal,
-    vertex: Signal,
+    /// None where a group is one cycle.
+    vertex: Option<Signal>,
     segment: Signal,
     start_half: Signal,
     /// From Q to P.
@@ -24,14 +25,21 @@ pub(super) struct Reader {
 #[derive(Clone, Copy)]
 pub(super) struct Stage {
     pub(super) valid: Signal,
-    pub(super) vertex: Signal,
+    /// None where a group is one cycle.
+    pub(super) step: Option<Step>,
     pub(super) group: Signal,
-    /// Vertex 0 and V-1 of the group.
-    pub(super) first: Signal,
-    pub(super) last: Signal,
     /// The group is the last of its MVoxel and segment.
     pub(super) end: Signal,
     pub(super) keep: Signal,
+}
+
+/// A vertex of a group.
+#[derive(Clone, Copy)]
+pub(super) struct Step {
+    pub(super) vertex: Signal,
+    /// It is vertex 0, or V-1.
+    pub(super) first: Signal,
+    pub(super) last: Signal,
 }
 
 /// What the rest of the buffer needs of a read.
@@ -48,24 +56,21 @@ impl Stage {
         let mut reg = |what: &str, ty: Ty| m.reg(&format!("{name}_{what}"), ty, 0);
         Self {
             valid: reg("valid", Ty::bit()),
-            vertex: reg("vertex", Ty::u(3)),
+            step: (!shape.whole_cells).then(|| Step {
+                vertex: reg("vertex", Ty::u(3)),
+                first: reg("first", Ty::bit()),
+                last: reg("last", Ty::bit()),
+            }),
             group: reg("group", shape.group_ty()),
-            first: reg("first", Ty::bit()),
-            last: reg("last", Ty::bit()),
             end: reg("end", Ty::bit()),
             keep: reg("keep", Ty::u(shape.ports)),
         }
     }
 
-    fn fields(self) -> [Signal; 6] {
-        [
-            self.vertex,
-            self.group,
-            self.first,
-            self.last,
-            self.end,
-            self.keep,
-        ]
+    fn fields(self) -> impl Iterator<Item = Signal> {
+        let step = self.step.map(|s| [s.vertex, s.first, s.last]);
+        let step = step.into_iter().flatten();
+        step.chain([self.group, self.end, self.keep])
     }
 }
 
@@ -74,7 +79,7 @@ impl Reader {
         let half = m.reg("read_half", Ty::bit(), 0);
         let row = m.reg("read_row", Ty::u(shape.row_index_bits()), 0);
         let group = m.reg("read_group", shape.group_ty(), 0);
-        let vertex = m.reg("read_vertex", Ty::u(3), 0);
+        let vertex = (!shape.whole_cells).then(|| m.reg("read_vertex", Ty::u(3), 0));
         let segment = m.reg("read_segment", Ty::u(7), 0);
         let start_half = m.reg("read_start_half", Ty::bit(), 0);
         m.note(start_half, "half in which the MVoxel begins");
@@ -100,6 +105,11 @@ impl Reader {
         &self.stages
     }
 
+    /// The vertices in the stages, from Q to P.
+    pub(super) fn steps(&self) -> Vec<Option<Step>> {
+        self.stages.iter().map(|stage| stage.step).collect()
+    }
+
     /// Moves what the stages behind Q hold, as far as there is room; gives of
     /// each that it is filled, and that Q is free.
     fn follow(&self, m: &mut ModuleBuilder, take: Signal) -> (Vec<Signal>, Signal) {
@@ -118,7 +128,7 @@ impl Reader {
             let stays = m.and(stage.valid, idle);
             let valid = m.or(fill, stays);
             m.set_next(stage.valid, valid);
-            for (reg, value) in stage.fields().into_iter().zip(before.fields()) {
+            for (reg, value) in stage.fields().zip(before.fields()) {
                 m.set_next_if(reg, fill, value);
             }
             fills.push(fill);
@@ -170,12 +180,19 @@ impl Reader {
 
         let fire = m.and(readable, q_free);
         let fire = m.name(fire, "read_fire");
-        let first = is(m, self.vertex, 0);
-        let first = m.name(first, "read_first");
-        let top = shape.by_vertices(m, vertices, |m, v| m.lit(shape.issues(v) - 1, Ty::u(3)));
-        let top = m.name(top, "last_vertex_of_entry");
-        let last = m.eq(self.vertex, top);
-        let last = m.name(last, "read_last");
+        let at = self.vertex.map(|vertex| {
+            let first = is(m, vertex, 0);
+            let first = m.name(first, "read_first");
+            let top = shape.by_vertices(m, vertices, |m, v| m.lit(v.count() as u32 - 1, Ty::u(3)));
+            let top = m.name(top, "last_vertex_of_entry");
+            let last = m.eq(vertex, top);
+            let last = m.name(last, "read_last");
+            Step {
+                vertex,
+                first,
+                last,
+            }
+        });
 
         let closed = of_half(m, self.half, halves.closed);
         let no_more = m.not(more);
@@ -193,8 +210,13 @@ impl Reader {
         let retain = m.name(retain, "retain");
         m.note(retain, "another segment reads this half from the buffer");
 
-        let step = m.and(fire, last);
-        let step = m.name(step, "read_step");
+        let step = match &at {
+            None => fire,
+            Some(at) => {
+                let step = m.and(fire, at.last);
+                m.name(step, "read_step")
+            }
+        };
         let leave = m.and(step, half_ends);
         let leave = m.name(leave, "read_leave_half");
         let let_go = m.not(retain);
@@ -209,10 +231,12 @@ impl Reader {
             m.name(release[1], "release_1"),
         ];
 
-        let next_vertex = plus_one(m, self.vertex);
-        let zero_vertex = m.lit(0, Ty::u(3));
-        let vertex_after = m.mux(last, zero_vertex, next_vertex);
-        m.set_next_if(self.vertex, fire, vertex_after);
+        if let Some(at) = &at {
+            let next = plus_one(m, at.vertex);
+            let zero = m.lit(0, Ty::u(3));
+            let after = m.mux(at.last, zero, next);
+            m.set_next_if(at.vertex, fire, after);
+        }
         let group_after = m.mux(half_ends, zero_group, then_group);
         m.set_next_if(self.group, step, group_after);
         let narrow = m.truncate(then_row, self.row.width());
@@ -240,13 +264,24 @@ impl Reader {
         let q_stays = m.and(q.valid, still);
         let q_valid = m.or(fire, q_stays);
         m.set_next(q.valid, q_valid);
-        let values = [self.vertex, self.group, first, last, pass_ends, keep];
-        for (reg, value) in q.fields().into_iter().zip(values) {
+        let next = Stage {
+            step: at,
+            group: self.group,
+            end: pass_ends,
+            keep,
+            ..q
+        };
+        for (reg, value) in q.fields().zip(next.fields()) {
             m.set_next_if(reg, fire, value);
         }
 
-        let row_enable = m.and(fire, first);
-        let row_enable = m.name(row_enable, "read_row_enable");
+        let row_enable = match &at {
+            None => fire,
+            Some(at) => {
+                let enable = m.and(fire, at.first);
+                m.name(enable, "read_row_enable")
+            }
+        };
         let address = m.cat(&[self.half, self.row]);
         let address = m.name(address, "read_address");
         Read {

@@ -53,11 +53,6 @@ impl Shape {
         (self.config.entry_bytes(vertices) / 2) as u32
     }
 
-    /// Vertices that are issued one after the other.
-    pub(super) fn issues(&self, vertices: Vertices) -> u32 {
-        self.config.issue_cycles(vertices)
-    }
-
     /// Vertices that are issued at once.
     pub(super) const fn at_once(&self) -> u32 {
         if self.whole_cells {

@@ -80,7 +80,7 @@ impl Position {
         let here = if halfwords == self.phases * self.lanes {
             reached
         } else {
-            let next = self.reached(m, halfwords + 1);
+            let next = self.at_least(m, halfwords + 1);
             let ends = m.not(next);
             let here = m.and(reached, ends);
             m.name(here, &format!("exactly_{halfwords}"))

@@ -44,6 +44,9 @@ pub(super) struct Stage {
 /// What goes with the terms that are summed up.
 struct Summed {
     valid: Signal,
+    /// Where terms arrive: at all ports with `valid`, or a bit a port where ports
+    /// take turns at the table.
+    arrives: Signal,
     first: Signal,
     last: Signal,
     end: Signal,
@@ -55,9 +58,11 @@ struct Summed {
 
 /// Stage 1 itself, or the last of the stages behind it where products are
 /// registered.
-fn summed(m: &mut ModuleBuilder, config: &Config, s1: &Stage) -> Summed {
+fn summed(m: &mut ModuleBuilder, config: &Config, s1: &Stage, turns: Option<Signal>) -> Summed {
+    let whole_cells = config.is_parity();
     let mut stage = Summed {
         valid: s1.valid,
+        arrives: turns.unwrap_or(s1.valid),
         first: s1.first,
         last: s1.last,
         end: s1.end,
@@ -70,20 +75,36 @@ fn summed(m: &mut ModuleBuilder, config: &Config, s1: &Stage) -> Summed {
         if stage.enables.is_empty() {
             m.section("Stages of the products");
         }
-        let before = stage.valid;
         let valid = m.reg(&format!("{name}_valid"), Ty::bit(), 0);
-        m.set_next(valid, before);
+        m.set_next(valid, stage.valid);
+        let (before, arrives) = match turns {
+            None => (stage.valid, valid),
+            Some(read) => {
+                let arrives = m.reg(&format!("{name}_read"), read.ty(), 0);
+                m.set_next(arrives, stage.arrives);
+                (m.any(stage.arrives), arrives)
+            }
+        };
         let mut follow = |what: &str, from: Signal| {
             let reg = m.reg(&format!("{name}_{what}"), from.ty(), 0);
             m.set_next_if(reg, before, from);
             reg
         };
         let mut enables = stage.enables;
-        enables.push((*name, valid));
+        enables.push((*name, arrives));
         stage = Summed {
             valid,
-            first: follow("first", stage.first),
-            last: follow("last", stage.last),
+            arrives,
+            first: if whole_cells {
+                stage.first
+            } else {
+                follow("first", stage.first)
+            },
+            last: if whole_cells {
+                stage.last
+            } else {
+                follow("last", stage.last)
+            },
             end: follow("end", stage.end),
             keep: follow("keep", stage.keep),
             slot: follow("slot", stage.slot),
@@ -176,22 +197,39 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let rit = m.instance("rit", &rit_module, &rit_inputs);
     let table = m.instance("mft", &mft_module, &mft_in);
     let mut of_rit = |name: &str| m.out(rit, name);
-    let [p_valid, p_first, p_last, p_end, p_keep] =
-        ["p_valid", "p_first", "p_last", "p_end", "p_keep"].map(&mut of_rit);
+    let [p_valid, p_end, p_keep] = ["p_valid", "p_end", "p_keep"].map(&mut of_rit);
     let [p_row, p_weight, p_slot] = ["p_row", "p_weight", "p_slot"].map(&mut of_rit);
+    // A cell is the first and the last of its group.
+    let [p_first, p_last] = match whole_cells {
+        true => [m.lit(1, bit); 2],
+        false => ["p_first", "p_last"].map(|name| m.out(rit, name)),
+    };
     let loaded = m.out(table, "is_loaded");
     // A group, once begun, is never held up: only its first vertex asks.
     let may_start = m.and(credit, loaded);
     let may_start = m.name(may_start, "may_start");
-    let goes_on = m.not(p_first);
-    let may = m.or(goes_on, may_start);
-    let fire = m.and(p_valid, may);
+    let may = match whole_cells {
+        true => may_start,
+        false => {
+            let goes_on = m.not(p_first);
+            m.or(goes_on, may_start)
+        }
+    };
+    let asks = m.and(p_valid, may);
+    let split = config.table_parts() > 1;
+    let (asks, fire, granted) = if split {
+        let fire = m.out(table, "is_read");
+        (m.name(asks, "asks"), fire, Some(m.out(table, "granted")))
+    } else {
+        (asks, asks, None)
+    };
     let fire = m.name(fire, "fire");
     m.note(fire, "a vertex is issued");
+    let asks = if split { asks } else { fire };
     let release = m.all_of(&[fire, p_last, p_end]);
     let release = m.name(release, "release_table");
     m.connect(rit, "p_take", fire);
-    m.connect(table, "read", fire);
+    m.connect(table, "read", asks);
     let shared = two.map(|two| SharedRows::of(m, config, two, p_row));
     m.connect(table, "read_row", shared.as_ref().map_or(p_row, |s| s.rows));
     m.connect(table, "read_keep", p_keep);
@@ -200,11 +238,15 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let group_start = m.name(group_start, "group_start");
 
     m.section("Stage 1: features of the rows that were read");
+    let step = |m: &mut ModuleBuilder, name: &str, of_p: Signal| match whole_cells {
+        true => of_p,
+        false => m.reg(name, bit, 0),
+    };
     let in_range = m.out(table, "in_range");
     let s1 = Stage {
         valid: m.reg("s1_valid", bit, 0),
-        first: m.reg("s1_first", bit, 0),
-        last: m.reg("s1_last", bit, 0),
+        first: step(m, "s1_first", p_first),
+        last: step(m, "s1_last", p_last),
         end: m.reg("s1_end", bit, 0),
         keep: m.reg("s1_keep", Ty::u(ports), 0),
         in_range: m.reg("s1_in_range", Ty::u(ports * groups), 0),
@@ -213,15 +255,23 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
     };
     m.set_next(s1.valid, fire);
     for (reg, value) in [
-        (s1.first, p_first),
-        (s1.last, p_last),
         (s1.end, p_end),
         (s1.keep, p_keep),
         (s1.in_range, in_range),
         (s1.slot, p_slot),
     ] {
-        m.set_next_if(reg, fire, value);
+        m.set_next_if(reg, asks, value);
     }
+    if !whole_cells {
+        m.set_next_if(s1.first, asks, p_first);
+        m.set_next_if(s1.last, asks, p_last);
+    }
+    let turns = granted.map(|granted| {
+        let reg = m.reg("s1_read", granted.ty(), 0);
+        m.note(reg, "ports whose rows were read");
+        m.set_next(reg, granted);
+        reg
+    });
     let single = is(m, vertices, 0);
     let single = m.name(single, "single_ids");
     let weight = if gu.modes == Modes::Both {
@@ -232,14 +282,14 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
     } else {
         p_weight
     };
-    m.set_next_if(s1.weight, fire, weight);
+    m.set_next_if(s1.weight, asks, weight);
     let upper = shared.as_ref().map(|shared| {
         let reg = m.reg("s1_upper_record", Ty::u(ports), 0);
-        m.set_next_if(reg, fire, shared.upper);
+        m.set_next_if(reg, asks, shared.upper);
         reg
     });
 
-    let done = summed(m, config, &s1);
+    let done = summed(m, config, &s1, turns);
 
     m.section("Reducers: one a channel and port");
     let (lanes, lane_bits) = (config.lanes_a_port(), config.feature_lane_bits());
@@ -263,13 +313,21 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
         let weights: Vec<_> = (0..groups)
             .map(|g| m.slice(s1.weight, 16 * (port * groups + g), gu.weight_bits + 1))
             .collect();
+        // Its own bit where ports take turns.
+        let own = |m: &mut ModuleBuilder, arrives: Signal| match turns {
+            None => arrives,
+            Some(_) => m.bit(arrives, port),
+        };
+        let mut enables = vec![("valid", own(m, turns.unwrap_or(s1.valid)))];
+        for &(name, arrives) in &done.enables {
+            enables.push((name, own(m, arrives)));
+        }
         for lane in 0..lanes {
             let feature = |m: &mut ModuleBuilder, g: u32| {
                 let feature = m.slice(features, (g * lanes + lane) * bits, bits);
                 m.as_signed(feature)
             };
-            let mut inputs = vec![("valid", s1.valid)];
-            inputs.extend(done.enables.iter().copied());
+            let mut inputs = enables.clone();
             if whole_cells {
                 for g in 0..groups {
                     let at = g as usize;
@@ -319,10 +377,14 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
 
     let group_done = m.and(fire, p_last);
     let group_done = m.name(group_done, "group_done");
+    let bank = split.then(|| {
+        let some_wait = m.not(fire);
+        m.and(asks, some_wait)
+    });
     let stats = Stats {
-        fire,
+        fire: asks,
         busy: fire,
-        bank: None,
+        bank,
         group_done,
         keep: p_keep,
         credit,

@@ -13,6 +13,8 @@ use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
 
 use super::exponents::Exponents;
+use super::feature_major::Rounds;
+use super::split::{SplitRun, check_no_turns};
 use super::vector::VectorTiming;
 use super::work::{GatherRun, Mvoxel, WorkError, check_channel_major};
 
@@ -27,7 +29,8 @@ pub struct GatherCycles {
     pub stall_mft: u64,
     /// Cycles without issue because no entry had been read.
     pub stall_rit: u64,
-    /// Cycles in which lanes waited for a bank (feature-major organisation).
+    /// Cycles in which lanes waited for a bank (feature-major organisation), or ports
+    /// for their turn.
     pub stall_bank: u64,
     /// Cycles from the first accepted beat to the last accepted feature, both
     /// included: fill, issue and latency.
@@ -119,8 +122,27 @@ impl Chain {
 
     /// One group that can be read from `readable` on and issued from `loaded`.
     pub(super) fn group(&mut self, readable: u64, loaded: u64) {
+        let x = self.begin(readable, loaded);
+        for i in 0..self.issues {
+            self.vertex(readable, x + i);
+        }
+    }
+
+    /// One group, each vertex of which takes so many turns.
+    fn group_in_turns(&mut self, readable: u64, loaded: u64, turns: &[u16]) {
+        let mut next = self.begin(readable, loaded);
+        for &turns in turns {
+            let turns = u64::from(turns);
+            self.out.stall_bank += turns - 1;
+            self.vertex(readable, next + turns - 1);
+            next += turns;
+        }
+    }
+
+    /// Cycle in which a group is first issued.
+    fn begin(&mut self, readable: u64, loaded: u64) -> u64 {
         let arrives = readable + self.stages as u64;
-        let x = if self.begun {
+        if self.begun {
             let next = self.issued[0] + 1;
             let x = arrives.max(next).max(loaded);
             let mft = loaded.clamp(next, x) - next;
@@ -131,14 +153,19 @@ impl Chain {
             let x = arrives.max(loaded);
             self.out.fill = x;
             x
-        };
-        for i in 0..self.issues {
-            self.vertex(readable, x + i);
         }
     }
 
     /// Every group of a part, the first of which is issued from `loaded` on.
-    fn part(&mut self, part: &Part, loaded: u64) {
+    fn part(&mut self, part: &Part, loaded: u64, turns: Option<&[Rounds]>) {
+        if let Some(turns) = turns {
+            for (index, turns) in (0..part.groups).zip(turns) {
+                let loaded = if index == 0 { loaded } else { 0 };
+                let turns = &turns[..self.issues as usize];
+                self.group_in_turns(self.readable(part, index), loaded, turns);
+            }
+            return;
+        }
         self.group(self.readable(part, 0), loaded);
         // The last ones one by one: the release of the half looks back over
         // as many vertices as there are stages.
@@ -205,15 +232,33 @@ impl Halves {
 pub fn gather_cycles(config: &Config, run: &GatherRun<'_>) -> Result<GatherCycles, WorkError> {
     run.check(config)?;
     check_channel_major(config)?;
+    check_no_turns(config)?;
+    Ok(cycles(config, run, None))
+}
+
+/// Exact cycles of a run of a unit whose ports take turns, data and sink ready.
+///
+/// Takes time in proportion to the entries.
+///
+/// # Errors
+/// Work that the unit cannot do.
+pub fn split_cycles(config: &Config, work: &SplitRun<'_>) -> Result<GatherCycles, WorkError> {
+    work.check(config)?;
+    check_channel_major(config)?;
+    Ok(cycles(config, &work.run, Some(work.turns)))
+}
+
+/// Cycles of work that was checked.
+fn cycles(config: &Config, run: &GatherRun<'_>, turns: Option<&[Vec<Rounds>]>) -> GatherCycles {
     if run.mvoxels.is_empty() {
-        return Ok(GatherCycles::default());
+        return GatherCycles::default();
     }
     let ports = u64::from(config.gu.ports);
     let half = u64::from(config.rit_entries(run.vertices));
     let mut chain = Chain::new(config, run.vertices);
     chain.out.busy = run.busy(config);
     let (mut rit, mut mft) = (Halves::default(), Halves::default());
-    for &mvoxel in run.mvoxels {
+    for (at, &mvoxel) in run.mvoxels.iter().enumerate() {
         let again = run.streamed_again(config, mvoxel);
         let parts = u64::from(mvoxel.entries).div_ceil(half);
         let mut kept: [Option<Part>; 2] = [None; 2];
@@ -230,7 +275,9 @@ pub fn gather_cycles(config: &Config, run: &GatherRun<'_>) -> Result<GatherCycle
                 if run.segments > 1 && !again {
                     kept[(index & 1) as usize] = Some(part);
                 }
-                chain.part(&part, std::mem::take(&mut loaded));
+                // A half holds whole groups.
+                let turns = turns.map(|turns| &turns[at][(index * half / ports) as usize..]);
+                chain.part(&part, std::mem::take(&mut loaded), turns);
                 if again || segment + 1 == run.segments {
                     rit.release(chain.read + 1);
                 }
@@ -239,7 +286,7 @@ pub fn gather_cycles(config: &Config, run: &GatherRun<'_>) -> Result<GatherCycle
         }
     }
     chain.out.elapsed = chain.last_issue() + u64::from(config.gather_latency()) + 1;
-    Ok(chain.out)
+    chain.out
 }
 
 /// Cycles from the first to the last issue by the plain formula of double

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use potamoi_formats::config::Config;
 
-use super::gather::{Counters, GatherInputs, GatherModel, GatherOutputs};
+use super::gather::{Cause, Counters, GatherInputs, GatherModel, GatherOutputs};
+use super::split::SplitRun;
 use super::stimulus::{Plan, Source, Stalls};
 use super::work::{GatherRun, WorkError};
 
@@ -32,7 +33,7 @@ pub struct CycleLog {
     pub cycles: u64,
     /// Cycle of the first accepted RIT beat.
     pub first_beat: Option<u64>,
-    /// Cycle of the first issue.
+    /// Cycle of the first issue, or of the first turn at the table.
     pub first_issue: Option<u64>,
     /// Cycle of the last issue.
     pub last_issue: Option<u64>,
@@ -66,11 +67,36 @@ pub fn run_gather(
 pub fn run_gather_watched(
     config: &Config,
     run: &GatherRun<'_>,
+    plan: Plan,
+    watch: impl FnMut(u64, &GatherInputs, &GatherOutputs),
+) -> Result<CycleLog, WorkError> {
+    run.check(config)?;
+    let model = GatherModel::new(config, run.vertices, run.segments)?;
+    play(config, run, model, plan, watch)
+}
+
+/// As [`run_gather`], of a unit whose ports take turns.
+///
+/// # Errors
+/// As [`run_gather`].
+pub fn run_split(
+    config: &Config,
+    work: &SplitRun<'_>,
+    stalls: &Stalls,
+    seed: u64,
+) -> Result<CycleLog, WorkError> {
+    let model = GatherModel::of_turns(config, work)?;
+    let plan = Plan::new(seed, stalls)?;
+    play(config, &work.run, model, plan, |_, _, _| {})
+}
+
+fn play(
+    config: &Config,
+    run: &GatherRun<'_>,
+    mut model: GatherModel,
     mut plan: Plan,
     mut watch: impl FnMut(u64, &GatherInputs, &GatherOutputs),
 ) -> Result<CycleLog, WorkError> {
-    run.check(config)?;
-    let mut model = GatherModel::new(config, run.vertices, run.segments)?;
     let mut rit = Source::new(run.rit_beats(config));
     let mut mft = Source::new(run.mft_beats());
     let mut log = CycleLog::default();
@@ -90,7 +116,11 @@ pub fn run_gather_watched(
         watch(cycle, &inputs, &outputs);
         log.cycles = cycle + 1;
 
-        let mut moves = outputs.issue.is_some();
+        let turn = outputs.stall == Some(Cause::Turn);
+        let mut moves = outputs.issue.is_some() || turn;
+        if moves {
+            log.first_issue.get_or_insert(cycle);
+        }
         if inputs.rit.is_some() && outputs.rit_ready {
             rit.accepted();
             log.first_beat.get_or_insert(cycle);
@@ -103,7 +133,6 @@ pub fn run_gather_watched(
             moves = true;
         }
         if let Some(issue) = outputs.issue {
-            log.first_issue.get_or_insert(cycle);
             log.last_issue = Some(cycle);
             if issue.vertex == 0 {
                 issued.push_back(cycle);

@@ -9,6 +9,7 @@ use std::collections::VecDeque;
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::{MAX_VERTICES, Vertices, WORD_BYTES};
 
+use super::split::{SplitRun, Turns, check_no_turns};
 use super::work::WorkError;
 
 pub use super::work::RitBeat;
@@ -44,6 +45,8 @@ pub enum Cause {
     Mft,
     /// No entry has been read.
     Rit,
+    /// Ports wait for their turn at the table.
+    Turn,
 }
 
 /// A beat offered to the sink.
@@ -67,7 +70,7 @@ pub struct Counters {
     /// Stalls up to the last issue because no entry had been read.
     pub stall_rit: u64,
     /// Cycles in which lanes of the feature-major organisation waited for a
-    /// bank.
+    /// bank, or ports for their turn.
     pub stall_bank: u64,
     /// Entries issued, counted with their last vertex.
     pub entries: u64,
@@ -164,6 +167,8 @@ pub struct GatherModel {
     issues: u32,
     /// Cycles from the issue of a group's last vertex to its offer.
     latency: u64,
+    /// Turns of the vertices, where ports take any.
+    turns: Option<Turns>,
     cycle: u64,
     buffer: RitBuffer,
     mft_loaded: [bool; 2],
@@ -183,15 +188,38 @@ impl GatherModel {
     ///
     /// # Errors
     /// A configuration that breaks its rules, an entry size that it leaves
-    /// out, or a number of segments that it does not allow.
+    /// out, a number of segments that it does not allow, or ports that take turns.
     pub fn new(config: &Config, vertices: Vertices, segments: u32) -> Result<Self, WorkError> {
         super::work::check_setting(config, vertices, segments)?;
         super::work::check_channel_major(config)?;
-        Ok(Self {
+        check_no_turns(config)?;
+        Ok(Self::after_reset(config, vertices, segments, None))
+    }
+
+    /// The unit after reset, set to the work that it is going to get.
+    ///
+    /// # Errors
+    /// Work that the unit cannot do.
+    pub fn of_turns(config: &Config, work: &SplitRun<'_>) -> Result<Self, WorkError> {
+        work.check(config)?;
+        super::work::check_channel_major(config)?;
+        let run = &work.run;
+        let turns = Some(Turns::new(work));
+        Ok(Self::after_reset(config, run.vertices, run.segments, turns))
+    }
+
+    fn after_reset(
+        config: &Config,
+        vertices: Vertices,
+        segments: u32,
+        turns: Option<Turns>,
+    ) -> Self {
+        Self {
             fifo_depth: u64::from(config.gu.fifo_depth),
             counter_max: u64::MAX >> (64 - config.gu.counter_bits),
             issues: config.issue_cycles(vertices),
             latency: u64::from(config.gather_latency()),
+            turns,
             cycle: 0,
             buffer: RitBuffer::new(config, vertices, segments),
             mft_loaded: [false; 2],
@@ -203,7 +231,7 @@ impl GatherModel {
             counting: false,
             running: Counters::default(),
             shown: Counters::default(),
-        })
+        }
     }
 
     /// `s_axis_rit_tready` of the coming cycle.
@@ -247,14 +275,21 @@ impl GatherModel {
         let room = self.in_flight < self.fifo_depth;
         let loaded = self.mft_loaded[self.mft_reader];
         let offered = self.buffer.offered();
-        let issued = offered.filter(|p| p.vertex != 0 || (room && loaded));
-        let stall = match (issued.is_some() || !self.counting, room, loaded) {
+        let last_vertex = self.issues - 1;
+        let asked = offered.filter(|p| p.vertex != 0 || (room && loaded));
+        let turns = &mut self.turns;
+        let issued = asked.filter(|p| {
+            let turns = turns.as_mut();
+            turns.is_none_or(|turns| turns.turn(p.vertex, p.vertex == last_vertex))
+        });
+        let stall = match (issued.is_some(), asked.is_some(), self.counting) {
             (true, _, _) => None,
-            (_, false, _) => Some(Cause::Fifo),
-            (_, _, false) => Some(Cause::Mft),
+            (_, true, _) => Some(Cause::Turn),
+            (_, _, false) => None,
+            _ if !room => Some(Cause::Fifo),
+            _ if !loaded => Some(Cause::Mft),
             _ => Some(Cause::Rit),
         };
-        let last_vertex = self.issues - 1;
         let outputs = GatherOutputs {
             rit_ready: self.rit_ready(),
             mft_ready: self.mft_ready(),
@@ -315,6 +350,11 @@ impl GatherModel {
             Some(Cause::Fifo) => add(&mut self.running.stall_fifo, 1),
             Some(Cause::Mft) => add(&mut self.running.stall_mft, 1),
             Some(Cause::Rit) => add(&mut self.running.stall_rit, 1),
+            Some(Cause::Turn) => {
+                add(&mut self.running.stall_bank, 1);
+                self.counting = true;
+                self.shown = self.running;
+            }
             None => {}
         }
         if let Some(p) = issued {

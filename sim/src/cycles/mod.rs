@@ -12,6 +12,7 @@ pub mod drive;
 pub mod exponents;
 pub mod feature_major;
 pub mod gather;
+pub mod split;
 pub mod stimulus;
 pub mod vector;
 pub mod work;
@@ -19,11 +20,12 @@ pub mod work;
 #[cfg(test)]
 mod tests;
 
-pub use closed::{GatherCycles, VectorCycles, gather_cycles, vector_cycles};
-pub use drive::{CycleLog, run_gather, run_gather_watched};
+pub use closed::{GatherCycles, VectorCycles, gather_cycles, split_cycles, vector_cycles};
+pub use drive::{CycleLog, run_gather, run_gather_watched, run_split};
 pub use exponents::Exponents;
 pub use feature_major::{FeatureMajorModel, LaneRun, Rounds, feature_major_cycles};
 pub use gather::{GatherInputs, GatherModel, GatherOutputs};
+pub use split::SplitRun;
 pub use stimulus::{Plan, Source, Stalls, StreamStalls, Willing};
 pub use vector::{VectorInputs, VectorModel, VectorOutputs};
 pub use work::{GatherRun, Mvoxel, WorkError};

@@ -86,6 +86,12 @@ pub enum WorkError {
         /// What is wrong, and what was expected.
         problem: String,
     },
+    /// Ports take turns, but nothing says how many.
+    #[error(
+        "gu.extra_ports is \"split\": cycles depend on the rows of the entries; \
+         give their turns, or take \"copies\""
+    )]
+    Turns,
     /// A stall pattern under which a stream never moves.
     #[error(
         "stalls of {per_mille} per mille and {burst} cycles: expected 0 to 999, and 1 cycle or more"

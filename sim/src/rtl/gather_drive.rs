@@ -58,8 +58,8 @@ pub struct GatherTotals {
     pub busy: u64,
     /// Stalls for want of FIFO room, MVoxel, entries, from its counters.
     pub stalls: [u64; 3],
-    /// Cycles in which lanes waited for a bank, from its counter; 0 where
-    /// banks cannot conflict.
+    /// Cycles in which lanes waited for a bank, or ports for their turn, from its
+    /// counter; 0 where none has to.
     pub stall_bank: u64,
     /// Entries issued, one for each segment, from its counter.
     pub entries: u64,
@@ -83,26 +83,28 @@ struct Ports<P> {
     /// valid, ready, data, keep, last, user
     feat: [P; 6],
     counters: [P; 5],
-    /// Of the feature-major organisation: stalls for banks, and the MFT
-    /// stream's keep.
-    lanes: Option<[P; 2]>,
+    /// Stalls for banks, where there can be any.
+    bank: Option<P>,
+    /// The MFT stream's keep, of the feature-major organisation.
+    mft_keep: Option<P>,
     errors: P,
 }
 
 impl<P: Copy> Ports<P> {
     fn counters(&self, engine: &mut impl Engine<Port = P>) -> Result<[u64; 6], RtlError> {
         let mut counters = [0; 6];
-        let bank = self.lanes.map(|[bank, _]| bank);
         for (value, port) in counters
             .iter_mut()
-            .zip(self.counters.into_iter().chain(bank))
+            .zip(self.counters.into_iter().chain(self.bank))
         {
             *value = engine.get(port)?;
         }
         Ok(counters)
     }
 
-    fn find(engine: &impl Engine<Port = P>, lanes: bool) -> Result<Self, RtlError> {
+    fn find(engine: &impl Engine<Port = P>, work: &GatherWork<'_>) -> Result<Self, RtlError> {
+        let lanes = work.lane_run().is_some();
+        let waits = lanes || work.split_run().is_some();
         let rit = |name: &str| engine.port(&format!("s_axis_rit_{name}"));
         let mft = |name: &str| engine.port(&format!("s_axis_mft_{name}"));
         let feat = |name: &str| engine.port(&format!("m_axis_feat_{name}"));
@@ -132,11 +134,8 @@ impl<P: Copy> Ports<P> {
                 stat("stall_rit")?,
                 stat("entries")?,
             ],
-            lanes: if lanes {
-                Some([stat("stall_bank")?, mft("tkeep")?])
-            } else {
-                None
-            },
+            bank: waits.then(|| stat("stall_bank")).transpose()?,
+            mft_keep: lanes.then(|| mft("tkeep")).transpose()?,
             errors: stat("errors")?,
         })
     }
@@ -164,7 +163,7 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             watch,
         } = self;
         let feature_major = work.lane_run().is_some();
-        let p = Ports::find(engine, feature_major)?;
+        let p = Ports::find(engine, work)?;
         for port in [p.rit[0], p.mft[0], p.feat[1]] {
             engine.set(port, 0)?;
         }
@@ -220,7 +219,7 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
                 layout.mft(&piece);
                 engine.set_words(p.mft[2], &layout.row)?;
                 engine.set(p.mft[3], u64::from(piece.last))?;
-                if let Some([_, keep]) = p.lanes {
+                if let Some(keep) = p.mft_keep {
                     engine.set_words(keep, &layout.row_keep)?;
                 }
                 mft_shown = true;
@@ -234,7 +233,8 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             let valid = engine.get(p.feat[0])? == 1;
             let counters = p.counters(engine)?;
             // A counter shows what happened up to the cycle before.
-            if counters[0] != 0 && totals.first_issue == 0 {
+            let [busy, .., bank] = counters;
+            if (busy != 0 || bank != 0) && totals.first_issue == 0 {
                 totals.first_issue = cycle - 1;
             }
             let beat = if valid {

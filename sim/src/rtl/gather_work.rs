@@ -8,8 +8,9 @@ use thiserror::Error;
 use super::gather::half;
 use super::place::{Placed, is_needed};
 use crate::cycles::feature_major::rounds;
+use crate::cycles::split::turns;
 use crate::cycles::work::{GatherRun, MftPiece, Mvoxel, RitPiece};
-use crate::cycles::{LaneRun, Rounds};
+use crate::cycles::{LaneRun, Rounds, SplitRun};
 
 /// A task that a run cannot take.
 #[derive(Debug, Error)]
@@ -76,6 +77,8 @@ pub struct GatherWork<'a> {
     placed: Vec<Placed>,
     /// Rounds of each MVoxel in the feature-major organisation.
     rounds: Option<Vec<Vec<Rounds>>>,
+    /// Turns of each MVoxel where ports take any.
+    turns: Option<Vec<Vec<Rounds>>>,
 }
 
 impl<'a> GatherWork<'a> {
@@ -144,6 +147,18 @@ impl<'a> GatherWork<'a> {
                 (gu.lanes, 1, Some(tasks.iter().map(of).collect()))
             }
         };
+        let turns = (config.table_parts() > 1).then(|| {
+            let of = |(i, task): (usize, &GatherTask)| match placed.get(i) {
+                Some(placed) => turns(config, vertices, &placed.entries),
+                None if shared => {
+                    let mut rows = task.entries.clone();
+                    rows.iter_mut().for_each(|entry| entry.rows[0] >>= 1);
+                    turns(config, vertices, &rows)
+                }
+                None => turns(config, vertices, &task.entries),
+            };
+            tasks.iter().enumerate().map(of).collect()
+        });
         Ok(Self {
             tasks,
             vertices,
@@ -161,6 +176,7 @@ impl<'a> GatherWork<'a> {
             mvoxels,
             placed,
             rounds,
+            turns,
         })
     }
 
@@ -173,6 +189,15 @@ impl<'a> GatherWork<'a> {
             run: self.run(),
             channels: self.channels,
             rounds,
+        })
+    }
+
+    /// The run as the models of ports that take turns see it; none where they do not.
+    #[must_use]
+    pub fn split_run(&self) -> Option<SplitRun<'_>> {
+        Some(SplitRun {
+            run: self.run(),
+            turns: self.turns.as_deref()?,
         })
     }
 

@@ -6,7 +6,7 @@ use super::gather_work::GatherWork;
 use crate::cycles::work::MftPiece;
 use crate::cycles::{
     FeatureMajorModel, GatherCycles, GatherInputs, GatherModel, GatherOutputs, WorkError,
-    feature_major_cycles, gather_cycles,
+    feature_major_cycles, gather_cycles, split_cycles,
 };
 
 /// The stepwise model of a unit.
@@ -18,10 +18,13 @@ pub(super) enum UnitModel {
 impl UnitModel {
     pub(super) fn new(config: &Config, work: &GatherWork<'_>) -> Result<Self, WorkError> {
         let run = work.run();
-        Ok(match work.lane_run() {
-            None => Self::ChannelMajor(GatherModel::new(config, run.vertices, run.segments)?),
-            Some(lanes) => Self::FeatureMajor(FeatureMajorModel::new(config, &lanes)?),
-        })
+        if let Some(lanes) = work.lane_run() {
+            return Ok(Self::FeatureMajor(FeatureMajorModel::new(config, &lanes)?));
+        }
+        Ok(Self::ChannelMajor(match work.split_run() {
+            None => GatherModel::new(config, run.vertices, run.segments)?,
+            Some(split) => GatherModel::of_turns(config, &split)?,
+        }))
     }
 
     pub(super) fn step(&mut self, inputs: &GatherInputs) -> GatherOutputs {
@@ -46,9 +49,10 @@ impl<'a> GatherWork<'a> {
     /// # Errors
     /// Work that the unit cannot do.
     pub fn predicted(&self, config: &Config) -> Result<GatherCycles, WorkError> {
-        match self.lane_run() {
-            None => gather_cycles(config, &self.run()),
-            Some(lanes) => feature_major_cycles(config, &lanes),
+        match (self.lane_run(), self.split_run()) {
+            (Some(lanes), _) => feature_major_cycles(config, &lanes),
+            (None, Some(split)) => split_cycles(config, &split),
+            (None, None) => gather_cycles(config, &self.run()),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Runs Verilator and the C++ compiler.
 
 use crate::{
-    Error, Toolchain,
+    Error, Toolchain, headers,
     ports::{Member, Port, parse_header},
     store::{self, Entry, Key, Product, SCRATCH},
 };
@@ -13,8 +13,8 @@ use std::{
 };
 
 const SHIM: &str = include_str!("cpp/shim.cpp");
-const PRELUDE: &str = include_str!("cpp/prelude.h");
-const PRELUDE_FILE: &str = "potamoi_prelude.h";
+pub(crate) const PRELUDE: &str = include_str!("cpp/prelude.h");
+pub(crate) const PRELUDE_FILE: &str = "potamoi_prelude.h";
 
 /// Longest part of a tool's output kept in an error.
 const OUTPUT_LIMIT: usize = 8192;
@@ -173,7 +173,10 @@ fn make(cache: &Path, tools: &Toolchain, spec: &Spec, folder: &Path) -> Result<P
     let header = obj.join("Vm.h");
     let header = fs::read_to_string(&header).map_err(|e| Error::io("read", &header, &e))?;
     let members = parse_header(&header);
-    write(&scratch.join(PRELUDE_FILE), PRELUDE)?;
+    write_prelude(&scratch)?;
+    if !spec.vcd && !spec.keep_objects {
+        headers::provide(cache, tools, spec.optimise, &scratch)?;
+    }
     write(&scratch.join("shim.cpp"), &shim(&members))?;
     let mut unit = unit(&obj)?;
     let object = |name: &str| folder.join(SCRATCH).join(name);

@@ -45,6 +45,7 @@
 mod builder;
 mod compile;
 mod error;
+mod headers;
 mod library;
 mod model;
 pub mod peer;

@@ -2,7 +2,7 @@
 //! beyond the common rules.
 
 use super::{RuleBreaches, listed};
-use crate::config::{Config, EntryKind, Modes, Organisation, Sums, WeightTrust};
+use crate::config::{Config, EntryKind, ExtraPorts, Modes, Organisation, Sums, WeightTrust};
 use crate::rit::Vertices;
 
 pub(super) fn organisation(config: &Config, out: &mut RuleBreaches) {
@@ -39,11 +39,34 @@ pub(super) fn organisation(config: &Config, out: &mut RuleBreaches) {
         "\"rounded\"; or structured entries of the paper's kind with trusted weights, channel-major: \
          parts of a cell are weighted vertices, and their sum fits 32 bits",
     );
+    if gu.extra_ports == ExtraPorts::Split {
+        split(config, out);
+    }
     match config.organisation().0 {
         Organisation::Auto | Organisation::ChannelMajor => {}
         Organisation::Parity => parity(config, out),
         Organisation::FeatureMajor => feature_major(config, out),
     }
+}
+
+/// Banks in parts by row.
+fn split(config: &Config, out: &mut RuleBreaches) {
+    let ports = config.gu.ports;
+    out.require(
+        [4, 8].contains(&ports) && config.organisation().0 == Organisation::ChannelMajor,
+        "split-ports",
+        "gu.extra_ports",
+        "split",
+        "\"copies\"; or gu.ports 4 or 8, channel-major: a part for every two ports, named by the row's low bits",
+    );
+    let (rows, parts) = (config.mvoxel.rows, config.table_parts());
+    out.require(
+        rows.is_multiple_of(parts) && rows / parts >= 2,
+        "split-rows",
+        "mvoxel.rows",
+        rows,
+        format!("a multiple of gu.ports / 2 = {parts}, twice it or more: rows fill all parts of a bank alike"),
+    );
 }
 
 fn parity(config: &Config, out: &mut RuleBreaches) {

@@ -40,9 +40,22 @@ impl ModuleBuilder {
             }
         }
         let reachable = 1usize.checked_shl(index.width()).unwrap_or(usize::MAX);
-        let options = &options[..options.len().min(reachable)];
-        if options.iter().all(|o| *o == first) {
-            return first;
+        let mut options = &options[..options.len().min(reachable)];
+        // The last one stands for all that are alike at the end.
+        while let [rest @ .., before, last] = options
+            && self.is_same(*before, *last)
+        {
+            options = &options[..=rest.len()];
+        }
+        match *options {
+            [only] => return only,
+            [low, high] if index.width() == 1 => return self.mux(index, high, low),
+            [zero, other] => {
+                let own = self.lit(0, index.ty);
+                let is_zero = self.eq(index, own);
+                return self.mux(is_zero, zero, other);
+            }
+            _ => {}
         }
         if self.fixed[index.id] {
             // Nothing would ever wake a case statement.
@@ -57,6 +70,11 @@ impl ModuleBuilder {
             Op::Select(index.id, options.iter().map(|o| o.id).collect()),
             first.ty,
         )
+    }
+
+    fn is_same(&self, a: Signal, b: Signal) -> bool {
+        let value = self.constant(a);
+        a == b || value.is_some() && value == self.constant(b)
     }
 
     fn fold(

@@ -276,7 +276,7 @@ impl FeatureMajorModel {
             Some(Cause::Fifo) => add(&mut self.running.stall_fifo, 1),
             Some(Cause::Mft) => add(&mut self.running.stall_mft, 1),
             Some(Cause::Rit) => add(&mut self.running.stall_rit, 1),
-            None => {}
+            Some(Cause::Turn) | None => {}
         }
         if let Some(step) = issued {
             self.counting = true;

@@ -1,8 +1,10 @@
 //! Any configuration, any work, any stalls.
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, ExtraPorts, Organisation, rules};
 use potamoi_formats::rit::Vertices;
 use proptest::prelude::*;
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 
 use super::super::closed::{overlapped_cycles, rit_keeps_up};
 use super::super::*;
@@ -74,6 +76,45 @@ fn any_stalls() -> impl Strategy<Value = Stalls> {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1500))]
+
+    #[test]
+    fn the_closed_form_of_turns_is_exact(
+        mut config in any_config(), eight in any::<bool>(), which in 0usize..4, segments in 1u32..4,
+        raw in prop::collection::vec((0u32..6, 0u32..500, 1u32..=64), 1..8), seed in any::<u64>(),
+    ) {
+        config.gu.ports = if eight { 8 } else { 4 };
+        config.gu.extra_ports = ExtraPorts::Split;
+        config.gu.organisation = Organisation::ChannelMajor;
+        config.rit.entries = config.rit.entries.next_multiple_of(8);
+        config.rit.stream_bits = None;
+        prop_assume!(rules::check(&config).is_empty());
+        let vertices = one_of(&config, which);
+        let mvoxels = sized(&config, vertices, &raw);
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let parts = config.table_parts() as u16;
+        let turns: Vec<Vec<Rounds>> = mvoxels
+            .iter()
+            .map(|m| {
+                let groups = m.entries.div_ceil(config.gu.ports);
+                (0..groups).map(|_| Rounds::default().map(|_| random.random_range(1..=parts))).collect()
+            })
+            .collect();
+        let run = GatherRun { vertices, segments, mvoxels: &mvoxels };
+        let work = SplitRun { run, turns: &turns };
+        let log = run_split(&config, &work, &Stalls::NONE, 0).unwrap();
+        let c = log.counters;
+        let stepped = GatherCycles {
+            fill: log.first_issue.unwrap(),
+            busy: c.busy,
+            stall_mft: c.stall_mft,
+            stall_rit: c.stall_rit,
+            stall_bank: c.stall_bank,
+            elapsed: log.cycles,
+        };
+        prop_assert_eq!(split_cycles(&config, &work).unwrap(), stepped);
+        prop_assert_eq!(c.stall_fifo, 0);
+        prop_assert_eq!(gather_cycles(&config, &run).unwrap_err(), WorkError::Turns);
+    }
 
     #[test]
     fn the_closed_form_is_exact(config in any_config(), which in 0usize..4, segments in 1u32..5, raw in any_mvoxels()) {
