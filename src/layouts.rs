@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
-use potamoi_formats::config::{EntryKind, Organisation};
+use potamoi_formats::config::{EntryKind, ExtraPorts, Organisation};
 use potamoi_sim::layouts::{Layout, Layouts};
 use serde::Serialize;
 
@@ -123,7 +123,15 @@ fn name(layout: &Layout) -> String {
     };
     match layout.organisation {
         Organisation::Auto | Organisation::ChannelMajor => {
-            format!("channel-major, {banks} banks, M = {}{entry}", layout.ports)
+            let extra = match (layout.ports, layout.extra_ports) {
+                (..=2, _) => "",
+                (_, ExtraPorts::Copies) => ", copied banks",
+                (_, ExtraPorts::Split) => ", split banks",
+            };
+            format!(
+                "channel-major, {banks} banks, M = {}{extra}{entry}",
+                layout.ports
+            )
         }
         Organisation::Parity => {
             format!("parity, {banks} banks, M = {}{entry}", layout.ports)
@@ -162,6 +170,10 @@ fn print(report: &Report) {
             Some(_) => percent(rate),
             None => "none".to_owned(),
         };
+        let lost = match layout.extra_ports {
+            ExtraPorts::Split => percent(row.lost),
+            ExtraPorts::Copies => of_banks(row.lost),
+        };
         if let Some(reason) = &layout.refused {
             refused.push(format!("{}: {reason}", name(layout)));
             continue;
@@ -172,7 +184,7 @@ fn print(report: &Report) {
             format!("{:.3}", row.samples_per_cycle),
             of_banks(row.conflict_rate),
             of_banks(row.conflict_rate_unshared),
-            of_banks(row.lost),
+            lost,
             format!("{}, {}", layout.stall_mft, layout.stall_rit),
             row.bandwidth_cycles.to_string(),
         ]);

@@ -16,7 +16,7 @@ fn organisations_of_both_built_in_scenes_stand_side_by_side() {
         assert!(said.contains("feature-major, 16 banks, 64 lanes"), "{said}");
         let r = json(&folder.path().join("r.json"));
         let rows = r["layouts"].as_array().unwrap();
-        assert_eq!(rows.len(), 7);
+        assert_eq!(rows.len(), 9);
         // Splats are no cells.
         let refused = rows.iter().filter(|row| row["refused"].is_string());
         assert_eq!(refused.count(), if scene == "garden" { 2 } else { 0 });
@@ -28,9 +28,14 @@ fn organisations_of_both_built_in_scenes_stand_side_by_side() {
             let conflicts = row["lanes"]
                 .as_u64()
                 .is_some_and(|n| conflicting.contains(&n));
-            assert_eq!(n("stall_bank") > 0, conflicts, "{row}");
+            let turns = row["extra_ports"] == "split";
+            assert_eq!(n("stall_bank") > 0, conflicts || turns, "{row}");
             assert_eq!(row["conflict_rate"].as_f64().unwrap() > 0.0, conflicts);
         }
+        // Parts of banks cost turns, and nothing else.
+        let [copies, split] = [&rows[7], &rows[8]];
+        assert_eq!(copies["busy"], split["busy"]);
+        assert_eq!(copies["stall_bank"], 0);
         // What is counted is what the verified unit takes for the same frame.
         let verify = ["--config", "feature-major", "verify"];
         let arguments = [&verify[..], &size[..], &["--json", "v.json"]].concat();

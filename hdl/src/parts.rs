@@ -46,15 +46,6 @@ pub fn is(m: &mut ModuleBuilder, a: Signal, value: u32) -> Signal {
     m.eq(a, v)
 }
 
-/// `a + step`, staying at the largest value once it is reached.
-pub fn count_up(m: &mut ModuleBuilder, a: Signal, step: Signal) -> Signal {
-    let ty = a.ty();
-    let wide = Ty::u(ty.width + 1);
-    let (x, y) = (m.extend(a, wide.width), m.extend(step, wide.width));
-    let sum = m.add(x, y);
-    m.saturate(sum, ty)
-}
-
 /// A counter port's register: counts by `step` when `en`, cleared by `clear`,
 /// stops at its maximum.
 pub fn counter(
@@ -67,7 +58,11 @@ pub fn counter(
 ) -> Signal {
     let reg = m.reg(name, Ty::u(bits), 0);
     let zero = m.lit(0, Ty::u(bits));
-    let more = count_up(m, reg, step);
+    let wide = bits + 1;
+    let (x, y) = (m.extend(reg, wide), m.extend(step, wide));
+    let sum = m.add(x, y);
+    let sum = m.name(sum, &format!("{name}_sum"));
+    let more = m.saturate(sum, reg.ty());
     let more = m.mux(en, more, reg);
     let next = m.mux(clear, zero, more);
     m.set_next(reg, next);

@@ -1,7 +1,9 @@
 //! Organisations of the banks side by side: the same gathers, the cycles of
 //! each, and the bandwidth that bounds them all.
 
-use potamoi_formats::config::{Config, EntryKind, Modes, Organisation, RitPath, Sums, rules};
+use potamoi_formats::config::{
+    Config, EntryKind, ExtraPorts, Modes, Organisation, RitPath, Sums, rules,
+};
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::VectorOp;
 use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
@@ -28,6 +30,8 @@ pub struct Layout {
     pub banks: u32,
     /// Ports `M` of the ray index table; of the banks too, where channel-major.
     pub ports: u32,
+    /// How more than two ports read a bank.
+    pub extra_ports: ExtraPorts,
     /// Lanes `R`, of the feature-major organisation.
     pub lanes: Option<u32>,
     /// From the first to the last issue, sum over runs (cycle model, closed
@@ -65,6 +69,7 @@ impl Layout {
             refused: None,
             banks: gu.banks,
             ports: gu.ports,
+            extra_ports: gu.extra_ports,
             lanes: (gu.organisation == Organisation::FeatureMajor).then_some(gu.lanes),
             cycles: 0,
             busy: 0,
@@ -84,7 +89,7 @@ impl Layout {
     /// ports and banks of the configuration, also with compact entries; parity with
     /// both kinds of entry; and with one port of 16 banks the paper's again beside
     /// the feature-major one with 16 and 64 lanes, which have the capacity and the
-    /// peak bandwidth of that port. What the rules refuse is there with the reason.
+    /// peak bandwidth of that port; and four ports with copies of the banks and with parts. What the rules refuse is there with the reason.
     #[must_use]
     pub fn all(config: &Config) -> Vec<Self> {
         let fit = |mut config: Config| {
@@ -105,6 +110,7 @@ impl Layout {
             config.gu.sums = Sums::Rounded;
             config.gu.records_a_row = 1;
             config.gu.pipelined = false;
+            config.gu.extra_ports = ExtraPorts::Copies;
             config
         };
         let with = |organisation, banks, ports, lanes| {
@@ -124,6 +130,13 @@ impl Layout {
             config.gu.organisation = organisation;
             fit(config)
         };
+        let four = |extra| {
+            let mut config = plain();
+            config.gu.organisation = Organisation::ChannelMajor;
+            (config.gu.ports, config.gu.extra_ports) = (4, extra);
+            config.rit.entries = config.rit.entries.next_multiple_of(4);
+            fit(config)
+        };
         vec![
             with(Organisation::ChannelMajor, gu.banks, gu.ports, gu.lanes),
             by(Organisation::ChannelMajor, EntryKind::Compact),
@@ -133,6 +146,8 @@ impl Layout {
             with(Organisation::FeatureMajor, 16, 2, 16),
             // So many ports that lanes are filled as fast as they are gathered.
             with(Organisation::FeatureMajor, 16, 4, 64),
+            four(ExtraPorts::Copies),
+            four(ExtraPorts::Split),
         ]
     }
 

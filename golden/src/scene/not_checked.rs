@@ -34,7 +34,7 @@ const OCCUPANCY: &str = "the occupancy grid: Rust, as on the GPU";
 const NODES: &str = "nodes of the tree's coarse cells: Rust, as on the GPU";
 const COEFFICIENTS: &str = "sums of harmonics times coefficients: exact integers in Rust, no RTL";
 const PARTS: &str = "sums of samples that several MVoxels share: the reducers' arithmetic in Rust, except \
-                     where the unit has exact sums and the model one table";
+                     where the unit has exact sums";
 /// Of a model's file.
 const NO_REFERENCE: &str = "nearness to the truth: no picture that the model was trained on is at \
                             hand, only its own rendering in floating point";

@@ -173,6 +173,19 @@ impl Scene {
         let mut scene = match &description.model {
             ModelDescription::Builtin {
                 name,
+                representation: None,
+            } if name.contains(':') => {
+                let (scene, representation) = name.split_once(':').unwrap_or((name, ""));
+                return Err(SceneError::Description {
+                    path: path.to_owned(),
+                    message: format!(
+                        "field `model.name`: `{name}`: expected a scene alone; write name = \"{scene}\" and \
+                         representation = \"{representation}\""
+                    ),
+                });
+            }
+            ModelDescription::Builtin {
+                name,
                 representation,
             } => Self::represented(name, name, representation.as_deref())?,
             ModelDescription::Splats { path } => Self::model_file(&folder.join(path))?,

@@ -88,6 +88,7 @@ fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats)
         .map(|p| m.bit(stats.keep, p))
         .collect();
     let entries = popcount(m, &kept);
+    let entries = m.name(entries, "entries_of_group");
     let entries = m.extend(entries, bits);
     let count = counter(m, "stat_entries", bits, clear, stats.group_done, entries);
     m.output("stat_entries", count, "entries issued");

@@ -205,6 +205,7 @@ impl Reader {
         let streamed = of_half(m, self.half, halves.streamed);
         let kept = m.not(streamed);
         let later = plus_one(m, self.segment);
+        let later = m.name(later, "next_segment");
         let again = m.lt(later, segments);
         let retain = m.and(kept, again);
         let retain = m.name(retain, "retain");

@@ -155,6 +155,7 @@ impl Writer {
         let last_row = m.eq(row, last_row);
         let half_full = m.and(row_done, last_row);
         let closes = m.or(self.last, half_full);
+        let closes = m.name(closes, "ends_half");
         let close = m.and(accept, closes);
         let close = m.name(close, "write_close");
 

@@ -18,7 +18,7 @@ mod tree;
 mod visit;
 
 use glam::DVec3;
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
 
 use super::codes::{finest, quantised};
@@ -123,6 +123,7 @@ impl CodedTable {
             channels,
             vertices,
             reducer: Reducer::new(config),
+            exact_sums: config.gu.sums == Sums::Exact,
         };
         let order = match (table.nodes(), table.hash_unit()) {
             (Some(nodes), _) => Order::Tree(TreeTable::new(nodes, codes, shape, held)?),
@@ -226,19 +227,35 @@ impl CodedTable {
         mut put: impl FnMut(u32, &[i16]),
     ) -> Result<(), VoxelError> {
         let width = self.channels();
+        let parted = &gathers.parted;
+        let mut sums = parted.sums.clone();
         let mut codes = vec![];
-        gather(units, &gathers.tasks, &mut codes)?;
+        if self.shape.exact_sums && !parted.samples.is_empty() {
+            let mut exact = vec![];
+            units
+                .sums(&gathers.tasks, &mut exact)
+                .map_err(VoxelError::Unit)?;
+            gathers.add_up(&exact, &mut sums, |sample, own| {
+                codes.clear();
+                codes.extend(
+                    own.iter()
+                        .map(|sum| self.shape.reducer.round((*sum).into())),
+                );
+                put(sample, &codes);
+            });
+        } else {
+            gather(units, &gathers.tasks, &mut codes)?;
+            for (sample, codes) in gathers.samples.iter().zip(codes.chunks_exact(width)) {
+                put(*sample, codes);
+            }
+        }
         stats.count(&gathers.visits, self.unit_streams);
         if gathers.row_by_row {
             let rows: usize = gathers.tasks.iter().map(|t| t.rows.len()).sum();
             stats.scattered_bytes += 2 * rows as u64;
         }
-        for (sample, codes) in gathers.samples.iter().zip(codes.chunks_exact(width)) {
-            put(*sample, codes);
-        }
-        let parted = &gathers.parted;
         stats.waiting = stats.waiting.max(parted.waiting);
-        for (sample, sums) in parted.samples.iter().zip(parted.sums.chunks_exact(width)) {
+        for (sample, sums) in parted.samples.iter().zip(sums.chunks_exact(width)) {
             codes.clear();
             codes.extend(sums.iter().map(|sum| self.shape.reducer.round(*sum)));
             put(*sample, &codes);

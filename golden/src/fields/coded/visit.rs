@@ -1,10 +1,13 @@
 //! Entries in the order in which their MVoxels are visited, and the sums of
 //! samples that several MVoxels share.
 //!
-//! An entry that has all its vertices goes through the gathering unit. Of a
-//! sample whose vertices lie in several MVoxels each part is summed by the unit's
-//! arithmetic in Rust ([`Reducer`]), and the unrounded sums are added up and
-//! rounded once: no generated unit returns unrounded sums yet.
+//! The unrounded sums of the parts of a sample whose vertices lie in several MVoxels
+//! are added up and rounded once. Where the unit returns unrounded sums
+//! (`gu.sums = "exact"`), all entries go through it; an absent vertex weighs 0.
+//! Otherwise those that have all their vertices do, and the others go through its
+//! arithmetic in Rust ([`Reducer`]).
+
+use std::collections::HashMap;
 
 use potamoi_formats::rit::{RitEntry, Vertices};
 
@@ -21,7 +24,7 @@ pub struct Gathers {
     pub samples: Vec<u32>,
     /// What each MVoxel moves.
     pub(crate) visits: Vec<Visit>,
-    /// What the tasks do not gather.
+    /// Samples whose entries, or some of them, are parts.
     pub(crate) parted: Parted,
     /// Whether rows are fetched as samples need them.
     pub row_by_row: bool,
@@ -32,7 +35,7 @@ pub struct Gathers {
 pub(crate) struct Parted {
     /// In the order in which they were begun.
     pub(crate) samples: Vec<u32>,
-    /// Of each, a channel after another.
+    /// Of each, a channel after another: what the tasks do not gather.
     pub(crate) sums: Vec<i64>,
     /// The most that were begun and not complete at a time.
     pub(crate) waiting: u64,
@@ -48,12 +51,28 @@ pub(super) struct Placed {
     pub(super) entry: RitEntry,
 }
 
+impl Placed {
+    /// The entry as the unit gathers it: a corner that is not here weighs 0, and its
+    /// row is one that is here.
+    fn part(&self, vertices: Vertices) -> RitEntry {
+        let held = |v: usize| self.held >> v & 1 == 1;
+        let mut entry = self.entry;
+        let some = (0..vertices.count()).find(|v| held(*v)).unwrap_or_default();
+        for v in (0..vertices.count()).filter(|v| !held(*v)) {
+            (entry.rows[v], entry.weights[v]) = (entry.rows[some], 0);
+        }
+        entry
+    }
+}
+
 /// Rows and entries of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Shape {
     pub(super) channels: usize,
     pub(super) vertices: Vertices,
     pub(super) reducer: Reducer,
+    /// Whether the unit returns unrounded sums.
+    pub(super) exact_sums: bool,
 }
 
 impl Shape {
@@ -87,6 +106,32 @@ impl Gathers {
         self.visits.iter().map(|visit| visit.rows).sum()
     }
 
+    /// Adds what the unit gave of the tasks' entries, unrounded, to the `sums` of the
+    /// samples that are parted; hands over those of the others.
+    pub(super) fn add_up(
+        &self,
+        exact: &[i32],
+        sums: &mut [i64],
+        mut other: impl FnMut(u32, &[i32]),
+    ) {
+        let width = sums.len() / self.parted.samples.len().max(1);
+        let numbers = self
+            .parted
+            .samples
+            .iter()
+            .zip(sums.chunks_exact_mut(width.max(1)));
+        let mut of_sample: HashMap<u32, &mut [i64]> = numbers.map(|(s, sums)| (*s, sums)).collect();
+        for (sample, own) in self.samples.iter().zip(exact.chunks_exact(width.max(1))) {
+            match of_sample.get_mut(sample) {
+                Some(sums) => sums
+                    .iter_mut()
+                    .zip(own)
+                    .for_each(|(sum, part)| *sum += i64::from(*part)),
+                None => other(*sample, own),
+            }
+        }
+    }
+
     /// Puts entries in the order of their MVoxels, whose rows are `rows`: the
     /// nearest first, and in each that of the samples. An MVoxel is loaded up to
     /// the last row that is used.
@@ -107,12 +152,15 @@ impl Gathers {
             // Corners that are not here have row 0.
             let last = same.iter().flat_map(|e| e.entry.rows).max();
             let used = usize::from(last.unwrap_or_default()) + 1;
-            let mut entries = vec![];
+            let (mut entries, mut split) = (vec![], 0);
             for placed in same {
-                if placed.held == whole {
-                    entries.push(placed.entry);
+                let is_whole = placed.held == whole;
+                split += u64::from(!is_whole);
+                if is_whole || shape.exact_sums {
+                    entries.push(placed.part(vertices));
                     made.samples.push(placed.sample);
-                } else {
+                }
+                if !is_whole {
                     sums.add(placed, own);
                 }
             }
@@ -121,8 +169,8 @@ impl Gathers {
                 vertices,
                 channels,
                 rows: used as u64,
-                whole: entries.len() as u64,
-                split: (same.len() - entries.len()) as u64,
+                whole: same.len() as u64 - split,
+                split,
             });
             if !entries.is_empty() {
                 made.tasks.push(GatherTask {
@@ -175,6 +223,13 @@ impl Sums {
             self.open += 1;
             self.came.len() as u32 - 1
         }) as usize;
+        self.came[number] |= placed.held;
+        if self.came[number] == self.shape.whole() {
+            self.open -= 1;
+        }
+        if self.shape.exact_sums {
+            return;
+        }
         let entry = &placed.entry;
         let sums = &mut self.parted.sums[number * channels..][..channels];
         for (channel, sum) in sums.iter_mut().enumerate() {
@@ -182,10 +237,6 @@ impl Sums {
             let row = |corner: usize| usize::from(entry.rows[corner]) * channels;
             let terms = held.map(|v| (entry.weights[v], rows[row(v) + channel]));
             *sum += self.shape.reducer.sum(terms);
-        }
-        self.came[number] |= placed.held;
-        if self.came[number] == self.shape.whole() {
-            self.open -= 1;
         }
     }
 

@@ -3,9 +3,10 @@
 use std::fs;
 
 use potamoi_formats::config::Config;
+use potamoi_formats::units::VectorOp;
 
 use super::super::*;
-use crate::units::Twins;
+use crate::units::{GatherTask, Twins, UnitError, Units};
 
 #[test]
 fn descriptions_name_model_camera_and_rules() {
@@ -177,6 +178,11 @@ fn a_halo_changes_no_bit_of_a_described_scene() {
     assert!(a.partial_sums == 0 && b.partial_sums > 0);
     for (model, halo, expected) in [
         (
+            "cairn:tensorf",
+            "split",
+            "write name = \"cairn\" and representation = \"tensorf\"",
+        ),
+        (
             "lantern",
             "open",
             "render.halo is open: expected shared or split",
@@ -185,6 +191,77 @@ fn a_halo_changes_no_bit_of_a_described_scene() {
     ] {
         let error = open(model, halo).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
+    }
+}
+
+/// Counts the entries that the gathering unit gets.
+struct Entries(Twins, usize);
+
+impl Units for Entries {
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        self.1 += tasks.iter().map(|t| t.entries.len()).sum::<usize>();
+        self.0.gather(tasks, features)
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        self.1 += tasks.iter().map(|t| t.entries.len()).sum::<usize>();
+        self.0.sums(tasks, sums)
+    }
+
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError> {
+        self.0.vector(op, a, b, out)
+    }
+}
+
+/// Fields in several tables: parts of samples through units with exact sums, or summed
+/// beside the unit, and none at all.
+#[test]
+fn exact_sums_of_every_table_change_no_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    for (representation, halos) in [
+        ("tensorf", &["shared", "split", "split"][..]),
+        ("ngp-mvoxel", &["", "", ""]),
+    ] {
+        let sums = ["rounded", "rounded", "exact"];
+        let rendered: Vec<_> = halos
+            .iter()
+            .zip(sums)
+            .map(|(halo, sums)| {
+                let render = match *halo {
+                    "" => String::new(),
+                    halo => format!("[render]\nhalo = \"{halo}\"\n"),
+                };
+                let model = "[model]\nkind = \"builtin\"\nname = \"cairn\"\n";
+                let text = format!("{model}representation = \"{representation}\"\n{render}");
+                fs::write(&path, text).unwrap();
+                let mut scene = Scene::open(path.to_str().unwrap()).unwrap();
+                scene.set_size(Some(10), None).unwrap();
+                let text = format!(
+                    "[gu]\nsums = \"{sums}\"\n[vu]\nops = [\"pass\", \"relu\", \"add\", \"multiply\", \"square-sum\", \
+                     \"exp\", \"one-minus-exp\", \"sigmoid\", \"softplus\"]\n[vu.exp]\niterations = 18\n\
+                     iterations_per_clock = 2\naccumulator_bits = 20\nconstant_bits = 20\n"
+                );
+                let config = Config::from_toml(&text, "test").unwrap();
+                let mut units = Entries(Twins::new(&config), 0);
+                let frame = scene.render_fixed(&config, &mut units).unwrap();
+                (frame, units.1)
+            })
+            .collect();
+        let [a, b, c] = &rendered[..] else {
+            unreachable!()
+        };
+        assert_eq!(a.0.picture, b.0.picture, "{representation}");
+        assert_eq!(b.0.picture, c.0.picture, "{representation}");
+        let read = |i: usize| rendered[i].0.counts.streams.mvoxels_read;
+        assert_eq!(read(1), read(2));
+        assert!(c.1 > b.1, "{representation}: parts go through the unit");
     }
 }
 

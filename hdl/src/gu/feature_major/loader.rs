@@ -67,6 +67,7 @@ impl Loader {
             }
             let top = is(m, group, groups - 1);
             let over = m.or(p_end, top);
+            let over = m.name(over, "lanes_are_full");
             let closes = m.and(take_last, over);
             let next = plus_one(m, group);
             let zero = m.lit(0, group.ty());

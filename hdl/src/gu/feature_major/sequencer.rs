@@ -44,7 +44,7 @@ impl Sequencer {
         let half = m.reg("next_half", bit, 0);
         let next_channel = m.reg("next_channel", channel, 0);
         let vertex = m.reg("next_vertex", Ty::u(3), 0);
-        let passes = Passes::declare(m, "next", shape, settings);
+        let passes = Passes::declare(m, "step", shape, settings);
         let step = Step {
             valid: m.reg("step_valid", bit, 0),
             new: m.reg("step_new", bit, 0),
@@ -86,6 +86,7 @@ impl Sequencer {
             .map(|top| m.lit(top, Ty::u(3)))
             .collect();
         let top = m.select(vertices, &tops);
+        let top = m.name(top, "top_vertex");
         let last = m.eq(self.vertex, top);
         let last = m.name(last, "next_is_last_vertex");
         let channel_last = m.eq(self.channel, self.passes.top_channel);

@@ -240,13 +240,15 @@ pub(in crate::gu) fn feature_major(config: &Config) -> Result<Arc<Module>, IrErr
     count_both(m, in_flight, begins, stream.pop);
 
     let kept = of_lanes(m, "kept");
+    let kept = joined(m, &kept);
+    let kept = m.name(kept, "lanes_kept");
     let later = m.not(step.new);
     let stats = Stats {
         fire,
         busy: m.and(fire, step.new),
         bank: Some(m.and(fire, later)),
         group_done: m.and(done, step.last_of_entries),
-        keep: joined(m, &kept),
+        keep: kept,
         credit,
         loaded,
     };
