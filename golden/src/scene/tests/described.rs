@@ -226,18 +226,15 @@ fn exact_sums_of_every_table_change_no_bit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     for (representation, halos) in [
-        ("tensorf", &["shared", "split", "split"][..]),
-        ("ngp-mvoxel", &["", "", ""]),
+        ("tensorf", ["shared", "split", "split"]),
+        ("dvgo", ["shared", "split", "split"]),
     ] {
         let sums = ["rounded", "rounded", "exact"];
         let rendered: Vec<_> = halos
             .iter()
             .zip(sums)
             .map(|(halo, sums)| {
-                let render = match *halo {
-                    "" => String::new(),
-                    halo => format!("[render]\nhalo = \"{halo}\"\n"),
-                };
+                let render = format!("[render]\nhalo = \"{halo}\"\n");
                 let model = "[model]\nkind = \"builtin\"\nname = \"cairn\"\n";
                 let text = format!("{model}representation = \"{representation}\"\n{render}");
                 fs::write(&path, text).unwrap();
