@@ -340,6 +340,29 @@ fn ids_of_two_records_a_row_end_with_the_bit_that_picks() {
 
 /// Fractions above 1 count as 1, and those of axes that an entry lacks not at all:
 /// a constant comes back as it is.
+
+/// Four single ids of which ports 2 and 3 wait for a turn: an id that was not loaded is
+/// told whichever turn it has, and the stalls are counted and cleared.
+#[test]
+fn an_id_that_was_not_loaded_is_told_in_every_turn() {
+    let text = "[gu]\nbanks = 1\nports = 4\nextra_ports = \"split\"\nmodes = \"unstructured\"\n\
+        [rit]\nentries = 8\nstream_bits = 64\n[mvoxel]\nrows = 8\n";
+    let module = gathering_unit(&Config::from_toml(text, "test").unwrap()).unwrap();
+    for wrong in 0..5 {
+        let mut unit = Unit::new(&module, 0, 1);
+        unit.rows(&[1, 2, 3, 4, 5, 6, 7]);
+        // Rows 0, 2, 4 and 6 lie in one part; row 7 is not there, in the other.
+        let id = |port: u64| if port == wrong { 7 } else { 2 * port };
+        let beat = |low: u64, last| (id(low) | id(low + 1) << 32, FULL, last);
+        unit.rit(&[beat(0, false), beat(2, true)]);
+        // Four rows of a part, or three of it: one more turn.
+        assert_eq!(unit.get("stat_stall_bank"), 1, "port {wrong}");
+        assert_eq!(unit.get("stat_entries"), 4);
+        assert_eq!(unit.flags(), u64::from(wrong < 4), "port {wrong}");
+        assert_eq!(unit.get("stat_stall_bank"), 0, "cleared");
+    }
+}
+
 #[test]
 fn compact_weights_sum_to_one_whatever_the_bits() {
     let module = gathering_unit(&Config::from_toml(CELLS, "test").unwrap()).unwrap();
