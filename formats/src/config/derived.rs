@@ -151,13 +151,13 @@ impl Config {
         3 + self.product_stages()
     }
 
-    /// Register stages of a product before it is summed up: its two halves and
-    /// itself where pipelined, itself where eight are summed up at once, none
+    /// Register stages of a product before it is summed up: its operands, its two
+    /// halves and itself where pipelined, itself where eight are summed up at once, none
     /// otherwise.
     #[must_use]
     pub fn product_stages(&self) -> u32 {
         match (self.gu.pipelined, self.is_parity()) {
-            (true, _) => 2,
+            (true, _) => 3,
             (false, true) => 1,
             (false, false) => 0,
         }
@@ -250,11 +250,11 @@ mod tests {
             (config.rit_stages(), config.gather_latency())
         };
         assert_eq!(of(""), (2, 3));
-        assert_eq!(of("[gu]\npipelined = true\n"), (3, 5));
+        assert_eq!(of("[gu]\npipelined = true\n"), (3, 6));
         assert_eq!(of("[rit]\nentry = \"compact\"\n"), (4, 3));
         let parity = "[gu]\norganisation = \"parity\"\nmodes = \"structured\"\nvertices = [8]\n";
         assert_eq!(of(parity), (2, 4));
-        assert_eq!(of(&format!("{parity}pipelined = true\n")), (3, 5));
+        assert_eq!(of(&format!("{parity}pipelined = true\n")), (3, 6));
     }
 
     #[test]

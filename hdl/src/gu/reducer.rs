@@ -12,7 +12,7 @@ use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::tree_sum;
 
 /// Names of the enables of a product's stages, after `valid`.
-pub(super) const LATER: [&str; 2] = ["product", "sum"];
+pub(super) const LATER: [&str; 3] = ["halves", "product", "sum"];
 
 /// Builds `reducer`: `acc` holds the exact weighted sum of an entry's
 /// features; `result` is it rounded once, half-even, by W bits, or as it is. A
@@ -113,15 +113,16 @@ fn enables(m: &mut ModuleBuilder, config: &Config) -> Vec<Signal> {
     all
 }
 
-/// A feature times a weight, as it is or behind one or two register stages. Two
-/// split the weight: each half's product is registered, then their sum.
+/// A feature times a weight, as it is, registered, or behind three register stages:
+/// the operands, so that they reach many reducers in a cycle of their own, then the
+/// product with each half of the weight, then their sum.
 fn product(
     m: &mut ModuleBuilder,
     of: &str,
     (feature, weight): (Signal, Signal),
     enables: &[Signal],
 ) -> Signal {
-    let times = |m: &mut ModuleBuilder, part: Signal| {
+    let times = |m: &mut ModuleBuilder, feature: Signal, part: Signal| {
         let part = m.extend(part, part.width() + 1);
         let part = m.as_signed(part);
         m.mul(feature, part)
@@ -132,13 +133,15 @@ fn product(
         reg
     };
     match enables {
-        [valid, taken, _] => {
+        [valid, multiplied, taken, _] => {
+            let feature = hold(m, "held_feature", feature, *valid);
+            let weight = hold(m, "held_weight", weight, *valid);
             let bits = weight.width();
             let low = m.slice(weight, 0, bits / 2);
             let high = m.slice(weight, bits / 2, bits - bits / 2);
-            let (low, high) = (times(m, low), times(m, high));
-            let low = hold(m, "product_of_low_bits", low, *valid);
-            let high = hold(m, "product_of_high_bits", high, *valid);
+            let (low, high) = (times(m, feature, low), times(m, feature, high));
+            let low = hold(m, "product_of_low_bits", low, *multiplied);
+            let high = hold(m, "product_of_high_bits", high, *multiplied);
             let ty = Ty::s(feature.width() + bits + 1);
             let high = m.extend(high, ty.width);
             let high = m.shl_const(high, bits / 2);
@@ -148,11 +151,11 @@ fn product(
             hold(m, "held_product", both, *taken)
         }
         [valid, _] => {
-            let product = times(m, weight);
+            let product = times(m, feature, weight);
             hold(m, "held_product", product, *valid)
         }
         _ => {
-            let product = times(m, weight);
+            let product = times(m, feature, weight);
             m.name(product, &format!("product{of}"))
         }
     }

@@ -11,7 +11,7 @@ use super::super::*;
 use super::{config, ready};
 
 fn any_config() -> impl Strategy<Value = Config> {
-    (1u32..=8, 1u32..=12, 6u32..=12, 0usize..32, 0usize..6).prop_map(|(ports, rows, depth, width, kind)| {
+    (1u32..=8, 1u32..=12, 7u32..=12, 0usize..32, 0usize..6).prop_map(|(ports, rows, depth, width, kind)| {
         let row = 384 * ports;
         let widths: Vec<_> = (1..=row / 32)
             .map(|n| 32 * n)
