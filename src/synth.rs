@@ -7,8 +7,8 @@ use std::sync::{Mutex, PoisonError};
 use clap::{Args, ValueEnum};
 use comfy_table::{CellAlignment, Table, presets};
 use potamoi_sim::synth::{
-    Library, Made, SynthError, SynthReport, Tools, UnitKind, UnitReport, default_library,
-    differences, synthesise,
+    Cacti, Library, Made, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport,
+    default_library, differences, scaling, synthesise,
 };
 
 use crate::common::Common;
@@ -32,6 +32,13 @@ pub(crate) struct SynthArgs {
     /// How many units at once
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
     jobs: u8,
+    /// The library's node in nanometres, which no Liberty file says: figures are then
+    /// scaled too
+    #[arg(long, value_name = "NM")]
+    node: Option<u32>,
+    /// The node that figures are scaled to, in nanometres
+    #[arg(long, value_name = "NM", default_value_t = 12)]
+    scale_to: u32,
     /// A clock that each unit must reach before wires, in GHz: exit status 1 where it does not
     #[arg(long, value_name = "GHZ")]
     clock: Option<f64>,
@@ -60,6 +67,13 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     if let Some(clock) = args.clock.filter(|c| !(c.is_finite() && *c > 0.0)) {
         let expected = "expected a number of gigahertz above 0";
         return Err(Failure::Usage(format!("--clock {clock}: {expected}")));
+    }
+    if let Some(node) = args.node.filter(|n| scaling::logic(*n, args.scale_to).is_none()) {
+        return Err(Failure::Usage(format!(
+            "--node {node} --scale-to {}: no factors; known are {} nm",
+            args.scale_to,
+            scaling::known()
+        )));
     }
     files::prepare([args.json.as_ref()])?;
     let config = common.read_config()?;
@@ -102,7 +116,19 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         .clock
         .and_then(|clock| reports.iter().find(|r| r.clock_ghz < clock));
     let slow = slow.map(|r| (r.unit.clone(), r.clock_ghz));
-    let report = SynthReport::new(&config, &library, &tools, reports);
+    let memories = match Cacti::find(&cache) {
+        Ok(cacti) => Some(potamoi_sim::synth::model(&reports, &cacti)?),
+        Err(missing) => {
+            say!("\nmemories are not included: {missing}");
+            None
+        }
+    };
+    let raw = Raw {
+        units: reports,
+        memories,
+    };
+    let report = SynthReport::new(&config, &library, &tools, raw, args.node, args.scale_to);
+    print_totals(&report);
     if let Some(path) = &args.json {
         files::write_json(path, &report)?;
     }
@@ -189,14 +215,11 @@ fn print(made: &Made) {
             format!("{:.1} %", 100.0 * share),
         ]);
     }
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
+    right(&mut table);
     say!("{table}");
     for memory in &report.memories {
         say!(
-            "memory {}: {} of {} x {} bit, {} write and {} read ports, not in the areas",
+            "memory {}: {} of {} x {} bit, {} write and {} read ports, not in the areas above",
             memory.module,
             memory.count,
             memory.words,
@@ -205,6 +228,95 @@ fn print(made: &Made) {
             memory.reads
         );
     }
+    for memory in &report.flop_memories {
+        say!(
+            "memory {}: {} of {} x {} bit, flip-flops in the areas above: {}",
+            memory.memory,
+            memory.count,
+            memory.words,
+            memory.bits,
+            memory.why
+        );
+    }
+}
+
+/// Memories, and everything at the other node.
+fn print_totals(report: &SynthReport) {
+    if let Some(memories) = &report.raw.memories {
+        let origin = &memories.origin;
+        say!(
+            "\nmemories by {}, {} nm, {}, {} K:",
+            origin.cacti,
+            origin.node_nm,
+            origin.transistors,
+            origin.kelvin
+        );
+        let mut table = Table::new();
+        table.load_preset(presets::NOTHING);
+        table.set_header([
+            "memory", "count", "words x bits", "ports", "um^2 of one", "mm^2", "pJ read",
+            "pJ write", "mW leakage", "ps access", "ps cycle",
+        ]);
+        for own in &memories.macros {
+            let (shape, figures) = (&own.shape, &own.figures);
+            let ports = match shape.read_writes {
+                0 => format!("{} W {} R", shape.writes, shape.reads),
+                both => format!("{both} RW"),
+            };
+            table.add_row([
+                own.memory.clone(),
+                own.count.to_string(),
+                format!("{} x {}", shape.words, shape.bits),
+                ports,
+                format!("{:.0}", figures.area_um2),
+                format!("{:.5}", own.count as f64 * figures.area_um2 * 1e-6),
+                format!("{:.3}", figures.read_pj),
+                format!("{:.3}", figures.write_pj),
+                format!("{:.4}", own.count as f64 * figures.leakage_mw),
+                format!("{:.0}", figures.access_ps),
+                format!("{:.0}", figures.cycle_ps),
+            ]);
+        }
+        right(&mut table);
+        say!("{table}");
+    }
+    let Some(scaled) = &report.scaled else { return };
+    if let Some(logic) = &scaled.logic {
+        say!("\nat {} nm, by {}:", scaled.node_nm, logic.factors.table);
+        for unit in &logic.units {
+            say!(
+                "{}: {:.6} mm^2, {:.0} ps ({:.3} GHz) before wires",
+                unit.unit,
+                unit.area_um2 * 1e-6,
+                unit.period_ps,
+                unit.clock_ghz
+            );
+        }
+    }
+    if let (Some(own), Some(raw)) = (&scaled.memories, &report.raw.memories) {
+        say!("\nat {} nm, by {}:", scaled.node_nm, own.factors.table);
+        for (own, raw) in own.macros.iter().zip(&raw.macros) {
+            let figures = &own.figures;
+            say!(
+                "{}: {} of {:.0} um^2, {:.5} mm^2; {:.3} pJ read, {:.3} pJ write; {:.0} ps cycle",
+                own.memory,
+                raw.count,
+                figures.area_um2,
+                raw.count as f64 * figures.area_um2 * 1e-6,
+                figures.read_pj,
+                figures.write_pj,
+                figures.cycle_ps
+            );
+        }
+    }
+}
+
+/// Numbers to the right of names.
+fn right(table: &mut Table) {
+    table
+        .column_iter_mut()
+        .skip(1)
+        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
 }
 
 type Expected = (PathBuf, serde_json::Value);
@@ -216,8 +328,8 @@ fn read_report(path: &PathBuf) -> Result<Expected, Failure> {
             "--compare {path}: {why}; name a report of `potamoi synth --json`"
         ))
     };
+    SynthReport::read(path)?;
     let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
-    serde_json::from_str::<SynthReport>(&text).map_err(|e| wrong(e.to_string()))?;
     let value = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
     Ok((path.clone(), value))
 }

@@ -32,6 +32,36 @@ impl Module {
         found.into_values().collect()
     }
 
+    /// Memories of the module and all below it that no macro can take the place of:
+    /// read without a clock, or in a module that holds more than them. By name, one
+    /// for each memory of a module.
+    #[must_use]
+    pub fn memories_in_logic(&self) -> Vec<MemoryMacro> {
+        let mut found = BTreeMap::new();
+        self.count_in_logic(&mut found);
+        found.into_values().collect()
+    }
+
+    fn count_in_logic(&self, found: &mut BTreeMap<(String, usize), MemoryMacro>) {
+        if self.as_macro().is_none() {
+            for (at, memory) in self.memories.iter().enumerate() {
+                let of_it = |op: &Op| matches!(op, Op::ReadSync(m, ..) | Op::ReadAsync(m, ..) if *m == at);
+                let own = MemoryMacro {
+                    module: self.name.clone(),
+                    words: memory.depth,
+                    bits: memory.width,
+                    writes: memory.writes.len() as u32,
+                    reads: self.nodes.iter().filter(|n| of_it(&n.op)).count() as u32,
+                    count: 0,
+                };
+                found.entry((self.name.clone(), at)).or_insert(own).count += 1;
+            }
+        }
+        for instance in &self.instances {
+            instance.module.count_in_logic(found);
+        }
+    }
+
     fn count_macros(&self, found: &mut BTreeMap<String, MemoryMacro>) {
         if let Some(own) = self.as_macro() {
             found.entry(self.name.clone()).or_insert(own).count += 1;

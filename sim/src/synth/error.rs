@@ -57,6 +57,24 @@ pub enum SynthError {
         /// How many cells there are.
         cells: usize,
     },
+    /// A memory cannot be modelled.
+    #[error("memory {memory}: {why}")]
+    Memory {
+        /// Its name.
+        memory: String,
+        /// Why.
+        why: String,
+    },
+    /// A file of parameters is not what it should be.
+    #[error("{path}: {why}; make it again: {remedy}")]
+    Parameters {
+        /// The file.
+        path: PathBuf,
+        /// What was found, and what was expected.
+        why: String,
+        /// The command.
+        remedy: &'static str,
+    },
     /// The netlist of a unit.
     #[error("the generated netlist is wrong: {0}")]
     Netlist(#[from] IrErrors),
@@ -76,8 +94,8 @@ pub enum SynthError {
     Tool {
         /// Its name.
         tool: &'static str,
-        /// The unit.
-        unit: &'static str,
+        /// The unit, or the memory.
+        unit: String,
         /// The last lines that it printed.
         said: String,
     },

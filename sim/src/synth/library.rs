@@ -42,6 +42,11 @@ pub struct Cell {
     pub inputs: BTreeMap<String, f64>,
     /// Output pins, and their functions.
     pub outputs: BTreeMap<String, String>,
+    /// The most that an output may carry, in the library's unit of capacitance; 0
+    /// where the library does not say.
+    pub drive: f64,
+    /// The pin that clocks it.
+    pub clock: Option<String>,
     /// Whether it is a flip-flop.
     pub is_flop: bool,
     /// Whether the library keeps it from being used.
@@ -130,6 +135,11 @@ impl Library {
 }
 
 impl Cell {
+    /// Whether it is a buffer that may be used.
+    pub(super) fn is_buffer(&self) -> bool {
+        self.is_of_one_input("")
+    }
+
     /// One input, and one output that is that input, after a sign.
     fn is_of_one_input(&self, sign: &str) -> bool {
         let (mut inputs, mut outputs) = (self.inputs.keys(), self.outputs.values());
@@ -143,6 +153,10 @@ impl Cell {
         !self.is_barred
             && (function == format!("{sign}{input}") || (sign == "!" && function == other))
     }
+}
+
+fn is_of_name(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
 }
 
 struct Attributes<'a> {
@@ -214,6 +228,7 @@ impl Attributes<'_> {
         let area = self.number(cell, "area")?;
         let area = area.ok_or_else(|| self.wrong(cell, "area", "none"))?;
         let (mut inputs, mut outputs) = (BTreeMap::new(), BTreeMap::new());
+        let mut drive: f64 = 0.0;
         for pin in cell.groups("pin") {
             let name = pin.name().to_owned();
             match pin.value("direction") {
@@ -224,6 +239,8 @@ impl Attributes<'_> {
                 Some("output") => {
                     let function = pin.value("function").unwrap_or_default();
                     outputs.insert(name, function.to_owned());
+                    let most = self.number(pin, "max_capacitance")?;
+                    drive = drive.max(most.unwrap_or_default());
                 }
                 Some("inout" | "internal") | None => {}
                 Some(other) => {
@@ -231,11 +248,19 @@ impl Attributes<'_> {
                 }
             }
         }
+        let flop = cell.groups("ff").next();
+        let clocked_on = flop.and_then(|ff| ff.value("clocked_on"));
+        let is_named = |pin: &&String| {
+            let mut words = clocked_on.unwrap_or_default().split(|c: char| !is_of_name(c));
+            words.any(|word| word == pin.as_str())
+        };
         Ok(Cell {
             area,
+            clock: inputs.keys().find(is_named).cloned(),
             inputs,
             outputs,
-            is_flop: cell.groups("ff").next().is_some(),
+            drive,
+            is_flop: flop.is_some(),
             is_barred: cell.value("dont_use") == Some("true"),
         })
     }

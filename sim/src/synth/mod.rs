@@ -7,19 +7,28 @@
 //! the library's smallest buffer, outputs are loaded with four of its inputs, and
 //! paths that begin or end in a memory are not timed.
 
+mod cacti;
 mod error;
+mod fanout;
+mod fpga;
 mod liberty;
 mod library;
+mod memories;
 mod netlist;
+mod parameters;
 mod report;
+pub mod scaling;
 mod script;
 mod tools;
 mod unit;
 
+pub use cacti::{Cacti, Figures, Settings, Shape};
 pub use error::SynthError;
+pub use fpga::{FpgaReport, FpgaTools, FpgaUnit, Part, place_and_route};
 pub use library::{Cell, Library};
+pub use memories::{FlopMemory, Memories, MemoryReport, SYSTEM, model, system};
 pub use netlist::{MemoryArea, ModuleArea};
-pub use report::{SynthReport, differences};
+pub use report::{LibraryOrigin, Raw, Scaled, ScaledLogic, ScaledMemories, ScaledMemory, ScaledUnit, SynthReport, differences};
 pub use tools::Tools;
 pub use unit::{Made, UnitKind, UnitReport, synthesise};
 

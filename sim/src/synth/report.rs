@@ -4,31 +4,48 @@ use potamoi_formats::config::Config;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::{Library, Tools, UnitReport};
+use super::fanout::{FAN_OUT, LOAD};
+use super::scaling::{self, Factors};
+use super::{Figures, Library, Memories, Tools, UnitReport};
 
 /// Version of the file.
-const FORMAT_VERSION: u32 = 1;
+pub(super) const FORMAT_VERSION: u32 = 2;
+pub(super) const COMMAND: &str = "synth";
 
 /// Parameters of a configuration's units, and where they come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SynthReport {
-    format_version: u32,
-    command: String,
+    pub(super) format_version: u32,
+    pub(super) command: String,
     /// 12 hexadecimal digits.
-    configuration: String,
-    library: LibraryOrigin,
+    pub(super) configuration: String,
+    /// Where cells come from.
+    pub library: LibraryOrigin,
     tools: ToolsOrigin,
+    flow: Flow,
     /// What the figures leave out.
     without: Vec<String>,
-    /// The units.
-    pub units: Vec<UnitReport>,
+    /// Figures at the nodes of their models.
+    pub raw: Raw,
+    /// The same at another node, by published factors.
+    pub scaled: Option<Scaled>,
+    /// Power, where it was estimated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power: Option<Value>,
 }
 
+/// A cell library.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct LibraryOrigin {
-    name: String,
-    sha256: String,
-    volts: Option<f64>,
+pub struct LibraryOrigin {
+    /// Its own name.
+    pub name: String,
+    /// Of the Liberty text.
+    pub sha256: String,
+    /// Nanometres, where it was said: no Liberty file does.
+    pub node_nm: Option<u32>,
+    /// Of its nominal supply.
+    pub volts: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,29 +54,159 @@ struct ToolsOrigin {
     opensta: String,
 }
 
-impl SynthReport {
-    /// Of units that were made so.
+/// Limits of nets between modules.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Flow {
+    /// Pins of a net.
+    fan_out: usize,
+    /// Load over `max_capacitance`.
+    load: f64,
+}
+
+/// Figures at the nodes of their models.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Raw {
+    /// The units, at the library's node.
+    pub units: Vec<UnitReport>,
+    /// Their memories and the system's, where CACTI is here.
+    pub memories: Option<Memories>,
+}
+
+/// Figures at another node.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scaled {
+    /// Nanometres.
+    pub node_nm: u32,
+    /// Of units: where the library's node is known and the table has it.
+    pub logic: Option<ScaledLogic>,
+    /// Of memories.
+    pub memories: Option<ScaledMemories>,
+}
+
+/// Units at another node.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScaledLogic {
+    /// What they were scaled with.
+    pub factors: Factors,
+    /// One for each raw one.
+    pub units: Vec<ScaledUnit>,
+}
+
+/// A unit at another node, without its memories.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScaledUnit {
+    /// Its top module.
+    pub unit: String,
+    /// Square micrometres.
+    pub area_um2: f64,
+    /// Picoseconds.
+    pub period_ps: f64,
+    /// Gigahertz of that period.
+    pub clock_ghz: f64,
+}
+
+/// Memories at another node.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScaledMemories {
+    /// What they were scaled with.
+    pub factors: Factors,
+    /// One for each raw one, in the same order.
+    pub macros: Vec<ScaledMemory>,
+}
+
+/// A memory at another node.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ScaledMemory {
+    /// Its name.
+    pub memory: String,
+    /// The unit's top module, or the system.
+    pub of: String,
+    /// Of one.
+    #[serde(flatten)]
+    pub figures: Figures,
+}
+
+impl Scaled {
+    /// Raw figures at `to_nm`; `from_nm` is the library's node, if it is known.
     #[must_use]
-    pub fn new(config: &Config, library: &Library, tools: &Tools, units: Vec<UnitReport>) -> Self {
-        let without = [
+    pub fn new(raw: &Raw, from_nm: Option<u32>, to_nm: u32) -> Self {
+        let logic = from_nm.and_then(|from| scaling::logic(from, to_nm));
+        let memories = raw.memories.as_ref().and_then(|memories| {
+            let factors = scaling::memory(memories.origin.node_nm, to_nm)?;
+            let macros = memories.macros.iter().map(|own| ScaledMemory {
+                memory: own.memory.clone(),
+                of: own.of.clone(),
+                figures: own.figures.scaled(&factors),
+            });
+            let macros = macros.collect();
+            Some(ScaledMemories { factors, macros })
+        });
+        let units = |factors: &Factors| {
+            let units = raw.units.iter().map(|unit| ScaledUnit {
+                unit: unit.unit.clone(),
+                area_um2: unit.area_um2 * factors.area,
+                period_ps: unit.period_ps * factors.delay,
+                clock_ghz: 1e3 / (unit.period_ps * factors.delay),
+            });
+            units.collect()
+        };
+        Self {
+            node_nm: to_nm,
+            logic: logic.map(|factors| ScaledLogic {
+                units: units(&factors),
+                factors,
+            }),
+            memories,
+        }
+    }
+}
+
+impl SynthReport {
+    /// Of figures that were made so; `node_nm` is the library's, `to_nm` what they
+    /// are scaled to.
+    #[must_use]
+    pub fn new(
+        config: &Config,
+        library: &Library,
+        tools: &Tools,
+        raw: Raw,
+        node_nm: Option<u32>,
+        to_nm: u32,
+    ) -> Self {
+        let mut without = vec![
             "wires and the clock tree: areas are of cells, periods before placement",
-            "memories: their areas, and paths that begin or end in one",
+            "paths that begin or end in a memory, and what joins memories to the units",
         ];
+        if raw.memories.is_none() {
+            without.push("memories: CACTI is not here (tools/setup memories)");
+        }
         Self {
             format_version: FORMAT_VERSION,
-            command: "synth".to_owned(),
+            command: COMMAND.to_owned(),
             configuration: config.hash(),
             library: LibraryOrigin {
                 name: library.name.clone(),
                 sha256: library.sha256.clone(),
+                node_nm,
                 volts: library.volts,
             },
             tools: ToolsOrigin {
                 yosys: tools.yosys.clone(),
                 opensta: tools.opensta.clone(),
             },
-            without: without.map(str::to_owned).to_vec(),
-            units,
+            flow: Flow {
+                fan_out: FAN_OUT,
+                load: LOAD,
+            },
+            without: without.into_iter().map(str::to_owned).collect(),
+            scaled: Some(Scaled::new(&raw, node_nm, to_nm)),
+            raw,
+            power: None,
         }
     }
 }

@@ -3,11 +3,15 @@
 use std::fmt::Write as _;
 
 use super::Library;
+use super::fanout::FAN_OUT;
 
 /// Names of files in the folder in which the programs run.
 pub(super) const LIBRARY: &str = "cells.lib";
 pub(super) const NETLIST: &str = "netlist.v";
 pub(super) const STATISTICS: &str = "cells.json";
+/// As mapped, and with nets buffered between modules.
+pub(super) const MAPPED: &str = "mapped.json";
+pub(super) const BUFFERED: &str = "buffered.json";
 const ABC: &str = "map.abc";
 const CONSTRAINTS: &str = "map.constr";
 
@@ -23,6 +27,7 @@ const BOOTH: (u32, u32) = (0, 36);
 /// Scripts of a unit by file name, beside its Verilog.
 pub(super) struct Scripts {
     pub(super) yosys: String,
+    pub(super) finish: String,
     pub(super) sta: String,
     pub(super) others: [(&'static str, String); 2],
 }
@@ -63,13 +68,16 @@ pub(super) fn scripts(
     ));
     line("setundef -zero".to_owned());
     line("opt_clean -purge".to_owned());
-    line(format!("tee -q -o {STATISTICS} stat -json"));
-    line(format!("write_verilog -noattr -simple-lhs {NETLIST}"));
+    line(format!("write_json {MAPPED}"));
+    let finish = format!(
+        "read_json {BUFFERED}\ntee -q -o {STATISTICS} stat -json\n\
+         write_verilog -noattr -simple-lhs {NETLIST}\n"
+    );
 
     let buffer = &library.buffer;
     let load = library.load();
     let abc = format!(
-        "strash\n&get -n\n&st\n&dch\n&nf -D {AIM_PS}\n&put\nbuffer -c -N 16\ntopo\n\
+        "strash\n&get -n\n&st\n&dch\n&nf -D {AIM_PS}\n&put\nbuffer -c -p -N {FAN_OUT}\ntopo\n\
          upsize -D {AIM_PS}\ndnsize -D {AIM_PS}\n"
     );
     // ABC takes femtofarads whatever the library's unit.
@@ -79,6 +87,7 @@ pub(super) fn scripts(
     );
     Scripts {
         yosys,
+        finish,
         sta: sta(top, buffer, load),
         others: [(ABC, abc), (CONSTRAINTS, constraints)],
     }

@@ -5,10 +5,11 @@ use std::process::{Command, Stdio};
 
 use super::SynthError;
 
-/// Runs a script of Yosys.
-const PYOSYS: &str =
-    "from pyosys import libyosys as ys; ys.run_pass('script synth.ys', ys.Design())";
+/// Yosys of the Python package of that name, as tools/setup starts it: `--version`,
+/// or a script.
+const PYOSYS: &str = "pyosys";
 pub(super) const SYNTH: &str = "synth.ys";
+pub(super) const FINISH: &str = "finish.ys";
 pub(super) const TIMING: &str = "timing.tcl";
 /// Bytes of a failed program's output that are kept.
 const SAID: usize = 2000;
@@ -25,19 +26,18 @@ pub struct Tools {
 }
 
 impl Tools {
-    /// Finds both: `pyosys` of `python3`, else `yosys`; `sta`.
+    /// Finds both: `pyosys`, else `yosys`; `sta`.
     ///
     /// # Errors
     /// One is missing.
     pub fn find() -> Result<Self, SynthError> {
-        let python = "from pyosys import libyosys as ys; print('Yosys', ys.yosys_version_str)";
-        let pyosys = says("python3", &["-c", python]);
+        let pyosys = says(PYOSYS, &["--version"]);
         let is_pyosys = pyosys.is_some();
         let yosys = pyosys.or_else(|| says("yosys", &["-V"]));
         let yosys = yosys.ok_or(SynthError::MissingTool {
             tool: "yosys",
             disables: "synthesis",
-            remedy: "tools/setup synth, or: apt-get install yosys, or: pip install pyosys",
+            remedy: "tools/setup synth, or: apt-get install yosys",
         })?;
         let opensta = says("sta", &["-version"]).ok_or(SynthError::MissingTool {
             tool: "sta",
@@ -60,15 +60,23 @@ impl Tools {
         (next(), next())
     }
 
-    /// Runs the scripts in `folder`; gives what OpenSTA printed.
-    pub(super) fn run(&self, folder: &Path, unit: &'static str) -> Result<String, SynthError> {
-        let mut yosys = Command::new(if self.is_pyosys { "python3" } else { "yosys" });
-        if self.is_pyosys {
-            yosys.args(["-c", PYOSYS]);
-        } else {
-            yosys.args(["-q", "-s", SYNTH]);
+    /// Runs a script of Yosys in `folder`.
+    pub(super) fn yosys(
+        &self,
+        folder: &Path,
+        script: &str,
+        unit: &str,
+    ) -> Result<(), SynthError> {
+        let mut yosys = Command::new(if self.is_pyosys { PYOSYS } else { "yosys" });
+        if !self.is_pyosys {
+            yosys.args(["-q", "-s"]);
         }
-        run(yosys, folder, "yosys", unit)?;
+        yosys.arg(script);
+        run(yosys, folder, "yosys", unit).map(drop)
+    }
+
+    /// Runs the script of OpenSTA in `folder`; gives what it printed.
+    pub(super) fn sta(&self, folder: &Path, unit: &str) -> Result<String, SynthError> {
         let mut sta = Command::new("sta");
         sta.args(["-no_splash", "-exit", TIMING]);
         run(sta, folder, "sta", unit)
@@ -76,7 +84,7 @@ impl Tools {
 }
 
 /// The first line that a program prints, if it is there and ends well.
-fn says(program: &str, arguments: &[&str]) -> Option<String> {
+pub(super) fn says(program: &str, arguments: &[&str]) -> Option<String> {
     let mut command = Command::new(program);
     let output = command.args(arguments).stdin(Stdio::null()).output().ok()?;
     let text = String::from_utf8_lossy(&output.stdout);
@@ -84,13 +92,18 @@ fn says(program: &str, arguments: &[&str]) -> Option<String> {
     (output.status.success() && !line.is_empty()).then_some(line)
 }
 
-fn run(
+/// Runs a program in `folder`; gives what it printed.
+pub(super) fn run(
     mut command: Command,
     folder: &Path,
     tool: &'static str,
-    unit: &'static str,
+    unit: &str,
 ) -> Result<String, SynthError> {
-    let fail = |said: String| SynthError::Tool { tool, unit, said };
+    let fail = |said: String| SynthError::Tool {
+        tool,
+        unit: unit.to_owned(),
+        said,
+    };
     let output = command
         .current_dir(folder)
         .stdin(Stdio::null())

@@ -11,13 +11,14 @@ use potamoi_hdl::ir::{Header, IrErrors, Module, verilog};
 use potamoi_hdl::vu::vector_unit;
 use serde::{Deserialize, Serialize};
 
+use super::fanout::{FAN_OUT, LOAD};
 use super::netlist::{self, MemoryArea, ModuleArea};
-use super::script::{LIBRARY, NETLIST, PERIOD, STATISTICS, scripts};
-use super::tools::{SYNTH, TIMING};
-use super::{Library, SynthError, Tools};
+use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, scripts};
+use super::tools::{FINISH, SYNTH, TIMING};
+use super::{FlopMemory, Library, SynthError, Tools, fanout, memories};
 
 /// Version of what is kept of a unit.
-const KEPT: &str = "potamoi-synth 1";
+const KEPT: &str = "potamoi-synth 2";
 
 /// A unit that can be synthesised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,7 +39,7 @@ impl UnitKind {
         }
     }
 
-    fn module(self, config: &Config) -> Result<Arc<Module>, IrErrors> {
+    pub(super) fn module(self, config: &Config) -> Result<Arc<Module>, IrErrors> {
         match self {
             Self::Gathering => gathering_unit(config),
             Self::Vector => vector_unit(config),
@@ -61,6 +62,8 @@ pub struct UnitReport {
     pub cells: u64,
     /// Of those, flip-flops.
     pub flops: u64,
+    /// Of those, buffers of nets between modules.
+    pub buffers: u64,
     /// Square micrometres of cells, memories not counted.
     pub area_um2: f64,
     /// Picoseconds of the longest path, with clock-to-output and setup.
@@ -73,8 +76,10 @@ pub struct UnitReport {
     pub path_cells: u64,
     /// Its modules, the top one first.
     pub modules: Vec<ModuleArea>,
-    /// Its memories.
+    /// Its memories, left out of cells and areas.
     pub memories: Vec<MemoryArea>,
+    /// Memories that are flip-flops, counted in cells and areas.
+    pub flop_memories: Vec<FlopMemory>,
 }
 
 /// A unit that was synthesised, now or earlier.
@@ -101,7 +106,7 @@ pub fn synthesise(
     cache: &Path,
 ) -> Result<Made, SynthError> {
     let module = unit.module(config)?;
-    let macros = module.memory_macros();
+    let (macros, flop_memories) = memories::split(&module, unit);
     let header = Header {
         origin: String::new(),
         command: String::new(),
@@ -125,8 +130,10 @@ pub fn synthesise(
         key.update(&(part.len() as u64).to_le_bytes());
         key.update(part.as_bytes());
     };
-    let origins = [KEPT, &tools.yosys, &tools.opensta, &library.sha256];
-    for part in origins.into_iter().chain([&*scripts.yosys, &scripts.sta]) {
+    let limits = format!("{FAN_OUT} {LOAD}");
+    let origins = [KEPT, &limits, &tools.yosys, &tools.opensta, &library.sha256];
+    let texts = [&*scripts.yosys, &scripts.finish, &scripts.sta];
+    for part in origins.into_iter().chain(texts) {
         with(part);
     }
     scripts.others.iter().for_each(|(_, text)| with(text));
@@ -160,14 +167,22 @@ pub fn synthesise(
     }
     write(LIBRARY, &library.text)?;
     write(SYNTH, &scripts.yosys)?;
+    write(FINISH, &scripts.finish)?;
     write(TIMING, &scripts.sta)?;
-    let timing = tools.run(folder.path(), unit.top())?;
     let no = |tool, what: &str| SynthError::Output {
         tool,
         unit: unit.top(),
         what: what.to_owned(),
     };
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name));
+    tools.yosys(folder.path(), SYNTH, unit.top())?;
+    let buffered = read(MAPPED)
+        .ok()
+        .and_then(|text| fanout::limit(text.as_bytes(), unit.top(), library));
+    let (buffered, buffers) = buffered.ok_or_else(|| no("yosys", "netlist as JSON"))?;
+    write(BUFFERED, &buffered)?;
+    tools.yosys(folder.path(), FINISH, unit.top())?;
+    let timing = tools.sta(folder.path(), unit.top())?;
     let types = read(STATISTICS)
         .ok()
         .as_deref()
@@ -182,6 +197,10 @@ pub fn synthesise(
         unit: unit.to_string(),
         cells: sum(|m| m.cells),
         flops: sum(|m| m.flops),
+        buffers: modules
+            .iter()
+            .map(|m| m.count * buffers.get(&m.module).copied().unwrap_or_default())
+            .sum(),
         area_um2: modules.iter().map(|m| m.count as f64 * m.area_um2).sum(),
         period_ps,
         clock_ghz: 1e3 / period_ps,
@@ -189,6 +208,7 @@ pub fn synthesise(
         path_cells: path.cells,
         modules,
         memories: macros.into_iter().map(MemoryArea::from).collect(),
+        flop_memories,
     };
     let text = read(NETLIST).map_err(|_| no("yosys", "netlist"))?;
     potamoi_golden::files::write(&netlist, text.as_bytes()).map_err(cannot(&netlist))?;

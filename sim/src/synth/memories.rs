@@ -1,0 +1,128 @@
+//! Which memories a configuration has, and what they come to.
+
+use potamoi_hdl::ir::{MemoryMacro, Module};
+use serde::{Deserialize, Serialize};
+
+use super::cacti::{self, Cacti, Figures, Settings, Shape};
+use super::{MemoryArea, SynthError, UnitKind, UnitReport};
+
+/// Where a memory belongs that is in neither unit.
+pub const SYSTEM: &str = "system";
+
+/// A memory of a unit or of the system around it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MemoryReport {
+    /// Its module, or its name in the system.
+    pub memory: String,
+    /// The unit's top module, or [`SYSTEM`].
+    pub of: String,
+    /// How many there are.
+    pub count: u64,
+    /// Words and ports of one.
+    #[serde(flatten)]
+    pub shape: Shape,
+    /// Of one.
+    #[serde(flatten)]
+    pub figures: Figures,
+}
+
+/// A memory that is flip-flops in the netlist of its unit.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FlopMemory {
+    /// Its module.
+    pub memory: String,
+    /// The unit's top module.
+    pub of: String,
+    /// How many there are.
+    pub count: u64,
+    /// Words.
+    pub words: u64,
+    /// Bits of a word.
+    pub bits: u64,
+    /// Why it is no macro.
+    pub why: String,
+}
+
+/// Memories at the node of their model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Memories {
+    /// What the figures rest on.
+    pub origin: Settings,
+    /// Macros, unit by unit, then the system's.
+    pub macros: Vec<MemoryReport>,
+}
+
+/// Words and ports of a macro.
+fn shape(own: &MemoryArea) -> Shape {
+    Shape {
+        words: own.words,
+        bits: own.bits,
+        read_writes: 0,
+        writes: own.writes,
+        reads: own.reads,
+    }
+}
+
+/// The memories around the units (paper, Sec. "Experimental Setup"): 1.5 MB of
+/// features in blocks of 32 KB, and 96 KB of weights. Word widths are assumptions:
+/// 128 bits a block, and a weight for each of 24 columns.
+#[must_use]
+pub fn system() -> [(&'static str, u64, Shape); 2] {
+    let one_port = |words, bits| Shape {
+        words,
+        bits,
+        read_writes: 1,
+        writes: 0,
+        reads: 0,
+    };
+    [
+        ("global_feature_buffer", 48, one_port(2048, 128)),
+        ("weight_buffer", 1, one_port(2048, 384)),
+    ]
+}
+
+/// Macros of a unit that a memory compiler makes, and memories that are flip-flops.
+pub(super) fn split(module: &Module, unit: UnitKind) -> (Vec<MemoryMacro>, Vec<FlopMemory>) {
+    let flops = |own: &MemoryMacro, why: String| FlopMemory {
+        memory: own.module.clone(),
+        of: unit.top().to_owned(),
+        count: own.count.into(),
+        words: own.words.into(),
+        bits: own.bits.into(),
+        why,
+    };
+    let (mut macros, mut others) = (vec![], vec![]);
+    for own in module.memory_macros() {
+        match cacti::is_modelled(&shape(&own.clone().into())) {
+            Ok(()) => macros.push(own),
+            Err(why) => others.push(flops(&own, why)),
+        }
+    }
+    let why = "read without a clock, beside logic";
+    others.extend(module.memories_in_logic().iter().map(|own| flops(own, why.to_owned())));
+    (macros, others)
+}
+
+/// What the memories of some units, and those of the system, come to.
+///
+/// # Errors
+/// CACTI fails or prints what is not understood; files cannot be written.
+pub fn model(units: &[UnitReport], cacti: &Cacti) -> Result<Memories, SynthError> {
+    let mut wanted = vec![];
+    for unit in units {
+        for own in &unit.memories {
+            wanted.push((own.module.clone(), unit.unit.clone(), own.count, shape(own)));
+        }
+    }
+    for (name, count, shape) in system() {
+        wanted.push((name.to_owned(), SYSTEM.to_owned(), count, shape));
+    }
+    let macros = wanted.into_iter().map(|(memory, of, count, shape)| {
+        let figures = cacti.model(&memory, &shape)?;
+        Ok(MemoryReport { memory, of, count, shape, figures })
+    });
+    Ok(Memories {
+        origin: cacti.settings(),
+        macros: macros.collect::<Result<_, SynthError>>()?,
+    })
+}

@@ -1,0 +1,176 @@
+//! Reading a file of parameters, as a system model does.
+
+use std::path::Path;
+
+use potamoi_formats::config::Config;
+
+use super::report::{COMMAND, FORMAT_VERSION, ScaledMemory, ScaledUnit};
+use super::{MemoryReport, SynthError, SynthReport, UnitKind, UnitReport};
+
+const REMEDY: &str = "potamoi synth --json FILE";
+/// Sums of rounded decimals.
+const NEAR: f64 = 1e-9;
+
+impl SynthReport {
+    /// Reads a file that `potamoi synth --json` wrote, and checks it.
+    ///
+    /// # Errors
+    /// It cannot be read, is of another version, lacks a field or has one that
+    /// nobody knows, or its figures contradict each other.
+    pub fn read(path: &Path) -> Result<Self, SynthError> {
+        let fail = |why: String| SynthError::Parameters {
+            path: path.to_owned(),
+            why,
+            remedy: REMEDY,
+        };
+        let text = std::fs::read_to_string(path).map_err(|e| fail(e.to_string()))?;
+        Self::parse(&text).map_err(fail)
+    }
+
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        #[derive(serde::Deserialize)]
+        struct Version {
+            format_version: u32,
+        }
+        let Version { format_version } =
+            serde_json::from_str(text).map_err(|e| format!("no parameters: {e}"))?;
+        if format_version != FORMAT_VERSION {
+            return Err(format!(
+                "format_version {format_version}, expected {FORMAT_VERSION}"
+            ));
+        }
+        let report: Self = serde_json::from_str(text).map_err(|e| e.to_string())?;
+        report.check()?;
+        Ok(report)
+    }
+
+    /// That it is of this configuration; `path` is where it was read.
+    ///
+    /// # Errors
+    /// It is of another one.
+    pub fn of(self, config: &Config, path: &Path) -> Result<Self, SynthError> {
+        match self.configuration == config.hash() {
+            true => Ok(self),
+            false => Err(SynthError::Parameters {
+                path: path.to_owned(),
+                why: format!(
+                    "it is of configuration {}, expected {}",
+                    self.configuration,
+                    config.hash()
+                ),
+                remedy: REMEDY,
+            }),
+        }
+    }
+
+    /// A unit at the library's node.
+    #[must_use]
+    pub fn unit(&self, unit: UnitKind) -> Option<&UnitReport> {
+        self.raw.units.iter().find(|u| u.unit == unit.top())
+    }
+
+    /// A unit at the node that the file is scaled to.
+    #[must_use]
+    pub fn scaled_unit(&self, unit: UnitKind) -> Option<&ScaledUnit> {
+        let logic = self.scaled.as_ref()?.logic.as_ref()?;
+        logic.units.iter().find(|u| u.unit == unit.top())
+    }
+
+    /// A memory at the node of its model, and at the one that the file is scaled to.
+    #[must_use]
+    pub fn memory(&self, of: &str, name: &str) -> Option<(&MemoryReport, Option<&ScaledMemory>)> {
+        let macros = &self.raw.memories.as_ref()?.macros;
+        let at = macros.iter().position(|m| m.of == of && m.memory == name)?;
+        let scaled = self.scaled.as_ref().and_then(|s| s.memories.as_ref());
+        Some((&macros[at], scaled.and_then(|s| s.macros.get(at))))
+    }
+
+    fn check(&self) -> Result<(), String> {
+        if self.command != COMMAND {
+            return Err(format!("command `{}`, expected `{COMMAND}`", self.command));
+        }
+        for unit in &self.raw.units {
+            let name = &unit.unit;
+            positive(name, "area_um2", unit.area_um2)?;
+            positive(name, "period_ps", unit.period_ps)?;
+            equal(name, "clock_ghz", unit.clock_ghz, 1e3 / unit.period_ps)?;
+            let area = unit.modules.iter().map(|m| m.count as f64 * m.area_um2);
+            equal(name, "area_um2", unit.area_um2, area.sum())?;
+            let cells: u64 = unit.modules.iter().map(|m| m.count * m.cells).sum();
+            equal(name, "cells", unit.cells as f64, cells as f64)?;
+        }
+        let memories = self.raw.memories.iter().flat_map(|m| &m.macros);
+        for own in memories {
+            let f = &own.figures;
+            let fields = [
+                ("area_um2", f.area_um2),
+                ("read_pj", f.read_pj),
+                ("write_pj", f.write_pj),
+                ("leakage_mw", f.leakage_mw),
+                ("access_ps", f.access_ps),
+                ("cycle_ps", f.cycle_ps),
+            ];
+            for (field, value) in fields {
+                positive(&own.memory, field, value)?;
+            }
+        }
+        self.check_scaled()
+    }
+
+    /// That what is scaled follows from what is raw and from its factors.
+    fn check_scaled(&self) -> Result<(), String> {
+        let Some(scaled) = &self.scaled else {
+            return Ok(());
+        };
+        if let Some(logic) = &scaled.logic {
+            if logic.units.len() != self.raw.units.len() {
+                return Err("scaled.logic.units: as many as in raw.units expected".to_owned());
+            }
+            for (unit, raw) in logic.units.iter().zip(&self.raw.units) {
+                let name = format!("scaled {}", unit.unit);
+                if unit.unit != raw.unit {
+                    return Err(format!("{name}, expected {}", raw.unit));
+                }
+                let factors = &logic.factors;
+                equal(&name, "area_um2", unit.area_um2, raw.area_um2 * factors.area)?;
+                equal(&name, "period_ps", unit.period_ps, raw.period_ps * factors.delay)?;
+                equal(&name, "clock_ghz", unit.clock_ghz, 1e3 / unit.period_ps)?;
+            }
+        }
+        let Some(memories) = &scaled.memories else {
+            return Ok(());
+        };
+        let raw = self.raw.memories.as_ref().map_or(&[][..], |m| &m.macros);
+        if memories.macros.len() != raw.len() {
+            return Err("scaled.memories.macros: as many as in raw.memories expected".to_owned());
+        }
+        for (own, raw) in memories.macros.iter().zip(raw) {
+            let name = format!("scaled {}", own.memory);
+            if (&own.memory, &own.of) != (&raw.memory, &raw.of) {
+                return Err(format!("{name}, expected {}", raw.memory));
+            }
+            let expected = raw.figures.scaled(&memories.factors);
+            equal(&name, "area_um2", own.figures.area_um2, expected.area_um2)?;
+            equal(&name, "read_pj", own.figures.read_pj, expected.read_pj)?;
+            equal(&name, "write_pj", own.figures.write_pj, expected.write_pj)?;
+            equal(&name, "leakage_mw", own.figures.leakage_mw, expected.leakage_mw)?;
+            equal(&name, "access_ps", own.figures.access_ps, expected.access_ps)?;
+            equal(&name, "cycle_ps", own.figures.cycle_ps, expected.cycle_ps)?;
+        }
+        Ok(())
+    }
+}
+
+fn positive(of: &str, field: &str, value: f64) -> Result<(), String> {
+    match value.is_finite() && value > 0.0 {
+        true => Ok(()),
+        false => Err(format!("{of}: {field} {value}, expected a number above 0")),
+    }
+}
+
+fn equal(of: &str, field: &str, found: f64, expected: f64) -> Result<(), String> {
+    match (found / expected - 1.0).abs() < NEAR || found == expected {
+        true => Ok(()),
+        false => Err(format!("{of}: {field} {found}, expected {expected} by its other figures")),
+    }
+}

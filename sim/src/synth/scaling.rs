@@ -1,0 +1,77 @@
+//! Figures of one technology node at another, by published factors.
+
+use serde::{Deserialize, Serialize};
+
+/// Factors from one node to another.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Factors {
+    /// Where they are published.
+    pub table: String,
+    /// Nanometres.
+    pub from_nm: u32,
+    /// Nanometres.
+    pub to_nm: u32,
+    /// Of area.
+    pub area: f64,
+    /// Of delay.
+    pub delay: f64,
+    /// Of energy an operation.
+    pub energy: f64,
+    /// Of leakage, where the table has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub leakage: Option<f64>,
+}
+
+/// Logic: area, delay and energy of the paper's own source, each at the nodes'
+/// nominal voltages, and at 12 nm between its columns of 14 and 10 nm.
+const LOGIC: &str = "Stillmaker and Baas, Integration 58 (2017), interpolated at 12 nm";
+/// Memories: cells shrink less than logic.
+const MEMORY: &str = "hwcomponents-cacti 1.0.40 below 22 nm: area and time as the node, energy as its \
+                      root, leakage 0.79 of that (FinFET)";
+
+const LOGIC_FACTORS: [(u32, u32, [f64; 3]); 3] = [
+    (7, 12, [2.29, 1.26, 1.86]),
+    (16, 12, [0.71, 0.61, 0.74]),
+    (45, 12, [0.135, 0.30, 0.085]),
+];
+
+/// The factors of logic, if they are known.
+#[must_use]
+pub fn logic(from_nm: u32, to_nm: u32) -> Option<Factors> {
+    let known = LOGIC_FACTORS.iter();
+    let (.., [area, delay, energy]) = known.clone().find(|f| (f.0, f.1) == (from_nm, to_nm))?;
+    Some(Factors {
+        table: LOGIC.to_owned(),
+        from_nm,
+        to_nm,
+        area: *area,
+        delay: *delay,
+        energy: *energy,
+        leakage: None,
+    })
+}
+
+/// The factors of memories, downwards from a node.
+#[must_use]
+pub fn memory(from_nm: u32, to_nm: u32) -> Option<Factors> {
+    if to_nm == 0 || to_nm > from_nm {
+        return None;
+    }
+    let ratio = f64::from(to_nm) / f64::from(from_nm);
+    Some(Factors {
+        table: MEMORY.to_owned(),
+        from_nm,
+        to_nm,
+        area: ratio,
+        delay: ratio,
+        energy: ratio.sqrt(),
+        leakage: Some(0.79 * ratio.sqrt()),
+    })
+}
+
+/// Pairs of nodes that [`logic`] knows, for messages.
+#[must_use]
+pub fn known() -> String {
+    let pairs: Vec<_> = LOGIC_FACTORS.iter().map(|(from, to, _)| format!("{from} to {to}")).collect();
+    pairs.join(", ")
+}
