@@ -1,14 +1,17 @@
-//! `potamoi synth`: the units as cells of a library.
+//! `potamoi synth`: the units as cells of a library, and on an FPGA.
+
+mod fpga;
+mod print;
+mod study;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use clap::{Args, ValueEnum};
-use comfy_table::{CellAlignment, Table, presets};
 use potamoi_sim::synth::{
-    Cacti, Library, Made, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport,
-    default_library, differences, scaling, synthesise,
+    Cacti, Library, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport, default_library,
+    differences, scaling, synthesise,
 };
 
 use crate::common::Common;
@@ -45,6 +48,16 @@ pub(crate) struct SynthArgs {
     /// Compare with a report made earlier: exit status 4 where anything differs
     #[arg(long, value_name = "FILE")]
     compare: Option<PathBuf>,
+    /// Other organisations, table memories and exponentials side by side, as tables in
+    /// Markdown; --config and --unit do not count
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists"])]
+    report: Option<PathBuf>,
+    /// Place and route on an FPGA instead, with Yosys and nextpnr
+    #[arg(long, value_name = "FAMILY", conflicts_with_all = ["liberty", "node", "clock", "compare", "netlists", "report"])]
+    fpga: Option<Family>,
+    /// Seed of the placement, with --fpga
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "fpga")]
+    seed: u32,
     /// Folder for the netlists in cells
     #[arg(long, value_name = "DIR")]
     netlists: Option<PathBuf>,
@@ -63,31 +76,48 @@ enum Units {
     All,
 }
 
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Family {
+    /// Lattice ECP5, the largest of them
+    Ecp5,
+}
+
+impl Units {
+    const fn kinds(self) -> &'static [UnitKind] {
+        match self {
+            Self::Gu => &[UnitKind::Gathering],
+            Self::Vu => &[UnitKind::Vector],
+            Self::All => &[UnitKind::Gathering, UnitKind::Vector],
+        }
+    }
+}
+
 pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     if let Some(clock) = args.clock.filter(|c| !(c.is_finite() && *c > 0.0)) {
         let expected = "expected a number of gigahertz above 0";
         return Err(Failure::Usage(format!("--clock {clock}: {expected}")));
     }
-    if let Some(node) = args.node.filter(|n| scaling::logic(*n, args.scale_to).is_none()) {
+    if let Some(node) = args
+        .node
+        .filter(|n| scaling::logic(*n, args.scale_to).is_none())
+    {
         return Err(Failure::Usage(format!(
             "--node {node} --scale-to {}: no factors; known are {} nm",
             args.scale_to,
             scaling::known()
         )));
     }
-    files::prepare([args.json.as_ref()])?;
+    files::prepare([args.json.as_ref(), args.report.as_ref()])?;
     let config = common.read_config()?;
+    let cache = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
+    let cache = cache.with_file_name("synth");
+    if let Some(Family::Ecp5) = args.fpga {
+        return fpga::run(&config, args, &cache);
+    }
     let expected = args.compare.as_ref().map(read_report).transpose()?;
     let path = args.liberty.clone().map_or_else(default_library, Ok)?;
     let library = Library::read(&path)?;
     let tools = Tools::find()?;
-    let cache = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
-    let cache = cache.with_file_name("synth");
-    let units: &[_] = match args.unit {
-        Units::Gu => &[UnitKind::Gathering],
-        Units::Vu => &[UnitKind::Vector],
-        Units::All => &[UnitKind::Gathering, UnitKind::Vector],
-    };
     say!(
         "library {} of {} cells, {} V, {}; OpenSTA {}",
         library.name,
@@ -98,11 +128,14 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         tools.yosys,
         tools.opensta
     );
-    let made = in_parallel(units, args.jobs.into(), |unit| {
-        synthesise(&config, unit, &library, &tools, &cache)
+    if let Some(path) = &args.report {
+        return study::run(args, &library, &tools, &cache, path);
+    }
+    let made = in_parallel(args.unit.kinds(), args.jobs.into(), |unit| {
+        Ok(synthesise(&config, *unit, &library, &tools, &cache)?)
     })?;
     for made in &made {
-        print(made);
+        print::unit(made);
         if let Some(folder) = &args.netlists {
             let to = folder.join(format!("{}.netlist.v", made.report.unit));
             let text = std::fs::read_to_string(&made.netlist);
@@ -128,7 +161,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         memories,
     };
     let report = SynthReport::new(&config, &library, &tools, raw, args.node, args.scale_to);
-    print_totals(&report);
+    print::totals(&report);
     if let Some(path) = &args.json {
         files::write_json(path, &report)?;
     }
@@ -143,180 +176,32 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     }
 }
 
-/// Does every unit, `jobs` at once; the first failure, in the units' order.
-fn in_parallel<T: Send>(
-    units: &[UnitKind],
+/// Does every item, `jobs` at once; the first failure, in the items' order.
+fn in_parallel<I: Sync, T: Send>(
+    items: &[I],
     jobs: usize,
-    make: impl Fn(UnitKind) -> Result<T, SynthError> + Sync,
-) -> Result<Vec<T>, SynthError> {
-    let bar = progress::bar(units.len() as u64, "units");
+    make: impl Fn(&I) -> Result<T, Failure> + Sync,
+) -> Result<Vec<T>, Failure> {
+    let bar = progress::bar(items.len() as u64, "units");
     let next = AtomicUsize::new(0);
-    let done = Mutex::new((0..units.len()).map(|_| None).collect::<Vec<_>>());
+    let done = Mutex::new((0..items.len()).map(|_| None).collect::<Vec<_>>());
     let work = || {
-        while let Some(unit) = units.get(next.fetch_add(1, Ordering::Relaxed)) {
-            bar.set_message(unit.top());
-            let result = make(*unit);
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(at) else { return };
+            let result = make(item);
             bar.inc(1);
-            let at = units.iter().position(|u| u == unit).unwrap_or(0);
             done.lock().unwrap_or_else(PoisonError::into_inner)[at] = Some(result);
         }
     };
     std::thread::scope(|scope| {
-        for _ in 0..jobs.min(units.len()) {
+        for _ in 0..jobs.min(items.len()) {
             scope.spawn(work);
         }
     });
     bar.finish_and_clear();
     let done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
     done.into_iter().flatten().collect()
-}
-
-fn print(made: &Made) {
-    let report = &made.report;
-    say!(
-        "\n{}{}: {} cells, {} of them flip-flops, {:.6} mm^2; {:.0} ps a cycle before wires \
-         ({:.3} GHz)",
-        report.unit,
-        if made.is_cached {
-            " (made earlier)"
-        } else {
-            ""
-        },
-        report.cells,
-        report.flops,
-        report.area_um2 * 1e-6,
-        report.period_ps,
-        report.clock_ghz
-    );
-    say!(
-        "longest path: {} to {}, {} cells",
-        report.path[0],
-        report.path[1],
-        report.path_cells
-    );
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    table.set_header([
-        "module",
-        "count",
-        "cells of one",
-        "flip-flops",
-        "um^2 of one",
-        "share",
-    ]);
-    for module in &report.modules {
-        let share = module.count as f64 * module.area_um2 / report.area_um2;
-        table.add_row([
-            module.module.clone(),
-            module.count.to_string(),
-            module.cells.to_string(),
-            module.flops.to_string(),
-            format!("{:.1}", module.area_um2),
-            format!("{:.1} %", 100.0 * share),
-        ]);
-    }
-    right(&mut table);
-    say!("{table}");
-    for memory in &report.memories {
-        say!(
-            "memory {}: {} of {} x {} bit, {} write and {} read ports, not in the areas above",
-            memory.module,
-            memory.count,
-            memory.words,
-            memory.bits,
-            memory.writes,
-            memory.reads
-        );
-    }
-    for memory in &report.flop_memories {
-        say!(
-            "memory {}: {} of {} x {} bit, flip-flops in the areas above: {}",
-            memory.memory,
-            memory.count,
-            memory.words,
-            memory.bits,
-            memory.why
-        );
-    }
-}
-
-/// Memories, and everything at the other node.
-fn print_totals(report: &SynthReport) {
-    if let Some(memories) = &report.raw.memories {
-        let origin = &memories.origin;
-        say!(
-            "\nmemories by {}, {} nm, {}, {} K:",
-            origin.cacti,
-            origin.node_nm,
-            origin.transistors,
-            origin.kelvin
-        );
-        let mut table = Table::new();
-        table.load_preset(presets::NOTHING);
-        table.set_header([
-            "memory", "count", "words x bits", "ports", "um^2 of one", "mm^2", "pJ read",
-            "pJ write", "mW leakage", "ps access", "ps cycle",
-        ]);
-        for own in &memories.macros {
-            let (shape, figures) = (&own.shape, &own.figures);
-            let ports = match shape.read_writes {
-                0 => format!("{} W {} R", shape.writes, shape.reads),
-                both => format!("{both} RW"),
-            };
-            table.add_row([
-                own.memory.clone(),
-                own.count.to_string(),
-                format!("{} x {}", shape.words, shape.bits),
-                ports,
-                format!("{:.0}", figures.area_um2),
-                format!("{:.5}", own.count as f64 * figures.area_um2 * 1e-6),
-                format!("{:.3}", figures.read_pj),
-                format!("{:.3}", figures.write_pj),
-                format!("{:.4}", own.count as f64 * figures.leakage_mw),
-                format!("{:.0}", figures.access_ps),
-                format!("{:.0}", figures.cycle_ps),
-            ]);
-        }
-        right(&mut table);
-        say!("{table}");
-    }
-    let Some(scaled) = &report.scaled else { return };
-    if let Some(logic) = &scaled.logic {
-        say!("\nat {} nm, by {}:", scaled.node_nm, logic.factors.table);
-        for unit in &logic.units {
-            say!(
-                "{}: {:.6} mm^2, {:.0} ps ({:.3} GHz) before wires",
-                unit.unit,
-                unit.area_um2 * 1e-6,
-                unit.period_ps,
-                unit.clock_ghz
-            );
-        }
-    }
-    if let (Some(own), Some(raw)) = (&scaled.memories, &report.raw.memories) {
-        say!("\nat {} nm, by {}:", scaled.node_nm, own.factors.table);
-        for (own, raw) in own.macros.iter().zip(&raw.macros) {
-            let figures = &own.figures;
-            say!(
-                "{}: {} of {:.0} um^2, {:.5} mm^2; {:.3} pJ read, {:.3} pJ write; {:.0} ps cycle",
-                own.memory,
-                raw.count,
-                figures.area_um2,
-                raw.count as f64 * figures.area_um2 * 1e-6,
-                figures.read_pj,
-                figures.write_pj,
-                figures.cycle_ps
-            );
-        }
-    }
-}
-
-/// Numbers to the right of names.
-fn right(table: &mut Table) {
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
 }
 
 type Expected = (PathBuf, serde_json::Value);

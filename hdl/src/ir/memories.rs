@@ -45,7 +45,8 @@ impl Module {
     fn count_in_logic(&self, found: &mut BTreeMap<(String, usize), MemoryMacro>) {
         if self.as_macro().is_none() {
             for (at, memory) in self.memories.iter().enumerate() {
-                let of_it = |op: &Op| matches!(op, Op::ReadSync(m, ..) | Op::ReadAsync(m, ..) if *m == at);
+                let of_it =
+                    |op: &Op| matches!(op, Op::ReadSync(m, ..) | Op::ReadAsync(m, ..) if *m == at);
                 let own = MemoryMacro {
                     module: self.name.clone(),
                     words: memory.depth,

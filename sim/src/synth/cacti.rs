@@ -352,7 +352,14 @@ mod tests {
         assert_eq!(is_modelled(&BANK), Ok(()));
         for (shape, said) in [
             (Shape { words: 16, ..BANK }, "16 words of 16 bits"),
-            (Shape { words: 8, bits: 1059, ..BANK }, "8 words of 1059 bits"),
+            (
+                Shape {
+                    words: 8,
+                    bits: 1059,
+                    ..BANK
+                },
+                "8 words of 1059 bits",
+            ),
             (Shape { words: 32, ..BANK }, "1024 bits at least"),
             (Shape { writes: 0, ..BANK }, "both written and read"),
             (Shape { reads: 0, ..BANK }, "both written and read"),
@@ -360,15 +367,26 @@ mod tests {
             let why = is_modelled(&shape).unwrap_err();
             assert!(why.contains(said), "{why}");
         }
-        let one = Shape { read_writes: 1, writes: 0, reads: 0, ..BANK };
+        let one = Shape {
+            read_writes: 1,
+            writes: 0,
+            reads: 0,
+            ..BANK
+        };
         assert_eq!(is_modelled(&one), Ok(()));
     }
 
     #[test]
     fn words_are_whole_bytes() {
         let text = configuration(&Shape { bits: 13, ..BANK });
-        assert!(text.contains("-size (bytes) 2048\n-block size (bytes) 2\n"), "{text}");
-        assert!(text.contains("-exclusive read port 2\n-exclusive write port 1\n"), "{text}");
+        assert!(
+            text.contains("-size (bytes) 2048\n-block size (bytes) 2\n"),
+            "{text}"
+        );
+        assert!(
+            text.contains("-exclusive read port 2\n-exclusive write port 1\n"),
+            "{text}"
+        );
         assert!(text.contains("-technology (u) 0.022\n"), "{text}");
     }
 }

@@ -94,7 +94,11 @@ struct Net {
 ///
 /// Clocks stay as they are. Nets within a module are ABC's, but for their number of
 /// pins; nets between modules are held to [`LOAD`] too.
-pub(super) fn limit(text: &[u8], top: &str, library: &Library) -> Option<(String, BTreeMap<String, u64>)> {
+pub(super) fn limit(
+    text: &[u8],
+    top: &str,
+    library: &Library,
+) -> Option<(String, BTreeMap<String, u64>)> {
     let mut design: Design = serde_json::from_slice(text).ok()?;
     let mut known = BTreeMap::new();
     let mut buffers = BTreeMap::new();
@@ -120,7 +124,13 @@ fn children_first(design: &Design, top: &str) -> Option<Vec<String>> {
         if depth > 64 || done.iter().any(|d| d == name) {
             return (depth <= 64).then_some(());
         }
-        let kinds: BTreeSet<&String> = design.modules.get(name)?.cells.values().map(|c| &c.kind).collect();
+        let kinds: BTreeSet<&String> = design
+            .modules
+            .get(name)?
+            .cells
+            .values()
+            .map(|c| &c.kind)
+            .collect();
         for kind in kinds {
             if design.modules.contains_key(kind) {
                 visit(design, kind, done, depth + 1)?;
@@ -165,7 +175,12 @@ fn buffer(
 ) -> (Outside, u64) {
     let nets = nets(module, known, library);
     let bits = module.ports.values().flat_map(|p| &p.bits);
-    let bits = bits.chain(module.cells.values().flat_map(|c| c.connections.values().flatten()));
+    let bits = bits.chain(
+        module
+            .cells
+            .values()
+            .flat_map(|c| c.connections.values().flatten()),
+    );
     let last = bits.filter_map(|b| match b {
         Bit::Net(net) => Some(*net),
         Bit::Constant(_) => None,
@@ -197,7 +212,10 @@ fn buffer(
         };
         if port.direction == "output" {
             let strength = |bit: &Bit| of(bit).and_then(|n| strengths.get(&n).copied().flatten());
-            let all = port.bits.iter().map(|b| strength(b).unwrap_or(f64::INFINITY));
+            let all = port
+                .bits
+                .iter()
+                .map(|b| strength(b).unwrap_or(f64::INFINITY));
             outside.strengths.insert(name.clone(), all.collect());
         } else if port.bits.iter().filter_map(of).any(|n| clocks.contains(&n)) {
             outside.clocks.insert(name.clone());
@@ -224,7 +242,12 @@ fn nets(
                 let Bit::Net(id) = bit else { continue };
                 let net = nets.entry(*id).or_default();
                 net.crosses |= child.is_some();
-                let sink = |load| Sink { cell: name.clone(), pin: pin.clone(), at, load };
+                let sink = |load| Sink {
+                    cell: name.clone(),
+                    pin: pin.clone(),
+                    at,
+                    load,
+                };
                 if let Some(cell) = cell {
                     net.is_clock |= cell.clock.as_ref() == Some(pin);
                     if let Some(load) = cell.inputs.get(pin) {
@@ -265,7 +288,13 @@ fn buffers(library: &Library) -> Vec<Buffer<'_>> {
             let (input, load) = cell.inputs.iter().next()?;
             let output = cell.outputs.keys().next()?;
             let (load, strength) = (*load, LOAD * cell.drive);
-            let buffer = Buffer { name, input, output, load, strength };
+            let buffer = Buffer {
+                name,
+                input,
+                output,
+                load,
+                strength,
+            };
             Some((cell.area, buffer))
         })
         .collect();
@@ -284,7 +313,12 @@ impl Builder<'_> {
     /// Buffers a net, level by level from its pins; gives the load that its driver
     /// then has.
     fn tree(&mut self, id: u64, net: Net) -> f64 {
-        let Net { mut sinks, strength, crosses, .. } = net;
+        let Net {
+            mut sinks,
+            strength,
+            crosses,
+            ..
+        } = net;
         let strongest = self.buffers.iter().map(|b| b.strength).fold(0.0, f64::max);
         // Who drives an input port is buffered for it, where it is driven.
         let limit = match strength {
@@ -309,7 +343,9 @@ impl Builder<'_> {
     fn choose(&self, load: f64) -> Option<usize> {
         let enough = self.buffers.iter().position(|b| b.strength >= load);
         let by_strength = |a: &usize, b: &usize| {
-            self.buffers[*a].strength.total_cmp(&self.buffers[*b].strength)
+            self.buffers[*a]
+                .strength
+                .total_cmp(&self.buffers[*b].strength)
         };
         enough.or_else(|| (0..self.buffers.len()).max_by(by_strength))
     }

@@ -83,7 +83,8 @@ pub struct FpgaReport {
     command: String,
     /// 12 hexadecimal digits.
     configuration: String,
-    device: String,
+    /// The device.
+    pub device: String,
     seed: u32,
     aim_mhz: u32,
     yosys: String,
@@ -131,13 +132,30 @@ pub fn place_and_route(
     let mut script = String::new();
     let names: Vec<&str> = files.keys().map(String::as_str).collect();
     let _ = writeln!(script, "read_verilog {}", names.join(" "));
-    let _ = writeln!(script, "synth_ecp5 -noiopad -top {} -json mapped.json", unit.top());
+    let _ = writeln!(
+        script,
+        "synth_ecp5 -noiopad -top {} -json mapped.json",
+        unit.top()
+    );
     let seed_text = seed.to_string();
     let aim = AIM_MHZ.to_string();
     let arguments = [
         &ARGUMENTS[..],
-        &["--json", "mapped.json", "--report", "report.json", "--out-of-context"],
-        &["--freq", &aim, "--timing-allow-fail", "--seed", &seed_text, "--quiet"],
+        &[
+            "--json",
+            "mapped.json",
+            "--report",
+            "report.json",
+            "--out-of-context",
+        ],
+        &[
+            "--freq",
+            &aim,
+            "--timing-allow-fail",
+            "--seed",
+            &seed_text,
+            "--quiet",
+        ],
     ]
     .concat();
 
@@ -146,7 +164,9 @@ pub fn place_and_route(
         key.update(&(part.len() as u64).to_le_bytes());
         key.update(part.as_bytes());
     };
-    [KEPT, &tools.yosys, &tools.nextpnr, &script].iter().for_each(|part| with(part));
+    [KEPT, &tools.yosys, &tools.nextpnr, &script]
+        .iter()
+        .for_each(|part| with(part));
     arguments.iter().for_each(|part| with(part));
     files.values().for_each(|text| with(text));
     let key = &key.finalize().to_hex()[..32];

@@ -251,7 +251,9 @@ impl Attributes<'_> {
         let flop = cell.groups("ff").next();
         let clocked_on = flop.and_then(|ff| ff.value("clocked_on"));
         let is_named = |pin: &&String| {
-            let mut words = clocked_on.unwrap_or_default().split(|c: char| !is_of_name(c));
+            let mut words = clocked_on
+                .unwrap_or_default()
+                .split(|c: char| !is_of_name(c));
             words.any(|word| word == pin.as_str())
         };
         Ok(Cell {

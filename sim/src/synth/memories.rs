@@ -99,7 +99,12 @@ pub(super) fn split(module: &Module, unit: UnitKind) -> (Vec<MemoryMacro>, Vec<F
         }
     }
     let why = "read without a clock, beside logic";
-    others.extend(module.memories_in_logic().iter().map(|own| flops(own, why.to_owned())));
+    others.extend(
+        module
+            .memories_in_logic()
+            .iter()
+            .map(|own| flops(own, why.to_owned())),
+    );
     (macros, others)
 }
 
@@ -119,7 +124,13 @@ pub fn model(units: &[UnitReport], cacti: &Cacti) -> Result<Memories, SynthError
     }
     let macros = wanted.into_iter().map(|(memory, of, count, shape)| {
         let figures = cacti.model(&memory, &shape)?;
-        Ok(MemoryReport { memory, of, count, shape, figures })
+        Ok(MemoryReport {
+            memory,
+            of,
+            count,
+            shape,
+            figures,
+        })
     });
     Ok(Memories {
         origin: cacti.settings(),

@@ -19,6 +19,7 @@ mod parameters;
 mod report;
 pub mod scaling;
 mod script;
+pub mod study;
 mod tools;
 mod unit;
 
@@ -28,7 +29,10 @@ pub use fpga::{FpgaReport, FpgaTools, FpgaUnit, Part, place_and_route};
 pub use library::{Cell, Library};
 pub use memories::{FlopMemory, Memories, MemoryReport, SYSTEM, model, system};
 pub use netlist::{MemoryArea, ModuleArea};
-pub use report::{LibraryOrigin, Raw, Scaled, ScaledLogic, ScaledMemories, ScaledMemory, ScaledUnit, SynthReport, differences};
+pub use report::{
+    LibraryOrigin, Raw, Scaled, ScaledLogic, ScaledMemories, ScaledMemory, ScaledUnit, SynthReport,
+    differences,
+};
 pub use tools::Tools;
 pub use unit::{Made, UnitKind, UnitReport, synthesise};
 

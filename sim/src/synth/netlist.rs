@@ -20,6 +20,8 @@ pub struct ModuleArea {
     pub flops: u64,
     /// Square micrometres of the cells of one.
     pub area_um2: f64,
+    /// Of those, of flip-flops.
+    pub flop_area_um2: f64,
 }
 
 /// A memory, which a memory compiler makes.
@@ -96,12 +98,17 @@ pub(super) fn modules(
             cells: 0,
             flops: 0,
             area_um2: 0.0,
+            flop_area_um2: 0.0,
         };
         for (kind, number) in &types[name] {
             if let Some(cell) = library.cells.get(kind) {
                 area.cells += number;
-                area.flops += if cell.is_flop { *number } else { 0 };
-                area.area_um2 += cell.area * *number as f64;
+                let of_all = cell.area * *number as f64;
+                area.area_um2 += of_all;
+                if cell.is_flop {
+                    area.flops += number;
+                    area.flop_area_um2 += of_all;
+                }
             } else if !types.contains_key(kind) && !memories.iter().any(|m| m.module == *kind) {
                 return Err(kind.clone());
             }

@@ -132,8 +132,18 @@ impl SynthReport {
                     return Err(format!("{name}, expected {}", raw.unit));
                 }
                 let factors = &logic.factors;
-                equal(&name, "area_um2", unit.area_um2, raw.area_um2 * factors.area)?;
-                equal(&name, "period_ps", unit.period_ps, raw.period_ps * factors.delay)?;
+                equal(
+                    &name,
+                    "area_um2",
+                    unit.area_um2,
+                    raw.area_um2 * factors.area,
+                )?;
+                equal(
+                    &name,
+                    "period_ps",
+                    unit.period_ps,
+                    raw.period_ps * factors.delay,
+                )?;
                 equal(&name, "clock_ghz", unit.clock_ghz, 1e3 / unit.period_ps)?;
             }
         }
@@ -153,8 +163,18 @@ impl SynthReport {
             equal(&name, "area_um2", own.figures.area_um2, expected.area_um2)?;
             equal(&name, "read_pj", own.figures.read_pj, expected.read_pj)?;
             equal(&name, "write_pj", own.figures.write_pj, expected.write_pj)?;
-            equal(&name, "leakage_mw", own.figures.leakage_mw, expected.leakage_mw)?;
-            equal(&name, "access_ps", own.figures.access_ps, expected.access_ps)?;
+            equal(
+                &name,
+                "leakage_mw",
+                own.figures.leakage_mw,
+                expected.leakage_mw,
+            )?;
+            equal(
+                &name,
+                "access_ps",
+                own.figures.access_ps,
+                expected.access_ps,
+            )?;
             equal(&name, "cycle_ps", own.figures.cycle_ps, expected.cycle_ps)?;
         }
         Ok(())
@@ -171,6 +191,8 @@ fn positive(of: &str, field: &str, value: f64) -> Result<(), String> {
 fn equal(of: &str, field: &str, found: f64, expected: f64) -> Result<(), String> {
     match (found / expected - 1.0).abs() < NEAR || found == expected {
         true => Ok(()),
-        false => Err(format!("{of}: {field} {found}, expected {expected} by its other figures")),
+        false => Err(format!(
+            "{of}: {field} {found}, expected {expected} by its other figures"
+        )),
     }
 }

@@ -72,6 +72,9 @@ pub fn memory(from_nm: u32, to_nm: u32) -> Option<Factors> {
 /// Pairs of nodes that [`logic`] knows, for messages.
 #[must_use]
 pub fn known() -> String {
-    let pairs: Vec<_> = LOGIC_FACTORS.iter().map(|(from, to, _)| format!("{from} to {to}")).collect();
+    let pairs: Vec<_> = LOGIC_FACTORS
+        .iter()
+        .map(|(from, to, _)| format!("{from} to {to}"))
+        .collect();
     pairs.join(", ")
 }

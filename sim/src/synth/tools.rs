@@ -61,12 +61,7 @@ impl Tools {
     }
 
     /// Runs a script of Yosys in `folder`.
-    pub(super) fn yosys(
-        &self,
-        folder: &Path,
-        script: &str,
-        unit: &str,
-    ) -> Result<(), SynthError> {
+    pub(super) fn yosys(&self, folder: &Path, script: &str, unit: &str) -> Result<(), SynthError> {
         let mut yosys = Command::new(if self.is_pyosys { PYOSYS } else { "yosys" });
         if !self.is_pyosys {
             yosys.args(["-q", "-s"]);

@@ -1,0 +1,47 @@
+//! `potamoi synth --fpga`: the units placed and routed.
+
+use std::path::Path;
+
+use potamoi_formats::config::Config;
+use potamoi_sim::synth::{FpgaReport, FpgaTools, Part, place_and_route};
+
+use super::{SynthArgs, in_parallel};
+use crate::failure::Failure;
+use crate::files;
+use crate::say::say;
+
+pub(super) fn run(config: &Config, args: &SynthArgs, cache: &Path) -> Result<(), Failure> {
+    let tools = FpgaTools::find()?;
+    let made = in_parallel(args.unit.kinds(), args.jobs.into(), |unit| {
+        Ok(place_and_route(config, *unit, &tools, args.seed, cache)?)
+    })?;
+    let units = made.iter().map(|(unit, _)| unit.clone()).collect();
+    let report = FpgaReport::new(config, &tools, args.seed, units);
+    say!(
+        "{}, {}; {}, seed {}",
+        report.device,
+        tools.yosys,
+        tools.nextpnr,
+        args.seed
+    );
+    for (unit, is_cached) in &made {
+        let of = |part: Part, what: &str| {
+            let share = 100.0 * part.used as f64 / part.available as f64;
+            format!("{} of {} {what} ({share:.1} %)", part.used, part.available)
+        };
+        say!(
+            "{}{}: {}, {}, {}, {}; {:.1} MHz placed and routed",
+            unit.unit,
+            if *is_cached { " (made earlier)" } else { "" },
+            of(unit.luts, "look-up tables"),
+            of(unit.flops, "flip-flops"),
+            of(unit.multipliers, "multipliers"),
+            of(unit.block_rams, "block memories"),
+            unit.clock_mhz
+        );
+    }
+    if let Some(path) = &args.json {
+        files::write_json(path, &report)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,164 @@
+//! What `potamoi synth` prints.
+
+use comfy_table::{CellAlignment, Table, presets};
+use potamoi_sim::synth::{Made, SynthReport};
+
+use crate::say::say;
+
+/// A unit: area by module, longest path, memories.
+pub(super) fn unit(made: &Made) {
+    let report = &made.report;
+    say!(
+        "\n{}{}: {} cells, {} of them flip-flops, {:.6} mm^2; {:.0} ps a cycle before wires \
+         ({:.3} GHz)",
+        report.unit,
+        if made.is_cached {
+            " (made earlier)"
+        } else {
+            ""
+        },
+        report.cells,
+        report.flops,
+        report.area_um2 * 1e-6,
+        report.period_ps,
+        report.clock_ghz
+    );
+    say!(
+        "longest path: {} to {}, {} cells",
+        report.path[0],
+        report.path[1],
+        report.path_cells
+    );
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    table.set_header([
+        "module",
+        "count",
+        "cells of one",
+        "flip-flops",
+        "um^2 of one",
+        "share",
+    ]);
+    for module in &report.modules {
+        let share = module.count as f64 * module.area_um2 / report.area_um2;
+        table.add_row([
+            module.module.clone(),
+            module.count.to_string(),
+            module.cells.to_string(),
+            module.flops.to_string(),
+            format!("{:.1}", module.area_um2),
+            format!("{:.1} %", 100.0 * share),
+        ]);
+    }
+    right(&mut table);
+    say!("{table}");
+    for memory in &report.memories {
+        say!(
+            "memory {}: {} of {} x {} bit, {} write and {} read ports, not in the areas above",
+            memory.module,
+            memory.count,
+            memory.words,
+            memory.bits,
+            memory.writes,
+            memory.reads
+        );
+    }
+    for memory in &report.flop_memories {
+        say!(
+            "memory {}: {} of {} x {} bit, flip-flops in the areas above: {}",
+            memory.memory,
+            memory.count,
+            memory.words,
+            memory.bits,
+            memory.why
+        );
+    }
+}
+
+/// Memories, and everything at the other node.
+pub(super) fn totals(report: &SynthReport) {
+    if let Some(memories) = &report.raw.memories {
+        let origin = &memories.origin;
+        say!(
+            "\nmemories by {}, {} nm, {}, {} K:",
+            origin.cacti,
+            origin.node_nm,
+            origin.transistors,
+            origin.kelvin
+        );
+        let mut table = Table::new();
+        table.load_preset(presets::NOTHING);
+        table.set_header([
+            "memory",
+            "count",
+            "words x bits",
+            "ports",
+            "um^2 of one",
+            "mm^2",
+            "pJ read",
+            "pJ write",
+            "mW leakage",
+            "ps access",
+            "ps cycle",
+        ]);
+        for own in &memories.macros {
+            let (shape, figures) = (&own.shape, &own.figures);
+            let ports = match shape.read_writes {
+                0 => format!("{} W {} R", shape.writes, shape.reads),
+                both => format!("{both} RW"),
+            };
+            table.add_row([
+                own.memory.clone(),
+                own.count.to_string(),
+                format!("{} x {}", shape.words, shape.bits),
+                ports,
+                format!("{:.0}", figures.area_um2),
+                format!("{:.5}", own.count as f64 * figures.area_um2 * 1e-6),
+                format!("{:.3}", figures.read_pj),
+                format!("{:.3}", figures.write_pj),
+                format!("{:.4}", own.count as f64 * figures.leakage_mw),
+                format!("{:.0}", figures.access_ps),
+                format!("{:.0}", figures.cycle_ps),
+            ]);
+        }
+        right(&mut table);
+        say!("{table}");
+    }
+    let Some(scaled) = &report.scaled else { return };
+    if let Some(logic) = &scaled.logic {
+        say!("\nat {} nm, by {}:", scaled.node_nm, logic.factors.table);
+        for unit in &logic.units {
+            say!(
+                "{}: {:.6} mm^2, {:.0} ps ({:.3} GHz) before wires",
+                unit.unit,
+                unit.area_um2 * 1e-6,
+                unit.period_ps,
+                unit.clock_ghz
+            );
+        }
+    }
+    if let (Some(own), Some(raw)) = (&scaled.memories, &report.raw.memories) {
+        say!("\nat {} nm, by {}:", scaled.node_nm, own.factors.table);
+        for (own, raw) in own.macros.iter().zip(&raw.macros) {
+            let figures = &own.figures;
+            say!(
+                "{}: {} of {:.0} um^2, {:.5} mm^2; {:.3} pJ read, {:.3} pJ write; {:.0} ps cycle",
+                own.memory,
+                raw.count,
+                figures.area_um2,
+                raw.count as f64 * figures.area_um2 * 1e-6,
+                figures.read_pj,
+                figures.write_pj,
+                figures.cycle_ps
+            );
+        }
+    }
+}
+
+/// Numbers to the right of names.
+pub(super) fn right(table: &mut Table) {
+    table
+        .column_iter_mut()
+        .skip(1)
+        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
+}

@@ -1,0 +1,206 @@
+//! `potamoi synth --report`: organisations and exponentials side by side.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use potamoi_formats::config::Config;
+use potamoi_sim::synth::study::{EXPONENTIALS, GATHERING, Variant, crossbar_um2, tables};
+use potamoi_sim::synth::{
+    Cacti, Library, Memories, Raw, Scaled, Tools, UnitReport, model, synthesise,
+};
+
+use super::{SynthArgs, in_parallel};
+use crate::failure::Failure;
+use crate::files;
+use crate::say::say;
+
+/// A variant, synthesised.
+struct Row {
+    variant: Variant,
+    config: Config,
+    unit: UnitReport,
+    /// Its memories, and all at the other node.
+    memories: Memories,
+    scaled: Scaled,
+}
+
+impl Row {
+    /// Square micrometres of a unit's memories at the other node, by module.
+    fn memory_um2(&self, module: &str) -> f64 {
+        let scaled = self.scaled.memories.iter().flat_map(|m| &m.macros);
+        let both = self.memories.macros.iter().zip(scaled);
+        let own = both.filter(|(raw, _)| raw.of == self.unit.unit && raw.memory == module);
+        own.map(|(raw, scaled)| raw.count as f64 * scaled.figures.area_um2)
+            .sum()
+    }
+
+    fn logic_factor(&self) -> f64 {
+        self.scaled.logic.as_ref().map_or(1.0, |l| l.factors.area)
+    }
+}
+
+pub(super) fn run(
+    args: &SynthArgs,
+    library: &Library,
+    tools: &Tools,
+    cache: &Path,
+    path: &Path,
+) -> Result<(), Failure> {
+    let cacti = Cacti::find(cache)?;
+    let variants: Vec<Variant> = GATHERING.into_iter().chain(EXPONENTIALS).collect();
+    let rows = in_parallel(&variants, args.jobs.into(), |variant| {
+        let config = variant.config()?;
+        let unit = synthesise(&config, variant.unit, library, tools, cache)?.report;
+        let memories = model(std::slice::from_ref(&unit), &cacti)?;
+        let raw = Raw {
+            units: vec![unit.clone()],
+            memories: Some(memories.clone()),
+        };
+        Ok(Row {
+            variant: *variant,
+            config,
+            unit,
+            memories,
+            scaled: Scaled::new(&raw, args.node, args.scale_to),
+        })
+    })?;
+    let (gathering, exponentials) = rows.split_at(GATHERING.len());
+    let mut text = String::new();
+    let at = match args.node {
+        Some(node) => format!("{node} nm; in brackets at {} nm", args.scale_to),
+        None => "the library's node".to_owned(),
+    };
+    let _ = writeln!(
+        text,
+        "{}, {at}. {}; OpenSTA {}; memories at {} nm by {}.\n",
+        library.name,
+        tools.yosys,
+        tools.opensta,
+        args.scale_to,
+        cacti.settings().cacti
+    );
+    text += &units(gathering);
+    text += &modules(&gathering[0].unit);
+    text += &joined(gathering, &cacti)?;
+    text += &ways(exponentials);
+    files::write(path, &text)?;
+    say!("{}", text.trim_end());
+    say!("\nreport: {}", path.display());
+    Ok(())
+}
+
+/// Gathering units: logic beside memories, and the clock.
+fn units(rows: &[Row]) -> String {
+    let mut text =
+        "| gathering unit | logic, mm^2 | flip-flops | period before wires, ps | MFT, mm^2 | RIT, \
+                    mm^2 |\n|---|---|---|---|---|---|\n"
+            .to_owned();
+    for row in rows {
+        let unit = &row.unit;
+        let scaled = row.scaled.logic.as_ref().and_then(|l| l.units.first());
+        let brackets =
+            |value: Option<String>| value.map_or_else(String::new, |v| format!(" ({v})"));
+        let area = brackets(scaled.map(|u| format!("{:.4}", u.area_um2 * 1e-6)));
+        let period = brackets(scaled.map(|u| format!("{:.0}", u.period_ps)));
+        let _ = writeln!(
+            text,
+            "| {} | {:.4}{area} | {} | {:.0}{period} | {:.4} | {:.4} |",
+            row.variant.name,
+            unit.area_um2 * 1e-6,
+            unit.flops,
+            unit.period_ps,
+            row.memory_um2("mft_bank") * 1e-6,
+            row.memory_um2("rit_bank") * 1e-6,
+        );
+    }
+    text + "\n"
+}
+
+/// The modules of a unit.
+fn modules(unit: &UnitReport) -> String {
+    let mut text =
+        "| module of the paper's | count | cells of one | flip-flops | um^2 of one | share of \
+                    logic |\n|---|---|---|---|---|---|\n"
+            .to_owned();
+    for module in &unit.modules {
+        let share = 100.0 * module.count as f64 * module.area_um2 / unit.area_um2;
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} | {} | {:.1} | {share:.1} % |",
+            module.module, module.count, module.cells, module.flops, module.area_um2
+        );
+    }
+    text + "\n"
+}
+
+/// Tables of features with fewer and fewer ports, and what joins banks and lanes.
+fn joined(rows: &[Row], cacti: &Cacti) -> Result<String, Failure> {
+    let mut text =
+        "| table of features | memories | mm^2 | crossbar and arbitration, mm^2 | sum |\n\
+                    |---|---|---|---|---|\n"
+            .to_owned();
+    let own = &rows[0];
+    let memory_factor = own.scaled.memories.as_ref().map(|m| m.factors.clone());
+    for table in tables(&own.config) {
+        let mut figures = cacti.model(table.name, &table.shape)?;
+        if let Some(factors) = &memory_factor {
+            figures = figures.scaled(factors);
+        }
+        let area = table.count as f64 * figures.area_um2 * 1e-6;
+        let _ = writeln!(
+            text,
+            "| channel-major, {} | {} of {} x {} bit | {area:.4} | 0 | {area:.4} |",
+            table.name, table.count, table.shape.words, table.shape.bits
+        );
+    }
+    for row in rows {
+        let crossbar = crossbar_um2(&row.unit) * row.logic_factor() * 1e-6;
+        let Some(bank) = row.unit.memories.iter().find(|m| m.module == "mft_bank") else {
+            continue;
+        };
+        if crossbar > 0.0 {
+            let area = row.memory_um2("mft_bank") * 1e-6;
+            let _ = writeln!(
+                text,
+                "| {} | {} of {} x {} bit | {area:.4} | {crossbar:.4} | {:.4} |",
+                row.variant.name,
+                bank.count,
+                bank.words,
+                bank.bits,
+                area + crossbar
+            );
+        }
+    }
+    Ok(text + "\n")
+}
+
+/// Exponentials by area and time.
+fn ways(rows: &[Row]) -> String {
+    let mut text = "| exponential | lane, um^2 | shared by the lanes, um^2 | period, ps | clocks a result | lane \
+                    and its part of what is shared, um^2 x ns a result | beside the first |\n\
+                    |---|---|---|---|---|---|---|\n"
+        .to_owned();
+    let mut first = None;
+    for row in rows {
+        let exp = &row.config.vu.exp;
+        let clocks = if exp.pipelined {
+            1
+        } else {
+            exp.engine().interval
+        };
+        let of = |name: &str| row.unit.modules.iter().find(|m| m.module == name);
+        let lane = of("vector_lane").map_or(0.0, |m| m.area_um2);
+        let shared = of("exp_constants").map_or(0.0, |m| m.area_um2);
+        let lanes = f64::from(row.config.vu.lanes);
+        let product = (lane + shared / lanes) * f64::from(clocks) * row.unit.period_ps * 1e-3;
+        let first = *first.get_or_insert(product);
+        let _ = writeln!(
+            text,
+            "| {} | {lane:.1} | {shared:.1} | {:.0} | {clocks} | {product:.0} | {:.2} |",
+            row.variant.name,
+            row.unit.period_ps,
+            product / first
+        );
+    }
+    text + "\n"
+}
