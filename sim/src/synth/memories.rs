@@ -137,3 +137,79 @@ pub fn model(units: &[UnitReport], cacti: &Cacti) -> Result<Memories, SynthError
         macros: macros.collect::<Result<_, SynthError>>()?,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use potamoi_formats::config::{Config, PRESETS};
+
+    fn of(preset: &str, unit: UnitKind) -> (Vec<String>, Vec<(String, String)>) {
+        let text = PRESETS
+            .into_iter()
+            .find(|(name, _)| *name == preset)
+            .unwrap()
+            .1;
+        let module = unit
+            .module(&Config::from_toml(text, preset).unwrap())
+            .unwrap();
+        let (macros, others) = split(&module, unit);
+        let macros = macros.iter().map(|m| {
+            let ports = (m.writes, m.reads);
+            format!(
+                "{} {} of {} x {} {ports:?}",
+                m.module, m.count, m.words, m.bits
+            )
+        });
+        let others = others.into_iter().map(|m| {
+            (
+                format!("{} {} of {} x {}", m.memory, m.count, m.words, m.bits),
+                m.why,
+            )
+        });
+        (macros.collect(), others.collect())
+    }
+
+    /// Every memory of a unit is one or the other.
+    #[test]
+    fn memories_are_macros_or_flip_flops_for_a_reason() {
+        let (macros, others) = of("paper", UnitKind::Gathering);
+        assert_eq!(
+            macros,
+            [
+                "mft_bank 32 of 1024 x 16 (1, 2)",
+                "rit_bank 48 of 128 x 16 (1, 1)"
+            ]
+        );
+        assert_eq!(others.len(), 1);
+        assert_eq!(others[0].0, "feature_fifo 1 of 8 x 1059");
+        assert!(others[0].1.contains("without a clock"));
+
+        let (macros, others) = of("paper", UnitKind::Vector);
+        assert!(macros.is_empty());
+        assert_eq!(others[0].0, "result_fifo 1 of 4 x 793");
+
+        let (macros, others) = of("feature-major", UnitKind::Gathering);
+        assert_eq!(
+            macros,
+            [
+                "mft_bank 16 of 1024 x 16 (1, 1)",
+                "rit_bank 48 of 128 x 16 (1, 1)"
+            ]
+        );
+        let why = |name: &str| &others.iter().find(|(m, _)| m.starts_with(name)).unwrap().1;
+        assert!(why("lane_entries 16 of 16 x 32").contains("16 words of 32 bits: CACTI models"));
+        assert!(why("lane_slots 16 of 2 x 16").contains("2 words of 16 bits: CACTI models"));
+        assert!(why("feature_fifo").contains("without a clock"));
+    }
+
+    #[test]
+    fn the_system_has_the_papers_bytes() {
+        let [features, weights] = system();
+        assert_eq!(features.1 * features.2.words * features.2.bits / 8, 3 << 19);
+        assert_eq!(weights.1 * weights.2.words * weights.2.bits / 8, 96 << 10);
+        for (_, _, shape) in system() {
+            assert_eq!(cacti::is_modelled(&shape), Ok(()));
+        }
+    }
+}

@@ -196,3 +196,123 @@ fn equal(of: &str, field: &str, found: f64, expected: f64) -> Result<(), String>
         )),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::synth::SYSTEM;
+    use std::path::PathBuf;
+
+    fn path() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../synth/paper-asap7.json")
+    }
+
+    /// What comes with the project is of the configuration that comes with it.
+    #[test]
+    fn the_papers_parameters_are_read() {
+        let config = Config::paper();
+        let report = SynthReport::read(&path())
+            .unwrap()
+            .of(&config, &path())
+            .unwrap();
+        assert_eq!(report.library.node_nm, Some(7));
+        for unit in [UnitKind::Gathering, UnitKind::Vector] {
+            let (raw, scaled) = (
+                report.unit(unit).unwrap(),
+                report.scaled_unit(unit).unwrap(),
+            );
+            assert!(scaled.area_um2 > raw.area_um2 && scaled.period_ps > raw.period_ps);
+        }
+        let banks = report.unit(UnitKind::Gathering).unwrap().memories.clone();
+        for own in banks {
+            let (raw, scaled) = report
+                .memory(UnitKind::Gathering.top(), &own.module)
+                .unwrap();
+            assert_eq!((raw.count, raw.shape.words), (own.count, own.words));
+            assert!(scaled.unwrap().figures.area_um2 < raw.figures.area_um2);
+        }
+        assert_eq!(
+            report
+                .memory(SYSTEM, "global_feature_buffer")
+                .unwrap()
+                .0
+                .count,
+            48
+        );
+        assert!(report.memory(SYSTEM, "mft_bank").is_none());
+
+        let other = Config {
+            clock_mhz: 500,
+            ..config
+        };
+        let error = report.of(&other, &path()).unwrap_err().to_string();
+        assert!(
+            error.contains("expected") && error.contains(&other.hash()),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let text = std::fs::read_to_string(path()).unwrap();
+        let good: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert!(SynthReport::parse(&good.to_string()).is_ok());
+        type Change = fn(&mut serde_json::Value);
+        let changes: [(Change, &str); 10] = [
+            (
+                |v| v["format_version"] = 1.into(),
+                "format_version 1, expected 2",
+            ),
+            (|v| v["command"] = "cost".into(), "command `cost`"),
+            (
+                |v| v["raw"]["units"][0]["area_um2"] = 1.0.into(),
+                "gathering_unit: area_um2 1, expected",
+            ),
+            (
+                |v| v["raw"]["units"][1]["cells"] = 7.into(),
+                "vector_unit: cells 7, expected",
+            ),
+            (
+                |v| v["raw"]["units"][0]["period_ps"] = (-1.0).into(),
+                "period_ps -1, expected a number above 0",
+            ),
+            (
+                |v| v["raw"]["memories"]["macros"][0]["read_pj"] = 0.0.into(),
+                "mft_bank: read_pj 0",
+            ),
+            (
+                |v| v["scaled"]["logic"]["factors"]["area"] = 2.0.into(),
+                "scaled gathering_unit: area_um2",
+            ),
+            (
+                |v| v["scaled"]["memories"]["macros"][1]["cycle_ps"] = 1.0.into(),
+                "scaled rit_bank: cycle_ps",
+            ),
+            (
+                |v| v["scaled"]["memories"]["macros"] = serde_json::json!([]),
+                "as many as in raw",
+            ),
+            (|v| v["raw"]["unit"] = 1.into(), "unknown field `unit`"),
+        ];
+        for (change, said) in changes {
+            let mut bad = good.clone();
+            change(&mut bad);
+            let why = SynthReport::parse(&bad.to_string()).unwrap_err();
+            assert!(why.contains(said), "{said}: {why}");
+        }
+        assert!(
+            SynthReport::parse("{}")
+                .unwrap_err()
+                .contains("format_version")
+        );
+        assert!(SynthReport::parse(&text[..text.len() / 2]).is_err());
+        let gone = SynthReport::read(Path::new("gone.json"))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            gone.starts_with("gone.json: ") && gone.contains("potamoi synth --json"),
+            "{gone}"
+        );
+    }
+}

@@ -78,3 +78,24 @@ pub fn known() -> String {
         .collect();
     pairs.join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn factors_are_those_of_their_tables() {
+        let logic = logic(7, 12).unwrap();
+        assert_eq!((logic.area, logic.delay, logic.energy), (2.29, 1.26, 1.86));
+        assert_eq!(logic.leakage, None);
+        assert_eq!(super::logic(180, 12), None);
+        assert!(known().contains("7 to 12"));
+        let memory = memory(22, 11).unwrap();
+        assert_eq!((memory.area, memory.delay), (0.5, 0.5));
+        assert!((memory.energy - 0.5f64.sqrt()).abs() < 1e-15);
+        assert!((memory.leakage.unwrap() - 0.79 * 0.5f64.sqrt()).abs() < 1e-15);
+        assert_eq!(super::memory(22, 45), None);
+        assert_eq!(super::memory(22, 0), None);
+    }
+}

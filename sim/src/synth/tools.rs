@@ -78,11 +78,13 @@ impl Tools {
     }
 }
 
-/// The first line that a program prints, if it is there and ends well.
+/// The first line that a program prints, on standard output if it can, if it is there
+/// and ends well.
 pub(super) fn says(program: &str, arguments: &[&str]) -> Option<String> {
     let mut command = Command::new(program);
     let output = command.args(arguments).stdin(Stdio::null()).output().ok()?;
-    let text = String::from_utf8_lossy(&output.stdout);
+    let text = [output.stdout, output.stderr].concat();
+    let text = String::from_utf8_lossy(&text);
     let line = text.lines().next()?.trim().to_owned();
     (output.status.success() && !line.is_empty()).then_some(line)
 }
