@@ -106,8 +106,10 @@ fn the_checked_in_parameters_are_made_again() {
         assert_eq!(here[field], expected[field], "{said}");
     }
     let memories = |report: &serde_json::Value| report["raw"]["memories"]["origin"].clone();
-    let tools = [("tools", &here["tools"] == &expected["tools"]),
-        ("raw.memories", memories(&here) == memories(&expected))];
+    let tools = [
+        ("tools", &here["tools"] == &expected["tools"]),
+        ("raw.memories", memories(&here) == memories(&expected)),
+    ];
     if tools.iter().all(|(_, same)| *same) {
         assert_eq!(output.status.code(), Some(0), "{said}");
         assert!(said.contains("the same as "), "{said}");
@@ -116,7 +118,10 @@ fn the_checked_in_parameters_are_made_again() {
     println!("other programs than the file names:\n{said}");
     assert_eq!(output.status.code(), Some(4), "{said}");
     for (part, same) in tools {
-        assert!(same || said.contains(&format!("  {part}")), "{part}: {said}");
+        assert!(
+            same || said.contains(&format!("  {part}")),
+            "{part}: {said}"
+        );
     }
 }
 
@@ -140,11 +145,17 @@ fn memories_are_left_out_and_said_so_without_cacti() {
         said
     };
     let said = synth(&["--json", "r.json"], 0);
-    assert!(said.contains("memories are not included: cacti is not here"), "{said}");
+    assert!(
+        said.contains("memories are not included: cacti is not here"),
+        "{said}"
+    );
     assert!(said.contains("tools/setup memories"), "{said}");
     let report = json(&at.join("r.json"));
     assert!(report["raw"]["memories"].is_null() && report["scaled"]["memories"].is_null());
-    assert!(report["without"].to_string().contains("CACTI is not here"), "{report}");
+    assert!(
+        report["without"].to_string().contains("CACTI is not here"),
+        "{report}"
+    );
     let said = synth(&["--report", "r.md"], 3);
     assert!(said.contains("cacti is not here"), "{said}");
     assert!(!at.join("r.md").exists());
@@ -161,7 +172,15 @@ fn a_small_unit_is_placed_and_routed() {
         let output = potamoi()
             .current_dir(at)
             .env("POTAMOI_CACHE", at.join("cache/models"))
-            .args(["--config", "four.toml", "synth", "--unit", "gu", "--fpga", "ecp5"])
+            .args([
+                "--config",
+                "four.toml",
+                "synth",
+                "--unit",
+                "gu",
+                "--fpga",
+                "ecp5",
+            ])
             .args(["--json", "r.json", "--seed", seed])
             .output()
             .unwrap();
@@ -170,7 +189,10 @@ fn a_small_unit_is_placed_and_routed() {
         said
     };
     let said = place("1");
-    assert!(said.contains("MHz placed and routed") && said.contains("seed 1"), "{said}");
+    assert!(
+        said.contains("MHz placed and routed") && said.contains("seed 1"),
+        "{said}"
+    );
     let report = json(&at.join("r.json"));
     let unit = &report["raw"]["units"][0];
     let used = |part: &str| unit[part]["used"].as_u64().unwrap();

@@ -4,9 +4,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use potamoi_formats::config::Config;
-use potamoi_sim::synth::study::{EXPONENTIALS, GATHERING, Variant, crossbar_um2, tables};
+use potamoi_sim::synth::study::{
+    EXPONENTIALS, GATHERING, Table, Variant, array_um2, crossbar_um2, once, tables,
+};
 use potamoi_sim::synth::{
-    Cacti, Library, Memories, Raw, Scaled, Tools, UnitReport, model, synthesise,
+    Cacti, Library, Memories, Raw, SYSTEM, Scaled, Tools, UnitReport, model, synthesise,
 };
 
 use super::{SynthArgs, in_parallel};
@@ -27,11 +29,29 @@ struct Row {
 impl Row {
     /// Square micrometres of a unit's memories at the other node, by module.
     fn memory_um2(&self, module: &str) -> f64 {
+        self.of_um2(&self.unit.unit, module)
+    }
+
+    /// Likewise of the system's.
+    fn system_um2(&self, name: &str) -> f64 {
+        self.of_um2(SYSTEM, name)
+    }
+
+    fn of_um2(&self, of: &str, name: &str) -> f64 {
         let scaled = self.scaled.memories.iter().flat_map(|m| &m.macros);
         let both = self.memories.macros.iter().zip(scaled);
-        let own = both.filter(|(raw, _)| raw.of == self.unit.unit && raw.memory == module);
+        let own = both.filter(|(raw, _)| raw.of == of && raw.memory == name);
         own.map(|(raw, scaled)| raw.count as f64 * scaled.figures.area_um2)
             .sum()
+    }
+
+    /// Square millimetres of other memories at that node.
+    fn table_mm2(&self, table: &Table, cacti: &Cacti) -> Result<f64, Failure> {
+        let mut figures = cacti.model(table.name, &table.shape)?;
+        if let Some(memories) = &self.scaled.memories {
+            figures = figures.scaled(&memories.factors);
+        }
+        Ok(table.count as f64 * figures.area_um2 * 1e-6)
     }
 
     fn logic_factor(&self) -> f64 {
@@ -81,6 +101,7 @@ pub(super) fn run(
     );
     text += &units(gathering);
     text += &modules(&gathering[0].unit);
+    text += &beside(&gathering[0], &cacti)?;
     text += &joined(gathering, &cacti)?;
     text += &ways(exponentials);
     files::write(path, &text)?;
@@ -133,20 +154,58 @@ fn modules(unit: &UnitReport) -> String {
     text + "\n"
 }
 
+/// Logic beside memories, as generated and as the paper may have counted, and both beside
+/// an NPU.
+fn beside(own: &Row, cacti: &Cacti) -> Result<String, Failure> {
+    let fifo = own.unit.modules.iter().find(|m| m.module == "feature_fifo");
+    let fifo = fifo.map_or(0.0, |m| m.count as f64 * m.area_um2);
+    let [logic, without] =
+        [own.unit.area_um2, own.unit.area_um2 - fifo].map(|area| area * own.logic_factor() * 1e-6);
+    let rit = own.memory_um2("rit_bank") * 1e-6;
+    let all = tables(&own.config);
+    let mut memories = vec![
+        ("as generated", own.memory_um2("mft_bank") * 1e-6 + rit),
+        ("MFT halves apart", own.table_mm2(&all[1], cacti)? + rit),
+    ];
+    for (name, parts) in once(&own.config) {
+        let areas = parts.iter().map(|table| own.table_mm2(table, cacti));
+        memories.push((name, areas.sum::<Result<f64, Failure>>()?));
+    }
+    let system = ["global_feature_buffer", "weight_buffer"].map(|name| own.system_um2(name));
+    let array = array_um2(&own.unit).unwrap_or_default() * own.logic_factor();
+    let npu = (array + system[0] + system[1]) * 1e-6;
+    let mut text =
+        "| the paper's unit, mm^2 | memories | logic | both | of the NPU | without the feature \
+                    FIFO |\n|---|---|---|---|---|---|\n"
+            .to_owned();
+    for (name, area) in memories {
+        let _ = writeln!(
+            text,
+            "| {name} | {area:.4} | {logic:.4} | {:.4} | {:.1} % | {:.4} |",
+            area + logic,
+            100.0 * (area + logic) / npu,
+            area + without
+        );
+    }
+    let _ = writeln!(
+        text,
+        "\nThe NPU: {npu:.3} mm^2, of which the array {:.3}, the global feature buffer {:.3}, the weight \
+         buffer {:.3}.\n",
+        array * 1e-6,
+        system[0] * 1e-6,
+        system[1] * 1e-6
+    );
+    Ok(text)
+}
+
 /// Tables of features with fewer and fewer ports, and what joins banks and lanes.
 fn joined(rows: &[Row], cacti: &Cacti) -> Result<String, Failure> {
     let mut text =
         "| table of features | memories | mm^2 | crossbar and arbitration, mm^2 | sum |\n\
                     |---|---|---|---|---|\n"
             .to_owned();
-    let own = &rows[0];
-    let memory_factor = own.scaled.memories.as_ref().map(|m| m.factors.clone());
-    for table in tables(&own.config) {
-        let mut figures = cacti.model(table.name, &table.shape)?;
-        if let Some(factors) = &memory_factor {
-            figures = figures.scaled(factors);
-        }
-        let area = table.count as f64 * figures.area_um2 * 1e-6;
+    for table in tables(&rows[0].config) {
+        let area = rows[0].table_mm2(&table, cacti)?;
         let _ = writeln!(
             text,
             "| channel-major, {} | {} of {} x {} bit | {area:.4} | 0 | {area:.4} |",

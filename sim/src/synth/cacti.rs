@@ -339,8 +339,8 @@ mod tests {
         let names = TABLE.lines().next().unwrap();
         assert_eq!(read(names), None);
         assert_eq!(read(&TABLE.replace("Area (mm2)", "Area")), None);
-        assert_eq!(read(&TABLE.replace("0.000575132", "N/A")), None);
-        assert_eq!(read(&TABLE.replace("0.000575132", "-1")), None);
+        assert_eq!(read(&TABLE.replace("0.000574946", "N/A")), None);
+        assert_eq!(read(&TABLE.replace("0.000574946", "-1")), None);
         assert_eq!(read(""), None);
     }
 

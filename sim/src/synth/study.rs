@@ -168,6 +168,60 @@ pub fn tables(config: &Config) -> [Table; 4] {
     ]
 }
 
+/// The memories that the paper's "44 K" names, 32 KB of features once and 12 KB of ray
+/// indices: with M ports and the RIT in the banks that are generated, and all with one
+/// port and the RIT in two memories of 96 bits.
+#[must_use]
+pub fn once(config: &Config) -> [(&'static str, Vec<Table>); 2] {
+    let [_, apart, _, one] = tables(config);
+    let half = |table: Table| Table {
+        count: table.count / 2,
+        ..table
+    };
+    let bytes = 48 * u64::from(config.rit.entries);
+    let rit = |name, count, words, bits, read_writes, writes, reads| Table {
+        name,
+        count,
+        shape: Shape {
+            words,
+            bits,
+            read_writes,
+            writes,
+            reads,
+        },
+    };
+    let lanes = 24 * u64::from(config.gu.ports);
+    let banks = rit("RIT", lanes, bytes / lanes, 16, 0, 1, 1);
+    let wide = rit("RIT", 2, bytes / 12, 96, 1, 0, 0);
+    [
+        (
+            "MFT once, M ports; RIT as generated",
+            vec![half(apart), banks],
+        ),
+        (
+            "MFT once, a port; RIT in 2 memories of 96 bits, a port",
+            vec![half(one), wide],
+        ),
+    ]
+}
+
+/// Multiply-accumulate units of the paper's array.
+const ARRAY: u64 = 24 * 24;
+
+/// Square micrometres of the paper's array (Sec. "Experimental Setup": a multiplier, an
+/// accumulator, two registers of 16 bits), each taken for a reducer and the registers.
+#[must_use]
+pub fn array_um2(unit: &UnitReport) -> Option<f64> {
+    let reducer = unit.modules.iter().find(|m| m.module == "reducer")?;
+    let flops: f64 = unit
+        .modules
+        .iter()
+        .map(|m| m.count as f64 * m.flop_area_um2)
+        .sum();
+    let registers = 2.0 * 16.0 * flops / unit.flops as f64;
+    Some(ARRAY as f64 * (reducer.area_um2 + registers))
+}
+
 /// Square micrometres of what joins lanes and banks in a feature-major unit: the
 /// arbiters of the banks, and of each lane what is no register, its decoder and its
 /// place in the crossbar; 0 for other organisations.
@@ -206,6 +260,13 @@ mod tests {
                 copies * bits,
                 "{table:?}"
             );
+        }
+        for (name, once) in once(&config) {
+            let bytes: u64 = once
+                .iter()
+                .map(|t| t.count * t.shape.words * t.shape.bits / 8)
+                .sum();
+            assert_eq!(bytes, 44 << 10, "{name}");
         }
         let emitted = &GATHERING[0].unit.module(&config).unwrap().memory_macros()[0];
         let first = tables(&config)[0];
