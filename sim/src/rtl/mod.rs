@@ -5,6 +5,7 @@
 mod checked;
 mod engine;
 mod excerpt;
+mod gates;
 mod gather;
 mod gather_check;
 mod gather_drive;
@@ -26,6 +27,7 @@ pub use checked::Check;
 pub use engine::EngineKind;
 pub use gather::{GatherRun, GatherUnit};
 pub use gather_drive::GatherTotals;
+pub(crate) use gates::GateEngine;
 pub use gather_work::{GatherWork, StreamError};
 pub use mismatch::Mismatch;
 pub use model::{RtlError, compile, model};

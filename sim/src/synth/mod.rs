@@ -8,17 +8,24 @@
 //! paths that begin or end in a memory are not timed.
 
 mod error;
+pub(crate) mod gates;
 mod liberty;
 mod library;
 mod netlist;
+mod power;
 mod report;
 mod script;
 mod tools;
 mod unit;
 
 pub use error::SynthError;
+pub use gates::{cell_functions, netlist};
 pub use library::{Cell, Library};
 pub use netlist::{MemoryArea, ModuleArea};
+pub use power::{
+    Activity, Extent, Figures, GatherWindow, ModulePower, Order, Power, PowerReport, Sampler,
+    VectorWindow, estimate,
+};
 pub use report::{SynthReport, differences};
 pub use tools::Tools;
 pub use unit::{Made, UnitKind, UnitReport, synthesise};

@@ -30,6 +30,20 @@ impl Tools {
     /// # Errors
     /// One is missing.
     pub fn find() -> Result<Self, SynthError> {
+        let mut tools = Self::yosys_alone()?;
+        tools.opensta = says("sta", &["-version"]).ok_or(SynthError::MissingTool {
+            tool: "sta",
+            disables: "the clock of a netlist",
+            remedy: "tools/setup synth, or: apt-get install opensta",
+        })?;
+        Ok(tools)
+    }
+
+    /// Finds Yosys, which is enough for a netlist in cells.
+    ///
+    /// # Errors
+    /// It is missing.
+    pub fn yosys_alone() -> Result<Self, SynthError> {
         let python = "from pyosys import libyosys as ys; print('Yosys', ys.yosys_version_str)";
         let pyosys = says("python3", &["-c", python]);
         let is_pyosys = pyosys.is_some();
@@ -39,16 +53,11 @@ impl Tools {
             disables: "synthesis",
             remedy: "tools/setup synth, or: apt-get install yosys, or: pip install pyosys",
         })?;
-        let opensta = says("sta", &["-version"]).ok_or(SynthError::MissingTool {
-            tool: "sta",
-            disables: "the clock of a netlist",
-            remedy: "tools/setup synth, or: apt-get install opensta",
-        })?;
         let yosys = yosys.replace("Yosys Yosys", "Yosys");
         Ok(Self {
             is_pyosys,
             yosys,
-            opensta,
+            opensta: String::new(),
         })
     }
 
@@ -62,16 +71,21 @@ impl Tools {
 
     /// Runs the scripts in `folder`; gives what OpenSTA printed.
     pub(super) fn run(&self, folder: &Path, unit: &'static str) -> Result<String, SynthError> {
+        self.run_yosys(folder, unit)?;
+        let mut sta = Command::new("sta");
+        sta.args(["-no_splash", "-exit", TIMING]);
+        run(sta, folder, "sta", unit)
+    }
+
+    /// Runs the script of Yosys in `folder`.
+    pub(super) fn run_yosys(&self, folder: &Path, unit: &'static str) -> Result<(), SynthError> {
         let mut yosys = Command::new(if self.is_pyosys { "python3" } else { "yosys" });
         if self.is_pyosys {
             yosys.args(["-c", PYOSYS]);
         } else {
             yosys.args(["-q", "-s", SYNTH]);
         }
-        run(yosys, folder, "yosys", unit)?;
-        let mut sta = Command::new("sta");
-        sta.args(["-no_splash", "-exit", TIMING]);
-        run(sta, folder, "sta", unit)
+        run(yosys, folder, "yosys", unit).map(drop)
     }
 }
 

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::netlist::{self, MemoryArea, ModuleArea};
 use super::script::{LIBRARY, NETLIST, PERIOD, STATISTICS, scripts};
 use super::tools::{SYNTH, TIMING};
-use super::{Library, SynthError, Tools};
+use super::{Library, Power, SynthError, Tools};
 
 /// Version of what is kept of a unit.
 const KEPT: &str = "potamoi-synth 1";
@@ -38,7 +38,7 @@ impl UnitKind {
         }
     }
 
-    fn module(self, config: &Config) -> Result<Arc<Module>, IrErrors> {
+    pub(super) fn module(self, config: &Config) -> Result<Arc<Module>, IrErrors> {
         match self {
             Self::Gathering => gathering_unit(config),
             Self::Vector => vector_unit(config),
@@ -75,6 +75,9 @@ pub struct UnitReport {
     pub modules: Vec<ModuleArea>,
     /// Its memories.
     pub memories: Vec<MemoryArea>,
+    /// Its power, if it was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power: Option<Power>,
 }
 
 /// A unit that was synthesised, now or earlier.
@@ -189,6 +192,7 @@ pub fn synthesise(
         path_cells: path.cells,
         modules,
         memories: macros.into_iter().map(MemoryArea::from).collect(),
+        power: None,
     };
     let text = read(NETLIST).map_err(|_| no("yosys", "netlist"))?;
     potamoi_golden::files::write(&netlist, text.as_bytes()).map_err(cannot(&netlist))?;
