@@ -1,5 +1,7 @@
 //! `potamoi synth`: the units as cells of a library.
 
+mod power;
+
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -16,6 +18,7 @@ use crate::failure::Failure;
 use crate::files::{self, FileError};
 use crate::progress;
 use crate::say::say;
+use power::{PowerArgs, Work};
 
 /// Differences that are printed; the rest is counted.
 const SHOWN: usize = 20;
@@ -41,6 +44,8 @@ pub(crate) struct SynthArgs {
     /// Folder for the netlists in cells
     #[arg(long, value_name = "DIR")]
     netlists: Option<PathBuf>,
+    #[command(flatten)]
+    power: PowerArgs,
     /// Report as JSON: parameters, units, origins
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -84,8 +89,12 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         tools.yosys,
         tools.opensta
     );
+    let work = Work::open(&args.power, &config, units)?;
+    let with = (&library, &tools, &work);
     let made = in_parallel(units, args.jobs.into(), |unit| {
-        synthesise(&config, unit, &library, &tools, &cache)
+        let mut made = synthesise(&config, unit, &library, &tools, &cache)?;
+        args.power.add(&config, unit, &mut made, with, &cache)?;
+        Ok::<_, Failure>(made)
     })?;
     for made in &made {
         print(made);
@@ -121,8 +130,8 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
 fn in_parallel<T: Send>(
     units: &[UnitKind],
     jobs: usize,
-    make: impl Fn(UnitKind) -> Result<T, SynthError> + Sync,
-) -> Result<Vec<T>, SynthError> {
+    make: impl Fn(UnitKind) -> Result<T, Failure> + Sync,
+) -> Result<Vec<T>, Failure> {
     let bar = progress::bar(units.len() as u64, "units");
     let next = AtomicUsize::new(0);
     let done = Mutex::new((0..units.len()).map(|_| None).collect::<Vec<_>>());
@@ -204,6 +213,9 @@ fn print(made: &Made) {
             memory.writes,
             memory.reads
         );
+    }
+    if let Some(power) = &report.power {
+        power::print(power);
     }
 }
 

@@ -87,6 +87,8 @@ pub(crate) struct Flat {
     /// Of the top module, `clk` left out.
     pub(crate) ports: Vec<FlatPort>,
     pub(crate) memories: Vec<FlatMemory>,
+    /// Nets of the top module that its author named.
+    pub(crate) named: BTreeMap<String, u32>,
     pub(crate) drivers: Vec<Driver>,
     /// Where the readers of each net begin, and end.
     pub(super) sinks_from: Vec<u32>,
@@ -133,16 +135,6 @@ impl Flat {
         let gate = self.gate(cell);
         let first = self.cells[cell as usize].first as usize + gate.inputs.len();
         &self.pins[first..first + gate.outputs.len()]
-    }
-
-    /// The first of a cell's pins, among those of all.
-    #[inline]
-    pub(crate) fn first_pin(&self, cell: u32) -> usize {
-        self.cells[cell as usize].first as usize
-    }
-
-    pub(crate) fn all_pins(&self) -> usize {
-        self.pins.len()
     }
 
     #[inline]

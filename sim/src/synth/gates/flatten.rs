@@ -64,6 +64,10 @@ impl Builder<'_> {
             nets: port.bits.iter().map(|bit| global(*bit, nets)).collect(),
         };
         let ports = text.ports.iter().map(port).collect();
+        let named = text.named.iter();
+        builder.flat.named = named
+            .map(|(name, bit)| (name.clone(), global(*bit, nets)))
+            .collect();
         builder.finish(ports)
     }
 }
@@ -250,6 +254,9 @@ impl<'a> Builder<'a> {
         renumber(&mut flat.pins);
         renumber(&mut self.clocks);
         ports.iter_mut().for_each(|p| renumber(&mut p.nets));
+        for net in flat.named.values_mut() {
+            *net = numbers[*net as usize];
+        }
         for memory in &mut flat.memories {
             memory.ports.iter_mut().for_each(|p| renumber(&mut p.nets));
         }

@@ -56,7 +56,7 @@ impl Gate {
     /// # Errors
     /// Why it cannot be simulated: it is neither logic nor a flip-flop with one rising
     /// clock, or a function is wrong.
-    pub(crate) fn read(cell: &Group) -> Result<Self, String> {
+    pub(super) fn read(cell: &Group) -> Result<Self, String> {
         let pins = |direction: &'static str| {
             let is_so = move |p: &&Group| p.value("direction") == Some(direction);
             cell.groups("pin").filter(is_so)
@@ -144,7 +144,7 @@ fn clock_of(ff: &Group, inputs: &[String]) -> Result<String, String> {
 }
 
 /// The cells of a library, and why some cannot be simulated.
-pub(crate) fn gates(library: &Group) -> BTreeMap<String, Result<Gate, String>> {
+pub(in crate::synth) fn gates(library: &Group) -> BTreeMap<String, Result<Gate, String>> {
     let cells = library.groups("cell");
     cells
         .map(|cell| (cell.name().to_owned(), Gate::read(cell)))

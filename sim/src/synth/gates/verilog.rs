@@ -23,6 +23,8 @@ pub(crate) struct Text {
     pub(crate) instances: Vec<Instance>,
     /// What is assigned, and what to.
     pub(crate) assigned: Vec<(Bit, Bit)>,
+    /// Wires that the author named, bit by bit.
+    pub(crate) named: Vec<(String, Bit)>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -218,6 +220,16 @@ impl Body {
                 _ => return Err(reader.wrong(&format!("a direction of port {name}"), None)),
             };
             self.module.ports.push(port);
+        }
+        // Yosys's own names begin with an underscore.
+        for (name, (first, range)) in self.wires.iter().filter(|(n, _)| !n.starts_with('_')) {
+            for (i, bit) in bits(*first, *range, *range).into_iter().enumerate() {
+                let name = match range {
+                    [0, 0] => name.clone(),
+                    [_, low] => format!("{name}[{}]", *low as usize + i),
+                };
+                self.module.named.push((name, bit));
+            }
         }
         Ok(self.module)
     }

@@ -175,6 +175,15 @@ impl GatherWindow {
             && !self.tasks.iter().any(is_shared)
     }
 
+    /// Of so many banks, those with a channel in every segment.
+    pub(super) fn banks_of_last_segment(&self, banks: usize) -> usize {
+        let channels = self.tasks.first().map_or(0, |t| t.channels);
+        match channels % banks {
+            0 => banks,
+            some => some,
+        }
+    }
+
     /// The work of a unit of `config.gu.banks` for some of its banks.
     pub(super) fn of_banks(&self, config: &Config, banks: &[usize]) -> Self {
         let all = config.gu.banks as usize;

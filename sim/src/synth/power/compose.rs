@@ -58,14 +58,15 @@ impl Slice {
         }
     }
 
-    /// The mean of slices of one size.
-    pub(super) fn mean(slices: &[Self]) -> Option<Self> {
+    /// The mean of slices of one size, by their shares.
+    pub(super) fn mean(slices: &[Self], shares: &[f64]) -> Option<Self> {
         let mut mean = slices.first()?.clone();
-        let part = 1.0 / slices.len() as f64;
         for (name, piece) in &mut mean.pieces {
-            let of = slices.iter().filter_map(|s| s.pieces.get(name));
-            let sum = of.fold(Energies::default(), |sum, p| sum.plus(p.energies));
-            piece.energies = sum.times(part);
+            let mut sum = Energies::default();
+            for (slice, share) in slices.iter().zip(shares) {
+                sum = sum.plus(slice.pieces.get(name)?.energies.times(*share));
+            }
+            piece.energies = sum;
         }
         Some(mean)
     }

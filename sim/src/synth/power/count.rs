@@ -205,7 +205,7 @@ impl Counter {
                 };
                 let load = match output {
                     0 => 0.0,
-                    o => still.load(self.flat.outputs(cell)[usize::from(o) - 1]),
+                    o => still.far_load(self.flat.outputs(cell)[usize::from(o) - 1]),
                 };
                 let energy = own.energy(class, transition, load) * units.energy_fj;
                 let to = match kind.clock[id] {

@@ -17,10 +17,10 @@ use super::count::Energies;
 use super::library::PowerLibrary;
 use super::measure::{Measured, Work, measure};
 use super::report::{Activity, Figures, ModulePower, Power, PowerReport};
-use super::still::Still;
+use super::still::{Still, named_loads};
 
 /// Version of what is kept of an estimate.
-const KEPT: &str = "potamoi-power 1";
+const KEPT: &str = "potamoi-power 2";
 /// Banks and lanes of the slices.
 const BANKS: [u32; 2] = [2, 4];
 const LANES: [u32; 2] = [1, 2];
@@ -103,7 +103,8 @@ struct Part {
     config: Config,
     netlist: String,
     module: Arc<Module>,
-    works: Vec<Work>,
+    /// Each with its share of the energy.
+    works: Vec<(f64, Work)>,
 }
 
 impl Order<'_> {
@@ -134,35 +135,56 @@ impl Order<'_> {
                 config: self.config.clone(),
                 netlist: self.made.1.to_owned(),
                 module: self.unit.module(self.config)?,
-                works: vec![work.clone()],
+                works: vec![(1.0, work.clone())],
             }]);
         }
         // The same banks in both: the larger slice has them all, the smaller one half of
         // them at a time.
-        let picked: Vec<usize> = (0..sizes[1])
-            .map(|i| (i * all / sizes[1]) as usize)
-            .collect();
-        let halves = picked.len() / sizes[0] as usize;
-        let every = |first: usize| -> Vec<usize> {
-            picked.iter().skip(first).step_by(halves).copied().collect()
-        };
-        let sets = [(0..halves).map(every).collect(), vec![picked.clone()]];
+        let halves = (sizes[1] / sizes[0]) as usize;
+        let mut sets = [vec![], vec![]];
+        for (share, range) in self.kinds(work) {
+            let picked = |i: usize| range.start + i * range.len() / sizes[1] as usize;
+            let picked: Vec<usize> = (0..sizes[1] as usize).map(picked).collect();
+            for first in 0..halves {
+                let half = picked.iter().skip(first).step_by(halves);
+                sets[0].push((share / halves as f64, half.copied().collect()));
+            }
+            sets[1].push((share, picked));
+        }
         let mut parts = vec![];
         for ((config, size), sets) in configs.into_iter().zip(sizes).zip(sets) {
             let module = self.unit.module(&config)?;
-            let own = |set: &Vec<usize>| match work {
-                Work::Gather(w) => Work::Gather(w.of_banks(self.config, set)),
-                Work::Vector(w) => Work::Vector(w.of_lanes(all as usize, set)),
+            let own = |(share, set): (f64, Vec<usize>)| {
+                let work = match work {
+                    Work::Gather(w) => Work::Gather(w.of_banks(self.config, &set)),
+                    Work::Vector(w) => Work::Vector(w.of_lanes(all as usize, &set)),
+                };
+                (share, work)
             };
             parts.push(Part {
                 size: size.into(),
                 netlist: netlist(&module, self.unit.top(), self.library, self.tools, cache)?,
-                works: sets.iter().map(own).collect(),
+                works: sets.into_iter().map(own).collect(),
                 config,
                 module,
             });
         }
         Ok(parts)
+    }
+
+    /// Banks or lanes that have alike to do, and which share of all they are: where the
+    /// channels do not fill the banks, those past the last channel have nothing.
+    fn kinds(&self, work: &Work) -> Vec<(f64, std::ops::Range<usize>)> {
+        let all = self.size() as usize;
+        let full = match work {
+            Work::Gather(window) => window.banks_of_last_segment(all),
+            Work::Vector(_) => all,
+        };
+        let kinds = [0..full, full..all];
+        let kinds = kinds.into_iter().filter(|range| !range.is_empty());
+        kinds
+            .map(|range| (range.len() as f64 / all as f64, range))
+            .collect()
     }
 
     fn slice(&self, size: u32) -> Config {
@@ -186,6 +208,7 @@ impl Order<'_> {
         let origins = [KEPT, &self.library.sha256, self.scene, &modules];
         origins.into_iter().for_each(&mut with);
         with(&format!("{:?}", self.config));
+        with(self.made.1);
         for part in parts {
             with(&part.netlist);
             with(&format!("{:?}", part.works));
@@ -196,34 +219,42 @@ impl Order<'_> {
     fn compute(&self, work: &Work, parts: &[Part]) -> Result<PowerReport, Lack> {
         let library = PowerLibrary::read(self.library)?;
         let mut found = vec![];
+        // Nets that leave a module for all banks or lanes are slower in the whole unit.
+        let whole = match parts {
+            [_] => BTreeMap::new(),
+            _ => {
+                let module = self.unit.module(self.config).map_err(SynthError::from)?;
+                named_loads(&library, &self.flat(&library, self.made.1, &module)?)?
+            }
+        };
         for part in parts {
-            let still = self.still(&library, part)?;
+            let flat = self.flat(&library, &part.netlist, &part.module)?;
+            let still = Still::new(&library, &Arc::new(flat), &whole)?;
             let runs = [false, true].map(|is_delayed| -> Result<Vec<Measured>, SynthError> {
-                let run = |work| measure(&still, &part.config, work, is_delayed);
+                let run = |(_, work): &_| measure(&still, &part.config, work, is_delayed);
                 part.works.iter().map(run).collect()
             });
             let [zero, glitches] = runs;
-            found.push((part.size, still, [zero?, glitches?]));
+            let shares: Vec<f64> = part.works.iter().map(|(share, _)| *share).collect();
+            found.push((part.size, still, shares, [zero?, glitches?]));
         }
         let nothing = || Lack::Absent("nothing was simulated".to_owned());
-        let (_, largest, runs) = found.last().ok_or_else(nothing)?;
+        let (_, largest, shares, runs) = found.last().ok_or_else(nothing)?;
         let last = runs[0].first().ok_or_else(nothing)?;
         let mut ways = vec![];
         for way in 0..2 {
             let of = |pick: fn(&Measured) -> &[Energies]| -> Result<_, Lack> {
-                let slices = found.iter().map(|(size, still, runs)| {
-                    let all: Vec<Slice> = runs[way]
-                        .iter()
-                        .map(|m| Slice::new(*size, still, pick(m)))
-                        .collect();
-                    Slice::mean(&all).ok_or_else(nothing)
+                let slices = found.iter().map(|(size, still, shares, runs)| {
+                    let slice = |m| Slice::new(*size, still, pick(m));
+                    let all: Vec<Slice> = runs[way].iter().map(slice).collect();
+                    Slice::mean(&all, shares).ok_or_else(nothing)
                 });
                 self.whole(&slices.collect::<Result<Vec<_>, _>>()?)
             };
-            let toggles = runs[way].iter().map(|m| m.toggles).sum::<f64>();
+            let toggles = runs[way].iter().zip(shares).map(|(m, s)| s * m.toggles);
             let at_work = of(|m| &m.energies)?;
             let at_rest = of(|m| &m.at_rest)?;
-            ways.push((at_work, at_rest, toggles / runs[way].len() as f64));
+            ways.push((at_work, at_rest, toggles.sum()));
         }
         let [zero, glitches] = [&ways[0], &ways[1]];
         let leakage_nw = zero.0.values().map(|(_, leakage)| leakage).sum();
@@ -277,15 +308,19 @@ impl Order<'_> {
         })
     }
 
-    fn still(&self, library: &PowerLibrary, part: &Part) -> Result<Still, Lack> {
-        let memories = part.module.memory_modules();
-        let flat = Flat::new(&part.netlist, self.unit.top(), &library.gates, &memories);
-        let wrong = |problem| SynthError::Gates {
+    fn flat(
+        &self,
+        library: &PowerLibrary,
+        netlist: &str,
+        module: &Module,
+    ) -> Result<Flat, SynthError> {
+        let memories = module.memory_modules();
+        let flat = Flat::new(netlist, self.unit.top(), &library.gates, &memories);
+        flat.map_err(|problem| SynthError::Gates {
             unit: self.unit.to_string(),
             library: self.library.name.clone(),
             problem,
-        };
-        Still::new(library, &Arc::new(flat.map_err(wrong)?))
+        })
     }
 
     /// The whole unit from its slices, or from itself.

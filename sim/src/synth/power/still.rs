@@ -1,6 +1,7 @@
 //! What a netlist is before anything moves: loads of nets, transitions on them, delays
 //! of cells, leakage.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::synth::gates::Flat;
@@ -16,6 +17,35 @@ const STEP_PS: f64 = 1.0;
 /// The longest delay of a cell, in steps.
 const MOST_STEPS: f64 = 1e5;
 
+/// Loads of the nets that the author of a netlist named, in the library's unit.
+pub(super) fn named_loads(
+    library: &PowerLibrary,
+    flat: &Flat,
+) -> Result<BTreeMap<String, f64>, Lack> {
+    let loads = loads(library, flat, &library.cells(flat)?);
+    let named = flat.named.iter();
+    Ok(named
+        .map(|(name, net)| (name.clone(), loads[*net as usize]))
+        .collect())
+}
+
+/// Of each net: the pins that it goes to, and what is behind the unit's outputs.
+fn loads(library: &PowerLibrary, flat: &Flat, cells: &[CellPower]) -> Vec<f64> {
+    let mut loads = vec![0.0; flat.nets()];
+    for port in flat.ports.iter().filter(|p| p.output) {
+        for net in &port.nets {
+            loads[*net as usize] += library.output_load;
+        }
+    }
+    for cell in 0..flat.cells.len() as u32 {
+        let own = &cells[usize::from(flat.cells[cell as usize].gate)];
+        for (net, load) in flat.inputs(cell).iter().zip(&own.loads) {
+            loads[*net as usize] += load;
+        }
+    }
+    loads
+}
+
 /// A netlist with the figures of its cells.
 pub(super) struct Still {
     pub(super) flat: Arc<Flat>,
@@ -23,6 +53,9 @@ pub(super) struct Still {
     pub(super) units: Units,
     /// Of each net, in the library's unit.
     pub(super) loads: Vec<f64>,
+    /// The same, but of nets that are larger in the whole unit their load there: it
+    /// decides when what is behind them moves.
+    far_loads: Vec<f64>,
     /// Of each net, in the library's unit of time.
     pub(super) transitions: Vec<f64>,
     /// Of the clock.
@@ -31,19 +64,19 @@ pub(super) struct Still {
 }
 
 impl Still {
-    pub(super) fn new(library: &PowerLibrary, flat: &Arc<Flat>) -> Result<Self, Lack> {
+    /// Of a netlist that is part of a larger one, in which nets of a name have `loads`.
+    pub(super) fn new(
+        library: &PowerLibrary,
+        flat: &Arc<Flat>,
+        whole: &BTreeMap<String, f64>,
+    ) -> Result<Self, Lack> {
         let cells = library.cells(flat)?;
         let clock_transition = library.transition()?;
-        let mut loads = vec![0.0; flat.nets()];
-        for port in flat.ports.iter().filter(|p| p.output) {
-            for net in &port.nets {
-                loads[*net as usize] += library.output_load;
-            }
-        }
-        for cell in 0..flat.cells.len() as u32 {
-            let own = &cells[usize::from(flat.cells[cell as usize].gate)];
-            for (net, load) in flat.inputs(cell).iter().zip(&own.loads) {
-                loads[*net as usize] += load;
+        let loads = loads(library, flat, &cells);
+        let mut far_loads = loads.clone();
+        for (name, net) in &flat.named {
+            if let Some(load) = whole.get(name) {
+                far_loads[*net as usize] = *load;
             }
         }
         let mut still = Self {
@@ -51,6 +84,7 @@ impl Still {
             cells,
             units: library.units,
             loads,
+            far_loads,
             transitions: vec![clock_transition; flat.nets()],
             clock_transition,
             delays: Arc::new(Delays {
@@ -72,8 +106,14 @@ impl Still {
         STEP_PS
     }
 
+    /// Of a net where it is, for the energy that it takes.
     pub(super) fn load(&self, net: u32) -> f64 {
         self.loads[net as usize]
+    }
+
+    /// Of a net in the whole unit, for time and for what is within cells.
+    pub(super) fn far_load(&self, net: u32) -> f64 {
+        self.far_loads[net as usize]
     }
 
     pub(super) fn transition(&self, net: u32) -> f64 {
@@ -96,7 +136,7 @@ impl Still {
         for cell in flat.flops.iter().chain(&flat.order) {
             let causes = self.causes(*cell);
             for (output, net) in flat.outputs(*cell).iter().enumerate() {
-                let load = self.load(*net);
+                let load = self.far_load(*net);
                 let timings = &self.cell(*cell).timings[output];
                 let (mut sum, mut count) = (0.0, 0);
                 for (timings, transition) in timings.iter().zip(&causes) {
@@ -125,7 +165,7 @@ impl Still {
             for (pin, transition) in self.causes(cell).into_iter().enumerate() {
                 for (output, net) in flat.outputs(cell).iter().enumerate() {
                     let timings = &own.timings[output][pin];
-                    let load = self.load(*net);
+                    let load = self.far_load(*net);
                     for rises in [false, true] {
                         let of = |t: &Timing| t.delay(rises, transition, load);
                         let sum: f64 = timings.iter().map(of).sum();
