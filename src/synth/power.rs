@@ -127,14 +127,10 @@ pub(super) fn print(power: &Power) {
     };
     let activity = &report.activity;
     say!(
-        "power of cells, without wires, clock tree and memories, at {} GHz{}, {} V, {:.3} mW of it \
-         leakage; {}: {}; {} simulated, {} cycles of which {} busy, equal to the golden values in \
+        "power of cells, without wires, clock tree and memories, at {:.3} GHz, {} V, {:.4} mW of it \
+         leakage;\n{}: {}; {} simulated, {} cycles of which {} busy, equal to the golden values in \
          every output bit and cycle",
         report.clock_ghz,
-        match report.reaches_clock {
-            true => "",
-            false => " (more than the netlist reaches)",
-        },
         report.volts,
         report.leakage_nw * 1e-6,
         activity.scene,
@@ -158,7 +154,7 @@ fn figures(report: &PowerReport) {
         "sum",
         "at rest",
         "changes a net",
-        &format!("pJ a {}", report.activity.item),
+        &format!("pJ per {}", report.activity.item),
         "mW",
     ]);
     for (name, f) in [

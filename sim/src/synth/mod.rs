@@ -24,7 +24,7 @@ pub use library::{Cell, Library};
 pub use netlist::{MemoryArea, ModuleArea};
 pub use power::{
     Activity, Extent, Figures, GatherWindow, ModulePower, Order, Power, PowerReport, Sampler,
-    VectorWindow, estimate,
+    VectorWindow, Verified, estimate, verify_netlist,
 };
 pub use report::{SynthReport, differences};
 pub use tools::Tools;

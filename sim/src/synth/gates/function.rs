@@ -156,8 +156,8 @@ impl Reader<'_> {
             (None, "0") => Truth::by(variables, |_| false),
             (None, "1") => Truth::by(variables, |_| true),
             _ => {
-                let names = self.names.join(", ");
-                return Err(format!("expected one of {names}, 0 and 1, found `{name}`"));
+                let known = [self.names, &["0", "1"]].concat().join(", ");
+                return Err(format!("expected one of {known}, found `{name}`"));
             }
         };
         self.rest = rest;

@@ -171,7 +171,7 @@ mod tests {
         cell (LATCH) { latch (IQ, IQN) { enable : \"G\"; } }\n\
         cell (FLOATS) { pin (Y) { direction : output; function : \"A\"; three_state : \"!E\"; } }\n\
         cell (NOTHING) { pin (Y) { direction : output; } }\n\
-        cell (WRONG) { pin (Y) { direction : output; function : \"A &\"; } }\n}\n";
+        cell (WRONG) { pin (A) { direction : input; } pin (Y) { direction : output; function : \"A &\"; } }\n}\n";
 
     #[test]
     fn logic_and_flip_flops_are_read_and_the_rest_is_refused() {

@@ -14,4 +14,4 @@ pub(crate) use flat::Flat;
 pub(crate) use function::Truth;
 pub(crate) use gate::Gate;
 pub use mapped::{cell_functions, netlist};
-pub(crate) use simulate::{Simulator, Watch};
+pub(crate) use simulate::{NoCount, Simulator, Watch};

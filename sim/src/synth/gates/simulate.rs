@@ -425,3 +425,6 @@ impl<W: Watch> Simulator<W> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

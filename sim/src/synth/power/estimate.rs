@@ -258,7 +258,7 @@ impl Order<'_> {
         }
         let [zero, glitches] = [&ways[0], &ways[1]];
         let leakage_nw = zero.0.values().map(|(_, leakage)| leakage).sum();
-        let clock_ghz = f64::from(self.config.clock_mhz) / 1e3;
+        let clock_ghz = (f64::from(self.config.clock_mhz) / 1e3).min(self.made.0.clock_ghz);
         let figures = |way: &(Whole, Whole, f64)| {
             let sum = |whole: &Whole| {
                 let all = whole.values().map(|(energies, _)| *energies);
@@ -290,7 +290,6 @@ impl Order<'_> {
         });
         Ok(PowerReport {
             clock_ghz,
-            reaches_clock: report.clock_ghz >= clock_ghz,
             volts: largest.units.volts,
             activity: Activity {
                 scene: self.scene.to_owned(),
@@ -343,10 +342,12 @@ impl Order<'_> {
     }
 
     fn named(&self, size: u64) -> String {
-        match self.unit {
-            UnitKind::Gathering => format!("{size} banks"),
-            UnitKind::Vector => format!("{size} lanes"),
-        }
+        let name = match self.unit {
+            UnitKind::Gathering => "bank",
+            UnitKind::Vector => "lane",
+        };
+        let s = if size == 1 { "" } else { "s" };
+        format!("{size} {name}{s}")
     }
 
     const fn item(&self) -> &'static str {

@@ -1,13 +1,10 @@
 //! Energy of a netlist at work.
 
-use std::sync::Arc;
-
 use potamoi_formats::config::Config;
 
 use crate::rtl::{GateEngine, RtlError, VectorBatch};
 use crate::synth::SynthError;
-use crate::synth::gates::Simulator;
-use crate::synth::gates::simulate::Delays;
+use crate::synth::gates::Watch;
 
 use super::activity::{GatherWindow, VectorWindow};
 use super::count::{Counter, Energies};
@@ -24,6 +21,32 @@ pub(super) enum Work {
 }
 
 impl Work {
+    /// Does it, compared with golden results in every output bit and every cycle; gives
+    /// the cycles in which the unit was busy.
+    pub(super) fn run<W: Watch>(
+        &self,
+        engine: &mut GateEngine<W>,
+        config: &Config,
+    ) -> Result<u64, SynthError> {
+        let wrong = |e: RtlError| SynthError::Rtl(Box::new(e));
+        match self {
+            Self::Gather(window) => {
+                let done = engine.gather(config, &window.tasks, &window.features);
+                Ok(done.map_err(wrong)?.busy)
+            }
+            Self::Vector(window) => {
+                let (op, runs) = (window.op, &window.runs);
+                let batches: Vec<_> = runs
+                    .iter()
+                    .filter_map(|[a, b, _]| Some(VectorBatch { op: op?, a, b }))
+                    .collect();
+                let results: Vec<i32> = runs.iter().flat_map(|run| &run[2]).copied().collect();
+                let done = engine.compute(config, &batches, &results);
+                Ok(done.map_err(wrong)?.busy)
+            }
+        }
+    }
+
     /// Samples or exponentials.
     pub(super) fn items(&self) -> u64 {
         match self {
@@ -57,27 +80,8 @@ pub(super) fn measure(
     work: &Work,
     is_delayed: bool,
 ) -> Result<Measured, SynthError> {
-    let delays: Option<Arc<Delays>> = is_delayed.then(|| still.delays.clone());
-    let wrong = |e: RtlError| SynthError::Rtl(Box::new(e));
-    let simulator = Simulator::new(&still.flat, delays, 1, Counter::new(still));
-    let simulator = simulator.map_err(|e| wrong(e.into()))?;
-    let mut engine = GateEngine { simulator };
-    let busy = match work {
-        Work::Gather(window) => {
-            let done = engine.gather(config, &window.tasks, &window.features);
-            done.map_err(wrong)?.busy
-        }
-        Work::Vector(window) => {
-            let (op, runs) = (window.op, &window.runs);
-            let batches: Vec<_> = runs
-                .iter()
-                .filter_map(|[a, b, _]| Some(VectorBatch { op: op?, a, b }))
-                .collect();
-            let results: Vec<i32> = runs.iter().flat_map(|run| &run[2]).copied().collect();
-            let done = engine.compute(config, &batches, &results);
-            done.map_err(wrong)?.busy
-        }
-    };
+    let mut engine = still.engine(is_delayed, 1, Counter::new(still))?;
+    let busy = work.run(&mut engine, config)?;
     let simulator = &mut engine.simulator;
     let cycles = simulator.cycles;
     let a_cycle = |energies: Vec<Energies>, cycles: u64| -> Vec<Energies> {
@@ -89,7 +93,8 @@ pub(super) fn measure(
     let longest_ps = still.step_ps() * simulator.longest as f64;
     simulator.watch.clear();
     let inputs = ["s_axis_rit_tvalid", "s_axis_mft_tvalid", "s_axis_vec_tvalid"];
-    engine.rest(&inputs, REST).map_err(wrong)?;
+    let rested = engine.rest(&inputs, REST);
+    rested.map_err(|e| SynthError::Rtl(Box::new(e)))?;
     let at_rest = engine.simulator.watch.energies(still, REST);
     Ok(Measured {
         energies,

@@ -22,10 +22,14 @@ mod measure;
 mod report;
 mod still;
 mod table;
+#[cfg(test)]
+mod tests;
+mod verify;
 
 pub use activity::{GatherWindow, Sampler, VectorWindow};
 pub use estimate::{Extent, Order, estimate};
 pub use report::{Activity, Figures, ModulePower, Power, PowerReport};
+pub use verify::{Verified, verify_netlist};
 
 use super::SynthError;
 use super::gates::Gate;

@@ -18,10 +18,9 @@ pub enum Power {
 /// Power of a unit in cells, without wires, clock tree and memories.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PowerReport {
-    /// Of the configuration, in gigahertz: milliwatts are at this clock.
+    /// The configuration's clock, or the one that the netlist reaches before wires if
+    /// that is less, in gigahertz: milliwatts are at this clock.
     pub clock_ghz: f64,
-    /// Whether the netlist reaches it before wires.
-    pub reaches_clock: bool,
     /// Of the supply, in volts.
     pub volts: f64,
     /// What moved the netlist.

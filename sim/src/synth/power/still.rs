@@ -4,8 +4,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::synth::gates::Flat;
+use crate::rtl::GateEngine;
+use crate::synth::SynthError;
 use crate::synth::gates::flat::Driver;
+use crate::synth::gates::{Flat, Simulator, Watch};
 use crate::synth::gates::simulate::Delays;
 
 use super::Lack;
@@ -100,6 +102,20 @@ impl Still {
 
     pub(super) fn cell(&self, cell: u32) -> &CellPower {
         &self.cells[usize::from(self.flat.cells[cell as usize].gate)]
+    }
+
+    /// The netlist at work, with delays or without; what reset leaves open is drawn from
+    /// the seed.
+    pub(super) fn engine<W: Watch>(
+        &self,
+        is_delayed: bool,
+        seed: u64,
+        watch: W,
+    ) -> Result<GateEngine<W>, SynthError> {
+        let delays = is_delayed.then(|| self.delays.clone());
+        let simulator = Simulator::new(&self.flat, delays, seed, watch);
+        let simulator = simulator.map_err(|e| SynthError::Rtl(Box::new(e.into())))?;
+        Ok(GateEngine { simulator })
     }
 
     pub(super) const fn step_ps(&self) -> f64 {
