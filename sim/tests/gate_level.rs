@@ -79,7 +79,13 @@ impl<'a> InCells<'a> {
     }
 
     fn own(&self, sampler: &Sampler) -> Result<Verified, SynthError> {
-        verify_netlist(&self.config, self.unit, self.library, &self.netlist, sampler)
+        verify_netlist(
+            &self.config,
+            self.unit,
+            self.library,
+            &self.netlist,
+            sampler,
+        )
     }
 }
 
@@ -166,10 +172,13 @@ fn a_gathering_unit_of_four_banks_computes_the_same_in_cells() {
 /// Exponentials, and what must come of them.
 fn exponentials(config: &Config, count: usize) -> [Vec<i32>; 3] {
     let mut random = Pcg64Mcg::seed_from_u64(5);
-    let a: Vec<i32> = (0..count).map(|_| random.random_range(0..1 << 16)).collect();
+    let a: Vec<i32> = (0..count)
+        .map(|_| random.random_range(0..1 << 16))
+        .collect();
     let (b, mut out) = (vec![0; count], vec![0; count]);
     let twin = VectorTwin::new(&config.vu);
-    twin.slice(VectorOp::new(OpCode::Exp), &a, &b, &mut out).unwrap();
+    twin.slice(VectorOp::new(OpCode::Exp), &a, &b, &mut out)
+        .unwrap();
     [a, b, out]
 }
 
@@ -220,8 +229,15 @@ fn units_in_other_libraries_compute_the_same() {
     }
     for library in &libraries {
         let cells = InCells::new("[gu]\nbanks = 4\n", UnitKind::Gathering, library);
-        let work = tasks(&cells.config, 6, &[[200, 150], [20, 1], [100, 300], [512, 40]]);
-        for (seed, stalls) in [(1, Stalls::NONE), (2, held_up(&mut Pcg64Mcg::seed_from_u64(2)))] {
+        let work = tasks(
+            &cells.config,
+            6,
+            &[[200, 150], [20, 1], [100, 300], [512, 40]],
+        );
+        for (seed, stalls) in [
+            (1, Stalls::NONE),
+            (2, held_up(&mut Pcg64Mcg::seed_from_u64(2))),
+        ] {
             gather(&cells, EngineKind::Verilator, &work, stalls, seed)
                 .unwrap_or_else(|e| panic!("{}: {e}", library.name));
         }

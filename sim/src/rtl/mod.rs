@@ -25,9 +25,9 @@ mod vector_drive;
 
 pub use checked::Check;
 pub use engine::EngineKind;
+pub(crate) use gates::GateEngine;
 pub use gather::{GatherRun, GatherUnit};
 pub use gather_drive::GatherTotals;
-pub(crate) use gates::GateEngine;
 pub use gather_work::{GatherWork, StreamError};
 pub use mismatch::Mismatch;
 pub use model::{RtlError, compile, model};

@@ -384,7 +384,9 @@ fn order(flat: &mut Flat) -> Result<(), String> {
     if order.len() + flat.flops.len() < count {
         let stuck = (0..count).find(|cell| is_logic(*cell as u32) && waits[*cell] > 0);
         let name = stuck.map_or("", |cell| &flat.gate(cell as u32).name);
-        return Err(format!("a {name} depends on its own output without a clock"));
+        return Err(format!(
+            "a {name} depends on its own output without a clock"
+        ));
     }
     (flat.order, flat.levels) = (order, levels);
     Ok(())

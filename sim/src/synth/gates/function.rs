@@ -137,7 +137,11 @@ impl Reader<'_> {
         }
         if signs % 2 == 1 {
             let values = 1usize << self.names.len();
-            let mask = if values < 64 { (1 << values) - 1 } else { u64::MAX };
+            let mask = if values < 64 {
+                (1 << values) - 1
+            } else {
+                u64::MAX
+            };
             inner.0.iter_mut().for_each(|w| *w = !*w & mask);
         }
         Ok(inner)

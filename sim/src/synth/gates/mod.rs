@@ -7,11 +7,13 @@ mod function;
 pub(crate) mod gate;
 mod mapped;
 mod memory;
-pub(crate) mod simulate;
+mod simulate;
 mod verilog;
+mod watch;
 
 pub(crate) use flat::Flat;
 pub(crate) use function::Truth;
 pub(crate) use gate::Gate;
 pub use mapped::{cell_functions, netlist};
-pub(crate) use simulate::{NoCount, Simulator, Watch};
+pub(crate) use simulate::Simulator;
+pub(crate) use watch::{Delays, NoCount, Watch};

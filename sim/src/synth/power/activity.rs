@@ -35,12 +35,21 @@ pub struct VectorWindow {
     pub(super) runs: Vec<[Vec<i32>; 3]>,
 }
 
+/// Tasks of one kind.
+#[derive(Default)]
+struct Gathered {
+    /// Of all of them.
+    entries: u64,
+    /// The largest ones, with their features.
+    kept: Vec<(GatherTask, Vec<i32>)>,
+}
+
 /// Units that compute with the twins and keep a share of the work.
 pub struct Sampler {
     config: Config,
     twins: Twins,
-    /// By kind of task: entries, and the largest tasks with their features.
-    gathered: BTreeMap<(Vertices, usize), (u64, Vec<(GatherTask, Vec<i32>)>)>,
+    /// By vertices and channels.
+    gathered: BTreeMap<(Vertices, usize), Gathered>,
     computed: BTreeMap<OpCode, (VectorOp, [Vec<i32>; 3])>,
 }
 
@@ -59,8 +68,8 @@ impl Sampler {
     /// The work of the kind of which there is most; none without gathers.
     #[must_use]
     pub fn gather_window(&self) -> Option<GatherWindow> {
-        let most = self.gathered.iter().max_by_key(|(_, (entries, _))| *entries);
-        let ((vertices, channels), (_, kept)) = most?;
+        let most = self.gathered.iter().max_by_key(|(_, own)| own.entries);
+        let ((vertices, channels), Gathered { kept, .. }) = most?;
         let entries = ISSUES * self.config.gu.ports as usize;
         let entries = entries / self.config.issue_cycles(*vertices).max(1) as usize;
         let mut window = GatherWindow::default();
@@ -98,7 +107,7 @@ impl Sampler {
 
     fn keep<T: Copy + Into<i32>>(&mut self, task: &GatherTask, features: &[T]) {
         let kind = (task.vertices, task.channels);
-        let (entries, kept) = self.gathered.entry(kind).or_default();
+        let Gathered { entries, kept } = self.gathered.entry(kind).or_default();
         *entries += task.entries.len() as u64;
         let place = kept.partition_point(|(k, _)| k.entries.len() >= task.entries.len());
         if place < MVOXELS {
@@ -169,10 +178,11 @@ impl GatherWindow {
     /// Whether a unit of fewer banks does the same, bank by bank.
     pub(super) fn can_be_sliced(&self, config: &Config) -> bool {
         let organisation = config.organisation().0;
-        let is_shared =
-            |t: &GatherTask| config.records_a_row(t.vertices, t.channels) > 1;
-        matches!(organisation, Organisation::Auto | Organisation::ChannelMajor)
-            && !self.tasks.iter().any(is_shared)
+        let is_shared = |t: &GatherTask| config.records_a_row(t.vertices, t.channels) > 1;
+        matches!(
+            organisation,
+            Organisation::Auto | Organisation::ChannelMajor
+        ) && !self.tasks.iter().any(is_shared)
     }
 
     /// Of so many banks, those with a channel in every segment.

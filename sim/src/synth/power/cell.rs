@@ -81,7 +81,9 @@ impl CellPower {
         let load = |name: &str| -> Result<f64, Lack> {
             let pin = pin(name).ok_or_else(|| Lack::of(gate, "no pin"))?;
             let text = pin.value("capacitance");
-            let number = text.and_then(|t| t.parse().ok()).filter(|v: &f64| *v >= 0.0);
+            let number = text
+                .and_then(|t| t.parse().ok())
+                .filter(|v: &f64| *v >= 0.0);
             number.ok_or_else(|| Lack::of(gate, &format!("no capacitance of its pin {name}")))
         };
         let mut found = Self {
@@ -89,7 +91,11 @@ impl CellPower {
             outputs: vec![],
             inputs: vec![],
             timings: vec![],
-            loads: gate.inputs.iter().map(|n| load(n)).collect::<Result<_, _>>()?,
+            loads: gate
+                .inputs
+                .iter()
+                .map(|n| load(n))
+                .collect::<Result<_, _>>()?,
             clock_load: clock.map_or(Ok(0.0), load)?,
             leakage: leakage(tables, cell, gate)?,
             inputs_count: gate.inputs.len(),

@@ -144,10 +144,28 @@ mod tests {
     #[test]
     fn what_there_is_more_of_counts_and_what_is_larger_grows_along_a_line() {
         let slices = [
-            slice(2, &[("top", piece(1, 10, 5.0)), ("lane", piece(2, 7, 6.0)), ("table", piece(1, 3, 1.0))]),
-            slice(4, &[("top", piece(1, 14, 9.0)), ("lane", piece(4, 7, 14.0)), ("table", piece(1, 3, 1.5))]),
+            slice(
+                2,
+                &[
+                    ("top", piece(1, 10, 5.0)),
+                    ("lane", piece(2, 7, 6.0)),
+                    ("table", piece(1, 3, 1.0)),
+                ],
+            ),
+            slice(
+                4,
+                &[
+                    ("top", piece(1, 14, 9.0)),
+                    ("lane", piece(4, 7, 14.0)),
+                    ("table", piece(1, 3, 1.5)),
+                ],
+            ),
         ];
-        let modules = [module("top", 1, 70), module("lane", 32, 7), module("table", 1, 3)];
+        let modules = [
+            module("top", 1, 70),
+            module("lane", 32, 7),
+            module("table", 1, 3),
+        ];
         let found = compose(&slices, 32, &modules).unwrap();
         // 32 of 4 lanes that take 14; 5 + 15 x (9 - 5); 1 + 15 x 0.5 although it is the same.
         for (name, expected) in [("lane", 112.0), ("top", 65.0), ("table", 8.5)] {

@@ -92,7 +92,11 @@ pub(super) fn measure(
     let toggles = simulator.watch.toggles() as f64 / cycles.max(1) as f64;
     let longest_ps = still.step_ps() * simulator.longest as f64;
     simulator.watch.clear();
-    let inputs = ["s_axis_rit_tvalid", "s_axis_mft_tvalid", "s_axis_vec_tvalid"];
+    let inputs = [
+        "s_axis_rit_tvalid",
+        "s_axis_mft_tvalid",
+        "s_axis_vec_tvalid",
+    ];
     let rested = engine.rest(&inputs, REST);
     rested.map_err(|e| SynthError::Rtl(Box::new(e)))?;
     let at_rest = engine.simulator.watch.energies(still, REST);

@@ -7,8 +7,7 @@ use std::sync::Arc;
 use crate::rtl::GateEngine;
 use crate::synth::SynthError;
 use crate::synth::gates::flat::Driver;
-use crate::synth::gates::{Flat, Simulator, Watch};
-use crate::synth::gates::simulate::Delays;
+use crate::synth::gates::{Delays, Flat, Simulator, Watch};
 
 use super::Lack;
 use super::cell::{CellPower, Timing};

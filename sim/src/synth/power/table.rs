@@ -45,7 +45,11 @@ fn place(points: &[f64], at: f64, is_extended: bool) -> (usize, f64) {
     let below = points.iter().take(last + 1).rposition(|p| *p <= at);
     let below = below.unwrap_or(0);
     let part = (at - points[below]) / (points[below + 1] - points[below]);
-    let part = if is_extended { part } else { part.clamp(0.0, 1.0) };
+    let part = if is_extended {
+        part
+    } else {
+        part.clamp(0.0, 1.0)
+    };
     (below, part)
 }
 
@@ -71,10 +75,7 @@ impl<'a> Tables<'a> {
     /// `origin` names the library in errors.
     pub(super) fn of(library: &'a Group, origin: &'a str) -> Self {
         let kinds = ["lu_table_template", "power_lut_template"];
-        let groups = library
-            .groups
-            .iter()
-            .filter(|g| kinds.contains(&&*g.kind));
+        let groups = library.groups.iter().filter(|g| kinds.contains(&&*g.kind));
         let template = |group: &'a Group| {
             let variables = (1..=3).map(|i| group.value(&format!("variable_{i}")));
             let axis = |name: &str| match name {
@@ -225,7 +226,11 @@ mod tests {
         for (from, to, expected) in [
             ("\"1, 2, 4\"", "\"1, 2\"", "line 6: expected 6 values"),
             ("\"1, 2, 4\"", "\"1, 2, x\"", "line 6: expected values"),
-            ("\"10, 20\"); index_2 (\"1, 3, 5\")", "\"20, 10\"); index_2 (\"1, 3, 5\")", "increase"),
+            (
+                "\"10, 20\"); index_2 (\"1, 3, 5\")",
+                "\"20, 10\"); index_2 (\"1, 3, 5\")",
+                "increase",
+            ),
             ("t (by_one)", "t (odd)", "a template over"),
             ("t (by_one)", "t (gone)", "found `gone`"),
         ] {
@@ -233,7 +238,10 @@ mod tests {
             assert_ne!(text, LIBRARY);
             let error = tables(&text).into_iter().find_map(Result::err).unwrap();
             let said = error.to_string();
-            assert!(said.starts_with("t.lib, ") && said.contains(expected), "{said}");
+            assert!(
+                said.starts_with("t.lib, ") && said.contains(expected),
+                "{said}"
+            );
         }
     }
 }

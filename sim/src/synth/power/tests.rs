@@ -127,12 +127,28 @@ fn lack(text: &str) -> Lack {
 #[test]
 fn what_a_library_does_not_say_is_absent_and_what_is_wrong_is_an_error() {
     for (from, to, expected) in [
-        ("internal_power", "external_power", "cell DFF has no internal_power of its output Q"),
-        ("cell_leakage_power", "cell_shrinkage", "cell DFF has no leakage"),
+        (
+            "internal_power",
+            "external_power",
+            "cell DFF has no internal_power of its output Q",
+        ),
+        (
+            "cell_leakage_power",
+            "cell_shrinkage",
+            "cell DFF has no leakage",
+        ),
         ("cell_fall", "cell_autumn", "no delay from"),
         ("nom_voltage : 1;", "", "no nom_voltage"),
-        ("capacitance : 0.9;", "", "cell DFF has no capacitance of its pin D"),
-        ("rise_power (by_slew_and_load) {\n          values (\"", "rise_power (by_slew_and_load) {\n          values (\"-9", "cell DFF has negative internal_power"),
+        (
+            "capacitance : 0.9;",
+            "",
+            "cell DFF has no capacitance of its pin D",
+        ),
+        (
+            "rise_power (by_slew_and_load) {\n          values (\"",
+            "rise_power (by_slew_and_load) {\n          values (\"-9",
+            "cell DFF has negative internal_power",
+        ),
     ] {
         let text = HANDFUL.replace(from, to);
         assert_ne!(text, HANDFUL, "{from}");
@@ -142,10 +158,18 @@ fn what_a_library_does_not_say_is_absent_and_what_is_wrong_is_an_error() {
         }
     }
     for (from, to, expected) in [
-        ("\"1.54, 1.66, 2.14\"", "\"1.54, 1.66\"", "expected 3 values"),
+        (
+            "\"1.54, 1.66, 2.14\"",
+            "\"1.54, 1.66\"",
+            "expected 3 values",
+        ),
         ("\"1nW\"", "\"1 horse\"", "leakage_power_unit"),
         ("\"1V\"", "\"1\"", "voltage_unit"),
-        ("cell_leakage_power : 0.8", "cell_leakage_power : some", "cell_leakage_power, a number"),
+        (
+            "cell_leakage_power : 0.8",
+            "cell_leakage_power : some",
+            "cell_leakage_power, a number",
+        ),
     ] {
         let text = HANDFUL.replacen(from, to, 1);
         assert_ne!(text, HANDFUL, "{from}");

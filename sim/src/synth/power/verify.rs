@@ -8,11 +8,11 @@ use potamoi_formats::config::Config;
 use crate::synth::gates::{Flat, NoCount};
 use crate::synth::{Library, SynthError, UnitKind};
 
+use super::Lack;
 use super::activity::Sampler;
 use super::library::PowerLibrary;
 use super::measure::Work;
 use super::still::Still;
-use super::Lack;
 
 /// What was compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

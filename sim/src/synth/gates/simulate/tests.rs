@@ -127,9 +127,8 @@ fn a_counter_counts_and_its_movements_are_counted() {
             let mut simulator =
                 Simulator::new(&flat, delays.clone(), seed, Counts::default()).unwrap();
             simulator.is_watched = true;
-            let read = |s: &Simulator<Counts>| {
-                u8::from(s.value(bits[0])) + 2 * u8::from(s.value(bits[1]))
-            };
+            let read =
+                |s: &Simulator<Counts>| u8::from(s.value(bits[0])) + 2 * u8::from(s.value(bits[1]));
             simulator.settle().unwrap();
             let first = read(&simulator);
             for i in 1..=8 {
@@ -204,14 +203,30 @@ fn delays_change_what_moves_but_not_where_it_ends() {
 #[test]
 fn netlists_that_cannot_be_run_are_named() {
     for (from, to, expected) in [
-        ("NAND g", "NOR g", "NOR in module top: neither a module, a memory nor a cell"),
+        (
+            "NAND g",
+            "NOR g",
+            "NOR in module top: neither a module, a memory nor a cell",
+        ),
         (".B(n)", ".C(n)", "pin B is not connected"),
-        ("INV i (.A(a), .Y(n));", "", "an input of a NAND in module top has no driver"),
+        (
+            "INV i (.A(a), .Y(n));",
+            "",
+            "an input of a NAND in module top has no driver",
+        ),
         (".A(a), .Y(n)", ".A(y), .Y(n)", "depends on its own output"),
         (".Y(n)", ".Y(a)", "two drivers"),
         ("module top", "module bottom", "expected a module top"),
-        ("INV i (.A(a), .Y(n))", "DFF d (.CK(a), .D(a), .Q(n))", "another net than the port clk"),
-        ("INV i (.A(a), .Y(n))", "top t (.a(a), .y(n))", "holds itself"),
+        (
+            "INV i (.A(a), .Y(n))",
+            "DFF d (.CK(a), .D(a), .Q(n))",
+            "another net than the port clk",
+        ),
+        (
+            "INV i (.A(a), .Y(n))",
+            "top t (.a(a), .y(n))",
+            "holds itself",
+        ),
     ] {
         let text = PULSE.replace(from, to);
         assert_ne!(text, PULSE);
