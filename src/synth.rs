@@ -4,6 +4,8 @@ mod fpga;
 mod print;
 mod study;
 
+mod power;
+
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -19,6 +21,7 @@ use crate::failure::Failure;
 use crate::files::{self, FileError};
 use crate::progress;
 use crate::say::say;
+use power::{PowerArgs, Work};
 
 /// Differences that are printed; the rest is counted.
 const SHOWN: usize = 20;
@@ -61,6 +64,8 @@ pub(crate) struct SynthArgs {
     /// Folder for the netlists in cells
     #[arg(long, value_name = "DIR")]
     netlists: Option<PathBuf>,
+    #[command(flatten)]
+    power: PowerArgs,
     /// Report as JSON: parameters, units, origins
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -131,8 +136,12 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     if let Some(path) = &args.report {
         return study::run(args, &library, &tools, &cache, path);
     }
+    let work = Work::open(&args.power, &config, args.unit.kinds())?;
+    let with = (&library, &tools, &work);
     let made = in_parallel(args.unit.kinds(), args.jobs.into(), |unit| {
-        Ok(synthesise(&config, *unit, &library, &tools, &cache)?)
+        let mut made = synthesise(&config, *unit, &library, &tools, &cache)?;
+        args.power.add(&config, *unit, &mut made, with, &cache)?;
+        Ok::<_, Failure>(made)
     })?;
     for made in &made {
         print::unit(made);

@@ -73,6 +73,9 @@ pub(super) fn unit(made: &Made) {
             memory.why
         );
     }
+    if let Some(power) = &report.power {
+        super::power::print(power);
+    }
 }
 
 /// Memories, and everything at the other node.

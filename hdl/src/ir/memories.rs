@@ -1,6 +1,7 @@
 //! Memories of a hierarchy, as a memory compiler sees them.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::Module;
 use super::node::Op;
@@ -61,6 +62,20 @@ impl Module {
         for instance in &self.instances {
             instance.module.count_in_logic(found);
         }
+    }
+
+    /// The modules of the memory macros below the module, by name.
+    #[must_use]
+    pub fn memory_modules(&self) -> BTreeMap<String, Arc<Self>> {
+        let mut found = BTreeMap::new();
+        for instance in &self.instances {
+            let module = &instance.module;
+            if module.as_macro().is_some() {
+                found.insert(module.name.clone(), module.clone());
+            }
+            found.extend(module.memory_modules());
+        }
+        found
     }
 
     fn count_macros(&self, found: &mut BTreeMap<String, MemoryMacro>) {

@@ -143,7 +143,12 @@ fn lengths(found: usize, expected: usize) -> RtlError {
     RtlError::Usage(format!("{found} expected values: expected {expected}"))
 }
 
-fn flags(module: &'static str, found: u64, expected: u64, cycle: u64) -> Result<(), Box<Mismatch>> {
+pub(super) fn flags(
+    module: &'static str,
+    found: u64,
+    expected: u64,
+    cycle: u64,
+) -> Result<(), Box<Mismatch>> {
     if found == expected {
         return Ok(());
     }

@@ -1,5 +1,7 @@
 //! Drives the gathering unit on any engine.
 
+use std::collections::BTreeMap;
+
 use potamoi_formats::config::Config;
 use potamoi_golden::units::GatherTask;
 use potamoi_hdl::gu::gathering_unit;
@@ -63,6 +65,21 @@ impl GatherUnit {
         Ok(Self {
             config: config.clone(),
             runner: Runner::new(engine, module)?,
+        })
+    }
+
+    /// Other Verilog with the unit's ports, by file, such as its netlist in cells.
+    ///
+    /// # Errors
+    /// As [`GatherUnit::build`]; the interpreter runs none.
+    pub fn of_files(
+        engine: EngineKind,
+        config: &Config,
+        files: &BTreeMap<String, String>,
+    ) -> Result<Self, RtlError> {
+        Ok(Self {
+            config: config.clone(),
+            runner: Runner::of_files(engine, &gathering_unit(config)?, files)?,
         })
     }
 

@@ -4,6 +4,7 @@
 //! settle, prints its outputs and gives the clock edge. Digits with bits that
 //! are not 0 or 1 are kept apart.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -58,6 +59,14 @@ pub(super) struct Icarus {
 
 impl Program {
     pub(super) fn new(module: &Arc<Module>) -> Result<Self, RtlError> {
+        Self::of_files(module, &verilog(module, &Header::default()))
+    }
+
+    /// Other Verilog with the ports of a module.
+    pub(super) fn of_files(
+        module: &Arc<Module>,
+        sources: &BTreeMap<String, String>,
+    ) -> Result<Self, RtlError> {
         let folder = TempDir::with_prefix("potamoi-icarus-").map_err(RtlError::Folder)?;
         let mut inputs = vec![Port {
             name: "rst_n".to_owned(),
@@ -78,8 +87,8 @@ impl Program {
         let mut files = vec![PathBuf::from("testbench.v")];
         let bench = testbench(module.name(), &inputs, &outputs);
         std::fs::write(folder.path().join(&files[0]), bench).map_err(RtlError::Folder)?;
-        for (name, text) in verilog(module, &Header::default()) {
-            std::fs::write(folder.path().join(&name), text).map_err(RtlError::Folder)?;
+        for (name, text) in sources {
+            std::fs::write(folder.path().join(name), text).map_err(RtlError::Folder)?;
             files.push(name.into());
         }
         let done = Command::new("iverilog")

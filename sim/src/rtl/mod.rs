@@ -5,6 +5,7 @@
 mod checked;
 mod engine;
 mod excerpt;
+mod gates;
 mod gather;
 mod gather_check;
 mod gather_drive;
@@ -24,6 +25,7 @@ mod vector_drive;
 
 pub use checked::Check;
 pub use engine::EngineKind;
+pub(crate) use gates::GateEngine;
 pub use gather::{GatherRun, GatherUnit};
 pub use gather_drive::GatherTotals;
 pub use gather_work::{GatherWork, StreamError};

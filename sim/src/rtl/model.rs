@@ -1,5 +1,6 @@
 //! From a netlist to a Verilated model.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use potamoi_hdl::ir::{Header, IrErrors, Module, verilog};
@@ -78,8 +79,16 @@ pub fn compile(module: &Arc<Module>, traced: bool) -> Result<Library, RtlError> 
 /// The module's Verilog with its ports, ready to be built.
 #[must_use]
 pub fn model(module: &Arc<Module>) -> ModelBuilder {
+    model_of_files(module, &verilog(module, &Header::default()))
+}
+
+/// Other Verilog with the ports of a module.
+pub(super) fn model_of_files(
+    module: &Arc<Module>,
+    files: &BTreeMap<String, String>,
+) -> ModelBuilder {
     let mut builder = ModelBuilder::new(module.name());
-    for (file, text) in verilog(module, &Header::default()) {
+    for (file, text) in files {
         builder = builder.source(file, text);
     }
     if module.is_clocked() {

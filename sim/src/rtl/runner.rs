@@ -1,14 +1,15 @@
 //! Starts engines and runs jobs on them.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use potamoi_hdl::ir::{Interpreter, Module};
-use potamoi_verilated::{Library, PortId};
+use potamoi_verilated::{Library, PortId, Toolchain, Warnings};
 
 use super::engine::{Engine, EngineKind, Job, Verilated, pass_on};
 use super::excerpt::{TracedModel, TracedPorts, Window};
 use super::icarus;
-use super::model::{RtlError, compile};
+use super::model::{RtlError, compile, model_of_files};
 
 /// Keeps the inputs of every clock.
 struct Recording {
@@ -52,6 +53,29 @@ impl Runner {
             EngineKind::Verilator => Program::Verilator(compile(module, false)?),
             EngineKind::Interpreter => Program::Interpreter,
             EngineKind::Icarus => Program::Icarus(icarus::Program::new(module)?),
+        };
+        Ok(Self {
+            module: module.clone(),
+            program,
+        })
+    }
+
+    /// Other Verilog with the ports of a module, such as its netlist in cells.
+    pub(super) fn of_files(
+        kind: EngineKind,
+        module: &Arc<Module>,
+        files: &BTreeMap<String, String>,
+    ) -> Result<Self, RtlError> {
+        let program = match kind {
+            EngineKind::Verilator => {
+                let model = model_of_files(module, files).warnings(Warnings::Allow);
+                Program::Verilator(model.build(&Toolchain::detect()?)?)
+            }
+            EngineKind::Icarus => Program::Icarus(icarus::Program::of_files(module, files)?),
+            EngineKind::Interpreter => {
+                let text = "the interpreter runs no Verilog: use verilator or icarus";
+                return Err(RtlError::Usage(text.to_owned()));
+            }
         };
         Ok(Self {
             module: module.clone(),

@@ -1,5 +1,7 @@
 //! Drives the vector unit on any engine.
 
+use std::collections::BTreeMap;
+
 use potamoi_formats::config::Config;
 use potamoi_hdl::vu::vector_unit;
 
@@ -62,6 +64,22 @@ impl VectorUnit {
             lanes: config.vu.lanes as usize,
             exponents: Exponents::of(config),
             runner: Runner::new(engine, module)?,
+        })
+    }
+
+    /// Other Verilog with the unit's ports, by file, such as its netlist in cells.
+    ///
+    /// # Errors
+    /// As [`VectorUnit::build`]; the interpreter runs none.
+    pub fn of_files(
+        engine: EngineKind,
+        config: &Config,
+        files: &BTreeMap<String, String>,
+    ) -> Result<Self, RtlError> {
+        Ok(Self {
+            lanes: config.vu.lanes as usize,
+            exponents: Exponents::of(config),
+            runner: Runner::of_files(engine, &vector_unit(config)?, files)?,
         })
     }
 

@@ -109,4 +109,17 @@ pub enum SynthError {
         /// What was looked for.
         what: String,
     },
+    /// A netlist in cells that cannot be simulated.
+    #[error("the netlist of {unit} in cells of {library}: {problem}")]
+    Gates {
+        /// The unit.
+        unit: String,
+        /// The library's name.
+        library: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A simulation in cells failed, or found another result than the golden one.
+    #[error(transparent)]
+    Rtl(#[from] Box<crate::rtl::RtlError>),
 }

@@ -11,11 +11,13 @@ mod cacti;
 mod error;
 mod fanout;
 mod fpga;
+pub(crate) mod gates;
 mod liberty;
 mod library;
 mod memories;
 mod netlist;
 mod parameters;
+mod power;
 mod report;
 pub mod scaling;
 mod script;
@@ -26,9 +28,14 @@ mod unit;
 pub use cacti::{Cacti, Figures, Settings, Shape};
 pub use error::SynthError;
 pub use fpga::{FpgaReport, FpgaTools, FpgaUnit, Part, place_and_route};
+pub use gates::{cell_functions, netlist};
 pub use library::{Cell, Library};
 pub use memories::{FlopMemory, Memories, MemoryReport, SYSTEM, model, system};
 pub use netlist::{MemoryArea, ModuleArea};
+pub use power::{
+    Activity, Extent, Figures as PowerFigures, GatherWindow, ModulePower, Order, Power,
+    PowerReport, Sampler, VectorWindow, Verified, estimate, verify_netlist,
+};
 pub use report::{
     LibraryOrigin, Raw, Scaled, ScaledLogic, ScaledMemories, ScaledMemory, ScaledUnit, SynthReport,
     differences,

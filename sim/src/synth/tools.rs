@@ -31,6 +31,20 @@ impl Tools {
     /// # Errors
     /// One is missing.
     pub fn find() -> Result<Self, SynthError> {
+        let mut tools = Self::yosys_alone()?;
+        tools.opensta = says("sta", &["-version"]).ok_or(SynthError::MissingTool {
+            tool: "sta",
+            disables: "the clock of a netlist",
+            remedy: "tools/setup synth, or: apt-get install opensta",
+        })?;
+        Ok(tools)
+    }
+
+    /// Finds Yosys, which is enough for a netlist in cells.
+    ///
+    /// # Errors
+    /// It is missing.
+    pub fn yosys_alone() -> Result<Self, SynthError> {
         let pyosys = says(PYOSYS, &["--version"]);
         let is_pyosys = pyosys.is_some();
         let yosys = pyosys.or_else(|| says("yosys", &["-V"]));
@@ -39,16 +53,11 @@ impl Tools {
             disables: "synthesis",
             remedy: "tools/setup synth, or: apt-get install yosys",
         })?;
-        let opensta = says("sta", &["-version"]).ok_or(SynthError::MissingTool {
-            tool: "sta",
-            disables: "the clock of a netlist",
-            remedy: "tools/setup synth, or: apt-get install opensta",
-        })?;
         let yosys = yosys.replace("Yosys Yosys", "Yosys");
         Ok(Self {
             is_pyosys,
             yosys,
-            opensta,
+            opensta: String::new(),
         })
     }
 

@@ -15,7 +15,7 @@ use super::fanout::{FAN_OUT, LOAD};
 use super::netlist::{self, MemoryArea, ModuleArea};
 use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, scripts};
 use super::tools::{FINISH, SYNTH, TIMING};
-use super::{FlopMemory, Library, SynthError, Tools, fanout, memories};
+use super::{FlopMemory, Library, Power, SynthError, Tools, fanout, memories};
 
 /// Version of what is kept of a unit.
 const KEPT: &str = "potamoi-synth 3";
@@ -80,6 +80,9 @@ pub struct UnitReport {
     pub memories: Vec<MemoryArea>,
     /// Memories that are flip-flops, counted in cells and areas.
     pub flop_memories: Vec<FlopMemory>,
+    /// Its power, if it was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power: Option<Power>,
 }
 
 /// A unit that was synthesised, now or earlier.
@@ -209,6 +212,7 @@ pub fn synthesise(
         modules,
         memories: macros.into_iter().map(MemoryArea::from).collect(),
         flop_memories,
+        power: None,
     };
     let text = read(NETLIST).map_err(|_| no("yosys", "netlist"))?;
     potamoi_golden::files::write(&netlist, text.as_bytes()).map_err(cannot(&netlist))?;

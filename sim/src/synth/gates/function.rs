@@ -1,0 +1,246 @@
+//! Boolean functions of Liberty files, as truth tables.
+
+/// The most variables of a function.
+pub(crate) const MAX_VARIABLES: usize = 12;
+/// Parentheses within each other: cells have a handful.
+const MAX_DEPTH: u32 = 64;
+
+/// A function of a few variables: a bit for each of their values, variable 0 lowest.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Truth(Vec<u64>);
+
+impl Truth {
+    /// Reads `!` or `'` (first), `^`, `&`, `*` or a blank, `|` or `+` (last), constants
+    /// and parentheses, as Liberty has them.
+    ///
+    /// # Errors
+    /// What was expected, and what is there.
+    pub(crate) fn parse(text: &str, names: &[&str]) -> Result<Self, String> {
+        if names.len() > MAX_VARIABLES {
+            let count = names.len();
+            return Err(format!(
+                "expected a function of at most {MAX_VARIABLES} pins, found {count}"
+            ));
+        }
+        let mut reader = Reader {
+            rest: text,
+            names,
+            depth: 0,
+        };
+        let truth = reader.sum()?;
+        match reader.peek() {
+            None => Ok(truth),
+            Some(c) => Err(format!("expected an operator in `{text}`, found `{c}`")),
+        }
+    }
+
+    /// The value where variable `i` is bit `i`.
+    #[inline]
+    pub(crate) fn at(&self, bits: usize) -> bool {
+        self.0[bits >> 6] >> (bits & 63) & 1 == 1
+    }
+
+    /// The function of one variable fewer in which the last is always another one's
+    /// complement.
+    pub(crate) fn with_last_as_complement(&self, of: usize, variables: usize) -> Self {
+        let last = variables - 1;
+        Self::by(last, |bits| {
+            self.at(bits | usize::from(bits >> of & 1 == 0) << last)
+        })
+    }
+
+    /// Of so many variables, value by value.
+    pub(crate) fn by(variables: usize, value: impl Fn(usize) -> bool) -> Self {
+        let mut words = vec![0; (1usize << variables).div_ceil(64)];
+        for bits in (0..1 << variables).filter(|bits| value(*bits)) {
+            words[bits >> 6] |= 1 << (bits & 63);
+        }
+        Self(words)
+    }
+}
+
+struct Reader<'a> {
+    rest: &'a str,
+    names: &'a [&'a str],
+    depth: u32,
+}
+
+impl Reader<'_> {
+    fn peek(&mut self) -> Option<char> {
+        self.rest = self.rest.trim_start();
+        self.rest.chars().next()
+    }
+
+    fn take(&mut self, wanted: &[char]) -> bool {
+        let is_here = self.peek().is_some_and(|c| wanted.contains(&c));
+        if is_here {
+            // All that is looked for is of one byte.
+            self.rest = &self.rest[1..];
+        }
+        is_here
+    }
+
+    fn sum(&mut self) -> Result<Truth, String> {
+        let mut left = self.product()?;
+        while self.take(&['|', '+']) {
+            left = both(&left, &self.product()?, |a, b| a | b);
+        }
+        Ok(left)
+    }
+
+    fn product(&mut self) -> Result<Truth, String> {
+        let mut left = self.difference()?;
+        loop {
+            // What follows without an operator is a factor too.
+            let is_factor = self.take(&['&', '*'])
+                || self
+                    .peek()
+                    .is_some_and(|c| c == '!' || c == '(' || is_of_name(c));
+            if !is_factor {
+                return Ok(left);
+            }
+            left = both(&left, &self.difference()?, |a, b| a & b);
+        }
+    }
+
+    fn difference(&mut self) -> Result<Truth, String> {
+        let mut left = self.factor()?;
+        while self.take(&['^']) {
+            left = both(&left, &self.factor()?, |a, b| a ^ b);
+        }
+        Ok(left)
+    }
+
+    fn factor(&mut self) -> Result<Truth, String> {
+        let mut signs = 0;
+        while self.take(&['!']) {
+            signs += 1;
+        }
+        let mut inner = if self.take(&['(']) {
+            self.depth += 1;
+            if self.depth > MAX_DEPTH {
+                return Err(format!(
+                    "expected at most {MAX_DEPTH} parentheses within each other"
+                ));
+            }
+            let inner = self.sum()?;
+            if !self.take(&[')']) {
+                return Err(self.wrong("`)`"));
+            }
+            self.depth -= 1;
+            inner
+        } else {
+            self.variable()?
+        };
+        while self.take(&['\'']) {
+            signs += 1;
+        }
+        if signs % 2 == 1 {
+            let values = 1usize << self.names.len();
+            let mask = if values < 64 {
+                (1 << values) - 1
+            } else {
+                u64::MAX
+            };
+            inner.0.iter_mut().for_each(|w| *w = !*w & mask);
+        }
+        Ok(inner)
+    }
+
+    fn variable(&mut self) -> Result<Truth, String> {
+        self.peek();
+        let end = self.rest.find(|c| !is_of_name(c));
+        let (name, rest) = self.rest.split_at(end.unwrap_or(self.rest.len()));
+        if name.is_empty() {
+            return Err(self.wrong("a pin"));
+        }
+        let variables = self.names.len();
+        let found = match (self.names.iter().position(|n| *n == name), name) {
+            (Some(i), _) => Truth::by(variables, |bits| bits >> i & 1 == 1),
+            (None, "0") => Truth::by(variables, |_| false),
+            (None, "1") => Truth::by(variables, |_| true),
+            _ => {
+                let known = [self.names, &["0", "1"]].concat().join(", ");
+                return Err(format!("expected one of {known}, found `{name}`"));
+            }
+        };
+        self.rest = rest;
+        Ok(found)
+    }
+
+    fn wrong(&mut self, expected: &str) -> String {
+        match self.peek() {
+            Some(c) => format!("expected {expected} in a function, found `{c}`"),
+            None => format!("expected {expected} in a function, found its end"),
+        }
+    }
+}
+
+fn is_of_name(c: char) -> bool {
+    c.is_ascii_alphanumeric() || "_[]".contains(c)
+}
+
+fn both(a: &Truth, b: &Truth, of: fn(u64, u64) -> u64) -> Truth {
+    Truth(a.0.iter().zip(&b.0).map(|(a, b)| of(*a, *b)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn table(text: &str, names: &[&str]) -> Vec<u8> {
+        let truth = Truth::parse(text, names).unwrap();
+        (0..1 << names.len())
+            .map(|bits| u8::from(truth.at(bits)))
+            .collect()
+    }
+
+    #[test]
+    fn operators_bind_as_liberty_says() {
+        let names = ["A", "B", "C"];
+        for (text, same) in [
+            ("A B' + C", "(A & (!B)) | C"),
+            ("A ^ B C", "(A ^ B) & C"),
+            ("!(A + B)", "!A * !B"),
+            ("!A'", "A"),
+            ("A | B & C", "A | (B & C)"),
+            ("(A)(B)", "A&B"),
+            ("!!C", "C"),
+            ("A * 1 + 0", "A"),
+        ] {
+            assert_eq!(table(text, &names), table(same, &names), "{text}");
+        }
+        assert_eq!(table("(!A) + (!B)", &["A", "B"]), [1, 1, 1, 0]);
+        assert_eq!(table("(A ^ B)", &["A", "B"]), [0, 1, 1, 0]);
+        assert_eq!(table("1", &[]), [1]);
+    }
+
+    #[test]
+    fn more_than_six_variables_take_several_words() {
+        let names = ["a", "b", "c", "d", "e", "f", "g", "h"];
+        let table = table("!(a b c + d e + f g h)", &names);
+        for (bits, value) in table.iter().enumerate() {
+            let all = |i: &[usize]| i.iter().all(|i| bits >> i & 1 == 1);
+            let expected = !(all(&[0, 1, 2]) || all(&[3, 4]) || all(&[5, 6, 7]));
+            assert_eq!(*value == 1, expected, "{bits:b}");
+        }
+    }
+
+    #[test]
+    fn a_complement_is_folded_into_its_variable() {
+        let truth = Truth::parse("(E D) | (!E !QN)", &["D", "E", "Q", "QN"]).unwrap();
+        let folded = truth.with_last_as_complement(2, 4);
+        let plain = Truth::parse("(E D) | (!E Q)", &["D", "E", "Q"]).unwrap();
+        assert_eq!(folded, plain);
+    }
+
+    #[test]
+    fn what_is_no_function_is_refused() {
+        let deep = "(".repeat(100_000);
+        for text in ["", "A +", "(A", "A)", "A & D", "A ? B", "!", &deep] {
+            assert!(Truth::parse(text, &["A", "B"]).is_err(), "{text}");
+        }
+        assert!(Truth::parse("A0", &["A"; MAX_VARIABLES + 1]).is_err());
+    }
+}

@@ -1,0 +1,126 @@
+//! A module in cells, without its timing.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use potamoi_hdl::ir::{Header, Module, verilog};
+
+use crate::synth::script::{LIBRARY, NETLIST, scripts};
+use crate::synth::tools::SYNTH;
+use crate::synth::{Library, SynthError, Tools};
+
+/// Version of what is kept of a netlist.
+const KEPT: &str = "potamoi-netlist 1";
+/// The file of the cells' functions.
+const FUNCTIONS: &str = "cells.v";
+
+/// Maps a unit to cells, or finds what an earlier run of the same Verilog, library,
+/// scripts and programs left in `cache`. Interrupted, it leaves nothing there.
+///
+/// # Errors
+/// A program fails; files cannot be written.
+pub fn netlist(
+    module: &Arc<Module>,
+    unit: &'static str,
+    library: &Library,
+    tools: &Tools,
+    cache: &Path,
+) -> Result<String, SynthError> {
+    let macros = module.memory_modules();
+    let files = verilog(module, &Header::default());
+    let is_macro = |file: &str| macros.keys().any(|m| file == format!("{m}.v"));
+    let (memories, logic): (Vec<&str>, Vec<&str>) = files
+        .keys()
+        .map(String::as_str)
+        .partition(|file| is_macro(file));
+    let version = tools.yosys_version();
+    let scripts = scripts(module.name(), &logic, &memories, library, version);
+    let others = scripts.others.iter().map(|(file, text)| (*file, &**text));
+    let sources = files.iter().map(|(file, text)| (&**file, &**text));
+    let texts: BTreeMap<&str, &str> = sources.chain(others).collect();
+    let run = Run {
+        unit,
+        library,
+        tools,
+        cache,
+    };
+    run.made(&texts, &scripts.yosys, NETLIST)
+}
+
+/// Verilog of the functions of a library's cells, as Yosys reads them.
+///
+/// # Errors
+/// Yosys fails; files cannot be written.
+pub fn cell_functions(
+    library: &Library,
+    tools: &Tools,
+    cache: &Path,
+) -> Result<String, SynthError> {
+    let script = format!(
+        "read_liberty -ignore_miss_func {LIBRARY}\nproc\nwrite_verilog -noattr {FUNCTIONS}\n"
+    );
+    let run = Run {
+        unit: "cells",
+        library,
+        tools,
+        cache,
+    };
+    run.made(&BTreeMap::new(), &script, FUNCTIONS)
+}
+
+/// A script of Yosys, and what it works on.
+struct Run<'a> {
+    unit: &'static str,
+    library: &'a Library,
+    tools: &'a Tools,
+    cache: &'a Path,
+}
+
+impl Run<'_> {
+    /// The file that the script writes, now or earlier.
+    fn made(
+        &self,
+        texts: &BTreeMap<&str, &str>,
+        script: &str,
+        result: &str,
+    ) -> Result<String, SynthError> {
+        let Self {
+            unit,
+            library,
+            tools,
+            cache,
+        } = self;
+        let mut key = blake3::Hasher::new();
+        let origins = [KEPT, &tools.yosys, &library.sha256, script];
+        for part in origins.into_iter().chain(texts.values().copied()) {
+            key.update(&(part.len() as u64).to_le_bytes());
+            key.update(part.as_bytes());
+        }
+        let key = &key.finalize().to_hex()[..32];
+        let cannot = |path: &Path| {
+            let path = path.to_owned();
+            move |source| SynthError::File { path, source }
+        };
+        let kept = cache.join(format!("{unit}-cells-{key}.v"));
+        if let Ok(text) = std::fs::read_to_string(&kept) {
+            return Ok(text);
+        }
+        std::fs::create_dir_all(cache).map_err(cannot(cache))?;
+        let folder = tempfile::tempdir().map_err(cannot(&std::env::temp_dir()))?;
+        let own = [(LIBRARY, &*library.text), (SYNTH, script)];
+        for (file, text) in texts.iter().map(|(f, t)| (*f, *t)).chain(own) {
+            let path = folder.path().join(file);
+            std::fs::write(&path, text).map_err(cannot(&path))?;
+        }
+        tools.yosys(folder.path(), SYNTH, unit)?;
+        let text = std::fs::read_to_string(folder.path().join(result));
+        let text = text.map_err(|_| SynthError::Output {
+            tool: "yosys",
+            unit,
+            what: "netlist".to_owned(),
+        })?;
+        potamoi_golden::files::write(&kept, text.as_bytes()).map_err(cannot(&kept))?;
+        Ok(text)
+    }
+}

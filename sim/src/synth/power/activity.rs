@@ -1,0 +1,253 @@
+//! What moves the units: a share of the work of a scene, with its golden results.
+
+use std::collections::BTreeMap;
+
+use potamoi_formats::config::{Config, Organisation, Sums};
+use potamoi_formats::rit::Vertices;
+use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_golden::units::gather::Reducer;
+use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
+
+/// MVoxels of a share: those with the most entries.
+const MVOXELS: usize = 4;
+/// Cycles in which an MVoxel of a share is issued: about as many as its rows take to
+/// load.
+const ISSUES: usize = 512;
+/// Runs of neighbouring elements of a share, and vectors of each.
+const RUNS: usize = 4;
+const VECTORS: usize = 16;
+/// Elements that are kept of an operation.
+const ELEMENTS: usize = 1 << 20;
+
+/// A share of a scene's work for the gathering unit.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GatherWindow {
+    pub(super) tasks: Vec<GatherTask>,
+    /// Features or sums, in task and entry order, all channels of an entry together.
+    pub(super) features: Vec<i32>,
+}
+
+/// A share of a scene's exponentials.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct VectorWindow {
+    pub(super) op: Option<VectorOp>,
+    /// Operands and results of each run.
+    pub(super) runs: Vec<[Vec<i32>; 3]>,
+}
+
+/// Tasks of one kind.
+#[derive(Default)]
+struct Gathered {
+    /// Of all of them.
+    entries: u64,
+    /// The largest ones, with their features.
+    kept: Vec<(GatherTask, Vec<i32>)>,
+}
+
+/// Units that compute with the twins and keep a share of the work.
+pub struct Sampler {
+    config: Config,
+    twins: Twins,
+    /// By vertices and channels.
+    gathered: BTreeMap<(Vertices, usize), Gathered>,
+    computed: BTreeMap<OpCode, (VectorOp, [Vec<i32>; 3])>,
+}
+
+impl Sampler {
+    /// Of the units of a configuration.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self {
+            config: config.clone(),
+            twins: Twins::new(config),
+            gathered: BTreeMap::new(),
+            computed: BTreeMap::new(),
+        }
+    }
+
+    /// The work of the kind of which there is most; none without gathers.
+    #[must_use]
+    pub fn gather_window(&self) -> Option<GatherWindow> {
+        let most = self.gathered.iter().max_by_key(|(_, own)| own.entries);
+        let ((vertices, channels), Gathered { kept, .. }) = most?;
+        let entries = ISSUES * self.config.gu.ports as usize;
+        let entries = entries / self.config.issue_cycles(*vertices).max(1) as usize;
+        let mut window = GatherWindow::default();
+        for (task, features) in kept {
+            let count = task.entries.len().min(entries.max(1));
+            let mut task = task.clone();
+            task.entries.truncate(count);
+            window.tasks.push(task);
+            window.features.extend(&features[..count * channels]);
+        }
+        Some(window)
+    }
+
+    /// The exponentials of which there are most; none without any.
+    #[must_use]
+    pub fn vector_window(&self) -> Option<VectorWindow> {
+        let most = self.computed.values().max_by_key(|(_, all)| all[0].len());
+        let (op, all) = most?;
+        let lanes = self.config.vu.lanes as usize;
+        let vectors = all[0].len() / lanes;
+        let each = VECTORS.min(vectors / RUNS);
+        if each == 0 {
+            return None;
+        }
+        let runs = (0..RUNS).map(|run| {
+            let from = run * (vectors - each) / RUNS * lanes;
+            let part = |all: &Vec<i32>| all[from..from + each * lanes].to_vec();
+            [part(&all[0]), part(&all[1]), part(&all[2])]
+        });
+        Some(VectorWindow {
+            op: Some(*op),
+            runs: runs.collect(),
+        })
+    }
+
+    fn keep<T: Copy + Into<i32>>(&mut self, task: &GatherTask, features: &[T]) {
+        let kind = (task.vertices, task.channels);
+        let Gathered { entries, kept } = self.gathered.entry(kind).or_default();
+        *entries += task.entries.len() as u64;
+        let place = kept.partition_point(|(k, _)| k.entries.len() >= task.entries.len());
+        if place < MVOXELS {
+            let features = features.iter().map(|code| (*code).into()).collect();
+            kept.insert(place, (task.clone(), features));
+            kept.truncate(MVOXELS);
+        }
+    }
+}
+
+impl Units for Sampler {
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        if self.config.gu.sums == Sums::Exact {
+            let mut sums = vec![];
+            self.sums(tasks, &mut sums)?;
+            let reducer = Reducer::new(&self.config);
+            features.extend(sums.into_iter().map(|sum| reducer.round(sum.into())));
+            return Ok(());
+        }
+        let mut at = features.len();
+        self.twins.gather(tasks, features)?;
+        for task in tasks {
+            let codes = task.entries.len() * task.channels;
+            self.keep(task, &features[at..at + codes]);
+            at += codes;
+        }
+        Ok(())
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        let mut at = sums.len();
+        self.twins.sums(tasks, sums)?;
+        for task in tasks {
+            let codes = task.entries.len() * task.channels;
+            self.keep(task, &sums[at..at + codes]);
+            at += codes;
+        }
+        Ok(())
+    }
+
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError> {
+        self.twins.vector(op, a, b, out)?;
+        if op.code.is_exponential() {
+            let kept = self.computed.entry(op.code);
+            let (_, all) = kept.or_insert_with(|| (op, Default::default()));
+            let room = ELEMENTS.saturating_sub(all[0].len()).min(a.len());
+            for (kept, part) in all.iter_mut().zip([a, b, &*out]) {
+                kept.extend(&part[..room]);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl GatherWindow {
+    /// RIT entries.
+    #[must_use]
+    pub fn entries(&self) -> u64 {
+        self.tasks.iter().map(|t| t.entries.len() as u64).sum()
+    }
+
+    /// Whether a unit of fewer banks does the same, bank by bank.
+    pub(super) fn can_be_sliced(&self, config: &Config) -> bool {
+        let organisation = config.organisation().0;
+        let is_shared = |t: &GatherTask| config.records_a_row(t.vertices, t.channels) > 1;
+        matches!(
+            organisation,
+            Organisation::Auto | Organisation::ChannelMajor
+        ) && !self.tasks.iter().any(is_shared)
+    }
+
+    /// Of so many banks, those with a channel in every segment.
+    pub(super) fn banks_of_last_segment(&self, banks: usize) -> usize {
+        let channels = self.tasks.first().map_or(0, |t| t.channels);
+        match channels % banks {
+            0 => banks,
+            some => some,
+        }
+    }
+
+    /// The work of a unit of `config.gu.banks` for some of its banks.
+    pub(super) fn of_banks(&self, config: &Config, banks: &[usize]) -> Self {
+        let all = config.gu.banks as usize;
+        let mut found = Self::default();
+        let mut features = &self.features[..];
+        for task in &self.tasks {
+            let channels = task.channels;
+            let picked: Vec<usize> = (0..channels.div_ceil(all))
+                .flat_map(|segment| banks.iter().map(move |bank| segment * all + bank))
+                .collect();
+            // Banks past the last channel hold 0.
+            let pick = |codes: &[i16]| -> Vec<i16> {
+                let code = |c: &usize| codes.get(*c).copied().unwrap_or(0);
+                picked.iter().map(code).collect()
+            };
+            let rows = task.rows.chunks(channels).flat_map(pick).collect();
+            let (own, rest) = features.split_at(task.entries.len() * channels);
+            features = rest;
+            for codes in own.chunks(channels) {
+                let code = |c: &usize| codes.get(*c).copied().unwrap_or(0);
+                found.features.extend(picked.iter().map(code));
+            }
+            found.tasks.push(GatherTask {
+                rows,
+                channels: picked.len(),
+                ..task.clone()
+            });
+        }
+        found
+    }
+}
+
+impl VectorWindow {
+    /// Exponentials.
+    #[must_use]
+    pub fn elements(&self) -> u64 {
+        self.runs.iter().map(|run| run[0].len() as u64).sum()
+    }
+
+    /// The work of a unit of `all` lanes for some of its lanes.
+    pub(super) fn of_lanes(&self, all: usize, lanes: &[usize]) -> Self {
+        let pick = |values: &Vec<i32>| -> Vec<i32> {
+            let vectors = values.chunks(all);
+            vectors
+                .flat_map(|vector| lanes.iter().filter_map(|lane| vector.get(*lane).copied()))
+                .collect()
+        };
+        Self {
+            op: self.op,
+            runs: self
+                .runs
+                .iter()
+                .map(|run| [pick(&run[0]), pick(&run[1]), pick(&run[2])])
+                .collect(),
+        }
+    }
+}

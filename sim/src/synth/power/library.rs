@@ -1,0 +1,113 @@
+//! A library's figures for the cells of a netlist, and units.
+
+use std::collections::BTreeMap;
+
+use crate::synth::gates::gate::gates;
+use crate::synth::gates::{Flat, Gate};
+use crate::synth::liberty::{self, Group};
+use crate::synth::{Library, SynthError};
+
+use super::Lack;
+use super::cell::{CellPower, Timing};
+use super::table::Tables;
+
+/// A library that is read for power. What it lacks is said when a cell is asked for.
+pub(crate) struct PowerLibrary {
+    file: Group,
+    origin: String,
+    pub(crate) gates: BTreeMap<String, Result<Gate, String>>,
+    pub(super) units: Units,
+    buffer: String,
+    /// On outputs of a unit, in the library's unit.
+    pub(super) output_load: f64,
+}
+
+/// What the library's numbers mean.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Units {
+    pub(super) time_ps: f64,
+    pub(super) load_ff: f64,
+    /// Of its supply.
+    pub(super) volts: f64,
+    /// Of one unit of energy: a unit of load at the square of a unit of voltage.
+    pub(super) energy_fj: f64,
+    pub(super) leakage_nw: f64,
+}
+
+impl PowerLibrary {
+    /// Reads the library's text again, for what areas and periods do not need.
+    pub(crate) fn read(library: &Library) -> Result<Self, SynthError> {
+        let file = liberty::parse(&library.text, &library.name)?;
+        let volts_unit = scale(file.value("voltage_unit").unwrap_or("1V"), 'v');
+        let leakage = scale(file.value("leakage_power_unit").unwrap_or("1nW"), 'w');
+        let wrong = |name: &str| {
+            let found = file.value(name).unwrap_or_default();
+            Tables::of(&file, &library.name).wrong(&file, &format!("{name}, as 1V or 1nW"), found)
+        };
+        let volts_unit = volts_unit.ok_or_else(|| wrong("voltage_unit"))?;
+        let leakage_nw = 1e9 * leakage.ok_or_else(|| wrong("leakage_power_unit"))?;
+        Ok(Self {
+            units: Units {
+                time_ps: library.time_ps,
+                load_ff: library.capacitance_ff,
+                volts: library.volts.unwrap_or(0.0) * volts_unit,
+                energy_fj: library.capacitance_ff * volts_unit * volts_unit,
+                leakage_nw,
+            },
+            gates: gates(&file),
+            origin: library.name.clone(),
+            buffer: library.buffer.clone(),
+            output_load: library.load(),
+            file,
+        })
+    }
+
+    /// Figures of the cells of a netlist, in the order of its gates.
+    pub(super) fn cells(&self, flat: &Flat) -> Result<Vec<CellPower>, Lack> {
+        if self.units.volts <= 0.0 {
+            let what = "the library has no nom_voltage above 0";
+            return Err(Lack::Absent(what.to_owned()));
+        }
+        flat.gates.iter().map(|gate| self.cell(gate)).collect()
+    }
+
+    fn cell(&self, gate: &Gate) -> Result<CellPower, Lack> {
+        let tables = Tables::of(&self.file, &self.origin);
+        let cell = self.file.groups("cell").find(|c| c.name() == gate.name);
+        let cell = cell.ok_or_else(|| Lack::of(gate, "no cell"))?;
+        CellPower::read(&tables, cell, gate)
+    }
+
+    /// The transition that inputs, memories and the clock are taken to have: that of
+    /// the smallest buffer with four of its inputs behind it, driven by its like.
+    pub(super) fn transition(&self) -> Result<f64, Lack> {
+        let gate = self.gates.get(&self.buffer).and_then(|g| g.as_ref().ok());
+        let what = || Lack::Absent(format!("the buffer {} has no delays", self.buffer));
+        let buffer = self.cell(gate.ok_or_else(what)?)?;
+        let timing: &Timing = buffer.timings[0][0].first().ok_or_else(what)?;
+        let mut transition = timing.first_transition();
+        for _ in 0..8 {
+            transition = timing.transition(transition, self.output_load);
+        }
+        Ok(transition)
+    }
+}
+
+/// `1nW` in watts, `10mV` in volts.
+fn scale(text: &str, base: char) -> Option<f64> {
+    let at = text.find(|c: char| c.is_alphabetic())?;
+    let (number, unit) = text.split_at(at);
+    let unit = unit.trim().to_ascii_lowercase();
+    let power = match unit.strip_suffix(base)? {
+        "m" => -3,
+        "u" => -6,
+        "n" => -9,
+        "p" => -12,
+        "f" => -15,
+        "" => 0,
+        _ => return None,
+    };
+    let number: f64 = number.trim().parse().ok()?;
+    let found = number * 10f64.powi(power);
+    (found.is_finite() && found > 0.0).then_some(found)
+}

@@ -1,0 +1,215 @@
+//! The power of the units, by the work of a scene.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use clap::Args;
+use comfy_table::{CellAlignment, Table, presets};
+use potamoi_formats::config::Config;
+use potamoi_golden::scene::Scene;
+use potamoi_sim::synth::{
+    Extent, Library, Made, Order, Power, PowerReport, Sampler, SynthError, Tools, UnitKind,
+    estimate,
+};
+
+use crate::failure::Failure;
+use crate::files::FileError;
+use crate::progress;
+use crate::say::say;
+
+/// The work of the gathering unit and of the vector unit unless a scene is named: voxels
+/// of eight vertices, and the exponentials of splats.
+const SCENES: [&str; 2] = ["lantern", "garden"];
+/// Instead of a scene: no power.
+const NONE: &str = "none";
+
+#[derive(Debug, Args)]
+pub(super) struct PowerArgs {
+    /// Scene whose work moves the netlists, for their power; `lantern` for the gathering unit and
+    /// `garden` for the vector unit unless given; `none` leaves power out
+    #[arg(long, value_name = "SCENE")]
+    activity: Option<String>,
+    /// Simulate the whole netlists rather than slices of them: slower, and nothing is composed
+    #[arg(long)]
+    whole: bool,
+}
+
+/// Work by scene: each is rendered once.
+#[derive(Default)]
+pub(super) struct Work(BTreeMap<String, Sampler>);
+
+impl Work {
+    /// Renders the scenes that the units need.
+    pub(super) fn open(
+        args: &PowerArgs,
+        config: &Config,
+        units: &[UnitKind],
+    ) -> Result<Self, Failure> {
+        let mut work = Self::default();
+        for scene in units.iter().filter_map(|unit| args.scene(*unit)) {
+            if work.0.contains_key(scene) {
+                continue;
+            }
+            let spinner = progress::spinner("rendering the work");
+            let mut sampler = Sampler::new(config);
+            Scene::open(scene)?.render_fixed(config, &mut sampler)?;
+            spinner.finish_and_clear();
+            work.0.insert(scene.to_owned(), sampler);
+        }
+        Ok(work)
+    }
+}
+
+impl PowerArgs {
+    fn scene(&self, unit: UnitKind) -> Option<&str> {
+        let default = match unit {
+            UnitKind::Gathering => SCENES[0],
+            UnitKind::Vector => SCENES[1],
+        };
+        let scene = self.activity.as_deref().unwrap_or(default);
+        (scene != NONE).then_some(scene)
+    }
+
+    /// Adds its power to a unit that was made.
+    pub(super) fn add(
+        &self,
+        config: &Config,
+        unit: UnitKind,
+        made: &mut Made,
+        with: (&Library, &Tools, &Work),
+        cache: &Path,
+    ) -> Result<(), Failure> {
+        let (library, tools, work) = with;
+        let Some(scene) = self.scene(unit) else {
+            return Ok(());
+        };
+        let netlist = std::fs::read_to_string(&made.netlist);
+        let netlist = netlist.map_err(|e| FileError::new(&made.netlist, e))?;
+        let sampler = work.0.get(scene);
+        let windows = (
+            sampler.and_then(Sampler::gather_window),
+            sampler.and_then(Sampler::vector_window),
+        );
+        let order = Order {
+            config,
+            unit,
+            library,
+            tools,
+            made: (&made.report, &netlist),
+            scene,
+            windows: (windows.0.as_ref(), windows.1.as_ref()),
+            extent: match self.whole {
+                true => Extent::Whole,
+                false => Extent::Slices,
+            },
+        };
+        let power = estimate(&order, cache).map_err(wrong)?;
+        made.report.power = Some(power);
+        Ok(())
+    }
+}
+
+/// A netlist that computes something else is a check that failed.
+fn wrong(error: SynthError) -> Failure {
+    match error {
+        SynthError::Rtl(error) => Failure::Rtl(*error),
+        other => Failure::Synth(other),
+    }
+}
+
+pub(super) fn print(power: &Power) {
+    let report = match power {
+        Power::Estimated(report) => report,
+        Power::Absent { absent } => {
+            say!("power: none, for {absent}");
+            return;
+        }
+    };
+    let activity = &report.activity;
+    say!(
+        "power of cells, without wires, clock tree and memories, at {:.3} GHz, {} V, {:.4} mW of it \
+         leakage;\n{}: {}; {} simulated, {} cycles of which {} busy, equal to the golden values in \
+         every output bit and cycle",
+        report.clock_ghz,
+        report.volts,
+        report.leakage_nw * 1e-6,
+        activity.scene,
+        activity.work,
+        activity.simulated.join(" and "),
+        activity.cycles,
+        activity.busy
+    );
+    figures(report);
+    modules(report);
+}
+
+fn figures(report: &PowerReport) {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    table.set_header([
+        "pJ a cycle",
+        "switching",
+        "internal",
+        "clock",
+        "sum",
+        "at rest",
+        "changes a net",
+        &format!("pJ per {}", report.activity.item),
+        "mW",
+    ]);
+    for (name, f) in [
+        ("without delays", &report.zero_delay),
+        ("with glitches", &report.with_glitches),
+    ] {
+        let mut row = vec![name.to_owned()];
+        row.extend(
+            [
+                f.switching_pj_a_cycle,
+                f.internal_pj_a_cycle,
+                f.clock_pj_a_cycle,
+                f.pj_a_cycle,
+                f.rest_pj_a_cycle,
+            ]
+            .map(|v| format!("{v:.3}")),
+        );
+        row.push(format!("{:.4}", f.toggles_a_net));
+        row.push(format!("{:.3}", f.pj_an_item));
+        row.push(format!("{:.3}", f.mw));
+        table.add_row(row);
+    }
+    right(&mut table);
+    say!("{table}");
+}
+
+fn modules(report: &PowerReport) {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    table.set_header([
+        "module",
+        "count",
+        "pJ a cycle, without delays",
+        "with glitches",
+        "share",
+        "leakage, uW",
+    ]);
+    for module in &report.modules {
+        let share = module.with_glitches_pj_a_cycle / report.with_glitches.pj_a_cycle;
+        table.add_row([
+            module.module.clone(),
+            module.count.to_string(),
+            format!("{:.3}", module.zero_delay_pj_a_cycle),
+            format!("{:.3}", module.with_glitches_pj_a_cycle),
+            format!("{:.1} %", 100.0 * share),
+            format!("{:.3}", module.leakage_nw * 1e-3),
+        ]);
+    }
+    right(&mut table);
+    say!("{table}");
+}
+
+fn right(table: &mut Table) {
+    table
+        .column_iter_mut()
+        .skip(1)
+        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
+}
