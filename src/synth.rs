@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::files::{self, FileError};
 use crate::progress;
 use crate::say::say;
-use power::{PowerArgs, Work};
+use power::{PowerArgs, Scenes};
 
 /// Differences that are printed; the rest is counted.
 const SHOWN: usize = 20;
@@ -71,14 +71,15 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     let expected = args.compare.as_ref().map(read_report).transpose()?;
     let path = args.liberty.clone().map_or_else(default_library, Ok)?;
     let library = Library::read(&path)?;
-    let tools = Tools::find()?;
-    let cache = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
-    let cache = cache.with_file_name("synth");
     let units: &[_] = match args.unit {
         Units::Gu => &[UnitKind::Gathering],
         Units::Vu => &[UnitKind::Vector],
         Units::All => &[UnitKind::Gathering, UnitKind::Vector],
     };
+    let scenes = Scenes::open(&args.power, units)?;
+    let tools = Tools::find()?;
+    let cache = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
+    let cache = cache.with_file_name("synth");
     say!(
         "library {} of {} cells, {} V, {}; OpenSTA {}",
         library.name,
@@ -89,7 +90,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         tools.yosys,
         tools.opensta
     );
-    let work = Work::open(&args.power, &config, units)?;
+    let work = scenes.work(&config)?;
     let with = (&library, &tools, &work);
     let made = in_parallel(units, args.jobs.into(), |unit| {
         let mut made = synthesise(&config, unit, &library, &tools, &cache)?;
