@@ -21,7 +21,7 @@ use crate::failure::Failure;
 use crate::files::{self, FileError};
 use crate::progress;
 use crate::say::say;
-use power::{PowerArgs, Work};
+use power::{PowerArgs, Scenes};
 
 /// Differences that are printed; the rest is counted.
 const SHOWN: usize = 20;
@@ -122,6 +122,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     let expected = args.compare.as_ref().map(read_report).transpose()?;
     let path = args.liberty.clone().map_or_else(default_library, Ok)?;
     let library = Library::read(&path)?;
+    let scenes = Scenes::open(&args.power, args.unit.kinds())?;
     let tools = Tools::find()?;
     say!(
         "library {} of {} cells, {} V, {}; OpenSTA {}",
@@ -136,7 +137,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     if let Some(path) = &args.report {
         return study::run(args, &library, &tools, &cache, path);
     }
-    let work = Work::open(&args.power, &config, args.unit.kinds())?;
+    let work = scenes.work(&config)?;
     let with = (&library, &tools, &work);
     let made = in_parallel(args.unit.kinds(), args.jobs.into(), |unit| {
         let mut made = synthesise(&config, *unit, &library, &tools, &cache)?;

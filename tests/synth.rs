@@ -31,6 +31,10 @@ fn what_cannot_be_used_is_named_and_nothing_is_written() {
         (&["--clock", "0"], "--clock 0: expected"),
         (&["--jobs", "0"], "0 is not in 1..=64"),
         (
+            &["--liberty", "tiny.lib", "--activity", "nowhere"],
+            "nowhere",
+        ),
+        (
             &["--liberty", "tiny.lib", "--compare", "gone.json"],
             "--compare gone.json",
         ),
@@ -205,6 +209,35 @@ fn a_small_unit_is_placed_and_routed() {
     assert_eq!(json(&at.join("r.json")), report);
 }
 
+/// A library that says nothing of power is no reason to fail, and no power of 0.
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn power_that_a_library_does_not_say_is_absent_with_its_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let cells = concat!(env!("CARGO_MANIFEST_DIR"), "/sim/cells/handful.lib");
+    let text = std::fs::read_to_string(cells).unwrap();
+    let synth = |code: i32, text: &str| {
+        std::fs::write(at.join("cells.lib"), text).unwrap();
+        let arguments = [
+            "--config", "small", "synth", "--unit", "gu", "--json", "r.json",
+        ];
+        expect(
+            at,
+            code,
+            &[&arguments[..], &["--liberty", "cells.lib"]].concat(),
+        )
+    };
+    synth(0, &text.replace("internal_power", "external_power"));
+    let report = json(&at.join("r.json"));
+    let why = report["units"][0]["power"]["absent"].as_str().unwrap();
+    assert!(why.contains("has no internal_power of its output"), "{why}");
+    std::fs::remove_file(at.join("r.json")).unwrap();
+    let said = synth(2, &text.replace("\"1.54, 1.66, 2.14\"", "\"1.54, 1.66\""));
+    assert!(said.contains("expected 3 values"), "{said}");
+    assert!(!at.join("r.json").exists());
+}
+
 /// The library that a package installs, twice, and against each other.
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
@@ -242,6 +275,28 @@ fn the_same_figures_come_twice() {
     );
 
     sums_add_up(&json(&at.join("a.json")));
+    let report = json(&at.join("a.json"));
+    let units = report["units"].as_array().unwrap();
+    units.iter().for_each(powers_add_up);
+
+    // Of slices, and of the whole: how far a composed figure is from a measured one.
+    synth("a", 0, &["--json", "whole.json", "--whole"]);
+    let whole = json(&at.join("whole.json"));
+    for (composed, measured) in units.iter().zip(whole["units"].as_array().unwrap()) {
+        powers_add_up(measured);
+        for (way, most) in [("zero_delay", 0.02), ("with_glitches", 0.05)] {
+            let of = |unit: &serde_json::Value| unit["power"][way]["pj_a_cycle"].as_f64();
+            let error = of(composed).unwrap() / of(measured).unwrap() - 1.0;
+            eprintln!("{}: {way}: {:+.2} %", composed["unit"], 100.0 * error);
+            assert!(error.abs() < most, "{}: {way}: {error}", composed["unit"]);
+        }
+    }
+
+    // Without work there is no power, and no figure that says 0.
+    let said = synth("a", 0, &["--json", "none.json", "--activity", "none"]);
+    assert!(!said.contains("power"), "{said}");
+    let none = json(&at.join("none.json"));
+    assert!(none["units"][0].get("power").is_none());
 
     let said = synth("a", 1, &["--clock", "50"]);
     assert!(said.contains("GHz before wires, not 50"), "{said}");
@@ -272,4 +327,42 @@ fn sums_add_up(report: &serde_json::Value) {
     assert_eq!(memories.len(), 2);
     let macros = report["raw"]["memories"]["macros"].as_array().unwrap();
     assert_eq!(macros.len(), memories.len() + 2, "and the system's");
+}
+
+/// Energies of a unit are those of its modules, and of their kinds; power is energy
+/// times clock, and leakage.
+fn powers_add_up(unit: &serde_json::Value) {
+    let power = &unit["power"];
+    let same = |found: f64, expected: f64, what: &str| {
+        assert!(
+            (found / expected - 1.0).abs() < 1e-9,
+            "{what}: {found}, {expected}"
+        );
+    };
+    let number = |of: &serde_json::Value, field: &str| of[field].as_f64().unwrap();
+    let of_modules = |field: &str| -> f64 {
+        let modules = power["modules"].as_array().unwrap().iter();
+        modules.map(|m| number(m, field)).sum()
+    };
+    let (leakage, clock) = (number(power, "leakage_nw"), number(power, "clock_ghz"));
+    same(of_modules("leakage_nw"), leakage, "leakage");
+    assert!(clock <= number(unit, "clock_ghz"));
+    for way in ["zero_delay", "with_glitches"] {
+        let figures = &power[way];
+        let sum = number(figures, "pj_a_cycle");
+        let kinds = ["switching", "internal", "clock"];
+        let kinds = kinds.map(|kind| number(figures, &format!("{kind}_pj_a_cycle")));
+        assert!(kinds.iter().all(|kind| *kind > 0.0), "{figures}");
+        same(kinds.iter().sum(), sum, way);
+        same(of_modules(&format!("{way}_pj_a_cycle")), sum, way);
+        same(number(figures, "mw"), sum * clock + leakage * 1e-6, way);
+        assert!(number(figures, "rest_pj_a_cycle") < sum);
+        let activity = &power["activity"];
+        let items = number(figures, "pj_an_item") * number(activity, "items");
+        same(items, sum * number(activity, "cycles"), way);
+        assert!(activity["busy"].as_u64() <= activity["cycles"].as_u64());
+    }
+    let of = |way: &str, field: &str| number(&power[way], field);
+    assert!(of("with_glitches", "pj_a_cycle") > of("zero_delay", "pj_a_cycle"));
+    assert!(of("with_glitches", "toggles_a_net") > of("zero_delay", "toggles_a_net"));
 }

@@ -34,31 +34,37 @@ pub(super) struct PowerArgs {
     whole: bool,
 }
 
-/// Work by scene: each is rendered once.
-#[derive(Default)]
-pub(super) struct Work(BTreeMap<String, Sampler>);
+/// Scenes whose work is asked for, each once.
+pub(super) struct Scenes(Vec<(String, Scene)>);
 
-impl Work {
-    /// Renders the scenes that the units need.
-    pub(super) fn open(
-        args: &PowerArgs,
-        config: &Config,
-        units: &[UnitKind],
-    ) -> Result<Self, Failure> {
-        let mut work = Self::default();
-        for scene in units.iter().filter_map(|unit| args.scene(*unit)) {
-            if work.0.contains_key(scene) {
-                continue;
+impl Scenes {
+    /// Opens those of the units.
+    pub(super) fn open(args: &PowerArgs, units: &[UnitKind]) -> Result<Self, Failure> {
+        let mut scenes: Vec<(String, Scene)> = vec![];
+        for name in units.iter().filter_map(|unit| args.scene(*unit)) {
+            if scenes.iter().all(|(known, _)| known != name) {
+                scenes.push((name.to_owned(), Scene::open(name)?));
             }
-            let spinner = progress::spinner("rendering the work");
-            let mut sampler = Sampler::new(config);
-            Scene::open(scene)?.render_fixed(config, &mut sampler)?;
-            spinner.finish_and_clear();
-            work.0.insert(scene.to_owned(), sampler);
         }
-        Ok(work)
+        Ok(Self(scenes))
+    }
+
+    /// Renders them.
+    pub(super) fn work(self, config: &Config) -> Result<Work, Failure> {
+        let spinner = progress::spinner("rendering the work");
+        let mut work = BTreeMap::new();
+        for (name, scene) in self.0 {
+            let mut sampler = Sampler::new(config);
+            scene.render_fixed(config, &mut sampler)?;
+            work.insert(name, sampler);
+        }
+        spinner.finish_and_clear();
+        Ok(Work(work))
     }
 }
+
+/// Work by scene.
+pub(super) struct Work(BTreeMap<String, Sampler>);
 
 impl PowerArgs {
     fn scene(&self, unit: UnitKind) -> Option<&str> {
