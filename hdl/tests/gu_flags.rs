@@ -338,9 +338,6 @@ fn ids_of_two_records_a_row_end_with_the_bit_that_picks() {
     }
 }
 
-/// Fractions above 1 count as 1, and those of axes that an entry lacks not at all:
-/// a constant comes back as it is.
-
 /// Four single ids of which ports 2 and 3 wait for a turn: an id that was not loaded is
 /// told whichever turn it has, and the stalls are counted and cleared.
 #[test]
@@ -354,15 +351,23 @@ fn an_id_that_was_not_loaded_is_told_in_every_turn() {
         // Rows 0, 2, 4 and 6 lie in one part; row 7 is not there, in the other.
         let id = |port: u64| if port == wrong { 7 } else { 2 * port };
         let beat = |low: u64, last| (id(low) | id(low + 1) << 32, FULL, last);
-        unit.rit(&[beat(0, false), beat(2, true)]);
-        // Four rows of a part, or three of it: one more turn.
+        let last = |low: u64| 2 * (low % 2) + 1 | (2 * (low % 2) + 2) << 32;
+        unit.rit(&[
+            beat(0, false),
+            beat(2, false),
+            (last(0), FULL, false),
+            (last(1), FULL, true),
+        ]);
+        // Four rows of a part, or three of it: one more turn. Then two of each.
         assert_eq!(unit.get("stat_stall_bank"), 1, "port {wrong}");
-        assert_eq!(unit.get("stat_entries"), 4);
+        assert_eq!((unit.get("stat_entries"), unit.get("stat_busy")), (8, 2));
         assert_eq!(unit.flags(), u64::from(wrong < 4), "port {wrong}");
         assert_eq!(unit.get("stat_stall_bank"), 0, "cleared");
     }
 }
 
+/// Fractions above 1 count as 1, and those of axes that an entry lacks not at all:
+/// a constant comes back as it is.
 #[test]
 fn compact_weights_sum_to_one_whatever_the_bits() {
     let module = gathering_unit(&Config::from_toml(CELLS, "test").unwrap()).unwrap();

@@ -89,7 +89,8 @@ impl Layout {
     /// ports and banks of the configuration, also with compact entries; parity with
     /// both kinds of entry; and with one port of 16 banks the paper's again beside
     /// the feature-major one with 16 and 64 lanes, which have the capacity and the
-    /// peak bandwidth of that port; and four ports with copies of the banks and with parts. What the rules refuse is there with the reason.
+    /// peak bandwidth of that port; and four ports with copies of the banks and with
+    /// parts. What the rules refuse is there with the reason.
     #[must_use]
     pub fn all(config: &Config) -> Vec<Self> {
         let fit = |mut config: Config| {

@@ -66,7 +66,7 @@ impl SplitBanks {
             let before = m.bit(served, p as u32);
             let not_yet = m.not(before);
             let wants = m.and(kept, not_yet);
-            let wants = m.name(wants, &format!("wants{p}"));
+            let mut wants = m.name(wants, &format!("wants{p}"));
             let part = m.slice(row, 0, part_bits);
             let part = m.name(part, &format!("part{p}"));
             let line = m.slice(row, part_bits, row.width() - part_bits);
@@ -78,30 +78,43 @@ impl SplitBanks {
                     m.and(other_wants, same)
                 })
                 .collect();
-            let (room, second) = match ahead[..] {
-                [] => (m.lit(1, Ty::bit()), m.lit(0, Ty::bit())),
-                [one] => (m.lit(1, Ty::bit()), one),
+            wanted.push((wants, part));
+            // The first port has the first read, the second has one for certain.
+            let second = match ahead[..] {
+                [] => None,
+                [one] => Some(m.name(one, &format!("second{p}"))),
                 _ => {
                     let count = popcount(m, &ahead);
+                    let count = m.name(count, &format!("ahead{p}"));
                     let limit = m.lit(READS, count.ty());
-                    (m.lt(count, limit), m.bit(count, 0))
+                    let room = m.lt(count, limit);
+                    let room = m.name(room, &format!("room{p}"));
+                    let no_room = m.not(room);
+                    left.push(m.and(wants, no_room));
+                    wants = m.and(wants, room);
+                    Some(m.bit(count, 0))
                 }
             };
-            wanted.push((wants, part));
-            let first = m.not(second);
-            let gets = m.all_of(&[read, wants, room]);
+            let gets = m.and(read, wants);
             let gets = m.name(gets, &format!("grant{p}"));
-            let no_room = m.not(room);
-            left.push(m.and(wants, no_room));
             granted.insert(0, gets);
             let loaded = m.and(gets, ok);
+            let loaded = m.name(loaded, &format!("read_port{p}"));
             for (s, of_part) in reads.iter_mut().enumerate() {
                 let here = is(m, part, s as u32);
+                let here = m.and(loaded, here);
+                let here = m.name(here, &format!("port{p}_reads{s}"));
+                let Some(second) = second else {
+                    of_part[0].push((here, line));
+                    continue;
+                };
+                let first = m.not(second);
                 for (list, which) in of_part.iter_mut().zip([first, second]) {
-                    list.push((m.all_of(&[loaded, here, which]), line));
+                    list.push((m.and(here, which), line));
                 }
             }
             let from = m.reg(&format!("source{p}"), Ty::u(part_bits + 1), 0);
+            let second = second.unwrap_or_else(|| m.lit(0, Ty::bit()));
             let choice = m.cat(&[part, second]);
             m.set_next_if(from, gets, choice);
             source.push(from);
@@ -192,8 +205,9 @@ impl SplitBanks {
                 let inst = m.instance(&format!("bank{b}_{s}"), &self.part, &inputs);
                 of_bank.extend(["rdata0", "rdata1"].map(|name| m.out(inst, name)));
             }
-            for (words, &source) in words.iter_mut().zip(&turns.source) {
-                words.insert(0, m.select(source, &of_bank));
+            for (p, (words, &source)) in words.iter_mut().zip(&turns.source).enumerate() {
+                let word = m.select(source, &of_bank);
+                words.insert(0, m.name(word, &format!("word{p}_{b}")));
             }
         }
         words

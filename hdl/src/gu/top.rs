@@ -205,7 +205,7 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
         false => ["p_first", "p_last"].map(|name| m.out(rit, name)),
     };
     let loaded = m.out(table, "is_loaded");
-    // A group, once begun, is never held up: only its first vertex asks.
+    // A group, once begun, needs no more room: only its first vertex asks.
     let may_start = m.and(credit, loaded);
     let may_start = m.name(may_start, "may_start");
     let may = match whole_cells {

@@ -41,7 +41,7 @@ pub(crate) struct Spec {
 
 /// Flags for every C++ file; `-fno-gnu-unique` lets a library be unloaded, and hidden symbols
 /// keep the run-time code of two models apart.
-fn common_flags(vcd: bool) -> Vec<&'static str> {
+pub(crate) fn common_flags(vcd: bool) -> Vec<&'static str> {
     let mut flags = vec![
         "-std=gnu++17",
         "-fPIC",

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::Error;
 use crate::Toolchain;
-use crate::compile::{PRELUDE, PRELUDE_FILE, compiler, run, tools_key, write};
+use crate::compile::{PRELUDE, PRELUDE_FILE, common_flags, compiler, run, tools_key, write};
 use crate::store::{self, Product, SCRATCH};
 
 /// Names of the precompiled header, and of what it is made of.
@@ -47,7 +47,12 @@ fn has_many(cache: &Path) -> bool {
 fn precompiled(cache: &Path, tools: &Toolchain, optimise: &str) -> Result<PathBuf, Error> {
     static FOUND: Mutex<BTreeMap<(PathBuf, String), PathBuf>> = Mutex::new(BTreeMap::new());
     let text = format!("{PRELUDE}#include \"verilated.h\"\n");
-    let key = tools_key("headers", tools, &[optimise]).with(&text);
+    let key = tools_key(
+        "headers",
+        tools,
+        &[&common_flags(false)[..], &[optimise]].concat(),
+    )
+    .with(&text);
     let place = (cache.to_path_buf(), key.hex());
     let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(path) = found.get(&place).filter(|path| path.exists()) {
