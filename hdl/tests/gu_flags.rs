@@ -351,7 +351,7 @@ fn an_id_that_was_not_loaded_is_told_in_every_turn() {
         // Rows 0, 2, 4 and 6 lie in one part; row 7 is not there, in the other.
         let id = |port: u64| if port == wrong { 7 } else { 2 * port };
         let beat = |low: u64, last| (id(low) | id(low + 1) << 32, FULL, last);
-        let last = |low: u64| 2 * (low % 2) + 1 | (2 * (low % 2) + 2) << 32;
+        let last = |low: u64| (2 * (low % 2) + 1) | ((2 * (low % 2) + 2) << 32);
         unit.rit(&[
             beat(0, false),
             beat(2, false),
