@@ -5,7 +5,7 @@ export CARGO_TERM_COLOR ?= auto
 
 step = @printf '\n==> %s\n' '$(1)'
 
-.PHONY: help demo test test-full refresh lint bench setup
+.PHONY: help demo test test-full refresh parameters lint bench setup
 
 help:
 	@printf '%s\n' \
@@ -13,7 +13,8 @@ help:
 	  'make test       all checks of a change: formatting, lints, tests, checked-in Verilog' \
 	  'make test-full  also the exhaustive tests, the crate verilated, and that the benches build' \
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
-	  'make lint       formatting and lints alone' \
+	  'make parameters LIBERTY=FILE  synthesise again: synth/paper-asap7.json' \
+  'make lint       formatting and lints alone' \
 	  'make bench      the benchmarks' \
 	  'make setup      install what is missing (tools/setup --check only reports)'
 
@@ -77,6 +78,13 @@ refresh: setup
 	$(call step,snapshots)
 	INSTA_UPDATE=always INSTA_FORCE_PASS=1 TRYCMD=overwrite cargo test --locked --quiet
 	@git status --short -- rtl_out docs/images ':(glob)**/*.snap' ':(glob)tests/**'
+
+# The library is not the project's: docs/synthesis.md says which.
+parameters: setup
+	@test -n "$(LIBERTY)" || { echo 'make parameters: name the library, LIBERTY=FILE' >&2; exit 2; }
+	@tools/setup synth
+	cargo run --locked --release --quiet -- synth --liberty "$(LIBERTY)" --node 7 \
+	  --json synth/paper-asap7.json
 
 bench: setup
 	cargo bench --locked

@@ -217,15 +217,9 @@ fn in_parallel<I: Sync, T: Send>(
 type Expected = (PathBuf, serde_json::Value);
 
 fn read_report(path: &PathBuf) -> Result<Expected, Failure> {
-    let wrong = |why: String| {
-        let path = path.display();
-        Failure::Usage(format!(
-            "--compare {path}: {why}; name a report of `potamoi synth --json`"
-        ))
-    };
-    SynthReport::read(path)?;
-    let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
-    let value = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
+    let wrong = |why: String| Failure::Usage(format!("--compare {why}"));
+    let report = SynthReport::read(path).map_err(|e| wrong(e.to_string()))?;
+    let value = serde_json::to_value(report).map_err(|e| wrong(e.to_string()))?;
     Ok((path.clone(), value))
 }
 
