@@ -6,7 +6,7 @@ mod study;
 
 mod power;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -119,7 +119,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     if let Some(Family::Ecp5) = args.fpga {
         return fpga::run(&config, args, &cache);
     }
-    let expected = args.compare.as_ref().map(read_report).transpose()?;
+    let expected = args.compare.as_deref().map(read_report).transpose()?;
     let path = args.liberty.clone().map_or_else(default_library, Ok)?;
     let library = Library::read(&path)?;
     let scenes = Scenes::open(&args.power, args.unit.kinds())?;
@@ -216,18 +216,14 @@ fn in_parallel<I: Sync, T: Send>(
 
 type Expected = (PathBuf, serde_json::Value);
 
-fn read_report(path: &PathBuf) -> Result<Expected, Failure> {
+fn read_report(path: &Path) -> Result<Expected, Failure> {
     let wrong = |why: String| Failure::Usage(format!("--compare {why}"));
     let report = SynthReport::read(path).map_err(|e| wrong(e.to_string()))?;
     let value = serde_json::to_value(report).map_err(|e| wrong(e.to_string()))?;
-    Ok((path.clone(), value))
+    Ok((path.to_owned(), value))
 }
 
-fn compare(
-    report: &SynthReport,
-    path: &std::path::Path,
-    expected: &serde_json::Value,
-) -> Result<(), Failure> {
+fn compare(report: &SynthReport, path: &Path, expected: &serde_json::Value) -> Result<(), Failure> {
     let here = serde_json::to_value(report).unwrap_or_default();
     let found = differences(&here, expected);
     if found.is_empty() {

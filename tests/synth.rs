@@ -112,7 +112,7 @@ fn the_checked_in_parameters_are_made_again() {
     }
     let memories = |report: &serde_json::Value| report["raw"]["memories"]["origin"].clone();
     let tools = [
-        ("tools", &here["tools"] == &expected["tools"]),
+        ("tools", here["tools"] == expected["tools"]),
         ("raw.memories", memories(&here) == memories(&expected)),
     ];
     if tools.iter().all(|(_, same)| *same) {
