@@ -45,7 +45,11 @@ pub fn netlist(
         tools,
         cache,
     };
-    run.made(&texts, &scripts.yosys, NETLIST)
+    let script = format!(
+        "{}write_verilog -noattr -simple-lhs {NETLIST}\n",
+        scripts.yosys
+    );
+    run.made(&texts, &script, NETLIST)
 }
 
 /// Verilog of the functions of a library's cells, as Yosys reads them.
