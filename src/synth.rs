@@ -1,6 +1,7 @@
 //! `potamoi synth`: the units as cells of a library, and on an FPGA.
 
 mod fpga;
+mod grid;
 mod print;
 mod study;
 
@@ -55,8 +56,12 @@ pub(crate) struct SynthArgs {
     /// Markdown; --config and --unit do not count
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists"])]
     report: Option<PathBuf>,
+    /// Synthesise the grid of configurations that estimates are fitted to; --config and
+    /// --unit do not count
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists", "report"])]
+    grid: Option<PathBuf>,
     /// Place and route on an FPGA instead, with Yosys and nextpnr
-    #[arg(long, value_name = "FAMILY", conflicts_with_all = ["liberty", "node", "clock", "compare", "netlists", "report"])]
+    #[arg(long, value_name = "FAMILY", conflicts_with_all = ["liberty", "node", "clock", "compare", "netlists", "report", "grid"])]
     fpga: Option<Family>,
     /// Seed of the placement, with --fpga
     #[arg(long, value_name = "N", default_value_t = 1, requires = "fpga")]
@@ -112,7 +117,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
             scaling::known()
         )));
     }
-    files::prepare([args.json.as_ref(), args.report.as_ref()])?;
+    files::prepare([args.json.as_ref(), args.report.as_ref(), args.grid.as_ref()])?;
     let config = common.read_config()?;
     let cache = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
     let cache = cache.with_file_name("synth");
@@ -136,6 +141,9 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     );
     if let Some(path) = &args.report {
         return study::run(args, &library, &tools, &cache, path);
+    }
+    if let Some(path) = &args.grid {
+        return grid::run(args, &library, &tools, &cache, path);
     }
     let work = scenes.work(&config)?;
     let with = (&library, &tools, &work);

@@ -75,9 +75,10 @@ enum Inject {
     Bubble,
     /// The lowest bit of port 0's weights is inverted
     Weight,
-    /// Lanes of the feature-major organisation forget that they wait for a bank
+    /// Lanes (feature-major) or port 0 (banks in parts) forget that they wait for a bank
     Grant,
-    /// Lanes of the feature-major organisation get the word of the bank beside theirs
+    /// Lanes (feature-major) get the word of the bank beside theirs, port 1 (banks in
+    /// parts) that of the other read
     Crossbar,
     /// One bit of a constant of the exponential engines is inverted
     Exp,

@@ -86,10 +86,12 @@ fn other_gathering_units_agree_in_every_bit_and_cycle() {
         "four.toml",
         "[gu]\nports = 4\nbanks = 16\npipelined = true\n",
     );
-    let tensorf = at(
-        "tensorf.toml",
-        "[model]\nkind = \"builtin\"\nname = \"cairn\"\nrepresentation = \"tensorf\"\n[render]\nhalo = \"split\"\n",
-    );
+    let [tensorf, dvgo] = ["tensorf", "dvgo"].map(|representation| {
+        let model = "[model]\nkind = \"builtin\"\nname = \"cairn\"\n";
+        let text =
+            format!("{model}representation = \"{representation}\"\n[render]\nhalo = \"split\"\n");
+        at(&format!("{representation}.toml"), &text)
+    });
     let exact_fields = at(
         "exact-fields.toml",
         &format!(
@@ -117,6 +119,8 @@ fn other_gathering_units_agree_in_every_bit_and_cycle() {
         ("garden", &lanes, "24"),
         ("cairn:tensorf", &fields, "16"),
         (&tensorf, &exact_fields, "16"),
+        (&dvgo, &exact_fields, "16"),
+        ("cairn:ngp-mvoxel", &exact_fields, "12"),
     ] {
         let said = expect(
             folder.path(),
@@ -239,6 +243,30 @@ fn an_injected_fault_is_found_with_its_first_cycle() {
         "small",
         &[("bit", "gathering_unit"), ("exp", "vector_unit")],
     );
+}
+
+/// Whose turn it is, and which of a part's reads is whose.
+#[test]
+fn taking_turns_wrongly_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[gu]\nports = 4\nextra_ports = \"split\"\n";
+    std::fs::write(folder.path().join("turns.toml"), text).unwrap();
+    let frame = ["--scene", "lantern", "--width", "16"];
+    for fault in ["grant", "crossbar"] {
+        let verify = [
+            "verify",
+            "--config",
+            "turns.toml",
+            "--engine",
+            "interpreter",
+        ];
+        let inject = ["--inject", fault];
+        let said = expect(folder.path(), 1, &[&verify, &frame[..], &inject].concat());
+        assert!(
+            said.contains("MISMATCH in gathering_unit, cycle "),
+            "{said}"
+        );
+    }
 }
 
 #[test]

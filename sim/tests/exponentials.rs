@@ -182,16 +182,16 @@ fn both_scenes_pass(forms: &[&str]) {
         let mut none = |_| {};
         let every = settings(EngineKind::Verilator, 6, None);
         let mut verifier = Verifier::new(&config, every, &mut none);
-        garden_through(&mut verifier, 16).unwrap();
-        lantern_through(&mut verifier, &config, 24).unwrap();
+        garden_through(&mut verifier, 12).unwrap();
+        lantern_through(&mut verifier, &config, 16).unwrap();
         assert_eq!(verifier.failure(), None, "{knobs}");
         let v = verifier.vector_report();
         assert_eq!(v.cycles, v.cycles_predicted, "{knobs}");
-        assert!(v.elements > 10_000, "{knobs}: {v:?}");
+        assert!(v.elements > 4_000, "{knobs}: {v:?}");
 
         let faulty = settings(EngineKind::Interpreter, 60, Some(Injection::Exp));
         let mut verifier = Verifier::new(&config, faulty, &mut none);
-        lantern_through(&mut verifier, &config, 24).unwrap_err();
+        lantern_through(&mut verifier, &config, 16).unwrap_err();
         let failure = verifier.failure().unwrap();
         assert_eq!(failure.mismatch.module, "vector_unit", "{knobs}");
     }

@@ -170,9 +170,9 @@ const ONE_LANE: &str = "[vu]\nlanes = 1\nops = [\"exp\", \"one-minus-exp\"]\n";
 fn a_gathering_unit_of_four_banks_computes_the_same_in_cells() {
     let library = handful();
     let mut cells = InCells::new(FOUR_BANKS, UnitKind::Gathering, &library);
-    let work = tasks(&cells.config, 3, &[[9, 5], [4, 1], [12, 4]]);
+    let work = tasks(&cells.config, 3, &[[9, 5], [4, 1]]);
     let cycles = gather(&cells, EngineKind::Icarus, &work, Stalls::NONE, 1).unwrap();
-    assert!(cycles > 80, "{cycles}");
+    assert!(cycles > 48, "{cycles}");
 
     // With and without delays, and on more of it.
     let work = tasks(&cells.config, 4, &[[40, 60], [1, 1], [60, 90]]);
@@ -181,7 +181,7 @@ fn a_gathering_unit_of_four_banks_computes_the_same_in_cells() {
     assert_eq!((own.runs, own.items), (2, 125));
 
     cells.netlist = mutated(&cells.netlist, "reducer");
-    let work = tasks(&cells.config, 3, &[[9, 5]]);
+    let work = tasks(&cells.config, 3, &[[4, 2]]);
     let found = gather(&cells, EngineKind::Icarus, &work, Stalls::NONE, 1);
     assert!(matches!(found, Err(RtlError::Mismatch(_))), "{found:?}");
     let found = cells.own(&sampled(&cells.config, &work.0)).unwrap_err();

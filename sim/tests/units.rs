@@ -56,7 +56,8 @@ fn voxels_through_the_hardware_equal_the_twins_and_all_are_counted() {
 /// picture does come from the hardware.
 #[test]
 fn one_flipped_constant_changes_the_picture() {
-    let config = Config::paper();
+    let text = "[gu]\nbanks = 8\nports = 1\n[vu]\nlanes = 4\n";
+    let config = Config::from_toml(text, "test").unwrap();
     let right = vector_unit(&config).unwrap();
     let picture = |units: &mut RtlUnits| garden_picture(units).picture;
     let expected = picture(&mut RtlUnits::new(&config));

@@ -145,10 +145,11 @@ impl Config {
     }
 
     /// Cycles from the issue of a group's last vertex to its offer: one each for
-    /// the sum, the rounding and the FIFO, and those of the products.
+    /// the sum, the rounding and the FIFO, those of the products, and where pipelined
+    /// one for the register behind the FIFO.
     #[must_use]
     pub fn gather_latency(&self) -> u32 {
-        3 + self.product_stages()
+        3 + self.product_stages() + u32::from(self.gu.pipelined)
     }
 
     /// Register stages of a product before it is summed up: its operands, its two
@@ -250,11 +251,11 @@ mod tests {
             (config.rit_stages(), config.gather_latency())
         };
         assert_eq!(of(""), (2, 3));
-        assert_eq!(of("[gu]\npipelined = true\n"), (3, 6));
+        assert_eq!(of("[gu]\npipelined = true\n"), (3, 7));
         assert_eq!(of("[rit]\nentry = \"compact\"\n"), (4, 3));
         let parity = "[gu]\norganisation = \"parity\"\nmodes = \"structured\"\nvertices = [8]\n";
         assert_eq!(of(parity), (2, 4));
-        assert_eq!(of(&format!("{parity}pipelined = true\n")), (3, 6));
+        assert_eq!(of(&format!("{parity}pipelined = true\n")), (3, 7));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The stream ports that every organisation of the unit has.
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, GuConfig};
 
 use crate::ir::{IrErrors, ModuleBuilder, Signal, Ty};
 use crate::parts::{bits_for, fifo};
@@ -46,31 +46,56 @@ pub(super) struct FeatureStream {
 }
 
 impl FeatureStream {
-    /// Builds the FIFO.
+    /// Builds the FIFO, with a register behind its read where the unit is pipelined.
     ///
     /// # Errors
     /// The netlist's own checks.
     pub(super) fn build(
         m: &mut ModuleBuilder,
-        depth: u32,
+        gu: &GuConfig,
         beat: &Beat,
         ready: Signal,
     ) -> Result<Self, IrErrors> {
         let word = m.cat(&[beat.end, beat.keep, beat.slot, beat.data]);
+        // The register is one of the places.
+        let depth = gu.fifo_depth - u32::from(gu.pipelined);
         let module = fifo("feature_fifo", depth, word.width())?;
-        let offered = m.reg("offered", Ty::u(bits_for(depth)), 0);
-        m.note(offered, "results in the FIFO");
-        let valid = m.any(offered);
-        let valid = m.name(valid, "m_axis_feat_tvalid");
+        let held = m.reg("offered", Ty::u(bits_for(depth)), 0);
+        m.note(held, "results in the FIFO");
+        let some = m.any(held);
+        let (valid, take) = if gu.pipelined {
+            let valid = m.reg("out_valid", Ty::bit(), 0);
+            let free = m.not(valid);
+            let free = m.or(free, ready);
+            let take = m.and(some, free);
+            let take = m.name(take, "take");
+            let waits = m.not(ready);
+            let waits = m.and(valid, waits);
+            let next = m.or(some, waits);
+            m.set_next(valid, next);
+            (valid, Some(take))
+        } else {
+            (m.name(some, "m_axis_feat_tvalid"), None)
+        };
         let pop = m.and(valid, ready);
         let pop = m.name(pop, "pop");
+        let leaves_fifo = take.unwrap_or(pop);
         let inst = m.instance(
             "results",
             &module,
-            &[("push", beat.push), ("push_data", word), ("pop", pop)],
+            &[
+                ("push", beat.push),
+                ("push_data", word),
+                ("pop", leaves_fifo),
+            ],
         );
-        let out = m.out(inst, "data");
-        count_both(m, offered, beat.push, pop);
+        let mut out = m.out(inst, "data");
+        if let Some(take) = take {
+            let word = m.reg("out_word", word.ty(), 0);
+            m.set_next_if(word, take, out);
+            out = word;
+        }
+        count_both(m, held, beat.push, leaves_fifo);
         Ok(Self {
             pop,
             valid,

@@ -372,7 +372,7 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
         slot: tail[2],
         data,
     };
-    let stream = FeatureStream::build(m, gu.fifo_depth, &beat, io.ready)?;
+    let stream = FeatureStream::build(m, gu, &beat, io.ready)?;
     count_both(m, in_flight, group_start, stream.pop);
 
     let group_done = m.and(fire, p_last);

@@ -75,6 +75,14 @@ pub enum SynthError {
         /// The command.
         remedy: &'static str,
     },
+    /// A point of the grid that the fit is made of.
+    #[error("a point of the grid ({point}): {why}")]
+    Grid {
+        /// What it has in place of the defaults.
+        point: String,
+        /// Why it cannot be one.
+        why: String,
+    },
     /// The netlist of a unit.
     #[error("the generated netlist is wrong: {0}")]
     Netlist(#[from] IrErrors),

@@ -10,6 +10,7 @@
 mod cacti;
 mod error;
 mod fanout;
+pub mod fitted;
 mod fpga;
 pub(crate) mod gates;
 mod liberty;

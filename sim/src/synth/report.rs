@@ -49,9 +49,30 @@ pub struct LibraryOrigin {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct ToolsOrigin {
+pub(super) struct ToolsOrigin {
     yosys: String,
     opensta: String,
+}
+
+impl LibraryOrigin {
+    /// Of a library; `node_nm` is what was said of it.
+    pub(super) fn new(library: &Library, node_nm: Option<u32>) -> Self {
+        Self {
+            name: library.name.clone(),
+            sha256: library.sha256.clone(),
+            node_nm,
+            volts: library.volts,
+        }
+    }
+}
+
+impl ToolsOrigin {
+    pub(super) fn new(tools: &Tools) -> Self {
+        Self {
+            yosys: tools.yosys.clone(),
+            opensta: tools.opensta.clone(),
+        }
+    }
 }
 
 /// Limits of nets between modules.
@@ -189,16 +210,8 @@ impl SynthReport {
             format_version: FORMAT_VERSION,
             command: COMMAND.to_owned(),
             configuration: config.hash(),
-            library: LibraryOrigin {
-                name: library.name.clone(),
-                sha256: library.sha256.clone(),
-                node_nm,
-                volts: library.volts,
-            },
-            tools: ToolsOrigin {
-                yosys: tools.yosys.clone(),
-                opensta: tools.opensta.clone(),
-            },
+            library: LibraryOrigin::new(library, node_nm),
+            tools: ToolsOrigin::new(tools),
             flow: Flow {
                 fan_out: FAN_OUT,
                 load: LOAD,

@@ -21,10 +21,10 @@ pub enum Injection {
     /// an entry no longer sum to 1.
     Weight,
     /// Lanes of the feature-major organisation take over inverted whether they
-    /// wait for a bank.
+    /// wait for a bank; with banks in parts, port 0 whether it had its turn.
     Grant,
     /// The crossbar of the feature-major organisation gives lanes the word of
-    /// the bank beside theirs.
+    /// the bank beside theirs; with banks in parts, port 1 gets the other read's.
     Crossbar,
     /// One bit of a constant of the exponential engines is inverted: of
     /// ln(1 + 2^-1), or in the pipelined form of what the first stage keeps, or
@@ -49,6 +49,8 @@ impl Injection {
             Self::Weight if gu.organisation == Organisation::FeatureMajor => {
                 ("gather_lane", "x_weight", Change::Invert(0))
             }
+            Self::Grant if config.table_parts() > 1 => ("mft", "served", Change::Invert(0)),
+            Self::Crossbar if config.table_parts() > 1 => ("mft", "source1", Change::Invert(0)),
             Self::Grant => ("gather_lane", "pending", Change::Invert(0)),
             Self::Crossbar => ("gather_lane", "d_bank", Change::Invert(0)),
             // There is none, which the netlist says.

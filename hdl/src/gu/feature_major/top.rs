@@ -234,7 +234,7 @@ pub(in crate::gu) fn feature_major(config: &Config) -> Result<Arc<Module>, IrErr
         slot: joined(m, &slots),
         data: joined(m, &results),
     };
-    let stream = FeatureStream::build(m, gu.fifo_depth, &beat, io.ready)?;
+    let stream = FeatureStream::build(m, gu, &beat, io.ready)?;
     let begins = m.and(fire, asks);
     let begins = m.name(begins, "beat_start");
     count_both(m, in_flight, begins, stream.pop);

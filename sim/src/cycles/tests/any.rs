@@ -28,6 +28,8 @@ fn any_config() -> impl Strategy<Value = Config> {
             4 => (512, "paper", cells),
             _ => (512, "compact", cells),
         };
+        // The register behind the FIFO of a pipelined unit is one of its places.
+        let depth = depth + u32::from(kind.starts_with("pipelined"));
         config(&format!(
             "[mvoxel]\nrows = {mvoxel}\n[rit]\nentry = \"{entry}\"\nentries = {entries}\nstream_bits = {stream}\n\
              [gu]\nports = {ports}\nfifo_depth = {depth}\n{kind}"

@@ -20,7 +20,7 @@ use super::report::{Activity, Figures, ModulePower, Power, PowerReport};
 use super::still::{Still, named_loads};
 
 /// Version of what is kept of an estimate.
-const KEPT: &str = "potamoi-power 2";
+const KEPT: &str = "potamoi-power 3";
 /// Banks and lanes of the slices.
 const BANKS: [u32; 2] = [2, 4];
 const LANES: [u32; 2] = [1, 2];
@@ -299,6 +299,7 @@ impl Order<'_> {
                 busy: last.busy,
                 item: self.item().to_owned(),
                 items: work.items(),
+                channels: channels(work),
             },
             leakage_nw,
             zero_delay: figures(zero),
@@ -361,11 +362,18 @@ impl Order<'_> {
 /// Energies in femtojoules a cycle and leakage in nanowatts, by kind of module.
 type Whole = BTreeMap<String, (Energies, f64)>;
 
+fn channels(work: &Work) -> u64 {
+    match work {
+        Work::Gather(window) => window.tasks.first().map_or(0, |t| t.channels as u64),
+        Work::Vector(_) => 0,
+    }
+}
+
 fn describe(work: &Work) -> String {
     match work {
         Work::Gather(window) => {
-            let of = |t: &potamoi_golden::units::GatherTask| (t.vertices.count(), t.channels);
-            let (vertices, channels) = window.tasks.first().map_or((0, 0), of);
+            let vertices = window.tasks.first().map_or(0, |t| t.vertices.count());
+            let channels = channels(work);
             format!(
                 "{} entries of {} MVoxels, the largest of the frame, {vertices} vertices each, \
                  {channels} channels",

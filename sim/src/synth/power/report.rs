@@ -52,6 +52,8 @@ pub struct Activity {
     pub item: String,
     /// So many, in the whole unit.
     pub items: u64,
+    /// Channels of a sample; 0 of exponentials.
+    pub channels: u64,
 }
 
 /// Energy and power of the whole unit.
