@@ -18,7 +18,7 @@ use super::tools::{FINISH, SYNTH, TIMING};
 use super::{FlopMemory, Library, Power, SynthError, Tools, fanout, memories};
 
 /// Version of what is kept of a unit.
-const KEPT: &str = "potamoi-synth 3";
+const KEPT: &str = "potamoi-synth 4";
 
 /// A unit that can be synthesised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
