@@ -40,7 +40,7 @@ fn what_cannot_be_used_is_named_and_nothing_is_written() {
         ),
         (
             &["--liberty", "tiny.lib", "--compare", "report.json"],
-            "format_version 1, expected 2",
+            "format_version 1, expected 3",
         ),
         (
             &["--liberty", "tiny.lib", "--node", "5"],

@@ -131,8 +131,14 @@ pub(super) fn totals(report: &SynthReport) {
     if let Some(logic) = &scaled.logic {
         say!("\nat {} nm, by {}:", scaled.node_nm, logic.factors.table);
         for unit in &logic.units {
+            let energy = unit.energy.map_or_else(String::new, |e| {
+                format!(
+                    "; {:.1} pJ a cycle at work without delays, {:.1} with glitches",
+                    e.zero_delay_pj_a_cycle, e.with_glitches_pj_a_cycle
+                )
+            });
             say!(
-                "{}: {:.6} mm^2, {:.0} ps ({:.3} GHz) before wires",
+                "{}: {:.6} mm^2, {:.0} ps ({:.3} GHz) before wires{energy}",
                 unit.unit,
                 unit.area_um2 * 1e-6,
                 unit.period_ps,

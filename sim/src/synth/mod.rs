@@ -38,8 +38,8 @@ pub use power::{
     PowerReport, Sampler, VectorWindow, Verified, estimate, verify_netlist,
 };
 pub use report::{
-    LibraryOrigin, Raw, Scaled, ScaledLogic, ScaledMemories, ScaledMemory, ScaledUnit, SynthReport,
-    differences,
+    LibraryOrigin, Raw, Scaled, ScaledEnergy, ScaledLogic, ScaledMemories, ScaledMemory,
+    ScaledUnit, SynthReport, differences,
 };
 pub use tools::Tools;
 pub use unit::{Made, UnitKind, UnitReport, synthesise};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use potamoi_formats::config::Config;
 
-use super::report::{COMMAND, FORMAT_VERSION, ScaledMemory, ScaledUnit};
+use super::report::{COMMAND, FORMAT_VERSION, ScaledEnergy, ScaledMemory, ScaledUnit};
 use super::{MemoryReport, SynthError, SynthReport, UnitKind, UnitReport};
 
 const REMEDY: &str = "potamoi synth --json FILE";
@@ -145,6 +145,7 @@ impl SynthReport {
                     raw.period_ps * factors.delay,
                 )?;
                 equal(&name, "clock_ghz", unit.clock_ghz, 1e3 / unit.period_ps)?;
+                check_energy(&name, unit.energy, ScaledEnergy::of(raw, factors))?;
             }
         }
         let Some(memories) = &scaled.memories else {
@@ -178,6 +179,31 @@ impl SynthReport {
             equal(&name, "cycle_ps", own.figures.cycle_ps, expected.cycle_ps)?;
         }
         Ok(())
+    }
+}
+
+fn check_energy(
+    of: &str,
+    found: Option<ScaledEnergy>,
+    expected: Option<ScaledEnergy>,
+) -> Result<(), String> {
+    let fields = |e: ScaledEnergy| {
+        [
+            ("zero_delay_pj_a_cycle", e.zero_delay_pj_a_cycle),
+            ("with_glitches_pj_a_cycle", e.with_glitches_pj_a_cycle),
+            ("zero_delay_pj_an_item", e.zero_delay_pj_an_item),
+            ("with_glitches_pj_an_item", e.with_glitches_pj_an_item),
+        ]
+    };
+    match (found, expected) {
+        (None, None) => Ok(()),
+        (Some(found), Some(expected)) => fields(found)
+            .into_iter()
+            .zip(fields(expected))
+            .try_for_each(|((field, a), (_, b))| equal(of, field, a, b)),
+        _ => Err(format!(
+            "{of}: energy, expected where the raw unit has power"
+        )),
     }
 }
 
@@ -223,6 +249,8 @@ mod tests {
                 report.scaled_unit(unit).unwrap(),
             );
             assert!(scaled.area_um2 > raw.area_um2 && scaled.period_ps > raw.period_ps);
+            let energy = scaled.energy.unwrap();
+            assert!(energy.with_glitches_pj_a_cycle > energy.zero_delay_pj_a_cycle);
         }
         let banks = report.unit(UnitKind::Gathering).unwrap().memories.clone();
         for own in banks {
@@ -259,10 +287,10 @@ mod tests {
         let good: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert!(SynthReport::parse(&good.to_string()).is_ok());
         type Change = fn(&mut serde_json::Value);
-        let changes: [(Change, &str); 10] = [
+        let changes: [(Change, &str); 12] = [
             (
                 |v| v["format_version"] = 1.into(),
-                "format_version 1, expected 2",
+                "format_version 1, expected 3",
             ),
             (|v| v["command"] = "cost".into(), "command `cost`"),
             (
@@ -284,6 +312,17 @@ mod tests {
             (
                 |v| v["scaled"]["logic"]["factors"]["area"] = 2.0.into(),
                 "scaled gathering_unit: area_um2",
+            ),
+            (
+                |v| {
+                    v["scaled"]["logic"]["units"][1]["energy"]["with_glitches_pj_an_item"] =
+                        1.0.into()
+                },
+                "scaled vector_unit: with_glitches_pj_an_item 1, expected",
+            ),
+            (
+                |v| v["scaled"]["logic"]["units"][0]["energy"] = serde_json::Value::Null,
+                "scaled gathering_unit: energy, expected where",
             ),
             (
                 |v| v["scaled"]["memories"]["macros"][1]["cycle_ps"] = 1.0.into(),

@@ -6,10 +6,10 @@ use serde_json::Value;
 
 use super::fanout::{FAN_OUT, LOAD};
 use super::scaling::{self, Factors};
-use super::{Figures, Library, Memories, Tools, UnitReport};
+use super::{Figures, Library, Memories, Power, Tools, UnitReport};
 
 /// Version of the file.
-pub(super) const FORMAT_VERSION: u32 = 2;
+pub(super) const FORMAT_VERSION: u32 = 3;
 pub(super) const COMMAND: &str = "synth";
 
 /// Parameters of a configuration's units, and where they come from.
@@ -30,9 +30,6 @@ pub struct SynthReport {
     pub raw: Raw,
     /// The same at another node, by published factors.
     pub scaled: Option<Scaled>,
-    /// Power, where it was estimated.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub power: Option<Value>,
 }
 
 /// A cell library.
@@ -128,6 +125,39 @@ pub struct ScaledUnit {
     pub period_ps: f64,
     /// Gigahertz of that period.
     pub clock_ghz: f64,
+    /// Where its power was estimated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy: Option<ScaledEnergy>,
+}
+
+/// Energy of a unit at another node, at work as [`Power`] says.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScaledEnergy {
+    /// Picojoules a cycle, each net changing at most once.
+    pub zero_delay_pj_a_cycle: f64,
+    /// The same with glitches.
+    pub with_glitches_pj_a_cycle: f64,
+    /// Picojoules a sample or an exponential, each net changing at most once a cycle.
+    pub zero_delay_pj_an_item: f64,
+    /// The same with glitches.
+    pub with_glitches_pj_an_item: f64,
+}
+
+impl ScaledEnergy {
+    /// Of a unit, if its power was estimated.
+    pub(super) fn of(unit: &UnitReport, factors: &Factors) -> Option<Self> {
+        let Some(Power::Estimated(power)) = &unit.power else {
+            return None;
+        };
+        let (zero, glitches) = (&power.zero_delay, &power.with_glitches);
+        Some(Self {
+            zero_delay_pj_a_cycle: zero.pj_a_cycle * factors.energy,
+            with_glitches_pj_a_cycle: glitches.pj_a_cycle * factors.energy,
+            zero_delay_pj_an_item: zero.pj_an_item * factors.energy,
+            with_glitches_pj_an_item: glitches.pj_an_item * factors.energy,
+        })
+    }
 }
 
 /// Memories at another node.
@@ -173,6 +203,7 @@ impl Scaled {
                 area_um2: unit.area_um2 * factors.area,
                 period_ps: unit.period_ps * factors.delay,
                 clock_ghz: 1e3 / (unit.period_ps * factors.delay),
+                energy: ScaledEnergy::of(unit, factors),
             });
             units.collect()
         };
@@ -219,7 +250,6 @@ impl SynthReport {
             without: without.into_iter().map(str::to_owned).collect(),
             scaled: Some(Scaled::new(&raw, node_nm, to_nm)),
             raw,
-            power: None,
         }
     }
 }
