@@ -14,7 +14,7 @@ help:
 	  'make test-full  also the exhaustive tests, the crate verilated, and that the benches build' \
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
 	  'make parameters LIBERTY=FILE  synthesise again: synth/paper-asap7.json' \
-  'make lint       formatting and lints alone' \
+	  'make lint       formatting and lints alone' \
 	  'make bench      the benchmarks' \
 	  'make setup      install what is missing (tools/setup --check only reports)'
 

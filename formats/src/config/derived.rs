@@ -135,7 +135,7 @@ impl Config {
 
     /// Register stages from the RIT banks' output to the MFT's address: the
     /// banks' own and the last; one more where pipelined; two more in which the
-    /// weights of a compact entry are made, whose way is short enough as it is.
+    /// weights of a compact entry are made, pipelined or not.
     #[must_use]
     pub fn rit_stages(&self) -> u32 {
         match self.rit.entry {
