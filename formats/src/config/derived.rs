@@ -135,12 +135,12 @@ impl Config {
 
     /// Register stages from the RIT banks' output to the MFT's address: the
     /// banks' own and the last; one more where pipelined; two more in which the
-    /// weights of a compact entry are made, pipelined or not.
+    /// weights of a compact entry are made, and two for their products where pipelined.
     #[must_use]
     pub fn rit_stages(&self) -> u32 {
         match self.rit.entry {
             EntryKind::Paper => 2 + u32::from(self.gu.pipelined),
-            EntryKind::Compact => 4,
+            EntryKind::Compact => 4 + 2 * u32::from(self.gu.pipelined),
         }
     }
 
@@ -252,7 +252,9 @@ mod tests {
         };
         assert_eq!(of(""), (2, 3));
         assert_eq!(of("[gu]\npipelined = true\n"), (3, 7));
-        assert_eq!(of("[rit]\nentry = \"compact\"\n"), (4, 3));
+        let compact = "[rit]\nentry = \"compact\"\n";
+        assert_eq!(of(compact), (4, 3));
+        assert_eq!(of(&format!("{compact}[gu]\npipelined = true\n")), (6, 7));
         let parity = "[gu]\norganisation = \"parity\"\nmodes = \"structured\"\nvertices = [8]\n";
         assert_eq!(of(parity), (2, 4));
         assert_eq!(of(&format!("{parity}pipelined = true\n")), (3, 7));

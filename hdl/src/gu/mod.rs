@@ -9,6 +9,7 @@ mod rit_cell;
 mod rit_pick;
 mod rit_reader;
 mod rit_shape;
+mod rit_split;
 mod rit_writer;
 mod split_banks;
 mod streams;

@@ -3,16 +3,17 @@
 //!
 //! A weight is made by splitting 1 along z, then y, then x: a sum `s` into
 //! `s - h` and `h = floor(s u + 1/2)`, so that an entry's weights sum to exactly 1.
-//! Stage E holds the entry, F the sums after y, P the weights. One vertex a cycle
-//! takes one multiplier along y and one along x; all eight take two and four.
+//! Stage E holds the entry, F the sums after y, P the weights; where pipelined, G and H
+//! the products along y and x. One vertex a cycle takes one multiplier along y and one
+//! along x; all eight take two and four.
 
 use potamoi_formats::compact::{FRACTION_AT, FRACTION_BITS, ROW_BITS, SLOT_AT};
-use potamoi_formats::fixed::Rounding;
 use potamoi_formats::rit::{MAX_VERTICES, Vertices};
 
 use super::rit_pick::{Given, Slot};
-use super::rit_reader::{Read, Reader};
+use super::rit_reader::{Read, Reader, Step};
 use super::rit_shape::Shape;
+use super::rit_split::{Product, Way, carry, first_split};
 use crate::ir::{ModuleBuilder, Signal, Ty};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -39,79 +40,23 @@ impl Reader {
         port: u32,
     ) -> Given {
         let entry = self.entry(m, shape, read, vertices, words, port);
-        let hold = |m: &mut ModuleBuilder, name: &str, value: Signal| {
-            let reg = m.reg(&format!("f_{name}{port}"), value.ty(), 0);
-            m.set_next_if(reg, read.fills[1], value);
-            reg
+        let way = Way::of(read);
+        let slot = carry(m, port, &way.to_f, "slot", entry.slot);
+        let slot = carry(m, port, &way.to_p, "slot", slot);
+        let across = carry(m, port, &way.to_f, "fraction_x", entry.fraction[0]);
+        let steps: Vec<Step> = self.steps().into_iter().flatten().collect();
+        let (rows, weights) = match steps.is_empty() {
+            true => cell(m, shape, &way, &entry, across, port),
+            false => {
+                let of_y = 1 + way.of_y().len();
+                let row = row_of_vertex(m, shape, &entry, steps[1].vertex, vertices, port);
+                let row = carry(m, port, &way.to_f, "row", row);
+                let row = carry(m, port, &way.to_p, "row", row);
+                let steps = [steps[steps.len() - 2], steps[of_y], steps[1]];
+                let weight = weight(m, shape, &way, &entry, (across, steps), port);
+                (vec![row], vec![weight])
+            }
         };
-        let slot = hold(m, "slot", entry.slot);
-        let across = hold(m, "fraction_x", entry.fraction[0]);
-        if let [_, Some(e), Some(f), _] = self.steps()[..] {
-            let row = row_of_vertex(m, shape, &entry, e.vertex, vertices, port);
-            let row = hold(m, "row", row);
-            let [x, y, z] = [0, 1, 2].map(|axis| {
-                let step = if axis == 0 { f } else { e };
-                let bit = m.bit(step.vertex, axis);
-                m.name(bit, &format!("far_{}{port}", AXES[axis as usize]))
-            });
-            let name = |axis: &str| format!("{axis}{port}");
-            let (low, high) = first_split(m, shape, &name("z"), entry.fraction[2]);
-            let sum = m.mux(z, high, low);
-            let sum = m.name(sum, &format!("sum_z{port}"));
-            let (low, high) = split(m, &name("y"), sum, entry.fraction[1]);
-            let sum = m.mux(y, high, low);
-            let sum = hold(m, "sum_y", sum);
-            let (low, high) = split(m, &name("x"), sum, across);
-            let weight = m.mux(x, high, low);
-            return Given {
-                rows: vec![row],
-                weights: vec![halfword(m, weight)],
-                slot: Slot::Whole(slot),
-            };
-        }
-        let odd = [0, 1, 2].map(|axis: u32| {
-            let bit = m.bit(entry.row, axis * shape.axis_bits());
-            m.name(bit, &format!("odd_{}{port}", AXES[axis as usize]))
-        });
-        let next = [0, 1, 2].map(|axis: u32| {
-            let next = next_even(m, shape, entry.row, odd[axis as usize], axis);
-            hold(m, &format!("next_{}", AXES[axis as usize]), next)
-        });
-        let bits = shape.axis_bits();
-        let half = [0, 1, 2].map(|axis: u32| {
-            (bits > 1).then(|| {
-                let half = m.slice(entry.row, axis * bits + 1, bits - 1);
-                hold(m, &format!("half_{}", AXES[axis as usize]), half)
-            })
-        });
-        let above = (3 * bits < 16).then(|| {
-            let above = m.slice(entry.row, 3 * bits, 16 - 3 * bits);
-            hold(m, "above", above)
-        });
-        let rows = rows_of_groups(m, bits, half, above, next);
-        // The side whose parity is 0 first.
-        let by_parity = |m: &mut ModuleBuilder, name: &str, parts: (Signal, Signal), odd| {
-            let (low, high) = parts;
-            [("even", high, low), ("odd", low, high)].map(|(side, first, other)| {
-                let part = m.mux(odd, first, other);
-                m.name(part, &format!("{side}_part_{name}"))
-            })
-        };
-        let name = |axis: &str, i: usize| format!("{axis}{port}_{i}");
-        let first = first_split(m, shape, &format!("z{port}"), entry.fraction[2]);
-        let mut sums = vec![];
-        let along_z = by_parity(m, &format!("z{port}"), first, odd[2]);
-        for (i, sum) in along_z.into_iter().enumerate() {
-            let parts = split(m, &name("y", i), sum, entry.fraction[1]);
-            sums.extend(by_parity(m, &name("y", i), parts, odd[1]));
-        }
-        let odd_x = hold(m, "odd_x", odd[0]);
-        let mut weights = vec![];
-        for (i, sum) in sums.into_iter().enumerate() {
-            let sum = hold(m, &format!("sum{i}_"), sum);
-            let parts = split(m, &name("x", i), sum, across);
-            weights.extend(by_parity(m, &name("x", i), parts, odd_x));
-        }
         let weights = weights.into_iter().map(|w| halfword(m, w)).collect();
         Given {
             rows,
@@ -186,6 +131,97 @@ impl Reader {
     }
 }
 
+/// The weight of a vertex; of each axis, the step that says on which side it is.
+fn weight(
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    way: &Way,
+    entry: &Entry,
+    (across, steps): (Signal, [Step; 3]),
+    port: u32,
+) -> Signal {
+    let [x, y, z] = [0, 1, 2].map(|axis: u32| {
+        let bit = m.bit(steps[axis as usize].vertex, axis);
+        m.name(bit, &format!("far_{}{port}", AXES[axis as usize]))
+    });
+    let (low, high) = first_split(m, shape, &format!("z{port}"), entry.fraction[2]);
+    let sum = m.mux(z, high, low);
+    let sum = m.name(sum, &format!("sum_z{port}"));
+    let product = Product::of(m, &format!("y{port}"), sum, entry.fraction[1]);
+    let product = product.carry(m, port, way.of_y(), "y");
+    let (low, high) = product.split(m, &format!("y{port}"));
+    let sum = m.mux(y, high, low);
+    let sum = carry(m, port, way.f(), "sum_y", sum);
+    let product = Product::of(m, &format!("x{port}"), sum, across);
+    let product = product.carry(m, port, &way.to_p, "x");
+    let (low, high) = product.split(m, &format!("x{port}"));
+    m.mux(x, high, low)
+}
+
+/// Rows and weights of all eight vertices.
+fn cell(
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    way: &Way,
+    entry: &Entry,
+    across: Signal,
+    port: u32,
+) -> (Vec<Signal>, Vec<Signal>) {
+    let hold = |m: &mut ModuleBuilder, name: &str, value: Signal| {
+        let value = carry(m, port, &way.to_f, name, value);
+        carry(m, port, &way.to_p, name, value)
+    };
+    let odd = [0, 1, 2].map(|axis: u32| {
+        let bit = m.bit(entry.row, axis * shape.axis_bits());
+        m.name(bit, &format!("odd_{}{port}", AXES[axis as usize]))
+    });
+    let next = [0, 1, 2].map(|axis: u32| {
+        let next = next_even(m, shape, entry.row, odd[axis as usize], axis);
+        hold(m, &format!("next_{}", AXES[axis as usize]), next)
+    });
+    let bits = shape.axis_bits();
+    let half = [0, 1, 2].map(|axis: u32| {
+        (bits > 1).then(|| {
+            let half = m.slice(entry.row, axis * bits + 1, bits - 1);
+            hold(m, &format!("half_{}", AXES[axis as usize]), half)
+        })
+    });
+    let above = (3 * bits < 16).then(|| {
+        let above = m.slice(entry.row, 3 * bits, 16 - 3 * bits);
+        hold(m, "above", above)
+    });
+    let rows = rows_of_groups(m, bits, half, above, next);
+    // The side whose parity is 0 first.
+    let by_parity = |m: &mut ModuleBuilder, name: &str, parts: (Signal, Signal), odd| {
+        let (low, high) = parts;
+        [("even", high, low), ("odd", low, high)].map(|(side, first, other)| {
+            let part = m.mux(odd, first, other);
+            m.name(part, &format!("{side}_part_{name}"))
+        })
+    };
+    let name = |axis: &str, i: usize| format!("{axis}{port}_{i}");
+    let first = first_split(m, shape, &format!("z{port}"), entry.fraction[2]);
+    let mut sums = vec![];
+    let along_z = by_parity(m, &format!("z{port}"), first, odd[2]);
+    let odd_y = carry(m, port, way.of_y(), "odd_y", odd[1]);
+    for (i, sum) in along_z.into_iter().enumerate() {
+        let product = Product::of(m, &name("y", i), sum, entry.fraction[1]);
+        let product = product.carry(m, port, way.of_y(), &format!("y{i}_"));
+        let parts = product.split(m, &name("y", i));
+        sums.extend(by_parity(m, &name("y", i), parts, odd_y));
+    }
+    let odd_x = hold(m, "odd_x", odd[0]);
+    let mut weights = vec![];
+    for (i, sum) in sums.into_iter().enumerate() {
+        let sum = carry(m, port, way.f(), &format!("sum{i}_"), sum);
+        let product = Product::of(m, &name("x", i), sum, across);
+        let product = product.carry(m, port, &way.to_p, &format!("x{i}_"));
+        let parts = product.split(m, &name("x", i));
+        weights.extend(by_parity(m, &name("x", i), parts, odd_x));
+    }
+    (rows, weights)
+}
+
 /// The row of the vertex in E. Beyond the MVoxel's faces there is none.
 fn row_of_vertex(
     m: &mut ModuleBuilder,
@@ -225,50 +261,6 @@ fn row_of_vertex(
 /// A weight in 16 bits.
 fn halfword(m: &mut ModuleBuilder, weight: Signal) -> Signal {
     m.extend(weight, 16)
-}
-
-/// 1 split along the last axis: no multiplier.
-fn first_split(
-    m: &mut ModuleBuilder,
-    shape: &Shape,
-    name: &str,
-    fraction: Signal,
-) -> (Signal, Signal) {
-    let w = shape.weight_bits;
-    let top = FRACTION_BITS - 1;
-    let (one, part) = (m.bit(fraction, top), m.slice(fraction, 0, top));
-    // A fraction above 1 counts as 1.
-    let below = m.not(one);
-    let mask = m.repeat(below, top);
-    let part = m.and(part, mask);
-    let fraction = m.cat(&[one, part]);
-    let high = if w >= top {
-        let zeros = (w > top).then(|| m.lit(0, Ty::u(w - top)));
-        let parts: Vec<_> = [Some(fraction), zeros].into_iter().flatten().collect();
-        m.cat(&parts)
-    } else {
-        let rounded = m.round(fraction, top - w, Rounding::HalfUp);
-        m.truncate(rounded, w + 1)
-    };
-    let high = m.name(high, &format!("high_{name}"));
-    let one = m.lit(1u32 << w, Ty::u(w + 1));
-    let low = m.sub(one, high);
-    (m.name(low, &format!("low_{name}")), high)
-}
-
-/// A sum split along an axis, rounded half up.
-fn split(m: &mut ModuleBuilder, name: &str, sum: Signal, fraction: Signal) -> (Signal, Signal) {
-    let top = FRACTION_BITS - 1;
-    let (one, part) = (m.bit(fraction, top), m.slice(fraction, 0, top));
-    let product = m.mul(sum, part);
-    let product = m.name(product, &format!("product_{name}"));
-    let rounded = m.round(product, top, Rounding::HalfUp);
-    let rounded = m.truncate(rounded, sum.width());
-    let rounded = m.name(rounded, &format!("rounded_{name}"));
-    let high = m.mux(one, sum, rounded);
-    let high = m.name(high, &format!("high_{name}"));
-    let low = m.sub(sum, high);
-    (m.name(low, &format!("low_{name}")), high)
 }
 
 /// Along an axis, the first vertex of even parity that is the cell's: its own first

@@ -5,8 +5,15 @@ use super::rit_shape::{Halves, Shape, of_half};
 use crate::ir::{ModuleBuilder, Signal, Ty};
 use crate::parts::{is, ones, plus_one};
 
-/// Names of the stages between Q and P.
-const BETWEEN: [&str; 2] = ["e", "f"];
+/// Names of so many stages between Q and P.
+fn between(count: usize) -> &'static [&'static str] {
+    match count {
+        0 => &[],
+        1 => &["e"],
+        2 => &["e", "f"],
+        _ => &["e", "g", "f", "h"],
+    }
+}
 
 /// Registers of the reader.
 pub(super) struct Reader {
@@ -83,7 +90,7 @@ impl Reader {
         let segment = m.reg("read_segment", Ty::u(7), 0);
         let start_half = m.reg("read_start_half", Ty::bit(), 0);
         m.note(start_half, "half in which the MVoxel begins");
-        let between = &BETWEEN[..shape.between as usize];
+        let between = between(shape.between as usize);
         let names = ["q"].into_iter().chain(between.iter().copied());
         let stages = names
             .chain(["p"])
@@ -115,7 +122,7 @@ impl Reader {
     fn follow(&self, m: &mut ModuleBuilder, take: Signal) -> (Vec<Signal>, Signal) {
         let mut moves_on = take;
         let mut fills = vec![];
-        let between = BETWEEN[..self.stages.len() - 2].iter().rev();
+        let between = between(self.stages.len() - 2).iter().rev();
         let names = ["p"].iter().chain(between);
         for (pair, name) in self.stages.windows(2).rev().zip(names) {
             let (before, stage) = (pair[0], pair[1]);
