@@ -2,19 +2,19 @@
 
 mod fpga;
 mod grid;
+mod power;
 mod print;
 mod study;
-
-mod power;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use clap::{Args, ValueEnum};
+use potamoi_formats::config::Config;
 use potamoi_sim::synth::{
-    Cacti, Library, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport, default_library,
-    differences, scaling, synthesise,
+    Cacti, Library, Made, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport,
+    default_library, differences, scaling, synthesise,
 };
 
 use crate::common::Common;
@@ -56,8 +56,8 @@ pub(crate) struct SynthArgs {
     /// Markdown; --config and --unit do not count
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists"])]
     report: Option<PathBuf>,
-    /// Synthesise the grid of configurations that estimates are fitted to; --config and
-    /// --unit do not count
+    /// Synthesise a grid of configurations, to see how area, period and energy go with
+    /// their numbers; --config and --unit do not count
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists", "report"])]
     grid: Option<PathBuf>,
     /// Place and route on an FPGA instead, with Yosys and nextpnr
@@ -90,6 +90,20 @@ enum Units {
 enum Family {
     /// Lattice ECP5, the largest of them
     Ecp5,
+}
+
+/// What units are synthesised with.
+struct Flow<'a> {
+    library: &'a Library,
+    tools: &'a Tools,
+    /// Where results are kept.
+    cache: &'a Path,
+}
+
+impl Flow<'_> {
+    fn synthesise(&self, config: &Config, unit: UnitKind) -> Result<Made, SynthError> {
+        synthesise(config, unit, self.library, self.tools, self.cache)
+    }
 }
 
 impl Units {
@@ -139,17 +153,21 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         tools.yosys,
         tools.opensta
     );
+    let flow = Flow {
+        library: &library,
+        tools: &tools,
+        cache: &cache,
+    };
     if let Some(path) = &args.report {
-        return study::run(args, &library, &tools, &cache, path);
+        return study::run(args, &flow, path);
     }
     if let Some(path) = &args.grid {
-        return grid::run(args, &library, &tools, &cache, path);
+        return grid::run(args, &flow, path);
     }
     let work = scenes.work(&config)?;
-    let with = (&library, &tools, &work);
     let made = in_parallel(args.unit.kinds(), args.jobs.into(), |unit| {
-        let mut made = synthesise(&config, *unit, &library, &tools, &cache)?;
-        args.power.add(&config, *unit, &mut made, with, &cache)?;
+        let mut made = flow.synthesise(&config, *unit)?;
+        args.power.add(&config, *unit, &mut made, &work, &flow)?;
         Ok::<_, Failure>(made)
     })?;
     for made in &made {

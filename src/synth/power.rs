@@ -1,17 +1,16 @@
 //! The power of the units, by the work of a scene.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 use potamoi_formats::config::Config;
 use potamoi_golden::scene::Scene;
 use potamoi_sim::synth::{
-    Extent, Library, Made, Order, Power, PowerReport, Sampler, SynthError, Tools, UnitKind,
-    estimate,
+    Extent, Made, Order, Power, PowerReport, Sampler, SynthError, UnitKind, estimate,
 };
 
+use super::Flow;
 use crate::failure::Failure;
 use crate::files::FileError;
 use crate::progress;
@@ -82,10 +81,9 @@ impl PowerArgs {
         config: &Config,
         unit: UnitKind,
         made: &mut Made,
-        with: (&Library, &Tools, &Work),
-        cache: &Path,
+        work: &Work,
+        flow: &Flow<'_>,
     ) -> Result<(), Failure> {
-        let (library, tools, work) = with;
         let Some(scene) = self.scene(unit) else {
             return Ok(());
         };
@@ -99,8 +97,8 @@ impl PowerArgs {
         let order = Order {
             config,
             unit,
-            library,
-            tools,
+            library: flow.library,
+            tools: flow.tools,
             made: (&made.report, &netlist),
             scene,
             windows: (windows.0.as_ref(), windows.1.as_ref()),
@@ -109,7 +107,7 @@ impl PowerArgs {
                 false => Extent::Slices,
             },
         };
-        let power = estimate(&order, cache).map_err(wrong)?;
+        let power = estimate(&order, flow.cache).map_err(wrong)?;
         made.report.power = Some(power);
         Ok(())
     }

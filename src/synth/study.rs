@@ -7,11 +7,9 @@ use potamoi_formats::config::Config;
 use potamoi_sim::synth::study::{
     EXPONENTIALS, GATHERING, Table, Variant, array_um2, crossbar_um2, once, tables,
 };
-use potamoi_sim::synth::{
-    Cacti, Library, Memories, Raw, SYSTEM, Scaled, Tools, UnitReport, model, synthesise,
-};
+use potamoi_sim::synth::{Cacti, Memories, Raw, SYSTEM, Scaled, UnitReport, model};
 
-use super::{SynthArgs, in_parallel};
+use super::{Flow, SynthArgs, in_parallel};
 use crate::failure::Failure;
 use crate::files;
 use crate::say::say;
@@ -59,18 +57,12 @@ impl Row {
     }
 }
 
-pub(super) fn run(
-    args: &SynthArgs,
-    library: &Library,
-    tools: &Tools,
-    cache: &Path,
-    path: &Path,
-) -> Result<(), Failure> {
-    let cacti = Cacti::find(cache)?;
+pub(super) fn run(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), Failure> {
+    let cacti = Cacti::find(flow.cache)?;
     let variants: Vec<Variant> = GATHERING.into_iter().chain(EXPONENTIALS).collect();
     let rows = in_parallel(&variants, args.jobs.into(), |variant| {
         let config = variant.config()?;
-        let unit = synthesise(&config, variant.unit, library, tools, cache)?.report;
+        let unit = flow.synthesise(&config, variant.unit)?.report;
         let memories = model(std::slice::from_ref(&unit), &cacti)?;
         let raw = Raw {
             units: vec![unit.clone()],
@@ -93,9 +85,9 @@ pub(super) fn run(
     let _ = writeln!(
         text,
         "{}, {at}. {}; OpenSTA {}; memories at {} nm by {}.\n",
-        library.name,
-        tools.yosys,
-        tools.opensta,
+        flow.library.name,
+        flow.tools.yosys,
+        flow.tools.opensta,
         args.scale_to,
         cacti.settings().cacti
     );

@@ -13,7 +13,7 @@ use potamoi_formats::rit::{MAX_VERTICES, Vertices};
 use super::rit_pick::{Given, Slot};
 use super::rit_reader::{Read, Reader, Step};
 use super::rit_shape::Shape;
-use super::rit_split::{Product, Way, carry, first_split};
+use super::rit_split::{Product, WeightStages, carry, first_split};
 use crate::ir::{ModuleBuilder, Signal, Ty};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -40,20 +40,20 @@ impl Reader {
         port: u32,
     ) -> Given {
         let entry = self.entry(m, shape, read, vertices, words, port);
-        let way = Way::of(read);
-        let slot = carry(m, port, &way.to_f, "slot", entry.slot);
-        let slot = carry(m, port, &way.to_p, "slot", slot);
-        let across = carry(m, port, &way.to_f, "fraction_x", entry.fraction[0]);
+        let stages = WeightStages::of(read);
+        let slot = carry(m, port, &stages.to_f, "slot", entry.slot);
+        let slot = carry(m, port, &stages.to_p, "slot", slot);
+        let across = carry(m, port, &stages.to_f, "fraction_x", entry.fraction[0]);
         let steps: Vec<Step> = self.steps().into_iter().flatten().collect();
         let (rows, weights) = match steps.is_empty() {
-            true => cell(m, shape, &way, &entry, across, port),
+            true => cell(m, shape, &stages, &entry, across, port),
             false => {
-                let of_y = 1 + way.of_y().len();
+                let of_y = 1 + stages.of_y().len();
                 let row = row_of_vertex(m, shape, &entry, steps[1].vertex, vertices, port);
-                let row = carry(m, port, &way.to_f, "row", row);
-                let row = carry(m, port, &way.to_p, "row", row);
+                let row = carry(m, port, &stages.to_f, "row", row);
+                let row = carry(m, port, &stages.to_p, "row", row);
                 let steps = [steps[steps.len() - 2], steps[of_y], steps[1]];
-                let weight = weight(m, shape, &way, &entry, (across, steps), port);
+                let weight = weight(m, shape, &stages, &entry, (across, steps), port);
                 (vec![row], vec![weight])
             }
         };
@@ -135,7 +135,7 @@ impl Reader {
 fn weight(
     m: &mut ModuleBuilder,
     shape: &Shape,
-    way: &Way,
+    stages: &WeightStages,
     entry: &Entry,
     (across, steps): (Signal, [Step; 3]),
     port: u32,
@@ -148,12 +148,12 @@ fn weight(
     let sum = m.mux(z, high, low);
     let sum = m.name(sum, &format!("sum_z{port}"));
     let product = Product::of(m, &format!("y{port}"), sum, entry.fraction[1]);
-    let product = product.carry(m, port, way.of_y(), "y");
+    let product = product.carry(m, port, stages.of_y(), "y");
     let (low, high) = product.split(m, &format!("y{port}"));
     let sum = m.mux(y, high, low);
-    let sum = carry(m, port, way.f(), "sum_y", sum);
+    let sum = carry(m, port, stages.f(), "sum_y", sum);
     let product = Product::of(m, &format!("x{port}"), sum, across);
-    let product = product.carry(m, port, &way.to_p, "x");
+    let product = product.carry(m, port, &stages.to_p, "x");
     let (low, high) = product.split(m, &format!("x{port}"));
     m.mux(x, high, low)
 }
@@ -162,14 +162,14 @@ fn weight(
 fn cell(
     m: &mut ModuleBuilder,
     shape: &Shape,
-    way: &Way,
+    stages: &WeightStages,
     entry: &Entry,
     across: Signal,
     port: u32,
 ) -> (Vec<Signal>, Vec<Signal>) {
     let hold = |m: &mut ModuleBuilder, name: &str, value: Signal| {
-        let value = carry(m, port, &way.to_f, name, value);
-        carry(m, port, &way.to_p, name, value)
+        let value = carry(m, port, &stages.to_f, name, value);
+        carry(m, port, &stages.to_p, name, value)
     };
     let odd = [0, 1, 2].map(|axis: u32| {
         let bit = m.bit(entry.row, axis * shape.axis_bits());
@@ -203,19 +203,19 @@ fn cell(
     let first = first_split(m, shape, &format!("z{port}"), entry.fraction[2]);
     let mut sums = vec![];
     let along_z = by_parity(m, &format!("z{port}"), first, odd[2]);
-    let odd_y = carry(m, port, way.of_y(), "odd_y", odd[1]);
+    let odd_y = carry(m, port, stages.of_y(), "odd_y", odd[1]);
     for (i, sum) in along_z.into_iter().enumerate() {
         let product = Product::of(m, &name("y", i), sum, entry.fraction[1]);
-        let product = product.carry(m, port, way.of_y(), &format!("y{i}_"));
+        let product = product.carry(m, port, stages.of_y(), &format!("y{i}_"));
         let parts = product.split(m, &name("y", i));
         sums.extend(by_parity(m, &name("y", i), parts, odd_y));
     }
     let odd_x = hold(m, "odd_x", odd[0]);
     let mut weights = vec![];
     for (i, sum) in sums.into_iter().enumerate() {
-        let sum = carry(m, port, way.f(), &format!("sum{i}_"), sum);
+        let sum = carry(m, port, stages.f(), &format!("sum{i}_"), sum);
         let product = Product::of(m, &name("x", i), sum, across);
-        let product = product.carry(m, port, &way.to_p, &format!("x{i}_"));
+        let product = product.carry(m, port, &stages.to_p, &format!("x{i}_"));
         let parts = product.split(m, &name("x", i));
         weights.extend(by_parity(m, &name("x", i), parts, odd_x));
     }

@@ -26,15 +26,15 @@ pub(super) fn carry(
     value
 }
 
-/// Stages from E to P: where pipelined, G and H hold products.
-pub(super) struct Way {
+/// Stages behind E in which weights are made: where pipelined, G and H hold products.
+pub(super) struct WeightStages {
     /// To F.
     pub(super) to_f: Vec<(&'static str, Signal)>,
     /// To P's inputs.
     pub(super) to_p: Vec<(&'static str, Signal)>,
 }
 
-impl Way {
+impl WeightStages {
     pub(super) fn of(read: &Read) -> Self {
         match read.fills[..] {
             [_, g, f, h, _] => Self {

@@ -75,7 +75,7 @@ pub enum SynthError {
         /// The command.
         remedy: &'static str,
     },
-    /// A point of the grid that the fit is made of.
+    /// A point of the grid.
     #[error("a point of the grid ({point}): {why}")]
     Grid {
         /// What it has in place of the defaults.

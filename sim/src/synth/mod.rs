@@ -10,9 +10,9 @@
 mod cacti;
 mod error;
 mod fanout;
-pub mod fitted;
 mod fpga;
 pub(crate) mod gates;
+pub mod grid;
 mod liberty;
 mod library;
 mod memories;

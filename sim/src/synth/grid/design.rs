@@ -1,4 +1,4 @@
-//! The configurations that are synthesised for the fit.
+//! The configurations of the grid.
 
 use potamoi_formats::config::{Config, ConfigError};
 use rand::SeedableRng;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::synth::UnitKind;
 
-/// Units that share a formula.
+/// Units that differ in numbers alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Family {
@@ -97,7 +97,7 @@ const VECTOR_PIPELINED: [Knob; 3] = [
 /// A configuration of the grid.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Point {
-    /// Whose formula it helps to find.
+    /// Which units it is one of.
     pub family: Family,
     /// What it has in place of the defaults, as TOML.
     pub text: String,

@@ -1,4 +1,4 @@
-//! The file of synthesised configurations that the fit is made of.
+//! The file of what synthesis made of the grid.
 
 use potamoi_formats::config::Config;
 use potamoi_hdl::ir::{Header, verilog};
@@ -27,7 +27,7 @@ pub struct Grid {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GridPoint {
-    /// Whose formula it helps to find.
+    /// Which units it is one of.
     pub family: Family,
     /// What it has in place of the defaults, as TOML.
     pub config: String,
@@ -99,18 +99,6 @@ impl Grid {
             points,
         }
     }
-
-    /// Reads what `potamoi synth --grid` wrote.
-    ///
-    /// # Errors
-    /// What is wrong with it.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let grid: Self = serde_json::from_str(text).map_err(|e| e.to_string())?;
-        match grid.format_version {
-            FORMAT_VERSION => Ok(grid),
-            other => Err(format!("format_version {other}, expected {FORMAT_VERSION}")),
-        }
-    }
 }
 
 impl GridPoint {
@@ -159,20 +147,10 @@ impl GridPoint {
             modules: modules.collect(),
         })
     }
-
-    /// Square micrometres of all cells.
-    #[must_use]
-    pub fn area_um2(&self) -> f64 {
-        let areas = self.modules.iter().map(|m| m.count as f64 * m.area_um2);
-        areas.sum()
-    }
 }
 
 /// Of the Verilog of a unit, 16 hexadecimal digits.
-///
-/// # Errors
-/// The netlist's own checks.
-pub fn digest(config: &Config, unit: UnitKind) -> Result<String, SynthError> {
+fn digest(config: &Config, unit: UnitKind) -> Result<String, SynthError> {
     let header = Header {
         origin: String::new(),
         command: String::new(),
@@ -185,4 +163,64 @@ pub fn digest(config: &Config, unit: UnitKind) -> Result<String, SynthError> {
         }
     }
     Ok(hasher.finalize().to_hex()[..16].to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::synth::SynthReport;
+    use std::path::Path;
+
+    /// The paper's gathering unit as it was synthesised, as a point.
+    fn paper(has_power: bool, change: fn(&mut UnitReport)) -> Result<GridPoint, SynthError> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../synth/paper-asap7.json");
+        let mut unit = SynthReport::read(&path).unwrap().raw.units.remove(0);
+        change(&mut unit);
+        let point = Point {
+            family: Family::Gathering,
+            text: "gu.banks = 32\n".to_owned(),
+            has_power,
+        };
+        GridPoint::new(&point, &point.config().unwrap(), &unit)
+    }
+
+    #[test]
+    fn a_point_has_what_synthesis_found_of_each_module() {
+        let found = paper(true, |_| {}).unwrap();
+        let activity = found.activity.unwrap();
+        assert_eq!((&*activity.scene, activity.channels), ("lantern", 13));
+        assert!(activity.busy <= activity.cycles);
+        let reducers = found
+            .modules
+            .iter()
+            .find(|m| m.module == "reducer")
+            .unwrap();
+        assert_eq!(reducers.count, 64);
+        let energy = reducers.energy.unwrap();
+        assert!(energy.with_glitches_pj > energy.zero_delay_pj && energy.leakage_nw > 0.0);
+        assert_eq!(
+            found.verilog,
+            digest(&Config::paper(), UnitKind::Gathering).unwrap()
+        );
+        let other = Config::from_toml("gu.banks = 16\n", "test").unwrap();
+        assert_ne!(found.verilog, digest(&other, UnitKind::Gathering).unwrap());
+    }
+
+    #[test]
+    fn power_that_is_missing_is_named_where_it_should_be() {
+        let error = |change| paper(true, change).unwrap_err().to_string();
+        let none = error(|unit| unit.power = None);
+        assert!(
+            none.contains("gu.banks = 32; ") && none.contains("not asked for"),
+            "{none}"
+        );
+        let absent = error(|unit| {
+            let absent = "no delays".to_owned();
+            unit.power = Some(Power::Absent { absent });
+        });
+        assert!(absent.contains("no power: no delays"), "{absent}");
+        let without = paper(false, |unit| unit.power = None).unwrap();
+        assert!(without.activity.is_none() && without.modules.iter().all(|m| m.energy.is_none()));
+    }
 }
