@@ -13,7 +13,7 @@ use potamoi_formats::rit::{MAX_VERTICES, Vertices};
 use super::rit_pick::{Given, Slot};
 use super::rit_reader::{Read, Reader, Step};
 use super::rit_shape::Shape;
-use super::rit_split::{Product, WeightStages, carry, first_split};
+use super::rit_split::{Product, WeightStages, carry, first_split, is_one};
 use crate::ir::{ModuleBuilder, Signal, Ty};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -147,14 +147,20 @@ fn weight(
     let (low, high) = first_split(m, shape, &format!("z{port}"), entry.fraction[2]);
     let sum = m.mux(z, high, low);
     let sum = m.name(sum, &format!("sum_z{port}"));
-    let product = Product::of(m, &format!("y{port}"), sum, entry.fraction[1]);
-    let product = product.carry(m, port, stages.of_y(), "y");
-    let (low, high) = product.split(m, &format!("y{port}"));
+    let along_y = format!("y{port}");
+    let product = Product::of(m, &along_y, sum, entry.fraction[1]);
+    let product = product.carry(m, stages.of_y(), &along_y);
+    let one = is_one(m, entry.fraction[1]);
+    let one = carry(m, port, stages.of_y(), "one_y", one);
+    let (low, high) = product.split(m, &along_y, one);
     let sum = m.mux(y, high, low);
     let sum = carry(m, port, stages.f(), "sum_y", sum);
-    let product = Product::of(m, &format!("x{port}"), sum, across);
-    let product = product.carry(m, port, &stages.to_p, "x");
-    let (low, high) = product.split(m, &format!("x{port}"));
+    let along_x = format!("x{port}");
+    let product = Product::of(m, &along_x, sum, across);
+    let product = product.carry(m, &stages.to_p, &along_x);
+    let one = is_one(m, across);
+    let one = carry(m, port, &stages.to_p, "one_x", one);
+    let (low, high) = product.split(m, &along_x, one);
     m.mux(x, high, low)
 }
 
@@ -204,19 +210,23 @@ fn cell(
     let mut sums = vec![];
     let along_z = by_parity(m, &format!("z{port}"), first, odd[2]);
     let odd_y = carry(m, port, stages.of_y(), "odd_y", odd[1]);
+    let one = is_one(m, entry.fraction[1]);
+    let one_y = carry(m, port, stages.of_y(), "one_y", one);
     for (i, sum) in along_z.into_iter().enumerate() {
         let product = Product::of(m, &name("y", i), sum, entry.fraction[1]);
-        let product = product.carry(m, port, stages.of_y(), &format!("y{i}_"));
-        let parts = product.split(m, &name("y", i));
+        let product = product.carry(m, stages.of_y(), &name("y", i));
+        let parts = product.split(m, &name("y", i), one_y);
         sums.extend(by_parity(m, &name("y", i), parts, odd_y));
     }
     let odd_x = hold(m, "odd_x", odd[0]);
+    let one = is_one(m, across);
+    let one_x = carry(m, port, &stages.to_p, "one_x", one);
     let mut weights = vec![];
     for (i, sum) in sums.into_iter().enumerate() {
         let sum = carry(m, port, stages.f(), &format!("sum{i}_"), sum);
         let product = Product::of(m, &name("x", i), sum, across);
-        let product = product.carry(m, port, &stages.to_p, &format!("x{i}_"));
-        let parts = product.split(m, &name("x", i));
+        let product = product.carry(m, &stages.to_p, &name("x", i));
+        let parts = product.split(m, &name("x", i), one_x);
         weights.extend(by_parity(m, &name("x", i), parts, odd_x));
     }
     (rows, weights)

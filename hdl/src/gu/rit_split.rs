@@ -16,10 +16,14 @@ pub(super) fn carry(
     port: u32,
     stages: &Stages,
     name: &str,
-    mut value: Signal,
+    value: Signal,
 ) -> Signal {
+    carry_named(m, stages, &format!("{name}{port}"), value)
+}
+
+fn carry_named(m: &mut ModuleBuilder, stages: &Stages, name: &str, mut value: Signal) -> Signal {
     for (stage, fill) in stages {
-        let reg = m.reg(&format!("{stage}_{name}{port}"), value.ty(), 0);
+        let reg = m.reg(&format!("{stage}_{name}"), value.ty(), 0);
         m.set_next_if(reg, *fill, value);
         value = reg;
     }
@@ -88,49 +92,52 @@ pub(super) fn first_split(
     (m.name(low, &format!("low_{name}")), high)
 }
 
-/// A sum and its product with a fraction, not rounded.
+/// Whether a fraction is 1, which its product does not say.
+pub(super) fn is_one(m: &mut ModuleBuilder, fraction: Signal) -> Signal {
+    m.bit(fraction, FRACTION_BITS - 1)
+}
+
+/// A sum and its product with a fraction below 1, not rounded.
 pub(super) struct Product {
     sum: Signal,
     product: Signal,
-    /// The fraction is 1.
-    one: Signal,
+    /// Bits of the product below those of the sum.
+    below: u32,
 }
 
 impl Product {
     pub(super) fn of(m: &mut ModuleBuilder, name: &str, sum: Signal, fraction: Signal) -> Self {
-        let top = FRACTION_BITS - 1;
-        let (one, part) = (m.bit(fraction, top), m.slice(fraction, 0, top));
+        let below = FRACTION_BITS - 1;
+        let part = m.slice(fraction, 0, below);
         let product = m.mul(sum, part);
         Self {
             sum,
             product: m.name(product, &format!("product_{name}")),
-            one,
+            below,
         }
     }
 
-    /// Registers it in each of the stages.
-    pub(super) fn carry(
-        self,
-        m: &mut ModuleBuilder,
-        port: u32,
-        stages: &Stages,
-        axis: &str,
-    ) -> Self {
-        let mut through =
-            |name: &str, value| carry(m, port, stages, &format!("{name}_{axis}"), value);
+    /// Registers it in each of the stages, as far as rounding half up asks for.
+    pub(super) fn carry(self, m: &mut ModuleBuilder, stages: &Stages, name: &str) -> Self {
+        if stages.is_empty() {
+            return self;
+        }
+        let from = self.below - 1;
+        let product = m.slice(self.product, from, self.product.width() - from);
         Self {
-            sum: through("whole", self.sum),
-            product: through("product", self.product),
-            one: through("one", self.one),
+            sum: carry_named(m, stages, &format!("whole_{name}"), self.sum),
+            product: carry_named(m, stages, &format!("product_{name}"), product),
+            below: 1,
         }
     }
 
-    /// The sum in two parts, the product rounded half up.
-    pub(super) fn split(self, m: &mut ModuleBuilder, name: &str) -> (Signal, Signal) {
-        let rounded = m.round(self.product, FRACTION_BITS - 1, Rounding::HalfUp);
+    /// The sum in two parts, the product rounded half up; all of it in the second where the
+    /// fraction is `one`.
+    pub(super) fn split(self, m: &mut ModuleBuilder, name: &str, one: Signal) -> (Signal, Signal) {
+        let rounded = m.round(self.product, self.below, Rounding::HalfUp);
         let rounded = m.truncate(rounded, self.sum.width());
         let rounded = m.name(rounded, &format!("rounded_{name}"));
-        let high = m.mux(self.one, self.sum, rounded);
+        let high = m.mux(one, self.sum, rounded);
         let high = m.name(high, &format!("high_{name}"));
         let low = m.sub(self.sum, high);
         (m.name(low, &format!("low_{name}")), high)

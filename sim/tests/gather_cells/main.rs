@@ -45,7 +45,7 @@ fn compact_entries_give_the_features_of_the_paper_s() {
 
 #[test]
 fn whole_cells_are_read_at_once_by_parity() {
-    for entry in ["paper", "compact"] {
+    for (entry, rows) in [("paper", 8), ("compact", 64)] {
         let rit = format!("[rit]\nentry = \"{entry}\"\n");
         // C = 4, C = 2, and two segments.
         for channels in [4, 2, 7] {
@@ -53,11 +53,15 @@ fn whole_cells_are_read_at_once_by_parity() {
             all(&text, &[(Vertices::Eight, channels)]);
         }
         let small = format!(
-            "[mvoxel]\nrows = 8\n[gu]\norganisation = \"parity\"\nbanks = 8\nports = 1\n\
+            "[mvoxel]\nrows = {rows}\n[gu]\norganisation = \"parity\"\nbanks = 8\nports = 1\n\
              pipelined = true\nweight_bits = 10\nfeature_bits = 12\n{EIGHT}{rit}"
         );
         all(&small, &[(Vertices::Eight, 1)]);
     }
+    let pipelined = format!(
+        "[gu]\norganisation = \"parity\"\npipelined = true\n{EIGHT}[rit]\nentry = \"compact\"\n"
+    );
+    all(&pipelined, &[4, 7].map(|channels| (Vertices::Eight, channels)));
     let wide = format!(
         "[mvoxel]\nrows = 4096\n[gu]\norganisation = \"parity\"\nbanks = 16\nports = 3\n{EIGHT}\
          weights = \"any\"\n[rit]\nslot_bits = 32\nentries = 24\n"

@@ -1,6 +1,6 @@
 //! Random tasks of cells, and their check on a unit.
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, EntryKind};
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_golden::units::GatherTask;
 use potamoi_golden::units::gather::GatherTwin;
@@ -110,12 +110,23 @@ pub(super) fn check(
     totals
 }
 
+/// Entries of a half of the RIT buffer.
+fn half(config: &Config, vertices: Vertices) -> usize {
+    let bytes = match (vertices, config.rit.entry) {
+        (Vertices::One, _) => 4,
+        (_, EntryKind::Compact) => 8,
+        (of, EntryKind::Paper) => 6 * of.count(),
+    };
+    48 * config.rit.entries as usize / bytes
+}
+
 pub(super) fn all(text: &str, sizes: &[(Vertices, usize)]) {
     let config = config(text);
     let unit = GatherUnit::build(&config).unwrap();
     let mut random = Pcg64Mcg::seed_from_u64(9);
     for &(vertices, channels) in sizes {
-        let counts = [1, 2, 37, 300, 5];
+        // The fourth fills one half of the buffer and a part of the other.
+        let counts = [1, 2, 37, half(&config, vertices) * 5 / 4, 300, 5];
         let tasks = counts.map(|n| cells(&mut random, &config, vertices, (channels, n)));
         check(&config, &unit, &tasks, Stalls::NONE);
         let now_and_then = StreamStalls {
