@@ -5,7 +5,7 @@ export CARGO_TERM_COLOR ?= auto
 
 step = @printf '\n==> %s\n' '$(1)'
 
-.PHONY: help demo test test-full refresh parameters lint bench setup
+.PHONY: help demo test test-full refresh parameters grid lint bench setup
 
 help:
 	@printf '%s\n' \
@@ -14,6 +14,7 @@ help:
 	  'make test-full  also the exhaustive tests, the crate verilated, and that the benches build' \
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
 	  'make parameters LIBERTY=FILE  synthesise again: synth/paper-asap7.json' \
+	  'make grid LIBERTY=FILE        the grid too, in an hour or two: synth/grid-asap7.json' \
 	  'make lint       formatting and lints alone' \
 	  'make bench      the benchmarks' \
 	  'make setup      install what is missing (tools/setup --check only reports)'
@@ -85,6 +86,12 @@ parameters: setup
 	@tools/setup synth
 	cargo run --locked --release --quiet -- synth --liberty "$(LIBERTY)" --node 7 \
 	  --json synth/paper-asap7.json
+
+grid: setup
+	@test -n "$(LIBERTY)" || { echo 'make grid: name the library, LIBERTY=FILE' >&2; exit 2; }
+	@tools/setup synth
+	cargo run --locked --release --quiet -- synth --liberty "$(LIBERTY)" --node 7 \
+	  --grid synth/grid-asap7.json
 
 bench: setup
 	cargo bench --locked

@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::characterise::CharacteriseArgs;
 use crate::common::Common;
 use crate::cost::CostArgs;
+use crate::estimate::EstimateArgs;
 use crate::layouts::LayoutsArgs;
 use crate::render::RenderArgs;
 use crate::synth::SynthArgs;
@@ -43,6 +44,8 @@ pub(crate) enum Command {
     Layouts(LayoutsArgs),
     /// Synthesise the units to cells of a library: area, clock, memories
     Synth(SynthArgs),
+    /// Estimate what synthesis would find, by formulas fitted to a grid of syntheses
+    Estimate(EstimateArgs),
     /// Measure what accuracy costs in time
     Cost(CostArgs),
     /// Show which outside tools are here, and what is lost without each

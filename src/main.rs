@@ -9,6 +9,7 @@ mod common;
 mod cost;
 mod doctor;
 mod emit;
+mod estimate;
 mod failure;
 mod files;
 mod layouts;
@@ -37,6 +38,7 @@ fn main() -> ExitCode {
         cli::Command::Characterise(args) => characterise::run(&cli.common, args),
         cli::Command::Layouts(args) => layouts::run(&cli.common, args),
         cli::Command::Synth(args) => synth::run(&cli.common, args),
+        cli::Command::Estimate(args) => estimate::run(&cli.common, args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()).map_err(Into::into),
     };

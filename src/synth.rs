@@ -77,7 +77,7 @@ pub(crate) struct SynthArgs {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Units {
+pub(crate) enum Units {
     /// The gathering unit
     Gu,
     /// The vector unit
@@ -107,7 +107,7 @@ impl Flow<'_> {
 }
 
 impl Units {
-    const fn kinds(self) -> &'static [UnitKind] {
+    pub(crate) const fn kinds(self) -> &'static [UnitKind] {
         match self {
             Self::Gu => &[UnitKind::Gathering],
             Self::Vu => &[UnitKind::Vector],
@@ -212,7 +212,8 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     }
 }
 
-/// Does every item, `jobs` at once; the first failure, in the items' order.
+/// Does every item, `jobs` at once; after a failure no further ones. The first failure,
+/// in the items' order.
 fn in_parallel<I: Sync, T: Send>(
     items: &[I],
     jobs: usize,
@@ -226,6 +227,9 @@ fn in_parallel<I: Sync, T: Send>(
             let at = next.fetch_add(1, Ordering::Relaxed);
             let Some(item) = items.get(at) else { return };
             let result = make(item);
+            if result.is_err() {
+                next.store(items.len(), Ordering::Relaxed);
+            }
             bar.inc(1);
             done.lock().unwrap_or_else(PoisonError::into_inner)[at] = Some(result);
         }

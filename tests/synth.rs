@@ -73,6 +73,81 @@ fn what_cannot_be_used_is_named_and_nothing_is_written() {
     }
 }
 
+/// Estimates need no program; what they stand on and how far off they are is in the file.
+#[test]
+fn units_are_estimated_without_synthesis() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let estimate = |code: i32, arguments: &[&str]| {
+        let all = [&["estimate", "--json", "e.json"], arguments].concat();
+        let output = potamoi()
+            .current_dir(at)
+            .env("PATH", at)
+            .args(all)
+            .output()
+            .unwrap();
+        let said = common::stdout(&output) + &stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{said}");
+        said
+    };
+    let said = estimate(0, &[]);
+    assert!(
+        said.contains("gathering_unit, by formulas fitted to 20 syntheses"),
+        "{said}"
+    );
+    let report = json(&at.join("e.json"));
+    assert_eq!(report["library"]["node_nm"], 7);
+    let units = report["units"].as_array().unwrap();
+    assert_eq!(units.len(), 2);
+    for unit in units {
+        let number = |field: &str| unit[field].as_f64().unwrap();
+        assert!(
+            number("area_um2") > 10_000.0 && number("period_ps") > 500.0,
+            "{unit}"
+        );
+        assert!(
+            number("with_glitches_pj") > number("zero_delay_pj"),
+            "{unit}"
+        );
+        for figure in ["area", "period", "zero_delay", "with_glitches"] {
+            let rms = unit["errors"][figure]["rms"].as_f64().unwrap();
+            assert!((0.001..0.05).contains(&rms), "{figure}: {rms}");
+        }
+        assert!(unit["formulas"].as_array().unwrap().len() > 10);
+    }
+    // The same unit at rest takes what its clock takes.
+    estimate(0, &["--unit", "gu", "--busy", "0"]);
+    let rest = json(&at.join("e.json"));
+    let rest = &rest["units"][0];
+    assert_eq!(rest["zero_delay_pj"], rest["clock_pj"]);
+    assert!(rest["zero_delay_pj"].as_f64() < units[0]["zero_delay_pj"].as_f64());
+
+    std::fs::write(at.join("small.toml"), "gu.banks = 4\n").unwrap();
+    let said = estimate(0, &["--config", "small.toml", "--unit", "gu"]);
+    assert!(
+        said.contains("gu.banks = 4, the grid has 8 to 64"),
+        "{said}"
+    );
+    std::fs::remove_file(at.join("e.json")).unwrap();
+    std::fs::write(at.join("grid.json"), "{\"format_version\": 9}").unwrap();
+    for (arguments, said) in [
+        (
+            &["--config", "compact"][..],
+            "rit.entry = \"compact\", expected \"paper\"",
+        ),
+        (&["--busy", "1.5"], "--busy 1.5: expected a share, 0 to 1"),
+        (&["--busy", "NaN"], "--busy NaN: expected"),
+        (&["--channels", "0"], "0 is not in 1..=4096"),
+        (&["--scale-to", "5"], "--scale-to 5: no factors from 7 nm"),
+        (&["--grid", "gone.json"], "gone.json"),
+        (&["--grid", "grid.json"], "format_version 9, expected 1"),
+    ] {
+        let found = estimate(2, arguments);
+        assert!(found.contains(said), "{arguments:?}: {found}");
+        assert!(!at.join("e.json").exists(), "{arguments:?}");
+    }
+}
+
 /// PATH without CACTI: folders that have it are left out, and what synthesis needs of
 /// them is linked to in `folder`.
 fn without_cacti(folder: &std::path::Path) -> std::ffi::OsString {
@@ -232,7 +307,9 @@ fn power_that_a_library_does_not_say_is_absent_with_its_reason() {
     };
     synth(0, &text.replace("internal_power", "external_power"));
     let report = json(&at.join("r.json"));
-    let why = report["units"][0]["power"]["absent"].as_str().unwrap();
+    let why = report["raw"]["units"][0]["power"]["absent"]
+        .as_str()
+        .unwrap();
     assert!(why.contains("has no internal_power of its output"), "{why}");
     std::fs::remove_file(at.join("r.json")).unwrap();
     let said = synth(2, &text.replace("\"1.54, 1.66, 2.14\"", "\"1.54, 1.66\""));
@@ -278,13 +355,13 @@ fn the_same_figures_come_twice() {
 
     sums_add_up(&json(&at.join("a.json")));
     let report = json(&at.join("a.json"));
-    let units = report["units"].as_array().unwrap();
+    let units = report["raw"]["units"].as_array().unwrap();
     units.iter().for_each(powers_add_up);
 
     // Of slices, and of the whole: how far a composed figure is from a measured one.
     synth("a", 0, &["--json", "whole.json", "--whole"]);
     let whole = json(&at.join("whole.json"));
-    for (composed, measured) in units.iter().zip(whole["units"].as_array().unwrap()) {
+    for (composed, measured) in units.iter().zip(whole["raw"]["units"].as_array().unwrap()) {
         powers_add_up(measured);
         for (way, most) in [("zero_delay", 0.02), ("with_glitches", 0.05)] {
             let of = |unit: &serde_json::Value| unit["power"][way]["pj_a_cycle"].as_f64();
@@ -298,7 +375,7 @@ fn the_same_figures_come_twice() {
     let said = synth("a", 0, &["--json", "none.json", "--activity", "none"]);
     assert!(!said.contains("power"), "{said}");
     let none = json(&at.join("none.json"));
-    assert!(none["units"][0].get("power").is_none());
+    assert!(none["raw"]["units"][0].get("power").is_none());
 
     let said = synth("a", 1, &["--clock", "50"]);
     assert!(said.contains("GHz before wires, not 50"), "{said}");

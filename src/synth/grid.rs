@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use potamoi_sim::synth::grid::{Grid, GridPoint, design};
+use potamoi_sim::synth::path_ends;
 
 use super::power::Scenes;
 use super::{Flow, SynthArgs, in_parallel};
@@ -15,11 +16,10 @@ pub(super) fn run(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), 
         let config = point.config()?;
         let unit = point.family.unit();
         let mut made = flow.synthesise(&config, unit)?;
-        if point.has_power {
-            let work = Scenes::open(&args.power, &[unit])?.work(&config)?;
-            args.power.add(&config, unit, &mut made, &work, flow)?;
-        }
-        Ok(GridPoint::new(point, &config, &made.report)?)
+        let work = Scenes::open(&args.power, &[unit])?.work(&config)?;
+        args.power.add(&config, unit, &mut made, &work, flow)?;
+        let ends = path_ends(&config, unit, &made, flow.library, flow.tools, flow.cache)?;
+        Ok(GridPoint::new(point, &config, &made.report, ends)?)
     })?;
     let grid = Grid::new(flow.library, args.node, flow.tools, points);
     files::write_json(path, &grid)?;

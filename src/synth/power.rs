@@ -48,8 +48,12 @@ impl Scenes {
         Ok(Self(scenes))
     }
 
-    /// Renders them.
+    /// Renders them, with all operations that the scenes ask for: a unit that lacks some is
+    /// given its part of the work.
     pub(super) fn work(self, config: &Config) -> Result<Work, Failure> {
+        let mut config = config.clone();
+        config.vu.ops = Config::default().vu.ops;
+        let config = &config;
         let spinner = progress::spinner("rendering the work");
         let mut work = BTreeMap::new();
         for (name, scene) in self.0 {

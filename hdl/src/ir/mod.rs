@@ -84,6 +84,13 @@ impl Module {
             .collect()
     }
 
+    /// Names of the instances in the module, without those below, and of their modules.
+    pub fn instances(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.instances
+            .iter()
+            .map(|own| (&*own.name, own.module.name()))
+    }
+
     /// Whether the module or anything below it holds state: it then has a
     /// `clk` port.
     #[must_use]

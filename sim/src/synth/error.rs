@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use potamoi_hdl::ir::IrErrors;
 use thiserror::Error;
 
+use super::UnitKind;
+
 /// A synthesis that could not be done.
 #[derive(Debug, Error)]
 pub enum SynthError {
@@ -82,6 +84,18 @@ pub enum SynthError {
         point: String,
         /// Why it cannot be one.
         why: String,
+    },
+    /// A unit that no formula was fitted for.
+    #[error(
+        "no formulas for this {unit}, which differs in more than numbers from those that were \
+         synthesised: {}; synthesise it: potamoi synth",
+        fields.join(", ")
+    )]
+    NotFitted {
+        /// Which.
+        unit: UnitKind,
+        /// In which fields.
+        fields: Vec<String>,
     },
     /// The netlist of a unit.
     #[error("the generated netlist is wrong: {0}")]

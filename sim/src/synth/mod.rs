@@ -8,8 +8,10 @@
 //! paths that begin or end in a memory are not timed.
 
 mod cacti;
+mod ends;
 mod error;
 mod fanout;
+pub mod fit;
 mod fpga;
 pub(crate) mod gates;
 pub mod grid;
@@ -27,6 +29,7 @@ mod tools;
 mod unit;
 
 pub use cacti::{Cacti, Figures, Settings, Shape};
+pub use ends::{PathEnd, path_ends};
 pub use error::SynthError;
 pub use fpga::{FpgaReport, FpgaTools, FpgaUnit, Part, place_and_route};
 pub use gates::{cell_functions, netlist};

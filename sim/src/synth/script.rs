@@ -21,6 +21,8 @@ const AIM_PS: u32 = 400;
 /// The period that slack is taken from, in the library's unit of time; of that order,
 /// since OpenSTA has 24 bits.
 pub(super) const PERIOD: f64 = 1000.0;
+/// More than there are ends of paths in any unit.
+const ENDS: u32 = 10_000_000;
 /// The first release of Yosys whose `synth` makes Booth multipliers.
 const BOOTH: (u32, u32) = (0, 36);
 
@@ -93,8 +95,21 @@ pub(super) fn scripts(
     }
 }
 
-/// Reads the netlist, and prints the longest path.
+/// Prints the longest path of the netlist.
 fn sta(top: &str, buffer: &str, load: f64) -> String {
+    let report = "report_checks -path_delay max -format full -digits 6";
+    format!("{}{report}\nexit\n", constraints(top, buffer, load))
+}
+
+/// Prints the slack at each end of a path of the netlist, a line each.
+pub(super) fn sta_of_ends(top: &str, library: &Library) -> String {
+    let report = format!("report_checks -path_delay max -format end -digits 6 -group_count {ENDS}");
+    let constraints = constraints(top, &library.buffer, library.load());
+    format!("{constraints}{report}\nexit\n")
+}
+
+/// Reads the netlist, with a clock and what is around it.
+fn constraints(top: &str, buffer: &str, load: f64) -> String {
     format!(
         "read_liberty {LIBRARY}\n\
          read_verilog {NETLIST}\n\
@@ -106,8 +121,6 @@ fn sta(top: &str, buffer: &str, load: f64) -> String {
          set_input_delay 0 -clock clk $inputs\n\
          set_output_delay 0 -clock clk [all_outputs]\n\
          set_driving_cell -lib_cell {buffer} $inputs\n\
-         set_load {load} [all_outputs]\n\
-         report_checks -path_delay max -format full -digits 6\n\
-         exit\n"
+         set_load {load} [all_outputs]\n"
     )
 }

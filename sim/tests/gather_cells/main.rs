@@ -61,7 +61,10 @@ fn whole_cells_are_read_at_once_by_parity() {
     let pipelined = format!(
         "[gu]\norganisation = \"parity\"\npipelined = true\n{EIGHT}[rit]\nentry = \"compact\"\n"
     );
-    all(&pipelined, &[4, 7].map(|channels| (Vertices::Eight, channels)));
+    all(
+        &pipelined,
+        &[4, 7].map(|channels| (Vertices::Eight, channels)),
+    );
     let wide = format!(
         "[mvoxel]\nrows = 4096\n[gu]\norganisation = \"parity\"\nbanks = 16\nports = 3\n{EIGHT}\
          weights = \"any\"\n[rit]\nslot_bits = 32\nentries = 24\n"

@@ -1,10 +1,13 @@
 //! The configurations of the grid.
 
+use std::collections::BTreeMap;
+
 use potamoi_formats::config::{Config, ConfigError};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 use crate::synth::UnitKind;
 
@@ -61,7 +64,81 @@ impl Family {
     }
 }
 
-/// A field and the values that it takes.
+/// Why a configuration's unit is in no family: its fields that would have to be others.
+pub type Differences = Vec<String>;
+
+impl Family {
+    /// The family of a configuration's unit, and which of its numbers are beyond those
+    /// of the grid: `field = value, the grid has a to b`.
+    ///
+    /// # Errors
+    /// The fields in which the unit differs from its family in more than numbers.
+    pub fn of(config: &Config, unit: UnitKind) -> Result<(Self, Vec<String>), Differences> {
+        let is_pipelined = match unit {
+            UnitKind::Gathering => config.gu.pipelined,
+            UnitKind::Vector => config.vu.exp.pipelined,
+        };
+        let family = match (unit, is_pipelined) {
+            (UnitKind::Gathering, false) => Self::Gathering,
+            (UnitKind::Gathering, true) => Self::GatheringPipelined,
+            (UnitKind::Vector, false) => Self::Vector,
+            (UnitKind::Vector, true) => Self::VectorPipelined,
+        };
+        let (own, usual) = (fields(config), fields(&Config::default()));
+        let matters = |field: &str| match unit {
+            UnitKind::Gathering => !field.starts_with("vu.") && field != "clock_mhz",
+            UnitKind::Vector => field.starts_with("vu."),
+        };
+        let (mut others, mut beyond) = (vec![], vec![]);
+        for (field, value) in own.iter().filter(|(field, _)| matters(field)) {
+            let values = family.knobs().iter().find(|(knob, _)| knob == field);
+            let is_as_usual = match (values, field.as_str()) {
+                (Some((_, values)), _) => {
+                    let (least, most) = (values[0], values[values.len() - 1]);
+                    let number = value.as_u64().unwrap_or_default();
+                    if !(u64::from(least)..=u64::from(most)).contains(&number) {
+                        beyond.push(format!("{field} = {value}, the grid has {least} to {most}"));
+                    }
+                    true
+                }
+                (None, "vu.ops") => [&usual[field], &json!(["exp"])].contains(&value),
+                (None, "gu.pipelined" | "vu.exp.pipelined") => true,
+                (None, _) => usual.get(field) == Some(value),
+            };
+            if !is_as_usual {
+                others.push(format!("{field} = {value}, expected {}", usual[field]));
+            }
+        }
+        match others.is_empty() {
+            true => Ok((family, beyond)),
+            false => Err(others),
+        }
+    }
+}
+
+/// All fields of a configuration, each by its path.
+fn fields(config: &Config) -> BTreeMap<String, Value> {
+    fn add(path: &str, value: Value, to: &mut BTreeMap<String, Value>) {
+        match value {
+            Value::Object(inner) => {
+                for (name, value) in inner {
+                    let dot = if path.is_empty() { "" } else { "." };
+                    add(&format!("{path}{dot}{name}"), value, to);
+                }
+            }
+            other => drop(to.insert(path.to_owned(), other)),
+        }
+    }
+    let mut found = BTreeMap::new();
+    add(
+        "",
+        serde_json::to_value(config).unwrap_or_default(),
+        &mut found,
+    );
+    found
+}
+
+/// A field and the values that it takes, in order.
 type Knob = (&'static str, &'static [u32]);
 
 const BANKS: Knob = ("gu.banks", &[8, 12, 16, 20, 24, 32, 40, 48, 56, 64]);
@@ -101,11 +178,15 @@ pub struct Point {
     pub family: Family,
     /// What it has in place of the defaults, as TOML.
     pub text: String,
-    /// Whether its power is estimated too: that of half of them.
-    pub has_power: bool,
 }
 
 impl Point {
+    /// On a line.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.text.trim_end().replace('\n', "; ")
+    }
+
     /// Its configuration.
     ///
     /// # Errors
@@ -142,11 +223,7 @@ pub fn design() -> Vec<Point> {
             if family.unit() == UnitKind::Vector && at % 2 == 0 {
                 text += &format!("vu.ops = {EXP}\n");
             }
-            points.push(Point {
-                family,
-                text,
-                has_power: at % 4 < 2,
-            });
+            points.push(Point { family, text });
         }
     }
     points
@@ -170,6 +247,34 @@ mod tests {
         hashes.sort();
         hashes.dedup();
         assert_eq!(hashes.len(), points.len());
+    }
+
+    #[test]
+    fn every_point_is_in_its_family() {
+        for point in design() {
+            let config = point.config().unwrap();
+            let found = Family::of(&config, point.family.unit()).unwrap();
+            assert_eq!(found, (point.family, vec![]), "{point:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_of_a_family_is_named() {
+        let of = |text: &str, unit| Family::of(&Config::from_toml(text, "test").unwrap(), unit);
+        let compact = "rit.entry = \"compact\"\nvu.lanes = 2\n";
+        let others = of(compact, UnitKind::Gathering).unwrap_err();
+        assert_eq!(others, ["rit.entry = \"compact\", expected \"paper\""]);
+        let (family, beyond) = of(compact, UnitKind::Vector).unwrap();
+        assert_eq!(family, Family::Vector);
+        assert_eq!(beyond, ["vu.lanes = 2, the grid has 4 to 48"]);
+        let radix = of(
+            "vu.exp.form = \"radix-4\"\nvu.exp.iterations = 8",
+            UnitKind::Vector,
+        );
+        assert_eq!(
+            radix.unwrap_err(),
+            ["vu.exp.form = \"radix-4\", expected \"restoring\""]
+        );
     }
 
     /// Every value of every knob that there are points enough for.

@@ -4,5 +4,5 @@
 mod design;
 mod report;
 
-pub use design::{Family, Point, design};
+pub use design::{Differences, Family, Point, design};
 pub use report::{Grid, GridActivity, GridEnergy, GridModule, GridPoint};

@@ -1,12 +1,14 @@
 //! The file of what synthesis made of the grid.
 
+use std::path::Path;
+
 use potamoi_formats::config::Config;
 use potamoi_hdl::ir::{Header, verilog};
 use serde::{Deserialize, Serialize};
 
 use super::design::{Family, Point};
 use crate::synth::report::{LibraryOrigin, ToolsOrigin};
-use crate::synth::{Library, Power, SynthError, Tools, UnitKind, UnitReport};
+use crate::synth::{Library, PathEnd, Power, SynthError, Tools, UnitKind, UnitReport};
 
 /// Version of the file.
 const FORMAT_VERSION: u32 = 1;
@@ -35,10 +37,10 @@ pub struct GridPoint {
     pub verilog: String,
     /// Picoseconds of the longest path before wires.
     pub period_ps: f64,
-    /// Where that begins and ends.
-    pub path: [String; 2],
-    /// What moved it, where its power was estimated.
-    pub activity: Option<GridActivity>,
+    /// The longest path into each module.
+    pub ends: Vec<PathEnd>,
+    /// What moved it.
+    pub activity: GridActivity,
     /// Its modules, the top one first.
     pub modules: Vec<GridModule>,
 }
@@ -55,6 +57,8 @@ pub struct GridActivity {
     pub busy: u64,
     /// Channels of a sample; 0 of the vector unit.
     pub channels: u64,
+    /// Picojoules a cycle of all flip-flops' clock pins.
+    pub clock_pj: f64,
 }
 
 /// All modules of a kind.
@@ -67,8 +71,10 @@ pub struct GridModule {
     pub count: u64,
     /// Square micrometres of one.
     pub area_um2: f64,
-    /// Of all of them, where it was estimated.
-    pub energy: Option<GridEnergy>,
+    /// Flip-flops of one.
+    pub flops: u64,
+    /// Of all of them.
+    pub energy: GridEnergy,
 }
 
 /// Energy of all modules of a kind.
@@ -99,6 +105,53 @@ impl Grid {
             points,
         }
     }
+
+    /// Reads a file that `potamoi synth --grid` wrote.
+    ///
+    /// # Errors
+    /// It cannot be read, is of another version, or its points are not the grid's.
+    pub fn read(path: &Path) -> Result<Self, SynthError> {
+        let text = std::fs::read_to_string(path).map_err(|e| wrong(path, e.to_string()))?;
+        Self::parse(&text, path)
+    }
+
+    /// The text of a file; `path` names it in errors.
+    ///
+    /// # Errors
+    /// As [`Grid::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SynthError> {
+        #[derive(Deserialize)]
+        struct Version {
+            format_version: u32,
+        }
+        let version: Version = serde_json::from_str(text)
+            .map_err(|e| wrong(path, format!("no grid of `potamoi synth`: {e}")))?;
+        let found = version.format_version;
+        if found != FORMAT_VERSION {
+            let why = format!("format_version {found}, expected {FORMAT_VERSION}");
+            return Err(wrong(path, why));
+        }
+        let grid: Self = serde_json::from_str(text).map_err(|e| wrong(path, e.to_string()))?;
+        for point in &grid.points {
+            point
+                .check()
+                .map_err(|why| wrong(path, format!("{}: {why}", point.name())))?;
+        }
+        Ok(grid)
+    }
+
+    /// The points of a family.
+    pub fn of(&self, family: Family) -> impl Iterator<Item = &GridPoint> {
+        self.points.iter().filter(move |p| p.family == family)
+    }
+}
+
+fn wrong(path: &Path, why: String) -> SynthError {
+    SynthError::Parameters {
+        path: path.to_owned(),
+        why,
+        remedy: "potamoi synth --grid FILE",
+    }
 }
 
 impl GridPoint {
@@ -106,46 +159,120 @@ impl GridPoint {
     ///
     /// # Errors
     /// No power was estimated where there should be; the netlist's own checks.
-    pub fn new(point: &Point, config: &Config, unit: &UnitReport) -> Result<Self, SynthError> {
-        let power = match (point.has_power, &unit.power) {
-            (false, _) => None,
-            (true, Some(Power::Estimated(power))) => Some(power),
-            (true, other) => {
-                let why = match other {
-                    Some(Power::Absent { absent }) => format!("no power: {absent}"),
-                    _ => "its power was not asked for".to_owned(),
-                };
-                let point = point.text.replace('\n', "; ");
-                return Err(SynthError::Grid { point, why });
-            }
+    pub fn new(
+        point: &Point,
+        config: &Config,
+        unit: &UnitReport,
+        ends: Vec<PathEnd>,
+    ) -> Result<Self, SynthError> {
+        let wrong = |why: String| SynthError::Grid {
+            point: point.name(),
+            why,
+        };
+        let power = match &unit.power {
+            Some(Power::Estimated(power)) => power,
+            Some(Power::Absent { absent }) => return Err(wrong(format!("no power: {absent}"))),
+            None => return Err(wrong("its power was not asked for".to_owned())),
         };
         let modules = unit.modules.iter().map(|own| {
-            let found = power.and_then(|p| p.modules.iter().find(|m| m.module == own.module));
-            GridModule {
+            let found = power.modules.iter().find(|m| m.module == own.module);
+            let found = found.ok_or_else(|| wrong(format!("no power of {}", own.module)))?;
+            Ok::<_, SynthError>(GridModule {
                 module: own.module.clone(),
                 count: own.count,
                 area_um2: own.area_um2,
-                energy: found.map(|found| GridEnergy {
+                flops: own.flops,
+                energy: GridEnergy {
                     zero_delay_pj: found.zero_delay_pj_a_cycle,
                     with_glitches_pj: found.with_glitches_pj_a_cycle,
                     leakage_nw: found.leakage_nw,
-                }),
-            }
+                },
+            })
         });
         Ok(Self {
             family: point.family,
             config: point.text.clone(),
             verilog: digest(config, point.family.unit())?,
             period_ps: unit.period_ps,
-            path: unit.path.clone(),
-            activity: power.map(|power| GridActivity {
+            ends,
+            activity: GridActivity {
                 scene: power.activity.scene.clone(),
                 cycles: power.activity.cycles,
                 busy: power.activity.busy,
                 channels: power.activity.channels,
-            }),
-            modules: modules.collect(),
+                clock_pj: power.zero_delay.clock_pj_a_cycle,
+            },
+            modules: modules.collect::<Result<_, _>>()?,
         })
+    }
+}
+
+impl GridPoint {
+    /// Its configuration.
+    ///
+    /// # Errors
+    /// It is none.
+    pub fn config(&self) -> Result<Config, SynthError> {
+        Config::from_toml(&self.config, "the grid").map_err(|e| SynthError::Grid {
+            point: self.name(),
+            why: e.to_string(),
+        })
+    }
+
+    /// Of the Verilog that is generated for it now; its own is [`GridPoint::verilog`].
+    ///
+    /// # Errors
+    /// Its configuration is none.
+    pub fn current_digest(&self) -> Result<String, SynthError> {
+        digest(&self.config()?, self.family.unit())
+    }
+
+    /// On a line.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.config.trim_end().replace('\n', "; ")
+    }
+
+    /// Square micrometres of all modules.
+    #[must_use]
+    pub fn area_um2(&self) -> f64 {
+        self.modules
+            .iter()
+            .map(|m| m.count as f64 * m.area_um2)
+            .sum()
+    }
+
+    /// Flip-flops of all modules.
+    #[must_use]
+    pub fn flops(&self) -> u64 {
+        self.modules.iter().map(|m| m.count * m.flops).sum()
+    }
+
+    /// Picojoules a cycle of all modules, without delays and with glitches.
+    #[must_use]
+    pub fn energy(&self) -> [f64; 2] {
+        let sum = |of: fn(&GridEnergy) -> f64| self.modules.iter().map(|m| of(&m.energy)).sum();
+        [sum(|e| e.zero_delay_pj), sum(|e| e.with_glitches_pj)]
+    }
+
+    /// That figures are numbers above 0; modules of memories alone have no cells.
+    fn check(&self) -> Result<(), String> {
+        let ends = self.ends.iter().map(|e| ("period_ps", e.period_ps));
+        let own = [("period_ps", self.period_ps), ("area_um2", self.area_um2())];
+        let all = ends
+            .chain(own)
+            .map(|(field, value)| (field, value, value > 0.0));
+        let areas = self.modules.iter().map(|m| m.area_um2);
+        let areas = areas.map(|value| ("area_um2", value, value >= 0.0));
+        for (field, value, is_right) in all.chain(areas) {
+            if !(value.is_finite() && is_right) {
+                return Err(format!("{field} = {value}, expected a number above 0"));
+            }
+        }
+        match (self.activity.busy, self.activity.cycles) {
+            (busy, of) if (1..=of).contains(&busy) => Ok(()),
+            (busy, of) => Err(format!("busy = {busy} of {of} cycles, expected 1 to {of}")),
+        }
     }
 }
 
@@ -170,25 +297,23 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::synth::SynthReport;
-    use std::path::Path;
 
     /// The paper's gathering unit as it was synthesised, as a point.
-    fn paper(has_power: bool, change: fn(&mut UnitReport)) -> Result<GridPoint, SynthError> {
+    fn paper(change: fn(&mut UnitReport)) -> Result<GridPoint, SynthError> {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../synth/paper-asap7.json");
         let mut unit = SynthReport::read(&path).unwrap().raw.units.remove(0);
         change(&mut unit);
         let point = Point {
             family: Family::Gathering,
             text: "gu.banks = 32\n".to_owned(),
-            has_power,
         };
-        GridPoint::new(&point, &point.config().unwrap(), &unit)
+        GridPoint::new(&point, &point.config().unwrap(), &unit, vec![])
     }
 
     #[test]
     fn a_point_has_what_synthesis_found_of_each_module() {
-        let found = paper(true, |_| {}).unwrap();
-        let activity = found.activity.unwrap();
+        let found = paper(|_| {}).unwrap();
+        let activity = &found.activity;
         assert_eq!((&*activity.scene, activity.channels), ("lantern", 13));
         assert!(activity.busy <= activity.cycles);
         let reducers = found
@@ -197,7 +322,7 @@ mod tests {
             .find(|m| m.module == "reducer")
             .unwrap();
         assert_eq!(reducers.count, 64);
-        let energy = reducers.energy.unwrap();
+        let energy = reducers.energy;
         assert!(energy.with_glitches_pj > energy.zero_delay_pj && energy.leakage_nw > 0.0);
         assert_eq!(
             found.verilog,
@@ -208,11 +333,11 @@ mod tests {
     }
 
     #[test]
-    fn power_that_is_missing_is_named_where_it_should_be() {
-        let error = |change| paper(true, change).unwrap_err().to_string();
+    fn power_that_is_missing_is_named() {
+        let error = |change| paper(change).unwrap_err().to_string();
         let none = error(|unit| unit.power = None);
         assert!(
-            none.contains("gu.banks = 32; ") && none.contains("not asked for"),
+            none.contains("(gu.banks = 32)") && none.contains("not asked for"),
             "{none}"
         );
         let absent = error(|unit| {
@@ -220,7 +345,5 @@ mod tests {
             unit.power = Some(Power::Absent { absent });
         });
         assert!(absent.contains("no power: no delays"), "{absent}");
-        let without = paper(false, |unit| unit.power = None).unwrap();
-        assert!(without.activity.is_none() && without.modules.iter().all(|m| m.energy.is_none()));
     }
 }

@@ -1,0 +1,65 @@
+//! What the formulas give for a unit.
+
+use serde::Serialize;
+
+use crate::synth::grid::GridActivity;
+
+/// What a unit does.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Work {
+    /// Of all cycles, the share in which it issues, 0 to 1.
+    pub busy: f64,
+    /// Channels of a sample, for the gathering unit: banks without one do little.
+    pub channels: u64,
+}
+
+impl Work {
+    pub(super) fn of(activity: &GridActivity) -> Self {
+        Self {
+            busy: activity.busy as f64 / activity.cycles as f64,
+            channels: activity.channels,
+        }
+    }
+}
+
+/// A unit by the formulas, at the node of the grid, memories not counted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Square micrometres.
+    pub area_um2: f64,
+    /// Picoseconds of the longest path before wires.
+    pub period_ps: f64,
+    /// The module that it ends in, or `outputs`.
+    pub end: String,
+    /// What it does.
+    pub work: Work,
+    /// Picojoules a cycle of the flip-flops' clock pins.
+    pub clock_pj: f64,
+    /// Picojoules a cycle, those included, each net changing at most once a cycle.
+    pub zero_delay_pj: f64,
+    /// The same with glitches.
+    pub with_glitches_pj: f64,
+    /// Nanowatts at rest, the clock standing still.
+    pub leakage_nw: f64,
+    /// Its modules.
+    pub modules: Vec<EstimatedModule>,
+    /// Numbers beyond those of the grid, where the formulas only go on as they do inside.
+    pub beyond: Vec<String>,
+}
+
+/// All modules of a kind.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EstimatedModule {
+    /// Its name.
+    pub module: String,
+    /// How many there are.
+    pub count: u64,
+    /// Square micrometres of one.
+    pub area_um2: f64,
+    /// Picojoules a cycle of all their clock pins.
+    pub clock_pj: f64,
+    /// Picojoules a cycle of all of them, clock pins included, each net changing at most once.
+    pub zero_delay_pj: f64,
+    /// The same with glitches.
+    pub with_glitches_pj: f64,
+}

@@ -1,0 +1,232 @@
+//! The formulas of one family.
+
+use potamoi_formats::config::Config;
+use serde::Serialize;
+
+use super::estimate::{Estimate, EstimatedModule, Work};
+use super::solve::{Addend, Sum, Value};
+use super::terms::{FamilyTerms, ModuleTerms, Numbers};
+use crate::synth::SynthError;
+use crate::synth::grid::{Family, GridModule, GridPoint};
+
+/// All formulas of a family.
+#[derive(Debug)]
+pub(super) struct Formulas {
+    modules: Vec<ModuleFormulas>,
+    ends: Vec<(&'static str, Sum)>,
+    /// Picojoules that a flip-flop's clock pin takes in a cycle.
+    clock_pj: f64,
+    /// Nanowatts of a square micrometre.
+    leakage_nw: f64,
+}
+
+#[derive(Debug)]
+struct ModuleFormulas {
+    terms: ModuleTerms,
+    area: Sum,
+    flops: Sum,
+    /// Of all of them in a cycle of work, beyond the clock, without delays and with
+    /// glitches.
+    energy: [Sum; 2],
+}
+
+/// A formula, written down.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Formula {
+    /// The module, or the end of paths.
+    pub of: &'static str,
+    /// What it gives, and its unit.
+    pub figure: &'static str,
+    /// What it is the sum of.
+    pub sum: Vec<Addend>,
+}
+
+/// A point, its numbers, and the share of its cycles that did work.
+struct Fitted<'a> {
+    point: &'a GridPoint,
+    numbers: Numbers,
+    busy: f64,
+}
+
+impl<'a> Fitted<'a> {
+    fn new(point: &'a GridPoint) -> Result<Self, SynthError> {
+        let work = Work::of(&point.activity);
+        Ok(Self {
+            point,
+            numbers: Numbers::new(&point.config()?, work.channels),
+            busy: work.busy,
+        })
+    }
+
+    fn module(&self, name: &str) -> Result<&'a GridModule, SynthError> {
+        let found = self.point.modules.iter().find(|m| m.module == name);
+        found.ok_or_else(|| SynthError::Grid {
+            point: self.point.config.replace('\n', "; "),
+            why: format!("no module `{name}`"),
+        })
+    }
+}
+
+impl Formulas {
+    pub(super) fn fit(family: Family, points: &[&GridPoint]) -> Result<Self, SynthError> {
+        let points = points.iter().map(|point| Fitted::new(point));
+        let points: Vec<_> = points.collect::<Result<_, _>>()?;
+        let few = |of: &str| SynthError::Grid {
+            point: format!("all of {family:?}"),
+            why: format!("too few to fit {of} to, or one of them is 0"),
+        };
+        let clock_pj = mean(points.iter().map(|p| {
+            let own = p.point;
+            own.activity.clock_pj / own.flops() as f64
+        }));
+        let leakage_nw = mean(points.iter().map(|p| {
+            let leakage = p.point.modules.iter().map(|m| m.energy.leakage_nw);
+            leakage.sum::<f64>() / p.point.area_um2()
+        }));
+        let terms = FamilyTerms::of(family);
+        let mut modules = vec![];
+        for own in terms.modules {
+            let name = own.module;
+            let mut found = vec![];
+            for fitted in &points {
+                found.push((fitted, fitted.module(name)?));
+            }
+            let fit =
+                |what, terms, figure: &dyn Fn(&Fitted<'_>, &GridModule) -> Option<[f64; 2]>| {
+                    let values = found.iter().filter_map(|(point, module)| {
+                        let [value, of] = figure(point, module)?;
+                        let numbers = point.numbers;
+                        Some(Value { numbers, value, of })
+                    });
+                    Sum::fit(terms, &values.collect::<Vec<_>>())
+                        .ok_or_else(|| few(&format!("{name}'s {what}")))
+                };
+            let energy = |with_glitches: bool| {
+                fit("energy", own.energy, &|point, module| {
+                    let energy = module.energy;
+                    let all = match with_glitches {
+                        true => energy.with_glitches_pj,
+                        false => energy.zero_delay_pj,
+                    };
+                    let clock = clock_pj * (module.count * module.flops) as f64;
+                    Some([(all - clock) / point.busy, all / point.busy])
+                })
+            };
+            let flops = |_: &Fitted<'_>, m: &GridModule| {
+                let flops = m.flops as f64;
+                Some([flops, flops.max(1.0)])
+            };
+            modules.push(ModuleFormulas {
+                terms: *own,
+                area: fit("area", own.area, &|_, m| Some([m.area_um2; 2]))?,
+                flops: fit("flip-flops", own.area, &flops)?,
+                energy: [energy(false)?, energy(true)?],
+            });
+        }
+        let mut ends = vec![];
+        for (end, terms) in terms.ends {
+            let found = points.iter().filter_map(|p| {
+                let own = p.point.ends.iter().find(|e| e.end == *end)?;
+                Some(Value {
+                    numbers: p.numbers,
+                    value: own.period_ps,
+                    of: own.period_ps,
+                })
+            });
+            let sum = Sum::fit(terms, &found.collect::<Vec<_>>());
+            ends.push((*end, sum.ok_or_else(|| few(&format!("paths to {end}")))?));
+        }
+        Ok(Self {
+            modules,
+            ends,
+            clock_pj,
+            leakage_nw,
+        })
+    }
+
+    /// All of them, as they are written down.
+    pub(super) fn written(&self) -> Vec<Formula> {
+        let mut found = vec![];
+        for own in &self.modules {
+            for (figure, sum) in [
+                ("um^2 of one", &own.area),
+                ("flip-flops of one", &own.flops),
+                (
+                    "pJ of all, a cycle of work without delays, beyond the clock",
+                    &own.energy[0],
+                ),
+                (
+                    "pJ of all, a cycle of work with glitches, beyond the clock",
+                    &own.energy[1],
+                ),
+            ] {
+                found.push(Formula {
+                    of: own.terms.module,
+                    figure,
+                    sum: sum.addends(),
+                });
+            }
+        }
+        found.extend(self.ends.iter().map(|(end, sum)| Formula {
+            of: end,
+            figure: "ps of the longest path into it; the period is the largest",
+            sum: sum.addends(),
+        }));
+        let constant = |figure, coefficient| Formula {
+            of: "unit",
+            figure,
+            sum: vec![Addend {
+                term: "1",
+                coefficient,
+            }],
+        };
+        found.push(constant(
+            "pJ a cycle of a flip-flop's clock pin",
+            self.clock_pj,
+        ));
+        found.push(constant("nW of leakage of a um^2", self.leakage_nw));
+        found
+    }
+
+    pub(super) fn at(&self, config: &Config, work: Work) -> Estimate {
+        let numbers = Numbers::new(config, work.channels);
+        let modules = self.modules.iter().map(|own| {
+            let count = (own.terms.count)(&numbers);
+            let clock = self.clock_pj * own.flops.at(&numbers) * count;
+            let [zero_delay_pj, with_glitches_pj] =
+                [0, 1].map(|i| clock + work.busy * own.energy[i].at(&numbers));
+            EstimatedModule {
+                module: own.terms.module.to_owned(),
+                count: count as u64,
+                area_um2: own.area.at(&numbers),
+                clock_pj: clock,
+                zero_delay_pj,
+                with_glitches_pj,
+            }
+        });
+        let ends = self.ends.iter().map(|(end, sum)| (*end, sum.at(&numbers)));
+        let (end, period_ps) = ends
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or(("", f64::NAN));
+        let modules: Vec<_> = modules.collect();
+        let area_um2 = modules.iter().map(|m| m.count as f64 * m.area_um2).sum();
+        let sum = |of: fn(&EstimatedModule) -> f64| modules.iter().map(of).sum();
+        Estimate {
+            area_um2,
+            period_ps,
+            end: end.to_owned(),
+            work,
+            clock_pj: sum(|m| m.clock_pj),
+            zero_delay_pj: sum(|m| m.zero_delay_pj),
+            with_glitches_pj: sum(|m| m.with_glitches_pj),
+            leakage_nw: self.leakage_nw * area_um2,
+            modules,
+            beyond: vec![],
+        }
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
+    sum / f64::from(count.max(1))
+}

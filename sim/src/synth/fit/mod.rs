@@ -1,0 +1,125 @@
+//! Area, period and energy of units that were not synthesised, by formulas that are
+//! fitted to those of the grid.
+//!
+//! Area and energy are sums over modules, each a sum of terms of the configuration's
+//! numbers; the period is the largest of such sums, one for each module that paths end
+//! in. Coefficients have the least squares of relative errors. How far off they are is
+//! measured at each point of the grid with formulas that were fitted without it.
+
+mod estimate;
+mod formulas;
+mod left_out;
+mod solve;
+mod terms;
+#[cfg(test)]
+mod tests;
+
+pub use estimate::{Estimate, EstimatedModule, Work};
+pub use formulas::Formula;
+pub use left_out::{LeftOut, Spread};
+pub use solve::Addend;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use potamoi_formats::config::Config;
+
+use super::grid::{Family, Grid, GridPoint};
+use super::{SynthError, UnitKind};
+use formulas::Formulas;
+
+/// The grid of synth/grid-asap7.json.
+const CHECKED_IN: &str = include_str!("../../../../synth/grid-asap7.json");
+
+/// Formulas for each family of units.
+#[derive(Debug)]
+pub struct Fit {
+    grid: Grid,
+    families: BTreeMap<Family, Formulas>,
+}
+
+impl Fit {
+    /// Fitted to the grid that comes with the program: ASAP7, 7 nm.
+    ///
+    /// # Errors
+    /// It cannot be read, or cannot be fitted to.
+    pub fn checked_in() -> Result<Self, SynthError> {
+        Self::new(Grid::parse(CHECKED_IN, Path::new("synth/grid-asap7.json"))?)
+    }
+
+    /// Fitted to this grid.
+    ///
+    /// # Errors
+    /// A family has too few points, or one lacks a module.
+    pub fn new(grid: Grid) -> Result<Self, SynthError> {
+        let mut families = BTreeMap::new();
+        for family in Family::ALL {
+            let points: Vec<_> = grid.of(family).collect();
+            families.insert(family, Formulas::fit(family, &points)?);
+        }
+        Ok(Self { grid, families })
+    }
+
+    /// What it was fitted to.
+    #[must_use]
+    pub const fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Which formulas are those of a configuration's unit.
+    ///
+    /// # Errors
+    /// None: it differs from the grid's in more than numbers; the fields are named.
+    pub fn family(&self, config: &Config, unit: UnitKind) -> Result<Family, SynthError> {
+        let found = Family::of(config, unit);
+        found
+            .map(|(family, _)| family)
+            .map_err(|fields| SynthError::NotFitted { unit, fields })
+    }
+
+    /// What the netlists of a family did as their energy was estimated; the mean.
+    #[must_use]
+    pub fn usual_work(&self, family: Family) -> Work {
+        let all: Vec<Work> = self
+            .grid
+            .of(family)
+            .map(|p| Work::of(&p.activity))
+            .collect();
+        let busy = all.iter().map(|w| w.busy).sum::<f64>() / all.len().max(1) as f64;
+        let channels = all.first().map_or(0, |w| w.channels);
+        Work { busy, channels }
+    }
+
+    /// A unit at the grid's node, doing such work.
+    ///
+    /// # Errors
+    /// The unit differs from those of the grid in more than numbers; the fields are
+    /// named.
+    pub fn estimate(
+        &self,
+        config: &Config,
+        unit: UnitKind,
+        work: Work,
+    ) -> Result<Estimate, SynthError> {
+        let (family, beyond) =
+            Family::of(config, unit).map_err(|fields| SynthError::NotFitted { unit, fields })?;
+        let mut estimate = self.families[&family].at(config, work);
+        estimate.beyond = beyond;
+        Ok(estimate)
+    }
+
+    /// The formulas of a family.
+    #[must_use]
+    pub fn formulas(&self, family: Family) -> Vec<Formula> {
+        self.families[&family].written()
+    }
+
+    /// How far off the formulas of a family are at each of its points, fitted to the others.
+    ///
+    /// # Errors
+    /// As [`Fit::new`].
+    pub fn left_out(&self, family: Family) -> Result<LeftOut, SynthError> {
+        let points: Vec<&GridPoint> = self.grid.of(family).collect();
+        LeftOut::measure(family, &points)
+    }
+}

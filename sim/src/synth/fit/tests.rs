@@ -1,0 +1,136 @@
+#![allow(clippy::unwrap_used)]
+
+use super::*;
+use crate::synth::SynthReport;
+use crate::synth::grid::design;
+
+/// Root of mean squares of relative errors that a user is promised.
+const PROMISED: f64 = 0.05;
+
+fn left_out(family: Family) -> LeftOut {
+    Fit::checked_in().unwrap().left_out(family).unwrap()
+}
+
+#[test]
+fn points_that_are_left_out_are_found_within_five_per_cent() {
+    for family in Family::ALL {
+        let errors = left_out(family);
+        eprintln!("{family:?}: {errors:?}");
+        assert!(errors.largest_rms() < PROMISED, "{family:?}: {errors:?}");
+    }
+}
+
+/// Formulas of fewer terms are further off than what is promised: the measure tells.
+#[test]
+fn a_period_that_is_always_the_same_would_be_noticed() {
+    let fit = Fit::checked_in().unwrap();
+    let periods: Vec<f64> = fit
+        .grid
+        .of(Family::Gathering)
+        .map(|p| p.period_ps)
+        .collect();
+    let mean = periods.iter().sum::<f64>() / periods.len() as f64;
+    let squares = periods.iter().map(|p| (mean / p - 1.0).powi(2));
+    let rms = (squares.sum::<f64>() / periods.len() as f64).sqrt();
+    assert!(rms > PROMISED, "{rms}");
+}
+
+/// The preset is no point of the grid, and its synthesis is checked in.
+#[test]
+fn the_paper_s_units_are_found() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../synth/paper-asap7.json");
+    let report = SynthReport::read(&path).unwrap();
+    let fit = Fit::checked_in().unwrap();
+    let config = Config::paper();
+    for unit in [UnitKind::Gathering, UnitKind::Vector] {
+        let expected = report.unit(unit).unwrap();
+        let Some(crate::synth::Power::Estimated(power)) = &expected.power else {
+            unreachable!("{unit} has power");
+        };
+        let work = Work {
+            busy: power.activity.busy as f64 / power.activity.cycles as f64,
+            channels: power.activity.channels,
+        };
+        let found = fit.estimate(&config, unit, work).unwrap();
+        assert_eq!(found.beyond, Vec::<String>::new());
+        let worst = left_out(fit.family(&config, unit).unwrap());
+        for (what, found, expected, worst) in [
+            ("area", found.area_um2, expected.area_um2, worst.area),
+            ("period", found.period_ps, expected.period_ps, worst.period),
+            (
+                "energy",
+                found.zero_delay_pj,
+                power.zero_delay.pj_a_cycle,
+                worst.zero_delay,
+            ),
+            (
+                "energy with glitches",
+                found.with_glitches_pj,
+                power.with_glitches.pj_a_cycle,
+                worst.with_glitches,
+            ),
+        ] {
+            let error = found / expected - 1.0;
+            eprintln!("{unit}: {what}: {found:.4}, synthesised {expected:.4}: {error:+.4}");
+            assert!(
+                error.abs() < worst.worst.max(2.0 * worst.rms),
+                "{unit}: {what}"
+            );
+        }
+    }
+}
+
+/// Verilog that was changed since needs other syntheses: `potamoi synth --grid
+/// synth/grid-asap7.json` with the library that the file names.
+#[test]
+fn the_grid_is_of_what_is_generated_now() {
+    let grid = Fit::checked_in().unwrap().grid;
+    let points = design();
+    assert_eq!(grid.points.len(), points.len());
+    for (own, point) in grid.points.iter().zip(points) {
+        assert_eq!((own.family, &own.config), (point.family, &point.text));
+        let now = own.current_digest().unwrap();
+        assert_eq!(
+            own.verilog,
+            now,
+            "{}: synthesise the grid again",
+            point.name()
+        );
+    }
+}
+
+#[test]
+fn rest_and_work_are_told_apart() {
+    let fit = Fit::checked_in().unwrap();
+    let of = |busy, channels| {
+        let work = Work { busy, channels };
+        fit.estimate(&Config::paper(), UnitKind::Gathering, work)
+            .unwrap()
+    };
+    let (rest, half, full) = (of(0.0, 32), of(0.5, 32), of(1.0, 32));
+    assert!((rest.zero_delay_pj - rest.clock_pj).abs() < 1e-9);
+    let middle = 0.5 * (rest.with_glitches_pj + full.with_glitches_pj);
+    assert!((half.with_glitches_pj / middle - 1.0).abs() < 1e-9);
+    // Banks without a channel do less.
+    assert!(of(1.0, 8).with_glitches_pj < full.with_glitches_pj);
+}
+
+#[test]
+fn other_units_are_refused_and_numbers_beyond_the_grid_named() {
+    let fit = Fit::checked_in().unwrap();
+    let work = fit.usual_work(Family::Gathering);
+    let estimate = |text: &str| {
+        let config = Config::from_toml(text, "test").unwrap();
+        fit.estimate(&config, UnitKind::Gathering, work)
+    };
+    let error = estimate("rit.entry = \"compact\"\n")
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("rit.entry = \"compact\", expected \"paper\""),
+        "{error}"
+    );
+    assert!(error.contains("potamoi synth"), "{error}");
+    let small = estimate("gu.banks = 4\n").unwrap();
+    assert_eq!(small.beyond, ["gu.banks = 4, the grid has 8 to 64"]);
+}
