@@ -5,5 +5,6 @@ pub mod cycles;
 pub mod layouts;
 pub mod rtl;
 pub mod runtime;
+pub mod soc;
 pub mod synth;
 pub mod verify;

@@ -1,0 +1,86 @@
+//! Clocks of the project's memory model against those of DRAMsim3, one to four channels.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use potamoi_dram_oracle::clocks;
+use potamoi_sim::soc::dram::{Access, Dram, Geometry, Timing};
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// Accesses of a sequence: enough for a hundred refreshes.
+const COUNT: u64 = 100_000;
+/// What the model may be off.
+const WITHIN: f64 = 0.03;
+
+fn agree(name: &str, accesses: &[Access]) {
+    for channels in [1, 2, 4] {
+        let (geometry, timing) = (Geometry::lpddr3(channels), Timing::LPDDR3_1600);
+        let expected = clocks(&geometry, &timing, accesses).unwrap() as f64;
+        let found = Dram::new(geometry, timing).serve(accesses.iter().copied());
+        let bytes = accesses.len() as f64 * f64::from(geometry.burst_bytes);
+        let error = found.clocks as f64 / expected - 1.0;
+        println!(
+            "{name}, {channels} channels: {} clocks, DRAMsim3 {expected}: {:+.3} %, {:.2} GB/s",
+            found.clocks,
+            100.0 * error,
+            bytes / (found.clocks as f64 * timing.clock_ns)
+        );
+        assert!(error.abs() < WITHIN, "{name}, {channels} channels: {error}");
+    }
+}
+
+fn read(address: u64) -> Access {
+    Access {
+        address,
+        is_write: false,
+    }
+}
+
+fn write(address: u64) -> Access {
+    Access {
+        address,
+        is_write: true,
+    }
+}
+
+#[test]
+fn streams() {
+    agree("reads", &(0..COUNT).map(|i| read(32 * i)).collect::<Vec<_>>());
+    agree("writes", &(0..COUNT).map(|i| write(32 * i)).collect::<Vec<_>>());
+    let copied = |i: u64| match i % 2 {
+        0 => read(16 * i),
+        _ => write((1 << 28) + 16 * (i - 1)),
+    };
+    agree("a copy", &(0..COUNT).map(copied).collect::<Vec<_>>());
+}
+
+#[test]
+fn random_accesses() {
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    let mut address = || random.random_range(0u64..1 << 25) * 32;
+    let reads: Vec<_> = (0..COUNT).map(|_| read(address())).collect();
+    agree("random reads", &reads);
+    let mut random = Pcg64Mcg::seed_from_u64(2);
+    let mixed = (0..COUNT).map(|_| Access {
+        address: random.random_range(0u64..1 << 25) * 32,
+        is_write: random.random_bool(0.3),
+    });
+    agree("random, three of ten written", &mixed.collect::<Vec<_>>());
+}
+
+/// Between the two: runs of bursts at random places, as rows of features are, and strides.
+#[test]
+fn runs_and_strides() {
+    let mut random = Pcg64Mcg::seed_from_u64(3);
+    for run in [2u64, 8, 64] {
+        let mut accesses = vec![];
+        while accesses.len() < COUNT as usize {
+            let start = random.random_range(0u64..1 << 25) * 32;
+            accesses.extend((0..run).map(|i| read(start + 32 * i)));
+        }
+        agree(&format!("runs of {run}"), &accesses);
+    }
+    for stride in [3u64, 128, 1024] {
+        let accesses: Vec<_> = (0..COUNT).map(|i| read(32 * stride * i)).collect();
+        agree(&format!("every {stride}th burst"), &accesses);
+    }
+}

@@ -1,0 +1,101 @@
+//! LPDDR3 memory: time and energy of a sequence of accesses, by banks, rows and refresh.
+//!
+//! Each channel has a controller that serves row hits first and otherwise the oldest, holds
+//! writes back until enough have come, keeps rows open, and issues one command a clock.
+//! Accesses come as fast as the controllers take them.
+
+mod bank;
+mod channel;
+mod energy;
+mod timing;
+
+pub use energy::{Currents, Energy};
+pub use timing::{Geometry, Timing};
+
+use channel::Channel;
+
+/// One burst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Access {
+    /// Byte address; its burst is accessed.
+    pub address: u64,
+    /// Written rather than read.
+    pub is_write: bool,
+}
+
+/// Commands that were issued, and clocks.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Clocks until the last burst was over, of the channel that took longest.
+    pub clocks: u64,
+    /// Clocks in which some row was open, over all channels.
+    pub active_clocks: u64,
+    /// Bursts read.
+    pub reads: u64,
+    /// Bursts written.
+    pub writes: u64,
+    /// Rows opened.
+    pub activates: u64,
+    /// Refreshes of all banks of a channel.
+    pub refreshes: u64,
+}
+
+/// A memory of one or more channels.
+#[derive(Debug, Clone)]
+pub struct Dram {
+    geometry: Geometry,
+    timing: Timing,
+    channels: Vec<Channel>,
+}
+
+impl Dram {
+    /// Empty queues, all rows closed.
+    #[must_use]
+    pub fn new(geometry: Geometry, timing: Timing) -> Self {
+        let channel = Channel::new(timing, geometry.banks);
+        Self {
+            geometry,
+            timing,
+            channels: vec![channel; geometry.channels as usize],
+        }
+    }
+
+    /// Serves all accesses, each offered as soon as its controller has room and those before
+    /// it were taken.
+    pub fn serve(&mut self, accesses: impl IntoIterator<Item = Access>) -> Counts {
+        for access in accesses {
+            let place = self.geometry.place(access.address);
+            let channel = place.channel as usize;
+            while !self.channels[channel].has_room(access.is_write) {
+                self.channels.iter_mut().for_each(Channel::step);
+            }
+            self.channels[channel].take(place, access.is_write);
+        }
+        self.channels.iter_mut().for_each(Channel::finish);
+        self.counts()
+    }
+
+    /// What was done so far.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        self.channels
+            .iter()
+            .fold(Counts::default(), |sum, channel| {
+                let own = channel.counts();
+                Counts {
+                    clocks: sum.clocks.max(own.clocks),
+                    active_clocks: sum.active_clocks + own.active_clocks,
+                    reads: sum.reads + own.reads,
+                    writes: sum.writes + own.writes,
+                    activates: sum.activates + own.activates,
+                    refreshes: sum.refreshes + own.refreshes,
+                }
+            })
+    }
+
+    /// Nanoseconds of so many clocks.
+    #[must_use]
+    pub fn nanoseconds(&self, clocks: u64) -> f64 {
+        clocks as f64 * self.timing.clock_ns
+    }
+}

@@ -1,0 +1,5 @@
+//! The system around the units: memory, the array that computes features, and what a frame
+//! takes of them.
+
+pub mod dram;
+pub mod npu;

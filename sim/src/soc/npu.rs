@@ -1,0 +1,153 @@
+//! The systolic array of multiply-accumulate units that computes features: cycles of a matrix
+//! product, and what it reads and writes.
+
+/// Which operand stays in the array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dataflow {
+    /// Weights: K along the rows, N along the columns.
+    WeightStationary,
+    /// Sums: M along the rows, N along the columns.
+    OutputStationary,
+    /// Inputs: K along the rows, M along the columns.
+    InputStationary,
+}
+
+/// A product of an M x K matrix of inputs with a K x N matrix of weights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Product {
+    /// M: rows of inputs, one a sample or pixel.
+    pub rows: u64,
+    /// K: what is summed over.
+    pub depth: u64,
+    /// N: columns of weights, one a neuron.
+    pub columns: u64,
+}
+
+impl Product {
+    /// Multiplications that it asks for.
+    #[must_use]
+    pub const fn operations(&self) -> u64 {
+        self.rows * self.depth * self.columns
+    }
+}
+
+/// The array (paper, Sec. "Experimental Setup": 24 x 24).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Array {
+    /// Rows of units.
+    pub rows: u64,
+    /// Columns of units.
+    pub columns: u64,
+    /// What stays.
+    pub dataflow: Dataflow,
+    /// Units hold a second operand, loaded while the first is used, as a TPU's do.
+    pub is_double_buffered: bool,
+}
+
+impl Array {
+    /// The paper's, weights staying.
+    pub const PAPER: Self = Self {
+        rows: 24,
+        columns: 24,
+        dataflow: Dataflow::WeightStationary,
+        is_double_buffered: false,
+    };
+
+    /// How often the array is filled, and how many vectors stream through each time.
+    #[must_use]
+    pub const fn folds(&self, product: &Product) -> (u64, u64) {
+        let Product {
+            rows,
+            depth,
+            columns,
+        } = *product;
+        let (along_rows, along_columns, streamed) = match self.dataflow {
+            Dataflow::WeightStationary => (depth, columns, rows),
+            Dataflow::OutputStationary => (rows, columns, depth),
+            Dataflow::InputStationary => (depth, rows, columns),
+        };
+        let folds = along_rows.div_ceil(self.rows) * along_columns.div_ceil(self.columns);
+        (folds, streamed)
+    }
+
+    /// Cycles of a product (Samajdar et al., ISPASS 2020, Sec. III): a fold loads its operand
+    /// down the rows, or drains its sums, streams its vectors, and ends when the last has passed
+    /// the far corner. Where the operand is double buffered, only the first load is waited for.
+    #[must_use]
+    pub fn cycles(&self, product: &Product) -> u64 {
+        if product.operations() == 0 {
+            return 0;
+        }
+        let (folds, streamed) = self.folds(product);
+        let through = streamed + self.rows + self.columns - 2;
+        match self.is_double_buffered {
+            true => self.rows + folds * through,
+            false => folds * (through + self.rows),
+        }
+    }
+
+    /// Share of the units' cycles that multiply.
+    #[must_use]
+    pub fn utilisation(&self, product: &Product) -> f64 {
+        let all = self.cycles(product) * self.rows * self.columns;
+        product.operations() as f64 / all.max(1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const fn product(rows: u64, columns: u64, depth: u64) -> Product {
+        Product {
+            rows,
+            depth,
+            columns,
+        }
+    }
+
+    /// SCALE-Sim 3.0.0, weight stationary, 24 x 24, memory without stalls; it prints the last
+    /// cycle's number, from 0.
+    #[test]
+    fn cycles_are_those_of_scale_sim() {
+        for (of, expected) in [
+            (product(4096, 128, 39), 49_992),
+            (product(4096, 128, 128), 149_976),
+            (product(4096, 3, 128), 24_996),
+            (product(4096, 64, 32), 24_996),
+            (product(4096, 16, 64), 12_498),
+        ] {
+            assert_eq!(Array::PAPER.cycles(&of), expected, "{of:?}");
+        }
+    }
+
+    const FLOWS: [Dataflow; 3] = [
+        Dataflow::WeightStationary,
+        Dataflow::OutputStationary,
+        Dataflow::InputStationary,
+    ];
+
+    proptest! {
+        #[test]
+        fn no_product_is_faster_than_its_multiplications(
+            rows in 1u64..5000, depth in 1u64..300, columns in 1u64..300,
+            flow in 0usize..3, side in 1u64..64, is_double_buffered: bool,
+        ) {
+            let array = Array {
+                rows: side,
+                columns: 65 - side,
+                dataflow: FLOWS[flow],
+                is_double_buffered,
+            };
+            let of = product(rows, columns, depth);
+            prop_assert!(array.utilisation(&of) <= 1.0);
+            let more = product(rows + 1, columns + 1, depth + 1);
+            prop_assert!(array.cycles(&of) <= array.cycles(&more));
+            if is_double_buffered {
+                let plain = Array { is_double_buffered: false, ..array };
+                prop_assert!(array.cycles(&of) <= plain.cycles(&of));
+            }
+        }
+    }
+}
