@@ -230,7 +230,12 @@ fn totals(own: &UnitEstimate, scaled_by: Option<&scaling::Factors>) {
     for row in rows {
         let Row { value, unit, .. } = row;
         let scaled = scaled_by.zip(row.factor);
-        let scaled = scaled.map(|(f, of)| format!("{:.4} {unit}", value * of(f)));
+        let digits = match unit {
+            "ps" => 0,
+            "pJ" => 2,
+            _ => 4,
+        };
+        let scaled = scaled.map(|(f, of)| format!("{:.digits$} {unit}", value * of(f)));
         let percent = |v: f64| format!("{:.1} %", 100.0 * v);
         let error = |of: fn(&Spread) -> f64| {
             let error = row.error.as_ref();
@@ -238,7 +243,7 @@ fn totals(own: &UnitEstimate, scaled_by: Option<&scaling::Factors>) {
         };
         table.add_row([
             row.what.clone(),
-            format!("{value:.4} {unit}"),
+            format!("{value:.digits$} {unit}"),
             scaled.unwrap_or_default(),
             error(|e| e.rms),
             error(|e| e.worst),
