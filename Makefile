@@ -34,9 +34,12 @@ test: setup
 test-full: setup
 	@tools/setup synth
 	@tools/setup fpga
+	@tools/setup oracles
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,tests with the exhaustive ones)
 	@tools/run-tests --include-ignored
+	$(call step,the memory model against DRAMsim3)
+	cargo test --locked --manifest-path sim/dram-oracle/Cargo.toml --target-dir target/dram-oracle
 	$(call step,the crate verilated against Verilator 5)
 	tools/show-verilated-crate
 	$(call step,benches build)

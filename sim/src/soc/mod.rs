@@ -2,4 +2,5 @@
 //! takes of them.
 
 pub mod dram;
+pub mod engine;
 pub mod npu;

@@ -9,6 +9,8 @@ pub struct Currents {
     pub volts: [f64; 2],
     /// One bank activated and precharged again and again (IDD0).
     pub activate: [f64; 2],
+    /// Nanoseconds that it is open and closed in that measurement (tRAS, tRPpb).
+    pub activate_ns: [f64; 2],
     /// All rows closed (IDD2N).
     pub closed: [f64; 2],
     /// A row open (IDD3N).
@@ -27,6 +29,7 @@ impl Currents {
     pub const LPDDR3_8GB: Self = Self {
         volts: [1.8, 1.2],
         activate: [8.0, 60.0],
+        activate_ns: [42.0, 18.0],
         closed: [0.8, 26.0],
         open: [2.0, 34.0],
         read: [2.0, 230.0],
@@ -42,9 +45,8 @@ impl Currents {
 
     /// Picojoules of a row's opening and closing, standing by not counted.
     #[must_use]
-    pub fn activate_pj(&self, timing: &Timing) -> f64 {
-        let open = timing.activate_to_precharge as f64 * timing.clock_ns;
-        let closed = timing.precharge as f64 * timing.clock_ns;
+    pub fn activate_pj(&self) -> f64 {
+        let [open, closed] = self.activate_ns;
         self.above(self.activate, self.open, open) + self.above(self.activate, self.closed, closed)
     }
 
@@ -60,7 +62,7 @@ impl Currents {
         self.above(self.write, self.open, timing.burst as f64 * timing.clock_ns)
     }
 
-    /// Picojoules of a refresh of all banks.
+    /// Picojoules of a refresh of all banks, which are closed meanwhile.
     #[must_use]
     pub fn refresh_pj(&self, timing: &Timing) -> f64 {
         let ns = timing.refresh as f64 * timing.clock_ns;
@@ -75,7 +77,7 @@ impl Currents {
         let all = clocks * u64::from(channels);
         let closed = all.saturating_sub(done.active_clocks);
         Energy {
-            activate_pj: done.activates as f64 * self.activate_pj(timing),
+            activate_pj: done.activates as f64 * self.activate_pj(),
             read_pj: done.reads as f64 * self.read_pj(timing),
             write_pj: done.writes as f64 * self.write_pj(timing),
             refresh_pj: done.refreshes as f64 * self.refresh_pj(timing),

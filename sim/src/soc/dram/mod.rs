@@ -7,6 +7,8 @@
 mod bank;
 mod channel;
 mod energy;
+#[cfg(test)]
+mod tests;
 mod timing;
 
 pub use energy::{Currents, Energy};
