@@ -109,7 +109,7 @@ fn estimate(
     args: &EstimateArgs,
 ) -> Result<UnitEstimate, SynthError> {
     let family = fit.family(config, unit)?;
-    let usual = fit.usual_work(family);
+    let usual = fit.usual_work(family, config);
     let work = Work {
         busy: args.busy.unwrap_or(usual.busy),
         channels: args.channels.unwrap_or(usual.channels),
@@ -224,7 +224,7 @@ fn totals(own: &UnitEstimate, scaled_by: Option<&scaling::Factors>) {
             value: estimate.leakage_nw * 1e-6,
             unit: "mW",
             factor: None,
-            error: None,
+            error: Some(errors.leakage),
         },
     ];
     for row in rows {

@@ -140,7 +140,7 @@ fn units_are_estimated_without_synthesis() {
         (&["--channels", "0"], "0 is not in 1..=4096"),
         (&["--scale-to", "5"], "--scale-to 5: no factors from 7 nm"),
         (&["--grid", "gone.json"], "gone.json"),
-        (&["--grid", "grid.json"], "format_version 9, expected 1"),
+        (&["--grid", "grid.json"], "format_version 9, expected 2"),
     ] {
         let found = estimate(2, arguments);
         assert!(found.contains(said), "{arguments:?}: {found}");

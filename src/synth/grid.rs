@@ -12,6 +12,10 @@ use crate::files;
 use crate::say::say;
 
 pub(super) fn run(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), Failure> {
+    if !args.power.is_wanted() {
+        let why = "--grid estimates power: name a scene in place of --activity none";
+        return Err(Failure::Usage(why.to_owned()));
+    }
     let points = in_parallel(&design(), args.jobs.into(), |point| {
         let config = point.config()?;
         let unit = point.family.unit();

@@ -52,7 +52,11 @@ impl Scenes {
     /// given its part of the work.
     pub(super) fn work(self, config: &Config) -> Result<Work, Failure> {
         let mut config = config.clone();
-        config.vu.ops = Config::default().vu.ops;
+        for op in Config::default().vu.ops {
+            if !config.vu.ops.contains(&op) {
+                config.vu.ops.push(op);
+            }
+        }
         let config = &config;
         let spinner = progress::spinner("rendering the work");
         let mut work = BTreeMap::new();
@@ -70,6 +74,11 @@ impl Scenes {
 pub(super) struct Work(BTreeMap<String, Sampler>);
 
 impl PowerArgs {
+    /// Whether power was not left out.
+    pub(super) fn is_wanted(&self) -> bool {
+        self.activity.as_deref() != Some(NONE)
+    }
+
     fn scene(&self, unit: UnitKind) -> Option<&str> {
         let default = match unit {
             UnitKind::Gathering => SCENES[0],

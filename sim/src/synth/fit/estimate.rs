@@ -62,4 +62,6 @@ pub struct EstimatedModule {
     pub zero_delay_pj: f64,
     /// The same with glitches.
     pub with_glitches_pj: f64,
+    /// Nanowatts of all of them at rest, the clock standing still.
+    pub leakage_nw: f64,
 }

@@ -16,8 +16,6 @@ pub(super) struct Formulas {
     ends: Vec<(&'static str, Sum)>,
     /// Picojoules that a flip-flop's clock pin takes in a cycle.
     clock_pj: f64,
-    /// Nanowatts of a square micrometre.
-    leakage_nw: f64,
 }
 
 #[derive(Debug)]
@@ -28,6 +26,8 @@ struct ModuleFormulas {
     /// Of all of them in a cycle of work, beyond the clock, without delays and with
     /// glitches.
     energy: [Sum; 2],
+    /// Nanowatts of a square micrometre.
+    leakage_nw: f64,
 }
 
 /// A formula, written down.
@@ -79,10 +79,6 @@ impl Formulas {
             let own = p.point;
             own.activity.clock_pj / own.flops() as f64
         }));
-        let leakage_nw = mean(points.iter().map(|p| {
-            let leakage = p.point.modules.iter().map(|m| m.energy.leakage_nw);
-            leakage.sum::<f64>() / p.point.area_um2()
-        }));
         let terms = FamilyTerms::of(family);
         let mut modules = vec![];
         for own in terms.modules {
@@ -91,16 +87,15 @@ impl Formulas {
             for fitted in &points {
                 found.push((fitted, fitted.module(name)?));
             }
-            let fit =
-                |what, terms, figure: &dyn Fn(&Fitted<'_>, &GridModule) -> Option<[f64; 2]>| {
-                    let values = found.iter().filter_map(|(point, module)| {
-                        let [value, of] = figure(point, module)?;
-                        let numbers = point.numbers;
-                        Some(Value { numbers, value, of })
-                    });
-                    Sum::fit(terms, &values.collect::<Vec<_>>())
-                        .ok_or_else(|| few(&format!("{name}'s {what}")))
-                };
+            let fit = |what, terms, figure: &dyn Fn(&Fitted<'_>, &GridModule) -> [f64; 2]| {
+                let values = found.iter().map(|(point, module)| {
+                    let [value, of] = figure(point, module);
+                    let numbers = point.numbers;
+                    Value { numbers, value, of }
+                });
+                Sum::fit(terms, &values.collect::<Vec<_>>())
+                    .ok_or_else(|| few(&format!("{name}'s {what}")))
+            };
             let energy = |with_glitches: bool| {
                 fit("energy", own.energy, &|point, module| {
                     let energy = module.energy;
@@ -109,18 +104,22 @@ impl Formulas {
                         false => energy.zero_delay_pj,
                     };
                     let clock = clock_pj * (module.count * module.flops) as f64;
-                    Some([(all - clock) / point.busy, all / point.busy])
+                    [(all - clock) / point.busy, all / point.busy]
                 })
             };
             let flops = |_: &Fitted<'_>, m: &GridModule| {
                 let flops = m.flops as f64;
-                Some([flops, flops.max(1.0)])
+                [flops, flops.max(1.0)]
             };
             modules.push(ModuleFormulas {
                 terms: *own,
-                area: fit("area", own.area, &|_, m| Some([m.area_um2; 2]))?,
+                area: fit("area", own.area, &|_, m| [m.area_um2; 2])?,
                 flops: fit("flip-flops", own.area, &flops)?,
                 energy: [energy(false)?, energy(true)?],
+                leakage_nw: mean(found.iter().map(|(_, m)| {
+                    let area = m.count as f64 * m.area_um2;
+                    m.energy.leakage_nw / area
+                })),
             });
         }
         let mut ends = vec![];
@@ -140,7 +139,6 @@ impl Formulas {
             modules,
             ends,
             clock_pj,
-            leakage_nw,
         })
     }
 
@@ -172,19 +170,23 @@ impl Formulas {
             figure: "ps of the longest path into it; the period is the largest",
             sum: sum.addends(),
         }));
-        let constant = |figure, coefficient| Formula {
-            of: "unit",
+        let constant = |of, figure, coefficient| Formula {
+            of,
             figure,
             sum: vec![Addend {
                 term: "1",
                 coefficient,
             }],
         };
+        found.extend(self.modules.iter().map(|own| {
+            let module = own.terms.module;
+            constant(module, "nW of leakage of a um^2", own.leakage_nw)
+        }));
         found.push(constant(
-            "pJ a cycle of a flip-flop's clock pin",
+            "flip-flop",
+            "pJ a cycle of its clock pin",
             self.clock_pj,
         ));
-        found.push(constant("nW of leakage of a um^2", self.leakage_nw));
         found
     }
 
@@ -193,12 +195,16 @@ impl Formulas {
         let modules = self.modules.iter().map(|own| {
             let count = (own.terms.count)(&numbers);
             let clock = self.clock_pj * own.flops.at(&numbers) * count;
-            let [zero_delay_pj, with_glitches_pj] =
-                [0, 1].map(|i| clock + work.busy * own.energy[i].at(&numbers));
+            let area_um2 = own.area.at(&numbers);
+            // What is next to nothing may come out below it.
+            let work_pj = [0, 1].map(|i| work.busy * own.energy[i].at(&numbers).max(0.0));
+            let zero_delay_pj = clock + work_pj[0];
+            let with_glitches_pj = zero_delay_pj.max(clock + work_pj[1]);
             EstimatedModule {
                 module: own.terms.module.to_owned(),
                 count: count as u64,
-                area_um2: own.area.at(&numbers),
+                area_um2,
+                leakage_nw: own.leakage_nw * area_um2 * count,
                 clock_pj: clock,
                 zero_delay_pj,
                 with_glitches_pj,
@@ -219,7 +225,7 @@ impl Formulas {
             clock_pj: sum(|m| m.clock_pj),
             zero_delay_pj: sum(|m| m.zero_delay_pj),
             with_glitches_pj: sum(|m| m.with_glitches_pj),
-            leakage_nw: self.leakage_nw * area_um2,
+            leakage_nw: sum(|m| m.leakage_nw),
             modules,
             beyond: vec![],
         }

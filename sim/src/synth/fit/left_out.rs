@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::estimate::Work;
+use super::estimate::{Estimate, Work};
 use super::formulas::Formulas;
 use crate::synth::SynthError;
 use crate::synth::grid::{Family, GridPoint};
@@ -18,9 +18,28 @@ pub struct Spread {
     pub worst: f64,
 }
 
+/// Relative errors of one point, which the formulas were fitted without.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PointErrors {
+    /// What it has in place of the defaults.
+    pub point: String,
+    /// Of the unit's area.
+    pub area: f64,
+    /// Of its longest path.
+    pub period: f64,
+    /// Of its energy a cycle, each net changing at most once.
+    pub zero_delay: f64,
+    /// The same with glitches.
+    pub with_glitches: f64,
+    /// Of its leakage.
+    pub leakage: f64,
+}
+
 /// Relative errors of a family.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
+    /// Of each point.
+    pub points: Vec<PointErrors>,
     /// Of the unit's area.
     pub area: Spread,
     /// Of its longest path.
@@ -29,6 +48,23 @@ pub struct LeftOut {
     pub zero_delay: Spread,
     /// The same with glitches.
     pub with_glitches: Spread,
+    /// Of its leakage.
+    pub leakage: Spread,
+}
+
+impl PointErrors {
+    pub(super) fn new(point: &GridPoint, found: &Estimate) -> Self {
+        let [zero_delay, with_glitches] = point.energy();
+        let leakage: f64 = point.modules.iter().map(|m| m.energy.leakage_nw).sum();
+        Self {
+            point: point.name(),
+            area: found.area_um2 / point.area_um2() - 1.0,
+            period: found.period_ps / point.period_ps - 1.0,
+            zero_delay: found.zero_delay_pj / zero_delay - 1.0,
+            with_glitches: found.with_glitches_pj / with_glitches - 1.0,
+            leakage: found.leakage_nw / leakage - 1.0,
+        }
+    }
 }
 
 impl Spread {
@@ -44,7 +80,7 @@ impl Spread {
 }
 
 impl LeftOut {
-    /// The largest of the roots of mean squares.
+    /// The largest of the roots of mean squares, leakage not counted.
     #[must_use]
     pub fn largest_rms(&self) -> f64 {
         let all = [self.area, self.period, self.zero_delay, self.with_glitches];
@@ -55,25 +91,19 @@ impl LeftOut {
         let mut found = vec![];
         for (at, left_out) in points.iter().enumerate() {
             let others = [&points[..at], &points[at + 1..]].concat();
-            let config = left_out.config()?;
             let work = Work::of(&left_out.activity);
-            let estimate = Formulas::fit(family, &others)?.at(&config, work);
-            let area = estimate.area_um2 / left_out.area_um2() - 1.0;
-            let period = estimate.period_ps / left_out.period_ps - 1.0;
-            let [zero_delay, with_glitches] = left_out.energy();
-            found.push([
-                area,
-                period,
-                estimate.zero_delay_pj / zero_delay - 1.0,
-                estimate.with_glitches_pj / with_glitches - 1.0,
-            ]);
+            let formulas = Formulas::fit(family, &others)?;
+            let estimate = formulas.at(&left_out.config()?, work);
+            found.push(PointErrors::new(left_out, &estimate));
         }
-        let spread = |figure: usize| Spread::new(found.iter().map(|errors| errors[figure]));
+        let spread = |of: fn(&PointErrors) -> f64| Spread::new(found.iter().map(of));
         Ok(Self {
-            area: spread(0),
-            period: spread(1),
-            zero_delay: spread(2),
-            with_glitches: spread(3),
+            area: spread(|e| e.area),
+            period: spread(|e| e.period),
+            zero_delay: spread(|e| e.zero_delay),
+            with_glitches: spread(|e| e.with_glitches),
+            leakage: spread(|e| e.leakage),
+            points: found,
         })
     }
 }

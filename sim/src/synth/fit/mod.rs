@@ -16,7 +16,7 @@ mod tests;
 
 pub use estimate::{Estimate, EstimatedModule, Work};
 pub use formulas::Formula;
-pub use left_out::{LeftOut, Spread};
+pub use left_out::{LeftOut, PointErrors, Spread};
 pub use solve::Addend;
 
 use std::collections::BTreeMap;
@@ -27,6 +27,7 @@ use potamoi_formats::config::Config;
 use super::grid::{Family, Grid, GridPoint};
 use super::{SynthError, UnitKind};
 use formulas::Formulas;
+use terms::active_banks;
 
 /// The grid of synth/grid-asap7.json.
 const CHECKED_IN: &str = include_str!("../../../../synth/grid-asap7.json");
@@ -77,17 +78,28 @@ impl Fit {
             .map_err(|fields| SynthError::NotFitted { unit, fields })
     }
 
-    /// What the netlists of a family did as their energy was estimated; the mean.
+    /// What the netlists of a family did as their energy was estimated: the mean of those
+    /// that took as many segments for a sample as this configuration does.
     #[must_use]
-    pub fn usual_work(&self, family: Family) -> Work {
-        let all: Vec<Work> = self
-            .grid
-            .of(family)
-            .map(|p| Work::of(&p.activity))
-            .collect();
-        let busy = all.iter().map(|w| w.busy).sum::<f64>() / all.len().max(1) as f64;
-        let channels = all.first().map_or(0, |w| w.channels);
-        Work { busy, channels }
+    pub fn usual_work(&self, family: Family, config: &Config) -> Work {
+        let segments = |banks: u32, channels: u64| channels.div_ceil(banks.into());
+        let points = || self.grid.of(family);
+        let channels = points().next().map_or(0, |p| p.activity.channels);
+        let own = segments(config.gu.banks, channels);
+        let busy = |is_alike: &dyn Fn(&GridPoint) -> bool| {
+            let alike = points().filter(|p| is_alike(p));
+            let alike: Vec<f64> = alike.map(|p| Work::of(&p.activity).busy).collect();
+            let mean = alike.iter().sum::<f64>() / alike.len() as f64;
+            (!alike.is_empty()).then_some(mean)
+        };
+        let alike = busy(&|p| {
+            let other = p.config();
+            other.is_ok_and(|other| segments(other.gu.banks, channels) == own)
+        });
+        Work {
+            busy: alike.or_else(|| busy(&|_| true)).unwrap_or(0.0),
+            channels,
+        }
     }
 
     /// A unit at the grid's node, doing such work.
@@ -105,7 +117,34 @@ impl Fit {
             Family::of(config, unit).map_err(|fields| SynthError::NotFitted { unit, fields })?;
         let mut estimate = self.families[&family].at(config, work);
         estimate.beyond = beyond;
+        if unit == UnitKind::Gathering {
+            estimate
+                .beyond
+                .extend(self.beyond_work(family, config, work)?);
+        }
         Ok(estimate)
+    }
+
+    /// That more or fewer banks are at work than in any point.
+    fn beyond_work(
+        &self,
+        family: Family,
+        config: &Config,
+        work: Work,
+    ) -> Result<Option<String>, SynthError> {
+        let mut all = vec![];
+        for point in self.grid.of(family) {
+            all.push(active_banks(&point.config()?, point.activity.channels));
+        }
+        let own = active_banks(config, work.channels);
+        let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = all.iter().copied().fold(0.0, f64::max);
+        let is_within = (least..=most).contains(&own);
+        Ok((!is_within).then(|| {
+            format!(
+                "{own:.1} banks at work in the mean segment, the grid has {least:.1} to {most:.1}"
+            )
+        }))
     }
 
     /// The formulas of a family.

@@ -38,17 +38,15 @@ pub(super) struct Numbers {
 impl Numbers {
     /// Of a configuration that gathers so many channels.
     pub(super) fn new(config: &Config, channels: u64) -> Self {
-        let banks = u64::from(config.gu.banks);
-        let segments = channels.div_ceil(banks).max(1);
         let exp = &config.vu.exp;
         let engine = exp.engine();
         Self {
-            banks: banks as f64,
+            banks: config.gu.banks.into(),
             ports: config.gu.ports.into(),
             feature: config.gu.feature_bits.into(),
             weight: config.gu.weight_bits.into(),
             depth: config.gu.fifo_depth.into(),
-            active: channels as f64 / segments as f64,
+            active: active_banks(config, channels),
             lanes: config.vu.lanes.into(),
             output: exp.output_bits.into(),
             accumulator: engine.accumulator_bits.into(),
@@ -74,6 +72,12 @@ impl Numbers {
     fn idle(&self) -> f64 {
         self.all() - self.active()
     }
+}
+
+/// Banks that have a channel in the mean segment of a sample.
+pub(super) fn active_banks(config: &Config, channels: u64) -> f64 {
+    let segments = channels.div_ceil(config.gu.banks.into()).max(1);
+    channels as f64 / segments as f64
 }
 
 /// What a coefficient is multiplied by.

@@ -20,6 +20,64 @@ fn points_that_are_left_out_are_found_within_five_per_cent() {
     }
 }
 
+/// A point's errors are those of formulas that never saw it: of a grid without it.
+#[test]
+fn what_is_left_out_is_not_fitted_to() {
+    for family in Family::ALL {
+        let errors = left_out(family);
+        for at in [0, errors.points.len() - 1] {
+            let mut grid = Fit::checked_in().unwrap().grid;
+            let of_family = |grid: &Grid| grid.of(family).nth(at).cloned().unwrap();
+            let point = of_family(&grid);
+            grid.points.retain(|p| *p != point);
+            let fit = Fit::new(grid).unwrap();
+            let config = point.config().unwrap();
+            let work = Work::of(&point.activity);
+            let found = fit.estimate(&config, family.unit(), work).unwrap();
+            assert_eq!(errors.points[at], PointErrors::new(&point, &found));
+            let all = Fit::checked_in().unwrap();
+            let seen = all.estimate(&config, family.unit(), work).unwrap();
+            assert_ne!(errors.points[at], PointErrors::new(&point, &seen));
+        }
+    }
+}
+
+/// No energy of work is negative, nor more without glitches than with them, at any corner of
+/// the grid's numbers.
+#[test]
+fn energies_are_in_order_at_every_corner() {
+    let fit = Fit::checked_in().unwrap();
+    for corner in 0u32..128 {
+        let of =
+            |bit: u32, least: u32, most: u32| if corner >> bit & 1 == 0 { least } else { most };
+        let text = format!(
+            "gu.banks = {}\ngu.ports = {}\ngu.feature_bits = {}\ngu.weight_bits = {}\n\
+             gu.fifo_depth = {}\ngu.pipelined = {}\n",
+            of(0, 8, 64),
+            of(1, 1, 4),
+            of(2, 8, 16),
+            of(3, 7, 15),
+            of(4, 8, 10),
+            of(5, 0, 1) == 1,
+        );
+        let config = Config::from_toml(&text, "a corner").unwrap();
+        let channels = of(6, 1, 13).into();
+        let estimate = |busy| {
+            let work = Work { busy, channels };
+            fit.estimate(&config, UnitKind::Gathering, work).unwrap()
+        };
+        let (rest, work) = (estimate(0.0), estimate(1.0));
+        for (rest, work) in rest.modules.iter().zip(&work.modules) {
+            assert!(rest.clock_pj > 0.0 && work.area_um2 > 0.0, "{text}{work:?}");
+            assert!(work.zero_delay_pj >= rest.zero_delay_pj, "{text}{work:?}");
+            assert!(
+                work.with_glitches_pj >= work.zero_delay_pj,
+                "{text}{work:?}"
+            );
+        }
+    }
+}
+
 /// Formulas of fewer terms are further off than what is promised: the measure tells.
 #[test]
 fn a_period_that_is_always_the_same_would_be_noticed() {
@@ -118,7 +176,7 @@ fn rest_and_work_are_told_apart() {
 #[test]
 fn other_units_are_refused_and_numbers_beyond_the_grid_named() {
     let fit = Fit::checked_in().unwrap();
-    let work = fit.usual_work(Family::Gathering);
+    let work = fit.usual_work(Family::Gathering, &Config::paper());
     let estimate = |text: &str| {
         let config = Config::from_toml(text, "test").unwrap();
         fit.estimate(&config, UnitKind::Gathering, work)
@@ -132,5 +190,11 @@ fn other_units_are_refused_and_numbers_beyond_the_grid_named() {
     );
     assert!(error.contains("potamoi synth"), "{error}");
     let small = estimate("gu.banks = 4\n").unwrap();
-    assert_eq!(small.beyond, ["gu.banks = 4, the grid has 8 to 64"]);
+    assert_eq!(
+        small.beyond,
+        [
+            "gu.banks = 4, the grid has 8 to 64",
+            "3.2 banks at work in the mean segment, the grid has 6.5 to 13.0"
+        ]
+    );
 }

@@ -106,7 +106,11 @@ impl Family {
                 (None, _) => usual.get(field) == Some(value),
             };
             if !is_as_usual {
-                others.push(format!("{field} = {value}, expected {}", usual[field]));
+                let expected = match &usual[field] {
+                    Value::Null => "nothing".to_owned(),
+                    usual => usual.to_string(),
+                };
+                others.push(format!("{field} = {value}, expected {expected}"));
             }
         }
         match others.is_empty() {

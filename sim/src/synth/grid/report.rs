@@ -10,8 +10,10 @@ use super::design::{Family, Point};
 use crate::synth::report::{LibraryOrigin, ToolsOrigin};
 use crate::synth::{Library, PathEnd, Power, SynthError, Tools, UnitKind, UnitReport};
 
+/// The same period, printed with more or fewer digits.
+const NEAR: f64 = 1e-5;
 /// Version of the file.
-const FORMAT_VERSION: u32 = 1;
+const FORMAT_VERSION: u32 = 2;
 
 /// Configurations that went through synthesis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,7 +22,9 @@ pub struct Grid {
     format_version: u32,
     /// Where cells come from.
     pub library: LibraryOrigin,
-    pub(super) tools: ToolsOrigin,
+    tools: ToolsOrigin,
+    /// Of the points as they are in the file, 16 hexadecimal digits.
+    figures: String,
     /// One for each of the design, in its order.
     pub points: Vec<GridPoint>,
 }
@@ -102,6 +106,7 @@ impl Grid {
             format_version: FORMAT_VERSION,
             library: LibraryOrigin::new(library, node_nm),
             tools: ToolsOrigin::new(tools),
+            figures: figures(&points),
             points,
         }
     }
@@ -132,6 +137,10 @@ impl Grid {
             return Err(wrong(path, why));
         }
         let grid: Self = serde_json::from_str(text).map_err(|e| wrong(path, e.to_string()))?;
+        if grid.figures != figures(&grid.points) {
+            let why = "figures or points are not those that it was written with".to_owned();
+            return Err(wrong(path, why));
+        }
         for point in &grid.points {
             point
                 .check()
@@ -144,6 +153,12 @@ impl Grid {
     pub fn of(&self, family: Family) -> impl Iterator<Item = &GridPoint> {
         self.points.iter().filter(move |p| p.family == family)
     }
+}
+
+/// Of points as they are written, 16 hexadecimal digits.
+fn figures(points: &[GridPoint]) -> String {
+    let text = serde_json::to_string(points).unwrap_or_default();
+    blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
 }
 
 fn wrong(path: &Path, why: String) -> SynthError {
@@ -255,19 +270,40 @@ impl GridPoint {
         [sum(|e| e.zero_delay_pj), sum(|e| e.with_glitches_pj)]
     }
 
-    /// That figures are numbers above 0; modules of memories alone have no cells.
+    /// That figures are numbers above 0, of modules 0 or more: those of memories alone have
+    /// no cells; and that the period is that of the longest path.
     fn check(&self) -> Result<(), String> {
         let ends = self.ends.iter().map(|e| ("period_ps", e.period_ps));
-        let own = [("period_ps", self.period_ps), ("area_um2", self.area_um2())];
+        let own = [
+            ("period_ps", self.period_ps),
+            ("area_um2", self.area_um2()),
+            ("flops", self.flops() as f64),
+            ("clock_pj", self.activity.clock_pj),
+        ];
+        let modules = self.modules.iter().flat_map(|m| {
+            let energy = &m.energy;
+            [
+                ("area_um2", m.area_um2),
+                ("zero_delay_pj", energy.zero_delay_pj),
+                ("with_glitches_pj", energy.with_glitches_pj),
+                ("leakage_nw", energy.leakage_nw),
+            ]
+        });
         let all = ends
             .chain(own)
             .map(|(field, value)| (field, value, value > 0.0));
-        let areas = self.modules.iter().map(|m| m.area_um2);
-        let areas = areas.map(|value| ("area_um2", value, value >= 0.0));
-        for (field, value, is_right) in all.chain(areas) {
+        let modules = modules.map(|(field, value)| (field, value, value >= 0.0));
+        for (field, value, is_right) in all.chain(modules) {
             if !(value.is_finite() && is_right) {
                 return Err(format!("{field} = {value}, expected a number above 0"));
             }
+        }
+        let longest = self.ends.iter().map(|e| e.period_ps).fold(0.0, f64::max);
+        if (longest / self.period_ps - 1.0).abs() > NEAR {
+            let period = self.period_ps;
+            return Err(format!(
+                "period_ps = {period}, its longest path has {longest}"
+            ));
         }
         match (self.activity.busy, self.activity.cycles) {
             (busy, of) if (1..=of).contains(&busy) => Ok(()),
@@ -330,6 +366,52 @@ mod tests {
         );
         let other = Config::from_toml("gu.banks = 16\n", "test").unwrap();
         assert_ne!(found.verilog, digest(&other, UnitKind::Gathering).unwrap());
+    }
+
+    const GRID: &str = include_str!("../../../../synth/grid-asap7.json");
+
+    /// The file with one change, the digest of its figures made again or not.
+    fn changed(change: fn(&mut Grid), is_signed: bool) -> String {
+        let path = Path::new("grid.json");
+        let mut grid = Grid::parse(GRID, path).unwrap();
+        change(&mut grid);
+        if is_signed {
+            grid.figures = figures(&grid.points);
+        }
+        let text = serde_json::to_string(&grid).unwrap();
+        Grid::parse(&text, path).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_file_that_was_changed_is_refused() {
+        let error = changed(|g| g.points[3].modules[2].area_um2 *= 1.2, false);
+        assert!(
+            error.contains("grid.json: figures or points are not those"),
+            "{error}"
+        );
+        for (change, said) in [
+            (
+                (|g| g.points[0].modules[0].energy.zero_delay_pj = -1.0) as fn(&mut Grid),
+                "zero_delay_pj = -1, expected a number above 0",
+            ),
+            (
+                |g| g.points[0].activity.clock_pj = 0.0,
+                "clock_pj = 0, expected",
+            ),
+            (
+                |g| g.points[0].activity.busy = 0,
+                "busy = 0 of 2563 cycles, expected 1 to 2563",
+            ),
+            (
+                |g| g.points[0].period_ps = 900.0,
+                "period_ps = 900, its longest path has 102",
+            ),
+            (|g| g.points[0].ends.clear(), "its longest path has 0"),
+        ] {
+            let error = changed(change, true);
+            let of = "grid.json: gu.banks = 32; gu.ports = 1; ";
+            assert!(error.contains(of) && error.contains(said), "{error}");
+        }
     }
 
     #[test]
