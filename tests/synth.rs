@@ -275,7 +275,7 @@ fn a_small_unit_is_placed_and_routed() {
         "{said}"
     );
     let report = json(&at.join("r.json"));
-    let unit = &report["raw"]["units"][0];
+    let unit = &report["units"][0];
     let used = |part: &str| unit[part]["used"].as_u64().unwrap();
     // B x M multipliers; a bank a channel and port, and those of the RIT.
     assert_eq!(used("multipliers"), 8);

@@ -4,6 +4,7 @@ use super::accesses::{Lanes, Vectors, count, firsts};
 use super::fields::Colours;
 use super::{Accesses, Size};
 use crate::fields::{FieldError, HashedColour};
+use crate::mask::Mask;
 use crate::splats::{Cloud, View};
 
 /// A tile a lane: Gaussians in depth order, behind the vectors of other tables.
@@ -33,7 +34,7 @@ impl Lanes for Tiles {
 /// With `colour`, every Gaussian's is asked for first, a Gaussian a lane, whether
 /// it is seen or not; its vectors are the rows of the field's tables, in two bytes
 /// a channel, and lie before the Gaussians. With `full`, hashed tables have other
-/// numbers of entries.
+/// numbers of entries; with `only`, tiles are those that have a pixel of a mask.
 ///
 /// # Errors
 /// 2^32 vectors or more.
@@ -42,6 +43,7 @@ pub fn splat_accesses(
     colour: Option<&HashedColour>,
     full: Option<Size>,
     view: &View,
+    only: Option<&Mask>,
     capacity: u32,
 ) -> Result<Accesses, FieldError> {
     let entries = full.and_then(|size| match size {
@@ -59,8 +61,11 @@ pub fn splat_accesses(
     });
     let first = firsts(&vectors)?[vectors.len() - 1];
     let mut lists = vec![vec![]; view.tile_count()];
+    let wanted: Vec<bool> = (0..view.tile_count())
+        .map(|tile| only.is_none_or(|mask| view.shows(tile, mask)))
+        .collect();
     for (rank, splat) in view.splats().iter().enumerate() {
-        for tile in view.tiles_of(rank) {
+        for tile in view.tiles_of(rank).iter().filter(|t| wanted[**t as usize]) {
             lists[*tile as usize].push(first + splat.index as u32);
         }
     }

@@ -13,9 +13,10 @@ use rayon::prelude::*;
 
 use super::batches::{Batch, BatchSize, RayGroup, groups};
 use super::coded::{CodedTable, Gathers, Located};
-use super::march::check;
+use super::march::{check, check_mask};
 use super::{Field, FieldError};
 use crate::camera::Camera;
+use crate::mask::Mask;
 use crate::tiling::Halo;
 use crate::units::Units;
 use crate::voxels::{
@@ -140,7 +141,22 @@ impl<'a> FixedField<'a> {
         options: &FixedOptions,
         units: &mut dyn Units,
     ) -> Result<FixedFrame, FieldError> {
-        self.render_with(&*self.head, camera, options, units)
+        self.render_masked(camera, options, None, units)
+    }
+
+    /// Renders some of its pixels, the others being background; their bits are those of the
+    /// whole frame.
+    ///
+    /// # Errors
+    /// As [`FixedField::render`], and for a mask of another size than the camera's.
+    pub fn render_masked(
+        &self,
+        camera: &Camera,
+        options: &FixedOptions,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<FixedFrame, FieldError> {
+        self.render_with(&*self.head, camera, options, only, units)
     }
 
     /// Of each pixel, row after row, the samples that are gathered up to where its
@@ -150,7 +166,7 @@ impl<'a> FixedField<'a> {
     /// As [`FixedField::render`].
     pub fn stops(&self, camera: &Camera, units: &mut dyn Units) -> Result<Vec<u32>, FieldError> {
         let options = FixedOptions::default();
-        let frame = self.render_with(&OpacityAlone(&*self.head), camera, &options, units)?;
+        let frame = self.render_with(&OpacityAlone(&*self.head), camera, &options, None, units)?;
         Ok(frame.stops)
     }
 
@@ -159,10 +175,12 @@ impl<'a> FixedField<'a> {
         head: &dyn Head,
         camera: &Camera,
         options: &FixedOptions,
+        only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<FixedFrame, FieldError> {
         let sampling = self.field.sampling();
         check(camera, &sampling)?;
+        check_mask(camera, only)?;
         check_background(options.background)?;
         let side = options.group_side.unwrap_or_else(default_group_side);
         if side == 0
@@ -181,7 +199,11 @@ impl<'a> FixedField<'a> {
         frame.stats.orders = vec![Orders::default(); self.tables.len()];
         let batch_size = options.batch.unwrap_or_else(|| BatchSize::of(&self.tables));
         let mut work = Work::default();
-        for pixels in groups(size, side) {
+        for mut pixels in groups(size, side) {
+            if let Some(mask) = only {
+                let at = |[x, y]: [u32; 2]| y as usize * size[0] as usize + x as usize;
+                pixels.retain(|pixel| mask.has(at(*pixel)));
+            }
             let mut rays = RayGroup::new(self.field, &sampling, camera, &pixels);
             frame.stats.groups += 1;
             frame.stats.rays += pixels.len() as u64;
@@ -198,6 +220,7 @@ impl<'a> FixedField<'a> {
             place(&mut frame, &pixels, &done, options.background);
         }
         frame.stats.take(work);
+        frame.leave_out(only, options.background);
         Ok(frame)
     }
 

@@ -10,6 +10,7 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use rayon::prelude::*;
 
 use super::{FieldError, Layer, Mlp};
+use crate::units::Product;
 use crate::voxels::{Lanes, VoxelError};
 
 /// Bits of activations and weights.
@@ -81,7 +82,12 @@ impl MacMlp {
         for (i, layer) in self.layers.iter().enumerate() {
             sums.clear();
             let held = layer.run(&inputs, &mut sums);
-            lanes.count_products((sums.len() * layer.inputs()) as u64, held);
+            let product = Product {
+                rows: (inputs.len() / layer.inputs()) as u64,
+                depth: layer.inputs() as u64,
+                columns: layer.outputs() as u64,
+            };
+            lanes.multiply(product, held);
             if i + 1 < self.layers.len() {
                 let positive = lanes.compute_with(VectorOp::new(OpCode::Relu), &sums, 0)?;
                 inputs.clear();

@@ -85,7 +85,10 @@ impl Scene {
     ) -> Result<Characterised, SceneError> {
         let full = full.map(|size| FullSize::new(field, size)).transpose()?;
         let stops = Stops::find(field, &self.camera)?;
-        let (accesses, traffic) = join(|| field_accesses(&stops, full.as_ref(), capacity), traffic);
+        let (accesses, traffic) = join(
+            || field_accesses(&stops, full.as_ref(), None, capacity),
+            traffic,
+        );
         Ok(Characterised {
             accesses: accesses?,
             traffic: traffic?,
@@ -131,7 +134,7 @@ impl Scene {
         };
         let options = self.splat_options(config);
         let (accesses, traffic) = join(
-            || splat_accesses(cloud, colour, full, &view, capacity),
+            || splat_accesses(cloud, colour, full, &view, None, capacity),
             || splat_traffic(cloud, &view, &options, sides),
         );
         let mut traffic = traffic?;

@@ -13,11 +13,12 @@ use super::{Kind, Model, Scene, SceneError};
 use crate::analytic::Analytic;
 use crate::camera::Camera;
 use crate::fields::{self, Field, FixedField};
+use crate::mask::Mask;
 use crate::picture::Picture;
 use crate::splats::{self, Cloud, Decisions, Flips, Octree, Partition};
 use crate::streams::{Streams, UnitStreams};
 use crate::units::Units;
-use crate::voxels::{self, Halo, MVoxels, Volume};
+use crate::voxels::{self, Halo, MVoxels, Placement, Volume};
 
 /// The most pixels of a picture.
 const MAX_PIXELS: u64 = 1 << 26;
@@ -202,7 +203,23 @@ impl Scene {
         units: &mut dyn Units,
     ) -> Result<Rendered, SceneError> {
         let rendered = self.powers_of_e(config);
-        let rendered = rendered.and_then(|()| self.through(config, units));
+        let rendered = rendered.and_then(|()| self.through(config, None, units));
+        rendered.map_err(|e| e.of(&self.name))
+    }
+
+    /// The same of some pixels, the others being background; their bits are those of the whole
+    /// frame.
+    ///
+    /// # Errors
+    /// As [`Scene::render_fixed`], and for a mask of another size than the camera's.
+    pub fn render_fixed_masked(
+        &self,
+        config: &Config,
+        only: &Mask,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        let rendered = self.powers_of_e(config);
+        let rendered = rendered.and_then(|()| self.through(config, Some(only), units));
         rendered.map_err(|e| e.of(&self.name))
     }
 
@@ -224,24 +241,35 @@ impl Scene {
         })
     }
 
-    fn through(&self, config: &Config, units: &mut dyn Units) -> Result<Rendered, SceneError> {
+    fn through(
+        &self,
+        config: &Config,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
         match &self.model {
-            Model::Splats(cloud) => self.splats_fixed(cloud, config, units),
+            Model::Splats(cloud) => self.splats_fixed(cloud, config, only, units),
             Model::Compact(model) => {
                 let eye = self.camera.position();
                 let (cloud, stats) = model.seen_in_codes(eye, config, units)?;
-                let mut rendered = self.splats_fixed(&cloud, config, units)?;
+                let mut rendered = self.splats_fixed(&cloud, config, only, units)?;
                 rendered.counts.add(stats);
                 Ok(rendered)
             }
             Model::Voxels(grid) => {
                 let mvoxels = self.cut(MVoxels::new(grid, config)?);
                 let options = self.voxel_options();
-                let frame = voxels::render_fixed(grid, &mvoxels, &self.camera, &options, units)?;
+                let volume = Volume {
+                    mvoxels: &mvoxels,
+                    placement: Placement::of(grid),
+                    head: &voxels::stored(grid, &mvoxels, options.step)?,
+                };
+                let (camera, options) = (&self.camera, &options);
+                let frame = voxels::render_volume_masked(&volume, camera, options, only, units)?;
                 Ok(rendered(frame))
             }
-            Model::Tensorf(field) => self.render_tables(&**field, config, units),
-            Model::Field(field) => self.render_tables(&**field, config, units),
+            Model::Tensorf(field) => self.render_tables(&**field, config, only, units),
+            Model::Field(field) => self.render_tables(&**field, config, only, units),
             Model::Dvgo(field) => {
                 let made = field.fixed(config)?;
                 let mvoxels = self.cut(made.mvoxels().clone());
@@ -250,8 +278,8 @@ impl Scene {
                     placement: made.placement(),
                     head: made.head(),
                 };
-                let options = self.voxel_options();
-                let frame = voxels::render_volume(&volume, &self.camera, &options, units)?;
+                let (camera, options) = (&self.camera, &self.voxel_options());
+                let frame = voxels::render_volume_masked(&volume, camera, options, only, units)?;
                 Ok(rendered(frame))
             }
         }
@@ -283,6 +311,7 @@ impl Scene {
         &self,
         field: &dyn Field,
         config: &Config,
+        only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<Rendered, SceneError> {
         let options = fields::FixedOptions {
@@ -291,7 +320,7 @@ impl Scene {
             ..fields::FixedOptions::default()
         };
         let made = FixedField::with_halo(field, config, self.halo)?;
-        let frame = made.render(&self.camera, &options, units)?;
+        let frame = made.render_masked(&self.camera, &options, only, units)?;
         Ok(rendered(frame))
     }
 
@@ -307,11 +336,13 @@ impl Scene {
         &self,
         cloud: &Cloud,
         config: &Config,
+        only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<Rendered, SceneError> {
         self.check_splats(config)?;
         let options = self.splat_options(config);
-        let frame = splats::render_fixed(cloud, &self.camera, self.profile, &options, units)?;
+        let (camera, profile) = (&self.camera, self.profile);
+        let frame = splats::render_fixed_masked(cloud, camera, profile, &options, only, units)?;
         let clear = 1 << splats::TRANSMITTANCE.frac_bits();
         Ok(Rendered {
             picture: frame.picture,

@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod described;
+mod masked;
 
 use std::fs;
 

@@ -26,7 +26,7 @@ use super::array::Forms;
 use super::error::RenderError;
 use super::profile::Rules;
 use super::view::{TILE, TILE_PIXELS};
-use crate::units::Units;
+use crate::units::{GatherTask, Product, Units};
 
 /// Format of transmittances.
 pub const TRANSMITTANCE: Format = Format::unsigned(1, 20);
@@ -35,6 +35,9 @@ const CLEAR: i32 = 1 << TRANSMITTANCE.frac_bits();
 const FULL: i32 = 1 << 16;
 /// Tiles of a wave at most: a quarter of a million pixels.
 const WAVE_TILES: usize = 1024;
+/// Columns of the MAC array that a record takes: two forms, of weights in two halves of 16
+/// bits.
+const FORM_COLUMNS: u64 = 4;
 
 /// The rules of a profile as codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,6 +71,8 @@ impl Limits {
 pub(crate) struct Tile {
     /// Centre of the first pixel, codes of [`MEAN`].
     corner: [i64; 2],
+    /// That pixel's place in the picture.
+    first: [u32; 2],
     live: Vec<u8>,
     queue: Vec<SplatRecord>,
     head: usize,
@@ -134,6 +139,7 @@ impl Compositor {
         let tiles = places
             .map(|[first, [columns, rows]]| Tile {
                 corner: first.map(|v| (i64::from(v) << MEAN.frac_bits()) + half),
+                first,
                 live: (0..rows)
                     .flat_map(|y| (0..columns).map(move |x| (y * TILE + x) as u8))
                     .collect(),
@@ -154,6 +160,36 @@ impl Compositor {
             wave: Wave::default(),
             elements: BTreeMap::new(),
             drawn: 0,
+        }
+    }
+
+    /// Leaves out pixels of the picture that are not `wanted`.
+    pub(crate) fn leave_out(&mut self, wanted: impl Fn([u32; 2]) -> bool) {
+        for tile in &mut self.tiles {
+            let first = tile.first;
+            tile.live.retain(|pixel| {
+                let at = [u32::from(*pixel) % TILE, u32::from(*pixel) / TILE];
+                wanted([first[0] + at[0], first[1] + at[1]])
+            });
+        }
+    }
+
+    /// Tells of the affine forms of a task: its points in a tile are columns of the MAC array,
+    /// the pixels of the tile that go on its rows. Weights of 32 bits take two passes.
+    pub(crate) fn tell_of_forms(&self, task: &GatherTask, units: &mut dyn Units) {
+        let mut points: BTreeMap<u32, u64> = BTreeMap::new();
+        for entry in &task.entries {
+            *points.entry(entry.slot).or_default() += 1;
+        }
+        for (slot, points) in points {
+            let live = self.tiles.get(slot as usize).map_or(0, |t| t.live.len());
+            if live > 0 {
+                units.multiplied(Product {
+                    rows: live as u64,
+                    depth: 2,
+                    columns: points * FORM_COLUMNS,
+                });
+            }
         }
     }
 

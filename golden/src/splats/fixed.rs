@@ -10,6 +10,7 @@ use potamoi_formats::units::OpCode;
 use super::cloud::Cloud;
 use super::composite::{Compositor, TRANSMITTANCE};
 use super::error::RenderError;
+use super::float::mask_fits;
 use super::frame::Decisions;
 use super::hold::{Hold, HoldStats, Order};
 use super::profile::Profile;
@@ -17,6 +18,7 @@ use super::records::Saturations;
 use super::schedule::{Group, Schedule, ScheduleOptions};
 use super::view::{TILE, View};
 use crate::camera::Camera;
+use crate::mask::Mask;
 use crate::picture::Picture;
 use crate::streams::{Streams, UnitStreams, Visit};
 use crate::units::{GatherTask, Units};
@@ -115,8 +117,27 @@ pub fn render_fixed(
     options: &FixedOptions,
     units: &mut dyn Units,
 ) -> Result<FixedFrame, RenderError> {
+    render_fixed_masked(cloud, camera, profile, options, None, units)
+}
+
+/// The same of some pixels, the others being background; their bits are those of the whole
+/// frame. All Gaussians are projected; entries are of tiles that have such a pixel.
+///
+/// # Errors
+/// As [`render_fixed`], and for a mask of another size than the camera's.
+pub fn render_fixed_masked(
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+    options: &FixedOptions,
+    only: Option<&Mask>,
+    units: &mut dyn Units,
+) -> Result<FixedFrame, RenderError> {
     let view = View::new(cloud, camera, profile)?;
-    let schedule = Schedule::new(cloud, &view, &options.schedule)?;
+    if let Some(mask) = only {
+        mask_fits(&view, mask)?;
+    }
+    let schedule = Schedule::masked(cloud, &view, &options.schedule, only)?;
     let exact = options.order == Order::Exact;
     let mut frame = Frame::new(&view, options);
     frame.stats.visible = view.splats().len() as u64;
@@ -126,7 +147,7 @@ pub fn render_fixed(
     }
     for index in 0..schedule.groups() {
         if let Some(group) = schedule.group(index) {
-            let done = render_group(&view, &group, options, units, &mut frame.stats)?;
+            let done = render_group(&view, &group, options, only, units, &mut frame.stats)?;
             frame.place(&view, &group, &done);
         }
     }
@@ -140,12 +161,16 @@ fn render_group(
     view: &View,
     group: &Group,
     options: &FixedOptions,
+    only: Option<&Mask>,
     units: &mut dyn Units,
     stats: &mut FixedStats,
 ) -> Result<Compositor, RenderError> {
     let places = group.tiles.iter().map(|t| view.tile_pixels(*t as usize));
     let keep = options.log_decisions && options.order == Order::Exact;
     let mut compositor = Compositor::new(view.rules(), places, keep);
+    if let Some(mask) = only {
+        compositor.leave_out(|[x, y]| mask.has((y * view.size()[0] + x) as usize));
+    }
     let mut hold = Hold::new(options.hold_records);
     let mut highest = vec![0u32; group.tiles.len()];
     let mut features = Vec::new();
@@ -156,6 +181,7 @@ fn render_group(
         gather(units, batch, &mut features, options.unit_streams, stats)?;
         let mut rows = features.as_chunks::<RECORD_CHANNELS>().0.iter();
         for (t, task) in (start..).zip(batch) {
+            compositor.tell_of_forms(task, units);
             for (entry, row) in task.entries.iter().zip(&mut rows) {
                 let record = SplatRecord::from_channels(row);
                 match options.order {

@@ -91,14 +91,20 @@ pub fn render_masked(
     only: &Mask,
 ) -> Result<FloatFrame, RenderError> {
     let view = View::new(cloud, camera, profile)?;
-    if only.size() != view.size() {
-        return Err(RenderError::Option {
-            field: "mask",
-            value: format!("{:?} pixels", only.size()),
-            expected: "a mask of the camera's size",
-        });
-    }
+    mask_fits(&view, only)?;
     Ok(composite(&view, options, Some(only)))
+}
+
+/// Whether a mask has the size of a view.
+pub(super) fn mask_fits(view: &View, mask: &Mask) -> Result<(), RenderError> {
+    if mask.size() == view.size() {
+        return Ok(());
+    }
+    Err(RenderError::Option {
+        field: "mask",
+        value: format!("{:?} pixels", mask.size()),
+        expected: "a mask of the camera's size",
+    })
 }
 
 pub(crate) fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {

@@ -33,7 +33,7 @@ mod view;
 pub use cloud::{Cloud, CloudError, Field};
 pub use composite::TRANSMITTANCE;
 pub use error::RenderError;
-pub use fixed::{FixedFrame, FixedOptions, FixedStats, render_fixed};
+pub use fixed::{FixedFrame, FixedOptions, FixedStats, render_fixed, render_fixed_masked};
 pub(crate) use float::render_view;
 pub use float::{FloatFrame, FloatOptions, FloatStats, render_float, render_masked};
 pub use footprint::Footprint;

@@ -21,6 +21,7 @@ use super::profile::Profile;
 use super::records::{Saturations, record};
 use super::view::View;
 use crate::camera::Camera;
+use crate::mask::Mask;
 use crate::units::GatherTask;
 
 /// The most rows that a row number of 16 bits addresses.
@@ -186,6 +187,19 @@ impl Schedule {
     /// # Errors
     /// Options out of range, or a ray group of more than 65,536 tiles.
     pub fn new(cloud: &Cloud, view: &View, options: &ScheduleOptions) -> Result<Self, RenderError> {
+        Self::masked(cloud, view, options, None)
+    }
+
+    /// The same with entries for those tiles alone that have a pixel of a mask.
+    ///
+    /// # Errors
+    /// As [`Schedule::new`].
+    pub fn masked(
+        cloud: &Cloud,
+        view: &View,
+        options: &ScheduleOptions,
+        only: Option<&Mask>,
+    ) -> Result<Self, RenderError> {
         if !(1..=MAX_ROWS).contains(&options.rows) {
             return Err(RenderError::Option {
                 field: "rows",
@@ -223,9 +237,12 @@ impl Schedule {
         for tile in 0..view.tile_count() as u32 {
             tiles[place(tile).0].push(tile);
         }
+        let wanted: Vec<bool> = (0..view.tile_count())
+            .map(|tile| only.is_none_or(|mask| view.shows(tile, mask)))
+            .collect();
         let mut entries = vec![Vec::new(); count];
         for rank in 0..view.splats().len() {
-            for tile in view.tiles_of(rank) {
+            for tile in view.tiles_of(rank).iter().filter(|t| wanted[**t as usize]) {
                 let (group, slot) = place(*tile);
                 entries[group].push((rank as u32, slot));
             }

@@ -9,6 +9,7 @@ use super::error::RenderError;
 use super::profile::{Profile, Rules};
 use super::project::{Projected, Projection};
 use crate::camera::Camera;
+use crate::mask::Mask;
 
 pub use super::coverage::TILE;
 
@@ -164,6 +165,13 @@ impl View {
             [x, y],
             [TILE.min(self.width - x), TILE.min(self.height - y)],
         ]
+    }
+
+    /// Whether a mask has a pixel of a tile.
+    pub(crate) fn shows(&self, tile: usize, mask: &Mask) -> bool {
+        let [[left, top], [columns, rows]] = self.tile_pixels(tile);
+        let mut lines = top..top + rows;
+        lines.any(|y| (left..left + columns).any(|x| mask.has((y * self.width + x) as usize)))
     }
 
     /// The ranks drawn in each tile, front to back: place of the first rank of

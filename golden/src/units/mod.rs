@@ -34,6 +34,26 @@ pub struct GatherTask {
     pub entries: Vec<RitEntry>,
 }
 
+/// A product of an M x K matrix of inputs with a K x N matrix of weights: work of the MAC
+/// array. Inner products of vectors of which each is used once have one column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Product {
+    /// M: rows of inputs, one a sample or pixel.
+    pub rows: u64,
+    /// K: what is summed over.
+    pub depth: u64,
+    /// N: columns of weights, one a neuron.
+    pub columns: u64,
+}
+
+impl Product {
+    /// Multiplications that it asks for.
+    #[must_use]
+    pub const fn operations(&self) -> u64 {
+        self.rows * self.depth * self.columns
+    }
+}
+
 /// A unit refused its input or failed.
 pub type UnitError = Box<dyn std::error::Error + Send + Sync>;
 
@@ -69,4 +89,10 @@ pub trait Units {
         b: &[i32],
         out: &mut [i32],
     ) -> Result<(), UnitError>;
+
+    /// Tells of a product that the MAC array computes, whose results the renderer finds
+    /// itself.
+    fn multiplied(&mut self, product: Product) {
+        let _ = product;
+    }
 }

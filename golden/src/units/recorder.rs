@@ -2,7 +2,7 @@
 
 use potamoi_formats::units::VectorOp;
 
-use super::{GatherTask, UnitError, Units};
+use super::{GatherTask, Product, UnitError, Units};
 
 /// A gathering task and its features.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,5 +110,9 @@ impl Units for Recorder<'_> {
             });
         }
         Ok(())
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        self.units.multiplied(product);
     }
 }

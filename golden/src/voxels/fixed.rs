@@ -16,6 +16,7 @@ use super::ray::{Placement, Rays};
 use super::schedule::{Schedule, Skip};
 use super::split;
 use crate::camera::Camera;
+use crate::mask::Mask;
 use crate::picture::Picture;
 use crate::streams::{Streams, UnitStreams, Visit};
 use crate::tiling::Halo;
@@ -172,6 +173,19 @@ impl FixedFrame {
             stats: FixedStats::default(),
         }
     }
+
+    /// Shows nothing but background where a mask has no pixel.
+    pub(crate) fn leave_out(&mut self, only: Option<&Mask>, background: [f32; 3]) {
+        let Some(mask) = only else { return };
+        let unit = 2f64.powi(-(BACKGROUND.frac_bits() as i32));
+        let behind = background_codes(background).map(|code| (code as f64 * unit) as f32);
+        for (i, colour) in self.picture.rgb.iter_mut().enumerate() {
+            if !mask.has(i) {
+                *colour = behind;
+                self.transmittance[i] = 1 << TRANSMITTANCE.frac_bits();
+            }
+        }
+    }
 }
 
 /// Renders a grid in the hardware's formats. `mvoxels` are the grid's. Sample
@@ -246,14 +260,38 @@ pub fn render_volume(
     options: &FixedOptions,
     units: &mut dyn Units,
 ) -> Result<FixedFrame, VoxelError> {
+    render_volume_masked(volume, camera, options, None, units)
+}
+
+/// The same of some pixels, the others being background; their bits are those of the whole
+/// frame.
+///
+/// # Errors
+/// As [`render_fixed`], and for a mask of another size than the camera's.
+pub fn render_volume_masked(
+    volume: &Volume<'_>,
+    camera: &Camera,
+    options: &FixedOptions,
+    only: Option<&Mask>,
+    units: &mut dyn Units,
+) -> Result<FixedFrame, VoxelError> {
     let Volume {
         mvoxels,
         placement,
         head,
     } = volume;
     let rays = check(placement, mvoxels, camera, options)?;
+    if let Some(mask) = only
+        && mask.size() != rays.size()
+    {
+        return Err(VoxelError::Option {
+            field: "mask",
+            value: format!("{:?} pixels", mask.size()),
+            expected: "a mask of the camera's size",
+        });
+    }
     let mut frame = FixedFrame::clear(rays.size());
-    let schedule = Schedule::new(mvoxels, rays, options.group_side, options.skip)?;
+    let schedule = Schedule::new(mvoxels, rays, options.group_side, options.skip)?.of(only);
     let mut work = Work::default();
     for number in 0..schedule.groups() {
         let group = schedule.group(number);
@@ -285,6 +323,7 @@ pub fn render_volume(
         place(&mut frame, &group.pixels, &done, options.background);
     }
     frame.stats.take(work);
+    frame.leave_out(only, options.background);
     Ok(frame)
 }
 
@@ -403,6 +442,13 @@ pub(crate) fn gather(
     Ok(())
 }
 
+fn background_codes(background: [f32; 3]) -> [i64; 3] {
+    background.map(|v| {
+        let code = BACKGROUND.quantise(f64::from(v), Rounding::HalfEven);
+        code.unwrap_or_default() as i64
+    })
+}
+
 /// Puts what was composited at the pixels of its rays, over a background.
 pub(crate) fn place(
     frame: &mut FixedFrame,
@@ -410,10 +456,7 @@ pub(crate) fn place(
     done: &Compositor<'_>,
     background: [f32; 3],
 ) {
-    let background = background.map(|v| {
-        let code = BACKGROUND.quantise(f64::from(v), Rounding::HalfEven);
-        code.unwrap_or_default() as i64
-    });
+    let background = background_codes(background);
     let up = PIXEL_BITS - done.pixel_bits();
     let behind_up = PIXEL_BITS - BACKGROUND.frac_bits() - TRANSMITTANCE.frac_bits();
     for (slot, [x, y]) in pixels.iter().enumerate() {

@@ -12,7 +12,7 @@ use super::error::VoxelError;
 use super::float::STOP_BELOW;
 use super::formats::{DIRECTION_BITS, Formats, STEP_BITS};
 use super::grid::Layout;
-use crate::units::Units;
+use crate::units::{Product, Units};
 
 /// What follows gathering, for samples in batches.
 pub trait Head: Sync {
@@ -164,10 +164,13 @@ impl Lanes<'_> {
         self.compute(op, a, &vec![b; a.len()])
     }
 
-    /// Counts work of the MAC array: products, and sums that were held at an
+    /// Counts work of the MAC array: a product, and sums of it that were held at an
     /// end of their format.
-    pub fn count_products(&mut self, products: u64, held: u64) {
-        self.work.products += products;
+    pub fn multiply(&mut self, product: Product, held: u64) {
+        if product.operations() > 0 {
+            self.units.multiplied(product);
+            self.work.products += product.operations();
+        }
         self.work.held += held;
     }
 
@@ -258,8 +261,13 @@ impl Head for Stored {
             Layout::Linear => {
                 for (f, d) in samples.zip(directions.as_chunks::<3>().0) {
                     colour.extend(f[1..].as_chunks::<4>().0.iter().map(|c| towards(*c, *d)));
-                    lanes.count_products(12, 0);
                 }
+                let sums = Product {
+                    rows: colour.len() as u64,
+                    depth: 4,
+                    columns: 1,
+                };
+                lanes.multiply(sums, 0);
             }
         }
         lanes.compute_with(VectorOp::new(OpCode::Relu), &colour, 0)

@@ -23,7 +23,8 @@ pub use crate::tiling::{Halo, Holder, Place};
 pub(crate) use composite::{Compositor, Work};
 pub use error::VoxelError;
 pub use fixed::{
-    FixedFrame, FixedOptions, FixedStats, Orders, Volume, render_fixed, render_volume, stops, tasks,
+    FixedFrame, FixedOptions, FixedStats, Orders, Volume, render_fixed, render_volume,
+    render_volume_masked, stops, tasks,
 };
 pub(crate) use fixed::{check_background, gather, place, stored};
 pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float, render_masked};

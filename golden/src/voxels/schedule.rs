@@ -13,6 +13,7 @@ use potamoi_formats::rit::{RitEntry, Vertices};
 use super::error::VoxelError;
 use super::mvoxels::MVoxels;
 use super::ray::{Ray, Rays};
+use crate::mask::Mask as PixelMask;
 use crate::tiling::{Holder, Place};
 use crate::units::{GatherTask, weights};
 
@@ -58,6 +59,7 @@ pub(crate) struct Schedule<'a> {
     pub(super) distances: Vec<u32>,
     side: u32,
     skip: Skip,
+    only: Option<&'a PixelMask>,
 }
 
 /// A ray group and where its rays go.
@@ -103,7 +105,13 @@ impl<'a> Schedule<'a> {
             distances: mvoxels.distances(rays.origin.to_array()),
             side,
             skip,
+            only: None,
         })
+    }
+
+    /// Rays of the pixels of a mask alone.
+    pub(crate) fn of(self, only: Option<&'a PixelMask>) -> Self {
+        Self { only, ..self }
     }
 
     fn across(&self) -> u32 {
@@ -122,6 +130,10 @@ impl<'a> Schedule<'a> {
         let end = |axis: usize| corner[axis].saturating_add(self.side).min(size[axis]);
         let pixels: Vec<[u32; 2]> = (corner[1]..end(1))
             .flat_map(|y| (corner[0]..end(0)).map(move |x| [x, y]))
+            .filter(|[x, y]| {
+                let pixel = *y as usize * size[0] as usize + *x as usize;
+                self.only.is_none_or(|mask| mask.has(pixel))
+            })
             .collect();
         let rays: Vec<Ray> = pixels
             .par_iter()

@@ -1,6 +1,8 @@
 //! The systolic array of multiply-accumulate units that computes features: cycles of a matrix
 //! product, and what it reads and writes.
 
+use potamoi_golden::units::Product;
+
 /// Which operand stays in the array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dataflow {
@@ -10,25 +12,6 @@ pub enum Dataflow {
     OutputStationary,
     /// Inputs: K along the rows, M along the columns.
     InputStationary,
-}
-
-/// A product of an M x K matrix of inputs with a K x N matrix of weights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Product {
-    /// M: rows of inputs, one a sample or pixel.
-    pub rows: u64,
-    /// K: what is summed over.
-    pub depth: u64,
-    /// N: columns of weights, one a neuron.
-    pub columns: u64,
-}
-
-impl Product {
-    /// Multiplications that it asks for.
-    #[must_use]
-    pub const fn operations(&self) -> u64 {
-        self.rows * self.depth * self.columns
-    }
 }
 
 /// The array (paper, Sec. "Experimental Setup": 24 x 24).

@@ -20,6 +20,7 @@ use crate::fields::codes::held;
 use crate::fields::opacity::{Curve, Opacity, need};
 use crate::fields::{Coded, FieldError};
 use crate::splats::sh;
+use crate::units::Product;
 use crate::voxels::{Head, Lanes, Opacities, TRANSMITTANCE, VoxelError};
 
 /// Fraction bits of spherical harmonics, which are below 2.
@@ -113,7 +114,12 @@ impl Head for EfficientHead {
                 logits.push(logit.clamp(i32::MIN.into(), i32::MAX.into()) as i32);
             }
         }
-        lanes.count_products((logits.len() * COEFFICIENTS) as u64, 0);
+        let sums = Product {
+            rows: logits.len() as u64,
+            depth: COEFFICIENTS as u64,
+            columns: 1,
+        };
+        lanes.multiply(sums, 0);
         lanes.compute_with(VectorOp::new(OpCode::Sigmoid), &logits, 0)
     }
 }

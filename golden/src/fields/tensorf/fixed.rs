@@ -25,6 +25,7 @@ use crate::fields::codes::held;
 use crate::fields::mac::MacMlp;
 use crate::fields::opacity::{Curve, Opacity, multiply, need, rescale};
 use crate::fields::{Coded, Field as _, FieldError, calibrate};
+use crate::units::Product;
 use crate::voxels::{Head, Lanes, Opacities, TRANSMITTANCE, VoxelError};
 
 /// A sum's magnitude stays below two to this.
@@ -242,7 +243,12 @@ impl Head for TensorfHead {
     ) -> Result<Opacities<'f>, VoxelError> {
         let products = self.products(features, 0, lanes)?;
         let width: usize = self.modes.iter().map(|mode| mode.density).sum();
-        lanes.count_products(products.len() as u64, 0);
+        let sums = Product {
+            rows: (products.len() / width.max(1)) as u64,
+            depth: width as u64,
+            columns: 1,
+        };
+        lanes.multiply(sums, 0);
         let sums = products.chunks_exact(width).map(|own| own.iter().sum());
         let sums: Vec<i32> = sums.collect();
         let bits = self.product_bits[0] as i32;
