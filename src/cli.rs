@@ -9,6 +9,7 @@ use crate::common::Common;
 use crate::cost::CostArgs;
 use crate::estimate::EstimateArgs;
 use crate::layouts::LayoutsArgs;
+use crate::model::ModelArgs;
 use crate::render::RenderArgs;
 use crate::synth::SynthArgs;
 use crate::trace::TraceArgs;
@@ -46,6 +47,8 @@ pub(crate) enum Command {
     Synth(SynthArgs),
     /// Estimate what synthesis would find, by formulas fitted to a grid of syntheses
     Estimate(EstimateArgs),
+    /// Model the whole system: time, energy and quality of a path of frames by variant
+    Model(Box<ModelArgs>),
     /// Measure what accuracy costs in time
     Cost(CostArgs),
     /// Show which outside tools are here, and what is lost without each

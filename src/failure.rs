@@ -13,6 +13,8 @@ use potamoi_golden::warp::WarpError;
 use potamoi_hdl::ir::IrErrors;
 use potamoi_sim::rtl::RtlError;
 use potamoi_sim::runtime::RuntimeError;
+use potamoi_sim::soc::work::KeepError;
+use potamoi_sim::soc::{CostError, ModelError, SystemError};
 use potamoi_sim::synth::SynthError;
 use thiserror::Error;
 
@@ -47,6 +49,14 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Synth(#[from] SynthError),
     #[error(transparent)]
+    System(#[from] SystemError),
+    #[error(transparent)]
+    Work(#[from] KeepError),
+    #[error(transparent)]
+    Cost(#[from] CostError),
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    #[error(transparent)]
     Doctor(#[from] DoctorError),
     /// A check said no; what it found is printed before.
     #[error("{0}")]
@@ -72,6 +82,10 @@ impl Failure {
             | Self::Warp(_)
             | Self::Runtime(_)
             | Self::Mesh(_)
+            | Self::System(_)
+            | Self::Work(_)
+            | Self::Cost(_)
+            | Self::Model(_)
             | Self::Usage(_) => 2,
             Self::Netlist(_) | Self::Check(_) => 1,
             Self::Inconclusive(_) => 4,

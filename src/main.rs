@@ -13,6 +13,7 @@ mod estimate;
 mod failure;
 mod files;
 mod layouts;
+mod model;
 mod progress;
 mod render;
 mod say;
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         cli::Command::Layouts(args) => layouts::run(&cli.common, args),
         cli::Command::Synth(args) => synth::run(&cli.common, args),
         cli::Command::Estimate(args) => estimate::run(&cli.common, args),
+        cli::Command::Model(args) => model::run(&cli.common, args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()).map_err(Into::into),
     };

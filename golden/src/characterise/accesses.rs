@@ -10,6 +10,8 @@ use crate::fields::{FieldError, TableShape};
 
 /// Reads after which a batch is closed.
 const BATCH: usize = 1 << 20;
+/// Bytes that a GPU's cache gives at a time.
+const SECTOR: u32 = 32;
 
 /// Vectors of one size, which follow one another in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -161,6 +163,8 @@ pub(super) fn count(
             for vector in batch.iter().flat_map(|block| &block.vectors) {
                 let bytes = bytes_of(*vector);
                 memory.reads += 1;
+                memory.read_bytes += u64::from(bytes);
+                memory.sectors += u64::from(bytes.div_ceil(SECTOR));
                 if oracle.read(*vector, bytes) {
                     continue;
                 }
@@ -223,6 +227,9 @@ mod tests {
         let memory = found.memory;
         assert_eq!((memory.reads, memory.misses), (14, 13));
         assert_eq!(memory.bytes, 10 * 4 + 3 * 100);
+        // One vector of 4 bytes is read twice; 100 bytes are four sectors.
+        assert_eq!(memory.read_bytes, 11 * 4 + 3 * 100);
+        assert_eq!(memory.sectors, 11 + 3 * 4);
         // 0 5 1 6 2 7 3 8 4 9, 10 11 12: the last three stream.
         assert_eq!(memory.not_streaming, 10);
         assert_eq!(found.stored_bytes(), 340);

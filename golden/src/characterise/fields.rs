@@ -9,7 +9,6 @@ use super::accesses::{Lanes, Vectors, count, firsts, rows_of};
 use super::full_size::with_entries;
 use super::{Accesses, FullSize};
 use crate::fields::{FieldError, HashedColour, Stops, Table, TableShape};
-use crate::mask::Mask;
 
 /// The rows of samples, numbered one table behind another.
 struct Rows<'a> {
@@ -44,7 +43,6 @@ struct Rays<'a> {
     stops: &'a Stops<'a>,
     rows: Rows<'a>,
     full: Option<&'a FullSize>,
-    only: Option<&'a Mask>,
     /// Samples in the place of one.
     parts: u32,
 }
@@ -63,17 +61,11 @@ impl Lanes for Rays<'_> {
     }
 
     fn reads(&self, lane: usize) -> usize {
-        if self.only.is_some_and(|mask| !mask.has(lane)) {
-            return 0;
-        }
         let samples = self.stops.gathered(self.pixel(lane)) as usize;
         samples * self.parts as usize * self.rows.a_sample()
     }
 
     fn list(&self, lane: usize, out: &mut Vec<u32>) {
-        if self.reads(lane) == 0 {
-            return;
-        }
         let mut places = vec![DVec3::ZERO; self.stops.field().tables().len()];
         let pixel = self.pixel(lane);
         self.stops
@@ -91,15 +83,13 @@ impl Lanes for Rays<'_> {
 /// rays of a picture row side by side, through a buffer of `capacity` bytes.
 /// Vectors are the rows of the tables, in two bytes a channel.
 ///
-/// With `full`, rows are those of other tables in place of the field's; with `only`, rays are
-/// those of a mask's pixels.
+/// With `full`, rows are those of other tables in place of the field's.
 ///
 /// # Errors
 /// Tables of 2^32 rows or more.
 pub fn field_accesses(
     stops: &Stops<'_>,
     full: Option<&FullSize>,
-    only: Option<&Mask>,
     capacity: u32,
 ) -> Result<Accesses, FieldError> {
     let tables = match full {
@@ -111,7 +101,6 @@ pub fn field_accesses(
         stops,
         rows,
         full,
-        only,
         parts: full.map_or(1, FullSize::parts),
     };
     count(vectors, &[&rays], capacity)

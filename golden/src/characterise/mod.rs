@@ -34,9 +34,13 @@ pub use traffic::{Traffic, traffic};
 pub struct Memory {
     /// Reads of the buffer.
     pub reads: u64,
+    /// Their bytes.
+    pub read_bytes: u64,
+    /// Their parts of 32 bytes, each read beginning a new one.
+    pub sectors: u64,
     /// Reads that it could not serve.
     pub misses: u64,
-    /// Their bytes.
+    /// The bytes of these.
     pub bytes: u64,
     /// Of those reads, vectors that do not lie behind the one before in memory.
     pub not_streaming: u64,

@@ -4,9 +4,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::march::{Samples, Worker, advance, check};
+use super::march::{Samples, Worker, advance, check, check_mask};
 use super::{Field, FieldError, Sampling};
 use crate::camera::Camera;
+use crate::mask::Mask;
 
 /// The rays of a frame up to where each stops in floating point.
 pub struct Stops<'a> {
@@ -18,6 +19,7 @@ pub struct Stops<'a> {
 }
 
 /// Of one ray.
+#[derive(Default)]
 struct Stop {
     /// Samples up to where it stops.
     samples: u32,
@@ -33,13 +35,29 @@ impl<'a> Stops<'a> {
     /// # Errors
     /// As [`super::render_float`].
     pub fn find(field: &'a dyn Field, camera: &'a Camera) -> Result<Self, FieldError> {
+        Self::masked(field, camera, None)
+    }
+
+    /// The same of a mask's pixels alone; of the others nothing is gathered.
+    ///
+    /// # Errors
+    /// As [`Stops::find`], and for a mask of another size than the camera's.
+    pub fn masked(
+        field: &'a dyn Field,
+        camera: &'a Camera,
+        only: Option<&Mask>,
+    ) -> Result<Self, FieldError> {
         let sampling = field.sampling();
         check(camera, &sampling)?;
+        check_mask(camera, only)?;
         let rays = (0..camera.width * camera.height)
             .into_par_iter()
             .map_init(
                 || Worker::new(field),
                 |worker, i| {
+                    if only.is_some_and(|mask| !mask.has(i as usize)) {
+                        return Stop::default();
+                    }
                     let pixel = [i % camera.width, i / camera.width];
                     let ray = Samples::of(&sampling, camera, pixel);
                     let mut runs: Vec<[u32; 2]> = vec![];

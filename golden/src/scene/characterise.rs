@@ -11,6 +11,7 @@ use crate::characterise::{
 use crate::fields::dvgo::Dvgo;
 use crate::fields::stored::StoredField;
 use crate::fields::{Field, FieldError, FixedField, Stops};
+use crate::mask::Mask;
 use crate::splats::{Cloud, View};
 use crate::units::Twins;
 use crate::voxels::{self, MVoxels, Placement, Volume, stored};
@@ -76,6 +77,30 @@ impl Scene {
         }
     }
 
+    /// Reads of feature vectors of a frame, or of a mask's pixels, in pixel-centric order
+    /// through a buffer of `capacity` bytes with oracle replacement.
+    ///
+    /// # Errors
+    /// As [`Scene::render_float`], and for a mask of another size than the camera's.
+    pub fn accesses(&self, capacity: u32, only: Option<&Mask>) -> Result<Accesses, SceneError> {
+        let field = |field: &dyn Field| -> Result<Accesses, SceneError> {
+            let stops = Stops::masked(field, &self.camera, only)?;
+            Ok(field_accesses(&stops, None, capacity)?)
+        };
+        match self.model.kind() {
+            Kind::Splats(cloud) => {
+                let view = View::new(cloud, &self.camera, self.profile)?;
+                let colour = match &self.model {
+                    Model::Compact(model) => Some(model.colour()),
+                    _ => None,
+                };
+                Ok(splat_accesses(cloud, colour, None, &view, only, capacity)?)
+            }
+            Kind::Voxels(grid) => field(&StoredField::new(grid, self.step)?),
+            Kind::Field(own) => field(own),
+        }
+    }
+
     fn of_field(
         &self,
         field: &dyn Field,
@@ -85,10 +110,7 @@ impl Scene {
     ) -> Result<Characterised, SceneError> {
         let full = full.map(|size| FullSize::new(field, size)).transpose()?;
         let stops = Stops::find(field, &self.camera)?;
-        let (accesses, traffic) = join(
-            || field_accesses(&stops, full.as_ref(), None, capacity),
-            traffic,
-        );
+        let (accesses, traffic) = join(|| field_accesses(&stops, full.as_ref(), capacity), traffic);
         Ok(Characterised {
             accesses: accesses?,
             traffic: traffic?,

@@ -26,6 +26,10 @@ const MAX_PIXELS: u64 = 1 << 26;
 /// What the units did for a frame, by the renderer's own count.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct FrameCounts {
+    /// Rays of fields; pixels of splats.
+    pub rays: u64,
+    /// Samples along rays, gathered or not; none of splats.
+    pub samples: u64,
     /// MVoxels gathered, over all ray groups.
     pub mvoxels: u64,
     /// Feature vectors out of the gathering unit, one a RIT entry that has all
@@ -48,6 +52,12 @@ pub struct FrameCounts {
 /// What the order of splats took and what their records could not hold.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct SplatCounts {
+    /// Gaussians of the model.
+    pub gaussians: u64,
+    /// Those that touch a tile.
+    pub visible: u64,
+    /// (tile, Gaussian) pairs.
+    pub pairs: u64,
     /// The most records held back at once, in exact order.
     pub records_held: u64,
     /// The most (tile, Gaussian) entries of them.
@@ -67,6 +77,8 @@ pub struct SplatCounts {
 impl FrameCounts {
     /// Adds what was gathered and computed of vertices.
     fn add(&mut self, stats: voxels::FixedStats) {
+        self.rays += stats.rays;
+        self.samples += stats.samples;
         self.mvoxels += stats.tasks;
         self.feature_vectors += stats.entries - stats.split_entries;
         self.streams = self.streams + stats.streams;
@@ -344,10 +356,12 @@ impl Scene {
         let (camera, profile) = (&self.camera, self.profile);
         let frame = splats::render_fixed_masked(cloud, camera, profile, &options, only, units)?;
         let clear = 1 << splats::TRANSMITTANCE.frac_bits();
+        let covered: Vec<bool> = frame.transmittance.iter().map(|t| *t < clear).collect();
         Ok(Rendered {
             picture: frame.picture,
-            covered: frame.transmittance.iter().map(|t| *t < clear).collect(),
             counts: FrameCounts {
+                rays: only.map_or(covered.len(), Mask::count) as u64,
+                samples: 0,
                 mvoxels: frame.stats.tasks,
                 feature_vectors: frame.stats.gathers,
                 elements: frame.stats.vector_elements,
@@ -355,6 +369,9 @@ impl Scene {
                 scattered_bytes: frame.stats.scattered_bytes,
                 reverts: None,
                 splats: Some(SplatCounts {
+                    gaussians: cloud.len() as u64,
+                    visible: frame.stats.visible,
+                    pairs: frame.stats.gathers,
                     records_held: frame.stats.hold.occupancy,
                     entries_held: frame.stats.hold.entries,
                     records_spilled: frame.stats.hold.spilled,
@@ -364,6 +381,7 @@ impl Scene {
                 }),
             },
             decisions: frame.decisions,
+            covered,
         })
     }
 

@@ -1,6 +1,22 @@
 //! The system around the units: memory, the array that computes features, and what a frame
 //! takes of them.
 
+mod compose;
+mod costs;
 pub mod dram;
 pub mod engine;
+mod gpu;
+mod memory;
 pub mod npu;
+mod outcome;
+mod system;
+mod variant;
+pub mod work;
+
+pub use compose::{Spent, alone_ns};
+pub use costs::{CostError, Costs, OnChip, Port};
+pub use gpu::{Gpu, Kernel, Program};
+pub use memory::{Memory, Rate};
+pub use outcome::{EnergyByPart, Model, ModelError, Outcome, StageTime, Timeline};
+pub use system::{System, SystemError};
+pub use variant::{Frames, Gathering, Scenario, Variant};

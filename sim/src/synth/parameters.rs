@@ -8,10 +8,23 @@ use super::report::{COMMAND, FORMAT_VERSION, ScaledEnergy, ScaledMemory, ScaledU
 use super::{MemoryReport, SynthError, SynthReport, UnitKind, UnitReport};
 
 const REMEDY: &str = "potamoi synth --json FILE";
+const CHECKED_IN: &str = include_str!("../../../synth/paper-asap7.json");
 /// Sums of rounded decimals.
 const NEAR: f64 = 1e-9;
 
 impl SynthReport {
+    /// The file that comes with the program: the preset `paper` in ASAP7, 7 nm.
+    ///
+    /// # Errors
+    /// It is not as [`SynthReport::read`] expects.
+    pub fn checked_in() -> Result<Self, SynthError> {
+        Self::parse(CHECKED_IN).map_err(|why| SynthError::Parameters {
+            path: "synth/paper-asap7.json".into(),
+            why,
+            remedy: REMEDY,
+        })
+    }
+
     /// Reads a file that `potamoi synth --json` wrote, and checks it.
     ///
     /// # Errors

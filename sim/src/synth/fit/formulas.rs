@@ -68,6 +68,10 @@ impl<'a> Fitted<'a> {
 }
 
 impl Formulas {
+    pub(super) const fn flop_pj(&self) -> f64 {
+        self.clock_pj
+    }
+
     pub(super) fn fit(family: Family, points: &[&GridPoint]) -> Result<Self, SynthError> {
         let points = points.iter().map(|point| Fitted::new(point));
         let points: Vec<_> = points.collect::<Result<_, _>>()?;

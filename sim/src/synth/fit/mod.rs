@@ -147,6 +147,12 @@ impl Fit {
         }))
     }
 
+    /// Picojoules that a flip-flop's clock pin takes in a cycle, in units of a family.
+    #[must_use]
+    pub fn flop_pj(&self, family: Family) -> f64 {
+        self.families[&family].flop_pj()
+    }
+
     /// The formulas of a family.
     #[must_use]
     pub fn formulas(&self, family: Family) -> Vec<Formula> {

@@ -1,0 +1,322 @@
+//! A frame as jobs: what each part of the system does for it, what it waits for, and what it
+//! moves and spends.
+
+use serde::Serialize;
+
+use super::costs::{CostError, Costs, OnChip};
+use super::engine::{Job, JobId, Resource};
+use super::gpu::{self, Gpu, Kernel, Program};
+use super::memory::Memory;
+use super::system::System;
+use super::variant::Gathering;
+use super::work::{Batch, FrameWork};
+
+/// Bytes of a pixel that is shown: four, in memory.
+const PIXEL: f64 = 4.0;
+
+/// What was moved and spent.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Spent {
+    /// Bytes read from memory one behind the other.
+    pub streamed_bytes: f64,
+    /// Bytes written so.
+    pub written_bytes: f64,
+    /// Bytes read from anywhere.
+    pub random_bytes: f64,
+    /// Energy of these accesses, in picojoules.
+    pub memory_pj: f64,
+    /// Bytes over the link.
+    pub link_bytes: f64,
+    /// Energy on chip.
+    pub on_chip: OnChip,
+    /// What units did.
+    pub done: Batch,
+}
+
+/// Makes jobs.
+pub(super) struct Composer<'a> {
+    system: &'a System,
+    memory: &'a Memory,
+    costs: &'a Costs,
+    clock_ghz: f64,
+    /// Jobs so far.
+    pub jobs: Vec<Job>,
+    /// What they move and spend.
+    pub spent: Spent,
+}
+
+/// Bytes of a job.
+#[derive(Debug, Clone, Copy, Default)]
+struct Moves {
+    read: f64,
+    written: f64,
+    random: f64,
+    run: f64,
+}
+
+impl<'a> Composer<'a> {
+    /// Of a system whose accelerator has such a clock.
+    #[must_use]
+    pub(super) fn new(
+        system: &'a System,
+        memory: &'a Memory,
+        costs: &'a Costs,
+        clock_ghz: f64,
+    ) -> Self {
+        Self {
+            system,
+            memory,
+            costs,
+            clock_ghz,
+            jobs: vec![],
+            spent: Spent::default(),
+        }
+    }
+
+    fn push(
+        &mut self,
+        stage: &'static str,
+        resource: Resource,
+        own_ns: f64,
+        moves: Moves,
+        after: Vec<JobId>,
+        rank: u64,
+    ) -> JobId {
+        let (read, written) = (self.memory.streamed(), self.memory.written());
+        let random = self.memory.random(moves.run);
+        let memory_ns =
+            moves.read * read.ns + moves.written * written.ns + moves.random * random.ns;
+        self.spent.memory_pj +=
+            moves.read * read.pj + moves.written * written.pj + moves.random * random.pj;
+        self.spent.streamed_bytes += moves.read;
+        self.spent.written_bytes += moves.written;
+        self.spent.random_bytes += moves.random;
+        self.jobs.push(Job {
+            stage,
+            resource,
+            own_ns,
+            memory_ns,
+            after,
+            rank,
+        });
+        self.jobs.len() - 1
+    }
+
+    /// A part of a kernel of the system's GPU, `written` of its streamed bytes being writes.
+    fn kernel(
+        &mut self,
+        stage: &'static str,
+        kernel: &Kernel,
+        program: Program,
+        part: f64,
+        written: f64,
+        after: Vec<JobId>,
+        rank: u64,
+    ) -> JobId {
+        let gpu = &self.system.gpu;
+        let own_ns = gpu.ns(kernel, program) * part + gpu.launch_ns();
+        let moves = match gpu.memory_gb_s {
+            // It is in its own time.
+            Some(_) => Moves::default(),
+            None => Moves {
+                read: kernel.streamed_bytes * part,
+                written: written * part,
+                random: kernel.random_bytes * part,
+                run: kernel.run_bytes,
+            },
+        };
+        self.push(stage, Resource::Gpu, own_ns, moves, after, rank)
+    }
+
+    fn cycles(&self, cycles: u64) -> f64 {
+        cycles as f64 / self.clock_ghz
+    }
+
+    /// Renders here; the job that ends last.
+    ///
+    /// # Errors
+    /// Energy that is not known.
+    pub(super) fn frame(
+        &mut self,
+        work: &FrameWork,
+        gathering: Gathering,
+        after: &[JobId],
+        rank: u64,
+    ) -> Result<JobId, CostError> {
+        let total = work.total();
+        let own = self.costs.of(&total, gathering == Gathering::Unit)?;
+        self.spent.on_chip += own;
+        self.spent.done += total;
+        let program = Program::of(work);
+        let indexing = gpu::indexing(work);
+        let gathered = match gathering {
+            Gathering::PixelOrder => gpu::gathering(work),
+            Gathering::Streamed => gpu::streamed_gathering(work),
+            Gathering::Unit => Kernel::default(),
+        };
+        let steps = steps(work, self.system.feature_buffer_bytes / 2);
+        let features = total.feature_bytes.max(1) as f64;
+        let flight = self.system.groups_in_flight as usize;
+        let (mut gathers, mut computes, mut vectors): (Vec<JobId>, Vec<JobId>, Vec<JobId>) =
+            (vec![], vec![], vec![]);
+        for (i, step) in steps.iter().enumerate() {
+            let part = match features > 1.0 {
+                true => step.feature_bytes as f64 / features,
+                false => 1.0 / steps.len() as f64,
+            };
+            let mut before = after.to_vec();
+            // Which rays go on is known where their last samples were composited.
+            if work.gaussians == 0
+                && let Some(seen) = i.checked_sub(flight).map(|at| vectors[at])
+            {
+                before.push(seen);
+            }
+            let table = match gathering {
+                Gathering::PixelOrder => 0.0,
+                Gathering::Streamed | Gathering::Unit => step.rit_bytes as f64,
+            };
+            let mut own = before.clone();
+            // Two halves of the feature buffer.
+            own.extend(i.checked_sub(2).map(|at| computes[at]));
+            let index = self.kernel("indexing", &indexing, program, part, table, before, rank);
+            own.push(index);
+            let features = step.feature_bytes as f64;
+            let gather = match gathering {
+                Gathering::PixelOrder | Gathering::Streamed => {
+                    self.kernel("gathering", &gathered, program, part, features, own, rank)
+                }
+                Gathering::Unit => {
+                    let scattered = part * work.scattered_bytes as f64;
+                    let spilled = part * work.spilled_bytes as f64;
+                    let moves = Moves {
+                        read: step.row_bytes as f64 - scattered
+                            + step.rit_read_bytes as f64
+                            + spilled / 2.0,
+                        written: spilled / 2.0,
+                        random: scattered,
+                        run: run_bytes(work),
+                    };
+                    let ns = self.cycles(step.gather_cycles);
+                    let unit = Resource::GatheringUnit;
+                    self.push("gathering", unit, ns, moves, own, rank)
+                }
+            };
+            gathers.push(gather);
+            let moves = Moves {
+                read: match gathering {
+                    // The accelerator reads what the GPU wrote.
+                    Gathering::PixelOrder | Gathering::Streamed => features,
+                    Gathering::Unit => 0.0,
+                },
+                ..Moves::default()
+            };
+            let ns = self.cycles(step.array_cycles);
+            let compute = self.push("computation", Resource::Npu, ns, moves, vec![gather], rank);
+            computes.push(compute);
+            let shown = Moves {
+                written: part * work.pixels as f64 * PIXEL,
+                ..Moves::default()
+            };
+            let ns = self.cycles(step.vector_cycles);
+            let unit = Resource::VectorUnit;
+            vectors.push(self.push("compositing", unit, ns, shown, vec![compute], rank));
+        }
+        Ok(match vectors.last() {
+            Some(last) => *last,
+            // Nothing is in view: it is found out.
+            None => self.kernel(
+                "indexing",
+                &indexing,
+                program,
+                1.0,
+                0.0,
+                after.to_vec(),
+                rank,
+            ),
+        })
+    }
+
+    /// Warps so many pixels of a reference.
+    pub(super) fn warp(&mut self, pixels: u64, after: &[JobId], rank: u64) -> JobId {
+        let kernel = gpu::warping(pixels);
+        let written = pixels as f64 * PIXEL;
+        let program = Program::Splats;
+        self.kernel(
+            "warping",
+            &kernel,
+            program,
+            1.0,
+            written,
+            after.to_vec(),
+            rank,
+        )
+    }
+
+    /// Scales a picture up to so many pixels.
+    pub(super) fn scale(&mut self, pixels: u64, after: &[JobId], rank: u64) -> JobId {
+        let kernel = gpu::scaling(pixels);
+        let written = pixels as f64 * PIXEL;
+        let program = Program::Splats;
+        self.kernel(
+            "scaling",
+            &kernel,
+            program,
+            1.0,
+            written,
+            after.to_vec(),
+            rank,
+        )
+    }
+
+    /// Renders elsewhere, and sends so many bytes of a pixel.
+    pub(super) fn remote(
+        &mut self,
+        work: &FrameWork,
+        bytes: f64,
+        after: &[JobId],
+        rank: u64,
+    ) -> JobId {
+        let ns = alone_ns(&self.system.remote, work);
+        let moves = Moves::default();
+        let made = self.push("remote", Resource::Remote, ns, moves, after.to_vec(), rank);
+        let bytes = bytes * work.frame_pixels as f64;
+        self.spent.link_bytes += bytes;
+        let ns = bytes / self.system.link_bytes_per_second * 1e9;
+        self.push("link", Resource::Link, ns, moves, vec![made], rank)
+    }
+}
+
+/// Nanoseconds of a frame on a GPU that does everything, in pixel-centric order.
+#[must_use]
+pub fn alone_ns(gpu: &Gpu, work: &FrameWork) -> f64 {
+    let program = Program::of(work);
+    let kernels = [
+        gpu::indexing(work),
+        gpu::gathering(work),
+        gpu::computation(work),
+    ];
+    let ns = kernels
+        .iter()
+        .map(|kernel| gpu.ns(kernel, program) + gpu.launch_ns());
+    ns.sum()
+}
+
+/// Bytes of a row that is fetched by itself.
+fn run_bytes(work: &FrameWork) -> f64 {
+    work.reads.bytes as f64 / work.reads.reads.max(1) as f64
+}
+
+/// Batches put together, or cut in equal parts, so that the features of each fill half of the
+/// feature buffer.
+fn steps(work: &FrameWork, half: u64) -> Vec<Batch> {
+    let mut all: Vec<Batch> = vec![];
+    for batch in &work.batches {
+        match all.last_mut() {
+            Some(last) if last.feature_bytes + batch.feature_bytes <= half => *last += *batch,
+            _ => all.push(*batch),
+        }
+    }
+    all.iter()
+        .flat_map(|step| step.parts(step.feature_bytes.div_ceil(half.max(1)).max(1)))
+        .collect()
+}

@@ -1,0 +1,134 @@
+//! Time and energy of bytes by how they are accessed, found by running [`dram`](super::dram) on
+//! sequences of that kind: nothing of it is stated.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use super::dram::{Access, Counts, Currents, Dram, Geometry, Timing};
+
+/// Bursts of a sequence, after which rates hardly change.
+const BURSTS: u64 = 20_000;
+/// Addresses that random runs begin at lie below: 1 GB.
+const SPAN: u64 = 1 << 30;
+
+/// What a byte takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rate {
+    /// Nanoseconds.
+    pub ns: f64,
+    /// Picojoules beyond standing by, refreshes not counted.
+    pub pj: f64,
+}
+
+/// The memory of a system.
+#[derive(Debug)]
+pub struct Memory {
+    geometry: Geometry,
+    timing: Timing,
+    currents: Currents,
+    read: Rate,
+    write: Rate,
+    /// By bursts of a run.
+    random: Mutex<BTreeMap<u64, Rate>>,
+}
+
+impl Memory {
+    /// LPDDR3-1600 of so many channels.
+    #[must_use]
+    pub fn lpddr3(channels: u32) -> Self {
+        let mut own = Self {
+            geometry: Geometry::lpddr3(channels),
+            timing: Timing::LPDDR3_1600,
+            currents: Currents::LPDDR3_8GB,
+            read: Rate { ns: 0.0, pj: 0.0 },
+            write: Rate { ns: 0.0, pj: 0.0 },
+            random: Mutex::default(),
+        };
+        let burst = u64::from(own.geometry.burst_bytes);
+        let stream = |is_write| {
+            (0..BURSTS * u64::from(channels)).map(move |i| Access {
+                address: i * burst,
+                is_write,
+            })
+        };
+        own.read = own.measured(stream(false));
+        own.write = own.measured(stream(true));
+        own
+    }
+
+    fn measured(&self, accesses: impl Iterator<Item = Access>) -> Rate {
+        let mut dram = Dram::new(self.geometry, self.timing);
+        let done = dram.serve(accesses);
+        let bytes = ((done.reads + done.writes) * u64::from(self.geometry.burst_bytes)) as f64;
+        let energy = self
+            .currents
+            .energy(&done, &self.timing, self.geometry.channels, done.clocks);
+        Rate {
+            ns: dram.nanoseconds(done.clocks) / bytes,
+            pj: energy.access_pj() / bytes,
+        }
+    }
+
+    /// Bytes that are read one behind the other.
+    #[must_use]
+    pub const fn streamed(&self) -> Rate {
+        self.read
+    }
+
+    /// Bytes that are written so.
+    #[must_use]
+    pub const fn written(&self) -> Rate {
+        self.write
+    }
+
+    /// Bytes of reads of `run_bytes` from anywhere. What is moved beyond what is asked for, since
+    /// a burst is whole, is in its time and energy.
+    #[must_use]
+    pub fn random(&self, run_bytes: f64) -> Rate {
+        let burst = u64::from(self.geometry.burst_bytes);
+        let bursts = ((run_bytes / burst as f64).ceil() as u64).clamp(1, 4096);
+        // A lock is held by nobody who fails.
+        let mut known = self.random.lock().unwrap_or_else(|e| e.into_inner());
+        let of_bursts = *known.entry(bursts).or_insert_with(|| {
+            let mut generator = Pcg64Mcg::seed_from_u64(bursts);
+            let runs = (BURSTS * u64::from(self.geometry.channels)).div_ceil(bursts);
+            let starts: Vec<u64> = (0..runs)
+                .map(|_| generator.random_range(0..SPAN / burst))
+                .collect();
+            let all = starts.into_iter().flat_map(|first| {
+                (0..bursts).map(move |i| Access {
+                    address: (first + i) * burst,
+                    is_write: false,
+                })
+            });
+            self.measured(all)
+        });
+        let whole = (bursts * burst) as f64 / run_bytes.max(1.0);
+        let over = whole.max(1.0);
+        Rate {
+            ns: of_bursts.ns * over,
+            pj: of_bursts.pj * over,
+        }
+    }
+
+    /// Milliwatts of all channels standing by and refreshing, with rows open for a share of the
+    /// time.
+    #[must_use]
+    pub fn standby_mw(&self, open: f64) -> f64 {
+        let clocks = 1_000_000;
+        let channels = self.geometry.channels;
+        let refreshes = clocks / self.timing.refresh_interval * u64::from(channels);
+        let done = Counts {
+            clocks,
+            active_clocks: (open * (clocks * u64::from(channels)) as f64) as u64,
+            refreshes,
+            ..Counts::default()
+        };
+        let energy = self.currents.energy(&done, &self.timing, channels, clocks);
+        let ns = clocks as f64 * self.timing.clock_ns;
+        energy.total_pj() / ns
+    }
+}

@@ -1,0 +1,172 @@
+//! What the system is made of: every number with what it is and where it is from.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::gpu::Gpu;
+use super::npu::Array;
+
+/// The system around the units. Defaults are the paper's (Sec. "Experimental Setup") where it
+/// has them, and named assumptions otherwise.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct System {
+    /// Rows of the MAC array.
+    pub array_rows: u32,
+    /// Columns of it.
+    pub array_columns: u32,
+    /// Whether its units hold a second weight, loaded while the first is used.
+    pub array_double_buffered: bool,
+    /// Bytes of the global feature buffer, half of which is filled while the other is read.
+    pub feature_buffer_bytes: u64,
+    /// Channels of LPDDR3-1600, 6.4 GB/s each.
+    pub memory_channels: u32,
+    /// Steps of a frame of a field that may be under way before the first of them has said
+    /// which rays go on: ray groups that take turns. An assumption.
+    pub groups_in_flight: u32,
+    /// The GPU of the system.
+    pub gpu: Gpu,
+    /// The GPU at the other end of the link.
+    pub remote: Gpu,
+    /// Bytes a second of the link.
+    pub link_bytes_per_second: f64,
+    /// Nanojoules of a byte that is sent or received.
+    pub link_nj_per_byte: f64,
+    /// Bytes of a pixel that is sent: three colours, uncompressed.
+    pub link_colour_bytes: f64,
+    /// Bytes of a reference's depth that is sent with a pixel.
+    pub link_depth_bytes: f64,
+}
+
+impl Default for System {
+    fn default() -> Self {
+        Self {
+            array_rows: 24,
+            array_columns: 24,
+            array_double_buffered: false,
+            feature_buffer_bytes: 1_536 * 1024,
+            memory_channels: 4,
+            groups_in_flight: 2,
+            gpu: Gpu::XAVIER,
+            remote: Gpu::RTX_2080_TI,
+            link_bytes_per_second: 10e6,
+            link_nj_per_byte: 100.0,
+            link_colour_bytes: 3.0,
+            link_depth_bytes: 2.0,
+        }
+    }
+}
+
+/// A system that cannot be.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SystemError {
+    /// The text is no description.
+    #[error("{name}: {problem}")]
+    Text {
+        /// What it was read from.
+        name: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A field is out of range.
+    #[error("{name}: `{field}` is {value}: expected {expected}")]
+    Value {
+        /// What it was read from.
+        name: String,
+        /// The field.
+        field: &'static str,
+        /// What it is.
+        value: String,
+        /// What it may be.
+        expected: &'static str,
+    },
+}
+
+impl System {
+    /// Reads a description; what it does not name is as in the default.
+    ///
+    /// # Errors
+    /// Text that is no TOML, an unknown field, a value out of range.
+    pub fn from_toml(text: &str, name: &str) -> Result<Self, SystemError> {
+        let system: Self = toml::from_str(text).map_err(|error| SystemError::Text {
+            name: name.to_owned(),
+            problem: error.to_string(),
+        })?;
+        system.check(name)?;
+        Ok(system)
+    }
+
+    fn check(&self, name: &str) -> Result<(), SystemError> {
+        let refuse = |field, value: String, expected| {
+            Err(SystemError::Value {
+                name: name.to_owned(),
+                field,
+                value,
+                expected,
+            })
+        };
+        for (field, value, most) in [
+            ("array_rows", self.array_rows, 1024),
+            ("array_columns", self.array_columns, 1024),
+            ("groups_in_flight", self.groups_in_flight, 1 << 20),
+        ] {
+            if !(1..=most).contains(&value) {
+                return refuse(field, value.to_string(), "1 or more, sides up to 1024");
+            }
+        }
+        if ![1, 2, 4, 8, 16].contains(&self.memory_channels) {
+            let value = self.memory_channels.to_string();
+            return refuse("memory_channels", value, "1, 2, 4, 8 or 16");
+        }
+        if self.feature_buffer_bytes < 64 * 1024 {
+            let value = self.feature_buffer_bytes.to_string();
+            return refuse("feature_buffer_bytes", value, "two blocks of 32 KB or more");
+        }
+        let positive = [
+            ("link_bytes_per_second", self.link_bytes_per_second),
+            ("gpu.cores", self.gpu.cores),
+            ("gpu.clock_ghz", self.gpu.clock_ghz),
+            ("gpu.cache_gb_s", self.gpu.cache_gb_s),
+            ("gpu.fields_efficiency", self.gpu.fields_efficiency),
+            ("gpu.splats_efficiency", self.gpu.splats_efficiency),
+            ("remote.cores", self.remote.cores),
+            ("remote.clock_ghz", self.remote.clock_ghz),
+            ("remote.cache_gb_s", self.remote.cache_gb_s),
+            ("remote.fields_efficiency", self.remote.fields_efficiency),
+            ("remote.splats_efficiency", self.remote.splats_efficiency),
+        ];
+        for (field, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                return refuse(field, value.to_string(), "a positive number");
+            }
+        }
+        let others = [
+            ("link_nj_per_byte", self.link_nj_per_byte),
+            ("link_colour_bytes", self.link_colour_bytes),
+            ("link_depth_bytes", self.link_depth_bytes),
+            ("gpu.launch_us", self.gpu.launch_us),
+            ("gpu.watts", self.gpu.watts),
+            ("gpu.idle_watts", self.gpu.idle_watts),
+            ("gpu.memory_gb_s", self.gpu.memory_gb_s.unwrap_or(1.0)),
+            ("remote.launch_us", self.remote.launch_us),
+            ("remote.memory_gb_s", self.remote.memory_gb_s.unwrap_or(1.0)),
+        ];
+        for (field, value) in others {
+            if !(value.is_finite() && value >= 0.0) {
+                return refuse(field, value.to_string(), "a number from 0 on");
+            }
+        }
+        Ok(())
+    }
+
+    /// The MAC array.
+    #[must_use]
+    pub fn array(&self) -> Array {
+        Array {
+            rows: self.array_rows.into(),
+            columns: self.array_columns.into(),
+            is_double_buffered: self.array_double_buffered,
+            ..Array::PAPER
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! What one frame asks for, in both orders.
+
+use potamoi_formats::config::Config;
+use potamoi_golden::characterise::{BANKS, LANES};
+use potamoi_golden::mask::Mask;
+use potamoi_golden::scene::{Scene, SceneError};
+use potamoi_golden::units::Twins;
+use serde::{Deserialize, Serialize};
+
+use super::super::npu::Array;
+use super::meter::{Batch, Meter};
+
+/// Lanes of a warp, and banks of a GPU's shared memory.
+const WARP: usize = 32;
+
+/// Reads of feature vectors in pixel-centric order, through a cache with oracle replacement:
+/// no cache of that size has fewer misses.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reads {
+    /// Vectors read.
+    pub reads: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// Their parts of 32 bytes.
+    pub sectors: u64,
+    /// Bytes that the cache could not serve.
+    pub missed_bytes: u64,
+    /// Vectors that it could not serve.
+    pub misses: u64,
+    /// Of them, those that do not lie behind the one before.
+    pub not_streaming: u64,
+    /// Reads that wait for another vector of their bank, over all: 32 lanes and 32 banks that
+    /// hold whole vectors.
+    pub conflict_rate: f64,
+}
+
+/// Work of a frame, or of some of its pixels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrameWork {
+    /// Pixels that are rendered.
+    pub pixels: u64,
+    /// Pixels of the whole frame.
+    pub frame_pixels: u64,
+    /// Samples along rays, gathered or not; none of splats.
+    pub samples: u64,
+    /// Gaussians of the model; none of fields.
+    pub gaussians: u64,
+    /// Gaussians that touch a tile.
+    pub visible: u64,
+    /// (tile, Gaussian) pairs.
+    pub pairs: u64,
+    /// Bytes of records that the GPU writes, each once.
+    pub record_bytes: u64,
+    /// Bytes of partial sums and of records held back that did not fit on chip, out and back.
+    pub spilled_bytes: u64,
+    /// Of the bytes of rows, those that are fetched one by one.
+    pub scattered_bytes: u64,
+    /// Pixel-centric order.
+    pub reads: Reads,
+    /// Memory-centric order, step by step.
+    pub batches: Vec<Batch>,
+}
+
+impl FrameWork {
+    /// Counts what a scene's camera sees, or a mask's pixels of it, by rendering it through
+    /// the twins. `cache` are the bytes of the GPU's cache.
+    ///
+    /// # Errors
+    /// As [`Scene::render_fixed`].
+    pub fn count(
+        scene: &Scene,
+        config: &Config,
+        array: Array,
+        cache: u32,
+        only: Option<&Mask>,
+    ) -> Result<Self, SceneError> {
+        let mut twins = Twins::new(config);
+        let mut meter = Meter::new(&mut twins, config, array);
+        let rendered = match only {
+            None => scene.render_fixed(config, &mut meter)?,
+            Some(mask) => scene.render_fixed_masked(config, mask, &mut meter)?,
+        };
+        let batches = meter.into_batches();
+        let counts = rendered.counts;
+        let accesses = scene.accesses(cache, only)?;
+        let memory = accesses.memory;
+        let at = |all: &[usize], of: usize| all.iter().position(|v| *v == of).unwrap_or(0);
+        let banks: Vec<usize> = BANKS.iter().map(|b| *b as usize).collect();
+        let conflicts = accesses.banks[at(&LANES, WARP)][at(&banks, WARP)];
+        let camera = scene.camera();
+        let frame_pixels = u64::from(camera.width) * u64::from(camera.height);
+        let splats = counts.splats.unwrap_or_default();
+        Ok(Self {
+            pixels: only.map_or(frame_pixels, |mask| mask.count() as u64),
+            frame_pixels,
+            samples: counts.samples,
+            gaussians: splats.gaussians,
+            visible: splats.visible,
+            pairs: splats.pairs,
+            record_bytes: counts.streams.records_written,
+            spilled_bytes: counts.streams.spills + 2 * counts.streams.partial_sums,
+            scattered_bytes: counts.scattered_bytes,
+            reads: Reads {
+                reads: memory.reads,
+                bytes: memory.read_bytes,
+                sectors: memory.sectors,
+                missed_bytes: memory.bytes,
+                misses: memory.misses,
+                not_streaming: memory.not_streaming,
+                conflict_rate: conflicts.conflict_rate(),
+            },
+            batches,
+        })
+    }
+
+    /// All batches together.
+    #[must_use]
+    pub fn total(&self) -> Batch {
+        let mut sum = Batch::default();
+        self.batches.iter().for_each(|own| sum += *own);
+        sum
+    }
+}

@@ -1,0 +1,14 @@
+//! What a frame asks of the hardware, counted on frames that are really rendered: nothing here
+//! is a ratio that somebody assumed.
+
+mod frame;
+mod keep;
+mod meter;
+mod path;
+#[cfg(test)]
+mod tests;
+
+pub use frame::{FrameWork, Reads};
+pub use keep::{KeepError, kept};
+pub use meter::{Batch, Meter};
+pub use path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};

@@ -1,0 +1,308 @@
+//! What the frames of a camera path ask for: rendered in full, warped, warped from one another,
+//! and at half the resolution.
+
+use potamoi_formats::config::Config;
+use potamoi_golden::camera::Camera;
+use potamoi_golden::mask::Mask;
+use potamoi_golden::picture::Picture;
+use potamoi_golden::scene::{Scene, SceneError};
+use potamoi_golden::warp::{
+    Chain, Counts, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer as _, Sequence,
+    WarpError, Warper, half_resolution,
+};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::super::npu::Array;
+use super::frame::FrameWork;
+
+/// A path that could not be counted.
+#[derive(Debug, Error)]
+pub enum PathError {
+    /// The scene cannot be rendered so.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// It cannot be warped so.
+    #[error(transparent)]
+    Warp(#[from] WarpError),
+    /// There is nothing to count.
+    #[error("frames is 0: expected 1 or more frames of a path")]
+    NoFrames,
+}
+
+/// What is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PathOptions {
+    /// Frames of the path.
+    pub frames: u32,
+    /// Frames a second of the scene's way.
+    pub fps: f64,
+    /// Targets of a reference.
+    pub window: u32,
+    /// Largest angle between the rays of reference and target at a point, in degrees.
+    pub phi: Option<f64>,
+    /// Rows and columns of the MAC array.
+    pub array: [u64; 2],
+    /// Whether its units hold a second operand.
+    pub is_double_buffered: bool,
+    /// Bytes of the GPU's cache.
+    pub cache: u32,
+}
+
+/// Pixels of a target by where they come from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Classes {
+    /// Taken from the reference.
+    pub warped: u64,
+    /// Background.
+    pub void: u64,
+    /// Rendered.
+    pub rendered: u64,
+}
+
+impl Classes {
+    /// All of them.
+    #[must_use]
+    pub const fn pixels(&self) -> u64 {
+        self.warped + self.void + self.rendered
+    }
+}
+
+/// A frame that is warped.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TargetWork {
+    /// The reference that it is warped from; none where it is one.
+    pub reference: Option<usize>,
+    /// Its pixels.
+    pub classes: Classes,
+    /// What rendering the rest asks for; none where nothing is rendered.
+    pub work: Option<FrameWork>,
+}
+
+/// How like the frames of a path are to others, in dB of the mean squared error over all of
+/// them, peak 1; none where they are equal.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Quality {
+    /// Beside the model's own frames, rendered in full.
+    pub model_db: Option<f64>,
+    /// Beside what the model was sampled from, where that is known.
+    pub truth_db: Option<f64>,
+}
+
+/// Work of a path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PathWork {
+    /// The scene.
+    pub scene: String,
+    /// The algorithm, by its usual name.
+    pub algorithm: String,
+    /// Pixels a row, and rows.
+    pub size: [u32; 2],
+    /// What was counted.
+    pub options: PathOptions,
+    /// Frames in full, at the poses of references.
+    pub references: Vec<FrameWork>,
+    /// The frame of the path as which each reference is shown, if it is one, and the frame at
+    /// whose time its pose is known.
+    pub reference_frames: Vec<(Option<usize>, usize)>,
+    /// Frames warped from references (SpaRW), one a frame of the path.
+    pub targets: Vec<TargetWork>,
+    /// Frames each warped from the one before, the first of a window in full (Temp-N).
+    pub chained: Vec<TargetWork>,
+    /// The first frame at half the width and height (DS-2).
+    pub half: FrameWork,
+    /// Of frames in full.
+    pub full_quality: Quality,
+    /// Of warped ones.
+    pub warped_quality: Quality,
+    /// Of those warped from one another.
+    pub chained_quality: Quality,
+    /// Of those at half the resolution.
+    pub half_quality: Quality,
+}
+
+/// Squared errors, summed up over frames.
+#[derive(Default)]
+struct Errors {
+    model: Option<f64>,
+    truth: Option<f64>,
+    frames: u32,
+}
+
+impl Errors {
+    fn add(&mut self, shown: &Picture, model: &Picture, truth: Option<&Picture>) {
+        let all = |a: &Picture, b: &Picture| a.mean_squared_error(b, |_| true).unwrap_or(0.0);
+        *self.model.get_or_insert(0.0) += all(shown, model);
+        if let Some(truth) = truth {
+            *self.truth.get_or_insert(0.0) += all(shown, truth);
+        }
+        self.frames += 1;
+    }
+
+    fn quality(&self) -> Quality {
+        let db = |sum: Option<f64>| {
+            let mse = sum? / f64::from(self.frames);
+            (mse > 0.0).then(|| -10.0 * mse.log10())
+        };
+        Quality {
+            model_db: db(self.model),
+            truth_db: db(self.truth),
+        }
+    }
+}
+
+/// Counts frames of a scene.
+struct Counter<'a> {
+    scene: Scene,
+    config: &'a Config,
+    array: Array,
+    cache: u32,
+}
+
+impl Counter<'_> {
+    fn frame(&mut self, camera: &Camera, only: Option<&Mask>) -> Result<FrameWork, SceneError> {
+        self.scene.set_camera(*camera);
+        FrameWork::count(&self.scene, self.config, self.array, self.cache, only)
+    }
+
+    fn target(&mut self, camera: &Camera, frame: &Frame) -> Result<TargetWork, SceneError> {
+        let classes = &frame.target.classes;
+        let counts = Counts::of(classes, |_| true);
+        let mask = Mask::new([camera.width, camera.height], |i| classes[i].is_rendered());
+        // A frame that is its reference is counted there.
+        let is_rendered = mask.count() > 0 && frame.reference.is_some();
+        Ok(TargetWork {
+            reference: frame.reference,
+            classes: Classes {
+                warped: counts.warped,
+                void: counts.void,
+                rendered: counts.total() - counts.warped - counts.void,
+            },
+            work: match is_rendered {
+                true => Some(self.frame(camera, Some(&mask))?),
+                false => None,
+            },
+        })
+    }
+}
+
+impl PathWork {
+    /// The frame in full that stands for a frame of the path: its reference's.
+    ///
+    /// # Panics
+    /// Never: a path that was counted has a reference.
+    #[must_use]
+    pub fn full(&self, number: usize) -> &FrameWork {
+        let window = self.options.window.max(1) as usize;
+        &self.references[(number / window).min(self.references.len() - 1)]
+    }
+
+    /// Steps that [`PathWork::count`] tells of.
+    #[must_use]
+    pub fn steps(options: &PathOptions) -> u64 {
+        4 * u64::from(options.frames) + u64::from(options.frames.div_ceil(options.window.max(1)))
+    }
+
+    /// Renders and counts a path; `step` is told of each frame that is done.
+    ///
+    /// # Errors
+    /// A scene, a path or a configuration that does not fit.
+    pub fn count(
+        scene: &Scene,
+        config: &Config,
+        options: &PathOptions,
+        step: &mut dyn FnMut(),
+    ) -> Result<Self, PathError> {
+        let path = scene.path(options.fps, options.frames)?;
+        let Some(first) = path.first() else {
+            return Err(PathError::NoFrames);
+        };
+        let plan = Plan::new(
+            &path,
+            &PlanOptions {
+                window: options.window,
+                reference: ReferenceFrom::Predicted,
+                lead: None,
+            },
+        )?;
+        let mut rule = Profile::Potamoi.rule();
+        rule.phi = options.phi.map(f64::to_radians);
+        let warper = Warper {
+            renderer: scene,
+            geometry: None,
+            rule,
+        };
+        let [rows, columns] = options.array;
+        let mut counter = Counter {
+            scene: scene.clone(),
+            config,
+            array: Array {
+                rows,
+                columns,
+                is_double_buffered: options.is_double_buffered,
+                ..Array::PAPER
+            },
+            cache: options.cache,
+        };
+
+        let (mut models, mut truths) = (vec![], vec![]);
+        let (mut full, mut halves) = (Errors::default(), Errors::default());
+        for camera in &path {
+            let model = scene.shade(camera, None)?.picture;
+            let truth = match scene.analytic() {
+                Some(_) => {
+                    counter.scene.set_camera(*camera);
+                    Some(counter.scene.render_truth()?.picture)
+                }
+                None => None,
+            };
+            full.add(&model, &model, truth.as_ref());
+            halves.add(&half_resolution(scene, camera)?, &model, truth.as_ref());
+            models.push(model);
+            truths.push(truth);
+            step();
+        }
+        let mut references = vec![];
+        for task in &plan.references {
+            references.push(counter.frame(&task.camera, None)?);
+            step();
+        }
+        let mut made = |frames: &mut dyn Iterator<Item = Result<Frame, WarpError>>|
+         -> Result<(Vec<TargetWork>, Quality), PathError> {
+            let (mut all, mut errors) = (vec![], Errors::default());
+            for frame in frames {
+                let frame = frame?;
+                let number = frame.number;
+                all.push(counter.target(&path[number], &frame)?);
+                let truth = truths[number].as_ref();
+                errors.add(&frame.target.shaded.picture, &models[number], truth);
+                step();
+            }
+            Ok((all, errors.quality()))
+        };
+        let (targets, warped_quality) = made(&mut Sequence::new(warper, &path, &plan, &[]))?;
+        let (chained, chained_quality) = made(&mut Chain::new(warper, &path, options.window))?;
+        let small = first.resized(first.width.div_ceil(2), first.height.div_ceil(2));
+        let half = counter.frame(&small, None)?;
+        for _ in 0..options.frames {
+            step();
+        }
+        Ok(Self {
+            scene: scene.name().to_owned(),
+            algorithm: scene.model().algorithm().to_owned(),
+            size: [first.width, first.height],
+            options: *options,
+            references,
+            reference_frames: (plan.references.iter())
+                .map(|task| (task.target, task.known))
+                .collect(),
+            targets,
+            chained,
+            half,
+            full_quality: full.quality(),
+            warped_quality,
+            chained_quality,
+            half_quality: halves.quality(),
+        })
+    }
+}

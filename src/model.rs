@@ -1,0 +1,238 @@
+//! `potamoi model`: what the whole system takes for the frames of a scene.
+
+mod calibrate;
+mod report;
+mod tables;
+mod timeline;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use potamoi_formats::config::{Config, PRESETS};
+use potamoi_golden::scene::{Model as SceneModel, Scene};
+use potamoi_sim::soc::work::{PathOptions, PathWork, kept};
+use potamoi_sim::soc::{Costs, Memory, Model, Scenario, System, Variant};
+use potamoi_sim::synth::fit::Fit;
+use potamoi_sim::synth::{SynthError, SynthReport};
+
+use crate::common::Common;
+use crate::failure::Failure;
+use crate::files;
+use crate::progress;
+use crate::scene::{SceneArgs, named, say_not_checked};
+use report::{FORMAT_VERSION, Found, Report};
+
+#[derive(Debug, Args)]
+pub(crate) struct ModelArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Scenes side by side, with commas between them; `all` is every built-in scene in every
+    /// representation, `cairn:all` every one of a scene, `all:ngp` every scene in one
+    #[arg(
+        long,
+        value_name = "SCENES",
+        value_delimiter = ',',
+        conflicts_with_all = ["scene", "trace"]
+    )]
+    scenes: Vec<String>,
+    /// Variants, with commas between them: baseline, fs, fs+gu, sparw, sparw+fs, potamoi, ds2, temp;
+    /// left out: all. Speed-ups are over the baseline
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    variants: Vec<String>,
+    /// Where full frames are rendered
+    #[arg(long, value_enum, default_value_t = Scenarios::Local)]
+    scenario: Scenarios,
+    /// Targets of a reference
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
+    window: u32,
+    /// Largest angle between the rays of reference and target at a point, in degrees
+    #[arg(long, value_name = "DEG")]
+    phi: Option<f64>,
+    /// Frames of the path
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
+    frames: u32,
+    /// Frames a second of the scene's way
+    #[arg(long, value_name = "F", default_value_t = 30.0)]
+    fps: f64,
+    /// The system, as TOML; what it does not name is the paper's
+    #[arg(long, value_name = "FILE")]
+    system: Option<PathBuf>,
+    /// Find the factors of the GPU that are calibrated, and how well they predict what they are not
+    /// calibrated to
+    #[arg(long, conflicts_with_all = ["scene", "scenes", "trace"])]
+    calibrate: bool,
+    /// Report as JSON; of several scenes it is written again after each
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Jobs of the last variant as a Chrome trace, for Perfetto
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Scenarios {
+    /// By the device itself
+    Local,
+    /// Elsewhere, over a wireless link
+    Remote,
+    /// One after the other
+    Both,
+}
+
+impl Scenarios {
+    const fn all(self) -> &'static [Scenario] {
+        match self {
+            Self::Local => &[Scenario::Local],
+            Self::Remote => &[Scenario::Remote],
+            Self::Both => &[Scenario::Local, Scenario::Remote],
+        }
+    }
+}
+
+pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
+    files::prepare([args.json.as_ref(), args.trace.as_ref()])?;
+    let system = args.system()?;
+    if args.calibrate {
+        return calibrate::run(common, args, &system);
+    }
+    let variants = args.variants()?;
+    let names = match args.scenes.is_empty() {
+        true => vec![args.scene.name().to_owned()],
+        false => named(&args.scenes),
+    };
+    let mut report = Report {
+        format_version: FORMAT_VERSION,
+        command: "model",
+        system: system.clone(),
+        scenes: vec![],
+    };
+    for name in &names {
+        let scene = args.scene.open_named(name)?;
+        let (config, preset) = config_for(common, &scene)?;
+        let (path, was_kept) = args.count(&scene, &config)?;
+        let costs = costs(&config)?;
+        let memory = Memory::lpddr3(system.memory_channels);
+        let model = Model {
+            system: &system,
+            memory: &memory,
+            costs: &costs,
+            clock_ghz: f64::from(config.clock_mhz) * 1e-3,
+        };
+        let mut outcomes = vec![];
+        let mut last = None;
+        for scenario in args.scenario.all() {
+            for variant in &variants {
+                let (outcome, timeline) = model.run(&path, *variant, *scenario)?;
+                outcomes.push(outcome);
+                last = Some(timeline);
+            }
+        }
+        let found = Found::new(&path, preset, was_kept, &model, outcomes);
+        if names.len() == 1 {
+            tables::print(&found, &system);
+            say_not_checked(&scene.left_open());
+        }
+        if let (Some(file), Some(timeline)) = (&args.trace, &last) {
+            files::write_json(file, &timeline::chrome_trace(timeline))?;
+        }
+        report.scenes.push(found);
+        if let Some(file) = &args.json {
+            files::write_json(file, &report)?;
+        }
+    }
+    if names.len() > 1 {
+        tables::side_by_side(&report);
+    }
+    Ok(())
+}
+
+impl ModelArgs {
+    fn system(&self) -> Result<System, Failure> {
+        let Some(path) = &self.system else {
+            return Ok(System::default());
+        };
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| Failure::Usage(format!("--system {}: {error}", path.display())))?;
+        Ok(System::from_toml(&text, &path.display().to_string())?)
+    }
+
+    /// The baseline, which all are compared with, and those that were asked for.
+    fn variants(&self) -> Result<Vec<Variant>, Failure> {
+        let [baseline, ..] = Variant::ALL;
+        if self.variants.is_empty() {
+            return Ok(Variant::ALL.to_vec());
+        }
+        let mut all = vec![baseline];
+        for name in &self.variants {
+            let Some(variant) = Variant::named(name) else {
+                let known = Variant::ALL.map(|v| v.name).join(", ");
+                return Err(Failure::Usage(format!(
+                    "--variants {name}: expected some of {known}"
+                )));
+            };
+            if !all.contains(&variant) {
+                all.push(variant);
+            }
+        }
+        Ok(all)
+    }
+
+    fn options(&self) -> Result<PathOptions, Failure> {
+        let system = self.system()?;
+        Ok(PathOptions {
+            frames: self.frames,
+            fps: self.fps,
+            window: self.window,
+            phi: self.phi,
+            array: [system.array_rows.into(), system.array_columns.into()],
+            is_double_buffered: system.array_double_buffered,
+            cache: system.gpu.cache_bytes,
+        })
+    }
+
+    /// The work of the scene's path, counted now or earlier.
+    fn count(&self, scene: &Scene, config: &Config) -> Result<(PathWork, bool), Failure> {
+        let options = self.options()?;
+        let cache = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
+        let bar = progress::bar(PathWork::steps(&options), "rendering and counting");
+        bar.set_message(scene.name().to_owned());
+        let found = kept(
+            &cache.with_file_name("work"),
+            scene,
+            config,
+            &options,
+            &mut || bar.inc(1),
+        )?;
+        bar.finish_and_clear();
+        Ok(found)
+    }
+}
+
+/// The configuration that was asked for; where none was, the preset that has what the scene's
+/// model needs.
+fn config_for(common: &Common, scene: &Scene) -> Result<(Config, Option<&'static str>), Failure> {
+    if common.config.is_some() {
+        return Ok((common.read_config()?, common.preset()));
+    }
+    let wanted = match scene.model() {
+        SceneModel::Splats(_) | SceneModel::Voxels(_) => "paper",
+        _ => "fields",
+    };
+    let preset = PRESETS.iter().find(|(name, _)| *name == wanted);
+    match preset {
+        Some((name, text)) => Ok((
+            Config::from_toml(text, &format!("preset {name}"))?,
+            Some(*name),
+        )),
+        None => Ok((common.read_config()?, common.preset())),
+    }
+}
+
+/// Energy of units and memories, from the files that come with the program.
+fn costs(config: &Config) -> Result<Costs, Failure> {
+    Ok(Costs::new(
+        config,
+        Fit::checked_in()?,
+        &SynthReport::checked_in()?,
+    )?)
+}

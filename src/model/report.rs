@@ -1,0 +1,78 @@
+//! What was found, as JSON has it.
+
+use potamoi_sim::soc::work::{PathOptions, PathWork};
+use potamoi_sim::soc::{Model, Outcome, System};
+use serde::Serialize;
+
+/// Version of the JSON report.
+pub(super) const FORMAT_VERSION: u32 = 1;
+
+#[derive(Serialize)]
+pub(super) struct Report {
+    pub(super) format_version: u32,
+    pub(super) command: &'static str,
+    pub(super) system: System,
+    pub(super) scenes: Vec<Found>,
+}
+
+/// Of one scene.
+#[derive(Serialize)]
+pub(super) struct Found {
+    pub(super) scene: String,
+    pub(super) algorithm: String,
+    pub(super) size: [u32; 2],
+    pub(super) options: PathOptions,
+    /// The preset whose units it is.
+    pub(super) preset: Option<&'static str>,
+    /// Whether the work had been counted earlier.
+    pub(super) was_kept: bool,
+    pub(super) clock_ghz: f64,
+    /// Where energy is from.
+    pub(super) energy_origin: String,
+    /// Pixels of targets that are rendered, of those that are not void, over the path.
+    pub(super) rendered_share: f64,
+    /// The baseline first.
+    pub(super) outcomes: Vec<Outcome>,
+}
+
+impl Found {
+    pub(super) fn new(
+        path: &PathWork,
+        preset: Option<&'static str>,
+        was_kept: bool,
+        model: &Model<'_>,
+        outcomes: Vec<Outcome>,
+    ) -> Self {
+        let warped = path.targets.iter().filter(|t| t.reference.is_some());
+        let [rendered, shown] = warped.fold([0, 0], |[rendered, shown], target| {
+            let own = &target.classes;
+            [rendered + own.rendered, shown + own.rendered + own.warped]
+        });
+        Self {
+            scene: path.scene.clone(),
+            algorithm: path.algorithm.clone(),
+            size: path.size,
+            options: path.options,
+            preset,
+            was_kept,
+            clock_ghz: model.clock_ghz,
+            energy_origin: model.costs.origin.clone(),
+            rendered_share: rendered as f64 / f64::max(shown as f64, 1.0),
+            outcomes,
+        }
+    }
+
+    /// The outcome that one is compared with: the baseline of its scenario.
+    pub(super) fn baseline(&self, of: &Outcome) -> &Outcome {
+        let own = self.outcomes.iter().find(|o| o.scenario == of.scenario);
+        own.unwrap_or(&self.outcomes[0])
+    }
+
+    pub(super) fn speed_up(&self, of: &Outcome) -> f64 {
+        self.baseline(of).span_ns / of.span_ns
+    }
+
+    pub(super) fn saving(&self, of: &Outcome) -> f64 {
+        self.baseline(of).energy.total_mj() / of.energy.total_mj()
+    }
+}

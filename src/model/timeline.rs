@@ -1,0 +1,40 @@
+//! Jobs as a Chrome trace.
+
+use potamoi_sim::soc::Timeline;
+use serde_json::{Value, json};
+
+/// Trace Event Format ("Trace Event Format", the Chromium project): a track a resource, each job
+/// a complete event; what it waited for is among its arguments. Times are microseconds.
+pub(super) fn chrome_trace(timeline: &Timeline) -> Value {
+    let mut events = vec![json!({
+        "ph": "M", "name": "process_name", "pid": 1, "args": {"name": "potamoi model"},
+    })];
+    let mut tracks: Vec<_> = timeline.iter().map(|(job, _)| job.resource).collect();
+    tracks.sort_unstable();
+    tracks.dedup();
+    for (at, resource) in tracks.iter().enumerate() {
+        events.push(json!({
+            "ph": "M", "name": "thread_name", "pid": 1, "tid": at + 1, "args": {"name": resource},
+        }));
+    }
+    for (id, (job, at)) in timeline.iter().enumerate() {
+        let track = tracks
+            .iter()
+            .position(|own| *own == job.resource)
+            .unwrap_or(0);
+        events.push(json!({
+            "ph": "X", "name": job.stage, "pid": 1, "tid": track + 1,
+            "ts": at.begin_ns * 1e-3, "dur": (at.end_ns - at.begin_ns) * 1e-3,
+            "args": {
+                "job": id,
+                "after": job.after,
+                "frame": job.rank,
+                "waited_for_resource_ns": at.begin_ns - at.ready_ns,
+                "waited_for_memory_ns": at.end_ns - at.own_done_ns,
+                "own_ns": job.own_ns,
+                "memory_alone_ns": job.memory_ns,
+            },
+        }));
+    }
+    json!({"displayTimeUnit": "ns", "traceEvents": events})
+}
