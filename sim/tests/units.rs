@@ -2,13 +2,16 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use potamoi_formats::config::Config;
-use potamoi_golden::scene::{garden, lantern};
+use potamoi_golden::mask::Mask;
+use potamoi_golden::scene::{Scene, garden, lantern};
 use potamoi_golden::splats::{self, Profile};
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{self, MVoxels};
 use potamoi_hdl::ir::{Change, Fault};
 use potamoi_hdl::vu::vector_unit;
 use potamoi_sim::rtl::RtlUnits;
+use potamoi_sim::soc::npu::Array;
+use potamoi_sim::soc::work::FrameWork;
 
 fn garden_picture(units: &mut dyn Units) -> splats::FixedFrame {
     let camera = garden::camera().resized(96, 80);
@@ -75,4 +78,29 @@ fn one_flipped_constant_changes_the_picture() {
     let faulty = flip.inject(&right).unwrap();
     let mut units = RtlUnits::new(&config).with_vector_unit(&faulty).unwrap();
     assert_ne!(picture(&mut units), expected);
+}
+
+/// Cycles of a whole frame, composed of the cycle models, are those of the hardware: splats and
+/// a structured scene, and some pixels of each.
+#[test]
+fn a_composed_frame_takes_the_cycles_of_the_hardware() {
+    let config = Config::paper();
+    for name in ["garden", "lantern"] {
+        let mut scene = Scene::open(name).unwrap();
+        scene.set_size(Some(24), Some(20)).unwrap();
+        let some = Mask::new([24, 20], |i| i % 7 < 2);
+        for only in [None, Some(&some)] {
+            let work = FrameWork::count(&scene, &config, Array::PAPER, 1 << 19, only).unwrap();
+            let mut rtl = RtlUnits::new(&config);
+            match only {
+                None => scene.render_fixed(&config, &mut rtl).unwrap(),
+                Some(mask) => scene.render_fixed_masked(&config, mask, &mut rtl).unwrap(),
+            };
+            let (total, cycles) = (work.total(), rtl.cycles());
+            println!("{name}: {cycles:?}");
+            assert_eq!(total.gather_cycles, cycles.gather, "{name}");
+            assert_eq!(total.vector_cycles, cycles.vector, "{name}");
+            assert!(cycles.gather > 100 && cycles.vector > 100);
+        }
+    }
 }

@@ -1,1 +1,189 @@
 #![allow(clippy::unwrap_used)]
+
+use potamoi_formats::config::Config;
+use potamoi_golden::mask::Mask;
+use potamoi_golden::scene::Scene;
+use potamoi_golden::units::{Product, Twins, Units};
+use proptest::prelude::*;
+
+use super::super::npu::Array;
+use super::*;
+
+const CACHE: u32 = 512 * 1024;
+
+fn scene(name: &str, width: u32) -> Scene {
+    let mut scene = Scene::open(name).unwrap();
+    scene.set_size(Some(width), Some(width)).unwrap();
+    scene
+}
+
+/// What the units did is what the renderer counts, and each byte is in a stream.
+#[test]
+fn counts_are_those_of_the_renderer() {
+    let config = Config::paper();
+    for name in ["garden", "lantern"] {
+        let scene = scene(name, 40);
+        let rendered = scene
+            .render_fixed(&config, &mut Twins::new(&config))
+            .unwrap();
+        let (counts, streams) = (&rendered.counts, &rendered.counts.streams);
+        let work = FrameWork::count(&scene, &config, Array::PAPER, CACHE, None).unwrap();
+        let total = work.total();
+        assert_eq!(work.pixels, 1600);
+        assert_eq!(total.mvoxels, counts.mvoxels, "{name}");
+        assert_eq!(total.entries, counts.feature_vectors, "{name}");
+        assert_eq!(
+            total.elements,
+            counts.elements.values().sum::<u64>(),
+            "{name}"
+        );
+        assert_eq!(total.row_bytes, streams.mvoxels_read, "{name}");
+        assert_eq!(total.rit_bytes, streams.rit_written, "{name}");
+        assert_eq!(total.rit_read_bytes, streams.rit_read, "{name}");
+        assert_eq!(total.feature_bytes, streams.features, "{name}");
+        assert!(total.gather_busy <= total.gather_cycles && total.gather_busy > 0);
+        assert!(total.vector_busy <= total.vector_cycles && total.vector_busy > 0);
+        // No operation is faster than all multipliers.
+        assert!(
+            total.macs > 0 && total.macs <= total.array_cycles * 24 * 24,
+            "{name}"
+        );
+        assert!(work.reads.reads >= work.reads.misses && work.reads.misses > 0);
+        assert!(work.reads.sectors * 32 >= work.reads.bytes);
+    }
+}
+
+/// A frame of some pixels asks for less, and of all of them for as much.
+#[test]
+fn a_mask_asks_for_its_pixels() {
+    let config = Config::paper();
+    for name in ["garden", "lantern"] {
+        let scene = scene(name, 40);
+        let count = |only: Option<&Mask>| {
+            FrameWork::count(&scene, &config, Array::PAPER, CACHE, only).unwrap()
+        };
+        let all = count(None);
+        assert_eq!(count(Some(&Mask::new([40, 40], |_| true))), all, "{name}");
+        let few = count(Some(&Mask::new([40, 40], |i| i % 40 < 3)));
+        assert_eq!(few.pixels, 120);
+        let (few, all) = (few.total(), all.total());
+        assert!(few.entries * 2 < all.entries, "{name}");
+        assert!(few.vector_cycles * 2 < all.vector_cycles, "{name}");
+        assert!(few.macs * 2 < all.macs, "{name}");
+    }
+}
+
+/// A path is what its frames are, and is kept.
+#[test]
+fn a_path_is_counted_once() {
+    let config = Config::paper();
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene("lantern", 24);
+    let options = PathOptions {
+        frames: 5,
+        fps: 30.0,
+        window: 3,
+        phi: None,
+        array: [24, 24],
+        is_double_buffered: false,
+        cache: CACHE,
+    };
+    let mut steps = 0;
+    let count = |steps: &mut u64| {
+        kept(folder.path(), &scene, &config, &options, &mut || {
+            *steps += 1
+        })
+        .unwrap()
+    };
+    let (path, was_kept) = count(&mut steps);
+    assert!(!was_kept);
+    assert_eq!(steps, PathWork::steps(&options));
+    assert_eq!(
+        (
+            path.targets.len(),
+            path.chained.len(),
+            path.references.len()
+        ),
+        (5, 5, 2)
+    );
+    assert_eq!(path.reference_frames[0], (Some(0), 0));
+    for target in path.targets.iter().chain(&path.chained) {
+        assert_eq!(target.classes.pixels(), 24 * 24);
+        match (&target.work, target.reference) {
+            (Some(work), Some(_)) => assert_eq!(work.pixels, target.classes.rendered),
+            (None, Some(_)) => assert_eq!(target.classes.rendered, 0),
+            (work, None) => assert!(work.is_none() && target.classes.rendered == 24 * 24),
+        }
+    }
+    assert!(path.half.frame_pixels * 4 == path.references[0].frame_pixels);
+    // Full frames are the model's own; warped ones are nearer to it than half the resolution.
+    assert_eq!(path.full_quality.model_db, None);
+    assert!(path.warped_quality.model_db > path.half_quality.model_db);
+    let (again, was_kept) = count(&mut steps);
+    assert!(was_kept && again == path);
+    // What was damaged is counted again.
+    let file = std::fs::read_dir(folder.path())
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap()
+        .path();
+    std::fs::write(&file, "{").unwrap();
+    assert!(!count(&mut steps).1);
+    let wider = PathOptions {
+        window: 5,
+        ..options
+    };
+    assert!(
+        !kept(folder.path(), &scene, &config, &wider, &mut || ())
+            .unwrap()
+            .1
+    );
+}
+
+#[test]
+fn products_are_counted_as_the_array_does_them() {
+    let config = Config::paper();
+    let mut twins = Twins::new(&config);
+    let mut meter = Meter::new(&mut twins, &config, Array::PAPER);
+    let product = Product {
+        rows: 4096,
+        depth: 39,
+        columns: 128,
+    };
+    meter.multiplied(product);
+    let batches = meter.into_batches();
+    let expected = Batch {
+        products: 1,
+        macs: 4096 * 39 * 128,
+        array_cycles: 49_992,
+        // Six folds of columns, two of rows.
+        input_bytes: 2 * 4096 * 39 * 6,
+        weight_bytes: 2 * 576 * 12,
+        output_bytes: 2 * 4096 * 128,
+        ..Batch::default()
+    };
+    assert_eq!(batches, [expected]);
+}
+
+proptest! {
+    #[test]
+    fn parts_are_the_whole(counts in prop::collection::vec(0u64..1 << 40, 6), number in 1u64..50) {
+        let whole = Batch {
+            runs: counts[0],
+            entries: counts[1],
+            gather_cycles: counts[2],
+            feature_bytes: counts[3],
+            macs: counts[4],
+            output_bytes: counts[5],
+            ..Batch::default()
+        };
+        let mut sum = Batch::default();
+        let parts: Vec<Batch> = whole.parts(number).collect();
+        prop_assert_eq!(parts.len() as u64, number);
+        parts.iter().for_each(|part| sum += *part);
+        prop_assert_eq!(sum, whole);
+        let bytes = parts.iter().map(|p| p.feature_bytes);
+        prop_assert!(bytes.clone().max().unwrap() - bytes.min().unwrap() <= 1);
+    }
+}
