@@ -1,17 +1,22 @@
 //! `potamoi model`: what the whole system takes for the frames of a scene.
 
 mod calibrate;
+mod ladder;
+mod octree;
+mod paper;
+mod pictures;
 mod report;
+mod rivals;
 mod tables;
 mod timeline;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use potamoi_formats::config::{Config, PRESETS};
 use potamoi_golden::scene::{Model as SceneModel, Scene};
-use potamoi_sim::soc::work::{PathOptions, PathWork, kept};
-use potamoi_sim::soc::{Costs, Memory, Model, Scenario, System, Variant};
+use potamoi_sim::soc::work::{Kept, PathOptions, PathWork};
+use potamoi_sim::soc::{Costs, Memory, Model, Program, Scenario, System, Variant};
 use potamoi_sim::synth::fit::Fit;
 use potamoi_sim::synth::{SynthError, SynthReport};
 
@@ -57,10 +62,30 @@ pub(crate) struct ModelArgs {
     /// The system, as TOML; what it does not name is the paper's
     #[arg(long, value_name = "FILE")]
     system: Option<PathBuf>,
+    /// Parameters of the configuration's units (`potamoi synth --json`), instead of those that come
+    /// with the program and the formulas
+    #[arg(long, value_name = "FILE")]
+    synth: Option<PathBuf>,
+    /// Energy of a frame by part and variant, as SVG
+    #[arg(long, value_name = "FILE", conflicts_with = "scenes")]
+    energy: Option<PathBuf>,
+    /// Multiplications against what the array and memory allow, by variant, as SVG
+    #[arg(long, value_name = "FILE", conflicts_with = "scenes")]
+    roofline: Option<PathBuf>,
     /// Find the factors of the GPU that are calibrated, and how well they predict what they are not
     /// calibrated to
-    #[arg(long, conflicts_with_all = ["scene", "scenes", "trace"])]
+    #[arg(long, conflicts_with_all = ["scene", "trace"])]
     calibrate: bool,
+    /// Three ways to the cycles and the time of the scene's frame side by side, with their error and
+    /// wall time: formulas, cycle models (what all else here uses), and the Verilated units
+    #[arg(long, conflicts_with_all = ["scenes", "trace", "calibrate"])]
+    ladder: bool,
+    /// What merging cells of splats into fuller MVoxels saves
+    #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder"])]
+    octree: bool,
+    /// Instant-NGP beside the accelerators that the paper compares with
+    #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder", "octree"])]
+    rivals: bool,
     /// Report as JSON; of several scenes it is written again after each
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -90,16 +115,26 @@ impl Scenarios {
 }
 
 pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref(), args.trace.as_ref()])?;
+    let written = [&args.json, &args.trace, &args.energy, &args.roofline];
+    files::prepare(written.map(Option::as_ref))?;
     let system = args.system()?;
     if args.calibrate {
         return calibrate::run(common, args, &system);
     }
-    let variants = args.variants()?;
+    if args.ladder {
+        return ladder::run(common, args, &system);
+    }
     let names = match args.scenes.is_empty() {
         true => vec![args.scene.name().to_owned()],
         false => named(&args.scenes),
     };
+    if args.octree {
+        return octree::run(common, args, &system, &names);
+    }
+    if args.rivals {
+        return rivals::run(common, args, &system, &names);
+    }
+    let variants = args.variants()?;
     let mut report = Report {
         format_version: FORMAT_VERSION,
         command: "model",
@@ -110,7 +145,7 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
         let scene = args.scene.open_named(name)?;
         let (config, preset) = config_for(common, &scene)?;
         let (path, was_kept) = args.count(&scene, &config)?;
-        let costs = costs(&config)?;
+        let costs = costs(&scene, &config, args.synth.as_deref())?;
         let memory = Memory::lpddr3(system.memory_channels);
         let model = Model {
             system: &system,
@@ -131,6 +166,12 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
         if names.len() == 1 {
             tables::print(&found, &system);
             say_not_checked(&scene.left_open());
+        }
+        if let Some(file) = &args.energy {
+            pictures::energy(file, &found)?;
+        }
+        if let Some(file) = &args.roofline {
+            pictures::roofline(file, &found, &system)?;
         }
         if let (Some(file), Some(timeline)) = (&args.trace, &last) {
             files::write_json(file, &timeline::chrome_trace(timeline))?;
@@ -193,19 +234,18 @@ impl ModelArgs {
     /// The work of the scene's path, counted now or earlier.
     fn count(&self, scene: &Scene, config: &Config) -> Result<(PathWork, bool), Failure> {
         let options = self.options()?;
-        let cache = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
         let bar = progress::bar(PathWork::steps(&options), "rendering and counting");
         bar.set_message(scene.name().to_owned());
-        let found = kept(
-            &cache.with_file_name("work"),
-            scene,
-            config,
-            &options,
-            &mut || bar.inc(1),
-        )?;
+        let found = store()?.path(scene, config, &options, &mut || bar.inc(1))?;
         bar.finish_and_clear();
         Ok(found)
     }
+}
+
+/// Where counted work is kept.
+fn store() -> Result<Kept, Failure> {
+    let models = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
+    Ok(Kept::new(&models.with_file_name("work")))
 }
 
 /// The configuration that was asked for; where none was, the preset that has what the scene's
@@ -228,11 +268,21 @@ fn config_for(common: &Common, scene: &Scene) -> Result<(Config, Option<&'static
     }
 }
 
-/// Energy of units and memories, from the files that come with the program.
-fn costs(config: &Config) -> Result<Costs, Failure> {
+/// Energy of units and memories, from the files that come with the program, and one that was
+/// given.
+fn costs(scene: &Scene, config: &Config, given: Option<&Path>) -> Result<Costs, Failure> {
+    let program = match scene.model() {
+        SceneModel::Splats(_) | SceneModel::Compact(_) => Program::Splats,
+        _ => Program::Fields,
+    };
+    let [paper, fields] = SynthReport::checked_in()?;
+    let memories = paper.clone();
+    let mut reports = vec![paper, fields];
+    if let Some(path) = given {
+        reports.insert(0, SynthReport::read(path)?.of(config, path)?);
+    }
+    let (fit, records) = (Fit::checked_in()?, SynthReport::of_records()?);
     Ok(Costs::new(
-        config,
-        Fit::checked_in()?,
-        &SynthReport::checked_in()?,
+        config, program, fit, &reports, &records, &memories,
     )?)
 }

@@ -1,8 +1,9 @@
 //! Tables for people.
 
 use comfy_table::{CellAlignment, Table, presets};
-use potamoi_sim::soc::{Outcome, System};
+use potamoi_sim::soc::{Outcome, Scenario, System};
 
+use super::paper::{Paper, figure};
 use super::report::{Found, Report};
 use crate::say::say;
 
@@ -49,12 +50,7 @@ pub(super) fn print(found: &Found, system: &System) {
         found.clock_ghz,
         100.0 * found.rendered_share
     );
-    for scenario in found
-        .outcomes
-        .iter()
-        .map(|o| o.scenario)
-        .collect::<std::collections::BTreeSet<_>>()
-    {
+    for (_, scenario) in scenarios(&found.outcomes) {
         let own: Vec<&Outcome> = found
             .outcomes
             .iter()
@@ -65,8 +61,10 @@ pub(super) fn print(found: &Found, system: &System) {
             "frames/s",
             "ms a frame",
             "speed-up",
+            "the paper's mean",
             "mJ a frame",
             "saving",
+            "the paper's mean",
             "streamed MB",
             "random MB",
             "dB beside the model",
@@ -74,13 +72,16 @@ pub(super) fn print(found: &Found, system: &System) {
         ]);
         for o in &own {
             let frames = o.frames as f64;
+            let paper = Paper::of(o);
             speed.add_row([
                 o.variant.name.to_owned(),
                 format!("{:.2}", o.frames_per_second),
                 format!("{:.2}", o.span_ns * 1e-6 / frames),
                 format!("{:.2}", found.speed_up(o)),
+                figure(paper.speed_up),
                 format!("{:.2}", o.energy.total_mj()),
                 format!("{:.2}", found.saving(o)),
+                figure(paper.saving),
                 format!(
                     "{:.2}",
                     (o.spent.streamed_bytes + o.spent.written_bytes) * 1e-6 / frames
@@ -140,31 +141,73 @@ pub(super) fn print(found: &Found, system: &System) {
     );
 }
 
-/// Speed-ups and savings of many scenes.
+/// Speed-ups and savings of many scenes, their means, and the paper's.
 pub(super) fn side_by_side(report: &Report) {
     let Some(first) = report.scenes.first() else {
         return;
     };
-    let columns: Vec<String> = first
-        .outcomes
-        .iter()
-        .map(|o| format!("{} {:?}", o.variant.name, o.scenario).to_lowercase())
-        .collect();
-    let mut header = vec!["speed-up (saving)", "frames/s of the first"];
-    header.extend(columns.iter().map(String::as_str));
-    let mut rows = table(&header);
-    for found in &report.scenes {
-        let mut row = vec![
-            found.scene.clone(),
-            format!("{:.2}", found.outcomes[0].frames_per_second),
+    for (at, scenario) in scenarios(&first.outcomes) {
+        let own: Vec<usize> = (0..first.outcomes.len())
+            .filter(|i| first.outcomes[*i].scenario == scenario)
+            .collect();
+        let mut header = vec![
+            "speed-up (saving)".to_owned(),
+            "frames/s of the baseline".to_owned(),
         ];
-        row.extend(
-            found
-                .outcomes
-                .iter()
-                .map(|o| format!("{:.2} ({:.2})", found.speed_up(o), found.saving(o))),
+        header.extend(
+            own.iter()
+                .map(|i| first.outcomes[*i].variant.name.to_owned()),
         );
+        let mut rows = Table::new();
+        rows.load_preset(presets::NOTHING).set_header(header);
+        for found in &report.scenes {
+            let mut row = vec![
+                found.scene.clone(),
+                format!("{:.2}", found.outcomes[at].frames_per_second),
+            ];
+            row.extend(own.iter().map(|i| {
+                let o = &found.outcomes[*i];
+                format!("{:.2} ({:.2})", found.speed_up(o), found.saving(o))
+            }));
+            rows.add_row(row);
+        }
+        let count = report.scenes.len() as f64;
+        let mean = |of: &dyn Fn(&Found, &Outcome) -> f64, i: usize, is_geometric: bool| {
+            let all = report
+                .scenes
+                .iter()
+                .map(|found| of(found, &found.outcomes[i]));
+            match is_geometric {
+                true => (all.map(f64::ln).sum::<f64>() / count).exp(),
+                false => all.sum::<f64>() / count,
+            }
+        };
+        for (name, is_geometric) in [("mean", false), ("geometric mean", true)] {
+            let mut row = vec![name.to_owned(), String::new()];
+            row.extend(own.iter().map(|i| {
+                let speed_up = mean(&|found, o| found.speed_up(o), *i, is_geometric);
+                let saving = mean(&|found, o| found.saving(o), *i, is_geometric);
+                format!("{speed_up:.2} ({saving:.2})")
+            }));
+            rows.add_row(row);
+        }
+        let mut row = vec!["the paper's mean".to_owned(), String::new()];
+        row.extend(own.iter().map(|i| {
+            let paper = Paper::of(&first.outcomes[*i]);
+            format!("{} ({})", figure(paper.speed_up), figure(paper.saving))
+        }));
         rows.add_row(row);
+        say!("\n{scenario:?} rendering\n{}", aligned(rows));
     }
-    say!("{}", aligned(rows));
+}
+
+/// Each scenario, with the place of its baseline.
+fn scenarios(outcomes: &[Outcome]) -> Vec<(usize, Scenario)> {
+    let mut all: Vec<(usize, Scenario)> = vec![];
+    for (at, outcome) in outcomes.iter().enumerate() {
+        if all.iter().all(|(_, known)| *known != outcome.scenario) {
+            all.push((at, outcome.scenario));
+        }
+    }
+    all
 }

@@ -141,6 +141,8 @@ pub struct Scene {
     group_tiles: Option<[u32; 2]>,
     group_side: Option<u32>,
     halo: Halo,
+    /// Whether cells of splats are merged into fuller MVoxels.
+    merge: bool,
     step: f64,
     /// Whether the model was read from a file.
     from_file: bool,
@@ -182,6 +184,18 @@ impl Scene {
     /// Looks through another camera.
     pub fn set_camera(&mut self, camera: Camera) {
         self.camera = camera;
+    }
+
+    /// Whether cells of splats are merged as far as they fit an MVoxel: so unless
+    /// [`Scene::set_merges`] says otherwise.
+    #[must_use]
+    pub const fn merges(&self) -> bool {
+        self.merge
+    }
+
+    /// Merges cells of splats, or leaves them as they are.
+    pub fn set_merges(&mut self, merge: bool) {
+        self.merge = merge;
     }
 
     /// Cameras that its file has from the chosen one on, if it is of a file.

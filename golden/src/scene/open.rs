@@ -93,6 +93,7 @@ impl Scene {
             group_tiles: None,
             group_side: None,
             halo: Halo::Shared,
+            merge: true,
             step: STEP,
             from_file: false,
             truth: None,

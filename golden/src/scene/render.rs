@@ -302,7 +302,7 @@ impl Scene {
             schedule: splats::ScheduleOptions {
                 rows: config.mvoxel_capacity(Vertices::One, RECORD_CHANNELS) as usize,
                 group_tiles: self.group_tiles,
-                merge: true,
+                merge: self.merge,
             },
             background: self.background,
             order: self.order,

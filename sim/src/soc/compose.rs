@@ -102,7 +102,7 @@ impl<'a> Composer<'a> {
         self.jobs.len() - 1
     }
 
-    /// A part of a kernel of the system's GPU, `written` of its streamed bytes being writes.
+    /// A part of a kernel of the system's GPU, which writes so many bytes beside it.
     fn kernel(
         &mut self,
         stage: &'static str,
@@ -120,7 +120,7 @@ impl<'a> Composer<'a> {
             Some(_) => Moves::default(),
             None => Moves {
                 read: kernel.streamed_bytes * part,
-                written: written * part,
+                written,
                 random: kernel.random_bytes * part,
                 run: kernel.run_bytes,
             },
@@ -149,9 +149,10 @@ impl<'a> Composer<'a> {
         self.spent.done += total;
         let program = Program::of(work);
         let indexing = gpu::indexing(work);
+        let slower = self.system.gpu.gathering_factor;
         let gathered = match gathering {
-            Gathering::PixelOrder => gpu::gathering(work),
-            Gathering::Streamed => gpu::streamed_gathering(work),
+            Gathering::PixelOrder => gpu::gathering(work).times(slower),
+            Gathering::Streamed => gpu::streamed_gathering(work).times(slower),
             Gathering::Unit => Kernel::default(),
         };
         let steps = steps(work, self.system.feature_buffer_bytes / 2);
@@ -276,7 +277,7 @@ impl<'a> Composer<'a> {
         after: &[JobId],
         rank: u64,
     ) -> JobId {
-        let ns = alone_ns(&self.system.remote, work);
+        let ns = alone(&self.system.remote, self.system, work).total_ns();
         let moves = Moves::default();
         let made = self.push("remote", Resource::Remote, ns, moves, after.to_vec(), rank);
         let bytes = bytes * work.frame_pixels as f64;
@@ -287,18 +288,46 @@ impl<'a> Composer<'a> {
 }
 
 /// Nanoseconds of a frame on a GPU that does everything, in pixel-centric order.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AloneTime {
+    /// Finding samples, or projecting and sorting Gaussians.
+    pub indexing_ns: f64,
+    /// Reading and interpolating vectors.
+    pub gathering_ns: f64,
+    /// What is made of them.
+    pub computation_ns: f64,
+}
+
+impl AloneTime {
+    /// All of it.
+    #[must_use]
+    pub const fn total_ns(&self) -> f64 {
+        self.indexing_ns + self.gathering_ns + self.computation_ns
+    }
+}
+
+/// Times a frame on a GPU that does everything; one without a memory of its own has the whole
+/// one of the system.
 #[must_use]
-pub fn alone_ns(gpu: &Gpu, work: &FrameWork) -> f64 {
+pub fn alone(gpu: &Gpu, system: &System, work: &FrameWork) -> AloneTime {
     let program = Program::of(work);
-    let kernels = [
-        gpu::indexing(work),
-        gpu::gathering(work),
-        gpu::computation(work),
-    ];
-    let ns = kernels
-        .iter()
-        .map(|kernel| gpu.ns(kernel, program) + gpu.launch_ns());
-    ns.sum()
+    let memory = Memory::lpddr3(system.memory_channels);
+    let ns = |kernel: Kernel| {
+        let bytes = match gpu.memory_gb_s {
+            Some(_) => 0.0,
+            None => {
+                kernel.streamed_bytes * memory.streamed().ns
+                    + kernel.random_bytes * memory.random(kernel.run_bytes).ns
+            }
+        };
+        gpu.ns(&kernel, program).max(bytes) + gpu.launch_ns()
+    };
+    let gathered = gpu::gathering(work).times(gpu.gathering_factor);
+    AloneTime {
+        indexing_ns: ns(gpu::indexing(work)),
+        gathering_ns: ns(gathered),
+        computation_ns: ns(gpu::computation(work)),
+    }
 }
 
 /// Bytes of a row that is fetched by itself.

@@ -1,12 +1,16 @@
 //! Energy of what units and memories on chip do, from synthesised parameters.
 
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
 use potamoi_formats::config::Config;
 use serde::Serialize;
 use thiserror::Error;
 
+use super::gpu::Program;
 use super::work::Batch;
 use crate::synth::fit::{Fit, Work};
-use crate::synth::{SynthError, SynthReport, UnitKind, scaling};
+use crate::synth::{Power, PowerReport, SynthError, SynthReport, UnitKind, scaling};
 
 /// The node of the system (paper, Sec. "Experimental Setup").
 const NODE_NM: u32 = 12;
@@ -32,6 +36,9 @@ pub enum CostError {
         /// Their node.
         node: Option<u32>,
     },
+    /// Nobody measured it.
+    #[error("the parameters say nothing of the power of {0}: synthesise them with an activity")]
+    Power(&'static str),
     /// A memory is not among the parameters.
     #[error("no memory {0} in the parameters: synthesise them with CACTI (tools/setup memories)")]
     Memory(&'static str),
@@ -46,11 +53,54 @@ pub struct Port {
     pub write_pj: f64,
 }
 
+/// Picojoules a cycle of a unit's logic: without work, and beyond that with it.
+#[derive(Debug, Clone, Copy)]
+struct UnitEnergy {
+    rest_pj: f64,
+    work_pj: f64,
+}
+
+impl UnitEnergy {
+    /// As it was measured on netlists.
+    fn measured(report: &SynthReport, unit: UnitKind, factor: f64) -> Option<Self> {
+        let power = power_of(report, unit)?;
+        let figures = &power.with_glitches;
+        let busy = power.activity.busy as f64 / power.activity.cycles.max(1) as f64;
+        let rest = figures.rest_pj_a_cycle;
+        (busy > 0.0).then(|| Self {
+            rest_pj: rest * factor,
+            work_pj: (figures.pj_a_cycle - rest) / busy * factor,
+        })
+    }
+
+    fn of(&self, cycles: u64, busy: u64) -> f64 {
+        self.rest_pj * cycles as f64 + self.work_pj * busy as f64
+    }
+}
+
+fn power_of(report: &SynthReport, unit: UnitKind) -> Option<&PowerReport> {
+    match report.unit(unit)?.power.as_ref()? {
+        Power::Estimated(power) => Some(power),
+        Power::Absent { .. } => None,
+    }
+}
+
+/// What the gathering unit's energy follows from.
+#[derive(Debug)]
+enum Gatherer {
+    /// Netlists that gathered entries of this kind.
+    Measured(UnitEnergy),
+    /// Formulas, by banks at work: of entries of eight vertices.
+    Fitted(Mutex<BTreeMap<u64, UnitEnergy>>),
+}
+
 /// Energy by unit, at 12 nm.
 #[derive(Debug)]
 pub struct Costs {
     fit: Fit,
     config: Config,
+    gatherer: Gatherer,
+    vector: UnitEnergy,
     /// From the grid's node to 12 nm.
     logic: f64,
     /// A multiplication and addition in the array.
@@ -95,11 +145,24 @@ impl std::ops::AddAssign for OnChip {
 }
 
 impl Costs {
-    /// Of the units of a configuration by the fitted model, and of memories by `synth/*.json`.
+    /// Of the units of a configuration.
+    ///
+    /// The vector unit's energy is that of the first of `reports` that is of the configuration,
+    /// else by formulas. The gathering unit's is by formulas where entries have vertices, and
+    /// that of `records` where they are splat records, in the proportion in which formulas set
+    /// the configuration's unit to that one's. Memories and the MAC array, which has reducers
+    /// of the paper's size, are those of `memories`.
     ///
     /// # Errors
-    /// A configuration that the model is not of; parameters that lack something.
-    pub fn new(config: &Config, fit: Fit, memories: &SynthReport) -> Result<Self, CostError> {
+    /// A unit of which nothing is known; parameters that lack something.
+    pub fn new(
+        config: &Config,
+        program: Program,
+        fit: Fit,
+        reports: &[SynthReport],
+        records: &SynthReport,
+        memories: &SynthReport,
+    ) -> Result<Self, CostError> {
         let node = fit.grid().library.node_nm;
         let factors = node.and_then(|nm| scaling::logic(nm, NODE_NM));
         let logic = factors
@@ -108,16 +171,46 @@ impl Costs {
                 node,
             })?
             .energy;
+        let paper = Config::paper();
         let most = Work {
             busy: 1.0,
-            channels: config.gu.banks.into(),
+            channels: paper.gu.banks.into(),
         };
-        let gathering = fit.estimate(config, UnitKind::Gathering, most)?;
-        let vector = fit.estimate(config, UnitKind::Vector, most)?;
-        let logic_mw = (gathering.leakage_nw + vector.leakage_nw) * 1e-6;
-        let flop_pj = fit.flop_pj(fit.family(config, UnitKind::Gathering)?);
-        let reducer = gathering.modules.iter().find(|m| m.module == "reducer");
+        let array = fit.estimate(&paper, UnitKind::Gathering, most)?;
+        let flop_pj = fit.flop_pj(fit.family(&paper, UnitKind::Gathering)?);
+        let reducer = array.modules.iter().find(|m| m.module == "reducer");
         let reducer = reducer.map_or(0.0, |m| m.with_glitches_pj / m.count.max(1) as f64);
+        let gathering = fit.estimate(config, UnitKind::Gathering, most)?;
+        let gatherer = match program {
+            Program::Fields => Gatherer::Fitted(Mutex::default()),
+            Program::Splats => {
+                let measured = UnitEnergy::measured(records, UnitKind::Gathering, logic);
+                let measured = measured.ok_or(CostError::Power("splat records"))?;
+                let share = gathering.with_glitches_pj / array.with_glitches_pj;
+                Gatherer::Measured(UnitEnergy {
+                    rest_pj: measured.rest_pj * share,
+                    work_pj: measured.work_pj * share,
+                })
+            }
+        };
+        let own = reports.iter().find(|report| report.is_of(config));
+        let measured = own.and_then(|own| UnitEnergy::measured(own, UnitKind::Vector, logic));
+        let (vector, vector_nw) = match (own, measured) {
+            (Some(own), Some(vector)) => {
+                let power = power_of(own, UnitKind::Vector);
+                (vector, power.map_or(0.0, |power| power.leakage_nw))
+            }
+            _ => {
+                let at = |busy| fit.estimate(config, UnitKind::Vector, Work { busy, channels: 0 });
+                let (rest, work) = (at(0.0)?, at(1.0)?);
+                let vector = UnitEnergy {
+                    rest_pj: rest.with_glitches_pj * logic,
+                    work_pj: (work.with_glitches_pj - rest.with_glitches_pj) * logic,
+                };
+                (vector, rest.leakage_nw)
+            }
+        };
+        let logic_mw = (gathering.leakage_nw + vector_nw) * 1e-6;
         let port = |unit: &str, name: &'static str| -> Result<(Port, f64), CostError> {
             let (raw, scaled) = memories.memory(unit, name).ok_or(CostError::Memory(name))?;
             let figures = scaled.map_or(raw.figures, |s| s.figures);
@@ -135,9 +228,20 @@ impl Costs {
         let library = &fit.grid().library.name;
         Ok(Self {
             origin: format!(
-                "units: formulas fitted to syntheses in {library}, with glitches, scaled to {NODE_NM} nm; \
-                 memories: CACTI; the array: reducers of that size with two registers of 16 bits"
+                "gathering unit: {}; vector unit: {}; all in {library}, with glitches, scaled to \
+                 {NODE_NM} nm; memories: CACTI; the array: reducers of the paper's size with two \
+                 registers of 16 bits",
+                match &gatherer {
+                    Gatherer::Measured(_) => "netlists that gathered splat records",
+                    Gatherer::Fitted(_) => "formulas fitted to syntheses",
+                },
+                match measured {
+                    Some(_) => "netlists of this configuration",
+                    None => "formulas fitted to syntheses",
+                },
             ),
+            gatherer,
+            vector,
             config: config.clone(),
             logic,
             mac_pj: (reducer + MAC_REGISTERS * flop_pj) * logic,
@@ -157,31 +261,52 @@ impl Costs {
     pub fn of(&self, done: &Batch, uses_gathering_unit: bool) -> Result<OnChip, CostError> {
         let mut all = OnChip::default();
         if uses_gathering_unit && done.gather_cycles > 0 {
-            let channels = done.codes_read as f64 / done.gather_busy.max(1) as f64;
-            let work = Work {
-                busy: done.gather_busy as f64 / done.gather_cycles as f64,
-                channels: ((channels / f64::from(self.config.gu.ports)).round() as u64).max(1),
+            all.gathering_pj = match &self.gatherer {
+                Gatherer::Measured(unit) => unit.of(done.gather_cycles, done.gather_busy),
+                Gatherer::Fitted(known) => {
+                    let ports = u64::from(self.config.gu.ports) * done.gather_busy;
+                    let banks = done.codes_read as f64 / ports.max(1) as f64;
+                    let unit = self.fitted(known, (banks.round() as u64).max(1))?;
+                    unit.of(done.gather_cycles, done.gather_busy)
+                }
             };
-            let own = self.fit.estimate(&self.config, UnitKind::Gathering, work)?;
-            all.gathering_pj = own.with_glitches_pj * done.gather_cycles as f64 * self.logic;
             let rit_words = (done.rit_read_bytes as f64) / RIT_WORD;
             all.gathering_memories_pj = done.codes_read as f64 * self.mft.read_pj
                 + done.row_bytes as f64 / 2.0 * self.mft.write_pj
                 + rit_words * (self.rit.read_pj + self.rit.write_pj);
             all.buffers_pj += done.feature_bytes as f64 / FEATURE_WORD * self.features.write_pj;
         }
-        if done.vector_cycles > 0 {
-            let work = Work {
-                busy: done.vector_busy as f64 / done.vector_cycles as f64,
-                channels: 0,
-            };
-            let own = self.fit.estimate(&self.config, UnitKind::Vector, work)?;
-            all.vector_pj = own.with_glitches_pj * done.vector_cycles as f64 * self.logic;
-        }
+        all.vector_pj = self.vector.of(done.vector_cycles, done.vector_busy);
         all.array_pj = done.macs as f64 * self.mac_pj;
         all.buffers_pj += done.input_bytes as f64 / FEATURE_WORD * self.features.read_pj
             + done.output_bytes as f64 / FEATURE_WORD * self.features.write_pj
             + done.weight_bytes as f64 / WEIGHT_WORD * self.weights.read_pj;
         Ok(all)
+    }
+
+    /// The gathering unit with so many banks at work.
+    fn fitted(
+        &self,
+        known: &Mutex<BTreeMap<u64, UnitEnergy>>,
+        channels: u64,
+    ) -> Result<UnitEnergy, CostError> {
+        // A lock is held by nobody who fails.
+        let mut known = known
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(unit) = known.get(&channels) {
+            return Ok(*unit);
+        }
+        let at = |busy| {
+            let work = Work { busy, channels };
+            self.fit.estimate(&self.config, UnitKind::Gathering, work)
+        };
+        let (rest, work) = (at(0.0)?.with_glitches_pj, at(1.0)?.with_glitches_pj);
+        let unit = UnitEnergy {
+            rest_pj: rest * self.logic,
+            work_pj: (work - rest) * self.logic,
+        };
+        known.insert(channels, unit);
+        Ok(unit)
     }
 }

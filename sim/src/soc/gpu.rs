@@ -25,6 +25,9 @@ pub struct Gpu {
     pub watts: f64,
     /// Watts idle.
     pub idle_watts: f64,
+    /// How many times longer gathering takes than by the same share of the best as all else. 1
+    /// unless a program's gathering is known to be worse than its arithmetic.
+    pub gathering_factor: f64,
     /// Share of the machine's best that programs for fields reach. Calibrated.
     pub fields_efficiency: f64,
     /// Share of the machine's best that programs for splats reach. Calibrated.
@@ -80,16 +83,14 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// One behind the other.
+    /// As if it took so many times the work, with the same bytes of memory.
     #[must_use]
-    pub fn and(self, other: Self) -> Self {
+    pub fn times(self, factor: f64) -> Self {
         Self {
-            instructions: self.instructions + other.instructions,
-            cache_bytes: self.cache_bytes + other.cache_bytes,
-            shared_bytes: self.shared_bytes + other.shared_bytes,
-            streamed_bytes: self.streamed_bytes + other.streamed_bytes,
-            random_bytes: self.random_bytes + other.random_bytes,
-            run_bytes: self.run_bytes.max(other.run_bytes),
+            instructions: self.instructions * factor,
+            cache_bytes: self.cache_bytes * factor,
+            shared_bytes: self.shared_bytes * factor,
+            ..self
         }
     }
 }
@@ -128,6 +129,7 @@ impl Gpu {
         launch_us: 10.0,
         watts: 15.0,
         idle_watts: 1.0,
+        gathering_factor: 1.0,
         fields_efficiency: 0.05,
         splats_efficiency: 0.1,
     };
@@ -146,6 +148,16 @@ impl Gpu {
         idle_watts: 0.0,
         ..Self::XAVIER
     };
+
+    /// The same with programs that reach such a share of its best.
+    #[must_use]
+    pub const fn reaching(self, efficiency: f64) -> Self {
+        Self {
+            fields_efficiency: efficiency,
+            splats_efficiency: efficiency,
+            ..self
+        }
+    }
 
     /// Nanoseconds of a kernel by itself; memory that is shared with others is not in it.
     #[must_use]

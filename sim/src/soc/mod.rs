@@ -10,10 +10,12 @@ mod memory;
 pub mod npu;
 mod outcome;
 mod system;
+#[cfg(test)]
+mod tests;
 mod variant;
 pub mod work;
 
-pub use compose::{Spent, alone_ns};
+pub use compose::{AloneTime, Spent, alone};
 pub use costs::{CostError, Costs, OnChip, Port};
 pub use gpu::{Gpu, Kernel, Program};
 pub use memory::{Memory, Rate};

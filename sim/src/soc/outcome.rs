@@ -10,8 +10,8 @@ use super::costs::{CostError, Costs};
 use super::engine::{self, EngineError, Job, JobId, Resource, Times};
 use super::memory::Memory;
 use super::system::System;
-use super::variant::{Frames, Scenario, Variant};
-use super::work::{PathWork, Quality};
+use super::variant::{Frames, Gathering, Scenario, Variant};
+use super::work::{FrameWork, PathWork, Quality};
 
 /// A path that could not be modelled.
 #[derive(Debug, Error)]
@@ -140,6 +140,39 @@ impl Model<'_> {
             Frames::Warped => self.warped(path, variant, scenario, &mut composer)?,
             Frames::Chained => self.chained(path, variant, scenario, &mut composer)?,
         }
+        let quality = match variant.frames {
+            Frames::Full => path.full_quality,
+            Frames::Half => path.half_quality,
+            Frames::Warped => path.warped_quality,
+            Frames::Chained => path.chained_quality,
+        };
+        self.done(composer, variant, scenario, frames, quality)
+    }
+
+    /// One frame by itself.
+    ///
+    /// # Errors
+    /// Energy that is not known.
+    pub fn frame(&self, work: &FrameWork, gathering: Gathering) -> Result<Outcome, ModelError> {
+        let mut composer = Composer::new(self.system, self.memory, self.costs, self.clock_ghz);
+        composer.frame(work, gathering, &[], 0)?;
+        let variant = Variant {
+            name: "frame",
+            frames: Frames::Full,
+            gathering,
+        };
+        let done = self.done(composer, variant, Scenario::Local, 1, Quality::default());
+        Ok(done?.0)
+    }
+
+    fn done(
+        &self,
+        composer: Composer<'_>,
+        variant: Variant,
+        scenario: Scenario,
+        frames: usize,
+        quality: Quality,
+    ) -> Result<(Outcome, Timeline), ModelError> {
         let Composer { jobs, spent, .. } = composer;
         let times = engine::run(&jobs)?;
         let span_ns = times.iter().map(|t| t.end_ns).fold(0.0, f64::max);
@@ -163,12 +196,7 @@ impl Model<'_> {
             utilisation: busy.iter().map(|(of, ns)| (*of, ns / span_ns)).collect(),
             energy,
             spent,
-            quality: match variant.frames {
-                Frames::Full => path.full_quality,
-                Frames::Half => path.half_quality,
-                Frames::Warped => path.warped_quality,
-                Frames::Chained => path.chained_quality,
-            },
+            quality,
         };
         Ok((outcome, jobs.into_iter().zip(times).collect()))
     }

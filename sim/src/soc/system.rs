@@ -127,6 +127,8 @@ impl System {
             ("gpu.cores", self.gpu.cores),
             ("gpu.clock_ghz", self.gpu.clock_ghz),
             ("gpu.cache_gb_s", self.gpu.cache_gb_s),
+            ("gpu.gathering_factor", self.gpu.gathering_factor),
+            ("remote.gathering_factor", self.remote.gathering_factor),
             ("gpu.fields_efficiency", self.gpu.fields_efficiency),
             ("gpu.splats_efficiency", self.gpu.splats_efficiency),
             ("remote.cores", self.remote.cores),

@@ -8,18 +8,36 @@ use super::report::{COMMAND, FORMAT_VERSION, ScaledEnergy, ScaledMemory, ScaledU
 use super::{MemoryReport, SynthError, SynthReport, UnitKind, UnitReport};
 
 const REMEDY: &str = "potamoi synth --json FILE";
-const CHECKED_IN: &str = include_str!("../../../synth/paper-asap7.json");
+const PAPER: &str = include_str!("../../../synth/paper-asap7.json");
+const FIELDS: &str = include_str!("../../../synth/fields-asap7.json");
+const RECORDS: &str = include_str!("../../../synth/records-asap7.json");
 /// Sums of rounded decimals.
 const NEAR: f64 = 1e-9;
 
 impl SynthReport {
-    /// The file that comes with the program: the preset `paper` in ASAP7, 7 nm.
+    /// Files that come with the program, in ASAP7 at 7 nm: the preset `paper`, whose gathering
+    /// unit gathered entries of eight vertices, and the preset `fields`.
     ///
     /// # Errors
-    /// It is not as [`SynthReport::read`] expects.
-    pub fn checked_in() -> Result<Self, SynthError> {
-        Self::parse(CHECKED_IN).map_err(|why| SynthError::Parameters {
-            path: "synth/paper-asap7.json".into(),
+    /// One is not as [`SynthReport::read`] expects.
+    pub fn checked_in() -> Result<[Self; 2], SynthError> {
+        Ok([
+            Self::embedded("synth/paper-asap7.json", PAPER)?,
+            Self::embedded("synth/fields-asap7.json", FIELDS)?,
+        ])
+    }
+
+    /// The same of the preset `paper`'s gathering unit as it gathered splat records.
+    ///
+    /// # Errors
+    /// As [`SynthReport::checked_in`].
+    pub fn of_records() -> Result<Self, SynthError> {
+        Self::embedded("synth/records-asap7.json", RECORDS)
+    }
+
+    fn embedded(name: &str, text: &str) -> Result<Self, SynthError> {
+        Self::parse(text).map_err(|why| SynthError::Parameters {
+            path: name.into(),
             why,
             remedy: REMEDY,
         })
@@ -74,6 +92,12 @@ impl SynthReport {
                 remedy: REMEDY,
             }),
         }
+    }
+
+    /// Whether it is of this configuration.
+    #[must_use]
+    pub fn is_of(&self, config: &Config) -> bool {
+        self.configuration == config.hash()
     }
 
     /// A unit at the library's node.

@@ -4,7 +4,7 @@ use potamoi_formats::config::Config;
 use potamoi_golden::characterise::{BANKS, LANES};
 use potamoi_golden::mask::Mask;
 use potamoi_golden::scene::{Scene, SceneError};
-use potamoi_golden::units::Twins;
+use potamoi_golden::units::{Twins, Units};
 use serde::{Deserialize, Serialize};
 
 use super::super::npu::Array;
@@ -17,6 +17,10 @@ const WARP: usize = 32;
 /// no cache of that size has fewer misses.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reads {
+    /// Tables of the model.
+    pub tables: u64,
+    /// Bytes of the model's vectors.
+    pub model_bytes: u64,
     /// Vectors read.
     pub reads: u64,
     /// Their bytes.
@@ -75,7 +79,22 @@ impl FrameWork {
         only: Option<&Mask>,
     ) -> Result<Self, SceneError> {
         let mut twins = Twins::new(config);
-        let mut meter = Meter::new(&mut twins, config, array);
+        Self::count_through(scene, config, array, cache, only, &mut twins)
+    }
+
+    /// The same through other units of the configuration.
+    ///
+    /// # Errors
+    /// As [`Scene::render_fixed`].
+    pub fn count_through(
+        scene: &Scene,
+        config: &Config,
+        array: Array,
+        cache: u32,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<Self, SceneError> {
+        let mut meter = Meter::new(units, config, array);
         let rendered = match only {
             None => scene.render_fixed(config, &mut meter)?,
             Some(mask) => scene.render_fixed_masked(config, mask, &mut meter)?,
@@ -101,6 +120,8 @@ impl FrameWork {
             spilled_bytes: counts.streams.spills + 2 * counts.streams.partial_sums,
             scattered_bytes: counts.scattered_bytes,
             reads: Reads {
+                tables: accesses.tables.len() as u64,
+                model_bytes: accesses.stored_bytes(),
                 reads: memory.reads,
                 bytes: memory.read_bytes,
                 sectors: memory.sectors,
@@ -119,5 +140,61 @@ impl FrameWork {
         let mut sum = Batch::default();
         self.batches.iter().for_each(|own| sum += *own);
         sum
+    }
+
+    /// The same with cycles of units in all that were found otherwise, spread over the batches as
+    /// these have them.
+    #[must_use]
+    pub fn with_cycles(&self, gather: u64, vector: u64) -> Self {
+        let total = self.total();
+        let mut own = self.clone();
+        let scale = |part: u64, whole: u64, to: u64| {
+            (u128::from(part) * u128::from(to) / u128::from(whole.max(1))) as u64
+        };
+        for batch in &mut own.batches {
+            batch.gather_cycles = scale(batch.gather_cycles, total.gather_cycles, gather);
+            batch.vector_cycles = scale(batch.vector_cycles, total.vector_cycles, vector);
+        }
+        // What rounding left.
+        let spread = own.total();
+        if let Some(last) = own.batches.last_mut() {
+            last.gather_cycles += gather - spread.gather_cycles.min(gather);
+            last.vector_cycles += vector - spread.vector_cycles.min(vector);
+        }
+        own
+    }
+
+    /// What is known without stepping through anything: all MVoxels as one, all vectors at the
+    /// rate of their units, without fills, stalls and ends.
+    #[must_use]
+    pub fn as_one_sum(&self, config: &Config) -> Self {
+        let total = self.total();
+        let lanes = u64::from(config.gu.ports) * u64::from(config.lanes_a_port().max(1));
+        let gather = total.codes_read.div_ceil(lanes);
+        Self {
+            batches: vec![total],
+            ..self.clone()
+        }
+        .with_cycles(gather, total.vector_busy)
+    }
+
+    /// The same frame where all tables are on chip, a bank each, which gives a vertex a cycle
+    /// (NGPC, Mubarik et al., ISCA 2023): a sample takes as many cycles as it has vertices in a
+    /// table, and nothing is loaded.
+    #[must_use]
+    pub fn with_resident_tables(&self) -> Self {
+        const VERTICES: u64 = 8;
+        let tables = self.reads.tables.max(1);
+        let mut own = Self {
+            scattered_bytes: 0,
+            spilled_bytes: 0,
+            ..self.clone()
+        };
+        for batch in &mut own.batches {
+            batch.gather_cycles = batch.entries.div_ceil(tables) * VERTICES;
+            batch.gather_busy = batch.gather_cycles;
+            (batch.row_bytes, batch.rit_bytes, batch.rit_read_bytes) = (0, 0, 0);
+        }
+        own
     }
 }

@@ -5,10 +5,13 @@ use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::Config;
 use potamoi_golden::scene::Scene;
-use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use super::super::npu::Array;
+use super::frame::FrameWork;
 use super::path::{PathError, PathOptions, PathWork};
 
 /// Raised where what is counted changes.
@@ -30,63 +33,124 @@ pub enum KeepError {
     },
 }
 
+/// What work is of.
 #[derive(Serialize)]
-struct Key<'a> {
+struct Key<'a, O> {
     version: u32,
     program: &'static str,
+    kind: &'static str,
     configuration: String,
     scene: &'a str,
     camera: String,
-    options: &'a PathOptions,
-    /// Of a model that was read from a file: what was read.
+    merges: bool,
+    options: O,
+    /// Of a model that was read from a file: its numbers.
     model: Option<String>,
 }
 
-/// The work of a path: what was counted earlier of the same scene, camera, configuration and
-/// options, and by this version of the program; else it is counted now, and kept. Says whether
-/// it was there.
-///
-/// # Errors
-/// As [`PathWork::count`]; a folder that cannot be written.
-pub fn kept(
-    folder: &Path,
-    scene: &Scene,
-    config: &Config,
-    options: &PathOptions,
-    step: &mut dyn FnMut(),
-) -> Result<(PathWork, bool), KeepError> {
-    let key = Key {
-        version: VERSION,
-        program: env!("CARGO_PKG_VERSION"),
-        configuration: config.hash(),
-        scene: scene.name(),
-        camera: format!("{:?}", scene.camera()),
-        options,
-        // Its numbers, whatever the file.
-        model: scene
-            .analytic()
-            .is_none()
-            .then(|| written_down(scene.model())),
-    };
-    // A key of numbers and text is always written.
-    let text = serde_json::to_vec(&key).unwrap_or_default();
-    let path = folder.join(format!("{}.json", digest(&text)));
-    if let Some(work) = std::fs::read(&path)
-        .ok()
-        .and_then(|bytes| serde_json::from_slice(&bytes).ok())
-    {
-        return Ok((work, true));
+/// Where work is kept.
+#[derive(Debug, Clone)]
+pub struct Kept {
+    folder: PathBuf,
+}
+
+impl Kept {
+    /// In a folder, which is made.
+    #[must_use]
+    pub fn new(folder: &Path) -> Self {
+        Self {
+            folder: folder.to_owned(),
+        }
     }
-    let work = PathWork::count(scene, config, options, step)?;
-    let fail = |source| KeepError::Write {
-        path: path.clone(),
-        source,
-    };
-    std::fs::create_dir_all(folder).map_err(fail)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
-    serde_json::to_writer(&mut file, &work).map_err(|e| fail(e.into()))?;
-    file.persist(&path).map_err(|e| fail(e.error))?;
-    Ok((work, false))
+
+    /// The work of a path: what was counted earlier of the same scene, camera, configuration and
+    /// options, and by this version of the program; else it is counted now, and kept. Says
+    /// whether it was there.
+    ///
+    /// # Errors
+    /// As [`PathWork::count`]; a folder that cannot be written.
+    pub fn path(
+        &self,
+        scene: &Scene,
+        config: &Config,
+        options: &PathOptions,
+        step: &mut dyn FnMut(),
+    ) -> Result<(PathWork, bool), KeepError> {
+        self.get("path", scene, config, options, || {
+            PathWork::count(scene, config, options, step)
+        })
+    }
+
+    /// The same of the frame that the scene's camera sees.
+    ///
+    /// # Errors
+    /// As [`FrameWork::count`]; a folder that cannot be written.
+    pub fn frame(
+        &self,
+        scene: &Scene,
+        config: &Config,
+        array: Array,
+        cache: u32,
+    ) -> Result<(FrameWork, bool), KeepError> {
+        let options = FrameOptions {
+            array: [array.rows, array.columns],
+            is_double_buffered: array.is_double_buffered,
+            cache,
+        };
+        self.get("frame", scene, config, options, || {
+            Ok(FrameWork::count(scene, config, array, cache, None)?)
+        })
+    }
+
+    fn get<T: Serialize + DeserializeOwned>(
+        &self,
+        kind: &'static str,
+        scene: &Scene,
+        config: &Config,
+        options: impl Serialize,
+        count: impl FnOnce() -> Result<T, PathError>,
+    ) -> Result<(T, bool), KeepError> {
+        let key = Key {
+            version: VERSION,
+            program: env!("CARGO_PKG_VERSION"),
+            kind,
+            configuration: config.hash(),
+            scene: scene.name(),
+            camera: format!("{:?}", scene.camera()),
+            merges: scene.merges(),
+            options,
+            model: scene
+                .analytic()
+                .is_none()
+                .then(|| written_down(scene.model())),
+        };
+        // A key of numbers and text is always written.
+        let text = serde_json::to_vec(&key).unwrap_or_default();
+        let path = self
+            .folder
+            .join(format!("{}.json", hex(&Sha256::digest(&text))));
+        let bytes = std::fs::read(&path).ok();
+        if let Some(work) = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
+            return Ok((work, true));
+        }
+        let work = count()?;
+        let fail = |source| KeepError::Write {
+            path: path.clone(),
+            source,
+        };
+        std::fs::create_dir_all(&self.folder).map_err(fail)?;
+        let mut file = tempfile::NamedTempFile::new_in(&self.folder).map_err(fail)?;
+        serde_json::to_writer(&mut file, &work).map_err(|e| fail(e.into()))?;
+        file.persist(&path).map_err(|e| fail(e.error))?;
+        Ok((work, false))
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct FrameOptions {
+    array: [u64; 2],
+    is_double_buffered: bool,
+    cache: u32,
 }
 
 /// Of what it says of itself.
@@ -102,10 +166,6 @@ fn written_down(model: &dyn std::fmt::Debug) -> String {
     // Hashing does not fail.
     let _ = write!(hashed, "{model:?}");
     hex(&hashed.0.finalize())
-}
-
-fn digest(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
 }
 
 fn hex(hash: &[u8]) -> String {

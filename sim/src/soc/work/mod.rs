@@ -9,6 +9,6 @@ mod path;
 mod tests;
 
 pub use frame::{FrameWork, Reads};
-pub use keep::{KeepError, kept};
+pub use keep::{KeepError, Kept};
 pub use meter::{Batch, Meter};
 pub use path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};

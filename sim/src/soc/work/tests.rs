@@ -90,10 +90,9 @@ fn a_path_is_counted_once() {
     };
     let mut steps = 0;
     let count = |steps: &mut u64| {
-        kept(folder.path(), &scene, &config, &options, &mut || {
-            *steps += 1
-        })
-        .unwrap()
+        Kept::new(folder.path())
+            .path(&scene, &config, &options, &mut || *steps += 1)
+            .unwrap()
     };
     let (path, was_kept) = count(&mut steps);
     assert!(!was_kept);
@@ -135,7 +134,8 @@ fn a_path_is_counted_once() {
         ..options
     };
     assert!(
-        !kept(folder.path(), &scene, &config, &wider, &mut || ())
+        !Kept::new(folder.path())
+            .path(&scene, &config, &wider, &mut || ())
             .unwrap()
             .1
     );

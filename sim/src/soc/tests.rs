@@ -1,0 +1,351 @@
+#![allow(clippy::unwrap_used)]
+
+use std::sync::OnceLock;
+
+use potamoi_formats::config::Config;
+use proptest::prelude::*;
+
+use super::work::{Batch, Classes, FrameWork, PathOptions, PathWork, Quality, Reads, TargetWork};
+use super::*;
+use crate::synth::SynthReport;
+use crate::synth::fit::Fit;
+
+fn costs(program: Program) -> &'static Costs {
+    static ALL: OnceLock<[Costs; 2]> = OnceLock::new();
+    let make = |program| {
+        let reports = SynthReport::checked_in().unwrap();
+        let (fit, records) = (
+            Fit::checked_in().unwrap(),
+            SynthReport::of_records().unwrap(),
+        );
+        let config = Config::paper();
+        Costs::new(&config, program, fit, &reports, &records, &reports[0]).unwrap()
+    };
+    let all = ALL.get_or_init(|| [make(Program::Fields), make(Program::Splats)]);
+    &all[usize::from(program == Program::Splats)]
+}
+
+/// Of four channels, or of eight.
+fn memory(channels: u32) -> &'static Memory {
+    static ALL: OnceLock<[Memory; 2]> = OnceLock::new();
+    let all = ALL.get_or_init(|| [4, 8].map(Memory::lpddr3));
+    &all[usize::from(channels == 8)]
+}
+
+/// Batches that a frame could have, and counts beside them.
+fn any_work() -> impl Strategy<Value = FrameWork> {
+    let batch = (1u64..5_000, 1u64..40_000, 1u64..200_000, 1u64..200_000).prop_map(
+        |(entries, rows, array, vector)| Batch {
+            runs: 1,
+            mvoxels: 1 + rows / 512,
+            entries,
+            gather_cycles: 4 * entries + rows / 8,
+            gather_busy: 4 * entries,
+            codes_read: entries * 8 * 13,
+            row_bytes: rows * 26,
+            rit_bytes: entries * 48,
+            rit_read_bytes: entries * 48,
+            feature_bytes: entries * 26,
+            operations: 1,
+            elements: vector,
+            vector_cycles: vector,
+            vector_busy: vector,
+            products: 1,
+            macs: array * 100,
+            array_cycles: array,
+            input_bytes: entries * 26,
+            weight_bytes: 1152,
+            output_bytes: entries * 6,
+        },
+    );
+    let batches = prop::collection::vec(batch, 1..12);
+    (batches, 1u64..1_000_000, any::<bool>()).prop_map(|(batches, samples, splats)| {
+        let entries: u64 = batches.iter().map(|b| b.entries).sum();
+        let own = |n: u64| if splats { n } else { 0 };
+        FrameWork {
+            pixels: 4096,
+            frame_pixels: 4096,
+            samples: samples - own(samples),
+            gaussians: own(samples / 10 + 1),
+            visible: own(samples / 20),
+            pairs: own(entries),
+            record_bytes: own(samples),
+            spilled_bytes: samples / 3,
+            scattered_bytes: batches[0].row_bytes,
+            reads: Reads {
+                tables: 1,
+                model_bytes: 1 << 22,
+                reads: entries * 8,
+                bytes: entries * 8 * 26,
+                sectors: entries * 8,
+                missed_bytes: entries * 26,
+                misses: entries,
+                not_streaming: entries / 2,
+                conflict_rate: 0.4,
+            },
+            batches,
+        }
+    })
+}
+
+const GATHERING: [Gathering; 3] = [Gathering::PixelOrder, Gathering::Streamed, Gathering::Unit];
+
+fn frame(system: &System, work: &FrameWork, gathering: Gathering) -> Outcome {
+    let model = Model {
+        system,
+        memory: memory(system.memory_channels),
+        costs: costs(Program::of(work)),
+        clock_ghz: 1.0,
+    };
+    model.frame(work, gathering).unwrap()
+}
+
+/// A path of two references that serve three targets each.
+fn path(full: &FrameWork, sparse: &FrameWork) -> PathWork {
+    let target = |number: usize| TargetWork {
+        reference: (number > 0).then_some(number / 3),
+        classes: Classes {
+            warped: 4000,
+            void: 0,
+            rendered: 96,
+        },
+        work: (number > 0).then(|| sparse.clone()),
+    };
+    PathWork {
+        scene: "made up".to_owned(),
+        algorithm: "none".to_owned(),
+        size: [64, 64],
+        options: PathOptions {
+            frames: 6,
+            fps: 30.0,
+            window: 3,
+            phi: None,
+            array: [24, 24],
+            is_double_buffered: false,
+            cache: 1 << 19,
+        },
+        references: vec![full.clone(), full.clone()],
+        reference_frames: vec![(Some(0), 0), (None, 1)],
+        targets: (0..6).map(target).collect(),
+        chained: (0..6)
+            .map(|number| TargetWork {
+                reference: (number % 3 > 0).then_some(number / 3),
+                work: (number % 3 > 0).then(|| sparse.clone()),
+                ..target(number)
+            })
+            .collect(),
+        half: sparse.clone(),
+        full_quality: Quality::default(),
+        warped_quality: Quality::default(),
+        chained_quality: Quality::default(),
+        half_quality: Quality::default(),
+    }
+}
+
+fn near(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-9 * a.abs().max(b.abs()).max(1.0)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// What a frame spends is what was counted, and nothing is faster than its limit.
+    #[test]
+    fn a_frame_is_conserved_and_bounded(work in any_work(), which in 0usize..3) {
+        let gathering = GATHERING[which];
+        let system = System::default();
+        let found = frame(&system, &work, gathering);
+        let (spent, total) = (&found.spent, work.total());
+        prop_assert_eq!(spent.done, total);
+        // Bytes by where they are from.
+        let parameters = work.gaussians as f64 * 59.0 * 4.0;
+        let sorted = work.pairs as f64 * 8.0 * 2.0 * 12.0;
+        let indexing = parameters + work.record_bytes as f64 + sorted;
+        let shown = work.pixels as f64 * 4.0;
+        let features = total.feature_bytes as f64;
+        let (rows, table) = (total.row_bytes as f64, total.rit_bytes as f64);
+        let moved = spent.streamed_bytes + spent.written_bytes + spent.random_bytes;
+        let expected = indexing + shown + match gathering {
+            Gathering::PixelOrder => work.reads.missed_bytes as f64 + 2.0 * features,
+            Gathering::Streamed => rows + 2.0 * table + work.spilled_bytes as f64 + 2.0 * features,
+            Gathering::Unit => rows + table + total.rit_read_bytes as f64 + work.spilled_bytes as f64,
+        };
+        prop_assert!(near(moved, expected), "{moved} {expected}");
+        // Four channels of 6.4 GB/s; each unit does a cycle a nanosecond.
+        prop_assert!(found.span_ns >= moved / 25.6);
+        prop_assert!(found.span_ns >= total.array_cycles as f64);
+        prop_assert!(found.span_ns >= total.vector_cycles as f64);
+        if gathering == Gathering::Unit {
+            prop_assert!(found.span_ns >= total.gather_cycles as f64);
+        }
+        for share in found.utilisation.values() {
+            prop_assert!((0.0..=1.0 + 1e-9).contains(share));
+        }
+        // Energy: parts are none of them negative, and power is that of the parts.
+        let parts = found.energy.named();
+        prop_assert!(parts.iter().all(|(_, mj)| *mj >= 0.0 && mj.is_finite()));
+        let chip = &spent.on_chip;
+        let units = chip.gathering_pj + chip.gathering_memories_pj + chip.vector_pj + chip.array_pj + chip.buffers_pj;
+        let energy = &found.energy;
+        let sum = energy.gathering_unit_mj + energy.vector_unit_mj + energy.array_mj + energy.buffers_mj;
+        prop_assert!(near(units * 1e-9, sum));
+        prop_assert!(near(energy.memory_mj, spent.memory_pj * 1e-9));
+        prop_assert!((gathering == Gathering::Unit) == (energy.gathering_unit_mj > 0.0));
+    }
+
+    /// Twice as fast a GPU, twice the channels: no frame is slower.
+    #[test]
+    fn more_of_a_resource_slows_no_frame(work in any_work(), which in 0usize..3) {
+        let system = System::default();
+        let before = frame(&system, &work, GATHERING[which]).span_ns;
+        let mut faster = system.clone();
+        faster.gpu = faster.gpu.reaching(2.0 * system.gpu.fields_efficiency);
+        faster.gpu.splats_efficiency = 2.0 * system.gpu.splats_efficiency;
+        let wider = System { memory_channels: 8, ..system };
+        for (what, own) in [("GPU", faster), ("channels", wider)] {
+            let after = frame(&own, &work, GATHERING[which]).span_ns;
+            prop_assert!(after <= before * (1.0 + 1e-9), "{what}: {before} > {after}");
+        }
+    }
+
+    /// Paths: all frames are there, and the work of each is done once.
+    #[test]
+    fn a_path_does_the_work_of_its_frames(full in any_work(), seed in any_work()) {
+        // Both of one kind.
+        let sparse = FrameWork { batches: seed.batches.clone(), ..full.clone() };
+        let path = path(&full, &sparse);
+        let system = System::default();
+        let model = Model { system: &system, memory: memory(4), costs: costs(Program::of(&full)), clock_ghz: 1.0 };
+        for variant in Variant::ALL {
+            for scenario in [Scenario::Local, Scenario::Remote] {
+                let (found, timeline) = model.run(&path, variant, scenario).unwrap();
+                let (fulls, sparses) = match (variant.frames, scenario) {
+                    (Frames::Full, Scenario::Local) => (6, 0),
+                    (Frames::Half, Scenario::Local) => (0, 6),
+                    (Frames::Full | Frames::Half, Scenario::Remote) => (0, 0),
+                    (Frames::Warped, Scenario::Local) => (2, 5),
+                    (Frames::Warped, Scenario::Remote) => (0, 5),
+                    (Frames::Chained, Scenario::Local) => (2, 4),
+                    (Frames::Chained, Scenario::Remote) => (0, 4),
+                };
+                let entries = fulls * full.total().entries + sparses * sparse.total().entries;
+                prop_assert_eq!(found.spent.done.entries, entries, "{} {:?}", variant.name, scenario);
+                let sent = timeline.iter().filter(|(job, _)| job.stage == "link").count();
+                prop_assert_eq!(sent > 0, scenario == Scenario::Remote);
+                let linked = found.energy.link_mj * 6.0;
+                prop_assert!(near(linked, found.spent.link_bytes * 100.0 * 1e-6));
+                let ends = timeline.iter().map(|(_, at)| at.end_ns).fold(0.0, f64::max);
+                prop_assert_eq!(ends, found.span_ns);
+            }
+        }
+    }
+}
+
+/// The paper's link: a raw frame of 800 x 800 takes 0.192 s and 0.192 J.
+#[test]
+fn a_raw_frame_takes_the_link_a_fifth_of_a_second() {
+    let mut work = proptest_free();
+    (work.pixels, work.frame_pixels) = (640_000, 640_000);
+    let path = path(&work, &work);
+    let system = System::default();
+    let model = Model {
+        system: &system,
+        memory: memory(4),
+        costs: costs(Program::Fields),
+        clock_ghz: 1.0,
+    };
+    let found = model
+        .run(&path, Variant::ALL[0], Scenario::Remote)
+        .unwrap()
+        .0;
+    assert!((found.stages["link"].own_ns - 0.192e9).abs() < 1.0);
+    assert!((found.energy.link_mj - 192.0).abs() < 1e-9);
+    assert!(found.frames_per_second < 1.0 / 0.192);
+}
+
+/// Work of one batch.
+fn proptest_free() -> FrameWork {
+    FrameWork {
+        pixels: 4096,
+        frame_pixels: 4096,
+        samples: 10_000,
+        gaussians: 0,
+        visible: 0,
+        pairs: 0,
+        record_bytes: 0,
+        spilled_bytes: 0,
+        scattered_bytes: 0,
+        reads: Reads {
+            reads: 8000,
+            bytes: 16_000,
+            sectors: 8000,
+            ..Reads::default()
+        },
+        batches: vec![Batch {
+            runs: 1,
+            entries: 1000,
+            gather_cycles: 4100,
+            gather_busy: 4000,
+            codes_read: 8000,
+            ..Batch::default()
+        }],
+    }
+}
+
+/// Random rates are those of the memory model: dearer than streams, and never faster.
+#[test]
+fn short_runs_are_slower_and_dearer() {
+    let memory = memory(4);
+    let stream = memory.streamed();
+    assert!((1.0 / stream.ns - 23.9).abs() < 0.2, "{stream:?}");
+    assert!((stream.pj / 8.0 - 4.6).abs() < 0.2, "{stream:?}");
+    let mut before = memory.random(32.0);
+    assert!(before.pj > 2.5 * stream.pj);
+    for run in [64.0, 256.0, 1024.0, 4096.0, 65536.0] {
+        let own = memory.random(run);
+        assert!(
+            own.ns <= before.ns * 1.01 && own.ns >= stream.ns * 0.99,
+            "{run}"
+        );
+        assert!(own.pj <= before.pj * 1.01, "{run}");
+        before = own;
+    }
+    // Two bytes cost a burst.
+    let few = memory.random(2.0);
+    assert!((few.ns / memory.random(32.0).ns - 16.0).abs() < 1e-9);
+}
+
+#[test]
+fn systems_that_cannot_be_are_refused_by_field() {
+    for (text, field) in [
+        ("memory_channels = 3", "memory_channels"),
+        ("array_rows = 0", "array_rows"),
+        ("groups_in_flight = 0", "groups_in_flight"),
+        ("feature_buffer_bytes = 100", "feature_buffer_bytes"),
+        ("link_bytes_per_second = 0.0", "link_bytes_per_second"),
+        ("link_nj_per_byte = -1.0", "link_nj_per_byte"),
+        ("bandwidth = 1", "bandwidth"),
+        ("array_rows = \"many\"", "array_rows"),
+    ] {
+        let error = System::from_toml(text, "test.toml")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("test.toml") && error.contains(field),
+            "{error}"
+        );
+    }
+    let made = System::from_toml("memory_channels = 2", "test.toml").unwrap();
+    assert_eq!(
+        made,
+        System {
+            memory_channels: 2,
+            ..System::default()
+        }
+    );
+    let text = toml::to_string(&System::default()).unwrap();
+    assert_eq!(
+        System::from_toml(&text, "test.toml").unwrap(),
+        System::default()
+    );
+}

@@ -1,0 +1,138 @@
+//! Three ways to the same number: formulas, cycle models, and the hardware itself.
+
+use std::time::Instant;
+
+use comfy_table::{CellAlignment, Table, presets};
+use potamoi_golden::units::{Twins, Units};
+use potamoi_sim::rtl::RtlUnits;
+use potamoi_sim::soc::work::FrameWork;
+use potamoi_sim::soc::{Gathering, Memory, Model, System};
+use serde::Serialize;
+
+use super::{ModelArgs, config_for, costs};
+use crate::common::Common;
+use crate::failure::Failure;
+use crate::files;
+use crate::progress;
+use crate::say::say;
+
+/// One way.
+#[derive(Serialize)]
+struct Rung {
+    way: &'static str,
+    gather_cycles: u64,
+    vector_cycles: u64,
+    array_cycles: u64,
+    /// Nanoseconds of the frame.
+    frame_ns: f64,
+    /// Seconds that this took here.
+    wall_s: f64,
+}
+
+#[derive(Serialize)]
+struct Report {
+    format_version: u32,
+    command: &'static str,
+    scene: String,
+    size: [u32; 2],
+    rungs: Vec<Rung>,
+}
+
+pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<(), Failure> {
+    let scene = args.scene.open()?;
+    let (config, _) = config_for(common, &scene)?;
+    let costs = costs(&scene, &config, args.synth.as_deref())?;
+    let memory = Memory::lpddr3(system.memory_channels);
+    let model = Model {
+        system,
+        memory: &memory,
+        costs: &costs,
+        clock_ghz: f64::from(config.clock_mhz) * 1e-3,
+    };
+    let count = |units: &mut dyn Units| {
+        let cache = system.gpu.cache_bytes;
+        FrameWork::count_through(&scene, &config, system.array(), cache, None, units)
+    };
+    let spinner = progress::spinner("rendering three times");
+    let begun = Instant::now();
+    let work = count(&mut Twins::new(&config))?;
+    let counted_s = begun.elapsed().as_secs_f64();
+    let mut rungs = vec![];
+    let mut rung = |way, work: &FrameWork, before_s: f64| -> Result<(), Failure> {
+        let begun = Instant::now();
+        let frame = model.frame(work, Gathering::Unit)?;
+        let total = work.total();
+        rungs.push(Rung {
+            way,
+            gather_cycles: total.gather_cycles,
+            vector_cycles: total.vector_cycles,
+            array_cycles: total.array_cycles,
+            frame_ns: frame.span_ns,
+            wall_s: before_s + begun.elapsed().as_secs_f64(),
+        });
+        Ok(())
+    };
+    rung("formulas on one sum", &work.as_one_sum(&config), counted_s)?;
+    rung("cycle models", &work, counted_s)?;
+    let mut rtl = RtlUnits::new(&config);
+    let begun = Instant::now();
+    let through = count(&mut rtl)?;
+    let simulated_s = begun.elapsed().as_secs_f64();
+    let cycles = rtl.cycles();
+    // Cycles of the hardware stand for those of the models.
+    let measured = through.with_cycles(cycles.gather, cycles.vector);
+    rung("Verilated units", &measured, simulated_s)?;
+    spinner.finish_and_clear();
+    let size = [scene.camera().width, scene.camera().height];
+    say!(
+        "{}, {} x {}: one frame in full, gathered by the unit; cycle models are the default",
+        scene.name(),
+        size[0],
+        size[1]
+    );
+    print(&rungs);
+    let report = Report {
+        format_version: super::report::FORMAT_VERSION,
+        command: "model --ladder",
+        scene: scene.name().to_owned(),
+        size,
+        rungs,
+    };
+    match &args.json {
+        Some(path) => Ok(files::write_json(path, &report)?),
+        None => Ok(()),
+    }
+}
+
+fn print(rungs: &[Rung]) {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING).set_header([
+        "",
+        "gathering unit, cycles",
+        "off",
+        "vector unit, cycles",
+        "off",
+        "frame, us",
+        "off",
+        "wall time, s",
+    ]);
+    let Some(truth) = rungs.last() else { return };
+    let off = |own: f64, truth: f64| format!("{:+.2} %", 100.0 * (own / truth - 1.0));
+    for own in rungs {
+        table.add_row([
+            own.way.to_owned(),
+            own.gather_cycles.to_string(),
+            off(own.gather_cycles as f64, truth.gather_cycles as f64),
+            own.vector_cycles.to_string(),
+            off(own.vector_cycles as f64, truth.vector_cycles as f64),
+            format!("{:.1}", own.frame_ns * 1e-3),
+            off(own.frame_ns, truth.frame_ns),
+            format!("{:.2}", own.wall_s),
+        ]);
+    }
+    table
+        .column_iter_mut()
+        .skip(1)
+        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
+    say!("{table}");
+}

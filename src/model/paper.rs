@@ -1,0 +1,33 @@
+//! What the paper states, to stand beside what is found.
+
+use potamoi_sim::soc::{Outcome, Scenario};
+
+/// Average speed-up and energy saving over the baseline of the scenario (paper, Sec.
+/// "Performance and Energy"); per-algorithm bars exist as pictures alone.
+pub(super) struct Paper {
+    pub(super) speed_up: Option<f64>,
+    pub(super) saving: Option<f64>,
+}
+
+impl Paper {
+    pub(super) fn of(outcome: &Outcome) -> Self {
+        let (speed_up, saving) = match (outcome.scenario, outcome.variant.name) {
+            (_, "baseline") => (Some(1.0), Some(1.0)),
+            (Scenario::Local, "sparw") => (Some(8.1), Some(8.1)),
+            // "An additional 1.1x speedup and 2.1x energy saving".
+            (Scenario::Local, "sparw+fs") => (Some(8.1 * 1.1), Some(8.1 * 2.1)),
+            (Scenario::Local, "potamoi") => (Some(53.1), Some(67.7)),
+            (Scenario::Remote, "sparw") => (Some(2.1), None),
+            (Scenario::Remote, "sparw+fs") => (Some(2.5), None),
+            // "Transferring one frame consumes almost 3.0x lower energy than rendering".
+            (Scenario::Remote, "potamoi") => (Some(7.5), Some(1.0 / 3.0)),
+            _ => (None, None),
+        };
+        Self { speed_up, saving }
+    }
+}
+
+/// A figure of the paper's, or that it has none.
+pub(super) fn figure(of: Option<f64>) -> String {
+    of.map_or_else(|| "-".to_owned(), |v| format!("{v:.1}"))
+}
