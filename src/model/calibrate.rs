@@ -3,7 +3,7 @@
 
 use comfy_table::presets;
 use potamoi_sim::soc::work::FrameWork;
-use potamoi_sim::soc::{AloneTime, Gpu, System, alone};
+use potamoi_sim::soc::{AloneTime, Gpu, Memory, System, alone};
 use serde::Serialize;
 
 use super::{ModelArgs, config_for, store};
@@ -51,6 +51,7 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         false => named(&args.scenes),
     };
     let best = system.gpu.reaching(1.0);
+    let memory = Memory::lpddr3(system.memory_channels);
     let bar = progress::bar(names.len() as u64, "counting");
     let mut scenes = vec![];
     for name in names {
@@ -67,7 +68,7 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
             algorithm: scene.model().algorithm(),
             gaussians: work.gaussians,
             model_bytes: work.reads.model_bytes,
-            best: alone(&best, system, &work),
+            best: alone(&best, &memory, &work),
             by_factor: None,
             work,
         });
@@ -78,7 +79,7 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         let own: Vec<&Timed> = scenes.iter().filter(|t| t.algorithm == algorithm).collect();
         let mean = |efficiency: f64| {
             let gpu = best.reaching(efficiency);
-            let all = own.iter().map(|t| alone(&gpu, system, &t.work).total_ns());
+            let all = own.iter().map(|t| alone(&gpu, &memory, &t.work).total_ns());
             all.sum::<f64>() / own.len() as f64
         };
         // The more it reaches, the less time it takes.
@@ -95,7 +96,7 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
     let [fields, splats] = TIMED.map(|(algorithm, target)| factor(algorithm, target));
     for timed in &mut scenes {
         let factor = if timed.gaussians > 0 { splats } else { fields };
-        timed.by_factor = factor.map(|f| alone(&best.reaching(f), system, &timed.work));
+        timed.by_factor = factor.map(|f| alone(&best.reaching(f), &memory, &timed.work));
     }
     let report = Factors {
         format_version: super::report::FORMAT_VERSION,

@@ -277,7 +277,7 @@ impl<'a> Composer<'a> {
         after: &[JobId],
         rank: u64,
     ) -> JobId {
-        let ns = alone(&self.system.remote, self.system, work).total_ns();
+        let ns = alone(&self.system.remote, self.memory, work).total_ns();
         let moves = Moves::default();
         let made = self.push("remote", Resource::Remote, ns, moves, after.to_vec(), rank);
         let bytes = bytes * work.frame_pixels as f64;
@@ -306,12 +306,11 @@ impl AloneTime {
     }
 }
 
-/// Times a frame on a GPU that does everything; one without a memory of its own has the whole
-/// one of the system.
+/// Times a frame on a GPU that does everything; one without a memory of its own has the
+/// system's to itself.
 #[must_use]
-pub fn alone(gpu: &Gpu, system: &System, work: &FrameWork) -> AloneTime {
+pub fn alone(gpu: &Gpu, memory: &Memory, work: &FrameWork) -> AloneTime {
     let program = Program::of(work);
-    let memory = Memory::lpddr3(system.memory_channels);
     let ns = |kernel: Kernel| {
         let bytes = match gpu.memory_gb_s {
             Some(_) => 0.0,
