@@ -54,8 +54,9 @@ impl Array {
     }
 
     /// Cycles of a product (Samajdar et al., ISPASS 2020, Sec. III): a fold loads its operand
-    /// down the rows, or drains its sums, streams its vectors, and ends when the last has passed
-    /// the far corner. Where the operand is double buffered, only the first load is waited for.
+    /// down the rows, streams its vectors, and ends when the last has passed the far corner.
+    /// Where the operand is double buffered, only the first load is waited for. Sums that stay
+    /// leave on a path of their own while the next ones begin, as SCALE-Sim 3.0.0 has it.
     #[must_use]
     pub fn cycles(&self, product: &Product) -> u64 {
         if product.operations() == 0 {
@@ -63,9 +64,13 @@ impl Array {
         }
         let (folds, streamed) = self.folds(product);
         let through = streamed + self.rows + self.columns - 2;
+        let load = match self.dataflow {
+            Dataflow::OutputStationary => 0,
+            Dataflow::WeightStationary | Dataflow::InputStationary => self.rows,
+        };
         match self.is_double_buffered {
-            true => self.rows + folds * through,
-            false => folds * (through + self.rows),
+            true => load + folds * through,
+            false => folds * (through + load),
         }
     }
 
@@ -79,8 +84,11 @@ impl Array {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used)]
     use super::*;
     use proptest::prelude::*;
+    use rand::{Rng as _, SeedableRng as _};
+    use rand_pcg::Pcg64Mcg;
 
     const fn product(rows: u64, columns: u64, depth: u64) -> Product {
         Product {
@@ -102,6 +110,67 @@ mod tests {
             (product(4096, 16, 64), 12_498),
         ] {
             assert_eq!(Array::PAPER.cycles(&of), expected, "{of:?}");
+        }
+    }
+
+    /// Fifty products of random sizes in each dataflow, as SCALE-Sim 3.0.0 itself counts them.
+    #[test]
+    #[ignore = "exhaustive; run with make test-full"]
+    fn random_products_take_the_cycles_of_scale_sim() {
+        let seed = 7;
+        let mut generator = Pcg64Mcg::seed_from_u64(seed);
+        let mut size = |most: u64| generator.random_range(1..=most);
+        let products: Vec<Product> = (0..50)
+            .map(|_| product(size(150), size(100), size(100)))
+            .collect();
+        let folder = tempfile::tempdir().unwrap();
+        let at = folder.path();
+        let mut layers = String::from("Layer,M,N,K,\n");
+        for (i, own) in products.iter().enumerate() {
+            let Product {
+                rows,
+                depth,
+                columns,
+            } = own;
+            layers += &format!("p{i},{rows},{columns},{depth},\n");
+        }
+        std::fs::write(at.join("layers.csv"), layers).unwrap();
+        std::fs::write(at.join("layout.csv"), "Layer name,\n").unwrap();
+        let tools = concat!(env!("CARGO_MANIFEST_DIR"), "/../.tools/bin");
+        let path = format!("{tools}:{}", std::env::var("PATH").unwrap());
+        for (flow, name) in FLOWS.into_iter().zip(["ws", "os", "is"]) {
+            let text = include_str!("scale_sim.cfg").replace("{dataflow}", name);
+            std::fs::write(at.join("array.cfg"), text).unwrap();
+            let output = std::process::Command::new("scale-sim")
+                .env("PATH", &path)
+                .current_dir(at)
+                .args(["-c", "array.cfg", "-t", "layers.csv", "-l", "layout.csv"])
+                .args(["-p", name, "-i", "gemm", "-s", "N"])
+                .output()
+                .expect("scale-sim: get it with tools/setup oracles");
+            assert!(output.status.success(), "{output:?}");
+            let report = at.join(name).join("run").join("COMPUTE_REPORT.csv");
+            let report = std::fs::read_to_string(report).unwrap();
+            // Number, cycles with prefetching, cycles: the last one's, from 0.
+            let found: Vec<u64> = report
+                .lines()
+                .skip(1)
+                .map(|line| {
+                    1 + line
+                        .split(',')
+                        .nth(2)
+                        .unwrap()
+                        .trim()
+                        .parse::<u64>()
+                        .unwrap()
+                })
+                .collect();
+            let array = Array {
+                dataflow: flow,
+                ..Array::PAPER
+            };
+            let expected: Vec<u64> = products.iter().map(|own| array.cycles(own)).collect();
+            assert_eq!(found, expected, "{name}, seed {seed}");
         }
     }
 
