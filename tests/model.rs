@@ -1,0 +1,254 @@
+//! `potamoi model`: variants of the system side by side.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod common;
+
+use std::path::Path;
+
+use common::{expect, json, potamoi, stderr, stdout};
+use serde_json::Value;
+
+/// Runs with a cache of its own.
+fn model(folder: &Path, code: i32, arguments: &[&str]) -> String {
+    let output = potamoi()
+        .current_dir(folder)
+        .env("POTAMOI_CACHE", folder.join("cache/models"))
+        .arg("model")
+        .args(arguments)
+        .output()
+        .unwrap();
+    let said = stdout(&output) + &stderr(&output);
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    said
+}
+
+fn number(value: &Value, path: &str) -> f64 {
+    value
+        .pointer(path)
+        .and_then(Value::as_f64)
+        .unwrap_or_else(|| panic!("{path} in {value}"))
+}
+
+#[test]
+fn variants_stand_beside_the_baseline_and_the_paper() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let arguments = [
+        "--scene",
+        "lantern",
+        "--width",
+        "48",
+        "--frames",
+        "6",
+        "--window",
+        "3",
+        "--scenario",
+        "both",
+        "--json",
+        "r.json",
+        "--trace",
+        "t.json",
+        "--energy",
+        "e.svg",
+        "--roofline",
+        "r.svg",
+    ];
+    let said = model(at, 0, &arguments);
+    for part in [
+        "Local rendering",
+        "Remote rendering",
+        "the paper's mean",
+        "53.1",
+        "calibrated:",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let report = json(&at.join("r.json"));
+    let scene = &report["scenes"][0];
+    let outcomes = scene["outcomes"].as_array().unwrap();
+    assert_eq!(outcomes.len(), 16);
+    let of = |scenario: &str, name: &str| {
+        let same = |o: &&Value| o["scenario"] == scenario && o["variant"]["name"] == name;
+        outcomes.iter().find(same).unwrap()
+    };
+    let span = |scenario: &str, name: &str| number(of(scenario, name), "/span_ns");
+    assert!(span("local", "sparw") < span("local", "baseline"));
+    assert!(span("local", "potamoi") < span("local", "fs+gu"));
+    // The unit gathers faster than the GPU.
+    let gathering = |name: &str| {
+        let stage = |field| number(of("local", name), &format!("/stages/gathering/{field}_ns"));
+        stage("own") + stage("memory")
+    };
+    assert!(gathering("potamoi") < gathering("sparw+fs") && gathering("sparw+fs") > 0.0);
+    assert!(gathering("fs+gu") < gathering("baseline"));
+    // Over the link a raw frame takes three bytes a pixel at 10 MB/s.
+    let sent = 48.0 * 48.0 * 3.0;
+    let link = number(of("remote", "baseline"), "/stages/link/own_ns");
+    assert!((link - sent * 100.0).abs() < 1e-6, "{link}");
+    for outcome in outcomes {
+        let parts = outcome["energy"].as_object().unwrap();
+        assert_eq!(parts.len(), 9);
+        assert!(parts.values().all(|mj| mj.as_f64().unwrap() >= 0.0));
+        let utilisation = outcome["utilisation"].as_object().unwrap();
+        assert!(
+            utilisation
+                .values()
+                .all(|share| share.as_f64().unwrap() <= 1.0 + 1e-9)
+        );
+        let fps = number(outcome, "/frames_per_second");
+        assert!((fps - 6e9 / number(outcome, "/span_ns")).abs() < 1e-6 * fps);
+    }
+    // Only the gathering unit's variants spend on it.
+    let spent = |name: &str| number(of("local", name), "/energy/gathering_unit_mj");
+    assert!(spent("potamoi") > 0.0 && spent("fs+gu") > spent("potamoi") && spent("sparw") == 0.0);
+
+    let trace = json(&at.join("t.json"));
+    let events = trace["traceEvents"].as_array().unwrap();
+    let name = |name: &str| events.iter().filter(|e| e["name"] == name).count();
+    assert!(
+        name("warping") == 4 && name("thread_name") >= 3,
+        "{events:?}"
+    );
+    for file in ["e.svg", "r.svg"] {
+        let picture = std::fs::read_to_string(at.join(file)).unwrap();
+        assert!(
+            picture.starts_with("<svg") && picture.contains("potamoi"),
+            "{file}"
+        );
+    }
+
+    // The same again, from what was counted.
+    let again = model(at, 0, &arguments);
+    assert!(again.contains("counted earlier") && !said.contains("counted earlier"));
+    let mut second = json(&at.join("r.json"));
+    assert_eq!(second["scenes"][0]["was_kept"], true);
+    second["scenes"][0]["was_kept"] = false.into();
+    assert_eq!(second, report);
+
+    // A system of half the memory and a tenth of the link.
+    std::fs::write(
+        at.join("s.toml"),
+        "memory_channels = 2\nlink_bytes_per_second = 1e6\n",
+    )
+    .unwrap();
+    model(at, 0, &[&arguments[..], &["--system", "s.toml"]].concat());
+    let slower = json(&at.join("r.json"));
+    let first = |of: &Value, scenario: &str| {
+        let all = of["scenes"][0]["outcomes"].as_array().unwrap();
+        all.iter()
+            .find(|o| o["scenario"] == scenario)
+            .map(|o| number(o, "/span_ns"))
+            .unwrap()
+    };
+    assert!(first(&slower, "local") > first(&report, "local"));
+    assert!(first(&slower, "remote") > 5.0 * first(&report, "remote"));
+}
+
+#[test]
+fn scenes_stand_side_by_side_with_their_means() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = [
+        "--width", "24", "--height", "24", "--frames", "3", "--window", "2",
+    ];
+    let scenes = [
+        "--scenes",
+        "garden,lantern",
+        "--variants",
+        "potamoi",
+        "--json",
+        "r.json",
+    ];
+    let said = model(folder.path(), 0, &[&size[..], &scenes].concat());
+    assert!(
+        said.contains("geometric mean") && said.contains("lantern"),
+        "{said}"
+    );
+    let report = json(&folder.path().join("r.json"));
+    assert_eq!(report["scenes"].as_array().unwrap().len(), 2);
+    assert_eq!(report["scenes"][1]["outcomes"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn merging_cells_is_compared_with_leaving_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "--octree", "--scene", "garden", "--width", "64", "--json", "r.json",
+    ];
+    let said = model(folder.path(), 0, &arguments);
+    assert!(said.contains("the paper: 7.2 > 172.8"), "{said}");
+    let report = json(&folder.path().join("r.json"));
+    let [before, after] = [0, 1].map(|i| report["scenes"][0]["sides"][i].clone());
+    assert!(number(&after, "/points_a_mvoxel") > 1.5 * number(&before, "/points_a_mvoxel"));
+    assert!(number(&after, "/done/mvoxels") < number(&before, "/done/mvoxels"));
+    // The same entries, in fewer MVoxels.
+    assert_eq!(after["done"]["entries"], before["done"]["entries"]);
+    assert!(number(&after, "/done/array_cycles") < number(&before, "/done/array_cycles"));
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn three_ways_to_a_frame_differ_as_they_say() {
+    let folder = tempfile::tempdir().unwrap();
+    for scene in ["garden", "lantern", "cairn:dvgo"] {
+        let arguments = [
+            "--ladder", "--scene", scene, "--width", "32", "--json", "r.json",
+        ];
+        model(folder.path(), 0, &arguments);
+        let report = json(&folder.path().join("r.json"));
+        let [_, models, rtl] = [0, 1, 2].map(|i| report["rungs"][i].clone());
+        for field in ["gather_cycles", "vector_cycles", "frame_ns"] {
+            assert_eq!(models[field], rtl[field], "{scene} {field}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn accelerators_for_instant_ngp_are_compared_on_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = [
+        "--width", "40", "--height", "40", "--frames", "4", "--window", "4",
+    ];
+    let arguments = ["--rivals", "--scene", "cairn:ngp", "--json", "r.json"];
+    let said = model(folder.path(), 0, &[&size[..], &arguments].concat());
+    assert!(said.contains("NeuRex") && said.contains("NGPC"), "{said}");
+    let report = json(&folder.path().join("r.json"));
+    let own = &report["scenes"][0];
+    for name in ["neurex", "ngpc", "potamoi_without_sparw", "potamoi"] {
+        assert!(own[name].as_f64().unwrap() > 0.0);
+    }
+}
+
+#[test]
+fn what_cannot_be_modelled_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("s.toml"), "memory_channels = 3\n").unwrap();
+    for (arguments, said) in [
+        (
+            ["--variants", "fast"],
+            "--variants fast: expected some of baseline",
+        ),
+        (["--system", "none.toml"], "none.toml"),
+        (["--system", "s.toml"], "`memory_channels` is 3"),
+        (["--scene", "mars"], "garden, lantern"),
+        (["--frames", "0"], "--frames"),
+        (["--synth", "none.json"], "none.json"),
+    ] {
+        let all = [&["model", "--width", "16", "--frames", "1"], &arguments[..]].concat();
+        let all = if arguments[0] == "--frames" {
+            [&["model"], &arguments[..]].concat()
+        } else {
+            all
+        };
+        let found = expect(at, 2, &all);
+        assert!(found.contains(said), "{arguments:?}: {found}");
+    }
+    for (flag, scene, said) in [
+        ("--octree", "lantern", "it has no splats"),
+        ("--rivals", "garden", "it is 3DGS"),
+    ] {
+        let found = model(at, 2, &[flag, "--scene", scene, "--width", "16"]);
+        assert!(found.contains(said), "{found}");
+    }
+}
