@@ -130,8 +130,8 @@ impl Gpu {
         watts: 15.0,
         idle_watts: 1.0,
         gathering_factor: 1.0,
-        fields_efficiency: 0.05,
-        splats_efficiency: 0.1,
+        fields_efficiency: 0.1042,
+        splats_efficiency: 0.0113,
     };
 
     /// The 2080 Ti of the paper's remote machine: 4352 lanes, 1.545 GHz, 5.5 MB, 616 GB/s
