@@ -54,6 +54,13 @@ struct Moves {
     run: f64,
 }
 
+/// What a job is part of, and when it may begin.
+struct Turn {
+    stage: &'static str,
+    after: Vec<JobId>,
+    rank: u64,
+}
+
 impl<'a> Composer<'a> {
     /// Of a system whose accelerator has such a clock.
     #[must_use]
@@ -73,15 +80,7 @@ impl<'a> Composer<'a> {
         }
     }
 
-    fn push(
-        &mut self,
-        stage: &'static str,
-        resource: Resource,
-        own_ns: f64,
-        moves: Moves,
-        after: Vec<JobId>,
-        rank: u64,
-    ) -> JobId {
+    fn push(&mut self, turn: Turn, resource: Resource, own_ns: f64, moves: Moves) -> JobId {
         let (read, written) = (self.memory.streamed(), self.memory.written());
         let random = self.memory.random(moves.run);
         let memory_ns =
@@ -92,12 +91,12 @@ impl<'a> Composer<'a> {
         self.spent.written_bytes += moves.written;
         self.spent.random_bytes += moves.random;
         self.jobs.push(Job {
-            stage,
+            stage: turn.stage,
             resource,
             own_ns,
             memory_ns,
-            after,
-            rank,
+            after: turn.after,
+            rank: turn.rank,
         });
         self.jobs.len() - 1
     }
@@ -105,13 +104,11 @@ impl<'a> Composer<'a> {
     /// A part of a kernel of the system's GPU, which writes so many bytes beside it.
     fn kernel(
         &mut self,
-        stage: &'static str,
+        turn: Turn,
         kernel: &Kernel,
         program: Program,
         part: f64,
         written: f64,
-        after: Vec<JobId>,
-        rank: u64,
     ) -> JobId {
         let gpu = &self.system.gpu;
         let own_ns = gpu.ns(kernel, program) * part + gpu.launch_ns();
@@ -125,7 +122,7 @@ impl<'a> Composer<'a> {
                 run: kernel.run_bytes,
             },
         };
-        self.push(stage, Resource::Gpu, own_ns, moves, after, rank)
+        self.push(turn, Resource::Gpu, own_ns, moves)
     }
 
     fn cycles(&self, cycles: u64) -> f64 {
@@ -157,6 +154,7 @@ impl<'a> Composer<'a> {
         };
         let steps = steps(work, self.system.feature_buffer_bytes / 2);
         let features = total.feature_bytes.max(1) as f64;
+        let turn = |stage, after| Turn { stage, after, rank };
         let flight = self.system.groups_in_flight as usize;
         let (mut gathers, mut computes, mut vectors): (Vec<JobId>, Vec<JobId>, Vec<JobId>) =
             (vec![], vec![], vec![]);
@@ -179,12 +177,12 @@ impl<'a> Composer<'a> {
             let mut own = before.clone();
             // Two halves of the feature buffer.
             own.extend(i.checked_sub(2).map(|at| computes[at]));
-            let index = self.kernel("indexing", &indexing, program, part, table, before, rank);
+            let index = self.kernel(turn("indexing", before), &indexing, program, part, table);
             own.push(index);
             let features = step.feature_bytes as f64;
             let gather = match gathering {
                 Gathering::PixelOrder | Gathering::Streamed => {
-                    self.kernel("gathering", &gathered, program, part, features, own, rank)
+                    self.kernel(turn("gathering", own), &gathered, program, part, features)
                 }
                 Gathering::Unit => {
                     let scattered = part * work.scattered_bytes as f64;
@@ -199,7 +197,7 @@ impl<'a> Composer<'a> {
                     };
                     let ns = self.cycles(step.gather_cycles);
                     let unit = Resource::GatheringUnit;
-                    self.push("gathering", unit, ns, moves, own, rank)
+                    self.push(turn("gathering", own), unit, ns, moves)
                 }
             };
             gathers.push(gather);
@@ -212,7 +210,7 @@ impl<'a> Composer<'a> {
                 ..Moves::default()
             };
             let ns = self.cycles(step.array_cycles);
-            let compute = self.push("computation", Resource::Npu, ns, moves, vec![gather], rank);
+            let compute = self.push(turn("computation", vec![gather]), Resource::Npu, ns, moves);
             computes.push(compute);
             let shown = Moves {
                 written: part * work.pixels as f64 * PIXEL,
@@ -220,19 +218,17 @@ impl<'a> Composer<'a> {
             };
             let ns = self.cycles(step.vector_cycles);
             let unit = Resource::VectorUnit;
-            vectors.push(self.push("compositing", unit, ns, shown, vec![compute], rank));
+            vectors.push(self.push(turn("compositing", vec![compute]), unit, ns, shown));
         }
         Ok(match vectors.last() {
             Some(last) => *last,
             // Nothing is in view: it is found out.
             None => self.kernel(
-                "indexing",
+                turn("indexing", after.to_vec()),
                 &indexing,
                 program,
                 1.0,
                 0.0,
-                after.to_vec(),
-                rank,
             ),
         })
     }
@@ -242,15 +238,12 @@ impl<'a> Composer<'a> {
         let kernel = gpu::warping(pixels);
         let written = pixels as f64 * PIXEL;
         let program = Program::Splats;
-        self.kernel(
-            "warping",
-            &kernel,
-            program,
-            1.0,
-            written,
-            after.to_vec(),
+        let turn = Turn {
+            stage: "warping",
+            after: after.to_vec(),
             rank,
-        )
+        };
+        self.kernel(turn, &kernel, program, 1.0, written)
     }
 
     /// Scales a picture up to so many pixels.
@@ -258,15 +251,12 @@ impl<'a> Composer<'a> {
         let kernel = gpu::scaling(pixels);
         let written = pixels as f64 * PIXEL;
         let program = Program::Splats;
-        self.kernel(
-            "scaling",
-            &kernel,
-            program,
-            1.0,
-            written,
-            after.to_vec(),
+        let turn = Turn {
+            stage: "scaling",
+            after: after.to_vec(),
             rank,
-        )
+        };
+        self.kernel(turn, &kernel, program, 1.0, written)
     }
 
     /// Renders elsewhere, and sends so many bytes of a pixel.
@@ -279,11 +269,12 @@ impl<'a> Composer<'a> {
     ) -> JobId {
         let ns = alone(&self.system.remote, self.memory, work).total_ns();
         let moves = Moves::default();
-        let made = self.push("remote", Resource::Remote, ns, moves, after.to_vec(), rank);
+        let turn = |stage, after| Turn { stage, after, rank };
+        let made = self.push(turn("remote", after.to_vec()), Resource::Remote, ns, moves);
         let bytes = bytes * work.frame_pixels as f64;
         self.spent.link_bytes += bytes;
         let ns = bytes / self.system.link_bytes_per_second * 1e9;
-        self.push("link", Resource::Link, ns, moves, vec![made], rank)
+        self.push(turn("link", vec![made]), Resource::Link, ns, moves)
     }
 }
 
