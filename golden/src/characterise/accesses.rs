@@ -10,6 +10,8 @@ use crate::fields::{FieldError, TableShape};
 
 /// Reads after which a batch is closed.
 const BATCH: usize = 1 << 20;
+/// Misses whose places are kept.
+const KEPT: usize = 1 << 16;
 /// Bytes that a GPU's cache gives at a time.
 const SECTOR: u32 = 32;
 
@@ -29,6 +31,9 @@ pub struct Accesses {
     pub tables: Vec<Vectors>,
     /// With the first of [`LANES`] side by side.
     pub memory: Memory,
+    /// Of the reads that the buffer cannot serve, the first 65,536: where each begins in the
+    /// tables, and its bytes.
+    pub first_misses: Vec<(u64, u32)>,
     /// By [`LANES`], then by [`BANKS`].
     pub banks: [[Banks; BANKS.len()]; LANES.len()],
 }
@@ -155,6 +160,20 @@ pub(super) fn count(
     };
     let mut oracle = Oracle::new(capacity, stored);
     let mut memory = Memory::default();
+    let mut first_misses = vec![];
+    let mut offset = 0;
+    let offsets: Vec<u64> = tables
+        .iter()
+        .map(|t| {
+            let own = offset;
+            offset += u64::from(t.count) * u64::from(t.bytes);
+            own
+        })
+        .collect();
+    let address = |vector: u32| {
+        let table = firsts.partition_point(|first| *first <= vector) - 1;
+        offsets[table] + u64::from(vector - firsts[table]) * u64::from(tables[table].bytes)
+    };
     let mut waiting = Conflicts::default();
     let mut before = None;
     let mut batch = next_batch();
@@ -170,6 +189,9 @@ pub(super) fn count(
                 }
                 memory.misses += 1;
                 memory.bytes += u64::from(bytes);
+                if first_misses.len() < KEPT {
+                    first_misses.push((address(*vector), bytes));
+                }
                 let streams = before.is_some_and(|b: u32| b.checked_add(1) == Some(*vector));
                 memory.not_streaming += u64::from(!streams);
                 before = Some(*vector);
@@ -189,6 +211,7 @@ pub(super) fn count(
     Ok(Accesses {
         tables,
         memory,
+        first_misses,
         banks: waiting.map(|own| own.map(|conflicts| Banks { reads, conflicts })),
     })
 }
@@ -230,6 +253,8 @@ mod tests {
         // One vector of 4 bytes is read twice; 100 bytes are four sectors.
         assert_eq!(memory.read_bytes, 11 * 4 + 3 * 100);
         assert_eq!(memory.sectors, 11 + 3 * 4);
+        // The tenth of the first table, then the second behind its 40 bytes.
+        assert_eq!(found.first_misses[9..11], [(9 * 4, 4), (40, 100)]);
         // 0 5 1 6 2 7 3 8 4 9, 10 11 12: the last three stream.
         assert_eq!(memory.not_streaming, 10);
         assert_eq!(found.stored_bytes(), 340);

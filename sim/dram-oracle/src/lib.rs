@@ -70,10 +70,7 @@ pub fn configuration(geometry: &Geometry, timing: &Timing) -> String {
     );
     section(
         "other",
-        &[
-            ("epoch_period", of(1_000_000_000)),
-            ("output_level", of(0)),
-        ],
+        &[("epoch_period", of(1_000_000_000)), ("output_level", of(0))],
     );
     text
 }

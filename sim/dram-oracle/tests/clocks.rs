@@ -1,32 +1,15 @@
 //! Clocks of the project's memory model against those of DRAMsim3, one to four channels.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use potamoi_dram_oracle::clocks;
-use potamoi_sim::soc::dram::{Access, Dram, Geometry, Timing};
+mod common;
+
+use common::agree;
+use potamoi_sim::soc::dram::Access;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 /// Accesses of a sequence: enough for a hundred refreshes.
 const COUNT: u64 = 100_000;
-/// What the model may be off.
-const WITHIN: f64 = 0.03;
-
-fn agree(name: &str, accesses: &[Access]) {
-    for channels in [1, 2, 4] {
-        let (geometry, timing) = (Geometry::lpddr3(channels), Timing::LPDDR3_1600);
-        let expected = clocks(&geometry, &timing, accesses).unwrap() as f64;
-        let found = Dram::new(geometry, timing).serve(accesses.iter().copied());
-        let bytes = accesses.len() as f64 * f64::from(geometry.burst_bytes);
-        let error = found.clocks as f64 / expected - 1.0;
-        println!(
-            "{name}, {channels} channels: {} clocks, DRAMsim3 {expected}: {:+.3} %, {:.2} GB/s",
-            found.clocks,
-            100.0 * error,
-            bytes / (found.clocks as f64 * timing.clock_ns)
-        );
-        assert!(error.abs() < WITHIN, "{name}, {channels} channels: {error}");
-    }
-}
 
 fn read(address: u64) -> Access {
     Access {
@@ -44,8 +27,14 @@ fn write(address: u64) -> Access {
 
 #[test]
 fn streams() {
-    agree("reads", &(0..COUNT).map(|i| read(32 * i)).collect::<Vec<_>>());
-    agree("writes", &(0..COUNT).map(|i| write(32 * i)).collect::<Vec<_>>());
+    agree(
+        "reads",
+        &(0..COUNT).map(|i| read(32 * i)).collect::<Vec<_>>(),
+    );
+    agree(
+        "writes",
+        &(0..COUNT).map(|i| write(32 * i)).collect::<Vec<_>>(),
+    );
     let copied = |i: u64| match i % 2 {
         0 => read(16 * i),
         _ => write((1 << 28) + 16 * (i - 1)),

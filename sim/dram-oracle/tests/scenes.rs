@@ -1,0 +1,101 @@
+//! The same of what scenes read: MVoxels in memory-centric order, and what misses a GPU's cache
+//! in pixel-centric order.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod common;
+
+use std::collections::{HashMap, VecDeque};
+
+use common::agree;
+use potamoi_formats::config::Config;
+use potamoi_formats::units::VectorOp;
+use potamoi_golden::scene::Scene;
+use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
+use potamoi_sim::soc::dram::Access;
+
+const BURST: u64 = 32;
+/// Bursts of a sequence at most.
+const MOST: usize = 200_000;
+/// Reads that wait in all queues at once, more or less.
+const WAITING: usize = 512;
+
+/// Twins, and the rows that were loaded: MVoxels with the same rows are the same, and lie one
+/// behind the other as they come up.
+struct Loads {
+    twins: Twins,
+    places: HashMap<Vec<i16>, u64>,
+    end: u64,
+    accesses: Vec<Access>,
+}
+
+impl Units for Loads {
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        for task in tasks {
+            let bursts = (2 * task.rows.len() as u64).div_ceil(BURST);
+            let end = &mut self.end;
+            let first = *self.places.entry(task.rows.clone()).or_insert_with(|| {
+                let own = *end;
+                *end += bursts;
+                own
+            });
+            self.accesses.extend((0..bursts).map(|i| Access {
+                address: (first + i) * BURST,
+                is_write: false,
+            }));
+        }
+        self.twins.gather(tasks, features)
+    }
+
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError> {
+        self.twins.vector(op, a, b, out)
+    }
+}
+
+#[test]
+fn accesses_of_scenes() {
+    for name in ["garden", "lantern", "cairn:splats", "cairn:voxels"] {
+        let config = Config::paper();
+        let mut scene = Scene::open(name).unwrap();
+        scene.set_size(Some(128), Some(128)).unwrap();
+        let mut units = Loads {
+            twins: Twins::new(&config),
+            places: HashMap::new(),
+            end: 0,
+            accesses: vec![],
+        };
+        scene.render_fixed(&config, &mut units).unwrap();
+        units.accesses.truncate(MOST);
+        agree(&format!("{name}, MVoxels"), &units.accesses);
+
+        let misses = scene.accesses(1 << 16, None).unwrap().first_misses;
+        let bursts = misses.iter().flat_map(|(address, bytes)| {
+            let last = address + u64::from(*bytes) - 1;
+            (address / BURST..=last / BURST).map(|burst| Access {
+                address: burst * BURST,
+                is_write: false,
+            })
+        });
+        // A burst that is on its way is not asked for again: DRAMsim3 merges such reads, and a
+        // cache's list of misses does.
+        let mut on_its_way = VecDeque::from([u64::MAX; WAITING]);
+        let bursts: Vec<Access> = bursts
+            .filter(|own| {
+                let is_new = !on_its_way.contains(&own.address);
+                if is_new {
+                    on_its_way.pop_front();
+                    on_its_way.push_back(own.address);
+                }
+                is_new
+            })
+            .take(MOST)
+            .collect();
+        assert!(bursts.len() > 1000, "{name}: {}", bursts.len());
+        agree(&format!("{name}, misses"), &bursts);
+    }
+}
