@@ -24,9 +24,6 @@ use crate::progress;
 use crate::say::say;
 use power::{PowerArgs, Scenes};
 
-/// Differences that are printed; the rest is counted.
-const SHOWN: usize = 20;
-
 #[derive(Debug, Args)]
 pub(crate) struct SynthArgs {
     /// Cell library, a Liberty file, plain or packed with gzip; that of the package
@@ -49,7 +46,8 @@ pub(crate) struct SynthArgs {
     /// A clock that each unit must reach before wires, in GHz: exit status 1 where it does not
     #[arg(long, value_name = "GHZ")]
     clock: Option<f64>,
-    /// Compare with a report made earlier: exit status 4 where anything differs
+    /// Compare the units with those of a report made earlier: exit status 4 where
+    /// anything differs
     #[arg(long, value_name = "FILE")]
     compare: Option<PathBuf>,
     /// Other organisations, table memories and exponentials side by side, as tables in
@@ -207,7 +205,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         )));
     }
     match expected {
-        Some((path, expected)) => compare(&report, &path, &expected),
+        Some((path, expected)) => compare(&report, &path, expected, args.unit.kinds()),
         None => Ok(()),
     }
 }
@@ -244,32 +242,39 @@ fn in_parallel<I: Sync, T: Send>(
     done.into_iter().flatten().collect()
 }
 
-type Expected = (PathBuf, serde_json::Value);
+type Expected = (PathBuf, SynthReport);
 
 fn read_report(path: &Path) -> Result<Expected, Failure> {
-    let wrong = |why: String| Failure::Usage(format!("--compare {why}"));
-    let report = SynthReport::read(path).map_err(|e| wrong(e.to_string()))?;
-    let value = serde_json::to_value(report).map_err(|e| wrong(e.to_string()))?;
-    Ok((path.to_owned(), value))
+    let report = SynthReport::read(path);
+    let report = report.map_err(|e| Failure::Usage(format!("--compare {e}")))?;
+    Ok((path.to_owned(), report))
 }
 
-fn compare(report: &SynthReport, path: &Path, expected: &serde_json::Value) -> Result<(), Failure> {
-    let here = serde_json::to_value(report).unwrap_or_default();
-    let found = differences(&here, expected);
-    if found.is_empty() {
-        say!("\nthe same as {}", path.display());
-        return Ok(());
+/// Compares with those units of an earlier report that were made now.
+fn compare(
+    report: &SynthReport,
+    path: &Path,
+    mut expected: SynthReport,
+    units: &[UnitKind],
+) -> Result<(), Failure> {
+    let left_out = expected.keep(units);
+    let value = |report: &SynthReport| serde_json::to_value(report).unwrap_or_default();
+    let found = differences(&value(report), &value(&expected));
+    let is_same = found.is_empty();
+    let not = if is_same { "" } else { "not " };
+    say!("\n{not}the same as {}", path.display());
+    for unit in left_out {
+        say!("  {unit} is in the file and was not made: not compared");
     }
-    say!("\nnot the same as {}:", path.display());
-    for line in found.iter().take(SHOWN) {
+    for line in &found {
         say!("  {line}");
     }
-    if found.len() > SHOWN {
-        say!("  and {} more", found.len() - SHOWN);
+    match is_same {
+        true => Ok(()),
+        false => Err(Failure::Inconclusive(format!(
+            "{} figures or origins differ from {}",
+            found.len(),
+            path.display()
+        ))),
     }
-    Err(Failure::Inconclusive(format!(
-        "{} figures or origins differ from {}",
-        found.len(),
-        path.display()
-    )))
 }

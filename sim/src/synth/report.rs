@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::fanout::{FAN_OUT, LOAD};
 use super::scaling::{self, Factors};
-use super::{Figures, Library, Memories, Power, Tools, UnitReport};
+use super::{Figures, Library, Memories, Power, Tools, UnitKind, UnitReport};
 
 /// Version of the file.
 pub(super) const FORMAT_VERSION: u32 = 3;
@@ -254,6 +254,30 @@ impl SynthReport {
     }
 }
 
+impl SynthReport {
+    /// Leaves out units, and their memories, that are not among these; gives the top
+    /// modules of those that were there.
+    pub fn keep(&mut self, units: &[UnitKind]) -> Vec<String> {
+        let is_kept = |top: &str| units.iter().any(|unit| unit.top() == top);
+        let all = self.raw.units.iter().map(|u| u.unit.clone());
+        let left_out: Vec<String> = all.filter(|top| !is_kept(top)).collect();
+        let stays = |top: &String| !left_out.contains(top);
+        self.raw.units.retain(|u| stays(&u.unit));
+        if let Some(memories) = &mut self.raw.memories {
+            memories.macros.retain(|m| stays(&m.of));
+        }
+        if let Some(scaled) = &mut self.scaled {
+            if let Some(logic) = &mut scaled.logic {
+                logic.units.retain(|u| stays(&u.unit));
+            }
+            if let Some(memories) = &mut scaled.memories {
+                memories.macros.retain(|m| stays(&m.of));
+            }
+        }
+        left_out
+    }
+}
+
 /// Where two reports differ, a line each: the place, what is here, and what was
 /// expected.
 #[must_use]
@@ -294,8 +318,36 @@ fn compare(place: String, here: Option<&Value>, expected: Option<&Value>, found:
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
     use serde_json::json;
+
+    /// What is left of the paper's report is that of its gathering unit alone.
+    #[test]
+    fn units_that_are_left_out_take_their_memories_with_them() {
+        let [all, _] = SynthReport::checked_in().unwrap();
+        let mut both = all.clone();
+        let two = [UnitKind::Gathering, UnitKind::Vector];
+        assert_eq!(both.keep(&two), Vec::<String>::new());
+        assert_eq!(both, all);
+
+        let mut vector = all.clone();
+        assert_eq!(vector.keep(&[UnitKind::Vector]), ["gathering_unit"]);
+        let names = |memories: &Memories| -> Vec<String> {
+            memories.macros.iter().map(|m| m.memory.clone()).collect()
+        };
+        let system = ["global_feature_buffer", "weight_buffer"];
+        assert_eq!(names(&vector.raw.memories.clone().unwrap()), system);
+        assert_eq!(vector.raw.units[..], all.raw.units[1..]);
+        let scaled = vector.scaled.clone().unwrap();
+        assert_eq!(scaled.logic.unwrap().units.len(), 1);
+        assert_eq!(scaled.memories.unwrap().macros.len(), 2);
+
+        let mut gathering = all.clone();
+        assert_eq!(gathering.keep(&[UnitKind::Gathering]), ["vector_unit"]);
+        assert_eq!(gathering.raw.memories, all.raw.memories);
+        assert_eq!(gathering.raw.units[..], all.raw.units[..1]);
+    }
 
     #[test]
     fn differences_are_named_by_place() {
