@@ -13,7 +13,10 @@ const TINY: &str = "library (tiny) { time_unit : \"1ns\"; capacitive_load_unit (
     pin (Y) { direction : output; function : \"A\"; } }\n\
     cell (DFF) { area : 5; ff (IQ, IQN) { next_state : \"D\"; clocked_on : \"CK\"; } \
     pin (D) { direction : input; } pin (CK) { direction : input; } \
-    pin (Q) { direction : output; function : \"IQ\"; } }\n}\n";
+    pin (Q) { direction : output; function : \"IQ\"; } }\n\
+    cell (NAND) { area : 2; pin (A) { direction : input; } pin (B) { direction : input; } \
+    pin (Y) { direction : output; function : \"!(A B)\"; timing () { related_pin : \"A B\";\n\
+    cell_rise (scalar) { values (\"0.01\"); } } } }\n}\n";
 
 #[test]
 fn what_cannot_be_used_is_named_and_nothing_is_written() {
@@ -23,11 +26,18 @@ fn what_cannot_be_used_is_named_and_nothing_is_written() {
     write("tiny.lib", TINY);
     write("cut.lib", &TINY[..TINY.len() / 2]);
     write("none.lib", &TINY.replace("ff (IQ", "latch (IQ"));
+    write("gates.lib", &TINY.replace("!(A B)", "A ^ B"));
+    write("values.lib", &TINY.replace("0.01", "0.0l"));
     write("report.json", "{\"format_version\": 1}");
     for (arguments, said) in [
         (&["--liberty", "no.lib"][..], "cannot read no.lib"),
         (&["--liberty", "cut.lib"], "cut.lib, line "),
-        (&["--liberty", "none.lib"], "no flip-flop among its 3 cells"),
+        (&["--liberty", "none.lib"], "no flip-flop among its 4 cells"),
+        (&["--liberty", "gates.lib"], "no AND, OR, NAND or NOR"),
+        (
+            &["--liberty", "values.lib", "--activity", "none"],
+            "values.lib, line 6: expected values, numbers in the cell_rise `scalar`, found `0.0l`",
+        ),
         (&["--clock", "0"], "--clock 0: expected"),
         (&["--jobs", "0"], "0 is not in 1..=64"),
         (
@@ -349,7 +359,12 @@ fn the_same_figures_come_twice() {
     }
     let said = synth("a", 0, &["--compare", "a.json"]);
     assert!(
-        said.contains("made earlier") && said.contains("the same as a.json"),
+        said.contains("made earlier") && said.contains("\nthe same as a.json"),
+        "{said}"
+    );
+    let said = synth("a", 0, &["--unit", "gu", "--compare", "a.json"]);
+    assert!(
+        said.contains("\nthe same as a.json\n  vector_unit is in the file and was not made"),
         "{said}"
     );
 

@@ -35,6 +35,28 @@ impl Group {
     pub(super) fn name(&self) -> &str {
         self.arguments.first().map_or("", String::as_str)
     }
+
+    /// The numbers of an attribute; what is none.
+    pub(super) fn numbers(&self, name: &str) -> Result<Vec<f64>, String> {
+        let found = self.values.iter().filter(|(n, _)| n == name);
+        let words = found.flat_map(|(_, values)| values);
+        let words = words.flat_map(|v| v.split([',', ' ', '\t', '\n', '\r', '\\']));
+        let number = |word: &str| {
+            let number = word.parse().ok().filter(|v: &f64| v.is_finite());
+            number.ok_or_else(|| word.to_owned())
+        };
+        words.filter(|w| !w.is_empty()).map(number).collect()
+    }
+
+    /// An error in this group of the file `path`.
+    pub(super) fn wrong(&self, path: &str, expected: &str, found: &str) -> SynthError {
+        SynthError::Liberty {
+            path: path.to_owned(),
+            line: self.line,
+            expected: format!("{expected} in the {} `{}`", self.kind, self.name()),
+            found: format!("`{found}`"),
+        }
+    }
 }
 
 /// Reads the library of a file; `origin` names it in errors.

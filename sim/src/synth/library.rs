@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use flate2::read::GzDecoder;
 use sha2::{Digest as _, Sha256};
 
-use super::SynthError;
+use super::gates::Truth;
 use super::liberty::{self, Group};
+use super::{SynthError, lookup};
 
 /// The largest library that is read, in bytes, unpacked.
 const LIMIT: u64 = 1 << 28;
@@ -31,6 +32,8 @@ pub struct Library {
     /// The smallest buffer: it drives inputs, and four of its inputs load outputs.
     pub buffer: String,
     pub(super) text: String,
+    /// The file that it was read from, for errors.
+    pub(super) path: String,
 }
 
 /// A cell.
@@ -57,8 +60,8 @@ impl Library {
     /// Reads a Liberty file, plain or packed with gzip.
     ///
     /// # Errors
-    /// The file cannot be read or is no Liberty file, a value is not what it should
-    /// be, or there is no flip-flop or no buffer.
+    /// The file cannot be read or is no Liberty file, a value or a table is not what it
+    /// should be, or there is no flip-flop, inverter, buffer or gate of two inputs.
     pub fn read(path: &Path) -> Result<Self, SynthError> {
         let fail = |source| SynthError::Read {
             path: path.to_owned(),
@@ -85,6 +88,7 @@ impl Library {
     fn parse(text: String, sha256: String, path: &Path) -> Result<Self, SynthError> {
         let origin = path.display().to_string();
         let file = liberty::parse(&text, &origin)?;
+        lookup::check(&file, &origin)?;
         let reader = Attributes { origin: &origin };
         let mut cells = BTreeMap::new();
         for cell in file.groups("cell") {
@@ -99,6 +103,7 @@ impl Library {
             cells,
             buffer: String::new(),
             text,
+            path: origin.clone(),
         };
         let cells = library.cells.len();
         let missing = |what| SynthError::MissingCell {
@@ -113,6 +118,9 @@ impl Library {
             return Err(missing("inverter"));
         }
         library.buffer = library.smallest_buffer().ok_or_else(|| missing("buffer"))?;
+        if !library.cells.values().any(Cell::combines_two) {
+            return Err(missing("AND, OR, NAND or NOR of two inputs"));
+        }
         Ok(library)
     }
 
@@ -140,6 +148,21 @@ impl Cell {
         self.is_of_one_input("")
     }
 
+    /// Whether it is an AND, OR, NAND or NOR of two inputs, which may be inverted: with
+    /// an inverter it makes all logic.
+    fn combines_two(&self) -> bool {
+        let names: Vec<&str> = self.inputs.keys().map(String::as_str).collect();
+        let (mut outputs, 2, false) = (self.outputs.values(), names.len(), self.is_barred) else {
+            return false;
+        };
+        let (Some(function), None, false) = (outputs.next(), outputs.next(), self.is_flop) else {
+            return false;
+        };
+        let truth = Truth::parse(function, &names);
+        let ones = truth.map_or(0, |t| (0..4).filter(|bits| t.at(*bits)).count());
+        [1, 3].contains(&ones)
+    }
+
     /// One input, and one output that is that input, after a sign.
     fn is_of_one_input(&self, sign: &str) -> bool {
         let (mut inputs, mut outputs) = (self.inputs.keys(), self.outputs.values());
@@ -165,12 +188,7 @@ struct Attributes<'a> {
 
 impl Attributes<'_> {
     fn wrong(&self, group: &Group, expected: &str, found: &str) -> SynthError {
-        SynthError::Liberty {
-            path: self.origin.to_owned(),
-            line: group.line,
-            expected: format!("{expected} in the {} `{}`", group.kind, group.name()),
-            found: format!("`{found}`"),
-        }
+        group.wrong(self.origin, expected, found)
     }
 
     fn number(&self, group: &Group, name: &str) -> Result<Option<f64>, SynthError> {
@@ -281,7 +299,9 @@ mod tests {
         pin (Y) { direction : output; function : \"A\"; } }\n\
         cell (DFF) { area : 5; ff (IQ, IQN) { next_state : \"D\"; clocked_on : \"CK\"; } \
         pin (D) { direction : input; } pin (CK) { direction : input; } \
-        pin (Q) { direction : output; function : \"IQ\"; } }\n}\n";
+        pin (Q) { direction : output; function : \"IQ\"; } }\n\
+        cell (NOR) { area : 2; pin (A) { direction : input; } pin (B) { direction : input; } \
+        pin (Y) { direction : output; function : \"!(A + B)\"; } }\n}\n";
 
     fn read(text: &str) -> Result<Library, SynthError> {
         Library::parse(text.to_owned(), String::new(), Path::new("t.lib"))
@@ -324,10 +344,20 @@ mod tests {
             (
                 "ff (IQ, IQN)",
                 "latch (IQ, IQN)",
-                "no flip-flop among its 3 cells",
+                "no flip-flop among its 4 cells",
             ),
             ("\"A\"", "\"A & A\"", "no buffer"),
             ("\"(!A)\"", "\"A B\"", "no inverter"),
+            (
+                "!(A + B)",
+                "A ^ B",
+                "no AND, OR, NAND or NOR of two inputs among its 4 cells",
+            ),
+            (
+                "cell (NOR) {",
+                "cell (NOR) { dont_use : true;",
+                "no AND, OR, NAND or NOR",
+            ),
             (
                 "10ps",
                 "10 parsec",

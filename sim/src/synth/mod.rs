@@ -17,6 +17,7 @@ pub(crate) mod gates;
 pub mod grid;
 mod liberty;
 mod library;
+mod lookup;
 mod memories;
 mod netlist;
 mod parameters;

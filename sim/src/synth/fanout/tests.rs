@@ -12,6 +12,8 @@ const LIBRARY: &str = "library (t) { time_unit : \"1ps\"; capacitive_load_unit (
     pin (Y) { direction : output; max_capacitance : 80; function : \"A\"; } }\n\
     cell (BUFX4) { area : 4; pin (A) { direction : input; capacitance : 0.8; } \
     pin (Y) { direction : output; max_capacitance : 320; function : \"A\"; } }\n\
+    cell (NAND) { area : 2; pin (A) { direction : input; } pin (B) { direction : input; } \
+    pin (Y) { direction : output; function : \"!(A B)\"; } }\n\
     cell (DFF) { area : 5; ff (IQ, IQN) { next_state : \"D\"; clocked_on : \"CK\"; } \
     pin (D) { direction : input; capacitance : 1; } \
     pin (CK) { direction : input; capacitance : 1; } \

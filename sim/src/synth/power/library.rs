@@ -37,12 +37,12 @@ pub(super) struct Units {
 impl PowerLibrary {
     /// Reads the library's text again, for what areas and periods do not need.
     pub(crate) fn read(library: &Library) -> Result<Self, SynthError> {
-        let file = liberty::parse(&library.text, &library.name)?;
+        let file = liberty::parse(&library.text, &library.path)?;
         let volts_unit = scale(file.value("voltage_unit").unwrap_or("1V"), 'v');
         let leakage = scale(file.value("leakage_power_unit").unwrap_or("1nW"), 'w');
         let wrong = |name: &str| {
             let found = file.value(name).unwrap_or_default();
-            Tables::of(&file, &library.name).wrong(&file, &format!("{name}, as 1V or 1nW"), found)
+            file.wrong(&library.path, &format!("{name}, as 1V or 1nW"), found)
         };
         let volts_unit = volts_unit.ok_or_else(|| wrong("voltage_unit"))?;
         let leakage_nw = 1e9 * leakage.ok_or_else(|| wrong("leakage_power_unit"))?;
@@ -55,7 +55,7 @@ impl PowerLibrary {
                 leakage_nw,
             },
             gates: gates(&file),
-            origin: library.name.clone(),
+            origin: library.path.clone(),
             buffer: library.buffer.clone(),
             output_load: library.load(),
             file,

@@ -72,7 +72,7 @@ pub(super) struct Tables<'a> {
 }
 
 impl<'a> Tables<'a> {
-    /// `origin` names the library in errors.
+    /// `origin` names the file in errors.
     pub(super) fn of(library: &'a Group, origin: &'a str) -> Self {
         let kinds = ["lu_table_template", "power_lut_template"];
         let groups = library.groups.iter().filter(|g| kinds.contains(&&*g.kind));
@@ -96,12 +96,7 @@ impl<'a> Tables<'a> {
     }
 
     pub(super) fn wrong(&self, group: &Group, expected: &str, found: &str) -> SynthError {
-        SynthError::Liberty {
-            path: self.origin.to_owned(),
-            line: group.line,
-            expected: format!("{expected} in the {} `{}`", group.kind, group.name()),
-            found: format!("`{found}`"),
-        }
+        group.wrong(self.origin, expected, found)
     }
 
     /// Reads a table whose template is of a kind.
@@ -122,10 +117,14 @@ impl<'a> Tables<'a> {
         let [mut transitions, mut loads] = [vec![0.0], vec![0.0]];
         for (i, axis) in template.axes.iter().enumerate() {
             let index = format!("index_{}", i + 1);
-            let own = numbers_of(group, &index).map_err(|w| self.wrong(group, &index, &w))?;
+            let own = group
+                .numbers(&index)
+                .map_err(|w| self.wrong(group, &index, &w))?;
             let points = match own.is_empty() {
                 false => own,
-                true => numbers_of(template.group, &index)
+                true => template
+                    .group
+                    .numbers(&index)
                     .map_err(|w| self.wrong(template.group, &index, &w))?,
             };
             if points.is_empty() || points.windows(2).any(|p| p[0] >= p[1]) {
@@ -137,8 +136,9 @@ impl<'a> Tables<'a> {
                 Axis::Load => loads = points,
             }
         }
-        let mut values =
-            numbers_of(group, "values").map_err(|w| self.wrong(group, "values", &w))?;
+        let mut values = group
+            .numbers("values")
+            .map_err(|w| self.wrong(group, "values", &w))?;
         let count = transitions.len() * loads.len();
         if values.len() != count || count > MOST {
             let expected = format!("{count} values, and at most {MOST}");
@@ -154,18 +154,6 @@ impl<'a> Tables<'a> {
             values,
         })
     }
-}
-
-/// The numbers of an attribute; what is none.
-fn numbers_of(group: &Group, name: &str) -> Result<Vec<f64>, String> {
-    let found = group.values.iter().filter(|(n, _)| n == name);
-    let words = found.flat_map(|(_, values)| values);
-    let words = words.flat_map(|v| v.split([',', ' ', '\t', '\n', '\r', '\\']));
-    let number = |word: &str| {
-        let number = word.parse().ok().filter(|v: &f64| v.is_finite());
-        number.ok_or_else(|| word.to_owned())
-    };
-    words.filter(|w| !w.is_empty()).map(number).collect()
 }
 
 #[cfg(test)]
