@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use comfy_table::{CellAlignment, Table, presets};
 use potamoi_formats::config::{EntryKind, ExtraPorts, Organisation};
 use potamoi_sim::layouts::{Layout, Layouts};
 use serde::Serialize;
@@ -14,6 +13,7 @@ use crate::files;
 use crate::progress;
 use crate::say::say;
 use crate::scene::{SceneArgs, say_not_checked};
+use crate::tables;
 
 #[derive(Debug, Args)]
 pub(crate) struct LayoutsArgs {
@@ -151,18 +151,19 @@ fn print(report: &Report) {
         report.height,
         report.samples
     );
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
-    table.set_header([
-        "organisation",
-        "cycles",
-        "samples a cycle",
-        "conflicts",
-        "without sharing",
-        "cycles lost to them",
-        "stalls: MFT, RIT",
-        "bandwidth limit",
-    ]);
+    let mut table = tables::lined(
+        1,
+        [
+            "organisation",
+            "cycles",
+            "samples a cycle",
+            "conflicts",
+            "without sharing",
+            "cycles lost to them",
+            "stalls: MFT, RIT",
+            "bandwidth limit",
+        ],
+    );
     let mut refused = vec![];
     for row in &report.layouts {
         let layout = &row.layout;
@@ -188,9 +189,6 @@ fn print(report: &Report) {
             format!("{}, {}", layout.stall_mft, layout.stall_rit),
             row.bandwidth_cycles.to_string(),
         ]);
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
     }
     say!("{table}");
     for reason in refused {

@@ -20,6 +20,7 @@ mod say;
 mod scene;
 mod sequence;
 mod synth;
+mod tables;
 mod trace;
 mod verify;
 mod warp;

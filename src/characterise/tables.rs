@@ -8,6 +8,7 @@ use potamoi_golden::voxels::Halo;
 use super::Found;
 use super::paper::{Paper, percent};
 use crate::say::say;
+use crate::tables;
 
 fn megabytes(bytes: u64) -> String {
     format!("{:.2}", bytes as f64 / 1e6)
@@ -144,23 +145,24 @@ fn streams(found: &Found) {
         return;
     }
     say!("MVoxel by MVoxel, MB of a frame, every stream (counted); scattered, of MVoxels in:");
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
-    table.set_header([
-        "ray group",
-        "halo",
-        "MVoxels",
-        "entries",
-        "records out",
-        "MVoxels in",
-        "RIT out",
-        "RIT in",
-        "features",
-        "partial sums",
-        "spills",
-        "total",
-        "scattered",
-    ]);
+    let mut table = tables::lined(
+        2,
+        [
+            "ray group",
+            "halo",
+            "MVoxels",
+            "entries",
+            "records out",
+            "MVoxels in",
+            "RIT out",
+            "RIT in",
+            "features",
+            "partial sums",
+            "spills",
+            "total",
+            "scattered",
+        ],
+    );
     for t in &found.traffic {
         let s = &t.streams;
         let bytes = [
@@ -188,9 +190,6 @@ fn streams(found: &Found) {
         row.push(megabytes(t.scattered));
         table.add_row(row);
     }
-    for column in table.column_iter_mut().skip(2) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
     say!("{table}");
     if found.traffic.iter().all(|t| t.halo.is_none()) {
         say!("no halo: MVoxels here share no vertices");
@@ -216,22 +215,23 @@ fn beside(ours: String, paper: &str) -> String {
 
 /// A row a scene, the paper's figures in brackets.
 pub(super) fn side_by_side(scenes: &[Found]) {
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
-    table.set_header([
-        "scene",
-        "algorithm",
-        "vectors of the model",
-        "misses",
-        "not streaming",
-        "conflicts 16 on 16",
-        "64 on 16",
-        "points an MVoxel, merged",
-        "indexing, gathering, computation",
-        "pixel-centric, MB",
-        "MVoxel by MVoxel, MB",
-        "of them not streaming",
-    ]);
+    let mut table = tables::lined(
+        2,
+        [
+            "scene",
+            "algorithm",
+            "vectors of the model",
+            "misses",
+            "not streaming",
+            "conflicts 16 on 16",
+            "64 on 16",
+            "points an MVoxel, merged",
+            "indexing, gathering, computation",
+            "pixel-centric, MB",
+            "MVoxel by MVoxel, MB",
+            "of them not streaming",
+        ],
+    );
     for found in scenes {
         let paper = &found.paper;
         let conflicts = |rays: usize| {
@@ -274,9 +274,6 @@ pub(super) fn side_by_side(scenes: &[Found]) {
             frame.map_or_else(String::new, |t| megabytes(t.streams.total())),
             scattered.unwrap_or_default(),
         ]);
-    }
-    for column in table.column_iter_mut().skip(2) {
-        column.set_cell_alignment(CellAlignment::Right);
     }
     say!("{table}");
     say!(

@@ -1,26 +1,11 @@
 //! Tables for people.
 
-use comfy_table::{CellAlignment, Table, presets};
 use potamoi_sim::soc::{Outcome, Scenario, System};
 
 use super::paper::{Paper, figure};
 use super::report::{Found, Report};
 use crate::say::say;
-
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header(header);
-    table
-}
-
-/// All columns but the first to the right.
-fn aligned(mut table: Table) -> Table {
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
-    table
-}
+use crate::tables;
 
 fn db(of: Option<f64>) -> String {
     of.map_or_else(|| "-".to_owned(), |db| format!("{db:.2}"))
@@ -56,7 +41,7 @@ pub(super) fn print(found: &Found, system: &System) {
             .iter()
             .filter(|o| o.scenario == scenario)
             .collect();
-        let mut speed = table(&[
+        let mut speed = tables::plain([
             "",
             "frames/s",
             "ms a frame",
@@ -91,7 +76,7 @@ pub(super) fn print(found: &Found, system: &System) {
                 db(o.quality.truth_db),
             ]);
         }
-        say!("\n{scenario:?} rendering\n{}", aligned(speed));
+        say!("\n{scenario:?} rendering\n{speed}");
         let stages = [
             "indexing",
             "gathering",
@@ -108,7 +93,7 @@ pub(super) fn print(found: &Found, system: &System) {
             .collect();
         let mut header = vec!["ms a frame: own work + waiting for bytes"];
         header.extend(&used);
-        let mut times = table(&header);
+        let mut times = tables::plain(&header);
         for o in &own {
             let mut row = vec![o.variant.name.to_owned()];
             row.extend(used.iter().map(|stage| {
@@ -119,17 +104,17 @@ pub(super) fn print(found: &Found, system: &System) {
             }));
             times.add_row(row);
         }
-        say!("\n{}", aligned(times));
+        say!("\n{times}");
         let parts = own[0].energy.named().map(|(name, _)| name);
         let mut header = vec!["mJ a frame"];
         header.extend(parts);
-        let mut energy = table(&header);
+        let mut energy = tables::plain(&header);
         for o in &own {
             let mut row = vec![o.variant.name.to_owned()];
             row.extend(o.energy.named().map(|(_, mj)| format!("{mj:.3}")));
             energy.add_row(row);
         }
-        say!("\n{}", aligned(energy));
+        say!("\n{energy}");
     }
     say!("\nenergy: {}", found.energy_origin);
     say!(
@@ -158,8 +143,7 @@ pub(super) fn side_by_side(report: &Report) {
             own.iter()
                 .map(|i| first.outcomes[*i].variant.name.to_owned()),
         );
-        let mut rows = Table::new();
-        rows.load_preset(presets::NOTHING).set_header(header);
+        let mut rows = tables::plain(header);
         for found in &report.scenes {
             let mut row = vec![
                 found.scene.clone(),
@@ -197,7 +181,7 @@ pub(super) fn side_by_side(report: &Report) {
             format!("{} ({})", figure(paper.speed_up), figure(paper.saving))
         }));
         rows.add_row(row);
-        say!("\n{scenario:?} rendering\n{}", aligned(rows));
+        say!("\n{scenario:?} rendering\n{rows}");
     }
 }
 

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use clap::Args;
-use comfy_table::{CellAlignment, Table, presets};
 use potamoi_formats::config::Config;
 use potamoi_golden::scene::Scene;
 use potamoi_sim::synth::{
@@ -15,6 +14,7 @@ use crate::failure::Failure;
 use crate::files::FileError;
 use crate::progress;
 use crate::say::say;
+use crate::tables;
 
 /// The work of the gathering unit and of the vector unit unless a scene is named: voxels
 /// of eight vertices, and the exponentials of splats.
@@ -161,9 +161,7 @@ pub(super) fn print(power: &Power) {
 }
 
 fn figures(report: &PowerReport) {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    table.set_header([
+    let mut table = tables::plain([
         "pJ a cycle",
         "switching",
         "internal",
@@ -194,14 +192,11 @@ fn figures(report: &PowerReport) {
         row.push(format!("{:.3}", f.mw));
         table.add_row(row);
     }
-    right(&mut table);
     say!("{table}");
 }
 
 fn modules(report: &PowerReport) {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    table.set_header([
+    let mut table = tables::plain([
         "module",
         "count",
         "pJ a cycle, without delays",
@@ -220,13 +215,5 @@ fn modules(report: &PowerReport) {
             format!("{:.3}", module.leakage_nw * 1e-3),
         ]);
     }
-    right(&mut table);
     say!("{table}");
-}
-
-fn right(table: &mut Table) {
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
 }

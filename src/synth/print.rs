@@ -1,9 +1,9 @@
 //! What `potamoi synth` prints.
 
-use comfy_table::{CellAlignment, Table, presets};
 use potamoi_sim::synth::{Made, SynthReport};
 
 use crate::say::say;
+use crate::tables;
 
 /// A unit: area by module, longest path, memories.
 pub(super) fn unit(made: &Made) {
@@ -29,9 +29,7 @@ pub(super) fn unit(made: &Made) {
         report.path[1],
         report.path_cells
     );
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    table.set_header([
+    let mut table = tables::plain([
         "module",
         "count",
         "cells of one",
@@ -50,7 +48,6 @@ pub(super) fn unit(made: &Made) {
             format!("{:.1} %", 100.0 * share),
         ]);
     }
-    right(&mut table);
     say!("{table}");
     for memory in &report.memories {
         say!(
@@ -89,9 +86,7 @@ pub(super) fn totals(report: &SynthReport) {
             origin.transistors,
             origin.kelvin
         );
-        let mut table = Table::new();
-        table.load_preset(presets::NOTHING);
-        table.set_header([
+        let mut table = tables::plain([
             "memory",
             "count",
             "words x bits",
@@ -124,7 +119,6 @@ pub(super) fn totals(report: &SynthReport) {
                 format!("{:.0}", figures.cycle_ps),
             ]);
         }
-        right(&mut table);
         say!("{table}");
     }
     let Some(scaled) = &report.scaled else { return };
@@ -162,12 +156,4 @@ pub(super) fn totals(report: &SynthReport) {
             );
         }
     }
-}
-
-/// Numbers to the right of names.
-pub(super) fn right(table: &mut Table) {
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
 }

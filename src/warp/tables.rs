@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use comfy_table::{CellAlignment, Table, presets};
 use potamoi_golden::warp::Counts;
 
 use super::measure::{Likeness, Part};
 use super::report::{Found, Reports, Variant};
 use crate::say::say;
 use crate::scene::say_not_checked;
+use crate::tables;
 
 fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
@@ -19,20 +19,6 @@ fn percent(part: u64, all: u64) -> String {
         return "-".to_owned();
     }
     format!("{:.1}", 100.0 * part as f64 / all as f64)
-}
-
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
-    table.set_header(header);
-    table
-}
-
-fn print(table: &mut Table) {
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    say!("{table}");
 }
 
 /// Columns of [`shares`] of the frame and of its foreground.
@@ -115,7 +101,7 @@ impl Found {
         for likeness in ["PSNR to model", "PSNR to truth"] {
             header.extend([likeness, "SSIM", "of the foreground: PSNR", "SSIM"]);
         }
-        let mut all = table(&header);
+        let mut all = tables::lined(1, &header);
         for frame in &variant.frames {
             let from = match (frame.reference, frame.fell_back) {
                 (Some(_), true) => "full (fallback)".to_owned(),
@@ -134,27 +120,30 @@ impl Found {
             }
             all.add_row(row);
         }
-        print(&mut all);
+        say!("{all}");
     }
 
     fn print_totals(&self) {
-        let mut quality = table(&[
-            "",
-            "PSNR to truth, dB",
-            "loss, dB",
-            "the paper's",
-            "SSIM",
-            "of the foreground: PSNR",
-            "SSIM",
-            "PSNR to model, dB",
-            "SSIM",
-            "of the foreground: PSNR",
-            "SSIM",
-        ]);
+        let mut quality = tables::lined(
+            1,
+            &[
+                "",
+                "PSNR to truth, dB",
+                "loss, dB",
+                "the paper's",
+                "SSIM",
+                "of the foreground: PSNR",
+                "SSIM",
+                "PSNR to model, dB",
+                "SSIM",
+                "of the foreground: PSNR",
+                "SSIM",
+            ],
+        );
         let mut header = vec![""];
         header.extend(SHARES);
         header.extend(["fallbacks", "rendered in all %"]);
-        let mut pixels = table(&header);
+        let mut pixels = tables::lined(1, &header);
         for variant in &self.variants {
             let [frame, fore] = [&variant.frame, &variant.foreground];
             let mean = |l: Option<Likeness>| number(l.and_then(|l| l.mean_psnr_db), 2);
@@ -182,8 +171,8 @@ impl Found {
             row.push(format!("{:.1}", 100.0 * variant.rendered_share));
             pixels.add_row(row);
         }
-        print(&mut quality);
-        print(&mut pixels);
+        say!("{quality}");
+        say!("{pixels}");
         say!(
             "  loss: by how much the model's own PSNR to ground truth falls; PSNR to truth: means of \
              frames, to model: of all pixels; the paper's loss is of trained models\n  \
@@ -211,7 +200,7 @@ impl Reports {
         for (what, value) in kinds {
             let mut header = vec![what, "model to truth, dB"];
             header.extend(&names);
-            let mut all = table(&header);
+            let mut all = tables::lined(1, &header);
             let mut sums = vec![(0.0, 0u32); names.len() + 1];
             for found in &self.scenes {
                 let model = found.model.and_then(|m| m.mean_psnr_db);
@@ -234,7 +223,7 @@ impl Reports {
                 let row: Vec<Option<f64>> = std::iter::once(None).chain(papers).collect();
                 all.add_row(cells("the paper, trained models".to_owned(), &row));
             }
-            print(&mut all);
+            say!("{all}");
         }
         for found in self.scenes.iter().filter(|f| !f.not_checked.is_empty()) {
             say!("{}:", found.scene);

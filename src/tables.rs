@@ -1,0 +1,38 @@
+//! Tables of numbers, for people.
+
+use comfy_table::{CellAlignment, Row, Table, presets};
+
+/// A table without lines; its numbers are to the right of a column of names.
+pub(crate) fn plain(header: impl Into<Row>) -> Table {
+    numbers(presets::NOTHING, 1, header)
+}
+
+/// A table between lines; likewise, after so many columns of names.
+pub(crate) fn lined(names: usize, header: impl Into<Row>) -> Table {
+    numbers(presets::ASCII_BORDERS_ONLY_CONDENSED, names, header)
+}
+
+fn numbers(preset: &str, names: usize, header: impl Into<Row>) -> Table {
+    let mut table = Table::new();
+    table.load_preset(preset).set_header(header);
+    for column in table.column_iter_mut().skip(names) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_to_the_right_of_names() {
+        let mut table = plain(["name", "count"]);
+        table.add_row(["a", "7"]);
+        assert_eq!(table.to_string(), " name  count \n a         7 ");
+        let mut table = lined(2, ["name", "kind", "count"]);
+        table.add_row(["a", "b", "7"]);
+        let text = table.to_string();
+        assert!(text.contains("| a      b          7 |"), "{text}");
+    }
+}
