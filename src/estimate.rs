@@ -3,11 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use comfy_table::{CellAlignment, Table, presets};
 use potamoi_formats::config::Config;
-use potamoi_sim::synth::fit::{Estimate, Fit, Formula, LeftOut, Spread, Work};
+use potamoi_sim::synth::fit::{
+    EnergiesOf, Estimate, Fit, Formula, LeftOut, ScaledEstimate, Spread, Work,
+};
 use potamoi_sim::synth::grid::{Family, Grid};
-use potamoi_sim::synth::{LibraryOrigin, SynthError, UnitKind, scaling};
+use potamoi_sim::synth::{
+    LibraryOrigin, MemoryArea, SynthError, ToolsOrigin, UnitKind, macros, scaling,
+};
 use serde::Serialize;
 
 use crate::common::Common;
@@ -15,6 +18,10 @@ use crate::failure::Failure;
 use crate::files;
 use crate::say::say;
 use crate::synth::Units;
+use crate::tables;
+
+/// Version of the file that `--json` writes.
+const FORMAT_VERSION: u32 = 1;
 
 #[derive(Debug, Args)]
 pub(crate) struct EstimateArgs {
@@ -43,9 +50,12 @@ pub(crate) struct EstimateArgs {
 /// What `--json` writes.
 #[derive(Debug, Serialize)]
 struct Report<'a> {
+    format_version: u32,
     command: &'static str,
     configuration: String,
     library: &'a LibraryOrigin,
+    /// What made the grid.
+    tools: &'a ToolsOrigin,
     scaled_by: Option<&'a scaling::Factors>,
     units: Vec<UnitEstimate>,
 }
@@ -56,8 +66,12 @@ struct UnitEstimate {
     family: Family,
     /// Relative, at points that were left out.
     errors: LeftOut,
+    energies_of: Option<EnergiesOf>,
     #[serde(flatten)]
     estimate: Estimate,
+    scaled: Option<ScaledEstimate>,
+    /// Not in any of these figures.
+    memories: Vec<MemoryArea>,
     formulas: Vec<Formula>,
 }
 
@@ -85,15 +99,19 @@ pub(crate) fn run(common: &Common, args: &EstimateArgs) -> Result<(), Failure> {
     }
     let mut units = vec![];
     for unit in args.unit.kinds() {
-        let own = estimate(&fit, &config, *unit, args)?;
-        print(&own, &fit, scaled_by.as_ref());
+        let own = estimate(&fit, &config, *unit, args, scaled_by.as_ref())?;
         units.push(own);
+    }
+    for own in &units {
+        print(own, &fit);
     }
     if let Some(path) = &args.json {
         let report = Report {
+            format_version: FORMAT_VERSION,
             command: "estimate",
             configuration: config.hash(),
             library,
+            tools: &fit.grid().tools,
             scaled_by: scaled_by.as_ref(),
             units,
         };
@@ -107,6 +125,7 @@ fn estimate(
     config: &Config,
     unit: UnitKind,
     args: &EstimateArgs,
+    scaled_by: Option<&scaling::Factors>,
 ) -> Result<UnitEstimate, SynthError> {
     let family = fit.family(config, unit)?;
     let usual = fit.usual_work(family, config);
@@ -114,16 +133,20 @@ fn estimate(
         busy: args.busy.unwrap_or(usual.busy),
         channels: args.channels.unwrap_or(usual.channels),
     };
+    let estimate = fit.estimate(config, unit, work)?;
     Ok(UnitEstimate {
         unit: unit.top(),
         family,
         errors: fit.left_out(family)?,
-        estimate: fit.estimate(config, unit, work)?,
+        energies_of: fit.energies_of(family),
+        scaled: scaled_by.map(|factors| estimate.scaled(factors)),
+        estimate,
+        memories: macros(config, unit)?,
         formulas: fit.formulas(family),
     })
 }
 
-fn print(own: &UnitEstimate, fit: &Fit, scaled_by: Option<&scaling::Factors>) {
+fn print(own: &UnitEstimate, fit: &Fit) {
     let estimate = &own.estimate;
     let library = &fit.grid().library;
     let node = library
@@ -135,9 +158,7 @@ fn print(own: &UnitEstimate, fit: &Fit, scaled_by: Option<&scaling::Factors>) {
         own.errors.area.points,
         library.name
     );
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    table.set_header([
+    let mut table = tables::plain([
         "module",
         "count",
         "um^2 of one",
@@ -155,25 +176,44 @@ fn print(own: &UnitEstimate, fit: &Fit, scaled_by: Option<&scaling::Factors>) {
             format!("{:.3}", module.with_glitches_pj),
         ]);
     }
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
     say!("{table}");
-    totals(own, scaled_by);
+    totals(own);
+    if let Some(of) = &own.energies_of {
+        say!("{}", covered(of));
+    }
+    for memory in &own.memories {
+        say!(
+            "memory {}: {} of {} x {} bit, not in these figures: potamoi synth models it",
+            memory.module,
+            memory.count,
+            memory.words,
+            memory.bits
+        );
+    }
     for number in &estimate.beyond {
         say!("beyond the grid, so that the errors above do not hold: {number}");
     }
 }
 
+/// What energies are of, and of what they are not.
+fn covered(of: &EnergiesOf) -> String {
+    match of.vertices {
+        Some(vertices) => format!(
+            "energies are of samples of `{}`, {vertices} vertices each; of records with another \
+             number of vertices they are not (those with one, of splats, take about a third): \
+             potamoi synth --activity SCENE",
+            of.scene
+        ),
+        None => format!("energies are of work of `{}`", of.scene),
+    }
+}
+
 /// Sums, each with its error at points that were left out.
-fn totals(own: &UnitEstimate, scaled_by: Option<&scaling::Factors>) {
+fn totals(own: &UnitEstimate) {
     let (estimate, errors) = (&own.estimate, &own.errors);
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING);
-    let to = scaled_by.map(|f| format!("at {} nm", f.to_nm));
+    let to = own.scaled.map(|s| format!("at {} nm", s.node_nm));
     let to = to.unwrap_or_default();
-    table.set_header(["the unit", "", &to, "rms error at points left out", "worst"]);
+    let mut table = tables::plain(["the unit", "", &to, "rms error at points left out", "worst"]);
     let work = match own.family.unit() {
         UnitKind::Gathering => format!(
             "issuing {:.1} % of cycles, {} channels",
@@ -182,87 +222,94 @@ fn totals(own: &UnitEstimate, scaled_by: Option<&scaling::Factors>) {
         ),
         UnitKind::Vector => format!("busy {:.1} % of cycles", 100.0 * estimate.work.busy),
     };
-    let energy: Factor = Some(|f| f.energy);
+    let scaled = |of: fn(&ScaledEstimate) -> f64| own.scaled.as_ref().map(of);
     let rows = [
         Row {
             what: "area of cells".to_owned(),
-            value: estimate.area_um2 * 1e-6,
-            unit: "mm^2",
-            factor: Some(|f| f.area),
+            values: [Some(estimate.area_um2), scaled(|s| s.area_um2)],
+            unit: Unit::SquareMillimetres,
             error: Some(errors.area),
         },
         Row {
             what: format!("period before wires, of paths to {}", estimate.end),
-            value: estimate.period_ps,
-            unit: "ps",
-            factor: Some(|f| f.delay),
+            values: [Some(estimate.period_ps), scaled(|s| s.period_ps)],
+            unit: Unit::Picoseconds,
             error: Some(errors.period),
         },
         Row {
             what: format!("a cycle without delays, {work}"),
-            value: estimate.zero_delay_pj,
-            unit: "pJ",
-            factor: energy,
+            values: [Some(estimate.zero_delay_pj), scaled(|s| s.zero_delay_pj)],
+            unit: Unit::Picojoules,
             error: Some(errors.zero_delay),
         },
         Row {
             what: "a cycle with glitches".to_owned(),
-            value: estimate.with_glitches_pj,
-            unit: "pJ",
-            factor: energy,
+            values: [
+                Some(estimate.with_glitches_pj),
+                scaled(|s| s.with_glitches_pj),
+            ],
+            unit: Unit::Picojoules,
             error: Some(errors.with_glitches),
         },
         Row {
             what: "a cycle at rest".to_owned(),
-            value: estimate.clock_pj,
-            unit: "pJ",
-            factor: energy,
+            values: [Some(estimate.clock_pj), scaled(|s| s.clock_pj)],
+            unit: Unit::Picojoules,
             error: None,
         },
         Row {
             what: "leakage".to_owned(),
-            value: estimate.leakage_nw * 1e-6,
-            unit: "mW",
-            factor: None,
+            values: [Some(estimate.leakage_nw), None],
+            unit: Unit::Milliwatts,
             error: Some(errors.leakage),
         },
     ];
     for row in rows {
-        let Row { value, unit, .. } = row;
-        let scaled = scaled_by.zip(row.factor);
-        let digits = match unit {
-            "ps" => 0,
-            "pJ" => 2,
-            _ => 4,
-        };
-        let scaled = scaled.map(|(f, of)| format!("{:.digits$} {unit}", value * of(f)));
-        let percent = |v: f64| format!("{:.1} %", 100.0 * v);
         let error = |of: fn(&Spread) -> f64| {
             let error = row.error.as_ref();
-            error.map_or_else(String::new, |e| percent(of(e)))
+            error.map_or_else(String::new, |e| format!("{:.1} %", 100.0 * of(e)))
         };
+        let [value, scaled] = row
+            .values
+            .map(|v| v.map_or_else(String::new, |v| row.unit.of(v)));
         table.add_row([
             row.what.clone(),
-            format!("{value:.digits$} {unit}"),
-            scaled.unwrap_or_default(),
+            value,
+            scaled,
             error(|e| e.rms),
             error(|e| e.worst),
         ]);
     }
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
     say!("{table}");
 }
-
-type Factor = Option<fn(&scaling::Factors) -> f64>;
 
 /// A line of what the unit comes to.
 struct Row {
     what: String,
-    value: f64,
-    unit: &'static str,
-    factor: Factor,
+    /// At the grid's node, and at the other.
+    values: [Option<f64>; 2],
+    unit: Unit,
     error: Option<Spread>,
+}
+
+/// What a figure is printed in.
+#[derive(Clone, Copy)]
+enum Unit {
+    /// Of square micrometres.
+    SquareMillimetres,
+    Picoseconds,
+    Picojoules,
+    /// Of nanowatts.
+    Milliwatts,
+}
+
+impl Unit {
+    fn of(self, value: f64) -> String {
+        match self {
+            Self::SquareMillimetres => format!("{:.4} mm^2", value * 1e-6),
+            Self::Picoseconds => format!("{value:.0} ps"),
+            Self::Picojoules => format!("{value:.2} pJ"),
+            Self::Milliwatts => format!("{:.4} mW", value * 1e-6),
+        }
+    }
 }

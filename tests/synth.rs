@@ -106,7 +106,9 @@ fn units_are_estimated_without_synthesis() {
         "{said}"
     );
     let report = json(&at.join("e.json"));
+    assert_eq!(report["format_version"], 1);
     assert_eq!(report["library"]["node_nm"], 7);
+    assert_eq!(report["tools"]["opensta"], "2.0.17");
     let units = report["units"].as_array().unwrap();
     assert_eq!(units.len(), 2);
     for unit in units {
@@ -124,6 +126,34 @@ fn units_are_estimated_without_synthesis() {
             assert!((0.001..0.05).contains(&rms), "{figure}: {rms}");
         }
         assert!(unit["formulas"].as_array().unwrap().len() > 10);
+        // What is scaled is printed beside what is not.
+        let scaled = |field: &str| unit["scaled"][field].as_f64().unwrap();
+        for (field, factor) in [
+            ("area_um2", 2.29),
+            ("period_ps", 1.26),
+            ("with_glitches_pj", 1.86),
+        ] {
+            assert!((scaled(field) / number(field) / factor - 1.0).abs() < 1e-12);
+        }
+        for (field, name, digits, unit) in [
+            ("area_um2", "mm^2", 4, 1e-6),
+            ("period_ps", "ps", 0, 1.0),
+            ("with_glitches_pj", "pJ", 2, 1.0),
+        ] {
+            let [raw, other] = [number(field) * unit, scaled(field) * unit];
+            let words = format!("{raw:.digits$} {name} {other:.digits$} {name}");
+            let printed = said.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(printed.contains(&words), "{words}: {printed}");
+        }
+    }
+    assert_eq!(units[0]["energies_of"]["vertices"], 8);
+    assert_eq!(units[0]["memories"][0]["module"], "mft_bank");
+    for line in [
+        "energies are of samples of `lantern`, 8 vertices each",
+        "energies are of work of `garden`",
+        "memory mft_bank: 32 of 1024 x 16 bit, not in these figures",
+    ] {
+        assert!(said.contains(line), "{said}");
     }
     // The same unit at rest takes what its clock takes.
     estimate(0, &["--unit", "gu", "--busy", "0"]);
@@ -140,6 +170,12 @@ fn units_are_estimated_without_synthesis() {
     );
     std::fs::remove_file(at.join("e.json")).unwrap();
     std::fs::write(at.join("grid.json"), "{\"format_version\": 9}").unwrap();
+    // Of two units the second one is refused: nothing is printed of the first.
+    let said = estimate(2, &["--config", "piecewise"]);
+    assert!(
+        said.contains("vu.exp.form") && !said.contains("fitted to"),
+        "{said}"
+    );
     for (arguments, said) in [
         (
             &["--config", "compact"][..],
@@ -391,6 +427,8 @@ fn the_same_figures_come_twice() {
     assert!(!said.contains("power"), "{said}");
     let none = json(&at.join("none.json"));
     assert!(none["raw"]["units"][0].get("power").is_none());
+    let without = none["without"].to_string();
+    assert!(without.contains("power: not asked for"), "{without}");
 
     let said = synth("a", 1, &["--clock", "50"]);
     assert!(said.contains("GHz before wires, not 50"), "{said}");

@@ -1,5 +1,6 @@
 //! Which memories a configuration has, and what they come to.
 
+use potamoi_formats::config::Config;
 use potamoi_hdl::ir::{MemoryMacro, Module};
 use serde::{Deserialize, Serialize};
 
@@ -108,6 +109,15 @@ pub(super) fn split(module: &Module, unit: UnitKind) -> (Vec<MemoryMacro>, Vec<F
     (macros, others)
 }
 
+/// Memories of a unit that are left out of its cells.
+///
+/// # Errors
+/// The netlist's own checks.
+pub fn macros(config: &Config, unit: UnitKind) -> Result<Vec<MemoryArea>, SynthError> {
+    let (macros, _) = split(&*unit.module(config)?, unit);
+    Ok(macros.into_iter().map(MemoryArea::from).collect())
+}
+
 /// What the memories of some units, and those of the system, come to.
 ///
 /// # Errors
@@ -142,7 +152,7 @@ pub fn model(units: &[UnitReport], cacti: &Cacti) -> Result<Memories, SynthError
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use potamoi_formats::config::{Config, PRESETS};
+    use potamoi_formats::config::PRESETS;
 
     fn of(preset: &str, unit: UnitKind) -> (Vec<String>, Vec<(String, String)>) {
         let text = PRESETS

@@ -35,7 +35,7 @@ pub use error::SynthError;
 pub use fpga::{FpgaReport, FpgaTools, FpgaUnit, Part, place_and_route};
 pub use gates::{cell_functions, netlist};
 pub use library::{Cell, Library};
-pub use memories::{FlopMemory, Memories, MemoryReport, SYSTEM, model, system};
+pub use memories::{FlopMemory, Memories, MemoryReport, SYSTEM, macros, model, system};
 pub use netlist::{MemoryArea, ModuleArea};
 pub use power::{
     Activity, Extent, Figures as PowerFigures, GatherWindow, ModulePower, Order, Power,
@@ -43,7 +43,7 @@ pub use power::{
 };
 pub use report::{
     LibraryOrigin, Raw, Scaled, ScaledEnergy, ScaledLogic, ScaledMemories, ScaledMemory,
-    ScaledUnit, SynthReport, differences,
+    ScaledUnit, SynthReport, ToolsOrigin, differences,
 };
 pub use tools::Tools;
 pub use unit::{Made, UnitKind, UnitReport, synthesise};

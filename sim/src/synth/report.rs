@@ -45,10 +45,13 @@ pub struct LibraryOrigin {
     pub volts: Option<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct ToolsOrigin {
-    yosys: String,
-    opensta: String,
+/// Programs, by their versions.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ToolsOrigin {
+    /// Of Yosys, as it says it.
+    pub yosys: String,
+    /// Of OpenSTA.
+    pub opensta: String,
 }
 
 impl LibraryOrigin {
@@ -234,6 +237,9 @@ impl SynthReport {
             "wires and the clock tree: areas are of cells, periods before placement",
             "paths that begin or end in a memory, and what joins memories to the units",
         ];
+        if raw.units.iter().any(|unit| unit.power.is_none()) {
+            without.push("power: not asked for (--activity none)");
+        }
         if raw.memories.is_none() {
             without.push("memories: CACTI is not here (tools/setup memories)");
         }

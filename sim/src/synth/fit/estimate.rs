@@ -3,6 +3,11 @@
 use serde::Serialize;
 
 use crate::synth::grid::GridActivity;
+use crate::synth::scaling::Factors;
+
+/// The scene that gathering units of the grid were run with, and the vertices of its
+/// samples: a field in voxels.
+const VOXELS: (&str, u32) = ("lantern", 8);
 
 /// What a unit does.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -18,6 +23,26 @@ impl Work {
         Self {
             busy: activity.busy as f64 / activity.cycles as f64,
             channels: activity.channels,
+        }
+    }
+}
+
+/// What the energies of the grid are of, which formulas cannot tell from others.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct EnergiesOf {
+    /// The scene whose work moved the netlists.
+    pub scene: String,
+    /// Vertices of each sample, for the gathering unit, where they are known.
+    pub vertices: Option<u32>,
+}
+
+impl EnergiesOf {
+    pub(super) fn new(activity: &GridActivity) -> Self {
+        let (voxels, vertices) = VOXELS;
+        let is_gathered = activity.channels > 0 && activity.scene == voxels;
+        Self {
+            scene: activity.scene.clone(),
+            vertices: is_gathered.then_some(vertices),
         }
     }
 }
@@ -45,6 +70,38 @@ pub struct Estimate {
     pub modules: Vec<EstimatedModule>,
     /// Numbers beyond those of the grid, where the formulas only go on as they do inside.
     pub beyond: Vec<String>,
+}
+
+/// An estimate at another node. Leakage has no factor.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ScaledEstimate {
+    /// Nanometres.
+    pub node_nm: u32,
+    /// Square micrometres.
+    pub area_um2: f64,
+    /// Picoseconds of the longest path before wires.
+    pub period_ps: f64,
+    /// Picojoules a cycle of the flip-flops' clock pins.
+    pub clock_pj: f64,
+    /// Picojoules a cycle, those included, each net changing at most once a cycle.
+    pub zero_delay_pj: f64,
+    /// The same with glitches.
+    pub with_glitches_pj: f64,
+}
+
+impl Estimate {
+    /// At the node that the factors lead to.
+    #[must_use]
+    pub fn scaled(&self, factors: &Factors) -> ScaledEstimate {
+        ScaledEstimate {
+            node_nm: factors.to_nm,
+            area_um2: self.area_um2 * factors.area,
+            period_ps: self.period_ps * factors.delay,
+            clock_pj: self.clock_pj * factors.energy,
+            zero_delay_pj: self.zero_delay_pj * factors.energy,
+            with_glitches_pj: self.with_glitches_pj * factors.energy,
+        }
+    }
 }
 
 /// All modules of a kind.

@@ -14,7 +14,7 @@ mod terms;
 #[cfg(test)]
 mod tests;
 
-pub use estimate::{Estimate, EstimatedModule, Work};
+pub use estimate::{EnergiesOf, Estimate, EstimatedModule, ScaledEstimate, Work};
 pub use formulas::Formula;
 pub use left_out::{LeftOut, PointErrors, Spread};
 pub use solve::Addend;
@@ -100,6 +100,13 @@ impl Fit {
             busy: alike.or_else(|| busy(&|_| true)).unwrap_or(0.0),
             channels,
         }
+    }
+
+    /// What the energies of a family are of.
+    #[must_use]
+    pub fn energies_of(&self, family: Family) -> Option<EnergiesOf> {
+        let mut points = self.grid.of(family);
+        points.next().map(|p| EnergiesOf::new(&p.activity))
     }
 
     /// A unit at the grid's node, doing such work.

@@ -22,7 +22,8 @@ pub struct Grid {
     format_version: u32,
     /// Where cells come from.
     pub library: LibraryOrigin,
-    tools: ToolsOrigin,
+    /// What made it.
+    pub tools: ToolsOrigin,
     /// Of the points as they are in the file, 16 hexadecimal digits.
     figures: String,
     /// One for each of the design, in its order.
