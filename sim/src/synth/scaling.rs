@@ -89,6 +89,15 @@ mod tests {
         let logic = logic(7, 12).unwrap();
         assert_eq!((logic.area, logic.delay, logic.energy), (2.29, 1.26, 1.86));
         assert_eq!(logic.leakage, None);
+        let [larger, largest] = [16, 45].map(|nm| super::logic(nm, 12).unwrap());
+        assert_eq!(
+            (larger.area, larger.delay, larger.energy),
+            (0.71, 0.61, 0.74)
+        );
+        assert_eq!(
+            (largest.area, largest.delay, largest.energy),
+            (0.135, 0.30, 0.085)
+        );
         assert_eq!(super::logic(180, 12), None);
         assert!(known().contains("7 to 12"));
         let memory = memory(22, 11).unwrap();

@@ -237,6 +237,7 @@ pub fn crossbar_um2(unit: &UnitReport) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::synth::{ModuleArea, SynthReport};
 
     #[test]
     fn every_variant_is_a_configuration_and_no_two_are_the_same() {
@@ -247,6 +248,65 @@ mod tests {
         hashes.dedup();
         assert_eq!(hashes.len(), count);
         assert_eq!(GATHERING[0].config().unwrap(), Config::paper());
+    }
+
+    fn module(name: &str, count: u64, flops: u64, area_um2: f64, flop_area_um2: f64) -> ModuleArea {
+        ModuleArea {
+            module: name.to_owned(),
+            count,
+            cells: 10 * flops,
+            flops,
+            area_um2,
+            flop_area_um2,
+        }
+    }
+
+    /// The paper's gathering unit with these modules in place of its own.
+    fn unit(modules: Vec<ModuleArea>) -> UnitReport {
+        let mut unit = SynthReport::checked_in().unwrap()[0]
+            .clone()
+            .raw
+            .units
+            .remove(0);
+        unit.flops = modules.iter().map(|m| m.count * m.flops).sum();
+        unit.modules = modules;
+        unit
+    }
+
+    /// 576 of a reducer of 7 um^2 and 32 flip-flops of 0.5: 4 x 10 flip-flops have 16 um^2,
+    /// 24 others 16.
+    #[test]
+    fn an_array_is_reducers_and_registers() {
+        let own = unit(vec![
+            module("reducer", 4, 10, 7.0, 4.0),
+            module("rest", 2, 12, 9.0, 8.0),
+        ]);
+        assert_eq!(array_um2(&own), Some(576.0 * (7.0 + 32.0 * 0.5)));
+        assert_eq!(array_um2(&unit(vec![module("rest", 1, 1, 1.0, 1.0)])), None);
+        // As docs/synthesis.md states it at 12 nm.
+        let paper = SynthReport::checked_in().unwrap()[0]
+            .clone()
+            .raw
+            .units
+            .remove(0);
+        let mm2 = array_um2(&paper).unwrap() * 2.29e-6;
+        assert_eq!(format!("{mm2:.3}"), "0.254");
+    }
+
+    #[test]
+    fn a_crossbar_is_arbiters_and_what_is_no_register_of_lanes() {
+        let own = unit(vec![
+            module("gathering_unit", 1, 100, 90.0, 50.0),
+            module("bank_arbiter", 16, 4, 3.0, 1.0),
+            module("gather_lane", 8, 20, 12.0, 10.5),
+        ]);
+        assert_eq!(crossbar_um2(&own), 16.0 * 3.0 + 8.0 * 1.5);
+        let paper = SynthReport::checked_in().unwrap()[0]
+            .clone()
+            .raw
+            .units
+            .remove(0);
+        assert_eq!(crossbar_um2(&paper), 0.0);
     }
 
     #[test]

@@ -194,14 +194,23 @@ impl Formulas {
         found
     }
 
+    /// Picojoules of each module in a cycle of work beyond the clock, without delays and
+    /// with glitches, as the sums of terms come out.
+    fn work_pj(&self, numbers: &Numbers) -> Vec<[f64; 2]> {
+        let modules = self.modules.iter();
+        let of = |own: &ModuleFormulas| [0, 1].map(|i| own.energy[i].at(numbers));
+        modules.map(of).collect()
+    }
+
     pub(super) fn at(&self, config: &Config, work: Work) -> Estimate {
         let numbers = Numbers::new(config, work.channels);
-        let modules = self.modules.iter().map(|own| {
+        let energies = self.work_pj(&numbers);
+        let modules = self.modules.iter().zip(energies).map(|(own, energies)| {
             let count = (own.terms.count)(&numbers);
             let clock = self.clock_pj * own.flops.at(&numbers) * count;
             let area_um2 = own.area.at(&numbers);
             // What is next to nothing may come out below it.
-            let work_pj = [0, 1].map(|i| work.busy * own.energy[i].at(&numbers).max(0.0));
+            let work_pj = energies.map(|pj| work.busy * pj.max(0.0));
             let zero_delay_pj = clock + work_pj[0];
             let with_glitches_pj = zero_delay_pj.max(clock + work_pj[1]);
             EstimatedModule {
@@ -239,4 +248,38 @@ impl Formulas {
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
     sum / f64::from(count.max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::synth::fit::Fit;
+
+    /// What a module may come out below 0, or lower with glitches than without, of its unit's
+    /// energy of work, at a point of the grid.
+    const NOTHING: f64 = 0.005;
+
+    /// Before anything is cut off at 0.
+    #[test]
+    fn energies_of_the_grid_are_in_order_as_the_sums_come_out() {
+        let fit = Fit::checked_in().unwrap();
+        let mut worst: f64 = 0.0;
+        for family in Family::ALL {
+            for point in fit.grid().of(family) {
+                let fitted = Fitted::new(point).unwrap();
+                let formulas = &fit.families[&family];
+                let found = formulas.work_pj(&fitted.numbers);
+                let unit = [0, 1].map(|i| found.iter().map(|pj| pj[i]).sum::<f64>());
+                assert!(unit[0] > 0.0 && unit[1] > unit[0], "{}", point.name());
+                for (own, [zero, glitches]) in formulas.modules.iter().zip(found) {
+                    let below = (-zero).max(zero - glitches) / unit[1];
+                    worst = worst.max(below);
+                    let module = own.terms.module;
+                    assert!(below < NOTHING, "{}: {module}: {below}", point.name());
+                }
+            }
+        }
+        eprintln!("at most {worst} of the unit's energy out of order");
+    }
 }

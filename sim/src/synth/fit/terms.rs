@@ -112,6 +112,20 @@ const fn term(name: &'static str, of: fn(&Numbers) -> f64) -> Term {
     Term { name, of }
 }
 
+const fn module(
+    module: &'static str,
+    count: fn(&Numbers) -> f64,
+    area: &'static [Term],
+    energy: &'static [Term],
+) -> ModuleTerms {
+    ModuleTerms {
+        module,
+        count,
+        area,
+        energy,
+    }
+}
+
 const fn one(_: &Numbers) -> f64 {
     1.0
 }
@@ -155,36 +169,26 @@ const LOG_L: Term = term("log2 L", |n| n.lanes.log2());
 
 const GATHERING: FamilyTerms = FamilyTerms {
     modules: &[
-        ModuleTerms {
-            module: GATHERING_UNIT,
-            count: one,
-            area: &[ONE, B, M, M_W, M_B_F],
-            energy: &[ONE, M, M_W, M_A_F],
-        },
-        ModuleTerms {
-            module: "feature_fifo",
-            count: one,
-            area: &[ONE, D, M_B, M_B_D],
-            energy: &[ONE, M_B, M_A_F],
-        },
-        ModuleTerms {
-            module: "mft",
-            count: one,
-            area: &[ONE, M, M_B],
-            energy: &[ONE, M_B],
-        },
-        ModuleTerms {
-            module: "reducer",
-            count: Numbers::all,
-            area: &[ONE, F, W, F_W],
-            energy: &[M_A_F_W, M_A_W_W, M_I_F_W, M_I_W_W],
-        },
-        ModuleTerms {
-            module: "rit_buffer",
-            count: one,
-            area: &[ONE, M],
-            energy: &[ONE, M],
-        },
+        module(
+            GATHERING_UNIT,
+            one,
+            &[ONE, B, M, M_W, M_B_F],
+            &[ONE, M, M_W, M_A_F],
+        ),
+        module(
+            "feature_fifo",
+            one,
+            &[ONE, D, M_B, M_B_D],
+            &[ONE, M_B, M_A_F],
+        ),
+        module("mft", one, &[ONE, M, M_B], &[ONE, M_B]),
+        module(
+            "reducer",
+            Numbers::all,
+            &[ONE, F, W, F_W],
+            &[M_A_F_W, M_A_W_W, M_I_F_W, M_I_W_W],
+        ),
+        module("rit_buffer", one, &[ONE, M], &[ONE, M]),
     ],
     ends: &[
         ("reducer", &[ONE, LOG_F_W, LOG_B]),
@@ -198,30 +202,15 @@ const GATHERING: FamilyTerms = FamilyTerms {
 
 const VECTOR: FamilyTerms = FamilyTerms {
     modules: &[
-        ModuleTerms {
-            module: VECTOR_UNIT,
-            count: one,
-            area: &[ONE, L, ALL],
-            energy: &[ONE, L],
-        },
-        ModuleTerms {
-            module: "exp_constants",
-            count: one,
-            area: &[ONE, N, N_K],
-            energy: &[ONE, K],
-        },
-        ModuleTerms {
-            module: "result_fifo",
-            count: one,
-            area: &[ONE, L],
-            energy: &[L, L_N],
-        },
-        ModuleTerms {
-            module: "vector_lane",
-            count: |n| n.lanes,
-            area: &[ONE, R, ALL],
-            energy: &[L_R, L_ALL, L_N_ALL],
-        },
+        module(VECTOR_UNIT, one, &[ONE, L, ALL], &[ONE, L]),
+        module("exp_constants", one, &[ONE, N, N_K], &[ONE, K]),
+        module("result_fifo", one, &[ONE, L], &[L, L_N]),
+        module(
+            "vector_lane",
+            |n| n.lanes,
+            &[ONE, R, ALL],
+            &[L_R, L_ALL, L_N_ALL],
+        ),
     ],
     ends: &[
         ("vector_lane", &[ONE, ALL, LOG_K]),
@@ -234,24 +223,14 @@ const VECTOR: FamilyTerms = FamilyTerms {
 
 const VECTOR_PIPELINED: FamilyTerms = FamilyTerms {
     modules: &[
-        ModuleTerms {
-            module: VECTOR_UNIT,
-            count: one,
-            area: &[ONE, L, L_N, ALL],
-            energy: &[ONE, L],
-        },
-        ModuleTerms {
-            module: "result_fifo",
-            count: one,
-            area: &[ONE, L, L_N],
-            energy: &[L, L_N],
-        },
-        ModuleTerms {
-            module: "vector_lane",
-            count: |n| n.lanes,
-            area: &[N, N_R, ALL, ALL_N],
-            energy: &[ONE, L, L_K, L_ALL],
-        },
+        module(VECTOR_UNIT, one, &[ONE, L, L_N, ALL], &[ONE, L]),
+        module("result_fifo", one, &[ONE, L, L_N], &[L, L_N]),
+        module(
+            "vector_lane",
+            |n| n.lanes,
+            &[N, N_R, ALL, ALL_N],
+            &[ONE, L, L_K, L_ALL],
+        ),
     ],
     ends: &[
         ("vector_lane", &[ONE, ALL, LOG_K]),

@@ -142,7 +142,7 @@ impl Order<'_> {
         // them at a time.
         let halves = (sizes[1] / sizes[0]) as usize;
         let mut sets = [vec![], vec![]];
-        for (share, range) in self.kinds(work) {
+        for (share, range) in work.kinds(all as usize) {
             let picked = |i: usize| range.start + i * range.len() / sizes[1] as usize;
             let picked: Vec<usize> = (0..sizes[1] as usize).map(picked).collect();
             for first in 0..halves {
@@ -170,21 +170,6 @@ impl Order<'_> {
             });
         }
         Ok(parts)
-    }
-
-    /// Banks or lanes that have alike to do, and which share of all they are: where the
-    /// channels do not fill the banks, those past the last channel have nothing.
-    fn kinds(&self, work: &Work) -> Vec<(f64, std::ops::Range<usize>)> {
-        let all = self.size() as usize;
-        let full = match work {
-            Work::Gather(window) => window.banks_of_last_segment(all),
-            Work::Vector(_) => all,
-        };
-        let kinds = [0..full, full..all];
-        let kinds = kinds.into_iter().filter(|range| !range.is_empty());
-        kinds
-            .map(|range| (range.len() as f64 / all as f64, range))
-            .collect()
     }
 
     fn slice(&self, size: u32) -> Config {

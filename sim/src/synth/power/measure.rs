@@ -1,5 +1,7 @@
 //! Energy of a netlist at work.
 
+use std::ops::Range;
+
 use potamoi_formats::config::Config;
 
 use crate::rtl::{GateEngine, RtlError, VectorBatch};
@@ -45,6 +47,20 @@ impl Work {
                 Ok(done.map_err(wrong)?.busy)
             }
         }
+    }
+
+    /// Of all banks or lanes, those that have alike to do, and which share they are: where
+    /// the channels do not fill the banks, those past the last channel have nothing.
+    pub(super) fn kinds(&self, all: usize) -> Vec<(f64, Range<usize>)> {
+        let full = match self {
+            Self::Gather(window) => window.banks_of_last_segment(all),
+            Self::Vector(_) => all,
+        };
+        let kinds = [0..full, full..all];
+        let kinds = kinds.into_iter().filter(|range| !range.is_empty());
+        kinds
+            .map(|range| (range.len() as f64 / all as f64, range))
+            .collect()
     }
 
     /// Samples or exponentials.
@@ -108,4 +124,34 @@ pub(super) fn measure(
         toggles: toggles / still.flat.nets() as f64,
         longest_ps,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use potamoi_formats::rit::Vertices;
+    use potamoi_golden::units::GatherTask;
+
+    #[test]
+    fn banks_past_the_last_channel_are_a_kind_of_their_own() {
+        let of = |channels: usize, banks: usize| {
+            let task = GatherTask {
+                vertices: Vertices::Eight,
+                channels,
+                rows: vec![],
+                entries: vec![],
+            };
+            let window = GatherWindow {
+                tasks: vec![task],
+                features: vec![],
+            };
+            Work::Gather(window).kinds(banks)
+        };
+        assert_eq!(of(13, 32), [(13.0 / 32.0, 0..13), (19.0 / 32.0, 13..32)]);
+        // Two segments: five of eight banks have two channels.
+        assert_eq!(of(13, 8), [(5.0 / 8.0, 0..5), (3.0 / 8.0, 5..8)]);
+        assert_eq!(of(16, 8), [(1.0, 0..8)]);
+        let lanes = Work::Vector(VectorWindow::default()).kinds(24);
+        assert_eq!(lanes, [(1.0, 0..24)]);
+    }
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::Lack;
 use super::count::Counter;
 use super::library::PowerLibrary;
-use super::still::Still;
+use super::still::{Still, named_loads};
 use crate::synth::gates::Flat;
 use crate::synth::{Library, SynthError};
 
@@ -80,6 +80,26 @@ fn the_energy_of_two_cells_is_what_it_is_by_hand() {
     }
     // 0.1 and 0.8 nW.
     assert!((still.leakage_nw()[0] - 0.9).abs() < 1e-9);
+}
+
+/// In a slice a net has the load of the whole unit for time, its own for the energy that
+/// it takes.
+#[test]
+fn nets_of_a_larger_unit_are_as_slow_as_there() {
+    let library = library(HANDFUL).unwrap();
+    let flat = Flat::new(TURNS, "top", &library.gates, &BTreeMap::new()).unwrap();
+    let flat = Arc::new(flat);
+    let loads = named_loads(&library, &flat).unwrap();
+    assert!((loads["q"] - 1.0).abs() < 1e-9 && (loads["y"] - 4.9).abs() < 1e-9);
+    let whole = BTreeMap::from([("q".to_owned(), 31.0)]);
+    let found = Still::new(&library, &flat, &whole).unwrap();
+    let (q, y) = (flat.inputs(1)[0], flat.inputs(0)[0]);
+    let at_q = 2.2 * 4.0 * (3.0 + 31.0) + 0.1 * found.clock_transition;
+    assert!((found.load(q) - 1.0).abs() < 1e-9 && (found.far_load(q) - 31.0).abs() < 1e-9);
+    assert!((found.far_load(y) - 4.9).abs() < 1e-9);
+    assert!((found.transition(q) - at_q).abs() < 1e-6);
+    let to_q = 3.0 * (3.0 + 0.7 * 4.0 * 3.0) + 0.7 * 4.0 * 31.0 + 0.2 * found.clock_transition;
+    assert_eq!(found.delays.cells[0], to_q.round() as u32);
 }
 
 /// States decide which energies count, rails are measured twice, and the clock's half
