@@ -13,8 +13,8 @@ use std::sync::{Mutex, PoisonError};
 use clap::{Args, ValueEnum};
 use potamoi_formats::config::Config;
 use potamoi_sim::synth::{
-    Cacti, Library, Made, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport,
-    default_library, differences, scaling, synthesise,
+    Cacti, Library, Made, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport, access_times,
+    default_library, differences, scaling, synthesise, with_memories,
 };
 
 use crate::common::Common;
@@ -178,11 +178,11 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
             say!("netlist: {}", to.display());
         }
     }
-    let reports: Vec<UnitReport> = made.into_iter().map(|m| m.report).collect();
     let slow = args
         .clock
-        .and_then(|clock| reports.iter().find(|r| r.clock_ghz < clock));
-    let slow = slow.map(|r| (r.unit.clone(), r.clock_ghz));
+        .and_then(|clock| made.iter().find(|m| m.report.clock_ghz < clock));
+    let slow = slow.map(|m| (m.report.unit.clone(), m.report.clock_ghz));
+    let mut reports: Vec<UnitReport> = made.iter().map(|m| m.report.clone()).collect();
     let memories = match Cacti::find(&cache) {
         Ok(cacti) => Some(potamoi_sim::synth::model(&reports, &cacti)?),
         Err(missing) => {
@@ -190,6 +190,17 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
             None
         }
     };
+    if let (Some(memories), Some(node)) = (&memories, args.node) {
+        let units = args.unit.kinds().iter().zip(&made);
+        for (report, own) in reports.iter_mut().zip(units) {
+            let access = access_times(memories, &report.unit, node, args.scale_to);
+            let timed = access.map(|access| {
+                let (unit, made) = own;
+                with_memories(&config, (*unit, made), access, &library, &tools, &cache)
+            });
+            report.with_memories = timed.transpose()?;
+        }
+    }
     let raw = Raw {
         units: reports,
         memories,

@@ -121,6 +121,19 @@ pub(super) fn totals(report: &SynthReport) {
         }
         say!("{table}");
     }
+    for unit in &report.raw.units {
+        if let Some(own) = &unit.with_memories {
+            say!(
+                "{} with its memories' access times: {:.0} ps ({:.3} GHz), {} to {}, {} cells",
+                unit.unit,
+                own.period_ps,
+                own.clock_ghz,
+                own.path[0],
+                own.path[1],
+                own.path_cells
+            );
+        }
+    }
     let Some(scaled) = &report.scaled else { return };
     if let Some(logic) = &scaled.logic {
         say!("\nat {} nm, by {}:", scaled.node_nm, logic.factors.table);
@@ -131,8 +144,14 @@ pub(super) fn totals(report: &SynthReport) {
                     e.zero_delay_pj_a_cycle, e.with_glitches_pj_a_cycle
                 )
             });
+            let memories = unit.with_memories_ps.map_or_else(String::new, |ps| {
+                format!(
+                    ", {ps:.0} ps ({:.3} GHz) with its memories' access times",
+                    1e3 / ps
+                )
+            });
             say!(
-                "{}: {:.6} mm^2, {:.0} ps ({:.3} GHz) before wires{energy}",
+                "{}: {:.6} mm^2, {:.0} ps ({:.3} GHz) before wires{memories}{energy}",
                 unit.unit,
                 unit.area_um2 * 1e-6,
                 unit.period_ps,

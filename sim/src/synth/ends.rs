@@ -6,8 +6,8 @@ use std::path::Path;
 use potamoi_formats::config::Config;
 use serde::{Deserialize, Serialize};
 
-use super::script::{LIBRARY, NETLIST, PERIOD, sta_of_ends};
-use super::tools::TIMING;
+use super::retime::{Retiming, Wanted};
+use super::script::{PERIOD, sta_of_ends};
 use super::{Library, Made, SynthError, Tools, UnitKind};
 
 /// Version of what is kept.
@@ -38,57 +38,31 @@ pub fn path_ends(
     tools: &Tools,
     cache: &Path,
 ) -> Result<Vec<PathEnd>, SynthError> {
-    let cannot = |path: &Path| {
-        let path = path.to_owned();
-        move |source| SynthError::File { path, source }
-    };
-    let script = sta_of_ends(unit.top(), library);
-    let netlist = std::fs::read_to_string(&made.netlist).map_err(cannot(&made.netlist))?;
-    let mut key = blake3::Hasher::new();
-    for part in [KEPT, &script, &tools.opensta, &library.sha256, &netlist] {
-        key.update(&(part.len() as u64).to_le_bytes());
-        key.update(part.as_bytes());
-    }
-    let key = &key.finalize().to_hex()[..32];
-    let kept = cache.join(format!("{unit}-ends-{key}.json"));
-    if let Some(ends) = read_kept(&kept) {
-        return Ok(ends);
-    }
-    let folder = tempfile::tempdir().map_err(cannot(&std::env::temp_dir()))?;
-    for (name, text) in [
-        (LIBRARY, &library.text),
-        (NETLIST, &netlist),
-        (TIMING, &script),
-    ] {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).map_err(cannot(&path))?;
-    }
     let module = unit.module(config)?;
     let modules: BTreeMap<&str, &str> = module.instances().collect();
-    let said = tools.sta(folder.path(), unit.top())?;
-    let ends = longest(&said, unit.top(), &modules);
-    let ends: Option<Vec<_>> = ends.map(|ends| {
-        let period = |slack| (PERIOD - slack) * library.time_ps;
+    let wanted = Wanted {
+        version: KEPT,
+        name: "ends",
+        what: "slack of each end",
+        script: &sta_of_ends(unit.top(), library),
+        others: &[],
+    };
+    let retiming = Retiming {
+        unit,
+        made,
+        library,
+        tools,
+        cache,
+    };
+    retiming.run(&wanted, |said| {
+        let ends = longest(said, unit.top(), &modules)?;
         let ends = ends.into_iter().map(|(end, slack)| PathEnd {
             end,
-            period_ps: period(slack),
+            period_ps: (PERIOD - slack) * library.time_ps,
         });
-        ends.collect()
-    });
-    let ends = ends
-        .filter(|ends| !ends.is_empty())
-        .ok_or_else(|| SynthError::Output {
-            tool: "sta",
-            unit: unit.top(),
-            what: "slack of each end".to_owned(),
-        })?;
-    let json = serde_json::to_vec_pretty(&ends).map_err(|e| cannot(&kept)(e.into()))?;
-    potamoi_golden::files::write(&kept, &json).map_err(cannot(&kept))?;
-    Ok(read_kept(&kept).unwrap_or(ends))
-}
-
-fn read_kept(path: &Path) -> Option<Vec<PathEnd>> {
-    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
+        let ends: Vec<PathEnd> = ends.collect();
+        (!ends.is_empty()).then_some(ends)
+    })
 }
 
 /// The smallest slack by module, of lines `cell/pin (kind) required actual slack (MET)`; of

@@ -7,6 +7,7 @@
 //! the library's smallest buffer, outputs are loaded with four of its inputs, and
 //! paths that begin or end in a memory are not timed.
 
+mod access;
 mod cacti;
 mod ends;
 mod error;
@@ -23,12 +24,14 @@ mod netlist;
 mod parameters;
 mod power;
 mod report;
+mod retime;
 pub mod scaling;
 mod script;
 pub mod study;
 mod tools;
 mod unit;
 
+pub use access::{WithMemories, access_times, with_memories};
 pub use cacti::{Cacti, Figures, Settings, Shape};
 pub use ends::{PathEnd, path_ends};
 pub use error::SynthError;

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use potamoi_formats::config::Config;
 
-use super::report::{COMMAND, FORMAT_VERSION, ScaledEnergy, ScaledMemory, ScaledUnit};
+use super::report::{
+    COMMAND, FORMAT_VERSION, ScaledEnergy, ScaledMemory, ScaledUnit, with_memories_ps,
+};
 use super::{MemoryReport, SynthError, SynthReport, UnitKind, UnitReport};
 
 const REMEDY: &str = "potamoi synth --json FILE";
@@ -131,6 +133,11 @@ impl SynthReport {
             positive(name, "area_um2", unit.area_um2)?;
             positive(name, "period_ps", unit.period_ps)?;
             equal(name, "clock_ghz", unit.clock_ghz, 1e3 / unit.period_ps)?;
+            if let Some(own) = &unit.with_memories {
+                positive(name, "with_memories.period_ps", own.period_ps)?;
+                let ghz = 1e3 / own.period_ps;
+                equal(name, "with_memories.clock_ghz", own.clock_ghz, ghz)?;
+            }
             let area = unit.modules.iter().map(|m| m.count as f64 * m.area_um2);
             equal(name, "area_um2", unit.area_um2, area.sum())?;
             let cells: u64 = unit.modules.iter().map(|m| m.count * m.cells).sum();
@@ -182,6 +189,18 @@ impl SynthReport {
                     raw.period_ps * factors.delay,
                 )?;
                 equal(&name, "clock_ghz", unit.clock_ghz, 1e3 / unit.period_ps)?;
+                let expected = with_memories_ps(raw, factors);
+                match (unit.with_memories_ps, expected) {
+                    (None, None) => {}
+                    (Some(own), Some(expected)) => {
+                        equal(&name, "with_memories_ps", own, expected)?;
+                    }
+                    _ => {
+                        return Err(format!(
+                            "{name}: with_memories_ps, expected where the raw unit has it"
+                        ));
+                    }
+                }
                 check_energy(&name, unit.energy, ScaledEnergy::of(raw, factors))?;
             }
         }
@@ -324,7 +343,7 @@ mod tests {
         let good: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert!(SynthReport::parse(&good.to_string()).is_ok());
         type Change = fn(&mut serde_json::Value);
-        let changes: [(Change, &str); 12] = [
+        let changes: [(Change, &str); 14] = [
             (
                 |v| v["format_version"] = 1.into(),
                 "format_version 1, expected 3",
@@ -356,6 +375,14 @@ mod tests {
                         1.0.into()
                 },
                 "scaled vector_unit: with_glitches_pj_an_item 1, expected",
+            ),
+            (
+                |v| v["scaled"]["logic"]["units"][0]["with_memories_ps"] = 1.0.into(),
+                "scaled gathering_unit: with_memories_ps 1, expected",
+            ),
+            (
+                |v| v["raw"]["units"][0]["with_memories"]["period_ps"] = 900.0.into(),
+                "gathering_unit: with_memories.clock_ghz",
             ),
             (
                 |v| v["scaled"]["logic"]["units"][0]["energy"] = serde_json::Value::Null,

@@ -128,6 +128,9 @@ pub struct ScaledUnit {
     pub period_ps: f64,
     /// Gigahertz of that period.
     pub clock_ghz: f64,
+    /// Picoseconds with the memories' access times, where these are known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub with_memories_ps: Option<f64>,
     /// Where its power was estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy: Option<ScaledEnergy>,
@@ -161,6 +164,12 @@ impl ScaledEnergy {
             with_glitches_pj_an_item: glitches.pj_an_item * factors.energy,
         })
     }
+}
+
+/// The longest path of a unit with its memories, at another node.
+pub(super) fn with_memories_ps(unit: &UnitReport, factors: &Factors) -> Option<f64> {
+    let own = unit.with_memories.as_ref()?;
+    Some(own.period_ps * factors.delay)
 }
 
 /// Memories at another node.
@@ -206,6 +215,7 @@ impl Scaled {
                 area_um2: unit.area_um2 * factors.area,
                 period_ps: unit.period_ps * factors.delay,
                 clock_ghz: 1e3 / (unit.period_ps * factors.delay),
+                with_memories_ps: with_memories_ps(unit, factors),
                 energy: ScaledEnergy::of(unit, factors),
             });
             units.collect()
@@ -235,7 +245,7 @@ impl SynthReport {
     ) -> Self {
         let mut without = vec![
             "wires and the clock tree: areas are of cells, periods before placement",
-            "paths that begin or end in a memory, and what joins memories to the units",
+            "paths that begin or end in a memory, but for with_memories; what joins memories to the units",
         ];
         if raw.units.iter().any(|unit| unit.power.is_none()) {
             without.push("power: not asked for (--activity none)");

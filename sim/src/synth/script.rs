@@ -7,6 +7,8 @@ use super::fanout::FAN_OUT;
 
 /// Names of files in the folder in which the programs run.
 pub(super) const LIBRARY: &str = "cells.lib";
+/// Memories as cells, where they are timed.
+pub(super) const MEMORIES: &str = "memories.lib";
 pub(super) const NETLIST: &str = "netlist.v";
 pub(super) const STATISTICS: &str = "cells.json";
 /// As mapped, and with nets buffered between modules.
@@ -99,6 +101,13 @@ pub(super) fn scripts(
 fn sta(top: &str, buffer: &str, load: f64) -> String {
     let report = "report_checks -path_delay max -format full -digits 6";
     format!("{}{report}\nexit\n", constraints(top, buffer, load))
+}
+
+/// Likewise, with the memories as cells.
+pub(super) fn sta_with_memories(top: &str, library: &Library) -> String {
+    let cells = format!("read_liberty {LIBRARY}\n");
+    let both = format!("{cells}read_liberty {MEMORIES}\n");
+    sta(top, &library.buffer, library.load()).replacen(&cells, &both, 1)
 }
 
 /// Prints the slack at each end of a path of the netlist, a line each.

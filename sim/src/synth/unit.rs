@@ -15,7 +15,7 @@ use super::fanout::{FAN_OUT, LOAD};
 use super::netlist::{self, MemoryArea, ModuleArea};
 use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, scripts};
 use super::tools::{FINISH, SYNTH, TIMING};
-use super::{FlopMemory, Library, Power, SynthError, Tools, fanout, memories};
+use super::{FlopMemory, Library, Power, SynthError, Tools, WithMemories, fanout, memories};
 
 /// Version of what is kept of a unit.
 const KEPT: &str = "potamoi-synth 4";
@@ -80,6 +80,9 @@ pub struct UnitReport {
     pub memories: Vec<MemoryArea>,
     /// Memories that are flip-flops, counted in cells and areas.
     pub flop_memories: Vec<FlopMemory>,
+    /// Its longest path with the memories' access times, where these are known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub with_memories: Option<WithMemories>,
     /// Its power, if it was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<Power>,
@@ -212,6 +215,7 @@ pub fn synthesise(
         modules,
         memories: macros.into_iter().map(MemoryArea::from).collect(),
         flop_memories,
+        with_memories: None,
         power: None,
     };
     let text = read(NETLIST).map_err(|_| no("yosys", "netlist"))?;
@@ -229,14 +233,14 @@ fn read_kept(path: &Path) -> Option<UnitReport> {
     serde_json::from_slice(&std::fs::read(path).ok()?).ok()
 }
 
-struct LongestPath {
-    slack: f64,
-    ends: [String; 2],
-    cells: u64,
+pub(super) struct LongestPath {
+    pub(super) slack: f64,
+    pub(super) ends: [String; 2],
+    pub(super) cells: u64,
 }
 
 /// Reads the report of OpenSTA's `report_checks`.
-fn longest_path(text: &str) -> Option<LongestPath> {
+pub(super) fn longest_path(text: &str) -> Option<LongestPath> {
     let after = |start: &str| {
         let line = text.lines().find(|line| line.starts_with(start))?;
         line[start.len()..]

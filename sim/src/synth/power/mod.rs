@@ -31,8 +31,20 @@ pub use estimate::{Extent, Order, estimate};
 pub use report::{Activity, Figures, ModulePower, Power, PowerReport};
 pub use verify::{Verified, verify_netlist};
 
-use super::SynthError;
 use super::gates::Gate;
+use super::{Library, SynthError};
+use library::PowerLibrary;
+
+/// Picoseconds of the transition that inputs are taken to have: none where the library does
+/// not say.
+pub(super) fn usual_transition_ps(library: &Library) -> Result<Option<f64>, SynthError> {
+    let own = PowerLibrary::read(library)?;
+    match own.transition() {
+        Ok(transition) => Ok(Some(transition * own.units.time_ps)),
+        Err(Lack::Absent(_)) => Ok(None),
+        Err(Lack::Wrong(error)) => Err(error),
+    }
+}
 
 /// Why there is no estimate.
 #[derive(Debug)]

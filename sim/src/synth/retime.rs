@@ -1,0 +1,100 @@
+//! A netlist that is timed once more.
+
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::script::{LIBRARY, NETLIST};
+use super::tools::TIMING;
+use super::{Library, Made, SynthError, Tools, UnitKind};
+
+/// What a netlist is timed with.
+pub(super) struct Retiming<'a> {
+    pub(super) unit: UnitKind,
+    pub(super) made: &'a Made,
+    pub(super) library: &'a Library,
+    pub(super) tools: &'a Tools,
+    /// Where results are kept.
+    pub(super) cache: &'a Path,
+}
+
+/// What is looked for.
+pub(super) struct Wanted<'a> {
+    /// Version of what is kept.
+    pub(super) version: &'a str,
+    /// In the names of files.
+    pub(super) name: &'a str,
+    /// For errors.
+    pub(super) what: &'a str,
+    pub(super) script: &'a str,
+    /// Files beside library and netlist, by name.
+    pub(super) others: &'a [(&'a str, &'a str)],
+}
+
+impl Retiming<'_> {
+    /// Runs the script and reads what OpenSTA says, or finds what an earlier run left.
+    ///
+    /// # Errors
+    /// OpenSTA fails or prints what is not understood; files cannot be written.
+    pub(super) fn run<T: Serialize + DeserializeOwned>(
+        &self,
+        wanted: &Wanted<'_>,
+        read: impl FnOnce(&str) -> Option<T>,
+    ) -> Result<T, SynthError> {
+        let cannot = |path: &Path| {
+            let path = path.to_owned();
+            move |source| SynthError::File { path, source }
+        };
+        let (library, unit) = (self.library, self.unit);
+        let from = &self.made.netlist;
+        let netlist = std::fs::read_to_string(from).map_err(cannot(from))?;
+        let mut key = blake3::Hasher::new();
+        let opensta = &self.tools.opensta;
+        let own = [
+            wanted.version,
+            wanted.script,
+            opensta,
+            &library.sha256,
+            &netlist,
+        ];
+        for part in own
+            .into_iter()
+            .chain(wanted.others.iter().map(|(_, text)| *text))
+        {
+            key.update(&(part.len() as u64).to_le_bytes());
+            key.update(part.as_bytes());
+        }
+        let key = &key.finalize().to_hex()[..32];
+        let kept = self
+            .cache
+            .join(format!("{unit}-{}-{key}.json", wanted.name));
+        if let Some(found) = read_kept(&kept) {
+            return Ok(found);
+        }
+        let folder = tempfile::tempdir().map_err(cannot(&std::env::temp_dir()))?;
+        let files = [
+            (LIBRARY, &*library.text),
+            (NETLIST, &netlist),
+            (TIMING, wanted.script),
+        ];
+        for (name, text) in files.iter().chain(wanted.others) {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).map_err(cannot(&path))?;
+        }
+        let said = self.tools.sta(folder.path(), unit.top())?;
+        let found = read(&said).ok_or_else(|| SynthError::Output {
+            tool: "sta",
+            unit: unit.top(),
+            what: wanted.what.to_owned(),
+        })?;
+        let json = serde_json::to_vec_pretty(&found).map_err(|e| cannot(&kept)(e.into()))?;
+        potamoi_golden::files::write(&kept, &json).map_err(cannot(&kept))?;
+        // As it is read again, so that nothing depends on whether it was kept.
+        Ok(read_kept(&kept).unwrap_or(found))
+    }
+}
+
+fn read_kept<T: DeserializeOwned>(path: &Path) -> Option<T> {
+    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
+}
