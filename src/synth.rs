@@ -6,6 +6,7 @@ mod power;
 mod print;
 mod study;
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -99,8 +100,13 @@ struct Flow<'a> {
 }
 
 impl Flow<'_> {
-    fn synthesise(&self, config: &Config, unit: UnitKind) -> Result<Made, SynthError> {
-        synthesise(config, unit, self.library, self.tools, self.cache)
+    fn synthesise(
+        &self,
+        config: &Config,
+        unit: UnitKind,
+        step: &dyn Fn(),
+    ) -> Result<Made, SynthError> {
+        synthesise(config, unit, self.library, self.tools, self.cache, step)
     }
 }
 
@@ -163,9 +169,11 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         return grid::run(args, &flow, path);
     }
     let work = scenes.work(&config)?;
-    let made = in_parallel(args.unit.kinds(), args.jobs.into(), |unit| {
-        let mut made = flow.synthesise(&config, *unit)?;
-        args.power.add(&config, *unit, &mut made, &work, &flow)?;
+    let steps = args.power.steps();
+    let made = in_parallel(args.unit.kinds(), args.jobs.into(), steps, |unit, step| {
+        let mut made = flow.synthesise(&config, *unit, step)?;
+        let own = (&config, *unit);
+        args.power.add(own, &mut made, &work, &flow, step)?;
         Ok::<_, Failure>(made)
     })?;
     for made in &made {
@@ -222,24 +230,31 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
 }
 
 /// Does every item, `jobs` at once; after a failure no further ones. The first failure,
-/// in the items' order.
+/// in the items' order. An item has so many steps and calls what it is given after each; what
+/// it did not have to do counts when it is done.
 fn in_parallel<I: Sync, T: Send>(
     items: &[I],
     jobs: usize,
-    make: impl Fn(&I) -> Result<T, Failure> + Sync,
+    steps: u64,
+    make: impl Fn(&I, &dyn Fn()) -> Result<T, Failure> + Sync,
 ) -> Result<Vec<T>, Failure> {
-    let bar = progress::bar(items.len() as u64, "units");
+    let bar = progress::bar(items.len() as u64 * steps, "steps");
     let next = AtomicUsize::new(0);
     let done = Mutex::new((0..items.len()).map(|_| None).collect::<Vec<_>>());
     let work = || {
         loop {
             let at = next.fetch_add(1, Ordering::Relaxed);
             let Some(item) = items.get(at) else { return };
-            let result = make(item);
+            let left = Cell::new(steps);
+            let result = make(item, &|| {
+                let one = left.get().min(1);
+                left.set(left.get() - one);
+                bar.inc(one);
+            });
             if result.is_err() {
                 next.store(items.len(), Ordering::Relaxed);
             }
-            bar.inc(1);
+            bar.inc(left.get());
             done.lock().unwrap_or_else(PoisonError::into_inner)[at] = Some(result);
         }
     };

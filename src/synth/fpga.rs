@@ -12,7 +12,7 @@ use crate::say::say;
 
 pub(super) fn run(config: &Config, args: &SynthArgs, cache: &Path) -> Result<(), Failure> {
     let tools = FpgaTools::find()?;
-    let made = in_parallel(args.unit.kinds(), args.jobs.into(), |unit| {
+    let made = in_parallel(args.unit.kinds(), args.jobs.into(), 1, |unit, _| {
         Ok(place_and_route(config, *unit, &tools, args.seed, cache)?)
     })?;
     let units = made.iter().map(|(unit, _)| unit.clone()).collect();

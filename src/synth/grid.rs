@@ -16,15 +16,21 @@ pub(super) fn run(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), 
         let why = "--grid estimates power: name a scene in place of --activity none";
         return Err(Failure::Usage(why.to_owned()));
     }
-    let points = in_parallel(&design(), args.jobs.into(), |point| {
-        let config = point.config()?;
-        let unit = point.family.unit();
-        let mut made = flow.synthesise(&config, unit)?;
-        let work = Scenes::open(&args.power, &[unit])?.work(&config)?;
-        args.power.add(&config, unit, &mut made, &work, flow)?;
-        let ends = path_ends(&config, unit, &made, flow.library, flow.tools, flow.cache)?;
-        Ok(GridPoint::new(point, &config, &made.report, ends)?)
-    })?;
+    let points = in_parallel(
+        &design(),
+        args.jobs.into(),
+        args.power.steps(),
+        |point, step| {
+            let config = point.config()?;
+            let unit = point.family.unit();
+            let mut made = flow.synthesise(&config, unit, step)?;
+            let work = Scenes::open(&args.power, &[unit])?.work(&config)?;
+            args.power
+                .add((&config, unit), &mut made, &work, flow, step)?;
+            let ends = path_ends(&config, unit, &made, flow.library, flow.tools, flow.cache)?;
+            Ok(GridPoint::new(point, &config, &made.report, ends)?)
+        },
+    )?;
     let grid = Grid::new(flow.library, args.node, flow.tools, points);
     files::write_json(path, &grid)?;
     say!("{} points: {}", grid.points.len(), path.display());

@@ -6,7 +6,8 @@ use clap::Args;
 use potamoi_formats::config::Config;
 use potamoi_golden::scene::Scene;
 use potamoi_sim::synth::{
-    Extent, Made, Order, Power, PowerReport, Sampler, SynthError, UnitKind, estimate,
+    Extent, Made, Order, POWER_STEPS, Power, PowerReport, STEPS, Sampler, SynthError, UnitKind,
+    estimate,
 };
 
 use super::Flow;
@@ -79,6 +80,16 @@ impl PowerArgs {
         self.activity.as_deref() != Some(NONE)
     }
 
+    /// Steps of a unit: its synthesis, and its power.
+    pub(super) fn steps(&self) -> u64 {
+        match (self.is_wanted(), self.whole) {
+            (false, _) => STEPS,
+            (true, false) => STEPS + POWER_STEPS,
+            // Both runs of the whole netlist.
+            (true, true) => STEPS + 2,
+        }
+    }
+
     fn scene(&self, unit: UnitKind) -> Option<&str> {
         let default = match unit {
             UnitKind::Gathering => SCENES[0],
@@ -91,11 +102,11 @@ impl PowerArgs {
     /// Adds its power to a unit that was made.
     pub(super) fn add(
         &self,
-        config: &Config,
-        unit: UnitKind,
+        (config, unit): (&Config, UnitKind),
         made: &mut Made,
         work: &Work,
         flow: &Flow<'_>,
+        step: &dyn Fn(),
     ) -> Result<(), Failure> {
         let Some(scene) = self.scene(unit) else {
             return Ok(());
@@ -119,6 +130,7 @@ impl PowerArgs {
                 true => Extent::Whole,
                 false => Extent::Slices,
             },
+            step,
         };
         let power = estimate(&order, flow.cache).map_err(wrong)?;
         made.report.power = Some(power);

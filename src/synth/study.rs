@@ -7,7 +7,7 @@ use potamoi_formats::config::Config;
 use potamoi_sim::synth::study::{
     EXPONENTIALS, GATHERING, Table, Variant, array_um2, crossbar_um2, once, tables,
 };
-use potamoi_sim::synth::{Cacti, Memories, Raw, SYSTEM, Scaled, UnitReport, model};
+use potamoi_sim::synth::{Cacti, Memories, Raw, STEPS, SYSTEM, Scaled, UnitReport, model};
 
 use super::{Flow, SynthArgs, in_parallel};
 use crate::failure::Failure;
@@ -60,9 +60,9 @@ impl Row {
 pub(super) fn run(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), Failure> {
     let cacti = Cacti::find(flow.cache)?;
     let variants: Vec<Variant> = GATHERING.into_iter().chain(EXPONENTIALS).collect();
-    let rows = in_parallel(&variants, args.jobs.into(), |variant| {
+    let rows = in_parallel(&variants, args.jobs.into(), STEPS, |variant, step| {
         let config = variant.config()?;
-        let unit = flow.synthesise(&config, variant.unit)?.report;
+        let unit = flow.synthesise(&config, variant.unit, step)?.report;
         let memories = model(std::slice::from_ref(&unit), &cacti)?;
         let raw = Raw {
             units: vec![unit.clone()],
@@ -254,4 +254,72 @@ fn ways(rows: &[Row]) -> String {
         );
     }
     text + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use potamoi_sim::synth::SynthReport;
+
+    /// A variant with a unit of the paper's report in its place.
+    fn row(variant: Variant, at: usize) -> Row {
+        let raw = SynthReport::checked_in().unwrap()[0].clone().raw;
+        let raw = Raw {
+            units: vec![raw.units[at].clone()],
+            memories: raw.memories,
+        };
+        Row {
+            variant,
+            config: variant.config().unwrap(),
+            unit: raw.units[0].clone(),
+            memories: raw.memories.clone().unwrap(),
+            scaled: Scaled::new(&raw, Some(7), 12),
+        }
+    }
+
+    /// The line of docs/synthesis.md.
+    #[test]
+    fn the_paper_s_unit_is_as_the_book_has_it() {
+        let text = units(&[row(GATHERING[0], 0)]);
+        let line = "| paper | 0.0178 (0.0407) | 11101 | 1101 (1387) | 0.0983 | 0.0130 |";
+        assert_eq!(text.lines().nth(2), Some(line), "{text}");
+        let book = include_str!("../../docs/synthesis.md");
+        assert!(book.contains(&line.replace("11101", "11,101")));
+        let text = modules(&row(GATHERING[0], 0).unit);
+        assert!(
+            text.contains("| `reducer` | 64 | 1509 | 31 | 183.2 | 65.9 % |"),
+            "{text}"
+        );
+    }
+
+    /// Of 24 lanes with 100 um^2 and 240 um^2 for all of them: 110 um^2, 1 ns and so many
+    /// clocks a result.
+    #[test]
+    fn area_and_time_are_of_a_lane_and_its_part() {
+        let changed = |variant: Variant| {
+            let mut row = row(variant, 1);
+            row.unit.period_ps = 1000.0;
+            for module in &mut row.unit.modules {
+                module.area_um2 = match &*module.module {
+                    "vector_lane" => 100.0,
+                    "exp_constants" => 240.0,
+                    _ => 7.0,
+                };
+            }
+            row
+        };
+        let [first, second] = [EXPONENTIALS[0], EXPONENTIALS[4]].map(changed);
+        assert!(second.config.vu.exp.pipelined);
+        let text = ways(&[first, second]);
+        let lines: Vec<&str> = text.lines().skip(2).collect();
+        assert!(
+            lines[0].ends_with("| 100.0 | 240.0 | 1000 | 20 | 2200 | 1.00 |"),
+            "{text}"
+        );
+        assert!(
+            lines[1].ends_with("| 100.0 | 240.0 | 1000 | 1 | 110 | 0.05 |"),
+            "{text}"
+        );
+    }
 }

@@ -126,7 +126,7 @@ impl Found {
     fn print_totals(&self) {
         let mut quality = tables::lined(
             1,
-            &[
+            [
                 "",
                 "PSNR to truth, dB",
                 "loss, dB",

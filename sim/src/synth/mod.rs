@@ -41,15 +41,15 @@ pub use library::{Cell, Library};
 pub use memories::{FlopMemory, Memories, MemoryReport, SYSTEM, macros, model, system};
 pub use netlist::{MemoryArea, ModuleArea};
 pub use power::{
-    Activity, Extent, Figures as PowerFigures, GatherWindow, ModulePower, Order, Power,
-    PowerReport, Sampler, VectorWindow, Verified, estimate, verify_netlist,
+    Activity, Extent, Figures as PowerFigures, GatherWindow, ModulePower, Order, POWER_STEPS,
+    Power, PowerReport, Sampler, VectorWindow, Verified, estimate, verify_netlist,
 };
 pub use report::{
     LibraryOrigin, Raw, Scaled, ScaledEnergy, ScaledLogic, ScaledMemories, ScaledMemory,
     ScaledUnit, SynthReport, ToolsOrigin, differences,
 };
 pub use tools::Tools;
-pub use unit::{Made, UnitKind, UnitReport, synthesise};
+pub use unit::{Made, STEPS, UnitKind, UnitReport, synthesise};
 
 use std::path::PathBuf;
 

@@ -99,8 +99,12 @@ pub struct Made {
     pub is_cached: bool,
 }
 
+/// Steps of a synthesis that [`synthesise`] tells of: mapped, buffered, timed.
+pub const STEPS: u64 = 3;
+
 /// Synthesises a unit, or finds what an earlier run of the same Verilog, library,
-/// scripts and programs left in `cache`. Interrupted, it leaves nothing there.
+/// scripts and programs left in `cache`. Interrupted, it leaves nothing there. `step` is called
+/// after each step that was taken.
 ///
 /// # Errors
 /// A program fails or prints what is not understood; files cannot be written.
@@ -110,6 +114,7 @@ pub fn synthesise(
     library: &Library,
     tools: &Tools,
     cache: &Path,
+    step: &dyn Fn(),
 ) -> Result<Made, SynthError> {
     let module = unit.module(config)?;
     let (macros, flop_memories) = memories::split(&module, unit);
@@ -182,13 +187,16 @@ pub fn synthesise(
     };
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name));
     tools.yosys(folder.path(), SYNTH, unit.top())?;
+    step();
     let buffered = read(MAPPED)
         .ok()
         .and_then(|text| fanout::limit(text.as_bytes(), unit.top(), library));
     let (buffered, buffers) = buffered.ok_or_else(|| no("yosys", "netlist as JSON"))?;
     write(BUFFERED, &buffered)?;
     tools.yosys(folder.path(), FINISH, unit.top())?;
+    step();
     let timing = tools.sta(folder.path(), unit.top())?;
+    step();
     let types = read(STATISTICS)
         .ok()
         .as_deref()

@@ -53,7 +53,13 @@ pub struct Order<'a> {
     pub windows: (Option<&'a GatherWindow>, Option<&'a VectorWindow>),
     /// How much is simulated.
     pub extent: Extent,
+    /// Called after each step that was taken: a slice mapped, a netlist run without delays
+    /// or with them.
+    pub step: &'a dyn Fn(),
 }
+
+/// Steps of an estimate from slices that [`Order::step`] is told of.
+pub const POWER_STEPS: u64 = 2 * 3;
 
 /// Estimates the power of a unit, or finds what an earlier run on the same netlists and
 /// work left in `cache`.
@@ -161,9 +167,11 @@ impl Order<'_> {
                 };
                 (share, work)
             };
+            let netlist = netlist(&module, self.unit.top(), self.library, self.tools, cache)?;
+            (self.step)();
             parts.push(Part {
                 size: size.into(),
-                netlist: netlist(&module, self.unit.top(), self.library, self.tools, cache)?,
+                netlist,
                 works: sets.into_iter().map(own).collect(),
                 config,
                 module,
@@ -217,7 +225,9 @@ impl Order<'_> {
             let still = Still::new(&library, &Arc::new(flat), &whole)?;
             let runs = [false, true].map(|is_delayed| -> Result<Vec<Measured>, SynthError> {
                 let run = |(_, work): &_| measure(&still, &part.config, work, is_delayed);
-                part.works.iter().map(run).collect()
+                let found = part.works.iter().map(run).collect();
+                (self.step)();
+                found
             });
             let [zero, glitches] = runs;
             let shares: Vec<f64> = part.works.iter().map(|(share, _)| *share).collect();

@@ -27,7 +27,7 @@ mod tests;
 mod verify;
 
 pub use activity::{GatherWindow, Sampler, VectorWindow};
-pub use estimate::{Extent, Order, estimate};
+pub use estimate::{Extent, Order, POWER_STEPS, estimate};
 pub use report::{Activity, Figures, ModulePower, Power, PowerReport};
 pub use verify::{Verified, verify_netlist};
 
