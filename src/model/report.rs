@@ -27,6 +27,8 @@ pub(super) struct Found {
     /// Whether the work had been counted earlier.
     pub(super) was_kept: bool,
     pub(super) clock_ghz: f64,
+    /// What its units reach at 12 nm before wires, where they were synthesised.
+    pub(super) reached_ghz: Option<f64>,
     /// Where energy is from.
     pub(super) energy_origin: String,
     /// Pixels of targets that are rendered, of those that are not void, over the path.
@@ -56,6 +58,7 @@ impl Found {
             preset,
             was_kept,
             clock_ghz: model.clock_ghz,
+            reached_ghz: model.costs.reached_ghz,
             energy_origin: model.costs.origin.clone(),
             rendered_share: rendered as f64 / f64::max(shown as f64, 1.0),
             outcomes,

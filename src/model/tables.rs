@@ -27,12 +27,15 @@ pub(super) fn print(found: &Found, system: &System) {
         }
     );
     say!(
-        "  units: {}, {} GHz; full frames are counted at the references' poses; {:.1} % of what targets show is rendered",
+        "  units: {}, {} GHz assumed{}; full frames are counted at the references' poses; {:.1} % of what targets show is rendered",
         found.preset.map_or_else(
             || "as configured".to_owned(),
             |name| format!("preset {name}")
         ),
         found.clock_ghz,
+        found.reached_ghz.map_or_else(String::new, |ghz| format!(
+            " ({ghz:.2} reached at 12 nm before wires)"
+        )),
         100.0 * found.rendered_share
     );
     for (_, scenario) in scenarios(&found.outcomes) {

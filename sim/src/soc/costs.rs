@@ -78,6 +78,15 @@ impl UnitEnergy {
     }
 }
 
+fn reached_ghz(report: &SynthReport) -> Option<f64> {
+    let units = &report.scaled.as_ref()?.logic.as_ref()?.units;
+    let slowest = units
+        .iter()
+        .map(|unit| unit.with_memories_ps.unwrap_or(unit.period_ps))
+        .fold(0.0, f64::max);
+    (slowest > 0.0).then(|| 1e3 / slowest)
+}
+
 fn power_of(report: &SynthReport, unit: UnitKind) -> Option<&PowerReport> {
     match report.unit(unit)?.power.as_ref()? {
         Power::Estimated(power) => Some(power),
@@ -115,6 +124,10 @@ pub struct Costs {
     pub weights: Port,
     /// Memories and logic of the units at rest, in milliwatts.
     pub leakage_mw: f64,
+    /// The clock in gigahertz that the slower of both units reaches at 12 nm, with the access
+    /// times of memories where they are known, before wires; none where they were not
+    /// synthesised.
+    pub reached_ghz: Option<f64>,
     /// Where the numbers are from.
     pub origin: String,
 }
@@ -240,6 +253,7 @@ impl Costs {
                     None => "formulas fitted to syntheses",
                 },
             ),
+            reached_ghz: own.and_then(reached_ghz),
             gatherer,
             vector,
             config: config.clone(),
