@@ -13,7 +13,7 @@ help:
 	  'make test       all checks of a change: formatting, lints, tests, checked-in Verilog' \
 	  'make test-full  also the exhaustive tests, the crate verilated, and that the benches build' \
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
-	  'make parameters LIBERTY=FILE  synthesise again: synth/paper-asap7.json' \
+	  'make parameters LIBERTY=FILE  synthesise again: synth/{paper,fields,records}-asap7.json' \
 	  'make grid LIBERTY=FILE        the grid too, in an hour or two: synth/grid-asap7.json' \
 	  'make lint       formatting and lints alone' \
 	  'make bench      the benchmarks' \
@@ -89,6 +89,10 @@ parameters: setup
 	@tools/setup synth
 	cargo run --locked --release --quiet -- synth --liberty "$(LIBERTY)" --node 7 \
 	  --json synth/paper-asap7.json
+	cargo run --locked --release --quiet -- --config fields synth --liberty "$(LIBERTY)" \
+	  --node 7 --json synth/fields-asap7.json
+	cargo run --locked --release --quiet -- synth --unit gu --activity garden \
+	  --liberty "$(LIBERTY)" --node 7 --json synth/records-asap7.json
 
 grid: setup
 	@test -n "$(LIBERTY)" || { echo 'make grid: name the library, LIBERTY=FILE' >&2; exit 2; }
