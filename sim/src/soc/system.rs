@@ -57,6 +57,18 @@ impl Default for System {
     }
 }
 
+/// Puts values in the place of others, tables part by part.
+fn overlay(all: &mut toml::Table, given: toml::Table) {
+    for (key, value) in given {
+        match (all.get_mut(&key), value) {
+            (Some(toml::Value::Table(own)), toml::Value::Table(value)) => overlay(own, value),
+            (_, value) => {
+                all.insert(key, value);
+            }
+        }
+    }
+}
+
 /// A system that cannot be.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SystemError {
@@ -88,10 +100,19 @@ impl System {
     /// # Errors
     /// Text that is no TOML, an unknown field, a value out of range.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, SystemError> {
-        let system: Self = toml::from_str(text).map_err(|error| SystemError::Text {
+        let fail = |problem: String| SystemError::Text {
             name: name.to_owned(),
-            problem: error.to_string(),
-        })?;
+            problem,
+        };
+        let given: toml::Table = text
+            .parse()
+            .map_err(|e: toml::de::Error| fail(e.to_string()))?;
+        // Parts of the GPUs, too, are as in the default where they are not named.
+        let mut all = toml::Table::try_from(Self::default()).map_err(|e| fail(e.to_string()))?;
+        overlay(&mut all, given);
+        let system: Self = all
+            .try_into()
+            .map_err(|e: toml::de::Error| fail(e.to_string()))?;
         system.check(name)?;
         Ok(system)
     }

@@ -325,6 +325,8 @@ fn systems_that_cannot_be_are_refused_by_field() {
         ("link_bytes_per_second = 0.0", "link_bytes_per_second"),
         ("link_nj_per_byte = -1.0", "link_nj_per_byte"),
         ("bandwidth = 1", "bandwidth"),
+        ("[gpu]\ncores = 0.0", "gpu.cores"),
+        ("[gpu]\nshaders = 1", "shaders"),
         ("array_rows = \"many\"", "array_rows"),
     ] {
         let error = System::from_toml(text, "test.toml")
@@ -340,6 +342,18 @@ fn systems_that_cannot_be_are_refused_by_field() {
         made,
         System {
             memory_channels: 2,
+            ..System::default()
+        }
+    );
+    let made = System::from_toml("[remote]\nlaunch_us = 7.0", "test.toml").unwrap();
+    let remote = Gpu {
+        launch_us: 7.0,
+        ..Gpu::RTX_2080_TI
+    };
+    assert_eq!(
+        made,
+        System {
+            remote,
             ..System::default()
         }
     );
