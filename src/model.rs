@@ -7,25 +7,23 @@ mod paper;
 mod pictures;
 mod report;
 mod rivals;
+mod setup;
 mod tables;
 mod timeline;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use potamoi_formats::config::{Config, PRESETS};
-use potamoi_golden::scene::{Model as SceneModel, Scene};
-use potamoi_sim::soc::work::{Kept, PathOptions, PathWork};
-use potamoi_sim::soc::{Costs, Memory, Model, Program, Scenario, System, Variant};
-use potamoi_sim::synth::fit::Fit;
-use potamoi_sim::synth::{SynthError, SynthReport};
+use potamoi_sim::soc::work::{PathOptions, PathWork};
+use potamoi_sim::soc::{Scenario, System, Variant};
 
 use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
 use crate::scene::{SceneArgs, named, say_not_checked};
-use report::{FORMAT_VERSION, Found, Report};
+use report::{Found, Report};
+use setup::{Setup, store};
 
 #[derive(Debug, Args)]
 pub(crate) struct ModelArgs {
@@ -135,24 +133,11 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
         return rivals::run(common, args, &system, &names);
     }
     let variants = args.variants()?;
-    let mut report = Report {
-        format_version: FORMAT_VERSION,
-        command: "model",
-        system: system.clone(),
-        scenes: vec![],
-    };
+    let mut report = Report::new("model", &system, vec![]);
     for name in &names {
-        let scene = args.scene.open_named(name)?;
-        let (config, preset) = config_for(common, &scene)?;
-        let (path, was_kept) = args.count(&scene, &config)?;
-        let costs = costs(&scene, &config, args.synth.as_deref())?;
-        let memory = Memory::lpddr3(system.memory_channels);
-        let model = Model {
-            system: &system,
-            memory: &memory,
-            costs: &costs,
-            clock_ghz: f64::from(config.clock_mhz) * 1e-3,
-        };
+        let setup = Setup::new(common, args, &system, args.scene.open_named(name)?)?;
+        let (path, was_kept) = args.count(&setup)?;
+        let model = setup.model();
         let mut outcomes = vec![];
         let mut last = None;
         for scenario in args.scenario.all() {
@@ -162,10 +147,10 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
                 last = Some(timeline);
             }
         }
-        let found = Found::new(&path, preset, was_kept, &model, outcomes);
+        let found = Found::new(&path, &setup, was_kept, outcomes);
         if names.len() == 1 {
             tables::print(&found, &system);
-            say_not_checked(&scene.left_open());
+            say_not_checked(&setup.scene.left_open());
         }
         if let Some(file) = &args.energy {
             pictures::energy(file, &found)?;
@@ -177,9 +162,7 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
             files::write_json(file, &timeline::chrome_trace(timeline))?;
         }
         report.scenes.push(found);
-        if let Some(file) = &args.json {
-            files::write_json(file, &report)?;
-        }
+        report::write(&report, args)?;
     }
     if names.len() > 1 {
         tables::side_by_side(&report);
@@ -218,9 +201,10 @@ impl ModelArgs {
         Ok(all)
     }
 
-    fn options(&self) -> Result<PathOptions, Failure> {
-        let system = self.system()?;
-        Ok(PathOptions {
+    /// The work of the scene's path, counted now or earlier.
+    fn count(&self, setup: &Setup) -> Result<(PathWork, bool), Failure> {
+        let system = &setup.system;
+        let options = PathOptions {
             frames: self.frames,
             fps: self.fps,
             window: self.window,
@@ -228,61 +212,11 @@ impl ModelArgs {
             array: [system.array_rows.into(), system.array_columns.into()],
             is_double_buffered: system.array_double_buffered,
             cache: system.gpu.cache_bytes,
-        })
-    }
-
-    /// The work of the scene's path, counted now or earlier.
-    fn count(&self, scene: &Scene, config: &Config) -> Result<(PathWork, bool), Failure> {
-        let options = self.options()?;
+        };
         let bar = progress::bar(PathWork::steps(&options), "rendering and counting");
-        bar.set_message(scene.name().to_owned());
-        let found = store()?.path(scene, config, &options, &mut || bar.inc(1))?;
+        bar.set_message(setup.scene.name().to_owned());
+        let found = store()?.path(&setup.scene, &setup.config, &options, &mut || bar.inc(1))?;
         bar.finish_and_clear();
         Ok(found)
     }
-}
-
-/// Where counted work is kept.
-fn store() -> Result<Kept, Failure> {
-    let models = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
-    Ok(Kept::new(&models.with_file_name("work")))
-}
-
-/// The configuration that was asked for; where none was, the preset that has what the scene's
-/// model needs.
-fn config_for(common: &Common, scene: &Scene) -> Result<(Config, Option<&'static str>), Failure> {
-    if common.config.is_some() {
-        return Ok((common.read_config()?, common.preset()));
-    }
-    let wanted = match scene.model() {
-        SceneModel::Splats(_) | SceneModel::Voxels(_) => "paper",
-        _ => "fields",
-    };
-    let preset = PRESETS.iter().find(|(name, _)| *name == wanted);
-    match preset {
-        Some((name, text)) => Ok((
-            Config::from_toml(text, &format!("preset {name}"))?,
-            Some(*name),
-        )),
-        None => Ok((common.read_config()?, common.preset())),
-    }
-}
-
-/// Energy of units and memories, from the files that come with the program, and one that was
-/// given.
-fn costs(scene: &Scene, config: &Config, given: Option<&Path>) -> Result<Costs, Failure> {
-    let program = match scene.model() {
-        SceneModel::Splats(_) | SceneModel::Compact(_) => Program::Splats,
-        _ => Program::Fields,
-    };
-    let [paper, fields] = SynthReport::checked_in()?;
-    let memories = paper.clone();
-    let mut reports = vec![paper, fields];
-    if let Some(path) = given {
-        reports.insert(0, SynthReport::read(path)?.of(config, path)?);
-    }
-    let (fit, records) = (Fit::checked_in()?, SynthReport::of_records()?);
-    Ok(Costs::new(
-        config, program, fit, &reports, &records, &memories,
-    )?)
 }

@@ -1,18 +1,19 @@
 //! The two factors of the GPU: found from what the paper timed, and tried on what they were not
 //! found from.
 
-use comfy_table::presets;
 use potamoi_sim::soc::work::FrameWork;
-use potamoi_sim::soc::{AloneTime, Gpu, Memory, System, alone};
+use potamoi_sim::soc::{AloneTime, Memory, System, alone};
 use serde::Serialize;
 
-use super::{ModelArgs, config_for, store};
+use super::ModelArgs;
+use super::report::{self, Report};
+use super::setup::Setup;
 use crate::common::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress;
 use crate::say::say;
 use crate::scene::named;
+use crate::tables;
 
 /// Frames a second at 800 x 800 on the mobile GPU alone (paper, Sec. "Introduction").
 const TIMED: [(&str, f64); 2] = [("DirectVoxGO", 0.8), ("3DGS", 5.0)];
@@ -35,14 +36,13 @@ struct Timed {
     by_factor: Option<AloneTime>,
 }
 
+/// The factors, and what they were found from and tried on.
 #[derive(Serialize)]
 struct Factors {
-    format_version: u32,
-    command: &'static str,
-    gpu: Gpu,
+    #[serde(flatten)]
+    report: Report<Timed>,
     fields_efficiency: Option<f64>,
     splats_efficiency: Option<f64>,
-    scenes: Vec<Timed>,
 }
 
 pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<(), Failure> {
@@ -60,12 +60,11 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         if !args.scene.looks_otherwise() {
             scene.set_size(Some(SIDE), Some(SIDE))?;
         }
-        let (config, _) = config_for(common, &scene)?;
-        let cache = system.gpu.cache_bytes;
-        let (work, _): (FrameWork, _) = store()?.frame(&scene, &config, system.array(), cache)?;
+        let setup = Setup::new(common, args, system, scene)?;
+        let work = setup.frame()?;
         scenes.push(Timed {
             scene: name,
-            algorithm: scene.model().algorithm(),
+            algorithm: setup.scene.model().algorithm(),
             gaussians: work.gaussians,
             model_bytes: work.reads.model_bytes,
             best: alone(&best, &memory, &work),
@@ -98,24 +97,17 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         let factor = if timed.gaussians > 0 { splats } else { fields };
         timed.by_factor = factor.map(|f| alone(&best.reaching(f), &memory, &timed.work));
     }
-    let report = Factors {
-        format_version: super::report::FORMAT_VERSION,
-        command: "model --calibrate",
-        gpu: system.gpu,
+    let found = Factors {
+        report: Report::new("model --calibrate", system, scenes),
         fields_efficiency: fields,
         splats_efficiency: splats,
-        scenes,
     };
-    print(&report);
-    match &args.json {
-        Some(path) => Ok(files::write_json(path, &report)?),
-        None => Ok(()),
-    }
+    print(&found);
+    report::write(&found, args)
 }
 
-fn print(report: &Factors) {
-    let mut table = comfy_table::Table::new();
-    table.load_preset(presets::NOTHING).set_header([
+fn print(found: &Factors) {
+    let mut table = tables::plain([
         "scene",
         "algorithm",
         "Gaussians",
@@ -128,7 +120,7 @@ fn print(report: &Factors) {
         "frames/s by the factor",
         "gathering's share",
     ]);
-    for timed in &report.scenes {
+    for timed in &found.report.scenes {
         let ms = timed.best.total_ns() * 1e-6;
         let by_factor = |show: &dyn Fn(&AloneTime) -> String| {
             timed
@@ -156,7 +148,7 @@ fn print(report: &Factors) {
     say!("{table}");
     for ((algorithm, target), factor) in TIMED
         .iter()
-        .zip([report.fields_efficiency, report.splats_efficiency])
+        .zip([found.fields_efficiency, found.splats_efficiency])
     {
         if let Some(factor) = factor {
             say!("{algorithm} at {target} frames/s on average: {factor:.4} of the GPU's best");

@@ -2,19 +2,20 @@
 
 use std::time::Instant;
 
-use comfy_table::{CellAlignment, Table, presets};
 use potamoi_golden::units::{Twins, Units};
 use potamoi_sim::rtl::RtlUnits;
 use potamoi_sim::soc::work::FrameWork;
-use potamoi_sim::soc::{Gathering, Memory, Model, System};
+use potamoi_sim::soc::{Gathering, System};
 use serde::Serialize;
 
-use super::{ModelArgs, config_for, costs};
+use super::ModelArgs;
+use super::report::{self, Report};
+use super::setup::Setup;
 use crate::common::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress;
 use crate::say::say;
+use crate::tables;
 
 /// One way.
 #[derive(Serialize)]
@@ -30,32 +31,22 @@ struct Rung {
 }
 
 #[derive(Serialize)]
-struct Report {
-    format_version: u32,
-    command: &'static str,
+struct Ladder {
     scene: String,
     size: [u32; 2],
     rungs: Vec<Rung>,
 }
 
 pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<(), Failure> {
-    let scene = args.scene.open()?;
-    let (config, _) = config_for(common, &scene)?;
-    let costs = costs(&scene, &config, args.synth.as_deref())?;
-    let memory = Memory::lpddr3(system.memory_channels);
-    let model = Model {
-        system,
-        memory: &memory,
-        costs: &costs,
-        clock_ghz: f64::from(config.clock_mhz) * 1e-3,
-    };
+    let setup = Setup::new(common, args, system, args.scene.open()?)?;
+    let (scene, config, model) = (&setup.scene, &setup.config, setup.model());
     let count = |units: &mut dyn Units| {
         let cache = system.gpu.cache_bytes;
-        FrameWork::count_through(&scene, &config, system.array(), cache, None, units)
+        FrameWork::count_through(scene, config, system.array(), cache, None, units)
     };
     let spinner = progress::spinner("rendering three times");
     let begun = Instant::now();
-    let work = count(&mut Twins::new(&config))?;
+    let work = count(&mut Twins::new(config))?;
     let counted_s = begun.elapsed().as_secs_f64();
     let mut rungs = vec![];
     let mut rung = |way, work: &FrameWork, before_s: f64| -> Result<(), Failure> {
@@ -72,9 +63,9 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         });
         Ok(())
     };
-    rung("formulas on one sum", &work.as_one_sum(&config), counted_s)?;
+    rung("formulas on one sum", &work.as_one_sum(config), counted_s)?;
     rung("cycle models", &work, counted_s)?;
-    let mut rtl = RtlUnits::new(&config);
+    let mut rtl = RtlUnits::new(config);
     let begun = Instant::now();
     let through = count(&mut rtl)?;
     let simulated_s = begun.elapsed().as_secs_f64();
@@ -91,22 +82,16 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         size[1]
     );
     print(&rungs);
-    let report = Report {
-        format_version: super::report::FORMAT_VERSION,
-        command: "model --ladder",
+    let found = Ladder {
         scene: scene.name().to_owned(),
         size,
         rungs,
     };
-    match &args.json {
-        Some(path) => Ok(files::write_json(path, &report)?),
-        None => Ok(()),
-    }
+    report::write(&Report::new("model --ladder", system, vec![found]), args)
 }
 
 fn print(rungs: &[Rung]) {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header([
+    let mut table = tables::plain([
         "",
         "gathering unit, cycles",
         "off",
@@ -130,9 +115,5 @@ fn print(rungs: &[Rung]) {
             format!("{:.2}", own.wall_s),
         ]);
     }
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
     say!("{table}");
 }

@@ -1,18 +1,18 @@
 //! What merging cells of splats into fuller `MVoxel`s saves.
 
-use comfy_table::{CellAlignment, Table, presets};
-use potamoi_formats::config::Config;
-use potamoi_golden::scene::Scene;
-use potamoi_sim::soc::work::{Batch, FrameWork};
-use potamoi_sim::soc::{Costs, Gathering, Memory, Model, System};
+use potamoi_golden::splats::Octree;
+use potamoi_sim::soc::work::Batch;
+use potamoi_sim::soc::{Gathering, System};
 use serde::Serialize;
 
-use super::{ModelArgs, config_for, costs, store};
+use super::ModelArgs;
+use super::report::{self, Report};
+use super::setup::Setup;
 use crate::common::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress;
 use crate::say::say;
+use crate::tables;
 
 /// A frame with cells merged, or as they are.
 #[derive(Serialize)]
@@ -28,6 +28,8 @@ struct Side {
     array_pj: f64,
     computation_pj: f64,
     gathering_pj: f64,
+    /// Share of the array's multipliers that work while it does.
+    array_use: f64,
     done: Batch,
 }
 
@@ -35,13 +37,6 @@ struct Side {
 struct Merging {
     scene: String,
     sides: [Side; 2],
-}
-
-#[derive(Serialize)]
-struct Report {
-    format_version: u32,
-    command: &'static str,
-    scenes: Vec<Merging>,
 }
 
 pub(super) fn run(
@@ -54,20 +49,18 @@ pub(super) fn run(
     let mut scenes = vec![];
     for name in names {
         bar.set_message(name.clone());
-        let mut scene = args.scene.open_named(name)?;
-        let (config, _) = config_for(common, &scene)?;
-        if scene.octree(config.mvoxel.rows as usize).is_none() {
+        let scene = args.scene.open_named(name)?;
+        let mut setup = Setup::new(common, args, system, scene)?;
+        if setup.octree().is_none() {
             return Err(Failure::Usage(format!(
                 "--octree {name}: it has no splats; choose a scene of splats, such as garden"
             )));
         }
-        let costs = costs(&scene, &config, args.synth.as_deref())?;
         let mut side = |merged: bool| -> Result<Side, Failure> {
-            scene.set_merges(merged);
-            let cache = system.gpu.cache_bytes;
-            let (work, _) = store()?.frame(&scene, &config, system.array(), cache)?;
+            setup.scene.set_merges(merged);
+            let side = Side::new(&setup)?;
             bar.inc(1);
-            Side::new(&scene, &config, system, &costs, &work)
+            Ok(side)
         };
         let sides = [side(false)?, side(true)?];
         scenes.push(Merging {
@@ -77,39 +70,23 @@ pub(super) fn run(
     }
     bar.finish_and_clear();
     print(&scenes);
-    let report = Report {
-        format_version: super::report::FORMAT_VERSION,
-        command: "model --octree",
-        scenes,
-    };
-    match &args.json {
-        Some(path) => Ok(files::write_json(path, &report)?),
-        None => Ok(()),
+    report::write(&Report::new("model --octree", system, scenes), args)
+}
+
+impl Setup {
+    fn octree(&self) -> Option<Octree> {
+        self.scene.octree(self.config.mvoxel.rows as usize)
     }
 }
 
 impl Side {
-    fn new(
-        scene: &Scene,
-        config: &Config,
-        system: &System,
-        costs: &Costs,
-        work: &FrameWork,
-    ) -> Result<Self, Failure> {
-        let memory = Memory::lpddr3(system.memory_channels);
-        let clock_ghz = f64::from(config.clock_mhz) * 1e-3;
-        let model = Model {
-            system,
-            memory: &memory,
-            costs,
-            clock_ghz,
-        };
-        let frame = model.frame(work, Gathering::Unit)?;
+    fn new(setup: &Setup) -> Result<Self, Failure> {
+        let (model, work) = (setup.model(), setup.frame()?);
+        let frame = model.frame(&work, Gathering::Unit)?;
         let done = work.total();
-        let spent = costs.of(&done, true)?;
-        let tree = scene.octree(config.mvoxel.rows as usize);
-        let merged = scene.merges();
-        let (mvoxels, points, tree_bytes) = tree.map_or((0, 0, 0), |tree| {
+        let spent = model.costs.of(&done, true)?;
+        let merged = setup.scene.merges();
+        let (mvoxels, points, tree_bytes) = setup.octree().map_or((0, 0, 0), |tree| {
             let points: usize = tree.points().iter().sum();
             let mvoxels = if merged {
                 tree.points().len()
@@ -119,25 +96,26 @@ impl Side {
             (mvoxels, points, if merged { tree.bytes() } else { 0 })
         });
         let moved = frame.stages.get("gathering").copied().unwrap_or_default();
+        let held = u64::from(setup.system.array_rows) * u64::from(setup.system.array_columns);
         Ok(Self {
             merged,
             mvoxels,
             points_a_mvoxel: points as f64 / mvoxels.max(1) as f64,
             tree_bytes,
             gathering_ns: moved.own_ns + moved.memory_ns,
-            computation_ns: done.array_cycles as f64 / clock_ghz,
+            computation_ns: done.array_cycles as f64 / model.clock_ghz,
             frame_ns: frame.span_ns,
             array_pj: spent.array_pj,
             computation_pj: spent.array_pj + spent.buffers_pj,
             gathering_pj: spent.gathering_pj + spent.gathering_memories_pj + frame.spent.memory_pj,
+            array_use: done.macs as f64 / (done.array_cycles.max(1) * held) as f64,
             done,
         })
     }
 }
 
 fn print(scenes: &[Merging]) {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header([
+    let mut table = tables::plain([
         "without > with merging",
         "points an MVoxel",
         "tree, KB",
@@ -160,7 +138,7 @@ fn print(scenes: &[Merging]) {
         let computation = of(|s| s.computation_ns);
         let energy = of(|s| s.computation_pj);
         let gathered = of(|s| s.gathering_pj);
-        let used = of(|s| s.done.macs as f64 / (s.done.array_cycles as f64 * 576.0) * 100.0);
+        let used = of(|s| 100.0 * s.array_use);
         for (sum, [a, b]) in sums
             .iter_mut()
             .zip([gathering, computation, energy, gathered])
@@ -182,10 +160,6 @@ fn print(scenes: &[Merging]) {
             less(gathered),
         ]);
     }
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
     say!("{table}");
     say!(
         "mean: gathering {:.2} times, computation {:.2} times, computation's energy {:.1} % less, gathering's {:.1} % less",

@@ -51,7 +51,7 @@ pub(super) fn energy(path: &Path, found: &Found) -> Result<(), Failure> {
     let names: Vec<String> = outcomes.iter().map(label).collect();
     let most = outcomes
         .iter()
-        .map(|o| o.energy.total_mj())
+        .map(|o| o.run.energy.total_mj())
         .fold(0.0, f64::max);
     picture(path, |area| {
         let title = format!(
@@ -80,9 +80,11 @@ pub(super) fn energy(path: &Path, found: &Found) -> Result<(), Failure> {
             .label_style(LETTERS)
             .draw()?;
         for (part, colour) in COLOURS.iter().enumerate() {
-            let name = outcomes.first().map_or("", |o| o.energy.named()[part].0);
+            let name = outcomes
+                .first()
+                .map_or("", |o| o.run.energy.named()[part].0);
             let bars = outcomes.iter().enumerate().map(|(i, o)| {
-                let own = o.energy.named();
+                let own = o.run.energy.named();
                 let below: f64 = own[..part].iter().map(|(_, mj)| mj).sum();
                 let x = |at: u32| SegmentValue::Exact(at);
                 let mut bar = Rectangle::new(
@@ -109,10 +111,10 @@ pub(super) fn roofline(path: &Path, found: &Found, system: &System) -> Result<()
         .outcomes
         .iter()
         .map(|o| {
-            let spent = &o.spent;
+            let spent = &o.run.spent;
             let bytes = spent.streamed_bytes + spent.written_bytes + spent.random_bytes;
             let macs = spent.done.macs as f64;
-            (macs / bytes.max(1.0), macs / o.span_ns)
+            (macs / bytes.max(1.0), macs / o.run.span_ns)
         })
         .collect();
     let seen = points.iter().filter(|(x, y)| *x > 0.0 && *y > 0.0);

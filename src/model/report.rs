@@ -1,18 +1,43 @@
 //! What was found, as JSON has it.
 
 use potamoi_sim::soc::work::{PathOptions, PathWork};
-use potamoi_sim::soc::{Model, Outcome, System};
+use potamoi_sim::soc::{Outcome, System};
 use serde::Serialize;
 
-/// Version of the JSON report.
-pub(super) const FORMAT_VERSION: u32 = 1;
+use super::ModelArgs;
+use super::setup::Setup;
+use crate::failure::Failure;
+use crate::files;
 
+/// Version of the JSON reports.
+const FORMAT_VERSION: u32 = 1;
+
+/// What was found of scenes on a system.
 #[derive(Serialize)]
-pub(super) struct Report {
-    pub(super) format_version: u32,
-    pub(super) command: &'static str,
-    pub(super) system: System,
-    pub(super) scenes: Vec<Found>,
+pub(super) struct Report<T> {
+    format_version: u32,
+    command: &'static str,
+    system: System,
+    pub(super) scenes: Vec<T>,
+}
+
+impl<T> Report<T> {
+    pub(super) fn new(command: &'static str, system: &System, scenes: Vec<T>) -> Self {
+        Self {
+            format_version: FORMAT_VERSION,
+            command,
+            system: system.clone(),
+            scenes,
+        }
+    }
+}
+
+/// Writes a report where that was asked for.
+pub(super) fn write(report: &impl Serialize, args: &ModelArgs) -> Result<(), Failure> {
+    match &args.json {
+        Some(path) => Ok(files::write_json(path, report)?),
+        None => Ok(()),
+    }
 }
 
 /// Of one scene.
@@ -40,11 +65,11 @@ pub(super) struct Found {
 impl Found {
     pub(super) fn new(
         path: &PathWork,
-        preset: Option<&'static str>,
+        setup: &Setup,
         was_kept: bool,
-        model: &Model<'_>,
         outcomes: Vec<Outcome>,
     ) -> Self {
+        let model = setup.model();
         let warped = path.targets.iter().filter(|t| t.reference.is_some());
         let [rendered, shown] = warped.fold([0, 0], |[rendered, shown], target| {
             let own = &target.classes;
@@ -55,7 +80,7 @@ impl Found {
             algorithm: path.algorithm.clone(),
             size: path.size,
             options: path.options,
-            preset,
+            preset: setup.preset,
             was_kept,
             clock_ghz: model.clock_ghz,
             reached_ghz: model.costs.reached_ghz,
@@ -72,10 +97,10 @@ impl Found {
     }
 
     pub(super) fn speed_up(&self, of: &Outcome) -> f64 {
-        self.baseline(of).span_ns / of.span_ns
+        self.baseline(of).run.span_ns / of.run.span_ns
     }
 
     pub(super) fn saving(&self, of: &Outcome) -> f64 {
-        self.baseline(of).energy.total_mj() / of.energy.total_mj()
+        self.baseline(of).run.energy.total_mj() / of.run.energy.total_mj()
     }
 }

@@ -1,18 +1,19 @@
 //! Instant-NGP beside `NeuRex` and `NGPC`, as their structure is described (paper, Sec. "Compared
 //! with Prior Works").
 
-use comfy_table::{CellAlignment, Table, presets};
 use potamoi_formats::config::{Config, Modes, Organisation};
 use potamoi_sim::soc::npu::Array;
-use potamoi_sim::soc::{Gathering, Memory, Model, Outcome, Scenario, System, Variant};
+use potamoi_sim::soc::{Gathering, Outcome, Scenario, System, Variant};
 use serde::Serialize;
 
-use super::{ModelArgs, config_for, costs, store};
+use super::ModelArgs;
+use super::report::{self, Report};
+use super::setup::Setup;
 use crate::common::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress;
 use crate::say::say;
+use crate::tables;
 
 /// Rows and columns of `NeuRex`'s array (paper, ibid.).
 const NEUREX_SIDE: u64 = 32;
@@ -25,13 +26,6 @@ struct Compared {
     ngpc: f64,
     potamoi_without_sparw: f64,
     potamoi: f64,
-}
-
-#[derive(Serialize)]
-struct Report {
-    format_version: u32,
-    command: &'static str,
-    scenes: Vec<Compared>,
 }
 
 pub(super) fn run(
@@ -49,16 +43,9 @@ pub(super) fn run(
                 scene.model().algorithm()
             )));
         }
-        let (config, _) = config_for(common, &scene)?;
-        let (path, _) = args.count(&scene, &config)?;
-        let costs = costs(&scene, &config, args.synth.as_deref())?;
-        let memory = Memory::lpddr3(system.memory_channels);
-        let model = Model {
-            system,
-            memory: &memory,
-            costs: &costs,
-            clock_ghz: f64::from(config.clock_mhz) * 1e-3,
-        };
+        let setup = Setup::new(common, args, system, scene)?;
+        let (path, _) = args.count(&setup)?;
+        let model = setup.model();
         let spinner = progress::spinner("counting");
         // Banks that hold whole vectors, lanes that want them, and a larger array.
         let array = Array {
@@ -66,15 +53,14 @@ pub(super) fn run(
             columns: NEUREX_SIDE,
             ..system.array()
         };
-        let cache = system.gpu.cache_bytes;
-        let (neurex, _) = store()?.frame(&scene, &feature_major(&config), array, cache)?;
+        let neurex = setup.frame_of(&feature_major(&setup.config), array)?;
         spinner.finish_and_clear();
         let run = |variant: Variant| -> Result<Outcome, Failure> {
             Ok(model.run(&path, variant, Scenario::Local)?.0)
         };
         let named = |name: &str| Variant::named(name).unwrap_or(Variant::ALL[0]);
         let baseline = run(named("baseline"))?;
-        let per_frame = baseline.span_ns / baseline.frames as f64;
+        let per_frame = baseline.run.span_ns / baseline.run.frames as f64;
         // One frame, which is the same for all that render each in full.
         let ngpc = model.frame(&path.full(0).with_resident_tables(), Gathering::Unit)?;
         let neurex = model.frame(&neurex, Gathering::Unit)?;
@@ -84,20 +70,12 @@ pub(super) fn run(
             scene: name.clone(),
             neurex: per_frame / neurex.span_ns,
             ngpc: per_frame / ngpc.span_ns,
-            potamoi_without_sparw: baseline.span_ns / ours.span_ns,
-            potamoi: baseline.span_ns / warped.span_ns,
+            potamoi_without_sparw: baseline.run.span_ns / ours.run.span_ns,
+            potamoi: baseline.run.span_ns / warped.run.span_ns,
         });
     }
     print(&scenes);
-    let report = Report {
-        format_version: super::report::FORMAT_VERSION,
-        command: "model --rivals",
-        scenes,
-    };
-    match &args.json {
-        Some(path) => Ok(files::write_json(path, &report)?),
-        None => Ok(()),
-    }
+    report::write(&Report::new("model --rivals", system, scenes), args)
 }
 
 /// The same with banks that hold whole vectors.
@@ -110,8 +88,7 @@ fn feature_major(config: &Config) -> Config {
 }
 
 fn print(scenes: &[Compared]) {
-    let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header([
+    let mut table = tables::plain([
         "speed-up over the baseline",
         "NeuRex",
         "NGPC",
@@ -146,10 +123,6 @@ fn print(scenes: &[Compared]) {
             shown(ratios[3]),
         ]);
     }
-    table
-        .column_iter_mut()
-        .skip(1)
-        .for_each(|c| c.set_cell_alignment(CellAlignment::Right));
     say!("{table}");
     say!(
         "mean: {:.2} times NeuRex and {:.2} times NGPC without SpaRW, {:.2} and {:.2} with it; the paper: 2.0, about 1, 16.4, 8.2",

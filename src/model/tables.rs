@@ -59,22 +59,22 @@ pub(super) fn print(found: &Found, system: &System) {
             "beside the truth",
         ]);
         for o in &own {
-            let frames = o.frames as f64;
+            let frames = o.run.frames as f64;
             let paper = Paper::of(o);
             speed.add_row([
                 o.variant.name.to_owned(),
-                format!("{:.2}", o.frames_per_second),
-                format!("{:.2}", o.span_ns * 1e-6 / frames),
+                format!("{:.2}", o.run.frames_per_second),
+                format!("{:.2}", o.run.span_ns * 1e-6 / frames),
                 format!("{:.2}", found.speed_up(o)),
                 figure(paper.speed_up),
-                format!("{:.2}", o.energy.total_mj()),
+                format!("{:.2}", o.run.energy.total_mj()),
                 format!("{:.2}", found.saving(o)),
                 figure(paper.saving),
                 format!(
                     "{:.2}",
-                    (o.spent.streamed_bytes + o.spent.written_bytes) * 1e-6 / frames
+                    (o.run.spent.streamed_bytes + o.run.spent.written_bytes) * 1e-6 / frames
                 ),
-                format!("{:.2}", o.spent.random_bytes * 1e-6 / frames),
+                format!("{:.2}", o.run.spent.random_bytes * 1e-6 / frames),
                 db(o.quality.model_db),
                 db(o.quality.truth_db),
             ]);
@@ -92,7 +92,7 @@ pub(super) fn print(found: &Found, system: &System) {
         ];
         let used: Vec<&str> = stages
             .into_iter()
-            .filter(|s| own.iter().any(|o| o.stages.contains_key(s)))
+            .filter(|s| own.iter().any(|o| o.run.stages.contains_key(s)))
             .collect();
         let mut header = vec!["ms a frame: own work + waiting for bytes"];
         header.extend(&used);
@@ -100,7 +100,7 @@ pub(super) fn print(found: &Found, system: &System) {
         for o in &own {
             let mut row = vec![o.variant.name.to_owned()];
             row.extend(used.iter().map(|stage| {
-                o.stages.get(stage).map_or_else(
+                o.run.stages.get(stage).map_or_else(
                     || "-".to_owned(),
                     |t| format!("{:.2} + {:.2}", t.own_ns * 1e-6, t.memory_ns * 1e-6),
                 )
@@ -108,13 +108,13 @@ pub(super) fn print(found: &Found, system: &System) {
             times.add_row(row);
         }
         say!("\n{times}");
-        let parts = own[0].energy.named().map(|(name, _)| name);
+        let parts = own[0].run.energy.named().map(|(name, _)| name);
         let mut header = vec!["mJ a frame"];
         header.extend(parts);
         let mut energy = tables::plain(&header);
         for o in &own {
             let mut row = vec![o.variant.name.to_owned()];
-            row.extend(o.energy.named().map(|(_, mj)| format!("{mj:.3}")));
+            row.extend(o.run.energy.named().map(|(_, mj)| format!("{mj:.3}")));
             energy.add_row(row);
         }
         say!("\n{energy}");
@@ -130,7 +130,7 @@ pub(super) fn print(found: &Found, system: &System) {
 }
 
 /// Speed-ups and savings of many scenes, their means, and the paper's.
-pub(super) fn side_by_side(report: &Report) {
+pub(super) fn side_by_side(report: &Report<Found>) {
     let Some(first) = report.scenes.first() else {
         return;
     };
@@ -150,7 +150,7 @@ pub(super) fn side_by_side(report: &Report) {
         for found in &report.scenes {
             let mut row = vec![
                 found.scene.clone(),
-                format!("{:.2}", found.outcomes[at].frames_per_second),
+                format!("{:.2}", found.outcomes[at].run.frames_per_second),
             ];
             row.extend(own.iter().map(|i| {
                 let o = &found.outcomes[*i];

@@ -11,9 +11,6 @@ use super::system::System;
 use super::variant::Gathering;
 use super::work::{Batch, FrameWork};
 
-/// Bytes of a pixel that is shown: four, in memory.
-const PIXEL: f64 = 4.0;
-
 /// What was moved and spent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Spent {
@@ -80,6 +77,10 @@ impl<'a> Composer<'a> {
         }
     }
 
+    pub(super) const fn system(&self) -> &'a System {
+        self.system
+    }
+
     fn push(&mut self, turn: Turn, resource: Resource, own_ns: f64, moves: Moves) -> JobId {
         let (read, written) = (self.memory.streamed(), self.memory.written());
         let random = self.memory.random(moves.run);
@@ -101,24 +102,17 @@ impl<'a> Composer<'a> {
         self.jobs.len() - 1
     }
 
-    /// A part of a kernel of the system's GPU, which writes so many bytes beside it.
-    fn kernel(
-        &mut self,
-        turn: Turn,
-        kernel: &Kernel,
-        program: Program,
-        part: f64,
-        written: f64,
-    ) -> JobId {
+    /// A kernel of the system's GPU.
+    fn kernel(&mut self, turn: Turn, kernel: &Kernel, program: Program) -> JobId {
         let gpu = &self.system.gpu;
-        let own_ns = gpu.ns(kernel, program) * part + gpu.launch_ns();
+        let own_ns = gpu.ns(kernel, program) + gpu.launch_ns();
         let moves = match gpu.memory_gb_s {
             // It is in its own time.
             Some(_) => Moves::default(),
             None => Moves {
-                read: kernel.streamed_bytes * part,
-                written,
-                random: kernel.random_bytes * part,
+                read: kernel.read_bytes,
+                written: kernel.written_bytes,
+                random: kernel.random_bytes,
                 run: kernel.run_bytes,
             },
         };
@@ -177,12 +171,14 @@ impl<'a> Composer<'a> {
             let mut own = before.clone();
             // Two halves of the feature buffer.
             own.extend(i.checked_sub(2).map(|at| computes[at]));
-            let index = self.kernel(turn("indexing", before), &indexing, program, part, table);
+            let finding = indexing.part(part).writing(table);
+            let index = self.kernel(turn("indexing", before), &finding, program);
             own.push(index);
             let features = step.feature_bytes as f64;
             let gather = match gathering {
                 Gathering::PixelOrder | Gathering::Streamed => {
-                    self.kernel(turn("gathering", own), &gathered, program, part, features)
+                    let own_part = gathered.part(part).writing(features);
+                    self.kernel(turn("gathering", own), &own_part, program)
                 }
                 Gathering::Unit => {
                     let scattered = part * work.scattered_bytes as f64;
@@ -213,7 +209,7 @@ impl<'a> Composer<'a> {
             let compute = self.push(turn("computation", vec![gather]), Resource::Npu, ns, moves);
             computes.push(compute);
             let shown = Moves {
-                written: part * work.pixels as f64 * PIXEL,
+                written: part * work.pixels as f64 * gpu::PIXEL,
                 ..Moves::default()
             };
             let ns = self.cycles(step.vector_cycles);
@@ -223,40 +219,29 @@ impl<'a> Composer<'a> {
         Ok(match vectors.last() {
             Some(last) => *last,
             // Nothing is in view: it is found out.
-            None => self.kernel(
-                turn("indexing", after.to_vec()),
-                &indexing,
-                program,
-                1.0,
-                0.0,
-            ),
+            None => self.kernel(turn("indexing", after.to_vec()), &indexing, program),
         })
     }
 
     /// Warps so many pixels of a reference.
     pub(super) fn warp(&mut self, pixels: u64, after: &[JobId], rank: u64) -> JobId {
-        let kernel = gpu::warping(pixels);
-        let written = pixels as f64 * PIXEL;
-        let program = Program::Splats;
-        let turn = Turn {
-            stage: "warping",
-            after: after.to_vec(),
-            rank,
-        };
-        self.kernel(turn, &kernel, program, 1.0, written)
+        self.whole_picture("warping", &gpu::warping(pixels), after, rank)
     }
 
     /// Scales a picture up to so many pixels.
     pub(super) fn scale(&mut self, pixels: u64, after: &[JobId], rank: u64) -> JobId {
-        let kernel = gpu::scaling(pixels);
-        let written = pixels as f64 * PIXEL;
-        let program = Program::Splats;
-        let turn = Turn {
-            stage: "scaling",
-            after: after.to_vec(),
-            rank,
-        };
-        self.kernel(turn, &kernel, program, 1.0, written)
+        self.whole_picture("scaling", &gpu::scaling(pixels), after, rank)
+    }
+
+    fn whole_picture(
+        &mut self,
+        stage: &'static str,
+        kernel: &Kernel,
+        after: &[JobId],
+        rank: u64,
+    ) -> JobId {
+        let after = after.to_vec();
+        self.kernel(Turn { stage, after, rank }, kernel, Program::Splats)
     }
 
     /// Renders elsewhere, and sends so many bytes of a pixel.
@@ -306,7 +291,8 @@ pub fn alone(gpu: &Gpu, memory: &Memory, work: &FrameWork) -> AloneTime {
         let bytes = match gpu.memory_gb_s {
             Some(_) => 0.0,
             None => {
-                kernel.streamed_bytes * memory.streamed().ns
+                kernel.read_bytes * memory.streamed().ns
+                    + kernel.written_bytes * memory.written().ns
                     + kernel.random_bytes * memory.random(kernel.run_bytes).ns
             }
         };

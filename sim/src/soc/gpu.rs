@@ -47,14 +47,19 @@ const PROJECT: f64 = 250.0;
 const HARMONICS: f64 = 150.0;
 /// Of a (tile, Gaussian) pair that is sorted: eight passes over keys of 64 bits.
 const SORT: f64 = 8.0 * 12.0;
-/// Bytes that a pair's key and value move in a pass, out and back.
-const SORT_BYTES: f64 = 8.0 * 2.0 * 12.0;
+/// Bytes of a pair's key and value that a sort reads, and as many that it writes.
+const SORT_BYTES: f64 = 8.0 * 12.0;
 /// Of an element that the vector unit would compute (a part of a pixel's step).
 const ELEMENT: f64 = 5.0;
 /// Of a pixel that is warped: point, pose, projection, test, colour between four neighbours.
 const WARP: f64 = 80.0;
-/// Bytes of a pixel that warping reads and writes: colours and depths of 32 bits.
-const WARP_BYTES: f64 = 3.0 * 16.0;
+/// Of a pixel that is scaled up: address, and four neighbours weighed in three colours.
+const SCALE: f64 = 20.0;
+/// Bytes of a colour and depth of 32 bits each: warping reads a reference's pixel, and writes and
+/// reads a target's.
+const WARP_BYTES: f64 = 16.0;
+/// Bytes of a pixel that is shown: four, in memory.
+pub(super) const PIXEL: f64 = 4.0;
 /// Bytes of a parameter of a Gaussian.
 const PARAMETER: f64 = 4.0;
 /// Parameters of a Gaussian: mean, scales, rotation, opacity, 48 coefficients.
@@ -74,15 +79,43 @@ pub struct Kernel {
     pub cache_bytes: f64,
     /// Bytes through shared memory, those that wait for a bank counted as often as they wait.
     pub shared_bytes: f64,
-    /// Bytes of memory that stream.
-    pub streamed_bytes: f64,
-    /// Bytes of memory that do not.
+    /// Bytes of memory that are read one behind the other.
+    pub read_bytes: f64,
+    /// Bytes of memory that are written so.
+    pub written_bytes: f64,
+    /// Bytes of memory that are read from anywhere.
     pub random_bytes: f64,
     /// Bytes of an access that does not stream.
     pub run_bytes: f64,
 }
 
 impl Kernel {
+    /// A share of it.
+    #[must_use]
+    pub fn part(self, share: f64) -> Self {
+        Self {
+            read_bytes: self.read_bytes * share,
+            written_bytes: self.written_bytes * share,
+            random_bytes: self.random_bytes * share,
+            ..self.times(share)
+        }
+    }
+
+    /// The same, which writes so many bytes beside.
+    #[must_use]
+    pub fn writing(self, bytes: f64) -> Self {
+        Self {
+            written_bytes: self.written_bytes + bytes,
+            ..self
+        }
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub const fn memory_bytes(&self) -> f64 {
+        self.read_bytes + self.written_bytes + self.random_bytes
+    }
+
     /// As if it took so many times the work, with the same bytes of memory.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
@@ -171,9 +204,7 @@ impl Gpu {
             .max(kernel.cache_bytes / self.cache_gb_s)
             .max(kernel.shared_bytes / shared)
             / efficiency;
-        let memory = self.memory_gb_s.map_or(0.0, |gb_s| {
-            (kernel.streamed_bytes + kernel.random_bytes) / gb_s
-        });
+        let memory = (self.memory_gb_s).map_or(0.0, |gb_s| kernel.memory_bytes() / gb_s);
         own.max(memory)
     }
 
@@ -189,14 +220,16 @@ impl Gpu {
 pub(super) fn indexing(work: &FrameWork) -> Kernel {
     let (gaussians, pairs) = (work.gaussians as f64, work.pairs as f64);
     let parameters = gaussians * PARAMETERS * PARAMETER;
-    let moved = parameters + work.record_bytes as f64 + pairs * SORT_BYTES;
+    let read = parameters + pairs * SORT_BYTES;
+    let written = work.record_bytes as f64 + pairs * SORT_BYTES;
     Kernel {
         instructions: work.samples as f64 * INDEX
             + gaussians * PROJECT
             + work.visible as f64 * HARMONICS
             + pairs * SORT,
-        cache_bytes: moved,
-        streamed_bytes: moved,
+        cache_bytes: read + written,
+        read_bytes: read,
+        written_bytes: written,
         ..Kernel::default()
     }
 }
@@ -208,7 +241,7 @@ pub(super) fn gathering(work: &FrameWork) -> Kernel {
     Kernel {
         instructions: reads.reads as f64 * ADDRESS + reads.bytes as f64 / 2.0 * CODE,
         cache_bytes: reads.sectors as f64 * SECTOR,
-        streamed_bytes: streaming(work) * reads.missed_bytes as f64,
+        read_bytes: streaming(work) * reads.missed_bytes as f64,
         random_bytes: (1.0 - streaming(work)) * reads.missed_bytes as f64,
         run_bytes: reads.missed_bytes as f64 / reads.misses.max(1) as f64,
         ..Kernel::default()
@@ -233,7 +266,8 @@ pub(super) fn streamed_gathering(work: &FrameWork) -> Kernel {
         instructions: vectors * ADDRESS + total.codes_read as f64 * CODE,
         cache_bytes: rows + table,
         shared_bytes: read / (1.0 - work.reads.conflict_rate).max(1e-3),
-        streamed_bytes: rows - scattered + table + work.spilled_bytes as f64,
+        read_bytes: rows - scattered + table + work.spilled_bytes as f64 / 2.0,
+        written_bytes: work.spilled_bytes as f64 / 2.0,
         random_bytes: scattered,
         run_bytes: work.reads.bytes as f64 / work.reads.reads.max(1) as f64,
     }
@@ -261,20 +295,23 @@ pub(super) fn warping(pixels: u64) -> Kernel {
     let pixels = pixels as f64;
     Kernel {
         instructions: pixels * WARP,
-        cache_bytes: pixels * WARP_BYTES,
-        streamed_bytes: pixels * WARP_BYTES,
+        cache_bytes: pixels * (3.0 * WARP_BYTES + PIXEL),
+        read_bytes: pixels * 2.0 * WARP_BYTES,
+        written_bytes: pixels * (WARP_BYTES + PIXEL),
         ..Kernel::default()
     }
 }
 
-/// Scaling a frame of so many pixels up from half its width and height.
+/// Scaling a frame up to so many pixels from half its width and height: of each, four neighbours
+/// are read through the cache.
 #[must_use]
 pub(super) fn scaling(pixels: u64) -> Kernel {
     let pixels = pixels as f64;
     Kernel {
-        instructions: pixels * 20.0,
-        cache_bytes: pixels * 20.0,
-        streamed_bytes: pixels * 20.0,
+        instructions: pixels * SCALE,
+        cache_bytes: pixels * 5.0 * PIXEL,
+        read_bytes: pixels / 4.0 * PIXEL,
+        written_bytes: pixels * PIXEL,
         ..Kernel::default()
     }
 }

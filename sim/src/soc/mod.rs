@@ -13,12 +13,13 @@ mod system;
 #[cfg(test)]
 mod tests;
 mod variant;
+mod walk;
 pub mod work;
 
 pub use compose::{AloneTime, Spent, alone};
 pub use costs::{CostError, Costs, OnChip, Port};
 pub use gpu::{Gpu, Kernel, Program};
 pub use memory::{Memory, Rate};
-pub use outcome::{EnergyByPart, Model, ModelError, Outcome, StageTime, Timeline};
+pub use outcome::{EnergyByPart, Model, ModelError, Outcome, Run, StageTime, Timeline};
 pub use system::{System, SystemError};
 pub use variant::{Frames, Gathering, Scenario, Variant};

@@ -7,10 +7,11 @@ use thiserror::Error;
 
 use super::compose::{Composer, Spent};
 use super::costs::{CostError, Costs};
-use super::engine::{self, EngineError, Job, JobId, Resource, Times};
+use super::engine::{self, EngineError, Job, Resource, Times};
 use super::memory::Memory;
 use super::system::System;
 use super::variant::{Frames, Gathering, Scenario, Variant};
+use super::walk::Walk;
 use super::work::{FrameWork, PathWork, Quality};
 
 /// A path that could not be modelled.
@@ -82,14 +83,10 @@ impl EnergyByPart {
     }
 }
 
-/// What a path takes.
+/// What jobs take, one frame or a path of them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Outcome {
-    /// The variant.
-    pub variant: Variant,
-    /// Where full frames are rendered.
-    pub scenario: Scenario,
-    /// Frames of the path.
+pub struct Run {
+    /// Frames.
     pub frames: usize,
     /// Nanoseconds until the last is shown.
     pub span_ns: f64,
@@ -101,8 +98,20 @@ pub struct Outcome {
     pub utilisation: BTreeMap<Resource, f64>,
     /// Of the device, a frame.
     pub energy: EnergyByPart,
-    /// What was moved and spent, of the whole path.
+    /// What was moved and spent, of all frames.
     pub spent: Spent,
+}
+
+/// What a path takes on a variant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// The variant.
+    pub variant: Variant,
+    /// Where full frames are rendered.
+    pub scenario: Scenario,
+    /// What it takes.
+    #[serde(flatten)]
+    pub run: Run,
     /// How like its frames are to others.
     pub quality: Quality,
 }
@@ -133,46 +142,38 @@ impl Model<'_> {
         variant: Variant,
         scenario: Scenario,
     ) -> Result<(Outcome, Timeline), ModelError> {
-        let mut composer = Composer::new(self.system, self.memory, self.costs, self.clock_ghz);
-        let frames = path.targets.len();
-        match variant.frames {
-            Frames::Full | Frames::Half => self.single(path, variant, scenario, &mut composer)?,
-            Frames::Warped => self.warped(path, variant, scenario, &mut composer)?,
-            Frames::Chained => self.chained(path, variant, scenario, &mut composer)?,
-        }
+        let composer = Walk::new(self.composer(), path, variant, scenario).jobs()?;
         let quality = match variant.frames {
             Frames::Full => path.full_quality,
             Frames::Half => path.half_quality,
             Frames::Warped => path.warped_quality,
             Frames::Chained => path.chained_quality,
         };
-        self.done(composer, variant, scenario, frames, quality)
+        let (run, timeline) = self.done(composer, path.targets.len())?;
+        let outcome = Outcome {
+            variant,
+            scenario,
+            run,
+            quality,
+        };
+        Ok((outcome, timeline))
     }
 
     /// One frame by itself.
     ///
     /// # Errors
     /// Energy that is not known.
-    pub fn frame(&self, work: &FrameWork, gathering: Gathering) -> Result<Outcome, ModelError> {
-        let mut composer = Composer::new(self.system, self.memory, self.costs, self.clock_ghz);
+    pub fn frame(&self, work: &FrameWork, gathering: Gathering) -> Result<Run, ModelError> {
+        let mut composer = self.composer();
         composer.frame(work, gathering, &[], 0)?;
-        let variant = Variant {
-            name: "frame",
-            frames: Frames::Full,
-            gathering,
-        };
-        let done = self.done(composer, variant, Scenario::Local, 1, Quality::default());
-        Ok(done?.0)
+        Ok(self.done(composer, 1)?.0)
     }
 
-    fn done(
-        &self,
-        composer: Composer<'_>,
-        variant: Variant,
-        scenario: Scenario,
-        frames: usize,
-        quality: Quality,
-    ) -> Result<(Outcome, Timeline), ModelError> {
+    fn composer(&self) -> Composer<'_> {
+        Composer::new(self.system, self.memory, self.costs, self.clock_ghz)
+    }
+
+    fn done(&self, composer: Composer<'_>, frames: usize) -> Result<(Run, Timeline), ModelError> {
         let Composer { jobs, spent, .. } = composer;
         let times = engine::run(&jobs)?;
         let span_ns = times.iter().map(|t| t.end_ns).fold(0.0, f64::max);
@@ -186,9 +187,7 @@ impl Model<'_> {
             *busy.entry(job.resource).or_default() += at.end_ns - at.begin_ns;
         }
         let energy = self.energy(&spent, &busy, span_ns, frames);
-        let outcome = Outcome {
-            variant,
-            scenario,
+        let run = Run {
             frames,
             span_ns,
             frames_per_second: frames as f64 / span_ns * 1e9,
@@ -196,124 +195,8 @@ impl Model<'_> {
             utilisation: busy.iter().map(|(of, ns)| (*of, ns / span_ns)).collect(),
             energy,
             spent,
-            quality,
         };
-        Ok((outcome, jobs.into_iter().zip(times).collect()))
-    }
-
-    /// Each frame by itself, one after the other.
-    fn single(
-        &self,
-        path: &PathWork,
-        variant: Variant,
-        scenario: Scenario,
-        composer: &mut Composer<'_>,
-    ) -> Result<(), ModelError> {
-        let mut shown: Vec<JobId> = vec![];
-        for number in 0..path.targets.len() {
-            let (half, rank) = (variant.frames == Frames::Half, number as u64);
-            let work = if half { &path.half } else { path.full(number) };
-            let last = match scenario {
-                Scenario::Local => composer.frame(work, variant.gathering, &shown, rank)?,
-                Scenario::Remote => {
-                    composer.remote(work, self.system.link_colour_bytes, &shown, rank)
-                }
-            };
-            shown = vec![last];
-            if half {
-                let pixels = u64::from(path.size[0]) * u64::from(path.size[1]);
-                shown = vec![composer.scale(pixels, &shown, rank)];
-            }
-        }
-        Ok(())
-    }
-
-    /// References beside the targets of those before; a target begins when the one before it is
-    /// shown, and a reference when its pose is known and one of two buffers is free.
-    fn warped(
-        &self,
-        path: &PathWork,
-        variant: Variant,
-        scenario: Scenario,
-        composer: &mut Composer<'_>,
-    ) -> Result<(), ModelError> {
-        let window = path.options.window.max(1) as usize;
-        let sent = self.system.link_colour_bytes + self.system.link_depth_bytes;
-        let mut shown: Vec<JobId> = vec![];
-        let mut references: Vec<JobId> = vec![];
-        for (number, target) in path.targets.iter().enumerate() {
-            // A reference stands before the first target at which it may begin.
-            while let Some((_, known)) = path.reference_frames.get(references.len())
-                && *known <= number
-            {
-                let r = references.len();
-                let mut after: Vec<JobId> = known
-                    .checked_sub(1)
-                    .map(|at| shown[at])
-                    .into_iter()
-                    .collect();
-                // Its buffer is free when the last target of the one before the last is shown.
-                if let Some(free) = r.checked_sub(2).map(|r| (r + 1) * window - 1)
-                    && let Some(last) = shown.get(free)
-                {
-                    after.push(*last);
-                }
-                let rank = (r * window) as u64;
-                let work = &path.references[r];
-                let made = match scenario {
-                    Scenario::Local => composer.frame(work, variant.gathering, &after, rank)?,
-                    Scenario::Remote => composer.remote(work, sent, &after, rank),
-                };
-                references.push(made);
-            }
-            let own = references[(number / window).min(references.len() - 1)];
-            let mut after: Vec<JobId> = shown.last().copied().into_iter().collect();
-            after.push(own);
-            let rank = number as u64;
-            let last = match target.reference {
-                None => own,
-                Some(_) => {
-                    let pixels = target.classes.pixels();
-                    let warp = composer.warp(pixels, &after, rank);
-                    match &target.work {
-                        Some(work) => composer.frame(work, variant.gathering, &[warp], rank)?,
-                        None => warp,
-                    }
-                }
-            };
-            shown.push(last);
-        }
-        Ok(())
-    }
-
-    /// Each frame from the one before.
-    fn chained(
-        &self,
-        path: &PathWork,
-        variant: Variant,
-        scenario: Scenario,
-        composer: &mut Composer<'_>,
-    ) -> Result<(), ModelError> {
-        let sent = self.system.link_colour_bytes + self.system.link_depth_bytes;
-        let mut shown: Vec<JobId> = vec![];
-        for (number, frame) in path.chained.iter().enumerate() {
-            let rank = number as u64;
-            let last = match (frame.reference, scenario) {
-                (None, Scenario::Local) => {
-                    composer.frame(path.full(number), variant.gathering, &shown, rank)?
-                }
-                (None, Scenario::Remote) => composer.remote(path.full(number), sent, &shown, rank),
-                (Some(_), _) => {
-                    let warp = composer.warp(frame.classes.pixels(), &shown, rank);
-                    match &frame.work {
-                        Some(work) => composer.frame(work, variant.gathering, &[warp], rank)?,
-                        None => warp,
-                    }
-                }
-            };
-            shown = vec![last];
-        }
-        Ok(())
+        Ok((run, jobs.into_iter().zip(times).collect()))
     }
 
     fn energy(

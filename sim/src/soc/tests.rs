@@ -90,7 +90,7 @@ fn any_work() -> impl Strategy<Value = FrameWork> {
 
 const GATHERING: [Gathering; 3] = [Gathering::PixelOrder, Gathering::Streamed, Gathering::Unit];
 
-fn frame(system: &System, work: &FrameWork, gathering: Gathering) -> Outcome {
+fn frame(system: &System, work: &FrameWork, gathering: Gathering) -> Run {
     let model = Model {
         system,
         memory: memory(system.memory_channels),
@@ -159,18 +159,36 @@ proptest! {
         prop_assert_eq!(spent.done, total);
         // Bytes by where they are from.
         let parameters = work.gaussians as f64 * 59.0 * 4.0;
-        let sorted = work.pairs as f64 * 8.0 * 2.0 * 12.0;
-        let indexing = parameters + work.record_bytes as f64 + sorted;
-        let shown = work.pixels as f64 * 4.0;
+        let sorted = work.pairs as f64 * 8.0 * 12.0;
         let features = total.feature_bytes as f64;
         let (rows, table) = (total.row_bytes as f64, total.rit_bytes as f64);
-        let moved = spent.streamed_bytes + spent.written_bytes + spent.random_bytes;
-        let expected = indexing + shown + match gathering {
-            Gathering::PixelOrder => work.reads.missed_bytes as f64 + 2.0 * features,
-            Gathering::Streamed => rows + 2.0 * table + work.spilled_bytes as f64 + 2.0 * features,
-            Gathering::Unit => rows + table + total.rit_read_bytes as f64 + work.spilled_bytes as f64,
+        let (missed, spilled) = (work.reads.missed_bytes as f64, work.spilled_bytes as f64 / 2.0);
+        let scattered = work.scattered_bytes as f64;
+        let anywhere = missed * work.reads.not_streaming as f64 / work.reads.misses as f64;
+        // Read in order, written, and read from anywhere.
+        let [read, written, random] = match gathering {
+            Gathering::PixelOrder => [missed - anywhere + features, features, anywhere],
+            Gathering::Streamed => [
+                rows - scattered + table + spilled + features,
+                table + spilled + features,
+                scattered,
+            ],
+            Gathering::Unit => [
+                rows - scattered + total.rit_read_bytes as f64 + spilled,
+                table + spilled,
+                scattered,
+            ],
         };
-        prop_assert!(near(moved, expected), "{moved} {expected}");
+        let shown = work.pixels as f64 * 4.0;
+        let expected = [
+            (spent.streamed_bytes, parameters + sorted + read),
+            (spent.written_bytes, work.record_bytes as f64 + sorted + shown + written),
+            (spent.random_bytes, random),
+        ];
+        for (own, expected) in expected {
+            prop_assert!(near(own, expected), "{own} {expected}");
+        }
+        let moved = spent.streamed_bytes + spent.written_bytes + spent.random_bytes;
         // Four channels of 6.4 GB/s; each unit does a cycle a nanosecond.
         prop_assert!(found.span_ns >= moved / 25.6);
         prop_assert!(found.span_ns >= total.array_cycles as f64);
@@ -229,13 +247,13 @@ proptest! {
                     (Frames::Chained, Scenario::Remote) => (0, 4),
                 };
                 let entries = fulls * full.total().entries + sparses * sparse.total().entries;
-                prop_assert_eq!(found.spent.done.entries, entries, "{} {:?}", variant.name, scenario);
+                prop_assert_eq!(found.run.spent.done.entries, entries, "{} {:?}", variant.name, scenario);
                 let sent = timeline.iter().filter(|(job, _)| job.stage == "link").count();
                 prop_assert_eq!(sent > 0, scenario == Scenario::Remote);
-                let linked = found.energy.link_mj * 6.0;
-                prop_assert!(near(linked, found.spent.link_bytes * 100.0 * 1e-6));
+                let linked = found.run.energy.link_mj * 6.0;
+                prop_assert!(near(linked, found.run.spent.link_bytes * 100.0 * 1e-6));
                 let ends = timeline.iter().map(|(_, at)| at.end_ns).fold(0.0, f64::max);
-                prop_assert_eq!(ends, found.span_ns);
+                prop_assert_eq!(ends, found.run.span_ns);
             }
         }
     }
@@ -258,9 +276,23 @@ fn a_raw_frame_takes_the_link_a_fifth_of_a_second() {
         .run(&path, Variant::ALL[0], Scenario::Remote)
         .unwrap()
         .0;
-    assert!((found.stages["link"].own_ns - 0.192e9).abs() < 1.0);
-    assert!((found.energy.link_mj - 192.0).abs() < 1e-9);
-    assert!(found.frames_per_second < 1.0 / 0.192);
+    assert!((found.run.stages["link"].own_ns - 0.192e9).abs() < 1.0);
+    assert!((found.run.energy.link_mj - 192.0).abs() < 1e-9);
+    assert!(found.run.frames_per_second < 1.0 / 0.192);
+}
+
+/// Every field of a batch is summed and parted.
+#[test]
+fn all_counts_of_a_batch_are_summed() {
+    let keys = toml::Table::try_from(Batch::default()).unwrap();
+    let filled: toml::Table = (keys.keys().zip(1..))
+        .map(|(key, i)| (key.clone(), toml::Value::Integer(10 * i)))
+        .collect();
+    let one: Batch = filled.try_into().unwrap();
+    let mut sum = Batch::default();
+    one.parts(7).for_each(|part| sum += part);
+    assert_eq!(sum, one);
+    assert!(one.parts(10).all(|part| part.runs == one.runs / 10));
 }
 
 /// Work of one batch.

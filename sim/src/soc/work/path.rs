@@ -200,7 +200,9 @@ impl PathWork {
     /// Steps that [`PathWork::count`] tells of.
     #[must_use]
     pub fn steps(options: &PathOptions) -> u64 {
-        4 * u64::from(options.frames) + u64::from(options.frames.div_ceil(options.window.max(1)))
+        3 * u64::from(options.frames)
+            + u64::from(options.frames.div_ceil(options.window.max(1)))
+            + 1
     }
 
     /// Renders and counts a path; `step` is told of each frame that is done.
@@ -284,9 +286,7 @@ impl PathWork {
         let (chained, chained_quality) = made(&mut Chain::new(warper, &path, options.window))?;
         let small = first.resized(first.width.div_ceil(2), first.height.div_ceil(2));
         let half = counter.frame(&small, None)?;
-        for _ in 0..options.frames {
-            step();
-        }
+        step();
         Ok(Self {
             scene: scene.name().to_owned(),
             algorithm: scene.model().algorithm().to_owned(),

@@ -1,0 +1,161 @@
+//! The frames of a path as jobs: which wait for which.
+
+use super::compose::Composer;
+use super::costs::CostError;
+use super::engine::JobId;
+use super::variant::{Frames, Scenario, Variant};
+use super::work::{FrameWork, PathWork};
+
+/// A path on a variant.
+pub(super) struct Walk<'a> {
+    composer: Composer<'a>,
+    path: &'a PathWork,
+    variant: Variant,
+    scenario: Scenario,
+}
+
+impl<'a> Walk<'a> {
+    pub(super) const fn new(
+        composer: Composer<'a>,
+        path: &'a PathWork,
+        variant: Variant,
+        scenario: Scenario,
+    ) -> Self {
+        Self {
+            composer,
+            path,
+            variant,
+            scenario,
+        }
+    }
+
+    /// Its jobs.
+    ///
+    /// # Errors
+    /// Energy that is not known.
+    pub(super) fn jobs(mut self) -> Result<Composer<'a>, CostError> {
+        match self.variant.frames {
+            Frames::Full | Frames::Half => self.single()?,
+            Frames::Warped => self.warped()?,
+            Frames::Chained => self.chained()?,
+        }
+        Ok(self.composer)
+    }
+
+    /// A frame in full, where the scenario has it rendered; what others are warped from is sent
+    /// with its depth.
+    fn full(
+        &mut self,
+        work: &FrameWork,
+        with_depth: bool,
+        after: &[JobId],
+        rank: u64,
+    ) -> Result<JobId, CostError> {
+        let system = self.composer.system();
+        let depth = if with_depth {
+            system.link_depth_bytes
+        } else {
+            0.0
+        };
+        let sent = system.link_colour_bytes + depth;
+        match self.scenario {
+            Scenario::Local => {
+                let gathering = self.variant.gathering;
+                self.composer.frame(work, gathering, after, rank)
+            }
+            Scenario::Remote => Ok(self.composer.remote(work, sent, after, rank)),
+        }
+    }
+
+    /// A frame warped from another, and what that does not show, rendered here.
+    fn target(
+        &mut self,
+        pixels: u64,
+        rest: Option<&FrameWork>,
+        after: &[JobId],
+        rank: u64,
+    ) -> Result<JobId, CostError> {
+        let warp = self.composer.warp(pixels, after, rank);
+        match rest {
+            Some(work) => {
+                let gathering = self.variant.gathering;
+                self.composer.frame(work, gathering, &[warp], rank)
+            }
+            None => Ok(warp),
+        }
+    }
+
+    /// Each frame by itself, one after the other.
+    fn single(&mut self) -> Result<(), CostError> {
+        let path = self.path;
+        let mut shown: Vec<JobId> = vec![];
+        for number in 0..path.targets.len() {
+            let (half, rank) = (self.variant.frames == Frames::Half, number as u64);
+            let work = if half { &path.half } else { path.full(number) };
+            shown = vec![self.full(work, false, &shown, rank)?];
+            if half {
+                let pixels = u64::from(path.size[0]) * u64::from(path.size[1]);
+                shown = vec![self.composer.scale(pixels, &shown, rank)];
+            }
+        }
+        Ok(())
+    }
+
+    /// References beside the targets of those before; a target begins when the one before it is
+    /// shown, and a reference when its pose is known and one of two buffers is free.
+    fn warped(&mut self) -> Result<(), CostError> {
+        let path = self.path;
+        let window = path.options.window.max(1) as usize;
+        let mut shown: Vec<JobId> = vec![];
+        let mut references: Vec<JobId> = vec![];
+        for (number, target) in path.targets.iter().enumerate() {
+            // A reference stands before the first target at which it may begin.
+            while let Some((_, known)) = path.reference_frames.get(references.len())
+                && *known <= number
+            {
+                let r = references.len();
+                let mut after: Vec<JobId> = (known.checked_sub(1))
+                    .map(|at| shown[at])
+                    .into_iter()
+                    .collect();
+                // Its buffer is free when the last target of the one before the last is shown.
+                if let Some(free) = r.checked_sub(2).map(|r| (r + 1) * window - 1)
+                    && let Some(last) = shown.get(free)
+                {
+                    after.push(*last);
+                }
+                let rank = (r * window) as u64;
+                references.push(self.full(&path.references[r], true, &after, rank)?);
+            }
+            let own = references[(number / window).min(references.len() - 1)];
+            let mut after: Vec<JobId> = shown.last().copied().into_iter().collect();
+            after.push(own);
+            shown.push(match target.reference {
+                None => own,
+                Some(_) => {
+                    let pixels = target.classes.pixels();
+                    self.target(pixels, target.work.as_ref(), &after, number as u64)?
+                }
+            });
+        }
+        Ok(())
+    }
+
+    /// Each frame from the one before.
+    fn chained(&mut self) -> Result<(), CostError> {
+        let path = self.path;
+        let mut shown: Vec<JobId> = vec![];
+        for (number, frame) in path.chained.iter().enumerate() {
+            let rank = number as u64;
+            let last = match frame.reference {
+                None => self.full(path.full(number), true, &shown, rank)?,
+                Some(_) => {
+                    let pixels = frame.classes.pixels();
+                    self.target(pixels, frame.work.as_ref(), &shown, rank)?
+                }
+            };
+            shown = vec![last];
+        }
+        Ok(())
+    }
+}

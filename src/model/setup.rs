@@ -1,0 +1,111 @@
+//! What the frames of a scene are modelled on.
+
+use std::path::Path;
+
+use potamoi_formats::config::{Config, PRESETS};
+use potamoi_golden::scene::{Model as SceneModel, Scene};
+use potamoi_sim::soc::npu::Array;
+use potamoi_sim::soc::work::{FrameWork, Kept};
+use potamoi_sim::soc::{Costs, Memory, Model, Program, System};
+use potamoi_sim::synth::fit::Fit;
+use potamoi_sim::synth::{SynthError, SynthReport};
+
+use super::ModelArgs;
+use crate::common::Common;
+use crate::failure::Failure;
+
+/// A scene, the configuration that renders it, and the system around that.
+pub(super) struct Setup {
+    pub(super) scene: Scene,
+    pub(super) config: Config,
+    /// The preset whose units it is.
+    pub(super) preset: Option<&'static str>,
+    pub(super) system: System,
+    memory: Memory,
+    costs: Costs,
+}
+
+impl Setup {
+    pub(super) fn new(
+        common: &Common,
+        args: &ModelArgs,
+        system: &System,
+        scene: Scene,
+    ) -> Result<Self, Failure> {
+        let (config, preset) = config_for(common, &scene)?;
+        let costs = costs(&scene, &config, args.synth.as_deref())?;
+        Ok(Self {
+            scene,
+            config,
+            preset,
+            system: system.clone(),
+            memory: Memory::lpddr3(system.memory_channels),
+            costs,
+        })
+    }
+
+    pub(super) fn model(&self) -> Model<'_> {
+        Model {
+            system: &self.system,
+            memory: &self.memory,
+            costs: &self.costs,
+            clock_ghz: f64::from(self.config.clock_mhz) * 1e-3,
+        }
+    }
+
+    /// The work of the frame that the scene's camera sees.
+    pub(super) fn frame(&self) -> Result<FrameWork, Failure> {
+        self.frame_of(&self.config, self.system.array())
+    }
+
+    /// The same on another accelerator.
+    pub(super) fn frame_of(&self, config: &Config, array: Array) -> Result<FrameWork, Failure> {
+        let cache = self.system.gpu.cache_bytes;
+        Ok(store()?.frame(&self.scene, config, array, cache)?.0)
+    }
+}
+
+/// Where counted work is kept.
+pub(super) fn store() -> Result<Kept, Failure> {
+    let models = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
+    Ok(Kept::new(&models.with_file_name("work")))
+}
+
+/// The configuration that was asked for; where none was, the preset that has what the scene's
+/// model needs.
+fn config_for(common: &Common, scene: &Scene) -> Result<(Config, Option<&'static str>), Failure> {
+    if common.config.is_some() {
+        return Ok((common.read_config()?, common.preset()));
+    }
+    let wanted = match scene.model() {
+        SceneModel::Splats(_) | SceneModel::Voxels(_) => "paper",
+        _ => "fields",
+    };
+    let preset = PRESETS.iter().find(|(name, _)| *name == wanted);
+    match preset {
+        Some((name, text)) => Ok((
+            Config::from_toml(text, &format!("preset {name}"))?,
+            Some(*name),
+        )),
+        None => Ok((common.read_config()?, common.preset())),
+    }
+}
+
+/// Energy of units and memories, from the files that come with the program, and one that was
+/// given.
+fn costs(scene: &Scene, config: &Config, given: Option<&Path>) -> Result<Costs, Failure> {
+    let program = match scene.model() {
+        SceneModel::Splats(_) | SceneModel::Compact(_) => Program::Splats,
+        _ => Program::Fields,
+    };
+    let [paper, fields] = SynthReport::checked_in()?;
+    let memories = paper.clone();
+    let mut reports = vec![paper, fields];
+    if let Some(path) = given {
+        reports.insert(0, SynthReport::read(path)?.of(config, path)?);
+    }
+    let (fit, records) = (Fit::checked_in()?, SynthReport::of_records()?);
+    Ok(Costs::new(
+        config, program, fit, &reports, &records, &memories,
+    )?)
+}
