@@ -213,9 +213,9 @@ fn merging(scene: &Scene, rows: u32) -> Option<Merging> {
     let per = |mvoxels: usize| points as f64 / mvoxels.max(1) as f64;
     Some(Merging {
         rows,
-        mvoxels_before: tree.cells(),
+        mvoxels_before: tree.cells().len(),
         mvoxels_after: tree.points().len(),
-        points_before: per(tree.cells()),
+        points_before: per(tree.cells().len()),
         points_after: per(tree.points().len()),
         tree_bytes: tree.bytes(),
     })

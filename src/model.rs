@@ -81,6 +81,10 @@ pub(crate) struct ModelArgs {
     /// What merging cells of splats into fuller MVoxels saves
     #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder"])]
     octree: bool,
+    /// How often the sides of the cells that are merged are halved first, beyond the coarsest that
+    /// fit an MVoxel
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "octree", value_parser = clap::value_parser!(u32).range(..=8))]
+    halvings: u32,
     /// Instant-NGP beside the accelerators that the paper compares with
     #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder", "octree"])]
     rivals: bool,
@@ -147,7 +151,7 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
                 last = Some(timeline);
             }
         }
-        let found = Found::new(&path, &setup, was_kept, outcomes);
+        let found = Found::new(&path, &setup, was_kept, outcomes)?;
         if names.len() == 1 {
             tables::print(&found, &system);
             say_not_checked(&setup.scene.left_open());

@@ -1,6 +1,8 @@
 //! What merging cells of splats into fuller `MVoxel`s saves.
 
-use potamoi_golden::splats::Octree;
+use potamoi_formats::record::RECORD_CHANNELS;
+use potamoi_formats::rit::Vertices;
+use potamoi_golden::splats::{Cells, Octree};
 use potamoi_sim::soc::work::Batch;
 use potamoi_sim::soc::{Gathering, System};
 use serde::Serialize;
@@ -20,6 +22,9 @@ struct Side {
     merged: bool,
     mvoxels: usize,
     points_a_mvoxel: f64,
+    /// Passes of the array over the model if an MVoxel's points were its columns, none shared
+    /// between MVoxels.
+    passes: usize,
     tree_bytes: usize,
     /// Nanoseconds of gathering: of the unit's cycles or of its bytes, whichever is more.
     gathering_ns: f64,
@@ -57,7 +62,11 @@ pub(super) fn run(
             )));
         }
         let mut side = |merged: bool| -> Result<Side, Failure> {
-            setup.scene.set_merges(merged);
+            let halvings = args.halvings;
+            setup.scene.set_cells(Cells {
+                halvings,
+                merge: merged,
+            });
             let side = Side::new(&setup)?;
             bar.inc(1);
             Ok(side)
@@ -75,7 +84,8 @@ pub(super) fn run(
 
 impl Setup {
     fn octree(&self) -> Option<Octree> {
-        self.scene.octree(self.config.mvoxel.rows as usize)
+        let rows = (self.config).mvoxel_capacity(Vertices::One, RECORD_CHANNELS);
+        self.scene.octree(rows as usize)
     }
 }
 
@@ -85,23 +95,23 @@ impl Side {
         let frame = model.frame(&work, Gathering::Unit)?;
         let done = work.total();
         let spent = model.costs.of(&done, true)?;
-        let merged = setup.scene.merges();
-        let (mvoxels, points, tree_bytes) = setup.octree().map_or((0, 0, 0), |tree| {
-            let points: usize = tree.points().iter().sum();
-            let mvoxels = if merged {
-                tree.points().len()
-            } else {
-                tree.cells()
-            };
-            (mvoxels, points, if merged { tree.bytes() } else { 0 })
-        });
+        let merged = setup.scene.cells().merge;
+        let tree = setup.octree();
+        let mvoxels: &[usize] = match &tree {
+            Some(tree) if merged => tree.points(),
+            Some(tree) => tree.cells(),
+            None => &[],
+        };
+        let points: usize = mvoxels.iter().sum();
+        let columns = setup.system.array_columns as usize;
         let moved = frame.stages.get("gathering").copied().unwrap_or_default();
         let held = u64::from(setup.system.array_rows) * u64::from(setup.system.array_columns);
         Ok(Self {
             merged,
-            mvoxels,
-            points_a_mvoxel: points as f64 / mvoxels.max(1) as f64,
-            tree_bytes,
+            mvoxels: mvoxels.len(),
+            points_a_mvoxel: points as f64 / mvoxels.len().max(1) as f64,
+            passes: mvoxels.iter().map(|n| n.div_ceil(columns)).sum(),
+            tree_bytes: tree.as_ref().filter(|_| merged).map_or(0, Octree::bytes),
             gathering_ns: moved.own_ns + moved.memory_ns,
             computation_ns: done.array_cycles as f64 / model.clock_ghz,
             frame_ns: frame.span_ns,
@@ -124,6 +134,7 @@ fn print(scenes: &[Merging]) {
         "computation, us",
         "times",
         "array's use",
+        "an MVoxel's points as columns",
         "computation, uJ",
         "less",
         "gathering with memory, uJ",
@@ -154,6 +165,10 @@ fn print(scenes: &[Merging]) {
             pair(computation.map(|ns| ns * 1e-3), 1),
             format!("{:.2}", computation[0] / computation[1]),
             format!("{} %", pair(used, 1)),
+            format!(
+                "{:.2} times",
+                sides[0].passes as f64 / sides[1].passes as f64
+            ),
             pair(energy.map(|pj| pj * 1e-6), 1),
             less(energy),
             pair(gathered.map(|pj| pj * 1e-6), 1),

@@ -1,7 +1,7 @@
 //! What was found, as JSON has it.
 
 use potamoi_sim::soc::work::{PathOptions, PathWork};
-use potamoi_sim::soc::{Outcome, System};
+use potamoi_sim::soc::{Gathered, Outcome, System};
 use serde::Serialize;
 
 use super::ModelArgs;
@@ -58,6 +58,8 @@ pub(super) struct Found {
     pub(super) energy_origin: String,
     /// Pixels of targets that are rendered, of those that are not void, over the path.
     pub(super) rendered_share: f64,
+    /// Gathering alone, of the first reference's frame.
+    pub(super) gathered: Gathered,
     /// The baseline first.
     pub(super) outcomes: Vec<Outcome>,
 }
@@ -68,14 +70,14 @@ impl Found {
         setup: &Setup,
         was_kept: bool,
         outcomes: Vec<Outcome>,
-    ) -> Self {
+    ) -> Result<Self, Failure> {
         let model = setup.model();
         let warped = path.targets.iter().filter(|t| t.reference.is_some());
         let [rendered, shown] = warped.fold([0, 0], |[rendered, shown], target| {
             let own = &target.classes;
             [rendered + own.rendered, shown + own.rendered + own.warped]
         });
-        Self {
+        Ok(Self {
             scene: path.scene.clone(),
             algorithm: path.algorithm.clone(),
             size: path.size,
@@ -86,8 +88,9 @@ impl Found {
             reached_ghz: model.costs.reached_ghz,
             energy_origin: model.costs.origin.clone(),
             rendered_share: rendered as f64 / f64::max(shown as f64, 1.0),
+            gathered: model.gathered(path.full(0))?,
             outcomes,
-        }
+        })
     }
 
     /// The outcome that one is compared with: the baseline of its scenario.

@@ -2,13 +2,17 @@
 
 use potamoi_sim::soc::{Outcome, Scenario, System};
 
-use super::paper::{Paper, figure};
+use super::paper::{BY_TRAFFIC, Paper, figure, gathering_speed_up};
 use super::report::{Found, Report};
 use crate::say::say;
 use crate::tables;
 
 fn db(of: Option<f64>) -> String {
     of.map_or_else(|| "-".to_owned(), |db| format!("{db:.2}"))
+}
+
+fn percent(of: Option<f64>) -> String {
+    of.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
 }
 
 pub(super) fn print(found: &Found, system: &System) {
@@ -119,6 +123,22 @@ pub(super) fn print(found: &Found, system: &System) {
         }
         say!("\n{energy}");
     }
+    let gathered = &found.gathered;
+    let (paper, whose) = gathering_speed_up(&found.algorithm);
+    say!(
+        "\ngathering alone, of a frame in full: {:.3} ms on the GPU, {:.3} by the unit, {:.2} times (the paper: {paper} {whose})",
+        gathered.gpu_ns * 1e-6,
+        gathered.unit_ns * 1e-6,
+        gathered.gpu_ns / gathered.unit_ns
+    );
+    let memory = &gathered.memory;
+    say!(
+        "  its memory: {:.3} > {:.3} mJ; of what is saved, {} by less traffic, the rest by streaming (the paper: {:.1} %)",
+        memory.before_pj * 1e-9,
+        memory.after_pj * 1e-9,
+        percent(memory.traffic_share()),
+        100.0 * BY_TRAFFIC
+    );
     say!("\nenergy: {}", found.energy_origin);
     say!(
         "calibrated: the GPU's programs reach {} of its best for fields, {} for splats (potamoi model --calibrate); assumed: {} W at work, {} W idle",
@@ -186,6 +206,40 @@ pub(super) fn side_by_side(report: &Report<Found>) {
         rows.add_row(row);
         say!("\n{scenario:?} rendering\n{rows}");
     }
+    gathering(report);
+}
+
+/// Gathering alone, scene by scene.
+fn gathering(report: &Report<Found>) {
+    let mut rows = tables::plain([
+        "gathering alone",
+        "ms on the GPU",
+        "ms by the unit",
+        "times",
+        "the paper",
+        "memory, mJ",
+        "saved by less traffic",
+        "the paper",
+    ]);
+    for found in &report.scenes {
+        let (own, memory) = (&found.gathered, &found.gathered.memory);
+        let (paper, _) = gathering_speed_up(&found.algorithm);
+        rows.add_row([
+            found.scene.clone(),
+            format!("{:.3}", own.gpu_ns * 1e-6),
+            format!("{:.3}", own.unit_ns * 1e-6),
+            format!("{:.2}", own.gpu_ns / own.unit_ns),
+            paper.to_string(),
+            format!(
+                "{:.3} > {:.3}",
+                memory.before_pj * 1e-9,
+                memory.after_pj * 1e-9
+            ),
+            percent(memory.traffic_share()),
+            percent(Some(BY_TRAFFIC)),
+        ]);
+    }
+    say!("\n{rows}");
 }
 
 /// Each scenario, with the place of its baseline.

@@ -43,7 +43,7 @@ use crate::fields::dvgo::Dvgo;
 use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, Field};
 use crate::splats::compact::Compact;
-use crate::splats::{Cloud, Order, Profile};
+use crate::splats::{Cells, Cloud, Order, Profile};
 use crate::voxels::{Grid, Halo};
 
 /// Kinds of [`Model::Field`].
@@ -142,7 +142,7 @@ pub struct Scene {
     group_side: Option<u32>,
     halo: Halo,
     /// Whether cells of splats are merged into fuller MVoxels.
-    merge: bool,
+    cells: Cells,
     step: f64,
     /// Whether the model was read from a file.
     from_file: bool,
@@ -186,16 +186,16 @@ impl Scene {
         self.camera = camera;
     }
 
-    /// Whether cells of splats are merged as far as they fit an MVoxel: so unless
-    /// [`Scene::set_merges`] says otherwise.
+    /// How splats are cut into MVoxels: the coarsest grid that fits, merged, unless
+    /// [`Scene::set_cells`] says otherwise.
     #[must_use]
-    pub const fn merges(&self) -> bool {
-        self.merge
+    pub const fn cells(&self) -> Cells {
+        self.cells
     }
 
-    /// Merges cells of splats, or leaves them as they are.
-    pub fn set_merges(&mut self, merge: bool) {
-        self.merge = merge;
+    /// Cuts splats into MVoxels otherwise.
+    pub fn set_cells(&mut self, cells: Cells) {
+        self.cells = cells;
     }
 
     /// Cameras that its file has from the chosen one on, if it is of a file.

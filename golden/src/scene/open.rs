@@ -93,7 +93,7 @@ impl Scene {
             group_tiles: None,
             group_side: None,
             halo: Halo::Shared,
-            merge: true,
+            cells: crate::splats::Cells::MERGED,
             step: STEP,
             from_file: false,
             truth: None,

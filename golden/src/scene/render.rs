@@ -164,7 +164,7 @@ impl Scene {
         };
         Some(Octree::merge(
             cloud,
-            &Partition::coarsest(cloud, rows),
+            &Partition::halved(cloud, rows, self.cells.halvings),
             rows,
         ))
     }
@@ -302,7 +302,7 @@ impl Scene {
             schedule: splats::ScheduleOptions {
                 rows: config.mvoxel_capacity(Vertices::One, RECORD_CHANNELS) as usize,
                 group_tiles: self.group_tiles,
-                merge: self.merge,
+                cells: self.cells,
             },
             background: self.background,
             order: self.order,

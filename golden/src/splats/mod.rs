@@ -41,7 +41,7 @@ pub use frame::{Decisions, Flips};
 pub(crate) use hold::Hold;
 pub use hold::{HoldStats, Order};
 pub use octree::Octree;
-pub use partition::Partition;
+pub use partition::{Cells, Partition};
 pub use profile::{Extent, Profile, Rules, UnknownProfile};
 pub use project::Projected;
 pub(crate) use project::{rotation, sigmoid};

@@ -16,7 +16,7 @@ const NODE_BYTES: usize = 8;
 pub struct Octree {
     /// The lowest cell of the MVoxel of each cell that holds anything.
     owner: HashMap<[u32; 3], [u32; 3]>,
-    before: usize,
+    before: Vec<usize>,
     points: Vec<usize>,
     nodes: usize,
 }
@@ -46,7 +46,7 @@ impl Octree {
         }
         let mut tree = Self {
             owner: HashMap::new(),
-            before: level.len(),
+            before: level.values().filter_map(|cube| cube.points).collect(),
             points: vec![],
             nodes: 0,
         };
@@ -104,10 +104,10 @@ impl Octree {
         self.owner.get(&cell).copied().unwrap_or(cell)
     }
 
-    /// MVoxels that hold anything before merging.
+    /// Gaussians of each cell that holds any, before merging.
     #[must_use]
-    pub fn cells(&self) -> usize {
-        self.before
+    pub fn cells(&self) -> &[usize] {
+        &self.before
     }
 
     /// Gaussians of each MVoxel behind it.
@@ -160,6 +160,7 @@ mod tests {
             let partition = Partition::coarsest(&cloud, rows);
             let tree = Octree::merge(&cloud, &partition, rows);
             prop_assert_eq!(tree.points().iter().sum::<usize>(), cloud.len());
+            prop_assert_eq!(tree.cells().iter().sum::<usize>(), cloud.len());
             let mut found: HashMap<[u32; 3], usize> = HashMap::new();
             for mean in cloud.means() {
                 let owner = tree.owner(partition.cell(*mean));
@@ -174,7 +175,7 @@ mod tests {
             prop_assert_eq!(counts, listed);
             let most = rows.max(partition.fullest);
             prop_assert!(tree.points().iter().all(|n| *n <= most));
-            prop_assert!(tree.points().len() <= tree.cells());
+            prop_assert!(tree.points().len() <= tree.cells().len());
         }
     }
 }

@@ -7,6 +7,23 @@ use super::cloud::Cloud;
 /// The finest grid that is tried, in cells along the longest side.
 const FINEST: u32 = 256;
 
+/// How a cloud is cut into MVoxels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cells {
+    /// How often the sides of the coarsest grid that fits are halved, 8 times at most.
+    pub halvings: u32,
+    /// Whether cells are merged as far as they fit an MVoxel.
+    pub merge: bool,
+}
+
+impl Cells {
+    /// The coarsest grid, merged.
+    pub const MERGED: Self = Self {
+        halvings: 0,
+        merge: true,
+    };
+}
+
 /// A grid of cubic cells over the centres of a cloud (paper, Sec. "Memory
 /// Optimizations": a uniform partition whose cells fit on chip).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +53,19 @@ impl Partition {
             }
         }
         let grid = Self::uniform(cloud, FINEST);
+        let fullest = grid.count(cloud, usize::MAX).unwrap_or(cloud.len());
+        Self { fullest, ..grid }
+    }
+
+    /// The same with sides halved so often, 8 times at most.
+    #[must_use]
+    pub fn halved(cloud: &Cloud, rows: usize, halvings: u32) -> Self {
+        let coarsest = Self::coarsest(cloud, rows);
+        if halvings == 0 {
+            return coarsest;
+        }
+        let along_longest = coarsest.cells.into_iter().max().unwrap_or(1);
+        let grid = Self::uniform(cloud, along_longest << halvings.min(8));
         let fullest = grid.count(cloud, usize::MAX).unwrap_or(cloud.len());
         Self { fullest, ..grid }
     }
@@ -130,7 +160,15 @@ mod tests {
             } else {
                 prop_assert!((1..FINEST).all(|any| !fits(any)));
             }
+            // Each cell lies in one of the grid of twice its side.
+            let halved = Partition::halved(&c, rows, 1);
+            prop_assert!(halved.fullest <= found.fullest);
+            if found.side > 0.0 {
+                prop_assert_eq!(halved.side, found.side / 2.0);
+            }
             for mean in c.means() {
+                let within = halved.cell(*mean).map(|at| at / 2);
+                prop_assert!((0..3).all(|a| within[a].min(found.cells[a] - 1) == found.cell(*mean)[a]));
                 let cell = found.cell(*mean);
                 prop_assert!((0..3).all(|a| cell[a] < found.cells[a]));
             }

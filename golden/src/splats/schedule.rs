@@ -16,7 +16,7 @@ use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
 use super::cloud::Cloud;
 use super::error::RenderError;
 use super::octree::Octree;
-use super::partition::Partition;
+use super::partition::{Cells, Partition};
 use super::profile::Profile;
 use super::records::{Saturations, record};
 use super::view::View;
@@ -100,8 +100,8 @@ pub struct ScheduleOptions {
     pub rows: usize,
     /// Columns and rows of tiles of a ray group; `None` is the whole frame.
     pub group_tiles: Option<[u32; 2]>,
-    /// Whether cells are merged as far as they fit an MVoxel.
-    pub merge: bool,
+    /// How the cloud is cut into MVoxels.
+    pub cells: Cells,
 }
 
 impl Default for ScheduleOptions {
@@ -109,7 +109,7 @@ impl Default for ScheduleOptions {
         Self {
             rows: 512,
             group_tiles: None,
-            merge: true,
+            cells: Cells::MERGED,
         }
     }
 }
@@ -247,8 +247,9 @@ impl Schedule {
                 entries[group].push((rank as u32, slot));
             }
         }
-        let partition = Partition::coarsest(cloud, options.rows);
+        let partition = Partition::halved(cloud, options.rows, options.cells.halvings);
         let tree = options
+            .cells
             .merge
             .then(|| Octree::merge(cloud, &partition, options.rows));
         let cells = view.splats().iter().map(|s| {

@@ -11,7 +11,7 @@ use potamoi_formats::units::OpCode;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::scene::{camera_file, garden};
 use potamoi_golden::splats::{
-    Cloud, FixedFrame, FixedOptions, Flips, FloatFrame, FloatOptions, Order, Profile,
+    Cells, Cloud, FixedFrame, FixedOptions, Flips, FloatFrame, FloatOptions, Order, Profile,
     ScheduleOptions, ply, render_fixed, render_float,
 };
 use potamoi_golden::streams::UnitStreams;
@@ -22,11 +22,17 @@ fn fixed(cloud: &Cloud, camera: &Camera, profile: Profile, options: &FixedOption
     render_fixed(cloud, camera, profile, options, &mut PlainUnits::default()).unwrap()
 }
 
+/// The coarsest grid, its cells as they are.
+const APART: Cells = Cells {
+    halvings: 0,
+    merge: false,
+};
+
 const LOG: FixedOptions = FixedOptions {
     schedule: ScheduleOptions {
         rows: 512,
         group_tiles: None,
-        merge: true,
+        cells: Cells::MERGED,
     },
     order: Order::Exact,
     hold_records: 8192,

@@ -5,30 +5,37 @@ use std::collections::BTreeSet;
 use potamoi_formats::record::SplatRecord;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::splats::{
-    Cloud, FixedOptions, FloatOptions, Load, Order, Profile, ScheduleOptions, render_fixed,
+    Cells, Cloud, FixedOptions, FloatOptions, Load, Order, Profile, ScheduleOptions, render_fixed,
     render_float, tasks,
 };
 
 use super::splats_common::PlainUnits;
-use super::{LOG, fixed, small};
+use super::{APART, LOG, fixed, small};
 
 #[test]
 fn the_picture_depends_on_neither_groups_nor_mvoxels() {
     let (cloud, camera) = small();
     let whole = fixed(&cloud, &camera, Profile::Inria, &LOG);
-    for (rows, group_tiles, merge) in [
-        (512, Some([1, 1]), true),
-        (512, Some([1, 1]), false),
-        (64, Some([4, 3]), true),
-        (64, None, false),
-        (7, None, true),
-        (65536, None, true),
+    for (rows, group_tiles, cells) in [
+        (512, Some([1, 1]), Cells::MERGED),
+        (
+            512,
+            Some([1, 1]),
+            Cells {
+                halvings: 2,
+                merge: false,
+            },
+        ),
+        (64, Some([4, 3]), Cells::MERGED),
+        (64, None, APART),
+        (7, None, Cells::MERGED),
+        (65536, None, Cells::MERGED),
     ] {
         let options = FixedOptions {
             schedule: ScheduleOptions {
                 rows,
                 group_tiles,
-                merge,
+                cells,
             },
             hold_records: 10,
             ..LOG
@@ -112,7 +119,7 @@ fn the_approximate_order_is_counted_and_shows() {
         schedule: ScheduleOptions {
             rows: 65536,
             group_tiles: None,
-            merge: true,
+            cells: Cells::MERGED,
         },
         ..options
     };
@@ -126,7 +133,7 @@ fn tasks_alone_are_what_rendering_gathers() {
     let options = ScheduleOptions {
         rows: 100,
         group_tiles: Some([3, 2]),
-        merge: true,
+        cells: Cells::MERGED,
     };
     let groups = tasks(&cloud, &camera, Profile::Inria, &options).unwrap();
     let mut units = PlainUnits::default();

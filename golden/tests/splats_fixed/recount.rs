@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::characterise::splat_traffic;
 use potamoi_golden::splats::{
-    Cloud, FixedOptions, Octree, Order, Partition, Profile, ScheduleOptions, View,
+    Cells, Cloud, FixedOptions, Octree, Order, Partition, Profile, ScheduleOptions, View,
 };
 
-use super::{LOG, fixed, small};
+use super::{APART, LOG, fixed, small};
 
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Recount {
@@ -26,12 +26,12 @@ struct Recount {
 
 /// Ranks of the records of each MVoxel, as they lie in memory.
 fn memory(cloud: &Cloud, view: &View, options: &ScheduleOptions) -> Vec<Vec<usize>> {
-    let partition = Partition::coarsest(cloud, options.rows);
+    let partition = Partition::halved(cloud, options.rows, options.cells.halvings);
     let tree = Octree::merge(cloud, &partition, options.rows);
     let mut cells: BTreeMap<[u32; 3], Vec<usize>> = BTreeMap::new();
     for (rank, splat) in view.splats().iter().enumerate() {
         let mut cell = partition.cell(cloud.means()[splat.index]);
-        if options.merge {
+        if options.cells.merge {
             cell = tree.owner(cell);
         }
         cells.entry(cell).or_default().push(rank);
@@ -154,15 +154,22 @@ fn check(cloud: &Cloud, camera: &Camera, options: &FixedOptions) -> Recount {
 fn mvoxels_and_spills_are_those_counted_anew() {
     let (cloud, camera) = small();
     let mut sum = Recount::default();
-    for (rows, group_tiles, merge) in [
-        (512, None, true),
-        (512, Some([1, 1]), true),
-        (300, Some([2, 2]), false),
-        (64, Some([4, 3]), true),
-        (64, Some([3, 3]), false),
-        (7, Some([2, 2]), true),
-        (7, None, true),
-        (1, Some([2, 1]), true),
+    for (rows, group_tiles, cells) in [
+        (512, None, Cells::MERGED),
+        (512, Some([1, 1]), Cells::MERGED),
+        (300, Some([2, 2]), APART),
+        (64, Some([4, 3]), Cells::MERGED),
+        (
+            64,
+            Some([3, 3]),
+            Cells {
+                halvings: 1,
+                merge: false,
+            },
+        ),
+        (7, Some([2, 2]), Cells::MERGED),
+        (7, None, Cells::MERGED),
+        (1, Some([2, 1]), Cells::MERGED),
     ] {
         for (order, hold_records) in [
             (Order::Exact, 0),
@@ -174,7 +181,7 @@ fn mvoxels_and_spills_are_those_counted_anew() {
                 schedule: ScheduleOptions {
                     rows,
                     group_tiles,
-                    merge,
+                    cells,
                 },
                 order,
                 hold_records,

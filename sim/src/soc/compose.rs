@@ -44,11 +44,42 @@ pub(super) struct Composer<'a> {
 
 /// Bytes of a job.
 #[derive(Debug, Clone, Copy, Default)]
-struct Moves {
-    read: f64,
-    written: f64,
-    random: f64,
+pub(super) struct Moves {
+    pub(super) read: f64,
+    pub(super) written: f64,
+    pub(super) random: f64,
+    /// Bytes of an access to anywhere.
     run: f64,
+}
+
+impl Moves {
+    pub(super) const fn bytes(&self) -> f64 {
+        self.read + self.written + self.random
+    }
+
+    fn ns(&self, memory: &Memory) -> f64 {
+        self.read * memory.streamed().ns
+            + self.written * memory.written().ns
+            + self.random * memory.random(self.run).ns
+    }
+
+    pub(super) fn pj(&self, memory: &Memory) -> f64 {
+        self.read * memory.streamed().pj
+            + self.written * memory.written().pj
+            + self.random * memory.random(self.run).pj
+    }
+}
+
+/// What the gathering unit reads and spills for a step, which is a part of a frame.
+pub(super) fn unit_moves(work: &FrameWork, step: &Batch, part: f64) -> Moves {
+    let scattered = part * work.scattered_bytes as f64;
+    let spilled = part * work.spilled_bytes as f64;
+    Moves {
+        read: step.row_bytes as f64 - scattered + step.rit_read_bytes as f64 + spilled / 2.0,
+        written: spilled / 2.0,
+        random: scattered,
+        run: run_bytes(work),
+    }
 }
 
 /// What a job is part of, and when it may begin.
@@ -82,12 +113,7 @@ impl<'a> Composer<'a> {
     }
 
     fn push(&mut self, turn: Turn, resource: Resource, own_ns: f64, moves: Moves) -> JobId {
-        let (read, written) = (self.memory.streamed(), self.memory.written());
-        let random = self.memory.random(moves.run);
-        let memory_ns =
-            moves.read * read.ns + moves.written * written.ns + moves.random * random.ns;
-        self.spent.memory_pj +=
-            moves.read * read.pj + moves.written * written.pj + moves.random * random.pj;
+        self.spent.memory_pj += moves.pj(self.memory);
         self.spent.streamed_bytes += moves.read;
         self.spent.written_bytes += moves.written;
         self.spent.random_bytes += moves.random;
@@ -95,7 +121,7 @@ impl<'a> Composer<'a> {
             stage: turn.stage,
             resource,
             own_ns,
-            memory_ns,
+            memory_ns: moves.ns(self.memory),
             after: turn.after,
             rank: turn.rank,
         });
@@ -181,16 +207,7 @@ impl<'a> Composer<'a> {
                     self.kernel(turn("gathering", own), &own_part, program)
                 }
                 Gathering::Unit => {
-                    let scattered = part * work.scattered_bytes as f64;
-                    let spilled = part * work.spilled_bytes as f64;
-                    let moves = Moves {
-                        read: step.row_bytes as f64 - scattered
-                            + step.rit_read_bytes as f64
-                            + spilled / 2.0,
-                        written: spilled / 2.0,
-                        random: scattered,
-                        run: run_bytes(work),
-                    };
+                    let moves = unit_moves(work, step, part);
                     let ns = self.cycles(step.gather_cycles);
                     let unit = Resource::GatheringUnit;
                     self.push(turn("gathering", own), unit, ns, moves)

@@ -5,6 +5,7 @@ mod compose;
 mod costs;
 pub mod dram;
 pub mod engine;
+mod gathering;
 mod gpu;
 mod memory;
 pub mod npu;
@@ -18,6 +19,7 @@ pub mod work;
 
 pub use compose::{AloneTime, Spent, alone};
 pub use costs::{CostError, Costs, OnChip, Port};
+pub use gathering::{Gathered, MemorySaving};
 pub use gpu::{Gpu, Kernel, Program};
 pub use memory::{Memory, Rate};
 pub use outcome::{EnergyByPart, Model, ModelError, Outcome, Run, StageTime, Timeline};

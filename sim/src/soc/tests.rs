@@ -259,6 +259,40 @@ proptest! {
     }
 }
 
+/// Half of the bytes at random places, and half as many bytes streamed: what is saved is parted in
+/// bytes not moved, at the mean of before, and what streaming saves of the rest.
+#[test]
+fn memory_energy_is_saved_by_traffic_and_by_streaming() {
+    let mut work = proptest_free();
+    work.reads.missed_bytes = 64_000;
+    (work.reads.misses, work.reads.not_streaming) = (2000, 1000);
+    work.batches[0].row_bytes = 20_000;
+    (work.batches[0].rit_bytes, work.batches[0].rit_read_bytes) = (4000, 8000);
+    let memory = memory(4);
+    let found = MemorySaving::of(memory, &work);
+    let (stream, write, random) = (
+        memory.streamed().pj,
+        memory.written().pj,
+        memory.random(32.0).pj,
+    );
+    assert!(near(found.before_pj, 32_000.0 * (stream + random)));
+    assert!(near(found.after_pj, 28_000.0 * stream + 4000.0 * write));
+    assert!(near(
+        found.by_traffic_pj,
+        32_000.0 * (stream + random) / 2.0
+    ));
+    let saved = found.before_pj - found.after_pj;
+    assert!(near(found.by_traffic_pj + found.by_streaming_pj, saved));
+    let share = found.traffic_share().unwrap();
+    assert!((0.5..0.8).contains(&share), "{share}");
+    // Memory that streams already, and the same bytes: nothing is saved by either.
+    work.reads.not_streaming = 0;
+    (work.batches[0].row_bytes, work.batches[0].rit_bytes) = (64_000, 0);
+    work.batches[0].rit_read_bytes = 0;
+    let found = MemorySaving::of(memory, &work);
+    assert!(found.by_traffic_pj == 0.0 && found.by_streaming_pj.abs() < 1e-6);
+}
+
 /// The paper's link: a raw frame of 800 x 800 takes 0.192 s and 0.192 J.
 #[test]
 fn a_raw_frame_takes_the_link_a_fifth_of_a_second() {

@@ -43,9 +43,17 @@ struct Key<'a, O> {
     scene: &'a str,
     camera: String,
     merges: bool,
+    #[serde(skip_serializing_if = "is_none")]
+    halvings: u32,
     options: O,
     /// Of a model that was read from a file: its numbers.
     model: Option<String>,
+}
+
+/// Of a number that is only written down where there is any.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+const fn is_none(number: &u32) -> bool {
+    *number == 0
 }
 
 /// Where work is kept.
@@ -117,7 +125,8 @@ impl Kept {
             configuration: config.hash(),
             scene: scene.name(),
             camera: format!("{:?}", scene.camera()),
-            merges: scene.merges(),
+            merges: scene.cells().merge,
+            halvings: scene.cells().halvings,
             options,
             model: scene
                 .analytic()

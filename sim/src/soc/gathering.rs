@@ -1,0 +1,86 @@
+//! What gathering alone takes, on the GPU pixel by pixel and on the gathering unit MVoxel by
+//! MVoxel.
+
+use serde::Serialize;
+
+use super::compose::unit_moves;
+use super::gpu;
+use super::memory::Memory;
+use super::outcome::{Model, ModelError};
+use super::variant::Gathering;
+use super::work::FrameWork;
+
+/// Both ways to gather a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Gathered {
+    /// Nanoseconds on the GPU, waiting for bytes included.
+    pub gpu_ns: f64,
+    /// Nanoseconds on the gathering unit, likewise.
+    pub unit_ns: f64,
+    /// Energy of memory.
+    pub memory: MemorySaving,
+}
+
+/// Picojoules of memory for gathering, and what saves them (paper, Sec. "Memory Saving
+/// Contribution"): bytes that are not moved, each at what a byte took before, and bytes that still
+/// are, which stream.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MemorySaving {
+    /// In pixel-centric order.
+    pub before_pj: f64,
+    /// In memory-centric order.
+    pub after_pj: f64,
+    /// Saved by less traffic.
+    pub by_traffic_pj: f64,
+    /// Saved by streaming.
+    pub by_streaming_pj: f64,
+}
+
+impl MemorySaving {
+    /// Of a frame. Bytes of memory-centric order are those of rows, of the RIT, written and read,
+    /// and of what did not fit on chip.
+    #[must_use]
+    pub fn of(memory: &Memory, work: &FrameWork) -> Self {
+        let kernel = gpu::gathering(work);
+        let before_bytes = kernel.memory_bytes();
+        let before_pj = kernel.read_bytes * memory.streamed().pj
+            + kernel.random_bytes * memory.random(kernel.run_bytes).pj;
+        let total = work.total();
+        let mut moves = unit_moves(work, &total, 1.0);
+        moves.written += total.rit_bytes as f64;
+        let (after_bytes, after_pj) = (moves.bytes(), moves.pj(memory));
+        let each = before_pj / before_bytes.max(1.0);
+        Self {
+            before_pj,
+            after_pj,
+            by_traffic_pj: (before_bytes - after_bytes) * each,
+            by_streaming_pj: after_bytes * each - after_pj,
+        }
+    }
+
+    /// Share of what is saved that less traffic saves; none where nothing is saved.
+    #[must_use]
+    pub fn traffic_share(&self) -> Option<f64> {
+        let saved = self.before_pj - self.after_pj;
+        (saved > 0.0).then(|| self.by_traffic_pj / saved)
+    }
+}
+
+impl Model<'_> {
+    /// Gathers a frame both ways.
+    ///
+    /// # Errors
+    /// Energy that is not known.
+    pub fn gathered(&self, work: &FrameWork) -> Result<Gathered, ModelError> {
+        let ns = |gathering| -> Result<f64, ModelError> {
+            let run = self.frame(work, gathering)?;
+            let stage = run.stages.get("gathering").copied().unwrap_or_default();
+            Ok(stage.own_ns + stage.memory_ns)
+        };
+        Ok(Gathered {
+            gpu_ns: ns(Gathering::PixelOrder)?,
+            unit_ns: ns(Gathering::Unit)?,
+            memory: MemorySaving::of(self.memory, work),
+        })
+    }
+}
