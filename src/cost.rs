@@ -1,32 +1,68 @@
-//! `potamoi cost`: accuracy against time. Of the exponential: every input
-//! through the Verilated unit.
+//! `potamoi cost`: what accuracy costs in time.
 
-use std::fmt::Write as _;
+mod exponential;
+mod front;
+mod knobs;
+mod pictures;
+mod scene;
+mod search;
+mod tables;
+mod trial;
+
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use potamoi_formats::config::{Config, ExpBase, ExpConfig, ExpForm, ExpOutput};
-use potamoi_formats::fixed::Format;
-use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::units::reference::{ExpError, Reference};
-use potamoi_golden::units::widths::{budget, straightness, truncation};
-use potamoi_sim::cycles::Stalls;
-use potamoi_sim::rtl::{VectorBatch, VectorUnit};
-use serde::Serialize;
 
 use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
-use crate::progress;
-use crate::say::say;
+use crate::scene::SceneArgs;
+
+/// Version of the JSON reports.
+const FORMAT_VERSION: u32 = 1;
 
 #[derive(Debug, Args)]
 pub(crate) struct CostArgs {
-    /// What is measured
+    /// A unit by itself; left out: every knob of a scene's frame
     #[arg(long, value_enum)]
-    unit: Unit,
-    /// Every input with its result and cycles, as CSV: u_code, y_code, cycles
-    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "exp-table.csv")]
+    unit: Option<Unit>,
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Knobs, with commas between them; left out: all that the scene has
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        conflicts_with = "unit"
+    )]
+    knobs: Vec<String>,
+    /// Frames of the path by which warping is measured
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
+    frames: u32,
+    /// Search for the fastest configuration whose picture is at least so good, in dB beside the
+    /// ground truth (beside the model where there is none), and prove it by its Verilog
+    #[arg(long, value_name = "DB", conflicts_with_all = ["unit", "budget_ms"])]
+    target_psnr: Option<f64>,
+    /// Search for the best picture within so many milliseconds a frame, likewise
+    #[arg(long, value_name = "MS", conflicts_with = "unit")]
+    budget_ms: Option<f64>,
+    /// Where the configuration that was found is written
+    #[arg(long, value_name = "FILE", default_value = "found.toml")]
+    found: PathBuf,
+    /// The points as CSV
+    #[arg(long, value_name = "FILE", conflicts_with = "unit")]
+    csv: Option<PathBuf>,
+    /// The points and their front, as SVG
+    #[arg(long, value_name = "FILE", conflicts_with = "unit")]
+    plot: Option<PathBuf>,
+    /// Of a unit: every input with its result and cycles, as CSV: u_code, y_code, cycles
+    #[arg(
+        long,
+        value_name = "FILE",
+        num_args = 0..=1,
+        default_missing_value = "exp-table.csv",
+        requires = "unit"
+    )]
     table: Option<PathBuf>,
     /// Report as JSON
     #[arg(long, value_name = "FILE")]
@@ -39,265 +75,11 @@ enum Unit {
     Exp,
 }
 
-/// Version of the JSON report.
-const FORMAT_VERSION: u32 = 1;
-/// Bits of an input that is swept wholly.
-const INPUT_BITS: u32 = 16;
-
-#[derive(Serialize)]
-struct Report {
-    format_version: u32,
-    command: &'static str,
-    unit: &'static str,
-    /// 12 hexadecimal digits.
-    configuration: String,
-    inputs: usize,
-    /// "restoring", "piecewise" or "radix-4".
-    form: ExpForm,
-    /// What is raised to a power.
-    base: ExpBase,
-    /// Of the piecewise form: pieces, and bits of their table.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pieces: Option<Table>,
-    early_out: bool,
-    iterations: u32,
-    tail: bool,
-    /// Fraction bits of accumulator and constants, start of the accumulator.
-    accumulator_bits: u32,
-    constant_bits: u32,
-    offset: i32,
-    output_bits: u32,
-    /// Largest and mean magnitude of the error, in units of the last place.
-    max_ulp: f64,
-    mean_ulp: f64,
-    bias_ulp: f64,
-    /// Input with the largest error.
-    worst_code: i32,
-    /// Results that are not the nearest code.
-    misrounded: u32,
-    monotone: bool,
-    /// The part of it that cutting off after n iterations, or straight pieces,
-    /// may cost.
-    truncation_ulp: f64,
-    /// What all roundings together may cost.
-    budget_ulp: f64,
-    /// From the acceptance of a vector to its results.
-    latency_cycles: u64,
-    /// From one vector to the next.
-    interval_cycles: f64,
-    lanes: u32,
-    /// In the steady state, of all lanes.
-    exponentials_per_cycle: f64,
-}
-
-/// What straight pieces are made of.
-#[derive(Serialize)]
-struct Table {
-    pieces: u32,
-    table_bits: u32,
-    /// Partial-product bits of the slope's multiplier, and of that by log2 e.
-    slope_product_bits: u32,
-    scale_product_bits: u32,
-}
-
-impl Table {
-    fn of(exp: &ExpConfig) -> Option<Self> {
-        let (widths, engine) = (exp.piece_widths(), exp.engine());
-        (exp.form == ExpForm::Piecewise).then(|| Self {
-            pieces: exp.pieces,
-            table_bits: widths.table_bits(&engine),
-            slope_product_bits: widths.slope_product_bits(&engine),
-            scale_product_bits: widths.scale_product_bits(exp.input.width()),
-        })
-    }
-}
-
-/// What ends the power early costs: cutting off, or straight pieces.
-fn approximation(exp: &ExpConfig) -> f64 {
-    match exp.form {
-        ExpForm::Piecewise => straightness(exp.pieces, exp.output_bits),
-        _ => truncation(exp.resolved_bits(), exp.tail, exp.output_bits),
-    }
-}
-
 pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
-    files::prepare([args.table.as_ref(), args.json.as_ref()])?;
-    let config = common.read_config()?;
+    let written = [&args.table, &args.json, &args.csv, &args.plot];
+    files::prepare(written.map(Option::as_ref))?;
     match args.unit {
-        Unit::Exp => exponential(&config, args),
-    }
-}
-
-fn exponential(config: &Config, args: &CostArgs) -> Result<(), Failure> {
-    let exp = &config.vu.exp;
-    check(config)?;
-    let spinner = progress::spinner("every input through the Verilated vector unit");
-    let unit = VectorUnit::build(config)?;
-    let codes: Vec<i32> = (0..1 << INPUT_BITS).collect();
-    let zeros = vec![0; codes.len()];
-    let batch = VectorBatch {
-        op: VectorOp::new(OpCode::Exp),
-        a: &codes,
-        b: &zeros,
-    };
-    let run = unit.run(&[batch], &Stalls::NONE, 0)?;
-    let reference = Reference::in_base(exp.input, exp.base)
-        .map_err(|e| Failure::Inconclusive(e.to_string()))?;
-    spinner.finish_and_clear();
-    let error: ExpError = reference.measure(exp.output_bits, |u| {
-        run.results.get(u as usize).copied().unwrap_or_default()
-    });
-    let lanes = config.vu.lanes as usize;
-    let latency = |vector: usize| run.vectors.get(vector).map_or(0, |(from, to)| to - from);
-    if let Some(path) = &args.table {
-        let mut text = String::from("u_code,y_code,cycles\n");
-        for (u, y) in codes.iter().zip(&run.results) {
-            // Writing to a string does not fail.
-            let _ = writeln!(text, "{u},{y},{}", latency(*u as usize / lanes));
-        }
-        files::write(path, &text)?;
-    }
-    let (first, last) = (run.vectors.first(), run.vectors.last());
-    let span = last.zip(first).map_or(0, |(last, first)| last.0 - first.0);
-    let interval = span as f64 / (run.vectors.len().max(2) - 1) as f64;
-    // With an early out it is an average.
-    let interval = (interval * 1e3).round() / 1e3;
-    let engine = exp.engine();
-    let report = Report {
-        format_version: FORMAT_VERSION,
-        command: "cost",
-        unit: "exp",
-        configuration: config.hash(),
-        inputs: codes.len(),
-        form: exp.form,
-        base: exp.base,
-        pieces: Table::of(exp),
-        early_out: exp.early_out,
-        iterations: exp.iterations,
-        tail: exp.tail,
-        accumulator_bits: engine.accumulator_bits,
-        constant_bits: engine.constant_bits,
-        offset: engine.offset,
-        output_bits: exp.output_bits,
-        max_ulp: error.max_ulp,
-        mean_ulp: error.mean,
-        bias_ulp: error.bias,
-        worst_code: error.worst_code,
-        misrounded: error.misrounded,
-        monotone: error.monotone,
-        truncation_ulp: approximation(exp),
-        budget_ulp: budget(exp),
-        latency_cycles: latency(0),
-        interval_cycles: interval,
-        lanes: config.vu.lanes,
-        exponentials_per_cycle: lanes as f64 / interval.max(1.0),
-    };
-    print(&report, args);
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
-    Ok(())
-}
-
-/// The sweep is of exp(-u) in the format of splats.
-fn check(config: &Config) -> Result<(), Failure> {
-    let exp = &config.vu.exp;
-    let refuse = |field: &str, value: String, expected: &str| {
-        Err(Failure::Usage(format!(
-            "cost --unit exp: `{field}` is {value}: expected {expected}"
-        )))
-    };
-    if !config.vu.ops.contains(&OpCode::Exp) {
-        return refuse("vu.ops", OpCode::list(&config.vu.ops), "\"exp\" among them");
-    }
-    if exp.form == ExpForm::Literal {
-        let form = "literal".to_owned();
-        return refuse("vu.exp.form", form, "a form that is right below 0");
-    }
-    if exp.output != ExpOutput::Alpha {
-        let output = format!("{:?}", exp.output);
-        return refuse("vu.exp.output", output, "the alpha configuration");
-    }
-    if exp.input != Format::unsigned(3, 13) {
-        return refuse(
-            "vu.exp.input",
-            exp.input.to_string(),
-            "U3.13, whose inputs the table lists",
-        );
-    }
-    Ok(())
-}
-
-/// How powers are found, in words.
-fn method(report: &Report) -> String {
-    let tail = if report.tail { "on" } else { "off" };
-    match (&report.pieces, report.form) {
-        (Some(table), _) => {
-            let base = match report.base {
-                ExpBase::E => "exp(-u)",
-                ExpBase::Two => "2^-u",
-            };
-            format!("{base} in {} straight pieces", table.pieces)
-        }
-        (None, ExpForm::Radix4) => {
-            format!("radix 4, {} digits, tail {tail}", report.iterations)
-        }
-        (None, _) if report.early_out => format!("n = {} at most, early out", report.iterations),
-        (None, _) => format!("n = {}, tail {tail}", report.iterations),
-    }
-}
-
-fn print(report: &Report, args: &CostArgs) {
-    say!(
-        "exponential, configuration {}: {}, widths {}/{}/{:+}, all {} inputs \
-         through the Verilated unit",
-        report.configuration,
-        method(report),
-        report.accumulator_bits,
-        report.constant_bits,
-        report.offset,
-        report.inputs
-    );
-    if let Some(table) = &report.pieces {
-        say!(
-            "  table {} bits; multipliers of {} partial-product bits (slope) and {} (log2 e)",
-            table.table_bits,
-            table.slope_product_bits,
-            table.scale_product_bits
-        );
-    }
-    say!(
-        "  error: at most {:.4} ulp (input code {}), {:.4} ulp on average, bias {:+.4} ulp \
-         (measured RTL against 120 bits; 1 ulp = 2^-{})",
-        report.max_ulp,
-        report.worst_code,
-        report.mean_ulp,
-        report.bias_ulp,
-        report.output_bits
-    );
-    say!(
-        "  budget: at most {:.4} ulp, of it {:.4} ulp for {} (formula)",
-        report.budget_ulp,
-        report.truncation_ulp,
-        match report.form {
-            ExpForm::Piecewise => "straight pieces",
-            _ => "cutting off after n iterations",
-        }
-    );
-    say!(
-        "  results not the nearest code: {}; monotone: {}",
-        report.misrounded,
-        if report.monotone { "yes" } else { "no" }
-    );
-    say!(
-        "  latency {} cycles, a vector of {} every {} cycles: {:.2} exponentials a cycle \
-         (measured RTL)",
-        report.latency_cycles,
-        report.lanes,
-        report.interval_cycles,
-        report.exponentials_per_cycle
-    );
-    if let Some(path) = &args.table {
-        say!("  every input, result and latency: {}", path.display());
+        Some(Unit::Exp) => exponential::run(&common.read_config()?, args),
+        None => scene::run(common, args),
     }
 }

@@ -4,6 +4,7 @@
 //! is missing, 4 inconclusive.
 
 mod characterise;
+mod charts;
 mod cli;
 mod common;
 mod cost;
@@ -19,6 +20,7 @@ mod render;
 mod say;
 mod scene;
 mod sequence;
+mod setup;
 mod synth;
 mod tables;
 mod trace;

@@ -1,19 +1,19 @@
 //! `potamoi model`: what the whole system takes for the frames of a scene.
 
 mod calibrate;
-mod ladder;
+pub(crate) mod ladder;
 mod octree;
 mod paper;
 mod pictures;
 mod report;
 mod rivals;
-mod setup;
 mod tables;
 mod timeline;
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use potamoi_golden::scene::Scene;
 use potamoi_sim::soc::work::{PathOptions, PathWork};
 use potamoi_sim::soc::{Scenario, System, Variant};
 
@@ -22,8 +22,8 @@ use crate::failure::Failure;
 use crate::files;
 use crate::progress;
 use crate::scene::{SceneArgs, named, say_not_checked};
+use crate::setup::{Setup, store};
 use report::{Found, Report};
-use setup::{Setup, store};
 
 #[derive(Debug, Args)]
 pub(crate) struct ModelArgs {
@@ -139,7 +139,7 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
     let variants = args.variants()?;
     let mut report = Report::new("model", &system, vec![]);
     for name in &names {
-        let setup = Setup::new(common, args, &system, args.scene.open_named(name)?)?;
+        let setup = args.setup(common, &system, args.scene.open_named(name)?)?;
         let (path, was_kept) = args.count(&setup)?;
         let model = setup.model();
         let mut outcomes = vec![];
@@ -203,6 +203,10 @@ impl ModelArgs {
             }
         }
         Ok(all)
+    }
+
+    fn setup(&self, common: &Common, system: &System, scene: Scene) -> Result<Setup, Failure> {
+        Setup::new(common, system, scene, self.synth.as_deref())
     }
 
     /// The work of the scene's path, counted now or earlier.

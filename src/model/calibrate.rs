@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use super::ModelArgs;
 use super::report::{self, Report};
-use super::setup::Setup;
 use crate::common::Common;
 use crate::failure::Failure;
 use crate::progress;
@@ -60,7 +59,7 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         if !args.scene.looks_otherwise() {
             scene.set_size(Some(SIDE), Some(SIDE))?;
         }
-        let setup = Setup::new(common, args, system, scene)?;
+        let setup = args.setup(common, system, scene)?;
         let work = setup.frame()?;
         scenes.push(Timed {
             scene: name,

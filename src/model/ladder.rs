@@ -10,24 +10,24 @@ use serde::Serialize;
 
 use super::ModelArgs;
 use super::report::{self, Report};
-use super::setup::Setup;
 use crate::common::Common;
 use crate::failure::Failure;
 use crate::progress;
 use crate::say::say;
+use crate::setup::Setup;
 use crate::tables;
 
 /// One way.
 #[derive(Serialize)]
-struct Rung {
-    way: &'static str,
+pub(crate) struct Rung {
+    pub(crate) way: &'static str,
     gather_cycles: u64,
     vector_cycles: u64,
     array_cycles: u64,
     /// Nanoseconds of the frame.
-    frame_ns: f64,
+    pub(crate) frame_ns: f64,
     /// Seconds that this took here.
-    wall_s: f64,
+    pub(crate) wall_s: f64,
 }
 
 #[derive(Serialize)]
@@ -37,14 +37,13 @@ struct Ladder {
     rungs: Vec<Rung>,
 }
 
-pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<(), Failure> {
-    let setup = Setup::new(common, args, system, args.scene.open()?)?;
+/// All of them, the hardware last.
+pub(crate) fn rungs(setup: &Setup) -> Result<Vec<Rung>, Failure> {
     let (scene, config, model) = (&setup.scene, &setup.config, setup.model());
     let count = |units: &mut dyn Units| {
-        let cache = system.gpu.cache_bytes;
-        FrameWork::count_through(scene, config, system.array(), cache, None, units)
+        let (array, cache) = (setup.system.array(), setup.system.gpu.cache_bytes);
+        FrameWork::count_through(scene, config, array, cache, None, units)
     };
-    let spinner = progress::spinner("rendering three times");
     let begun = Instant::now();
     let work = count(&mut Twins::new(config))?;
     let counted_s = begun.elapsed().as_secs_f64();
@@ -73,7 +72,15 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
     // Cycles of the hardware stand for those of the models.
     let measured = through.with_cycles(cycles.gather, cycles.vector);
     rung("Verilated units", &measured, simulated_s)?;
+    Ok(rungs)
+}
+
+pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<(), Failure> {
+    let setup = args.setup(common, system, args.scene.open()?)?;
+    let spinner = progress::spinner("rendering three times");
+    let rungs = rungs(&setup)?;
     spinner.finish_and_clear();
+    let scene = &setup.scene;
     let size = [scene.camera().width, scene.camera().height];
     say!(
         "{}, {} x {}: one frame in full, gathered by the unit; cycle models are the default",
@@ -90,7 +97,7 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
     report::write(&Report::new("model --ladder", system, vec![found]), args)
 }
 
-fn print(rungs: &[Rung]) {
+pub(crate) fn print(rungs: &[Rung]) {
     let mut table = tables::plain([
         "",
         "gathering unit, cycles",

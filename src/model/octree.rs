@@ -9,11 +9,11 @@ use serde::Serialize;
 
 use super::ModelArgs;
 use super::report::{self, Report};
-use super::setup::Setup;
 use crate::common::Common;
 use crate::failure::Failure;
 use crate::progress;
 use crate::say::say;
+use crate::setup::Setup;
 use crate::tables;
 
 /// A frame with cells merged, or as they are.
@@ -55,7 +55,7 @@ pub(super) fn run(
     for name in names {
         bar.set_message(name.clone());
         let scene = args.scene.open_named(name)?;
-        let mut setup = Setup::new(common, args, system, scene)?;
+        let mut setup = args.setup(common, system, scene)?;
         if setup.octree().is_none() {
             return Err(Failure::Usage(format!(
                 "--octree {name}: it has no splats; choose a scene of splats, such as garden"

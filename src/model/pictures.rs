@@ -2,48 +2,14 @@
 
 use std::path::Path;
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use potamoi_sim::soc::{Memory, Outcome, System};
 
 use super::report::Found;
+use crate::charts::{COLOURS, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;
-use crate::files;
 
 const SIZE: (u32, u32) = (900, 540);
-const LETTERS: (&str, u32) = ("sans-serif", 14);
-const TITLE: (&str, u32) = ("sans-serif", 18);
-/// Colours that are told apart by the colour-blind (Okabe and Ito, "Color Universal Design", 2008),
-/// and two greys.
-const COLOURS: [RGBColor; 9] = [
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 114, 178),
-    RGBColor(240, 228, 66),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(90, 90, 90),
-    RGBColor(170, 170, 170),
-];
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn = Result<(), Box<dyn std::error::Error>>;
-
-/// Draws, and writes the file whole or not at all.
-fn picture(path: &Path, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<(), Failure> {
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        let drawn = area
-            .fill(&WHITE)
-            .map_err(Into::into)
-            .and_then(|()| draw(&area))
-            .and_then(|()| area.present().map_err(Into::into));
-        drawn.map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
-    }
-    Ok(files::write(path, &text)?)
-}
 
 /// A bar a variant, in parts.
 pub(super) fn energy(path: &Path, found: &Found) -> Result<(), Failure> {
@@ -53,7 +19,7 @@ pub(super) fn energy(path: &Path, found: &Found) -> Result<(), Failure> {
         .iter()
         .map(|o| o.run.energy.total_mj())
         .fold(0.0, f64::max);
-    picture(path, |area| {
+    picture(path, SIZE, |area| {
         let title = format!(
             "{}, {} x {}: energy of a frame by part",
             found.scene, found.size[0], found.size[1]
@@ -122,7 +88,7 @@ pub(super) fn roofline(path: &Path, found: &Found, system: &System) -> Result<()
         (x.min(own.0), y.min(own.1))
     });
     let right = points.iter().map(|p| p.0).fold(array / bandwidth, f64::max) * 10.0;
-    picture(path, |area| {
+    picture(path, SIZE, |area| {
         let title = format!(
             "{}, {} x {}: multiplications against what the array and memory allow",
             found.scene, found.size[0], found.size[1]
@@ -171,22 +137,4 @@ fn label(of: &Outcome) -> String {
         potamoi_sim::soc::Scenario::Local => of.variant.name.to_owned(),
         potamoi_sim::soc::Scenario::Remote => format!("{} remote", of.variant.name),
     }
-}
-
-/// Who is who, in a corner of the chart.
-fn legend<'a, 'b, X: Ranged, Y: Ranged>(
-    chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>,
-    corner: SeriesLabelPosition,
-) -> Drawn
-where
-    'b: 'a,
-{
-    chart
-        .configure_series_labels()
-        .position(corner)
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.3))
-        .label_font(LETTERS)
-        .draw()?;
-    Ok(())
 }

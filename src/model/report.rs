@@ -5,9 +5,9 @@ use potamoi_sim::soc::{Gathered, Outcome, System};
 use serde::Serialize;
 
 use super::ModelArgs;
-use super::setup::Setup;
 use crate::failure::Failure;
 use crate::files;
+use crate::setup::Setup;
 
 /// Version of the JSON reports.
 const FORMAT_VERSION: u32 = 1;

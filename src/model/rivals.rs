@@ -8,7 +8,6 @@ use serde::Serialize;
 
 use super::ModelArgs;
 use super::report::{self, Report};
-use super::setup::Setup;
 use crate::common::Common;
 use crate::failure::Failure;
 use crate::progress;
@@ -43,7 +42,7 @@ pub(super) fn run(
                 scene.model().algorithm()
             )));
         }
-        let setup = Setup::new(common, args, system, scene)?;
+        let setup = args.setup(common, system, scene)?;
         let (path, _) = args.count(&setup)?;
         let model = setup.model();
         let spinner = progress::spinner("counting");

@@ -7,6 +7,7 @@
 mod derived;
 mod exp;
 mod gu;
+mod overlay;
 mod pieces;
 pub mod rules;
 mod vu;
@@ -22,6 +23,7 @@ pub use gu::{
     EntryKind, ExtraPorts, GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, RitPath, Sums,
     WeightTrust,
 };
+pub use overlay::{Layer, overlay};
 pub use pieces::PieceWidths;
 pub use rules::{RuleBreach, RuleBreaches};
 pub use vu::VuConfig;

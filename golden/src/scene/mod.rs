@@ -186,6 +186,16 @@ impl Scene {
         self.camera = camera;
     }
 
+    /// Composites splats in another order.
+    pub fn set_order(&mut self, order: Order) {
+        self.order = order;
+    }
+
+    /// Draws splats by another renderer's rules.
+    pub fn set_profile(&mut self, profile: Profile) {
+        self.profile = profile;
+    }
+
     /// How splats are cut into MVoxels: the coarsest grid that fits, merged, unless
     /// [`Scene::set_cells`] says otherwise.
     #[must_use]

@@ -81,7 +81,11 @@ impl Scene {
     }
 
     /// Voxel edges from sample to sample.
-    fn set_step(&mut self, step: f64) -> Result<(), SceneError> {
+    /// Sets how far apart samples are, in voxel edges; of fields that step so.
+    ///
+    /// # Errors
+    /// A step outside 1/64 to 8.
+    pub fn set_step(&mut self, step: f64) -> Result<(), SceneError> {
         if !(1.0 / 64.0..=8.0).contains(&step) {
             let expected = "1/64 to 8 voxel edges";
             return Err(self.value("render.step", step.to_string(), expected));

@@ -1,5 +1,6 @@
 //! What the system is made of: every number with what it is and where it is from.
 
+use potamoi_formats::config::overlay;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -53,18 +54,6 @@ impl Default for System {
             link_nj_per_byte: 100.0,
             link_colour_bytes: 3.0,
             link_depth_bytes: 2.0,
-        }
-    }
-}
-
-/// Puts values in the place of others, tables part by part.
-fn overlay(all: &mut toml::Table, given: toml::Table) {
-    for (key, value) in given {
-        match (all.get_mut(&key), value) {
-            (Some(toml::Value::Table(own)), toml::Value::Table(value)) => overlay(own, value),
-            (_, value) => {
-                all.insert(key, value);
-            }
         }
     }
 }

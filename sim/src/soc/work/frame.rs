@@ -3,7 +3,7 @@
 use potamoi_formats::config::Config;
 use potamoi_golden::characterise::{BANKS, LANES};
 use potamoi_golden::mask::Mask;
-use potamoi_golden::scene::{Scene, SceneError};
+use potamoi_golden::scene::{Rendered, Scene, SceneError};
 use potamoi_golden::units::{Twins, Units};
 use serde::{Deserialize, Serialize};
 
@@ -94,13 +94,28 @@ impl FrameWork {
         only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<Self, SceneError> {
+        Ok(Self::rendered(scene, config, array, cache, only, units)?.0)
+    }
+
+    /// The same with what was rendered.
+    ///
+    /// # Errors
+    /// As [`Scene::render_fixed`].
+    pub fn rendered(
+        scene: &Scene,
+        config: &Config,
+        array: Array,
+        cache: u32,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<(Self, Rendered), SceneError> {
         let mut meter = Meter::new(units, config, array);
         let rendered = match only {
             None => scene.render_fixed(config, &mut meter)?,
             Some(mask) => scene.render_fixed_masked(config, mask, &mut meter)?,
         };
         let batches = meter.into_batches();
-        let counts = rendered.counts;
+        let counts = &rendered.counts;
         let accesses = scene.accesses(cache, only)?;
         let memory = accesses.memory;
         let at = |all: &[usize], of: usize| all.iter().position(|v| *v == of).unwrap_or(0);
@@ -109,7 +124,7 @@ impl FrameWork {
         let camera = scene.camera();
         let frame_pixels = u64::from(camera.width) * u64::from(camera.height);
         let splats = counts.splats.unwrap_or_default();
-        Ok(Self {
+        let work = Self {
             pixels: only.map_or(frame_pixels, |mask| mask.count() as u64),
             frame_pixels,
             samples: counts.samples,
@@ -131,7 +146,8 @@ impl FrameWork {
                 conflict_rate: conflicts.conflict_rate(),
             },
             batches,
-        })
+        };
+        Ok((work, rendered))
     }
 
     /// All batches together.

@@ -1,4 +1,4 @@
-//! What the frames of a scene are modelled on.
+//! What the frames of a scene are modelled on: configuration, system, energy of units.
 
 use std::path::Path;
 
@@ -10,30 +10,31 @@ use potamoi_sim::soc::{Costs, Memory, Model, Program, System};
 use potamoi_sim::synth::fit::Fit;
 use potamoi_sim::synth::{SynthError, SynthReport};
 
-use super::ModelArgs;
 use crate::common::Common;
 use crate::failure::Failure;
 
 /// A scene, the configuration that renders it, and the system around that.
-pub(super) struct Setup {
-    pub(super) scene: Scene,
-    pub(super) config: Config,
+pub(crate) struct Setup {
+    pub(crate) scene: Scene,
+    pub(crate) config: Config,
     /// The preset whose units it is.
-    pub(super) preset: Option<&'static str>,
-    pub(super) system: System,
+    pub(crate) preset: Option<&'static str>,
+    pub(crate) system: System,
     memory: Memory,
     costs: Costs,
 }
 
 impl Setup {
-    pub(super) fn new(
+    /// `synth` are parameters of the configuration's units, instead of those that come with the
+    /// program.
+    pub(crate) fn new(
         common: &Common,
-        args: &ModelArgs,
         system: &System,
         scene: Scene,
+        synth: Option<&Path>,
     ) -> Result<Self, Failure> {
         let (config, preset) = config_for(common, &scene)?;
-        let costs = costs(&scene, &config, args.synth.as_deref())?;
+        let costs = costs(&scene, &config, synth)?;
         Ok(Self {
             scene,
             config,
@@ -44,29 +45,34 @@ impl Setup {
         })
     }
 
-    pub(super) fn model(&self) -> Model<'_> {
+    pub(crate) fn model(&self) -> Model<'_> {
+        self.model_of(&self.config, &self.costs)
+    }
+
+    /// The same with units of another configuration.
+    pub(crate) fn model_of<'a>(&'a self, config: &Config, costs: &'a Costs) -> Model<'a> {
         Model {
             system: &self.system,
             memory: &self.memory,
-            costs: &self.costs,
-            clock_ghz: f64::from(self.config.clock_mhz) * 1e-3,
+            costs,
+            clock_ghz: f64::from(config.clock_mhz) * 1e-3,
         }
     }
 
     /// The work of the frame that the scene's camera sees.
-    pub(super) fn frame(&self) -> Result<FrameWork, Failure> {
+    pub(crate) fn frame(&self) -> Result<FrameWork, Failure> {
         self.frame_of(&self.config, self.system.array())
     }
 
     /// The same on another accelerator.
-    pub(super) fn frame_of(&self, config: &Config, array: Array) -> Result<FrameWork, Failure> {
+    pub(crate) fn frame_of(&self, config: &Config, array: Array) -> Result<FrameWork, Failure> {
         let cache = self.system.gpu.cache_bytes;
         Ok(store()?.frame(&self.scene, config, array, cache)?.0)
     }
 }
 
 /// Where counted work is kept.
-pub(super) fn store() -> Result<Kept, Failure> {
+pub(crate) fn store() -> Result<Kept, Failure> {
     let models = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
     Ok(Kept::new(&models.with_file_name("work")))
 }
@@ -93,7 +99,11 @@ fn config_for(common: &Common, scene: &Scene) -> Result<(Config, Option<&'static
 
 /// Energy of units and memories, from the files that come with the program, and one that was
 /// given.
-fn costs(scene: &Scene, config: &Config, given: Option<&Path>) -> Result<Costs, Failure> {
+pub(crate) fn costs(
+    scene: &Scene,
+    config: &Config,
+    given: Option<&Path>,
+) -> Result<Costs, Failure> {
     let program = match scene.model() {
         SceneModel::Splats(_) | SceneModel::Compact(_) => Program::Splats,
         _ => Program::Fields,

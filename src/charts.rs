@@ -1,0 +1,65 @@
+//! Charts as SVG.
+
+use std::path::Path;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use crate::failure::Failure;
+use crate::files;
+
+pub(crate) const LETTERS: (&str, u32) = ("sans-serif", 14);
+pub(crate) const TITLE: (&str, u32) = ("sans-serif", 18);
+/// Colours that are told apart by the colour-blind (Okabe and Ito, "Color Universal Design", 2008),
+/// and two greys.
+pub(crate) const COLOURS: [RGBColor; 9] = [
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 114, 178),
+    RGBColor(240, 228, 66),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(90, 90, 90),
+    RGBColor(170, 170, 170),
+];
+
+pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(crate) type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+/// Draws, and writes the file whole or not at all.
+pub(crate) fn picture(
+    path: &Path,
+    size: (u32, u32),
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<(), Failure> {
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        let drawn = area
+            .fill(&WHITE)
+            .map_err(Into::into)
+            .and_then(|()| draw(&area))
+            .and_then(|()| area.present().map_err(Into::into));
+        drawn.map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+    }
+    Ok(files::write(path, &text)?)
+}
+
+/// Who is who, in a corner of the chart.
+pub(crate) fn legend<'a, 'b, X: Ranged, Y: Ranged>(
+    chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>,
+    corner: SeriesLabelPosition,
+) -> Drawn
+where
+    'b: 'a,
+{
+    chart
+        .configure_series_labels()
+        .position(corner)
+        .background_style(WHITE.mix(0.85))
+        .border_style(BLACK.mix(0.3))
+        .label_font(LETTERS)
+        .draw()?;
+    Ok(())
+}

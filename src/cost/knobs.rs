@@ -1,0 +1,329 @@
+//! What trades accuracy for time: each knob with its settings.
+
+use potamoi_golden::scene::{Model, Scene};
+use potamoi_golden::splats::{Order, Profile};
+
+use crate::failure::Failure;
+
+/// A knob.
+pub(super) struct Knob {
+    pub(super) name: &'static str,
+    /// What it is, in a phrase.
+    pub(super) what: &'static str,
+    pub(super) settings: Vec<Setting>,
+}
+
+/// One way to set it, which is not the default.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Setting {
+    pub(super) label: String,
+    pub(super) change: Change,
+}
+
+/// What a setting changes.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Change {
+    /// The configuration, by TOML laid over it; keys that are given up for their derived values
+    /// come first.
+    Config {
+        derived: &'static [&'static str],
+        toml: String,
+    },
+    /// How the scene is rendered.
+    Scene(Look),
+    /// Which frames of a path are rendered.
+    Path(Way),
+}
+
+/// How a scene is rendered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Look {
+    Order(Order),
+    Profile(Profile),
+    Step(f64),
+}
+
+impl Look {
+    pub(super) fn apply(self, scene: &mut Scene) -> Result<(), Failure> {
+        match self {
+            Self::Order(order) => scene.set_order(order),
+            Self::Profile(profile) => scene.set_profile(profile),
+            Self::Step(step) => scene.set_step(step)?,
+        }
+        Ok(())
+    }
+}
+
+/// Which frames of a path are rendered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Way {
+    /// Warped from references of so many frames, points seen under so many degrees more rendered.
+    Warped { window: u32, phi: Option<f64> },
+    /// Each from the one before (Temp-N).
+    Chained { window: u32 },
+    /// At half the resolution, scaled up (DS-2).
+    Half,
+}
+
+/// Widths of the engine that follow from its other numbers.
+const WIDTHS: &[&str] = &["accumulator_bits", "constant_bits", "offset"];
+
+fn config(label: impl Into<String>, toml: impl Into<String>) -> Setting {
+    Setting {
+        label: label.into(),
+        change: Change::Config {
+            derived: &[],
+            toml: toml.into(),
+        },
+    }
+}
+
+/// A setting of the exponential engine, whose widths follow.
+fn exp(label: impl Into<String>, toml: impl Into<String>) -> Setting {
+    Setting {
+        label: label.into(),
+        change: Change::Config {
+            derived: WIDTHS,
+            toml: format!("[vu.exp]\n{}", toml.into()),
+        },
+    }
+}
+
+fn look(label: &str, look: Look) -> Setting {
+    Setting {
+        label: label.to_owned(),
+        change: Change::Scene(look),
+    }
+}
+
+fn way(label: String, way: Way) -> Setting {
+    Setting {
+        label,
+        change: Change::Path(way),
+    }
+}
+
+/// The knobs of a scene.
+pub(super) fn of(scene: &Scene) -> Vec<Knob> {
+    let splats = matches!(scene.model(), Model::Splats(_) | Model::Compact(_));
+    let stepped = matches!(
+        scene.model(),
+        Model::Voxels(_) | Model::Dvgo(_) | Model::Tensorf(_)
+    );
+    let mut knobs = exponential();
+    if splats {
+        knobs.extend(splatting());
+    } else {
+        knobs.extend(interpolation());
+    }
+    if stepped {
+        let steps = [0.25, 0.75, 1.0, 1.5, 2.0];
+        knobs.push(Knob {
+            name: "step",
+            what: "voxel edges from sample to sample",
+            settings: steps.map(|s| look(&s.to_string(), Look::Step(s))).to_vec(),
+        });
+    }
+    knobs.extend(paths());
+    knobs
+}
+
+fn exponential() -> Vec<Knob> {
+    let iterations = [8, 10, 12, 14, 20, 24];
+    let tails = [4, 6, 8, 9, 12];
+    let pieces = [8, 16, 32, 64, 128];
+    vec![
+        Knob {
+            name: "iterations",
+            what: "iterations of the exponential",
+            settings: iterations
+                .map(|n| exp(format!("{n}"), format!("iterations = {n}")))
+                .to_vec(),
+        },
+        Knob {
+            name: "tail",
+            what: "a multiply by 1 + residual instead of the last iterations",
+            settings: tails
+                .map(|n| exp(format!("n = {n}"), format!("iterations = {n}\ntail = true")))
+                .to_vec(),
+        },
+        Knob {
+            name: "radix-4",
+            what: "two bits of the exponential a step",
+            settings: [3, 4, 5]
+                .map(|n| {
+                    let toml = format!("form = \"radix-4\"\niterations = {n}\ntail = true");
+                    exp(format!("J = {n}"), toml)
+                })
+                .to_vec(),
+        },
+        Knob {
+            name: "pieces",
+            what: "straight pieces instead of a recurrence",
+            settings: pieces
+                .map(|n| {
+                    exp(
+                        format!("{n}"),
+                        format!("form = \"piecewise\"\npieces = {n}"),
+                    )
+                })
+                .to_vec(),
+        },
+        Knob {
+            name: "early-out",
+            what: "the exponential stops when its bits are complete",
+            settings: vec![exp("on", "early_out = true")],
+        },
+        Knob {
+            name: "iterations-a-clock",
+            what: "iterations of the exponential a clock",
+            settings: [2, 4]
+                .map(|n| exp(format!("{n}"), format!("iterations_per_clock = {n}")))
+                .to_vec(),
+        },
+        Knob {
+            name: "pipelined",
+            what: "an exponential a clock",
+            settings: vec![exp("on", "pipelined = true")],
+        },
+    ]
+}
+
+fn splatting() -> Vec<Knob> {
+    vec![
+        Knob {
+            name: "order",
+            what: "Gaussians in the order in which MVoxels bring them",
+            settings: vec![look("streamed", Look::Order(Order::Approximate))],
+        },
+        Knob {
+            name: "extent",
+            what: "which tiles a Gaussian is drawn in, and the cap of alpha",
+            settings: vec![
+                look("box", Look::Profile(Profile::GsplatCap99)),
+                look("ellipse", Look::Profile(Profile::Brush)),
+            ],
+        },
+        Knob {
+            name: "records-a-row",
+            what: "splat records that share a row of the feature table",
+            settings: vec![config("2", "[gu]\nrecords_a_row = 2")],
+        },
+    ]
+}
+
+fn interpolation() -> Vec<Knob> {
+    let codes = [8, 10, 12, 14];
+    let weights = [4, 6, 8, 10, 12];
+    let inputs = [12, 14, 16, 18];
+    vec![
+        Knob {
+            name: "feature-bits",
+            what: "bits of a feature's code",
+            settings: codes
+                .map(|n| config(format!("{n}"), format!("[gu]\nfeature_bits = {n}")))
+                .to_vec(),
+        },
+        Knob {
+            name: "weight-bits",
+            what: "fraction bits of interpolation weights",
+            settings: weights
+                .map(|n| config(format!("{n}"), format!("[gu]\nweight_bits = {n}")))
+                .to_vec(),
+        },
+        Knob {
+            name: "density-bits",
+            what: "fraction bits of the power of 1 - exp(-s)",
+            settings: inputs
+                .map(|n| exp(format!("{n}"), format!("one_minus_frac_bits = {n}")))
+                .to_vec(),
+        },
+        Knob {
+            name: "sums",
+            what: "whether interpolated sums are rounded",
+            settings: vec![config("exact", "[gu]\nsums = \"exact\"")],
+        },
+    ]
+}
+
+fn paths() -> Vec<Knob> {
+    let windows = [2, 4, 6, 8, 16];
+    let angles = [1.0, 2.0, 4.0];
+    let warped = |window, phi| Way::Warped { window, phi };
+    vec![
+        Knob {
+            name: "window",
+            what: "frames that are warped from a reference (SpaRW)",
+            settings: windows
+                .map(|n| way(format!("{n}"), warped(n, None)))
+                .to_vec(),
+        },
+        Knob {
+            name: "phi",
+            what: "the largest angle that is warped, in degrees, at 16 frames a reference",
+            settings: angles
+                .map(|d| way(format!("{d}"), warped(16, Some(d))))
+                .to_vec(),
+        },
+        Knob {
+            name: "chained",
+            what: "each frame warped from the one before, one of so many in full (Temp-N)",
+            settings: [6, 16]
+                .map(|window| way(format!("{window}"), Way::Chained { window }))
+                .to_vec(),
+        },
+        Knob {
+            name: "resolution",
+            what: "half the width and height, scaled up (DS-2)",
+            settings: vec![way("half".to_owned(), Way::Half)],
+        },
+    ]
+}
+
+/// The knobs of those names; of none, all.
+pub(super) fn named(all: Vec<Knob>, names: &[String]) -> Result<Vec<Knob>, Failure> {
+    let known = all.iter().map(|knob| knob.name).collect::<Vec<_>>();
+    if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
+        return Err(Failure::Usage(format!(
+            "--knobs {unknown}: expected some of {}",
+            known.join(", ")
+        )));
+    }
+    let is_wanted = |knob: &Knob| names.is_empty() || names.iter().any(|name| name == knob.name);
+    Ok(all.into_iter().filter(is_wanted).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// A scene of splats and one of voxels have a dozen knobs each, none twice.
+    #[test]
+    fn every_scene_has_a_dozen_knobs() {
+        for name in ["garden", "lantern", "cairn:voxels"] {
+            let mut names: Vec<&str> = of(&Scene::open(name).unwrap())
+                .iter()
+                .map(|k| k.name)
+                .collect();
+            assert!(names.len() >= 12, "{name}: {names:?}");
+            names.sort_unstable();
+            names.dedup();
+            assert!(names.len() >= 12, "{name}: {names:?}");
+        }
+    }
+
+    #[test]
+    fn unknown_knobs_are_refused_by_name() {
+        let garden = || of(&Scene::open("garden").unwrap());
+        let error = named(garden(), &["tails".to_owned()])
+            .err()
+            .unwrap()
+            .to_string();
+        assert!(
+            error.contains("tails") && error.contains("tail, radix-4"),
+            "{error}"
+        );
+        assert_eq!(named(garden(), &["tail".to_owned()]).unwrap().len(), 1);
+    }
+}

@@ -1,0 +1,121 @@
+//! Points and their front, as SVG.
+
+use std::path::Path;
+
+use plotters::prelude::*;
+
+use super::front::{Place, front};
+use super::scene::Report;
+use super::trial::{Likeness, Point};
+use crate::charts::{Area, COLOURS, Drawn, LETTERS, TITLE, legend, picture};
+use crate::failure::Failure;
+
+const SIZE: (u32, u32) = (1240, 620);
+
+/// A place of a point by one of its likenesses; none where pictures are equal or nothing is known.
+fn place(point: &Point, of: impl Fn(&Point) -> Option<Likeness>) -> Option<Place> {
+    Some(Place {
+        cost: point.frame_ns * 1e-3,
+        quality: of(point)?.db?,
+    })
+}
+
+/// Quality over time, beside the model and beside the truth.
+pub(super) fn plot(path: &Path, report: &Report) -> Result<(), Failure> {
+    picture(path, SIZE, |area| {
+        let title = format!(
+            "{}, {} x {}: quality and time of a frame by knob",
+            report.scene, report.size[0], report.size[1]
+        );
+        let area = area.titled(&title, TITLE)?;
+        let has_truth = report.default_point().truth.is_some();
+        let panels = area.split_evenly((1, 1 + usize::from(has_truth)));
+        panel(
+            &panels[0],
+            report,
+            "dB beside the model in 64-bit floating point",
+            |p| Some(p.model),
+        )?;
+        match panels.get(1) {
+            Some(own) => panel(
+                own,
+                report,
+                "dB beside what the model was sampled from",
+                |p| p.truth,
+            ),
+            None => Ok(()),
+        }
+    })
+}
+
+fn panel(
+    area: &Area<'_>,
+    report: &Report,
+    what: &str,
+    of: impl Fn(&Point) -> Option<Likeness>,
+) -> Drawn {
+    let seen: Vec<(usize, Place)> = (report.points.iter().enumerate())
+        .filter_map(|(i, point)| Some((i, place(point, &of)?)))
+        .collect();
+    let range = |of: fn(&Place) -> f64| {
+        let all = seen.iter().map(|(_, place)| of(place));
+        all.fold((f64::MAX, f64::MIN), |(low, high), v| {
+            (low.min(v), high.max(v))
+        })
+    };
+    let (fast, slow) = range(|p| p.cost);
+    let (low, high) = range(|p| p.quality);
+    let room = (0.06 * (high - low)).max(0.5);
+    let mut chart = ChartBuilder::on(area)
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(58)
+        // Room for the names to the right of the slowest.
+        .build_cartesian_2d(
+            (fast / 1.15..slow * (slow / fast).powf(0.75) * 1.1).log_scale(),
+            low - room..high + room,
+        )?;
+    chart
+        .configure_mesh()
+        .x_desc("microseconds a frame")
+        .y_desc(what)
+        .label_style(LETTERS)
+        .max_light_lines(1)
+        .draw()?;
+    let places: Vec<Place> = seen.iter().map(|(_, place)| *place).collect();
+    let kept = front(&places)
+        .into_iter()
+        .map(|i| (places[i].cost, places[i].quality));
+    chart
+        .draw_series(LineSeries::new(kept, BLACK.mix(0.6)))?
+        .label("front")
+        .legend(|(x, y)| PathElement::new([(x, y), (x + 12, y)], BLACK.mix(0.6)));
+    let mut names: Vec<&str> = vec![];
+    for (i, _) in &seen {
+        let knob = report.points[*i].knob.as_str();
+        if !names.contains(&knob) {
+            names.push(knob);
+        }
+    }
+    for (k, name) in names.iter().enumerate() {
+        let colour = COLOURS[k % COLOURS.len()];
+        // Colours come again with another shape.
+        let shape = k / COLOURS.len();
+        let own = seen.iter().filter(|(i, _)| report.points[*i].knob == *name);
+        let at = own.map(|(_, p)| (p.cost, p.quality));
+        let filled = colour.filled();
+        let drawn = match shape {
+            0 => chart
+                .draw_series(at.map(|at| Circle::new(at, 5, filled)))?
+                .legend(move |(x, y)| Circle::new((x + 6, y), 5, filled)),
+            1 => chart
+                .draw_series(at.map(|at| TriangleMarker::new(at, 6, filled)))?
+                .legend(move |(x, y)| TriangleMarker::new((x + 6, y), 6, filled)),
+            _ => chart
+                .draw_series(at.map(|at| Cross::new(at, 5, filled)))?
+                .legend(move |(x, y)| Cross::new((x + 6, y), 5, filled)),
+        };
+        drawn.label(*name);
+    }
+    legend(&mut chart, SeriesLabelPosition::LowerRight)
+}

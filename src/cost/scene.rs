@@ -1,0 +1,278 @@
+//! Every knob of a scene's frame on one scale.
+
+use potamoi_golden::units::Twins;
+use potamoi_sim::rtl::EngineKind;
+use potamoi_sim::soc::System;
+use potamoi_sim::verify::{Settings, Verifier};
+use serde::Serialize;
+
+use super::front::{Place, front, knee};
+use super::knobs::{self, Change, Knob, Setting};
+use super::search::{Goal, search};
+use super::trial::{Bench, Point};
+use super::{CostArgs, FORMAT_VERSION, pictures, tables};
+use crate::common::Common;
+use crate::failure::Failure;
+use crate::files;
+use crate::model::ladder::{self, Rung};
+use crate::progress;
+use crate::say::say;
+use crate::setup::Setup;
+
+/// Pixels a row of built-in scenes, unless asked for otherwise.
+const WIDTH: u32 = 128;
+/// Feature vectors and elements that a search's proof aims at: some seconds.
+const PROOF: [u64; 2] = [100_000, 1_000_000];
+
+/// All that was found.
+#[derive(Serialize)]
+pub(super) struct Report {
+    format_version: u32,
+    command: &'static str,
+    pub(super) scene: String,
+    pub(super) algorithm: &'static str,
+    pub(super) size: [u32; 2],
+    /// Hexadecimal digits of the default's configuration.
+    configuration: String,
+    /// The default first.
+    pub(super) points: Vec<Point>,
+    /// Settings that cannot be, and why.
+    pub(super) refused: Vec<Refused>,
+    /// Places among the points, by rising time.
+    pub(super) front: Vec<usize>,
+    pub(super) knee: Option<usize>,
+    /// The model's own fidelity.
+    pub(super) ladder: Vec<Rung>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    found: Option<Found>,
+}
+
+/// A setting that cannot be.
+#[derive(Serialize)]
+pub(super) struct Refused {
+    pub(super) knob: &'static str,
+    pub(super) setting: String,
+    pub(super) why: String,
+}
+
+/// What a search found.
+#[derive(Serialize)]
+struct Found {
+    settings: Vec<String>,
+    point: Point,
+    /// Settings that were tried.
+    tried: usize,
+}
+
+impl Report {
+    pub(super) fn default_point(&self) -> &Point {
+        &self.points[0]
+    }
+}
+
+pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
+    let mut scene = args.scene.open()?;
+    if !args.scene.looks_otherwise() {
+        scene.set_size(Some(WIDTH), None)?;
+    }
+    let setup = Setup::new(common, &System::default(), scene, None)?;
+    let knobs = knobs::named(knobs::of(&setup.scene), &args.knobs)?;
+    let bench = Bench::new(setup, args.frames)?;
+    let mut report = measure(&bench, &knobs)?;
+    tables::print(&report, &knobs);
+    if let Some(path) = &args.csv {
+        files::write(path, &tables::csv(&report))?;
+    }
+    if let Some(path) = &args.plot {
+        pictures::plot(path, &report)?;
+    }
+    let goal = match (args.target_psnr, args.budget_ms) {
+        (Some(db), _) => Some(Goal::Quality(db)),
+        (_, Some(ms)) => Some(Goal::Budget(ms * 1e6)),
+        _ => None,
+    };
+    let sought = goal.map(|goal| seek(&bench, &knobs, goal, &report, args));
+    let end = match sought {
+        Some(Ok(found)) => {
+            report.found = Some(found);
+            Ok(())
+        }
+        Some(Err(failure)) => Err(failure),
+        None => Ok(()),
+    };
+    if let Some(path) = &args.json {
+        files::write_json(path, &report)?;
+    }
+    end
+}
+
+fn measure(bench: &Bench, knobs: &[Knob]) -> Result<Report, Failure> {
+    let count: usize = knobs.iter().map(|knob| knob.settings.len()).sum();
+    let bar = progress::bar(count as u64 + 2, "rendering");
+    let mut points = vec![bench.point("default", "", &[])?];
+    bar.inc(1);
+    let mut refused = vec![];
+    for knob in knobs {
+        bar.set_message(knob.name);
+        for setting in &knob.settings {
+            match bench.point(knob.name, &setting.label, &[setting]) {
+                Ok(point) => points.push(point),
+                Err(failure) => refused.push(Refused {
+                    knob: knob.name,
+                    setting: setting.label.clone(),
+                    why: failure.to_string(),
+                }),
+            }
+            bar.inc(1);
+        }
+    }
+    bar.set_message("three ways to the frame's time");
+    let ladder = ladder::rungs(&bench.setup)?;
+    bar.finish_and_clear();
+    let places: Vec<Place> = points.iter().map(Point::place).collect();
+    let front = front(&places);
+    let scene = &bench.setup.scene;
+    Ok(Report {
+        format_version: FORMAT_VERSION,
+        command: "cost",
+        scene: scene.name().to_owned(),
+        algorithm: scene.model().algorithm(),
+        size: [scene.camera().width, scene.camera().height],
+        configuration: bench.setup.config.hash(),
+        knee: knee(&places, &front),
+        front,
+        points,
+        refused,
+        ladder,
+        found: None,
+    })
+}
+
+/// Searches, writes what was found, and proves it by its Verilog.
+fn seek(
+    bench: &Bench,
+    knobs: &[Knob],
+    goal: Goal,
+    report: &Report,
+    args: &CostArgs,
+) -> Result<Found, Failure> {
+    let counts: Vec<usize> = knobs.iter().map(|knob| knob.settings.len()).collect();
+    let spinner = progress::spinner("searching");
+    let mut tried = 0;
+    let settings = |chosen: &[Option<usize>]| -> Vec<(&Knob, &Setting)> {
+        let pairs = knobs.iter().zip(chosen);
+        pairs
+            .filter_map(|(knob, at)| Some((knob, &knob.settings[(*at)?])))
+            .collect()
+    };
+    let labels = |of: &[(&Knob, &Setting)]| -> Vec<String> {
+        let label =
+            |(knob, setting): &(&Knob, &Setting)| format!("{} {}", knob.name, setting.label);
+        of.iter().map(label).collect()
+    };
+    let point = |of: &[(&Knob, &Setting)]| {
+        let own: Vec<&Setting> = of.iter().map(|(_, setting)| *setting).collect();
+        bench.point("found", &labels(of).join(", "), &own)
+    };
+    let found = search(goal, &counts, |chosen| -> Result<_, Failure> {
+        let own = settings(chosen);
+        tried += 1;
+        spinner.set_message(format!(
+            "searching: {tried} tried, {}",
+            labels(&own).join(", ")
+        ));
+        // Two ways through a path are one too many; what cannot be is passed over.
+        let ways = own
+            .iter()
+            .filter(|(_, s)| matches!(s.change, Change::Path(_)));
+        if ways.count() > 1 {
+            return Ok(None);
+        }
+        Ok(point(&own).ok().map(|point| point.place()))
+    })?;
+    spinner.finish_and_clear();
+    let Some((chosen, at, is_met)) = found else {
+        return Err(Failure::Inconclusive(
+            "the default cannot be measured".to_owned(),
+        ));
+    };
+    if !is_met {
+        return Err(Failure::Inconclusive(format!(
+            "no settings reach it: the nearest have {:.2} dB at {:.3} ms a frame",
+            at.quality,
+            at.cost * 1e-6
+        )));
+    }
+    let own = settings(&chosen);
+    let found = Found {
+        settings: labels(&own),
+        point: point(&own)?,
+        tried,
+    };
+    tables::found(&found.settings, &found.point, report.default_point(), tried);
+    let plain: Vec<&Setting> = own.iter().map(|(_, setting)| *setting).collect();
+    write(bench, &own, args)?;
+    prove(bench, &plain)?;
+    Ok(found)
+}
+
+/// Writes the configuration, and what is not of it in words.
+fn write(bench: &Bench, own: &[(&Knob, &Setting)], args: &CostArgs) -> Result<(), Failure> {
+    let plain: Vec<&Setting> = own.iter().map(|(_, setting)| *setting).collect();
+    let (config, _) = bench.apply(&plain)?;
+    let mut text = String::new();
+    for (knob, setting) in own {
+        if !matches!(setting.change, Change::Config { .. }) {
+            text.push_str(&format!(
+                "# beside this configuration: {} {}\n",
+                knob.name, setting.label
+            ));
+        }
+    }
+    let made = config.to_toml();
+    text.push_str(&made.map_err(|e| Failure::Usage(format!("{}: {e}", args.found.display())))?);
+    files::write(&args.found, &text)?;
+    say!("written to {}", args.found.display());
+    Ok(())
+}
+
+/// Holds the Verilog of what was found against the golden models on its frame.
+fn prove(bench: &Bench, own: &[&Setting]) -> Result<(), Failure> {
+    let (config, scene) = bench.apply(own)?;
+    let counts = scene
+        .render_fixed(&config, &mut Twins::new(&config))?
+        .counts;
+    let total = [counts.feature_vectors, counts.elements.values().sum()];
+    let [gather_every, vector_every] = [0, 1].map(|i| total[i].div_ceil(PROOF[i]).max(1));
+    let settings = Settings {
+        engine: EngineKind::Verilator,
+        seed: 0,
+        gather_every,
+        vector_every,
+        inject: None,
+        excerpt: None,
+    };
+    let bar = progress::bar(total.iter().sum(), "verifying");
+    let mut show = |p: potamoi_sim::verify::Progress| bar.set_position(p.done);
+    let mut verifier = Verifier::new(&config, settings, &mut show);
+    let done = scene.render_fixed(&config, &mut verifier);
+    let failure = verifier.failure().cloned();
+    let [vectors, elements] = [
+        verifier.gather_report().samples,
+        verifier.vector_report().elements,
+    ];
+    bar.finish_and_clear();
+    if failure.is_some() {
+        return Err(Failure::Check(
+            "the Verilog of what was found differs from the golden models".to_owned(),
+        ));
+    }
+    done?;
+    if vectors + elements == 0 {
+        return Err(Failure::Inconclusive("nothing was compared".to_owned()));
+    }
+    say!(
+        "its Verilog was held against the golden models: no mismatch in any bit or cycle, {vectors} feature vectors and {elements} elements"
+    );
+    Ok(())
+}

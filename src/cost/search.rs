@@ -1,0 +1,149 @@
+//! The cheapest settings that hold a quality, or the best within a budget.
+
+use std::collections::HashMap;
+
+use super::front::Place;
+
+/// What is sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Goal {
+    /// The least cost at such a quality or more.
+    Quality(f64),
+    /// The best quality at such a cost or less.
+    Budget(f64),
+}
+
+impl Goal {
+    fn is_met(self, place: Place) -> bool {
+        match self {
+            Self::Quality(least) => place.quality >= least,
+            Self::Budget(most) => place.cost <= most,
+        }
+    }
+
+    /// Whether one is preferred to another. What meets the goal comes first; of what does not,
+    /// that which is nearer.
+    fn prefers(self, own: Place, other: Place) -> bool {
+        match (self.is_met(own), self.is_met(other)) {
+            (true, false) => true,
+            (false, true) => false,
+            (met, _) => {
+                let cheaper = own.cost < other.cost
+                    || (own.cost == other.cost && own.quality > other.quality);
+                let better = own.quality > other.quality
+                    || (own.quality == other.quality && own.cost < other.cost);
+                match self {
+                    Self::Quality(_) if met => cheaper,
+                    Self::Quality(_) => better,
+                    Self::Budget(_) if met => better,
+                    Self::Budget(_) => cheaper,
+                }
+            }
+        }
+    }
+}
+
+/// For each knob its setting, if it is not the default's.
+pub(super) type Chosen = Vec<Option<usize>>;
+
+/// Turns one knob at a time, each time the one that is preferred to all others, until none is to
+/// where it stands. `settings` has the number of each knob's settings; `place` says where a
+/// choice lies, or nothing if it cannot be. Says where it ended, and whether the goal is met.
+pub(super) fn search<E>(
+    goal: Goal,
+    settings: &[usize],
+    mut place: impl FnMut(&Chosen) -> Result<Option<Place>, E>,
+) -> Result<Option<(Chosen, Place, bool)>, E> {
+    let mut known: HashMap<Chosen, Option<Place>> = HashMap::new();
+    let mut at = |chosen: &Chosen| -> Result<Option<Place>, E> {
+        if let Some(place) = known.get(chosen) {
+            return Ok(*place);
+        }
+        let found = place(chosen)?;
+        known.insert(chosen.clone(), found);
+        Ok(found)
+    };
+    let mut own: Chosen = vec![None; settings.len()];
+    let Some(mut stands) = at(&own)? else {
+        return Ok(None);
+    };
+    loop {
+        let mut best: Option<(Chosen, Place)> = None;
+        for (knob, count) in settings.iter().enumerate() {
+            for setting in std::iter::once(None).chain((0..*count).map(Some)) {
+                let mut turned = own.clone();
+                turned[knob] = setting;
+                let Some(found) = at(&turned)? else { continue };
+                let leader = best.as_ref().map_or(stands, |(_, place)| *place);
+                if goal.prefers(found, leader) {
+                    best = Some((turned, found));
+                }
+            }
+        }
+        match best {
+            Some((turned, found)) => (own, stands) = (turned, found),
+            None => return Ok(Some((own, stands, goal.is_met(stands)))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Knobs whose costs and losses add up; the last setting of the second does not exist.
+    fn place(chosen: &Chosen) -> Result<Option<Place>, ()> {
+        const COST: [[f64; 3]; 2] = [[10.0, 6.0, 1.0], [5.0, 2.0, 0.0]];
+        const LOSS: [[f64; 3]; 2] = [[0.0, 0.5, 20.0], [0.0, 0.1, 0.0]];
+        let at = |knob: usize| chosen[knob].map_or(0, |s| s + 1);
+        if at(1) == 2 {
+            return Ok(None);
+        }
+        Ok(Some(Place {
+            cost: COST[0][at(0)] + COST[1][at(1)],
+            quality: 40.0 - LOSS[0][at(0)] - LOSS[1][at(1)],
+        }))
+    }
+
+    #[test]
+    fn the_cheapest_that_holds_is_found() {
+        let found = |goal| search(goal, &[2, 2], place).unwrap().unwrap();
+        let (chosen, at, met) = found(Goal::Quality(39.0));
+        assert_eq!((chosen, at.cost, met), (vec![Some(0), Some(0)], 8.0, true));
+        let (chosen, at, met) = found(Goal::Quality(39.7));
+        assert_eq!((chosen, at.cost, met), (vec![None, Some(0)], 12.0, true));
+        let (_, at, met) = found(Goal::Quality(41.0));
+        assert_eq!((at.quality, met), (40.0, false));
+        let (_, at, met) = found(Goal::Budget(9.0));
+        assert_eq!((at.quality, at.cost, met), (39.4, 8.0, true));
+        let (_, at, met) = found(Goal::Budget(2.0));
+        assert_eq!((at.cost, met), (3.0, false));
+    }
+
+    proptest! {
+        /// Costs and qualities from anywhere: it ends, and where it ends no knob alone leads on.
+        #[test]
+        fn no_knob_alone_is_preferred_to_what_is_found(
+            all in prop::collection::vec((0u32..50, 0u32..50), 64), least in 0u32..50
+        ) {
+            let place = |chosen: &Chosen| -> Result<Option<Place>, ()> {
+                let at = chosen.iter().fold(0, |at, s| 4 * at + s.map_or(0, |s| s + 1));
+                let (cost, quality) = all[at];
+                Ok(Some(Place { cost: f64::from(cost), quality: f64::from(quality) }))
+            };
+            for goal in [Goal::Quality(f64::from(least)), Goal::Budget(f64::from(least))] {
+                let (own, at, met) = search(goal, &[3, 3, 3], place).unwrap().unwrap();
+                prop_assert_eq!(met, goal.is_met(at));
+                for knob in 0..3 {
+                    for setting in [None, Some(0), Some(1), Some(2)] {
+                        let mut turned = own.clone();
+                        turned[knob] = setting;
+                        prop_assert!(!goal.prefers(place(&turned).unwrap().unwrap(), at));
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! Points as tables.
+
+use std::fmt::Write as _;
+
+use super::knobs::Knob;
+use super::scene::Report;
+use super::trial::{Likeness, Point};
+use crate::model::ladder;
+use crate::say::say;
+use crate::tables;
+
+/// Decibels below the default's up to which a setting counts as equal.
+const EQUAL_DB: f64 = 0.1;
+
+fn number(of: Option<f64>, digits: usize) -> String {
+    of.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
+}
+
+fn db(of: Likeness) -> String {
+    number(of.db, 2)
+}
+
+pub(super) fn print(report: &Report, knobs: &[Knob]) {
+    say!(
+        "{} ({}), {} x {}: a frame in full by the gathering and vector units, warped ones as means of a path",
+        report.scene,
+        report.algorithm,
+        report.size[0],
+        report.size[1]
+    );
+    let mut table = tables::lined(
+        2,
+        [
+            "knob",
+            "setting",
+            "exp: max ulp",
+            "bound",
+            "mean ulp",
+            "dB, model",
+            "SSIM",
+            "dB, truth",
+            "SSIM",
+            "gather cycles",
+            "vector cycles",
+            "us a frame",
+            "of default",
+            "mJ",
+            "mm^2, 12 nm",
+            "front",
+        ],
+    );
+    let default = report.default_point();
+    for (i, point) in report.points.iter().enumerate() {
+        let ulp =
+            |of: fn(&super::trial::UnitError) -> f64| number(point.exponential.as_ref().map(of), 3);
+        let truth = point.truth;
+        table.add_row([
+            point.knob.clone(),
+            point.setting.clone(),
+            ulp(|e| e.max_ulp),
+            ulp(|e| e.bound_ulp),
+            ulp(|e| e.mean_ulp),
+            db(point.model),
+            number(point.model.ssim, 5),
+            truth.map_or_else(|| "-".to_owned(), db),
+            number(truth.and_then(|t| t.ssim), 5),
+            point.gather_cycles.to_string(),
+            point.vector_cycles.to_string(),
+            format!("{:.1}", point.frame_ns * 1e-3),
+            format!("{:.3}", point.frame_ns / default.frame_ns),
+            number(point.energy_mj, 3),
+            number(point.area_mm2, 4),
+            mark(report, i).to_owned(),
+        ]);
+    }
+    say!("{table}");
+    for knob in knobs {
+        say!("{}", sentence(knob, report));
+    }
+    if let Some(knee) = report.knee.map(|i| &report.points[i]) {
+        say!(
+            "the knee of the front: {} {}, {} dB at {:.1} us",
+            knee.knob,
+            knee.setting,
+            number(Some(knee.place().quality).filter(|q| q.is_finite()), 2),
+            knee.frame_ns * 1e-3
+        );
+    }
+    for refused in &report.refused {
+        say!(
+            "not possible here: {} {}: {}",
+            refused.knob,
+            refused.setting,
+            refused.why
+        );
+    }
+    say!("\nthe model's own fidelity: one frame in full");
+    ladder::print(&report.ladder);
+}
+
+fn mark(report: &Report, i: usize) -> &'static str {
+    match (report.knee == Some(i), report.front.contains(&i)) {
+        (true, _) => "knee",
+        (_, true) => "yes",
+        _ => "",
+    }
+}
+
+/// What a knob is worth: the fastest of its settings that is as good as the default, else the one
+/// that loses least.
+fn sentence(knob: &Knob, report: &Report) -> String {
+    let default = report.default_point();
+    let lost = |p: &Point| match (default.place().quality, p.place().quality) {
+        // Both are equal to what they are compared with.
+        (a, b) if a == b => 0.0,
+        (a, b) => a - b,
+    };
+    let own = || report.points.iter().filter(|p| p.knob == knob.name);
+    let equal = own()
+        .filter(|p| lost(p) <= EQUAL_DB)
+        .min_by(|a, b| a.frame_ns.total_cmp(&b.frame_ns));
+    let chosen = equal.or_else(|| own().min_by(|a, b| lost(a).total_cmp(&lost(b))));
+    let Some(point) = chosen else {
+        return format!("{}: none of its settings is possible here", knob.name);
+    };
+    format!(
+        "{} {} ({}): {:+.2} dB, {:+.1} % of the frame's time",
+        knob.name,
+        point.setting,
+        knob.what,
+        -lost(point),
+        100.0 * (point.frame_ns / default.frame_ns - 1.0)
+    )
+}
+
+pub(super) fn found(settings: &[String], point: &Point, default: &Point, tried: usize) {
+    let quality = |p: &Point| number(Some(p.place().quality).filter(|q| q.is_finite()), 2);
+    say!(
+        "\nfound, of {tried} combinations: {}",
+        match settings.is_empty() {
+            true => "the default itself".to_owned(),
+            false => settings.join(", "),
+        }
+    );
+    let less = |own: f64, of: f64| 100.0 * (1.0 - own / of);
+    say!(
+        "  {} dB instead of {}; {:.1} us a frame instead of {:.1}: {:.1} % less{}",
+        quality(point),
+        quality(default),
+        point.frame_ns * 1e-3,
+        default.frame_ns * 1e-3,
+        less(point.frame_ns, default.frame_ns),
+        match (point.energy_mj, default.energy_mj) {
+            (Some(own), Some(of)) => format!(
+                "; {own:.3} mJ instead of {of:.3}: {:.1} % less",
+                less(own, of)
+            ),
+            _ => String::new(),
+        }
+    );
+}
+
+/// A line a point.
+pub(super) fn csv(report: &Report) -> String {
+    let mut text = String::from(
+        "knob,setting,exp_max_ulp,exp_bound_ulp,exp_mean_ulp,model_db,model_ssim,truth_db,truth_ssim,gather_cycles,vector_cycles,array_cycles,frame_ns,energy_mj,area_mm2,front\n",
+    );
+    let field = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+    for (i, p) in report.points.iter().enumerate() {
+        let exp = p.exponential;
+        let numbers = [
+            exp.map(|e| e.max_ulp),
+            exp.map(|e| e.bound_ulp),
+            exp.map(|e| e.mean_ulp),
+            p.model.db,
+            p.model.ssim,
+            p.truth.and_then(|t| t.db),
+            p.truth.and_then(|t| t.ssim),
+        ];
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{},{},{},{}",
+            p.knob,
+            p.setting,
+            numbers.map(field).join(","),
+            p.gather_cycles,
+            p.vector_cycles,
+            p.array_cycles,
+            p.frame_ns,
+            field(p.energy_mj),
+            field(p.area_mm2),
+            mark(report, i)
+        );
+    }
+    text
+}

@@ -1,0 +1,256 @@
+//! A frame with knobs set: what it shows, and what it takes.
+
+use potamoi_formats::config::{Config, Layer};
+use potamoi_formats::units::OpCode;
+use potamoi_golden::picture::Picture;
+use potamoi_golden::scene::Scene;
+use potamoi_golden::ssim::ssim;
+use potamoi_golden::units::Twins;
+use potamoi_golden::units::exp::ExpTwin;
+use potamoi_golden::units::reference::Reference;
+use potamoi_golden::units::widths::budget;
+use potamoi_sim::soc::work::{FrameWork, PathOptions};
+use potamoi_sim::soc::{Costs, Frames, Gathering, Scenario, Variant};
+use potamoi_sim::synth::UnitKind;
+use potamoi_sim::synth::fit::{Fit, Work};
+use potamoi_sim::synth::scaling;
+use serde::Serialize;
+
+use super::front::Place;
+use super::knobs::{Change, Setting, Way};
+use crate::failure::Failure;
+use crate::setup::{Setup, costs, store};
+
+/// Nanometres at which areas are stated.
+const NODE_NM: u32 = 12;
+/// Peak and frame rate of built-in paths.
+const FPS: f64 = 30.0;
+
+/// How like a picture is to another.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Likeness {
+    /// Decibels of the mean squared error, peak 1, over all pixels; none where they are equal.
+    pub(super) db: Option<f64>,
+    /// Structural similarity, in pictures of 11 x 11 pixels or more; not measured over paths.
+    pub(super) ssim: Option<f64>,
+}
+
+impl Likeness {
+    fn of(shown: &Picture, other: &Picture) -> Self {
+        Self {
+            db: shown.psnr(other, |_| true).filter(|db| db.is_finite()),
+            ssim: ssim(shown, other, |_| true),
+        }
+    }
+
+    const fn path(db: Option<f64>) -> Self {
+        Self { db, ssim: None }
+    }
+}
+
+/// Error of the exponential over all of its inputs, in units of the last place.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct UnitError {
+    pub(super) max_ulp: f64,
+    pub(super) mean_ulp: f64,
+    /// What it cannot exceed, by formula.
+    pub(super) bound_ulp: f64,
+}
+
+/// What was found of a setting.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Point {
+    pub(super) knob: String,
+    pub(super) setting: String,
+    pub(super) exponential: Option<UnitError>,
+    /// Beside the float model.
+    pub(super) model: Likeness,
+    /// Beside what the model was sampled from, where that is known.
+    pub(super) truth: Option<Likeness>,
+    /// Of a frame in full.
+    pub(super) gather_cycles: u64,
+    pub(super) vector_cycles: u64,
+    pub(super) array_cycles: u64,
+    /// Nanoseconds of a frame, of a path its mean.
+    pub(super) frame_ns: f64,
+    /// Millijoules of a frame; none where no formulas are of the units.
+    pub(super) energy_mj: Option<f64>,
+    /// Square millimetres of both units' cells at 12 nm, by formulas; likewise.
+    pub(super) area_mm2: Option<f64>,
+}
+
+impl Point {
+    /// Quality beside the truth where that is known, else beside the model. Equal pictures are
+    /// as good as any.
+    pub(super) fn place(&self) -> Place {
+        let like = self.truth.unwrap_or(self.model);
+        Place {
+            cost: self.frame_ns,
+            quality: like.db.unwrap_or(f64::INFINITY),
+        }
+    }
+}
+
+/// A scene to try settings on.
+pub(super) struct Bench {
+    pub(super) setup: Setup,
+    fit: Fit,
+    model: Picture,
+    truth: Option<Picture>,
+    frames: u32,
+}
+
+impl Bench {
+    pub(super) fn new(setup: Setup, frames: u32) -> Result<Self, Failure> {
+        let scene = &setup.scene;
+        Ok(Self {
+            fit: Fit::checked_in()?,
+            model: scene.render_float()?.picture,
+            truth: match scene.analytic() {
+                Some(_) => Some(scene.render_truth()?.picture),
+                None => None,
+            },
+            frames,
+            setup,
+        })
+    }
+
+    /// A configuration and a scene with settings applied.
+    pub(super) fn apply(&self, settings: &[&Setting]) -> Result<(Config, Scene), Failure> {
+        let mut scene = self.setup.scene.clone();
+        let mut layers = vec![];
+        for setting in settings {
+            match &setting.change {
+                Change::Config { derived, toml } => layers.push(Layer { derived, toml }),
+                Change::Scene(look) => look.apply(&mut scene)?,
+                Change::Path(_) => {}
+            }
+        }
+        let config = match layers.is_empty() {
+            true => self.setup.config.clone(),
+            false => self.setup.config.with(&layers, "knobs")?,
+        };
+        Ok((config, scene))
+    }
+
+    /// Renders with settings; of those of paths the last counts.
+    ///
+    /// # Errors
+    /// Settings that do not fit the scene or each other.
+    pub(super) fn point(
+        &self,
+        knob: &str,
+        label: &str,
+        settings: &[&Setting],
+    ) -> Result<Point, Failure> {
+        let (config, scene) = self.apply(settings)?;
+        let way = settings.iter().rev().find_map(|s| match s.change {
+            Change::Path(way) => Some(way),
+            _ => None,
+        });
+        let system = &self.setup.system;
+        let (array, cache) = (system.array(), system.gpu.cache_bytes);
+        let mut twins = Twins::new(&config);
+        let (work, rendered) =
+            FrameWork::rendered(&scene, &config, array, cache, None, &mut twins)?;
+        let own = costs(&scene, &config, None).ok();
+        let default = match &own {
+            Some(_) => None,
+            None => Some(costs(&scene, &self.setup.config, None)?),
+        };
+        let Some(used) = own.as_ref().or(default.as_ref()) else {
+            return Err(Failure::Inconclusive(
+                "no energy of any unit is known".to_owned(),
+            ));
+        };
+        let total = work.total();
+        let mut point = Point {
+            knob: knob.to_owned(),
+            setting: label.to_owned(),
+            exponential: exponential(&config),
+            model: Likeness::of(&rendered.picture, &self.model),
+            truth: (self.truth.as_ref()).map(|truth| Likeness::of(&rendered.picture, truth)),
+            gather_cycles: total.gather_cycles,
+            vector_cycles: total.vector_cycles,
+            array_cycles: total.array_cycles,
+            frame_ns: 0.0,
+            energy_mj: None,
+            area_mm2: self.area(&config),
+        };
+        let run = match way {
+            None => self
+                .setup
+                .model_of(&config, used)
+                .frame(&work, Gathering::Unit)?,
+            Some(way) => self.path(&mut point, way, &scene, &config, used)?,
+        };
+        point.frame_ns = run.span_ns / run.frames as f64;
+        point.energy_mj = own.as_ref().map(|_| run.energy.total_mj());
+        Ok(point)
+    }
+
+    fn path(
+        &self,
+        point: &mut Point,
+        way: Way,
+        scene: &Scene,
+        config: &Config,
+        used: &Costs,
+    ) -> Result<potamoi_sim::soc::Run, Failure> {
+        let system = &self.setup.system;
+        let (frames, window, phi) = match way {
+            Way::Warped { window, phi } => (Frames::Warped, window, phi),
+            Way::Chained { window } => (Frames::Chained, window, None),
+            Way::Half => (Frames::Half, self.frames, None),
+        };
+        let options = PathOptions {
+            frames: self.frames,
+            fps: FPS,
+            window: window.min(self.frames),
+            phi,
+            array: [system.array_rows.into(), system.array_columns.into()],
+            is_double_buffered: system.array_double_buffered,
+            cache: system.gpu.cache_bytes,
+        };
+        let (path, _) = store()?.path(scene, config, &options, &mut || ())?;
+        let variant = Variant {
+            name: "",
+            frames,
+            gathering: Gathering::Unit,
+        };
+        let model = self.setup.model_of(config, used);
+        let outcome = model.run(&path, variant, Scenario::Local)?.0;
+        point.model = Likeness::path(outcome.quality.model_db);
+        point.truth = (self.truth.as_ref()).map(|_| Likeness::path(outcome.quality.truth_db));
+        Ok(outcome.run)
+    }
+
+    fn area(&self, config: &Config) -> Option<f64> {
+        let node = self.fit.grid().library.node_nm?;
+        let factors = scaling::logic(node, NODE_NM)?;
+        let idle = Work {
+            busy: 0.0,
+            channels: config.gu.banks.into(),
+        };
+        let of = |unit| self.fit.estimate(config, unit, idle).ok();
+        let (gathering, vector) = (of(UnitKind::Gathering)?, of(UnitKind::Vector)?);
+        let um2 = gathering.scaled(&factors).area_um2 + vector.scaled(&factors).area_um2;
+        Some(um2 * 1e-6)
+    }
+}
+
+/// The exponential's error over all inputs of 16 bits, where a configuration has it.
+fn exponential(config: &Config) -> Option<UnitError> {
+    let exp = &config.vu.exp;
+    if !config.vu.ops.contains(&OpCode::Exp) || exp.input.width() > 16 {
+        return None;
+    }
+    let reference = Reference::in_base(exp.input, exp.base).ok()?;
+    let twin = ExpTwin::new(exp);
+    let error = reference.measure(exp.output_bits, |u| twin.exp(u));
+    Some(UnitError {
+        max_ulp: error.max_ulp,
+        mean_ulp: error.mean,
+        bound_ulp: budget(exp),
+    })
+}
