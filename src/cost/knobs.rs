@@ -159,13 +159,11 @@ fn exponential() -> Vec<Knob> {
         },
         Knob {
             name: "pieces",
-            what: "straight pieces instead of a recurrence",
+            what: "straight pieces instead of a recurrence, an exponential a clock",
             settings: pieces
                 .map(|n| {
-                    exp(
-                        format!("{n}"),
-                        format!("form = \"piecewise\"\npieces = {n}"),
-                    )
+                    let toml = format!("form = \"piecewise\"\npieces = {n}\npipelined = true");
+                    exp(format!("{n}"), toml)
                 })
                 .to_vec(),
         },

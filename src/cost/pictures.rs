@@ -72,7 +72,7 @@ fn panel(
         .y_label_area_size(58)
         // Room for the names to the right of the slowest.
         .build_cartesian_2d(
-            (fast / 1.15..slow * (slow / fast).powf(0.75) * 1.1).log_scale(),
+            0.95 * fast..slow + 0.4 * (slow - fast) + 0.05 * fast,
             low - room..high + room,
         )?;
     chart

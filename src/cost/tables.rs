@@ -38,6 +38,9 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
             "mean ulp",
             "dB, model",
             "SSIM",
+            "worst pixel",
+            "its bound",
+            "dB at bounds",
             "dB, truth",
             "SSIM",
             "gather cycles",
@@ -62,6 +65,9 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
             ulp(|e| e.mean_ulp),
             db(point.model),
             number(point.model.ssim, 5),
+            number(point.worst.map(|w| w.measured), 6),
+            number(point.worst.and_then(|w| w.bound), 6),
+            number(point.worst.and_then(|w| w.bound_db), 1),
             truth.map_or_else(|| "-".to_owned(), db),
             number(truth.and_then(|t| t.ssim), 5),
             point.gather_cycles.to_string(),
@@ -74,6 +80,9 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
         ]);
     }
     say!("{table}");
+    say!(
+        "mJ and mm^2: - where no formulas are of such units (potamoi synth finds them); dB: - where pictures are equal or nothing is known"
+    );
     for knob in knobs {
         say!("{}", sentence(knob, report));
     }
@@ -163,7 +172,7 @@ pub(super) fn found(settings: &[String], point: &Point, default: &Point, tried: 
 /// A line a point.
 pub(super) fn csv(report: &Report) -> String {
     let mut text = String::from(
-        "knob,setting,exp_max_ulp,exp_bound_ulp,exp_mean_ulp,model_db,model_ssim,truth_db,truth_ssim,gather_cycles,vector_cycles,array_cycles,frame_ns,energy_mj,area_mm2,front\n",
+        "knob,setting,exp_max_ulp,exp_bound_ulp,exp_mean_ulp,model_db,model_ssim,worst_pixel,worst_pixel_bound,truth_db,truth_ssim,gather_cycles,vector_cycles,array_cycles,frame_ns,energy_mj,area_mm2,front\n",
     );
     let field = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
     for (i, p) in report.points.iter().enumerate() {
@@ -174,6 +183,8 @@ pub(super) fn csv(report: &Report) -> String {
             exp.map(|e| e.mean_ulp),
             p.model.db,
             p.model.ssim,
+            p.worst.map(|w| w.measured),
+            p.worst.and_then(|w| w.bound),
             p.truth.and_then(|t| t.db),
             p.truth.and_then(|t| t.ssim),
         ];

@@ -57,6 +57,48 @@ pub(super) struct UnitError {
     pub(super) bound_ulp: f64,
 }
 
+/// Errors of a picture's pixels beside the float model's, and what they cannot exceed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct PixelError {
+    /// The largest of a channel.
+    pub(super) measured: f64,
+    /// The largest bound, by analysis; none where none is derived, or where the scene is not
+    /// rendered as the float model is.
+    pub(super) bound: Option<f64>,
+    /// The largest part of its own bound that a pixel takes.
+    pub(super) part_of_bound: Option<f64>,
+    /// Decibels that all pixels at their bounds would have.
+    pub(super) bound_db: Option<f64>,
+}
+
+impl PixelError {
+    fn new(shown: &Picture, model: &Picture, bounds: Option<&[f64]>) -> Self {
+        let off: Vec<f64> = (shown.rgb.iter().zip(&model.rgb))
+            .map(|(a, b)| {
+                let channels = a.iter().zip(b);
+                channels.fold(0.0, |m, (a, b)| {
+                    f64::max(m, (f64::from(*a) - f64::from(*b)).abs())
+                })
+            })
+            .collect();
+        let most = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
+        let part = |bounds: &[f64]| {
+            off.iter()
+                .zip(bounds)
+                .map(|(o, b)| o / b)
+                .fold(0.0, f64::max)
+        };
+        let mean =
+            |bounds: &[f64]| bounds.iter().map(|b| b * b).sum::<f64>() / bounds.len().max(1) as f64;
+        Self {
+            measured: most(&off),
+            bound: bounds.map(most),
+            part_of_bound: bounds.map(part),
+            bound_db: bounds.map(|b| -10.0 * mean(b).log10()),
+        }
+    }
+}
+
 /// What was found of a setting.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Point {
@@ -67,6 +109,8 @@ pub(super) struct Point {
     pub(super) model: Likeness,
     /// Beside what the model was sampled from, where that is known.
     pub(super) truth: Option<Likeness>,
+    /// Largest error of a channel of a pixel beside the float model; not measured over paths.
+    pub(super) worst: Option<PixelError>,
     /// Of a frame in full.
     pub(super) gather_cycles: u64,
     pub(super) vector_cycles: u64,
@@ -153,6 +197,13 @@ impl Bench {
         let mut twins = Twins::new(&config);
         let (work, rendered) =
             FrameWork::rendered(&scene, &config, array, cache, None, &mut twins)?;
+        let is_same_look = !settings
+            .iter()
+            .any(|s| matches!(s.change, Change::Scene(_)));
+        let bounds = match is_same_look {
+            true => scene.error_bounds(&config)?,
+            false => None,
+        };
         let own = costs(&scene, &config, None).ok();
         let default = match &own {
             Some(_) => None,
@@ -170,6 +221,11 @@ impl Bench {
             exponential: exponential(&config),
             model: Likeness::of(&rendered.picture, &self.model),
             truth: (self.truth.as_ref()).map(|truth| Likeness::of(&rendered.picture, truth)),
+            worst: Some(PixelError::new(
+                &rendered.picture,
+                &self.model,
+                bounds.as_deref(),
+            )),
             gather_cycles: total.gather_cycles,
             vector_cycles: total.vector_cycles,
             array_cycles: total.array_cycles,
@@ -220,6 +276,7 @@ impl Bench {
         };
         let model = self.setup.model_of(config, used);
         let outcome = model.run(&path, variant, Scenario::Local)?.0;
+        point.worst = None;
         point.model = Likeness::path(outcome.quality.model_db);
         point.truth = (self.truth.as_ref()).map(|_| Likeness::path(outcome.quality.truth_db));
         Ok(outcome.run)

@@ -1,5 +1,6 @@
 //! Scenes: built-in ones, model files and scene descriptions.
 
+mod bound;
 mod builtin;
 pub mod camera_file;
 mod characterise;

@@ -6,6 +6,7 @@
 //! Gaussians in depth order and the tiles that each covers.
 
 mod array;
+mod bound;
 mod cloud;
 pub mod compact;
 mod composite;
@@ -30,6 +31,7 @@ pub mod sh;
 mod tile;
 mod view;
 
+pub use bound::error_bounds;
 pub use cloud::{Cloud, CloudError, Field};
 pub use composite::TRANSMITTANCE;
 pub use error::RenderError;

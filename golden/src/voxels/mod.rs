@@ -4,6 +4,7 @@
 //! pixel ([`render_float`]), or through the units in their own formats, MVoxel
 //! by MVoxel ([`render_fixed`]).
 
+mod bound;
 mod composite;
 mod error;
 mod fixed;
@@ -20,6 +21,7 @@ mod split;
 mod tests;
 
 pub use crate::tiling::{Halo, Holder, Place};
+pub use bound::error_bounds;
 pub(crate) use composite::{Compositor, Work};
 pub use error::VoxelError;
 pub use fixed::{

@@ -1,132 +1,11 @@
-//! How far the fixed renderer may be from the float one, derived.
+//! The bound of the fixed renderer's error, tried.
 
 use super::*;
-
-/// Differences within a grid, by channel: the most between vertices of a cell,
-/// and between neighbours along each axis.
-struct Ranges {
-    cell: Vec<f64>,
-    slope: Vec<f64>,
-}
-
-impl Ranges {
-    fn new(grid: &Grid) -> Self {
-        let (points, channels) = (grid.points(), grid.layout().channels());
-        let at = |x: usize, y: usize, z: usize, c: usize| {
-            let vertex = x + points[0] * (y + points[1] * z);
-            f64::from(grid.features()[vertex * channels + c])
-        };
-        let mut ranges = Self {
-            cell: vec![0.0; channels],
-            slope: vec![0.0; channels],
-        };
-        for c in 0..channels {
-            let mut slope = [0f64; 3];
-            for z in 0..points[2] - 1 {
-                for y in 0..points[1] - 1 {
-                    for x in 0..points[0] - 1 {
-                        let corner = |i: usize| at(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2), c);
-                        let all = [0, 1, 2, 3, 4, 5, 6, 7].map(corner);
-                        let high = all.into_iter().fold(f64::MIN, f64::max);
-                        let low = all.into_iter().fold(f64::MAX, f64::min);
-                        ranges.cell[c] = ranges.cell[c].max(high - low);
-                        for (axis, slope) in slope.iter_mut().enumerate() {
-                            for i in (0..8).filter(|i| i >> axis & 1 == 0) {
-                                *slope = slope.max((all[i | 1 << axis] - all[i]).abs());
-                            }
-                        }
-                    }
-                }
-            }
-            ranges.slope[c] = slope.iter().sum();
-        }
-        ranges
-    }
-}
-
-/// What each pixel's colour and transmittance may be off by.
-///
-/// A feature is off by half a unit where it is coded and half where it comes
-/// out of the gathering unit; by half of `sum |dw|` times the range in its
-/// cell, where `1 + 2 + 4` splits that are off by 2^-W / 2 on both sides make
-/// `sum |dw|` at most 7 x 2^-W; and by 2^-13 of its slope along each axis, where
-/// its position is rounded. An opacity is off
-/// by as much as its optical depth, and by its unit's error. The picture is
-/// affine in each opacity, and replacing one of them, those behind it replaced
-/// already, moves it by the light that still reaches it times the difference,
-/// times at most the brightest colour.
-fn bounds(grid: &Grid, formats: &Formats, camera: &Camera, step: f64) -> Vec<[f64; 2]> {
-    let ranges = Ranges::new(grid);
-    let channels = grid.layout().channels();
-    let unit = 2f64.powi(-(formats.weight_bits as i32));
-    let off = |c: usize| {
-        let format = if c == 0 {
-            formats.density
-        } else {
-            formats.colour
-        };
-        format.ulp() + 3.5 * unit * ranges.cell[c] + 2f64.powi(-13) * ranges.slope[c]
-    };
-    // n = 16 iterations, 3 guard bits in the accumulator and in the constants:
-    // 0.5 + 2^-1 + 16 x 2^-4 + 20 x 2^-4 units.
-    let alpha_off = step * off(0) + formats.depth.ulp() + 3.25 * formats.alpha.ulp();
-    let n = grid.layout().coefficients();
-    let largest: Vec<f64> = (0..channels)
-        .map(|c| {
-            let of_channel = grid.features().iter().skip(c).step_by(channels);
-            of_channel.fold(0.0, |m, v| f64::max(m, f64::from(v.abs())))
-        })
-        .collect();
-    let mut out = Vec::new();
-    for y in 0..camera.height {
-        for x in 0..camera.width {
-            let (_, d) = camera.ray(x, y);
-            let ray = Ray::new(grid.points(), grid.to_grid(camera.position()), d, step);
-            let basis = [1.0, d.x.abs(), d.y.abs(), d.z.abs()];
-            let (mut brightest, mut colour_off) = (0f64, 0f64);
-            for c in 0..3 {
-                let of = |f: &dyn Fn(usize) -> f64| -> f64 {
-                    (0..n).map(|i| basis[i] * f(1 + c * n + i)).sum()
-                };
-                brightest = brightest.max(of(&|i| largest[i]));
-                // Directions have 14 fraction bits; their sum is rounded once.
-                let turned: f64 = (1..n).map(|i| largest[1 + c * n + i]).sum();
-                let rounded = if n == 1 {
-                    0.0
-                } else {
-                    formats.colour.ulp() / 2.0
-                };
-                colour_off = colour_off.max(of(&off) + turned * 2f64.powi(-15) + rounded);
-            }
-            let (mut left, mut reach, mut seen) = (1.0, 0.0, 0.0);
-            let mut values = vec![0.0; channels];
-            for k in 0..ray.samples {
-                grid.sample(ray.at(k), &mut values);
-                if values[0] + off(0) <= 0.0 {
-                    continue;
-                }
-                reach += left * alpha_off;
-                seen += 1.0;
-                left *= (-values[0].max(0.0) * step).exp();
-            }
-            // T is rounded to 20 bits where more than half of float's is left.
-            let rounding = seen * 2.0 * 2f64.powi(-21);
-            let products = seen * 2f64.powi(-1 - formats.pixel_bits() as i32);
-            let written = 2.0 * brightest * 2f64.powi(-24);
-            out.push([
-                brightest * (reach + rounding) + colour_off + products + written,
-                reach + rounding,
-            ]);
-        }
-    }
-    out
-}
 
 /// Largest part of their bounds that colour and transmittance take.
 fn used(grid: &Grid, bounded_by: &Config, rendered_by: &Config) -> [f64; 2] {
     let camera = camera(40, 36);
     let formats = *MVoxels::new(grid, bounded_by).unwrap().formats().unwrap();
-    let bounds = bounds(grid, &formats, &camera, 0.5);
     let to_the_end = FloatOptions {
         terminate: false,
         ..FloatOptions::default()
@@ -136,6 +15,7 @@ fn used(grid: &Grid, bounded_by: &Config, rendered_by: &Config) -> [f64; 2] {
         terminate: false,
         ..FixedOptions::default()
     };
+    let bounds = error_bounds(grid, &formats, &bounded_by.vu.exp, &camera, &options);
     let fixed = fixed(grid, rendered_by, &camera, &options);
     let least = float.transmittance.iter().copied().fold(1.0, f64::min);
     assert!((0.005..0.5).contains(&least), "{least}");

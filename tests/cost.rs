@@ -1,0 +1,157 @@
+//! `potamoi cost --scene`: what accuracy costs in time.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod common;
+
+use std::path::Path;
+
+use common::{json, potamoi, stderr, stdout};
+use serde_json::Value;
+
+/// Runs in a folder of its own.
+fn cost(folder: &Path, code: i32, arguments: &[&str]) -> String {
+    let output = potamoi()
+        .current_dir(folder)
+        .arg("cost")
+        .args(arguments)
+        .output()
+        .unwrap();
+    let said = stdout(&output) + &stderr(&output);
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    said
+}
+
+fn number(of: &Value, field: &str) -> f64 {
+    of[field]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{field} in {of}"))
+}
+
+fn point<'a>(report: &'a Value, knob: &str, setting: &str) -> &'a Value {
+    let is_it = |p: &&Value| p["knob"] == knob && p["setting"] == setting;
+    let points = report["points"].as_array().unwrap();
+    let found = points.iter().find(is_it);
+    found.unwrap_or_else(|| panic!("no {knob} {setting} among {points:?}"))
+}
+
+/// More iterations take more time and are nearer; no unit is farther off than its bound.
+#[test]
+fn iterations_trade_time_for_quality() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let arguments = [
+        "--scene",
+        "garden",
+        "--width",
+        "32",
+        "--knobs",
+        "iterations,early-out,order",
+        "--json",
+        "c.json",
+        "--csv",
+        "c.csv",
+        "--plot",
+        "c.svg",
+    ];
+    let said = cost(at, 0, &arguments);
+    for part in [
+        "iterations 12 (iterations of the exponential): ",
+        "order streamed",
+        "fidelity",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let report = json(&at.join("c.json"));
+    let default = point(&report, "default", "");
+    let of = |n: &str| point(&report, "iterations", n);
+    let all = [of("8"), of("12"), default, of("24")];
+    for pair in all.windows(2) {
+        assert!(number(pair[0], "frame_ns") < number(pair[1], "frame_ns"));
+        let db = |p: &Value| number(&p["model"], "db");
+        assert!(db(pair[0]) <= db(pair[1]) + 0.05);
+        let ulp = |p: &Value| number(&p["exponential"], "max_ulp");
+        assert!(ulp(pair[0]) > ulp(pair[1]));
+    }
+    for p in report["points"].as_array().unwrap() {
+        let exp = &p["exponential"];
+        assert!(number(exp, "max_ulp") <= number(exp, "bound_ulp"), "{p}");
+        if p["knob"] != "order" {
+            assert!(number(&p["worst"], "part_of_bound") <= 1.0, "{p}");
+            assert!(
+                number(&p["worst"], "bound_db") <= number(&p["model"], "db"),
+                "{p}"
+            );
+        }
+    }
+    assert!(number(point(&report, "early-out", "on"), "frame_ns") < number(default, "frame_ns"));
+    let streamed = point(&report, "order", "streamed");
+    assert!(number(&streamed["model"], "db") < 60.0);
+
+    let csv = std::fs::read_to_string(at.join("c.csv")).unwrap();
+    let lines: Vec<&str> = csv.lines().collect();
+    assert_eq!(lines.len(), 1 + report["points"].as_array().unwrap().len());
+    let columns = lines[0].split(',').count();
+    assert!(
+        lines.iter().all(|line| line.split(',').count() == columns),
+        "{csv}"
+    );
+    let picture = std::fs::read_to_string(at.join("c.svg")).unwrap();
+    assert!(picture.starts_with("<svg") && picture.contains("early-out"));
+    // On the front no point has both more time and less quality than another.
+    let front = report["front"].as_array().unwrap();
+    assert!(!front.is_empty());
+}
+
+/// The cheapest settings at nearly the default's quality take at most three quarters of its time;
+/// what is written is read again, and its Verilog is held against the golden models.
+#[test]
+fn a_search_finds_a_cheaper_configuration_and_proves_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let knobs = [
+        "--scene",
+        "garden",
+        "--width",
+        "32",
+        "--knobs",
+        "iterations,early-out",
+    ];
+    let arguments = [&knobs[..], &["--target-psnr", "80", "--json", "c.json"]].concat();
+    let said = cost(at, 0, &arguments);
+    assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
+    let report = json(&at.join("c.json"));
+    let (default, found) = (point(&report, "default", ""), &report["found"]["point"]);
+    assert!(
+        number(found, "frame_ns") <= 0.75 * number(default, "frame_ns"),
+        "{found}"
+    );
+    assert!(number(&found["model"], "db") >= 80.0);
+    let written = std::fs::read_to_string(at.join("found.toml")).unwrap();
+    assert!(written.contains("early_out = true"), "{written}");
+    let output = potamoi()
+        .current_dir(at)
+        .args(["--config", "found.toml", "emit", "--out", "rtl"])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+
+    // Nothing is so good, and nothing so fast.
+    for (goal, number) in [("--target-psnr", "500"), ("--budget-ms", "0.000001")] {
+        let said = cost(at, 4, &[&knobs[..], &[goal, number]].concat());
+        assert!(said.contains("no settings reach it"), "{said}");
+    }
+}
+
+#[test]
+fn what_cannot_be_measured_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let said = cost(at, 2, &["--scene", "garden", "--knobs", "colour"]);
+    assert!(
+        said.contains("--knobs colour: expected some of iterations"),
+        "{said}"
+    );
+    let said = cost(at, 2, &["--unit", "exp", "--plot", "x.svg"]);
+    assert!(said.contains("--plot"), "{said}");
+    cost(at, 2, &["--scene", "none.ply"]);
+}
