@@ -14,13 +14,13 @@ use rayon::prelude::*;
 use super::batches::{Batch, BatchSize, RayGroup, groups};
 use super::coded::{CodedTable, Gathers, Located};
 use super::march::{check, check_mask};
-use super::{Field, FieldError};
+use super::{Field, FieldError, Sampling, Table};
 use crate::camera::Camera;
 use crate::mask::Mask;
 use crate::tiling::Halo;
 use crate::units::Units;
 use crate::voxels::{
-    Compositor, FixedFrame, FixedStats, Head, OpacityAlone, Orders, Work, check_background,
+    Compositor, Facing, FixedFrame, FixedStats, Head, OpacityAlone, Orders, Work, check_background,
     default_group_side, place,
 };
 
@@ -40,6 +40,33 @@ pub struct FixedField<'a> {
     head: Box<dyn Head + 'a>,
 }
 
+/// What is done to render a field: by default everything. Less gives the same bits where nothing
+/// calls for more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FieldWork {
+    /// Codes of a direction that are kept, from the first on; the others are 0.
+    pub direction_codes: usize,
+    /// Whether tables whose vertices share rows are gathered from; their features are 0 otherwise.
+    pub hashed: bool,
+    /// Whether samples are left out where the field is known to be empty.
+    pub void_test: bool,
+}
+
+impl FieldWork {
+    /// Everything.
+    pub const ALL: Self = Self {
+        direction_codes: usize::MAX,
+        hashed: true,
+        void_test: true,
+    };
+}
+
+impl Default for FieldWork {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
 /// How to render.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedOptions {
@@ -53,6 +80,8 @@ pub struct FixedOptions {
     /// Samples that are gathered at a time; by default as many as
     /// [`BatchSize::of`] says.
     pub batch: Option<BatchSize>,
+    /// What is done of the direction and of hashed tables.
+    pub work: FieldWork,
 }
 
 impl Default for FixedOptions {
@@ -62,7 +91,37 @@ impl Default for FixedOptions {
             background: [0.0; 3],
             group_side: None,
             batch: None,
+            work: FieldWork::ALL,
         }
+    }
+}
+
+/// A field of which nothing says where it is empty.
+struct Everywhere<'a>(&'a dyn Field);
+
+impl Field for Everywhere<'_> {
+    fn tables(&self) -> &[Table] {
+        self.0.tables()
+    }
+
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
+        self.0.place(at, places);
+    }
+
+    fn holds(&self, _: DVec3) -> bool {
+        true
+    }
+
+    fn depth(&self, features: &[f64]) -> f64 {
+        self.0.depth(features)
+    }
+
+    fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
+        self.0.colour(features, direction, scratch)
+    }
+
+    fn sampling(&self) -> Sampling {
+        self.0.sampling()
     }
 }
 
@@ -156,7 +215,11 @@ impl<'a> FixedField<'a> {
         only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<FixedFrame, FieldError> {
-        self.render_with(&*self.head, camera, options, only, units)
+        let facing = Facing {
+            head: &*self.head,
+            kept: options.work.direction_codes,
+        };
+        self.render_with(&facing, camera, options, only, units)
     }
 
     /// Of each pixel, row after row, the samples that are gathered up to where its
@@ -178,7 +241,12 @@ impl<'a> FixedField<'a> {
         only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<FixedFrame, FieldError> {
-        let sampling = self.field.sampling();
+        let everywhere = Everywhere(self.field);
+        let field: &dyn Field = match options.work.void_test {
+            true => self.field,
+            false => &everywhere,
+        };
+        let sampling = field.sampling();
         check(camera, &sampling)?;
         check_mask(camera, only)?;
         check_background(options.background)?;
@@ -204,7 +272,7 @@ impl<'a> FixedField<'a> {
                 let at = |[x, y]: [u32; 2]| y as usize * size[0] as usize + x as usize;
                 pixels.retain(|pixel| mask.has(at(*pixel)));
             }
-            let mut rays = RayGroup::new(self.field, &sampling, camera, &pixels);
+            let mut rays = RayGroup::new(field, &sampling, camera, &pixels);
             frame.stats.groups += 1;
             frame.stats.rays += pixels.len() as u64;
             frame.stats.samples += rays.samples();
@@ -214,7 +282,7 @@ impl<'a> FixedField<'a> {
                 if batch.at.is_empty() {
                     break;
                 }
-                let features = self.features(camera, &batch, units, &mut frame.stats)?;
+                let features = self.features(camera, &batch, options.work, units, &mut frame.stats)?;
                 done.run(&features, &batch.spans, units, &mut work)?;
             }
             place(&mut frame, &pixels, &done, options.background);
@@ -229,6 +297,7 @@ impl<'a> FixedField<'a> {
         &self,
         camera: &Camera,
         batch: &Batch,
+        work: FieldWork,
         units: &mut dyn Units,
         stats: &mut FixedStats,
     ) -> Result<Vec<i16>, FieldError> {
@@ -237,6 +306,10 @@ impl<'a> FixedField<'a> {
         let mut first = 0;
         let gathers = self.gathers(camera.position(), &batch.slots, &batch.at);
         for (number, (table, own)) in self.tables.iter().zip(gathers).enumerate() {
+            if !work.hashed && self.field.tables()[number].is_hashed() {
+                first += table.channels();
+                continue;
+            }
             table.carry_out(&own, units, stats, |sample, codes| {
                 let to = sample as usize * all + first;
                 features[to..to + codes.len()].copy_from_slice(codes);

@@ -10,6 +10,7 @@ mod batches;
 mod calibrate;
 pub mod coded;
 mod codes;
+mod directions;
 pub mod dvgo;
 pub mod efficient;
 mod error;
@@ -37,9 +38,10 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 
 pub use batches::BatchSize;
+pub use directions::Directions;
 pub(crate) use batches::{RayGroup, groups};
 pub use error::FieldError;
-pub use fixed::{Coded, FixedField, FixedOptions};
+pub use fixed::{Coded, FieldWork, FixedField, FixedOptions};
 pub use hash::HashUnit;
 pub use hashed_colour::{FixedColour, HashedColour};
 pub use march::{FieldFrame, render_float, render_masked};
@@ -92,6 +94,17 @@ pub trait Field: Sync {
     /// units lack what it needs, or values that no format holds.
     fn coded(&self, _: &Config) -> Result<Coded<'_>, FieldError> {
         Err(FieldError::FloatOnly)
+    }
+
+    /// How colours depend on the direction.
+    fn directions(&self) -> Directions<'_> {
+        Directions::None
+    }
+
+    /// Cells of a grid that says where nothing is: those where nothing is, and all; none where
+    /// there is no such grid.
+    fn void(&self) -> Option<[u64; 2]> {
+        None
     }
 
     /// Features of a sample: the sum of the tables' channels.

@@ -41,6 +41,16 @@ pub(super) enum Curve {
     Exp,
 }
 
+impl Curve {
+    const fn operations(self) -> &'static [OpCode] {
+        match self {
+            Self::Softplus { .. } => &[OpCode::Softplus, OpCode::Add],
+            Self::Relu => &[OpCode::Relu],
+            Self::Exp => &[OpCode::Exp, OpCode::Add, OpCode::Relu],
+        }
+    }
+}
+
 /// From numbers to opacities.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Opacity {
@@ -55,12 +65,7 @@ impl Opacity {
     /// # Errors
     /// Units that lack an operation, or whose formats cannot hold what it needs.
     pub(super) fn new(curve: Curve, interval: f64, config: &Config) -> Result<Self, FieldError> {
-        let own = match curve {
-            Curve::Softplus { .. } => &[OpCode::Softplus, OpCode::Add][..],
-            Curve::Relu => &[OpCode::Relu],
-            Curve::Exp => &[OpCode::Exp, OpCode::Add, OpCode::Relu],
-        };
-        need(config, own)?;
+        need(config, curve.operations())?;
         need(config, &[OpCode::Multiply, OpCode::OneMinusExp])?;
         let exp = &config.vu.exp;
         // Codes of the interval have 31 bits.
@@ -80,6 +85,11 @@ impl Opacity {
                 exp.one_minus_frac_bits,
             ],
         })
+    }
+
+    /// Operations that it takes.
+    pub(super) fn operations(&self) -> Vec<OpCode> {
+        [self.curve.operations(), &[OpCode::Multiply, OpCode::OneMinusExp]].concat()
     }
 
     /// Fraction bits of opacities.

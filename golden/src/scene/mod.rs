@@ -6,6 +6,7 @@ pub mod camera_file;
 mod characterise;
 pub mod colmap;
 mod description;
+mod effects;
 mod error;
 mod exact;
 #[cfg(test)]
@@ -40,6 +41,7 @@ use glam::DVec3;
 use crate::analytic::Analytic;
 use crate::camera::Camera;
 use crate::characterise::Size;
+use crate::effects::{Cache, Choices};
 use crate::fields::dvgo::Dvgo;
 use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, Field};
@@ -71,7 +73,7 @@ pub enum Model {
 }
 
 /// A model by how it is rendered.
-enum Kind<'a> {
+pub(crate) enum Kind<'a> {
     /// Of a model whose colours depend on the camera, in none.
     Splats(&'a Cloud),
     Voxels(&'a Grid),
@@ -111,7 +113,7 @@ impl Model {
         }
     }
 
-    fn kind(&self) -> Kind<'_> {
+    pub(crate) fn kind(&self) -> Kind<'_> {
         match self {
             Self::Splats(cloud) => Kind::Splats(cloud),
             Self::Compact(model) => Kind::Splats(model.gaussians()),
@@ -149,6 +151,10 @@ pub struct Scene {
     from_file: bool,
     /// The field that a built-in model was sampled from.
     truth: Option<Analytic>,
+    /// What is carried out whatever is called for.
+    choices: Choices,
+    /// What was found of the model.
+    found: Cache,
 }
 
 impl Scene {
@@ -195,6 +201,7 @@ impl Scene {
     /// Draws splats by another renderer's rules.
     pub fn set_profile(&mut self, profile: Profile) {
         self.profile = profile;
+        self.found = Cache::default();
     }
 
     /// How splats are cut into MVoxels: the coarsest grid that fits, merged, unless

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::description::{Description, ModelDescription};
 use super::{BUILTIN, Model, NGP, NGP_MVOXEL, Scene, SceneError, lantern};
+use crate::effects::{Cache, Choices};
 use crate::camera::Camera;
 use crate::fields::dvgo::Dvgo;
 use crate::fields::ngp::Ngp;
@@ -97,6 +98,8 @@ impl Scene {
             step: STEP,
             from_file: false,
             truth: None,
+            choices: Choices::default(),
+            found: Cache::default(),
         }
     }
 

@@ -12,16 +12,20 @@ use serde::Serialize;
 use super::{Kind, Model, Scene, SceneError};
 use crate::analytic::Analytic;
 use crate::camera::Camera;
+use crate::effects::{Altered, Effect};
 use crate::fields::{self, Field, FixedField};
 use crate::mask::Mask;
 use crate::picture::Picture;
-use crate::splats::{self, Cloud, Decisions, Flips, Octree, Partition};
+use crate::splats::{self, Cells, Cloud, Decisions, Flips, Octree, Partition};
 use crate::streams::{Streams, UnitStreams};
 use crate::units::Units;
-use crate::voxels::{self, Halo, MVoxels, Placement, Volume};
+use crate::voxels::{self, Facing, Halo, MVoxels, Placement, Volume};
 
 /// The most pixels of a picture.
 const MAX_PIXELS: u64 = 1 << 26;
+
+/// Bits of opacities of 64-bit floating point that its rounding leaves.
+pub(super) const FLOAT_BITS: u32 = 48;
 
 /// What the units did for a frame, by the renderer's own count.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -127,6 +131,7 @@ impl Scene {
                     background: self.background,
                     log_decisions: true,
                     depth: false,
+                    work: self.splat_work(),
                 };
                 let frame = splats::render_float(
                     &self.seen_from(cloud, &self.camera),
@@ -143,7 +148,8 @@ impl Scene {
                 let options = voxels::FloatOptions {
                     step: self.step,
                     background: self.background,
-                    ..voxels::FloatOptions::default()
+                    terminate: self.stops(FLOAT_BITS),
+                    directions: self.voxel_directions(),
                 };
                 let frame = voxels::render_float(grid, &self.camera, &options)?;
                 Ok(floated(frame.picture, &frame.transmittance))
@@ -214,9 +220,7 @@ impl Scene {
         config: &Config,
         units: &mut dyn Units,
     ) -> Result<Rendered, SceneError> {
-        let rendered = self.powers_of_e(config);
-        let rendered = rendered.and_then(|()| self.through(config, None, units));
-        rendered.map_err(|e| e.of(&self.name))
+        self.render_chosen(config, None, units)
     }
 
     /// The same of some pixels, the others being background; their bits are those of the whole
@@ -230,8 +234,22 @@ impl Scene {
         only: &Mask,
         units: &mut dyn Units,
     ) -> Result<Rendered, SceneError> {
-        let rendered = self.powers_of_e(config);
-        let rendered = rendered.and_then(|()| self.through(config, Some(only), units));
+        self.render_chosen(config, Some(only), units)
+    }
+
+    fn render_chosen(
+        &self,
+        config: &Config,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        let rendered = self.powers_of_e(config).and_then(|()| {
+            if !Altered::is_asked_for(self.choices) {
+                return self.through(config, only, units);
+            }
+            let mut altered = Altered::new(units, config, self.choices);
+            self.through(config, only, &mut altered)
+        });
         rendered.map_err(|e| e.of(&self.name))
     }
 
@@ -263,18 +281,24 @@ impl Scene {
             Model::Splats(cloud) => self.splats_fixed(cloud, config, only, units),
             Model::Compact(model) => {
                 let eye = self.camera.position();
-                let (cloud, stats) = model.seen_in_codes(eye, config, units)?;
+                let (cloud, stats) = model.seen_in_codes(eye, config, self.field_work(), units)?;
                 let mut rendered = self.splats_fixed(&cloud, config, only, units)?;
                 rendered.counts.add(stats);
                 Ok(rendered)
             }
             Model::Voxels(grid) => {
                 let mvoxels = self.cut(MVoxels::new(grid, config)?);
-                let options = self.voxel_options();
+                let options = voxels::FixedOptions {
+                    terminate: self.stops(config.vu.exp.output_bits),
+                    skip: self.skip(&mvoxels),
+                    ..self.voxel_options()
+                };
+                let mut head = voxels::stored(grid, &mvoxels, options.step)?;
+                head.directions = self.voxel_directions();
                 let volume = Volume {
                     mvoxels: &mvoxels,
                     placement: Placement::of(grid),
-                    head: &voxels::stored(grid, &mvoxels, options.step)?,
+                    head: &head,
                 };
                 let (camera, options) = (&self.camera, &options);
                 let frame = voxels::render_volume_masked(&volume, camera, options, only, units)?;
@@ -284,30 +308,47 @@ impl Scene {
             Model::Field(field) => self.render_tables(&**field, config, only, units),
             Model::Dvgo(field) => {
                 let made = field.fixed(config)?;
-                let mvoxels = self.cut(made.mvoxels().clone());
+                let mut mvoxels = self.cut(made.mvoxels().clone());
+                if self.choices.leaves_out(Effect::VoidTest) {
+                    mvoxels = mvoxels.unmasked();
+                }
+                let facing = Facing {
+                    head: made.head(),
+                    kept: self.field_work().direction_codes,
+                };
                 let volume = Volume {
                     mvoxels: &mvoxels,
                     placement: made.placement(),
-                    head: made.head(),
+                    head: &facing,
                 };
-                let (camera, options) = (&self.camera, &self.voxel_options());
+                let options = voxels::FixedOptions {
+                    terminate: self.stops(config.vu.exp.output_bits),
+                    skip: self.skip(&mvoxels),
+                    ..self.voxel_options()
+                };
+                let (camera, options) = (&self.camera, &options);
                 let frame = voxels::render_volume_masked(&volume, camera, options, only, units)?;
                 Ok(rendered(frame))
             }
         }
     }
 
-    pub(super) fn splat_options(&self, config: &Config) -> splats::FixedOptions {
+    pub(crate) fn splat_options(&self, config: &Config) -> splats::FixedOptions {
+        let rows = config.mvoxel_capacity(Vertices::One, RECORD_CHANNELS) as usize;
         splats::FixedOptions {
             schedule: splats::ScheduleOptions {
-                rows: config.mvoxel_capacity(Vertices::One, RECORD_CHANNELS) as usize,
+                rows,
                 group_tiles: self.group_tiles,
-                cells: self.cells,
+                cells: Cells {
+                    merge: self.merges_cells(rows),
+                    ..self.cells
+                },
             },
             background: self.background,
             order: self.order,
             unit_streams: UnitStreams::of(config),
             log_decisions: true,
+            work: self.splat_work(),
             ..splats::FixedOptions::default()
         }
     }
@@ -329,6 +370,8 @@ impl Scene {
         let options = fields::FixedOptions {
             background: self.background,
             group_side: self.group_side,
+            terminate: self.stops(config.vu.exp.output_bits),
+            work: self.field_work(),
             ..fields::FixedOptions::default()
         };
         let made = FixedField::with_halo(field, config, self.halo)?;

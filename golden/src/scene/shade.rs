@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::render::FLOAT_BITS;
 use super::{Kind, Scene, SceneError};
 use crate::camera::Camera;
 use crate::fields;
@@ -35,6 +36,7 @@ impl Renderer for Scene {
                 let options = splats::FloatOptions {
                     background: self.background,
                     depth: true,
+                    work: self.splat_work(),
                     ..splats::FloatOptions::default()
                 };
                 let cloud = self.seen_from(cloud, camera);
@@ -52,7 +54,8 @@ impl Renderer for Scene {
                 let options = voxels::FloatOptions {
                     step: self.step,
                     background: self.background,
-                    ..voxels::FloatOptions::default()
+                    terminate: self.stops(FLOAT_BITS),
+                    directions: self.voxel_directions(),
                 };
                 let frame = voxels::render_masked(grid, camera, &options, only)
                     .map_err(|e| fail(e.into()))?;

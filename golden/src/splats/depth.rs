@@ -21,6 +21,14 @@ pub(crate) fn sort(cloud: &Cloud, depths: Vec<(f64, usize)>) -> Vec<(f64, usize)
     sorted
 }
 
+/// Whether (view depth, index) are in the order that [`sort`] brings them into.
+pub(crate) fn is_sorted(cloud: &Cloud, depths: &[(f64, usize)]) -> bool {
+    depths.is_sorted_by(|a, b| {
+        let order = a.0.total_cmp(&b.0);
+        order.then_with(|| cloud.compare_content(a.1, b.1)).is_le()
+    })
+}
+
 /// Sorts by depth, stable, from the lowest digit in which any two differ.
 fn radix(mut items: Vec<(f64, usize)>) -> Vec<(f64, usize)> {
     // Bits of positive doubles order as the doubles do.

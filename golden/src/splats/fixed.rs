@@ -16,7 +16,7 @@ use super::hold::{Hold, HoldStats, Order};
 use super::profile::Profile;
 use super::records::Saturations;
 use super::schedule::{Group, Schedule, ScheduleOptions};
-use super::view::{TILE, View};
+use super::view::{TILE, View, Work};
 use crate::camera::Camera;
 use crate::mask::Mask;
 use crate::picture::Picture;
@@ -41,6 +41,8 @@ pub struct FixedOptions {
     pub background: [f32; 3],
     /// Whether to keep [`FixedFrame::decisions`] (exact order alone).
     pub log_decisions: bool,
+    /// What is done.
+    pub work: Work,
 }
 
 impl Default for FixedOptions {
@@ -52,6 +54,7 @@ impl Default for FixedOptions {
             unit_streams: UnitStreams::default(),
             background: [0.0; 3],
             log_decisions: false,
+            work: Work::ALL,
         }
     }
 }
@@ -133,7 +136,7 @@ pub fn render_fixed_masked(
     only: Option<&Mask>,
     units: &mut dyn Units,
 ) -> Result<FixedFrame, RenderError> {
-    let view = View::new(cloud, camera, profile)?;
+    let view = View::by(cloud, camera, profile, &options.work)?;
     if let Some(mask) = only {
         mask_fits(&view, mask)?;
     }

@@ -8,7 +8,7 @@ use super::error::RenderError;
 use super::frame::Decisions;
 use super::profile::Profile;
 use super::tile::{Canvas, Tile, TileLog, Wanted};
-use super::view::{TILE, View};
+use super::view::{TILE, View, Work};
 use crate::camera::Camera;
 use crate::mask::Mask;
 use crate::picture::Picture;
@@ -22,6 +22,8 @@ pub struct FloatOptions {
     pub log_decisions: bool,
     /// Whether to find [`FloatFrame::depth`].
     pub depth: bool,
+    /// What is done.
+    pub work: Work,
 }
 
 /// Counts of a frame.
@@ -74,7 +76,7 @@ pub fn render_float(
     profile: Profile,
     options: &FloatOptions,
 ) -> Result<FloatFrame, RenderError> {
-    let view = View::new(cloud, camera, profile)?;
+    let view = View::by(cloud, camera, profile, &options.work)?;
     Ok(render_view(&view, options))
 }
 
@@ -90,7 +92,7 @@ pub fn render_masked(
     options: &FloatOptions,
     only: &Mask,
 ) -> Result<FloatFrame, RenderError> {
-    let view = View::new(cloud, camera, profile)?;
+    let view = View::by(cloud, camera, profile, &options.work)?;
     mask_fits(&view, only)?;
     Ok(composite(&view, options, Some(only)))
 }
@@ -200,6 +202,7 @@ mod tests {
         background: [0.25, 0.0, 1.0],
         log_decisions: true,
         depth: true,
+        work: Work::ALL,
     };
 
     /// Every pixel of every entry with the library's exponential, one after

@@ -49,4 +49,4 @@ pub use project::Projected;
 pub(crate) use project::{rotation, sigmoid};
 pub use records::{Saturations, record};
 pub use schedule::{Group, Load, MVoxel, Schedule, ScheduleOptions, tasks};
-pub use view::{TILE, View};
+pub use view::{Sorting, TILE, View, Work, is_in_order};

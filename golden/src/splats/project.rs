@@ -64,15 +64,24 @@ pub(crate) struct Projection<'a> {
     camera: &'a Camera,
     rules: &'a Rules,
     eye: DVec3,
+    /// Of spherical harmonics.
+    degree: usize,
 }
 
 impl<'a> Projection<'a> {
-    pub(crate) fn new(cloud: &'a Cloud, camera: &'a Camera, rules: &'a Rules) -> Self {
+    /// With spherical harmonics up to a degree, those that are stored at most.
+    pub(crate) fn new(
+        cloud: &'a Cloud,
+        camera: &'a Camera,
+        rules: &'a Rules,
+        degree: usize,
+    ) -> Self {
         Self {
             cloud,
             camera,
             rules,
             eye: camera.position(),
+            degree: degree.min(cloud.degree()),
         }
     }
 
@@ -115,14 +124,18 @@ impl<'a> Projection<'a> {
             per_depth.y * (axes.row(1) - held.y * axes.row(2)),
             self.rules.dilation,
         );
-        let towards = (self.world(index) - self.eye).normalize_or_zero();
+        let towards = match self.degree {
+            // Seen alike from everywhere.
+            0 => DVec3::ZERO,
+            _ => (self.world(index) - self.eye).normalize_or_zero(),
+        };
         Projected {
             index,
             depth: view.z,
             mean: slope * camera.focal + camera.centre - 0.5 + self.rules.pixel_centre,
             footprint,
             opacity: sigmoid(f64::from(cloud.opacity_logits()[index])),
-            colour: sh::colour(cloud.sh(index), towards),
+            colour: sh::colour(&cloud.sh(index)[..sh::coefficients(self.degree)], towards),
         }
     }
 }
@@ -146,7 +159,7 @@ mod tests {
     }
 
     fn project(cloud: &Cloud, camera: &Camera, rules: &Rules) -> Vec<Projected> {
-        let projection = Projection::new(cloud, camera, rules);
+        let projection = Projection::new(cloud, camera, rules, sh::MAX_DEGREE);
         let depths = projection.depths();
         depths.iter().map(|d| projection.project(d.1)).collect()
     }

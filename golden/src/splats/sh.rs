@@ -44,12 +44,12 @@ pub fn basis(d: DVec3) -> [f64; 16] {
 /// Gaussian: the expansion plus 0.5, not below 0, with no upper limit.
 #[must_use]
 pub fn colour(coefficients: &[[f32; 3]], d: DVec3) -> DVec3 {
-    let sum = coefficients
-        .iter()
-        .zip(basis(d))
-        .fold(DVec3::splat(0.5), |sum, (c, b)| {
-            sum + b * DVec3::from(c.map(f64::from))
-        });
+    let add = |sum: DVec3, (c, b): (&[f32; 3], f64)| sum + b * DVec3::from(c.map(f64::from));
+    let sum = match coefficients {
+        // The only one that asks for no direction.
+        [constant] => add(DVec3::splat(0.5), (constant, CONSTANT)),
+        all => all.iter().zip(basis(d)).fold(DVec3::splat(0.5), add),
+    };
     sum.max(DVec3::ZERO)
 }
 

@@ -8,6 +8,7 @@ use super::depth;
 use super::error::RenderError;
 use super::profile::{Profile, Rules};
 use super::project::{Projected, Projection};
+use super::sh;
 use crate::camera::Camera;
 use crate::mask::Mask;
 
@@ -21,6 +22,45 @@ const MAX_SIDE: u32 = 1 << 15;
 const MAX_ENTRIES: u64 = 1 << 28;
 /// Gaussians whose tiles one thread lists at a time.
 const BLOCK: usize = 1024;
+
+/// Whether Gaussians are brought into the order of their depths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sorting {
+    /// In any case.
+    #[default]
+    Always,
+    /// Unless they are stored in that order.
+    IfNeeded,
+    /// Not: they are drawn as they are stored.
+    Never,
+}
+
+/// What is done to see a cloud: by default everything. Less gives the same bits where nothing
+/// calls for more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Work {
+    /// The highest degree of spherical harmonics that is evaluated.
+    pub degree: usize,
+    /// The order of depths.
+    pub sorting: Sorting,
+    /// Whether pixels stop early.
+    pub stops: bool,
+}
+
+impl Work {
+    /// Everything.
+    pub const ALL: Self = Self {
+        degree: sh::MAX_DEGREE,
+        sorting: Sorting::Always,
+        stops: true,
+    };
+}
+
+impl Default for Work {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
 
 /// The Gaussians that a camera sees, front to back, and the tiles of each.
 #[derive(Debug, Clone)]
@@ -44,14 +84,35 @@ impl View {
     /// A camera that cannot be used, or more (tile, Gaussian) pairs than fit
     /// in memory.
     pub fn new(cloud: &Cloud, camera: &Camera, profile: Profile) -> Result<Self, RenderError> {
+        Self::by(cloud, camera, profile, &Work::ALL)
+    }
+
+    /// The same by less work, or the same work by choice.
+    ///
+    /// # Errors
+    /// As [`View::new`].
+    pub fn by(
+        cloud: &Cloud,
+        camera: &Camera,
+        profile: Profile,
+        work: &Work,
+    ) -> Result<Self, RenderError> {
         check(camera)?;
-        let rules = profile.rules();
+        let mut rules = profile.rules();
+        if !work.stops {
+            rules.stop_below = f64::NEG_INFINITY;
+        }
         let grid = Grid {
             columns: camera.width.div_ceil(TILE),
             rows: camera.height.div_ceil(TILE),
         };
-        let projection = Projection::new(cloud, camera, &rules);
-        let order = depth::sort(cloud, projection.depths());
+        let projection = Projection::new(cloud, camera, &rules, work.degree);
+        let depths = projection.depths();
+        let order = match work.sorting {
+            Sorting::Never => depths,
+            Sorting::IfNeeded if depth::is_sorted(cloud, &depths) => depths,
+            Sorting::IfNeeded | Sorting::Always => depth::sort(cloud, depths),
+        };
         let culled = cloud.len() - order.len();
         let mut splats: Vec<Projected> = order
             .par_iter()
@@ -195,6 +256,21 @@ impl View {
         }
         (first, ranks)
     }
+}
+
+/// Whether a camera sees a cloud's Gaussians in the order in which they are stored, front to back.
+///
+/// # Errors
+/// A camera that cannot be used.
+pub fn is_in_order(
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+) -> Result<bool, RenderError> {
+    check(camera)?;
+    let rules = profile.rules();
+    let depths = Projection::new(cloud, camera, &rules, 0).depths();
+    Ok(depth::is_sorted(cloud, &depths))
 }
 
 /// Cuts `tiles` where every [`BLOCK`]th rank begins.

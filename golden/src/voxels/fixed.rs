@@ -219,6 +219,7 @@ pub(crate) fn stored(grid: &Grid, mvoxels: &MVoxels, step: f64) -> Result<Stored
         layout: grid.layout(),
         formats: fits(grid, mvoxels)?,
         step: Formats::step_code(step),
+        directions: true,
     })
 }
 

@@ -22,6 +22,8 @@ pub struct FloatOptions {
     pub terminate: bool,
     /// Linear RGB behind everything.
     pub background: [f32; 3],
+    /// Whether colours that are linear in the direction are seen from it.
+    pub directions: bool,
 }
 
 impl Default for FloatOptions {
@@ -30,6 +32,7 @@ impl Default for FloatOptions {
             step: 0.5,
             terminate: true,
             background: [0.0; 3],
+            directions: true,
         }
     }
 }
@@ -88,7 +91,7 @@ pub fn render_masked(
             if only.is_some_and(|mask| !mask.has(i as usize)) {
                 return Pixel::CLEAR;
             }
-            march(grid, &rays.ray(i % width, i / width), options.terminate)
+            march(grid, &rays.ray(i % width, i / width), options)
         })
         .collect();
     let mut picture = Picture::filled(width, height, [0.0; 3]);
@@ -137,13 +140,14 @@ impl Pixel {
     }
 }
 
-fn march(grid: &Grid, ray: &Ray, terminate: bool) -> Pixel {
+fn march(grid: &Grid, ray: &Ray, options: &FloatOptions) -> Pixel {
     let coefficients = grid.layout().coefficients();
     let mut values = [0f64; 13];
     let values = &mut values[..grid.layout().channels()];
     let mut pixel = Pixel::CLEAR;
     let d = ray.direction;
     let basis = [1.0, d.x, d.y, d.z];
+    let terms = if options.directions { coefficients } else { 1 };
     for k in 0..ray.samples {
         grid.sample(ray.at(k), values);
         pixel.samples += 1;
@@ -153,14 +157,14 @@ fn march(grid: &Grid, ray: &Ray, terminate: bool) -> Pixel {
         }
         let alpha = -(-depth).exp_m1();
         for c in 0..3 {
-            let terms = &values[1 + c * coefficients..][..coefficients];
-            let sum: f64 = terms.iter().zip(basis).map(|(v, b)| v * b).sum();
+            let own = &values[1 + c * coefficients..][..terms];
+            let sum: f64 = own.iter().zip(basis).map(|(v, b)| v * b).sum();
             pixel.colour[c] += pixel.left * alpha * sum.max(0.0);
         }
         pixel.weight += pixel.left * alpha;
         pixel.moment += pixel.left * alpha * ray.distance(k);
         pixel.left *= 1.0 - alpha;
-        if terminate && pixel.left < STOP_BELOW {
+        if options.terminate && pixel.left < STOP_BELOW {
             break;
         }
     }

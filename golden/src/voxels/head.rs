@@ -45,6 +45,10 @@ pub trait Head: Sync {
     /// Codes that stand for a direction.
     fn direction_codes(&self) -> usize;
 
+    /// Operations of the vector unit that opacities and colours take; compositing multiplies
+    /// besides.
+    fn operations(&self) -> Vec<OpCode>;
+
     /// Appends the codes of a unit direction in the world.
     fn encode(&self, direction: DVec3, out: &mut Vec<i16>);
 
@@ -83,6 +87,75 @@ pub struct Opacities<'f> {
 /// would.
 pub(crate) struct OpacityAlone<'h>(pub(crate) &'h dyn Head);
 
+/// What another head makes of a part of a direction's codes, the others being 0.
+pub(crate) struct Facing<'h> {
+    pub(crate) head: &'h dyn Head,
+    /// Codes that are kept, from the first on.
+    pub(crate) kept: usize,
+}
+
+impl Head for Facing<'_> {
+    fn channels(&self) -> usize {
+        self.head.channels()
+    }
+
+    fn alpha_bits(&self) -> u32 {
+        self.head.alpha_bits()
+    }
+
+    fn colour_bits(&self) -> u32 {
+        self.head.colour_bits()
+    }
+
+    fn least(&self) -> [i32; 2] {
+        self.head.least()
+    }
+
+    fn stop(&self) -> f64 {
+        self.head.stop()
+    }
+
+    fn kept(&self) -> usize {
+        self.head.kept()
+    }
+
+    fn direction_codes(&self) -> usize {
+        self.head.direction_codes()
+    }
+
+    fn operations(&self) -> Vec<OpCode> {
+        self.head.operations()
+    }
+
+    fn encode(&self, direction: DVec3, out: &mut Vec<i16>) {
+        let codes = self.head.direction_codes();
+        if self.kept == 0 {
+            out.resize(out.len() + codes, 0);
+            return;
+        }
+        let from = out.len();
+        self.head.encode(direction, out);
+        out[from + self.kept.min(codes)..].fill(0);
+    }
+
+    fn opacities<'f>(
+        &self,
+        features: &'f [i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Opacities<'f>, VoxelError> {
+        self.head.opacities(features, lanes)
+    }
+
+    fn colours(
+        &self,
+        kept: &[i16],
+        directions: &[i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Vec<i32>, VoxelError> {
+        self.head.colours(kept, directions, lanes)
+    }
+}
+
 impl Head for OpacityAlone<'_> {
     fn channels(&self) -> usize {
         self.0.channels()
@@ -106,6 +179,10 @@ impl Head for OpacityAlone<'_> {
 
     fn kept(&self) -> usize {
         1
+    }
+
+    fn operations(&self) -> Vec<OpCode> {
+        self.0.operations()
     }
 
     fn direction_codes(&self) -> usize {
@@ -199,6 +276,8 @@ pub(crate) struct Stored {
     pub(crate) formats: Formats,
     /// In voxel edges, as [`Formats::step_code`].
     pub(crate) step: i32,
+    /// Whether colours that are linear in the direction are seen from it.
+    pub(crate) directions: bool,
 }
 
 impl Head for Stored {
@@ -216,6 +295,10 @@ impl Head for Stored {
 
     fn direction_codes(&self) -> usize {
         3
+    }
+
+    fn operations(&self) -> Vec<OpCode> {
+        vec![OpCode::Relu, OpCode::Multiply, OpCode::OneMinusExp]
     }
 
     fn encode(&self, direction: DVec3, out: &mut Vec<i16>) {
@@ -259,9 +342,15 @@ impl Head for Stored {
                 }
             }
             Layout::Linear => {
-                for (f, d) in samples.zip(directions.as_chunks::<3>().0) {
-                    colour.extend(f[1..].as_chunks::<4>().0.iter().map(|c| towards(*c, *d)));
+                if self.directions {
+                    for (f, d) in samples.zip(directions.as_chunks::<3>().0) {
+                        colour.extend(f[1..].as_chunks::<4>().0.iter().map(|c| towards(*c, *d)));
+                    }
+                } else {
+                    let constants = |f: &[i16]| [1, 5, 9].map(|i| i32::from(f[i]));
+                    colour.extend(samples.flat_map(constants));
                 }
+                // The array takes them in any case: what is modelled is the layout's.
                 let sums = Product {
                     rows: colour.len() as u64,
                     depth: 4,

@@ -32,7 +32,7 @@ pub(crate) use fixed::{check_background, gather, place, stored};
 pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float, render_masked};
 pub use formats::{Formats, TRANSMITTANCE};
 pub use grid::{Grid, Layout, MAX_POINTS, MAX_VALUES};
-pub(crate) use head::OpacityAlone;
+pub(crate) use head::{Facing, OpacityAlone};
 pub use head::{Head, Lanes, Opacities};
 pub use moved::moved;
 pub use mvoxels::{MVoxels, Mask};

@@ -281,6 +281,21 @@ impl MVoxels {
         self.cells[index / 64] >> (index % 64) & 1 == 1
     }
 
+    /// Cells of which no vertex can give opacity, and all.
+    #[must_use]
+    pub fn void_cells(&self) -> [u64; 2] {
+        let all: usize = self.points().iter().map(|p| p - 1).product();
+        let occupied: u64 = self.cells.iter().map(|w| u64::from(w.count_ones())).sum();
+        [all as u64 - occupied, all as u64]
+    }
+
+    /// The same without a mask.
+    #[must_use]
+    pub(crate) fn unmasked(mut self) -> Self {
+        self.mask = None;
+        self
+    }
+
     /// Vertices stored over vertices of the grid: what the halo costs.
     #[must_use]
     pub fn duplication(&self) -> f64 {

@@ -173,6 +173,10 @@ impl Head for DvgoHead {
         self.least
     }
 
+    fn operations(&self) -> Vec<OpCode> {
+        [vec![OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid], self.opacity.operations()].concat()
+    }
+
     fn direction_codes(&self) -> usize {
         3 + 6 * self.frequencies.len()
     }

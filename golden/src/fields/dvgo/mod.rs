@@ -14,7 +14,7 @@ use std::path::Path;
 
 use glam::{DVec3, dvec3};
 
-use super::{Along, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
+use super::{Along, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
 use crate::torch::{Checkpoint, Tensor};
 use crate::voxels::Mask;
 
@@ -428,6 +428,20 @@ impl Field for Dvgo {
             sigmoid(scratch[1]),
             sigmoid(scratch[2]),
         )
+    }
+
+    fn directions(&self) -> Directions<'_> {
+        Directions::Perceptron {
+            mlp: &self.mlp,
+            inputs: (self.tables[0].channels() - 1..self.mlp.inputs()).collect(),
+            are_harmonics: false,
+        }
+    }
+
+    fn void(&self) -> Option<[u64; 2]> {
+        let filled = &self.mask.as_ref()?.filled;
+        let void = filled.iter().filter(|filled| !**filled).count();
+        Some([void as u64, filled.len() as u64])
     }
 
     fn sampling(&self) -> Sampling {

@@ -70,6 +70,10 @@ impl Head for EfficientHead {
         [0, weight as i32]
     }
 
+    fn operations(&self) -> Vec<OpCode> {
+        [vec![OpCode::Sigmoid], self.opacity.operations()].concat()
+    }
+
     fn direction_codes(&self) -> usize {
         COEFFICIENTS
     }

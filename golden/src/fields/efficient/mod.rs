@@ -15,7 +15,8 @@ use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
-use super::{Along, Coded, Field, FieldError, Nodes, Sampling, Table, softplus};
+use super::{Along, Coded, Directions, Field, FieldError, Nodes, Sampling, Table, softplus};
+use crate::effects::bands::{self, Bands};
 use crate::splats::sh;
 
 /// Fine cells an edge of a coarse one.
@@ -121,6 +122,24 @@ impl Field for EfficientNerf {
             1.0 / (1.0 + (-logit).exp())
         };
         dvec3(channel(0), channel(1), channel(2))
+    }
+
+    fn directions(&self) -> Directions<'_> {
+        let rows = self.tables[0].values().chunks_exact(CHANNELS);
+        let holders = rows.map(|row| {
+            let colours = row[1..].chunks_exact(COEFFICIENTS);
+            colours.fold([false; sh::MAX_DEGREE + 1], |mut all, colour| {
+                let own = bands::used(colour.iter().map(std::slice::from_ref));
+                all.iter_mut().zip(own).for_each(|(to, own)| *to |= own);
+                all
+            })
+        });
+        Directions::Harmonics(Bands::of(COEFFICIENTS.isqrt() - 1, holders))
+    }
+
+    fn void(&self) -> Option<[u64; 2]> {
+        let [filled, cells] = self.occupancy().map(|n| n as u64);
+        Some([cells - filled, cells])
     }
 
     fn sampling(&self) -> Sampling {

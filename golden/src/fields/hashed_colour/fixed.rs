@@ -19,7 +19,7 @@ use crate::fields::coded::{CodedTable, Located, finest_of};
 use crate::fields::codes::held;
 use crate::fields::mac::MacMlp;
 use crate::fields::opacity::need;
-use crate::fields::{FieldError, Layer, Mlp};
+use crate::fields::{FieldError, FieldWork, Layer, Mlp};
 use crate::units::Units;
 use crate::voxels::{FixedStats, Lanes, Work};
 
@@ -81,6 +81,7 @@ impl<'a> FixedColour<'a> {
         &self,
         eye: DVec3,
         centres: &[DVec3],
+        done: FieldWork,
         units: &mut dyn Units,
         stats: &mut FixedStats,
     ) -> Result<Vec<[f32; 3]>, FieldError> {
@@ -90,10 +91,10 @@ impl<'a> FixedColour<'a> {
         let one = held(2f64.powi(self.harmonic_bits));
         for batch in centres.chunks(Self::BATCH) {
             let mut inputs = vec![0; batch.len() * MATRICES[0][1]];
-            self.gather(eye, batch, colours.len(), &mut inputs, units, stats)?;
+            self.gather(eye, batch, colours.len(), &mut inputs, done, units, stats)?;
             for (at, row) in batch.iter().zip(inputs.chunks_exact_mut(MATRICES[0][1])) {
                 let towards = harmonics((*at - eye).normalize_or_zero());
-                for (to, v) in row[WIDTH..].iter_mut().zip(towards) {
+                for (to, v) in row[WIDTH..].iter_mut().zip(towards).take(done.direction_codes) {
                     *to = held(v * 2f64.powi(self.harmonic_bits));
                 }
                 row[WIDTH + HARMONICS..].fill(one);
@@ -117,12 +118,16 @@ impl<'a> FixedColour<'a> {
         batch: &[DVec3],
         first: usize,
         inputs: &mut [i16],
+        done: FieldWork,
         units: &mut dyn Units,
         stats: &mut FixedStats,
     ) -> Result<(), FieldError> {
         let mut eyes = [DVec3::ZERO; LEVELS as usize];
         self.field.index(eye, &mut eyes);
         for (level, table) in self.tables.iter().enumerate() {
+            if !done.hashed && self.field.tables[level].is_hashed() {
+                continue;
+            }
             let mut places = [DVec3::ZERO; LEVELS as usize];
             let located = (first as u32..).zip(batch).map(|(slot, at)| {
                 self.field.index(*at, &mut places);

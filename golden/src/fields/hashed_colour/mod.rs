@@ -134,6 +134,13 @@ impl HashedColour {
         &self.head
     }
 
+    /// Inputs of the network that are the direction's: harmonics, from degree 0 on.
+    #[must_use]
+    pub fn direction_inputs() -> Vec<usize> {
+        let first = (LEVELS * FEATURES) as usize;
+        (first..first + HARMONICS).collect()
+    }
+
     /// Where a point of the world lies in each table, in vertices. All of space
     /// is brought into the unit cube: what is within 1 of the origin into the
     /// middle half, what is farther around it.

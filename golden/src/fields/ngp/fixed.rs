@@ -104,6 +104,10 @@ impl Head for NgpHead {
         self.density.outputs()
     }
 
+    fn operations(&self) -> Vec<OpCode> {
+        [vec![OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid], self.opacity.operations()].concat()
+    }
+
     fn direction_codes(&self) -> usize {
         sh::basis(DVec3::X).len()
     }

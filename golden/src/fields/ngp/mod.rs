@@ -25,7 +25,7 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
-use super::{Along, Coded, Field, FieldError, HashUnit, Mlp, Sampling, Table};
+use super::{Along, Coded, Directions, Field, FieldError, HashUnit, Mlp, Sampling, Table};
 use crate::splats::sh;
 use grid::GridShape;
 use occupancy::Occupancy;
@@ -166,6 +166,18 @@ impl Field for Ngp {
             logistic(scratch[1]),
             logistic(scratch[2]),
         )
+    }
+
+    fn directions(&self) -> Directions<'_> {
+        Directions::Perceptron {
+            mlp: &self.colour,
+            inputs: (self.density.outputs()..self.colour.inputs()).collect(),
+            are_harmonics: true,
+        }
+    }
+
+    fn void(&self) -> Option<[u64; 2]> {
+        self.occupancy.as_ref().map(Occupancy::void)
     }
 
     fn sampling(&self) -> Sampling {

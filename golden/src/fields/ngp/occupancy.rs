@@ -44,6 +44,13 @@ impl Occupancy {
         }
     }
 
+    /// Cells in which nothing is, and all.
+    pub(super) fn void(&self) -> [u64; 2] {
+        let cells = (self.cubes * VOLUME) as u64;
+        let filled: u64 = self.bits.iter().map(|word| u64::from(word.count_ones())).sum();
+        [cells - filled.min(cells), cells]
+    }
+
     /// Whether something may be at a place, told in the unit cube's frame: the
     /// innermost cube that holds it says.
     pub(super) fn holds(&self, at: DVec3) -> bool {

@@ -24,7 +24,7 @@ mod tests;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
-use super::{Along, Coded, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
+use super::{Along, Coded, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
 use mask::AlphaMask;
 pub use planes::Known;
 
@@ -367,6 +367,24 @@ impl Field for Tensorf {
         self.inputs(direction, scratch);
         self.mlp.run(scratch);
         DVec3::from([0, 1, 2].map(|i| 1.0 / (1.0 + (-scratch[i]).exp())))
+    }
+
+    fn directions(&self) -> Directions<'_> {
+        let features = self.basis.outputs();
+        let waves = features + 3 + 2 * features * self.rules.feature_frequencies;
+        Directions::Perceptron {
+            mlp: &self.mlp,
+            inputs: (features..features + 3)
+                .chain(waves..self.mlp.inputs())
+                .collect(),
+            are_harmonics: false,
+        }
+    }
+
+    fn void(&self) -> Option<[u64; 2]> {
+        let filled = &self.mask.as_ref()?.filled;
+        let void = filled.iter().filter(|filled| !**filled).count();
+        Some([void as u64, filled.len() as u64])
     }
 
     fn sampling(&self) -> Sampling {

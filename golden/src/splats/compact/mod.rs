@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 use super::Cloud;
 use super::files::{self, FileError, Origin};
-use crate::fields::{FieldError, FixedColour, HashedColour};
+use crate::fields::{FieldError, FieldWork, FixedColour, HashedColour};
 use crate::units::Units;
 use crate::voxels::FixedStats;
 use codes::Stages;
@@ -147,8 +147,8 @@ impl Compact {
     }
 
     /// The same in the hardware's formats: features are gathered and colours
-    /// computed through `units`, which are those of `config`. With what was
-    /// counted.
+    /// computed through `units`, which are those of `config`; `work` says what is done. With what
+    /// was counted.
     ///
     /// # Errors
     /// A configuration whose units lack what it needs, values that no format
@@ -157,13 +157,14 @@ impl Compact {
         &self,
         eye: DVec3,
         config: &Config,
+        work: FieldWork,
         units: &mut dyn Units,
     ) -> Result<(Cloud, FixedStats), FieldError> {
         let means = self.gaussians.means().iter();
         let centres: Vec<DVec3> = means.map(|m| DVec3::from(m.map(f64::from))).collect();
         let fixed = FixedColour::new(&self.colour, &centres, config)?;
         let mut stats = FixedStats::default();
-        let colours = fixed.seen_from(eye, &centres, units, &mut stats)?;
+        let colours = fixed.seen_from(eye, &centres, work, units, &mut stats)?;
         Ok((self.gaussians.recoloured(colours), stats))
     }
 }

@@ -1,0 +1,158 @@
+//! Units that do more than is called for, or less.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{OpCode, VectorOp};
+
+use super::{Choices, Effect};
+use crate::units::gather::Reducer;
+use crate::units::{GatherTask, Product, UnitError, Units};
+
+/// Units before which some effects of the units themselves are left out, and behind which some
+/// are carried out that nothing calls for.
+///
+/// | effect | left out | forced |
+/// |---|---|---|
+/// | trilinear | the vertex of the largest weight alone | single ids are weighted with 1 and rounded too, and must stay as they are |
+/// | exponential | powers to first order: `exp(-u)` is 1, `1 - exp(-s)` is s up to 1 | |
+/// | segments | channels of the first pass alone, the others 0 | |
+pub struct Altered<'u> {
+    units: &'u mut dyn Units,
+    choices: Choices,
+    reducer: Reducer,
+    /// Channels of one pass.
+    pass: usize,
+    /// Fraction bits of powers' arguments, of `1 - exp`'s, and of results.
+    bits: [u32; 3],
+}
+
+impl<'u> Altered<'u> {
+    /// `units` of a configuration.
+    pub fn new(units: &'u mut dyn Units, config: &Config, choices: Choices) -> Self {
+        let exp = &config.vu.exp;
+        Self {
+            units,
+            choices,
+            reducer: Reducer::new(config),
+            pass: config.lanes_a_port() as usize,
+            bits: [
+                exp.input.frac_bits(),
+                exp.one_minus_frac_bits,
+                exp.output_bits,
+            ],
+        }
+    }
+
+    /// Whether choices ask for it.
+    pub(crate) fn is_asked_for(choices: Choices) -> bool {
+        let effects = [Effect::Trilinear, Effect::Exponential, Effect::Segments];
+        choices.forces(Effect::Trilinear) || effects.iter().any(|e| choices.leaves_out(*e))
+    }
+
+    /// The same tasks, each entry with the vertex alone that it is nearest to.
+    fn nearest(&self, tasks: &[GatherTask]) -> Vec<GatherTask> {
+        let mut tasks = tasks.to_vec();
+        for task in &mut tasks {
+            let count = task.vertices.count();
+            if !task.vertices.is_structured() {
+                continue;
+            }
+            for entry in &mut task.entries {
+                let own = &mut entry.weights[..count];
+                // Of equal ones the first.
+                let largest = own.iter().copied().max().unwrap_or_default();
+                let nearest = own.iter().position(|w| *w == largest).unwrap_or_default();
+                own.fill(0);
+                own[nearest] = 1 << self.reducer.weight_bits();
+            }
+        }
+        tasks
+    }
+
+    /// Weights single ids with 1, which must leave them as they are.
+    fn weigh(&self, tasks: &[GatherTask], features: &[i16]) -> Result<(), UnitError> {
+        let one = 1u16 << self.reducer.weight_bits();
+        let mut rest = features;
+        for (number, task) in tasks.iter().enumerate() {
+            let (own, after) = rest.split_at(task.entries.len() * task.channels);
+            rest = after;
+            let differs = |code: &i16| {
+                let sum = self.reducer.sum([(one, *code)].into_iter());
+                self.reducer.round(sum) != *code
+            };
+            if !task.vertices.is_structured()
+                && let Some(at) = own.iter().position(differs)
+            {
+                return Err(format!(
+                    "task {number}: code {} of single id {} is another one behind a reducer",
+                    own[at],
+                    at / task.channels.max(1)
+                )
+                .into());
+            }
+        }
+        Ok(())
+    }
+
+    /// A power to first order.
+    fn first_order(&self, code: OpCode, a: i32) -> i32 {
+        let [input, one_minus, output] = self.bits;
+        let of = |bits: u32| f64::from(a) * 2f64.powi(-(bits as i32));
+        let full = 2f64.powi(output as i32);
+        let (value, most) = match code {
+            OpCode::Exp => (1.0, full - 1.0),
+            OpCode::OneMinusExp => (of(one_minus).clamp(0.0, 1.0), full - 1.0),
+            OpCode::Sigmoid => ((0.5 + of(input) / 4.0).clamp(0.0, 1.0), full - 1.0),
+            _ => (of(input).max(0.0), f64::from(i32::MAX)),
+        };
+        (value * full).round().min(most) as i32
+    }
+}
+
+impl Units for Altered<'_> {
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        let begin = features.len();
+        if self.choices.leaves_out(Effect::Trilinear) {
+            self.units.gather(&self.nearest(tasks), features)?;
+        } else {
+            self.units.gather(tasks, features)?;
+        }
+        if self.choices.forces(Effect::Trilinear) {
+            self.weigh(tasks, &features[begin..])?;
+        }
+        if self.choices.leaves_out(Effect::Segments) {
+            let mut rest = &mut features[begin..];
+            for task in tasks {
+                let (own, after) = rest.split_at_mut(task.entries.len() * task.channels);
+                rest = after;
+                for codes in own.chunks_exact_mut(task.channels.max(1)) {
+                    codes[self.pass.min(task.channels)..].fill(0);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        self.units.sums(tasks, sums)
+    }
+
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError> {
+        if !(op.code.is_exponential() && self.choices.leaves_out(Effect::Exponential)) {
+            return self.units.vector(op, a, b, out);
+        }
+        for (out, a) in out.iter_mut().zip(a) {
+            *out = self.first_order(op.code, *a);
+        }
+        Ok(())
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        self.units.multiplied(product);
+    }
+}

@@ -1,0 +1,43 @@
+//! What is found once of a model, which does not change.
+
+use std::fmt;
+use std::sync::{Arc, OnceLock};
+
+use super::Facts;
+
+/// Facts about a model, when they were first asked for. Clones share them; a cache tells nothing
+/// that the model does not, so that any two are equal.
+#[derive(Clone, Default)]
+pub(crate) struct Cache {
+    facts: Arc<OnceLock<Facts>>,
+    merging: Arc<OnceLock<((usize, u32), [usize; 2])>>,
+}
+
+impl Cache {
+    pub(crate) fn facts(&self, find: impl FnOnce() -> Facts) -> &Facts {
+        self.facts.get_or_init(find)
+    }
+
+    /// MVoxels before and after merging, of so many rows and with sides halved so often. Others
+    /// than at first are found anew.
+    pub(crate) fn merging(
+        &self,
+        of: (usize, u32),
+        find: impl Fn() -> [usize; 2],
+    ) -> [usize; 2] {
+        let (known, found) = *self.merging.get_or_init(|| (of, find()));
+        if known == of { found } else { find() }
+    }
+}
+
+impl PartialEq for Cache {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl fmt::Debug for Cache {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Cache")
+    }
+}

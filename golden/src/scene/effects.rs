@@ -1,0 +1,164 @@
+//! What a scene's data calls for, and what its renderers are told to do.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::OpCode;
+
+use super::{Kind, Model, Scene, SceneError};
+use crate::effects::{Choices, Effect, Facts};
+use crate::fields::{Field, FieldWork};
+use crate::splats::{Cloud, Octree, Partition, Sorting, Work, sh};
+use crate::voxels::{self, Head, MVoxels, Skip};
+
+/// Fraction bits of opacities of splats, and more than any of floating point's rounding shows.
+const OPACITY_BITS: u32 = 16;
+
+impl Model {
+    /// Whether it is of Gaussians.
+    #[must_use]
+    pub fn is_splats(&self) -> bool {
+        matches!(self.kind(), Kind::Splats(_))
+    }
+}
+
+impl Scene {
+    /// What is carried out, or left out, whatever is called for.
+    #[must_use]
+    pub const fn choices(&self) -> Choices {
+        self.choices
+    }
+
+    /// Carries effects out, or leaves them out, whatever is called for.
+    pub fn set_choices(&mut self, choices: Choices) {
+        self.choices = choices;
+    }
+
+    /// What the model's data says, found when it is first asked for.
+    #[must_use]
+    pub fn facts(&self) -> &Facts {
+        let rules = self.profile.rules();
+        self.found
+            .facts(|| Facts::of(&self.model, &rules, self.step))
+    }
+
+    fn carries_out(&self, effect: Effect, is_called_for: bool) -> bool {
+        self.choices.carries_out(effect, is_called_for)
+    }
+
+    /// The highest degree of spherical harmonics that is evaluated.
+    fn degree(&self) -> usize {
+        let facts = self.facts();
+        self.choices
+            .harmonics(facts.stored_harmonics(), facts.highest_harmonic())
+    }
+
+    /// Whether rays stop early, where opacities have so many bits.
+    pub(super) fn stops(&self, opacity_bits: u32) -> bool {
+        let can_stop = self.facts().thickness.can_stop(opacity_bits);
+        self.carries_out(Effect::EarlyTermination, can_stop)
+    }
+
+    pub(super) fn splat_work(&self) -> Work {
+        let sorting = match () {
+            () if self.choices.leaves_out(Effect::Sorting) => Sorting::Never,
+            () if self.choices.forces(Effect::Sorting) => Sorting::Always,
+            () => Sorting::IfNeeded,
+        };
+        Work {
+            degree: match self.model {
+                // A camera's colours have none.
+                Model::Compact(_) => sh::MAX_DEGREE,
+                _ => self.degree(),
+            },
+            sorting,
+            stops: self.stops(OPACITY_BITS),
+        }
+    }
+
+    /// Whether colours of voxels that are linear in the direction are seen from it.
+    pub(super) fn voxel_directions(&self) -> bool {
+        self.degree() > 0
+    }
+
+    pub(super) fn field_work(&self) -> FieldWork {
+        let facts = self.facts();
+        let sees = self.carries_out(Effect::ViewMlp, facts.sees_directions());
+        let direction_codes = match (facts.perceptron, facts.harmonics) {
+            (Some(_), _) if !sees => 0,
+            (_, Some(_)) => sh::coefficients(self.degree()),
+            _ => usize::MAX,
+        };
+        // Cells of a tree without a node have nothing to gather.
+        let has_nodes = facts.tables.iter().all(|table| table.vertices == 1);
+        FieldWork {
+            direction_codes,
+            hashed: !self.choices.leaves_out(Effect::HashLevels),
+            void_test: has_nodes || !self.choices.leaves_out(Effect::VoidTest),
+        }
+    }
+
+    /// Which samples are left out as nothing is there.
+    pub(super) fn skip(&self, mvoxels: &MVoxels) -> Skip {
+        let [void, _] = mvoxels.void_cells();
+        match self.carries_out(Effect::VoidTest, void > 0) {
+            true => Skip::Cells,
+            false => Skip::Nothing,
+        }
+    }
+
+    /// Cells of splats before and after merging, with MVoxels of so many rows.
+    #[must_use]
+    pub fn merged_cells(&self, rows: usize) -> Option<[usize; 2]> {
+        let Kind::Splats(cloud) = self.model.kind() else {
+            return None;
+        };
+        let halvings = self.cells.halvings;
+        Some(self.found.merging((rows, halvings), || {
+            let partition = Partition::halved(cloud, rows, halvings);
+            let tree = Octree::merge(cloud, &partition, rows);
+            [tree.cells().len(), tree.points().len()]
+        }))
+    }
+
+    /// Whether cells of splats are merged.
+    pub(super) fn merges_cells(&self, rows: usize) -> bool {
+        let can_merge = || matches!(self.merged_cells(rows), Some([cells, merged]) if merged < cells);
+        let effect = Effect::OctreeMerging;
+        // Looking is no less work than merging, but once.
+        self.cells.merge
+            && !self.choices.leaves_out(effect)
+            && (self.choices.forces(effect) || can_merge())
+    }
+
+    /// Operations of the vector unit that frames of the scene take.
+    ///
+    /// # Errors
+    /// A configuration in which it cannot be rendered.
+    pub(crate) fn operations(&self, config: &Config) -> Result<Vec<OpCode>, SceneError> {
+        let of = |head: &dyn Head| [head.operations(), vec![OpCode::Multiply]].concat();
+        let splats = vec![OpCode::SquareSum, OpCode::Exp, OpCode::Multiply];
+        let coded = |field: &dyn Field| -> Result<Vec<OpCode>, SceneError> {
+            let coded = field.coded(config).map_err(SceneError::from)?;
+            Ok(of(&*coded.head))
+        };
+        let found = match &self.model {
+            Model::Splats(_) => Ok(splats),
+            Model::Compact(_) => Ok([splats, vec![OpCode::Relu]].concat()),
+            Model::Voxels(grid) => {
+                let mvoxels = MVoxels::new(grid, config)?;
+                Ok(of(&voxels::stored(grid, &mvoxels, self.step)?))
+            }
+            Model::Dvgo(field) => Ok(of(field.fixed(config)?.head())),
+            Model::Tensorf(field) => coded(&**field),
+            Model::Field(field) => coded(&**field),
+        };
+        found.map_err(|e: SceneError| e.of(&self.name))
+    }
+
+    /// The Gaussians of a model of splats.
+    pub(crate) fn cloud(&self) -> Option<&Cloud> {
+        match self.model.kind() {
+            Kind::Splats(cloud) => Some(cloud),
+            _ => None,
+        }
+    }
+}
