@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::characterise::CharacteriseArgs;
 use crate::common::Common;
 use crate::cost::CostArgs;
+use crate::effects::EffectsArgs;
 use crate::estimate::EstimateArgs;
 use crate::layouts::LayoutsArgs;
 use crate::model::ModelArgs;
@@ -39,6 +40,8 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Warp frames of a camera path from references, and render what those do not show
     Warp(Box<WarpArgs>),
+    /// Find which effects a scene and a camera path call for, and what leaving out the others saves
+    Effects(Box<EffectsArgs>),
     /// Count what a scene's accesses do to memory and banks, beside the paper
     Characterise(CharacteriseArgs),
     /// Compare the organisations of the banks: cycles of a frame's gathers in each
@@ -67,6 +70,10 @@ pub(crate) struct EmitArgs {
     /// Folder that is made, or filled
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    /// Leave out of the configuration what no camera of a scene can use, and write what is left
+    /// beside the Verilog: a built-in scene, a model file or a description
+    #[arg(long, value_name = "SCENE")]
+    pub(crate) for_scene: Option<String>,
     /// Report as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,

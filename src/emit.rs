@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use potamoi_formats::config::Organisation;
+use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
+use potamoi_golden::effects::{Hardware, LeftOut};
+use potamoi_golden::scene::Scene;
 use potamoi_hdl::emit::{GENERATED, emit};
 use serde::Serialize;
 
@@ -14,6 +16,8 @@ use crate::failure::Failure;
 use crate::files::{self, FileError};
 use crate::say::say;
 
+/// The file that a configuration is written to that is reduced to a scene.
+const CONFIGURATION: &str = "configuration.toml";
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
 
@@ -28,19 +32,40 @@ struct Report {
     organisation_reason: String,
     /// Top modules.
     units: Vec<&'static str>,
+    /// The scene that the configuration was reduced to.
+    for_scene: Option<String>,
+    /// What it does not use.
+    left_out: Vec<LeftOut>,
     /// Lines of every file, by path below the folder.
     files: BTreeMap<String, usize>,
 }
 
 pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
-    let config = common.read_config()?;
+    let asked = common.read_config()?;
+    let hardware = match &args.for_scene {
+        Some(name) => Hardware::of(&Scene::open(name)?, &asked)?,
+        None => Hardware::whole(&asked),
+    };
+    let config = hardware.config;
     // A preset by name; any other file by its hash, so that its place changes no byte.
     let command = match common.preset() {
-        Some(name) => format!("potamoi --config {name} emit"),
-        None => "potamoi --config FILE emit, FILE having that hash".to_owned(),
+        Some(name) if config == asked => format!("potamoi --config {name} emit"),
+        _ => "potamoi --config FILE emit, FILE having that hash".to_owned(),
     };
-    let made = emit(&config, &command)?;
+    let units: Vec<&'static str> = [
+        (GATHERING_UNIT, hardware.gathers),
+        (VECTOR_UNIT, hardware.computes),
+    ]
+    .into_iter()
+    .filter_map(|(unit, is_called_for)| is_called_for.then_some(unit))
+    .collect();
+    let mut made = emit(&config, &command)?;
+    made.retain(|path, _| units.iter().any(|unit| path.starts_with(&format!("{unit}/"))));
+    let written = args.for_scene.is_some().then(|| args.out.join(CONFIGURATION));
+    if let Some(path) = &written {
+        files::write(path, &text_of(&config)?)?;
+    }
     for (path, text) in &made {
         files::write(&args.out.join(path), text)?;
     }
@@ -52,12 +77,29 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         organisation,
         organisation_reason,
         configuration: config.hash(),
-        units: vec![GATHERING_UNIT, VECTOR_UNIT],
+        units,
+        for_scene: args.for_scene.clone(),
+        left_out: hardware.left_out,
         files: made
             .iter()
             .map(|(path, text)| (path.clone(), text.lines().count()))
             .collect(),
     };
+    if let (Some(scene), Some(path)) = (&report.for_scene, &written) {
+        say!("for {scene}, from any camera; what is left: {}", path.display());
+        for part in &report.left_out {
+            let LeftOut {
+                field,
+                asked,
+                left,
+                reason,
+            } = part;
+            say!("  {field}: {left} instead of {asked}, since {reason}");
+        }
+        if report.left_out.is_empty() {
+            say!("  it calls for everything in the configuration");
+        }
+    }
     for path in &stale {
         say!(
             "removed {}, a module of another configuration",
@@ -82,6 +124,11 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+/// A configuration as a file.
+fn text_of(config: &Config) -> Result<String, Failure> {
+    toml::to_string(config).map_err(|error| Failure::Check(format!("{CONFIGURATION}: {error}")))
+}
+
 const fn name_of(organisation: Organisation) -> &'static str {
     match organisation {
         Organisation::Auto | Organisation::ChannelMajor => "channel-major",
@@ -96,6 +143,9 @@ fn remove_stale(out: &Path, made: &BTreeMap<String, String>) -> Result<Vec<PathB
     let mut removed = vec![];
     for unit in [GATHERING_UNIT, VECTOR_UNIT] {
         let folder = out.join(unit);
+        if !folder.is_dir() {
+            continue;
+        }
         let listing = std::fs::read_dir(&folder).map_err(|e| FileError::new(&folder, e))?;
         for entry in listing {
             let path = entry.map_err(|e| FileError::new(&folder, e))?.path();

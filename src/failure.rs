@@ -4,6 +4,7 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use potamoi_formats::config::ConfigError;
+use potamoi_golden::effects::{HardwareError, UnknownEffect};
 use potamoi_golden::mesh::MeshError;
 use potamoi_golden::picture::PictureError;
 use potamoi_golden::scene::SceneError;
@@ -33,6 +34,10 @@ pub(crate) enum Failure {
     Picture(#[from] PictureError),
     #[error(transparent)]
     Scene(#[from] SceneError),
+    #[error(transparent)]
+    Effect(#[from] UnknownEffect),
+    #[error(transparent)]
+    Hardware(#[from] HardwareError),
     #[error(transparent)]
     Warp(#[from] WarpError),
     #[error(transparent)]
@@ -80,6 +85,8 @@ impl Failure {
             | Self::Trace(_)
             | Self::Picture(_)
             | Self::Warp(_)
+            | Self::Effect(_)
+            | Self::Hardware(_)
             | Self::Runtime(_)
             | Self::Mesh(_)
             | Self::System(_)

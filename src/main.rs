@@ -9,6 +9,7 @@ mod cli;
 mod common;
 mod cost;
 mod doctor;
+mod effects;
 mod emit;
 mod estimate;
 mod failure;
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         cli::Command::Verify(args) => verify::run(&cli.common, args),
         cli::Command::Render(args) => render::run(&cli.common, args),
         cli::Command::Warp(args) => warp::run(args),
+        cli::Command::Effects(args) => effects::run(&cli.common, args),
         cli::Command::Characterise(args) => characterise::run(&cli.common, args),
         cli::Command::Layouts(args) => layouts::run(&cli.common, args),
         cli::Command::Synth(args) => synth::run(&cli.common, args),

@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use potamoi_formats::config::Config;
-use potamoi_formats::units::OpCode;
+use potamoi_formats::units::{GATHERING_UNIT, OpCode, VECTOR_UNIT};
+use potamoi_golden::effects::{Choices, Effect, Hardware};
 use potamoi_golden::scene::{FrameCounts, Rendered, Scene};
 use potamoi_golden::splats::Flips;
 use potamoi_golden::units::{Twins, UnitCounts};
@@ -83,6 +84,8 @@ struct Report<'a> {
     units: Option<Units>,
     /// Clock cycles of the Verilated units, streams always ready.
     cycles: Option<RtlCycles>,
+    /// Verilated units that were built: those that there was work for.
+    instantiated: Option<Vec<&'static str>>,
     /// What lies outside the units, and what a model's file left open.
     not_checked: Vec<String>,
     seconds: f64,
@@ -101,6 +104,8 @@ pub(crate) struct Shot {
     pub(crate) picture: Rendered,
     units: Option<UnitCounts>,
     pub(crate) cycles: Option<RtlCycles>,
+    /// Verilated units that were built.
+    instantiated: Option<[bool; 2]>,
 }
 
 impl Shot {
@@ -110,6 +115,7 @@ impl Shot {
             picture,
             units: None,
             cycles: None,
+            instantiated: None,
         }
     }
 
@@ -139,10 +145,19 @@ pub(crate) fn shoot(scene: &Scene, config: &Config, numerics: Numerics) -> Resul
                 picture,
                 units: Some(twins.counts().clone()),
                 cycles: None,
+                instantiated: None,
             }
         }
         Numerics::Rtl => {
-            let mut rtl = RtlUnits::new(config);
+            let choices = scene.choices();
+            let mut rtl = if choices == Choices::default() {
+                RtlUnits::new(&Hardware::of(scene, config)?.config)
+            } else {
+                RtlUnits::new(config)
+            };
+            if [Effect::Trilinear, Effect::Exponential].map(|e| choices.forces(e)) == [true; 2] {
+                rtl.instantiate()?;
+            }
             let picture = scene.render_fixed(config, &mut rtl)?;
             if rtl.gather_flags() != 0 {
                 return Err(Failure::Check(format!(
@@ -155,6 +170,7 @@ pub(crate) fn shoot(scene: &Scene, config: &Config, numerics: Numerics) -> Resul
                 picture,
                 units: Some(rtl.counts().clone()),
                 cycles: Some(rtl.cycles()),
+                instantiated: Some(rtl.instantiated()),
             }
         }
     })
@@ -218,6 +234,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         frame: shot.counts(),
         units: shot.units(),
         cycles: shot.cycles,
+        instantiated: shot.instantiated.map(|built| {
+            let units = [GATHERING_UNIT, VECTOR_UNIT].into_iter().zip(built);
+            units.filter_map(|(unit, is_built)| is_built.then_some(unit)).collect()
+        }),
         not_checked: not_checked(&scene, args.numerics),
         seconds,
     };

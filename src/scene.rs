@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use potamoi_golden::analytic::Analytic;
+use potamoi_golden::effects::Choices;
 use potamoi_golden::scene::{BUILTIN, Representation, Scene};
 
 use crate::common::quoted;
@@ -32,6 +33,13 @@ pub(crate) struct SceneArgs {
     /// Rows
     #[arg(long, value_name = "PIXELS")]
     height: Option<u32>,
+    /// Effects that are carried out although nothing calls for them, with commas between them, or
+    /// all of them (potamoi effects says which there are): the result is the same
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    force: Vec<String>,
+    /// Effects that are left out although they are called for: the result is another
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    without: Vec<String>,
 }
 
 /// Says in one line what a run does not check, if anything.
@@ -88,7 +96,20 @@ impl SceneArgs {
             scene.set_camera_file(path, self.camera_index)?;
         }
         scene.set_size(self.width, self.height)?;
+        scene.set_choices(self.choices()?);
         Ok(scene)
+    }
+
+    /// What is carried out or left out whatever is called for.
+    pub(crate) fn choices(&self) -> Result<Choices, Failure> {
+        let mut choices = Choices::default();
+        for name in &self.force {
+            choices = (Choices::named(name)?.into_iter()).fold(choices, Choices::force);
+        }
+        for name in &self.without {
+            choices = (Choices::named(name)?.into_iter()).fold(choices, Choices::leave_out);
+        }
+        Ok(choices)
     }
 
     /// Whether a camera or a size is asked for that is not the scene's own.
@@ -109,6 +130,11 @@ impl SceneArgs {
         }
         if self.camera_index != 0 {
             let _ = write!(text, " --camera-index {}", self.camera_index);
+        }
+        for (name, effects) in [("force", &self.force), ("without", &self.without)] {
+            if !effects.is_empty() {
+                let _ = write!(text, " --{name} {}", effects.join(","));
+            }
         }
         for (name, side) in [("width", self.width), ("height", self.height)] {
             if let Some(side) = side {

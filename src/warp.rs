@@ -14,7 +14,8 @@ use std::time::Instant;
 use clap::Args;
 use indicatif::ProgressBar;
 use potamoi_golden::camera::Camera;
-use potamoi_golden::warp::{Counts, Frame, Plan, Warper};
+use potamoi_golden::effects::Effect;
+use potamoi_golden::warp::{Counts, Frame, Plan, Rule, Warper};
 use potamoi_sim::runtime::Schedule;
 
 use crate::failure::Failure;
@@ -146,7 +147,10 @@ impl WarpArgs {
             let warper = Warper {
                 renderer: source.renderer(),
                 geometry: geometry.as_deref(),
-                rule: self.ways.rule(way),
+                rule: Rule {
+                    warps_still: self.scene.choices()?.forces(Effect::Warping),
+                    ..self.ways.rule(way)
+                },
             };
             let plan = Plan::new(&path, &self.ways.plan(way, &source))?;
             let begun = Instant::now();

@@ -2,6 +2,7 @@
 //! what warping renders; synthesises units to cells.
 
 pub mod cycles;
+pub mod effects;
 pub mod layouts;
 pub mod rtl;
 pub mod runtime;

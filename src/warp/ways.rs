@@ -207,6 +207,7 @@ impl WayArgs {
             },
             render_edges: self.render_edges.unwrap_or(base.render_edges),
             fill_cracks: self.fill_cracks.unwrap_or(base.fill_cracks),
+            warps_still: base.warps_still,
         }
     }
 

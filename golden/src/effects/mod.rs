@@ -15,6 +15,7 @@ mod cache;
 mod choices;
 mod facts;
 mod hardware;
+mod holes;
 mod path;
 #[cfg(test)]
 mod tests;
@@ -29,6 +30,7 @@ pub(crate) use cache::Cache;
 pub use choices::{Choices, UnknownEffect};
 pub use facts::{Facts, Perceptron, TableFacts};
 pub use hardware::{Hardware, HardwareError, LeftOut};
+pub use holes::Holes;
 pub use path::{Seen, is_still};
 pub use thickness::Thickness;
 

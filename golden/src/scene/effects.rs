@@ -162,3 +162,16 @@ impl Scene {
         }
     }
 }
+
+#[cfg(test)]
+impl Scene {
+    /// The same with another model.
+    pub(crate) fn with_model(self, model: Model) -> Self {
+        Self {
+            model,
+            found: crate::effects::Cache::default(),
+            truth: None,
+            ..self
+        }
+    }
+}

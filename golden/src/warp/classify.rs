@@ -158,6 +158,9 @@ pub struct Rule {
     /// Whether pixels that no point landed on are warped where the reference
     /// shows the surface that is there; the paper renders them.
     pub fill_cracks: bool,
+    /// Whether a frame is warped whose camera is, bit by bit, that of its reference. What it shows
+    /// is the reference in any case.
+    pub warps_still: bool,
 }
 
 /// Rules that belong together.
@@ -195,6 +198,7 @@ impl Profile {
             },
             render_edges: !plain,
             fill_cracks: !plain,
+            warps_still: false,
         }
     }
 }

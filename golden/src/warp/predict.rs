@@ -22,6 +22,10 @@ pub(super) const HISTORY: usize = 5;
 pub fn predict(history: &[Camera], ahead: f64) -> Option<Camera> {
     let last = *history.last()?;
     let recent = &history[history.len().saturating_sub(HISTORY)..];
+    if recent.iter().all(|camera| *camera == last) {
+        // To the last bit, so that nothing has to be warped.
+        return Some(last);
+    }
     let base = rotation(&last);
     let vectors: Vec<DVec3> = recent
         .iter()

@@ -8,8 +8,8 @@ use crate::camera::Camera;
 pub struct Frame {
     /// Its number in the path.
     pub number: usize,
-    /// The reference it was warped from; none where it is one, or was rendered
-    /// in full.
+    /// The reference it was warped from; none where it is one or shows one as it is, its camera
+    /// being the same, or was rendered in full.
     pub reference: Option<usize>,
     /// The frame.
     pub target: Target,
@@ -82,9 +82,10 @@ impl<'a> Sequence<'a> {
             let target = self
                 .warper
                 .target(&shaded, &task.camera, &self.path[number])?;
+            let is_still = task.camera == self.path[number];
             Frame {
                 number,
-                reference: Some(wanted),
+                reference: Some(wanted).filter(|_| !is_still),
                 target,
             }
         };
@@ -134,7 +135,8 @@ impl<'a> Chain<'a> {
         let (reference, target) = match self.last.take() {
             Some(last) if !number.is_multiple_of(self.window) => {
                 let target = self.warper.target(&last, &self.path[number - 1], camera)?;
-                (Some(number / self.window), target)
+                let is_still = self.path[number - 1] == *camera;
+                (Some(number / self.window).filter(|_| !is_still), target)
             }
             _ => (None, self.warper.full(camera)?),
         };

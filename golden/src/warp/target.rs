@@ -87,6 +87,10 @@ impl Warper<'_> {
     ) -> Result<Option<Target>, WarpError> {
         self.rule.check()?;
         check("a reference", from, reference)?;
+        let is_still = from == to;
+        if is_still && !self.rule.warps_still {
+            return Ok(Some(as_it_is(reference)));
+        }
         let known = self.geometry.map(|g| g.depth(to)).transpose()?;
         let silhouette = match (&known, self.renderer.bounds()) {
             (None, Some(bounds)) => Some(Silhouette::new(reference, from, bounds)),
@@ -159,7 +163,11 @@ impl Warper<'_> {
         if self.rule.scope == Scope::Frame && pixels.iter().any(|p| p.0 == Class::Angle) {
             return Ok(None);
         }
-        self.combine(&sampler, to, &pixels, known).map(Some)
+        let target = self.combine(&sampler, to, &pixels, known)?;
+        Ok(Some(match is_still {
+            true => as_it_is(reference),
+            false => target,
+        }))
     }
 
     /// Step 4: renders what is to be rendered, and puts all together.
@@ -207,6 +215,14 @@ impl Warper<'_> {
             shaded,
             classes: pixels.iter().map(|p| p.0).collect(),
         })
+    }
+}
+
+/// A reference as its own target: every pixel is taken from it.
+fn as_it_is(reference: &Shaded) -> Target {
+    Target {
+        shaded: reference.clone(),
+        classes: vec![Class::Warped; reference.depth.len()],
     }
 }
 

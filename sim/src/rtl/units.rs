@@ -68,6 +68,26 @@ impl RtlUnits {
         Ok(self)
     }
 
+    /// Builds both units now, whether there is work for them or not.
+    ///
+    /// # Errors
+    /// A missing tool, or a failure of one.
+    pub fn instantiate(&mut self) -> Result<(), RtlError> {
+        if self.gather.is_none() {
+            self.gather = Some(GatherUnit::on(self.engine, &self.config)?);
+        }
+        if self.vector.is_none() {
+            self.vector = Some(VectorUnit::on(self.engine, &self.config)?);
+        }
+        Ok(())
+    }
+
+    /// Whether the gathering unit was built, and whether the vector unit was.
+    #[must_use]
+    pub const fn instantiated(&self) -> [bool; 2] {
+        [self.gather.is_some(), self.vector.is_some()]
+    }
+
     /// What came out of the units: feature vectors, elements.
     #[must_use]
     pub fn counts(&self) -> &UnitCounts {

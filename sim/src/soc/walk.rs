@@ -148,6 +148,8 @@ impl<'a> Walk<'a> {
         for (number, frame) in path.chained.iter().enumerate() {
             let rank = number as u64;
             let last = match frame.reference {
+                // The frame before as it is: its camera stands still.
+                None if frame.classes.rendered == 0 && number > 0 => continue,
                 None => self.full(path.full(number), true, &shown, rank)?,
                 Some(_) => {
                     let pixels = frame.classes.pixels();

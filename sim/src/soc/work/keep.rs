@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::Config;
+use potamoi_golden::effects::Choices;
 use potamoi_golden::scene::Scene;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -45,6 +46,10 @@ struct Key<'a, O> {
     merges: bool,
     #[serde(skip_serializing_if = "is_none")]
     halvings: u32,
+    /// Effects that are forced or left out, and whether frames that stand still count as their
+    /// reference: what was counted before is of neither.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    choices: Option<String>,
     options: O,
     /// Of a model that was read from a file: its numbers.
     model: Option<String>,
@@ -127,6 +132,8 @@ impl Kept {
             camera: format!("{:?}", scene.camera()),
             merges: scene.cells().merge,
             halvings: scene.cells().halvings,
+            choices: (scene.choices() != Choices::default() || scene.path_length().is_some())
+                .then(|| format!("{:?}, still as its reference", scene.choices())),
             options,
             model: scene
                 .analytic()

@@ -3,6 +3,7 @@
 
 use potamoi_formats::config::Config;
 use potamoi_golden::camera::Camera;
+use potamoi_golden::effects::Effect;
 use potamoi_golden::mask::Mask;
 use potamoi_golden::picture::Picture;
 use potamoi_golden::scene::{Scene, SceneError};
@@ -229,6 +230,7 @@ impl PathWork {
         )?;
         let mut rule = Profile::Potamoi.rule();
         rule.phi = options.phi.map(f64::to_radians);
+        rule.warps_still = scene.choices().forces(Effect::Warping);
         let warper = Warper {
             renderer: scene,
             geometry: None,

@@ -1,0 +1,190 @@
+//! `potamoi effects`: what a scene and a camera path call for.
+
+mod compare;
+mod measure;
+mod report;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use potamoi_golden::camera::Camera;
+use potamoi_golden::effects::{Analysis, Effect, Hardware, Surroundings};
+use potamoi_golden::scene::Scene;
+use potamoi_golden::units::Twins;
+use potamoi_sim::effects::{EffectCycles, EffectMeter};
+
+use crate::common::Common;
+use crate::failure::Failure;
+use crate::files;
+use crate::progress;
+use crate::scene::SceneArgs;
+
+use compare::{Forced, Without};
+use measure::Stopwatch;
+use report::{FORMAT_VERSION, Found, Report, UnitReport};
+
+#[derive(Debug, Args)]
+pub(crate) struct EffectsArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Frames of the path
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+    frames: u32,
+    /// Frames a second of the scene's way
+    #[arg(long, value_name = "F", default_value_t = 30.0)]
+    fps: f64,
+    /// The camera stays where it is
+    #[arg(long, conflicts_with = "fps")]
+    still: bool,
+    /// Where full frames are rendered
+    #[arg(long, value_enum, default_value_t = Where::Local)]
+    scenario: Where,
+    /// Pairs of runs, one with an effect and one without, whose medians are wall times
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..100))]
+    pairs: u32,
+    /// Run the frame on the Verilated units too: the whole configuration, and what of it the scene
+    /// calls for
+    #[arg(long)]
+    rtl: bool,
+    /// Report as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Where {
+    /// By the device itself
+    Local,
+    /// Elsewhere, over a wireless link
+    Remote,
+}
+
+pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
+    files::prepare([args.json.as_ref()])?;
+    let begun = Instant::now();
+    let choices = args.scene.choices()?;
+    let mut scene = args.scene.open()?;
+    scene.set_choices(potamoi_golden::effects::Choices::default());
+    let (config, preset) = common.config_for(&scene)?;
+    let path = args.path(&scene)?;
+    if let Some(first) = path.first() {
+        scene.set_camera(*first);
+    }
+    let around = Surroundings {
+        is_remote: args.scenario == Where::Remote,
+    };
+    let spinner = progress::spinner("looking at the scene");
+    let analysis = Analysis::of(&scene, &path, &config, around)?;
+    let hardware = Hardware::of(&scene, &config)?;
+    spinner.set_message("counting cycles");
+    let (cycles, counts) = {
+        let mut twins = Twins::new(&config);
+        let mut meter = EffectMeter::new(&mut twins, &config);
+        let rendered = scene.render_fixed(&config, &mut meter)?;
+        (meter.cycles(), rendered.counts)
+    };
+    let watch = Stopwatch {
+        scene: &scene,
+        config: &config,
+        path: &path,
+        pairs: args.pairs,
+    };
+    let mut effects = vec![];
+    for finding in &analysis.findings {
+        spinner.set_message(format!("measuring {}", finding.effect));
+        let wall = watch.wall(finding.effect, finding.is_called_for)?;
+        effects.push(Found::new(finding, cost(finding.effect, &cycles, &counts), wall, &scene));
+    }
+    let forced = match Effect::ALL.iter().any(|effect| choices.forces(*effect)) {
+        true => {
+            spinner.set_message("forcing effects");
+            Some(Forced::find(&watch, &hardware, choices, around.is_remote)?)
+        }
+        false => None,
+    };
+    let mut without = vec![];
+    for finding in &analysis.findings {
+        if choices.leaves_out(finding.effect) {
+            spinner.set_message(format!("leaving out {}", finding.effect));
+            without.push(Without::find(&watch, finding)?);
+        }
+    }
+    let rtl = match args.rtl {
+        true => {
+            spinner.set_message("building and running the Verilated units");
+            Some(watch.rtl(&hardware)?)
+        }
+        false => None,
+    };
+    spinner.finish_and_clear();
+    let report = Report {
+        format_version: FORMAT_VERSION,
+        command: "effects",
+        scene: scene.name().to_owned(),
+        algorithm: scene.model().algorithm(),
+        width: scene.camera().width,
+        height: scene.camera().height,
+        frames: path.len(),
+        configuration: config.hash(),
+        preset,
+        pairs: args.pairs,
+        effects,
+        units: UnitReport::new(&hardware, &analysis),
+        forced,
+        without,
+        rtl,
+        seconds: begun.elapsed().as_secs_f64(),
+    };
+    report.print();
+    if let Some(file) = &args.json {
+        files::write_json(file, &report)?;
+    }
+    match &report.forced {
+        Some(forced) if !forced.is_same() => Err(Failure::Check(
+            "forcing effects that are not called for changed a result".to_owned(),
+        )),
+        _ => Ok(()),
+    }
+}
+
+impl EffectsArgs {
+    fn path(&self, scene: &Scene) -> Result<Vec<Camera>, Failure> {
+        if self.still {
+            return Ok(vec![*scene.camera(); self.frames as usize]);
+        }
+        // As many as a file has, unless more are asked for by name.
+        Ok(scene.path(self.fps, self.frames)?)
+    }
+}
+
+/// What an effect costs when it is simulated: where, and how many of what.
+fn cost(
+    effect: Effect,
+    cycles: &EffectCycles,
+    counts: &potamoi_golden::scene::FrameCounts,
+) -> report::Work {
+    use report::Work;
+    let splats = counts.splats.unwrap_or_default();
+    let terms = |degree: u8| 3 * (2 * u64::from(degree) + 1);
+    match effect {
+        Effect::Trilinear => Work::cycles("gathering unit", cycles.interpolating),
+        Effect::Exponential => Work::cycles("vector unit", cycles.exponentials),
+        Effect::SphericalHarmonics(degree) => Work::amount(
+            "GPU",
+            splats.visible * terms(degree),
+            "multiplications of visible Gaussians",
+        ),
+        Effect::ViewMlp => Work::cycles("MAC array", cycles.array),
+        Effect::HashLevels => Work::amount("DRAM", counts.scattered_bytes, "bytes row by row"),
+        Effect::Segments => Work::cycles("gathering unit", cycles.further_passes),
+        Effect::Sorting => Work::amount("GPU", splats.visible, "visible Gaussians"),
+        Effect::EarlyTermination => Work::amount("compositing", counts.rays, "rays"),
+        Effect::Warping => Work::amount("GPU", counts.rays, "pixels a frame"),
+        Effect::Disocclusion => Work::amount("all units", 0, "pixels, counted by potamoi warp"),
+        Effect::VoidTest => Work::amount("GPU", counts.samples, "samples"),
+        Effect::OctreeMerging => Work::amount("GPU", splats.gaussians, "Gaussians"),
+        Effect::RemoteLink => Work::amount("link", counts.rays, "pixels a full frame"),
+        Effect::RandomDram => Work::amount("DRAM", counts.scattered_bytes, "bytes"),
+    }
+}

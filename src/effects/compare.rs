@@ -1,0 +1,211 @@
+//! Results with effects forced, and with effects left out.
+
+use potamoi_golden::effects::{Choices, Effect, Finding, Hardware};
+use potamoi_golden::picture::Picture;
+use potamoi_golden::scene::{Rendered, Scene};
+use potamoi_golden::units::Twins;
+use potamoi_sim::effects::{Digest, EffectCycles, EffectMeter};
+use serde::Serialize;
+
+use super::measure::Stopwatch;
+use crate::failure::Failure;
+
+/// What a frame gives.
+struct Outcome {
+    float: Rendered,
+    fixed: Rendered,
+    digest: String,
+    cycles: EffectCycles,
+}
+
+impl Outcome {
+    fn of(watch: &Stopwatch<'_>, scene: &Scene) -> Result<Self, Failure> {
+        let mut twins = Twins::new(watch.config);
+        let mut meter = EffectMeter::new(&mut twins, watch.config);
+        let mut digest = Digest::new(&mut meter);
+        let fixed = scene.render_fixed(watch.config, &mut digest)?;
+        Ok(Self {
+            float: scene.render_float()?,
+            fixed,
+            digest: digest.finish(),
+            cycles: meter.cycles(),
+        })
+    }
+}
+
+/// A frame with effects forced beside one with what is called for alone.
+#[derive(Debug, Serialize)]
+pub(super) struct Forced {
+    effects: Vec<String>,
+    /// Whether pictures are the same bit for bit, in floating point and in the hardware's formats.
+    same_image: bool,
+    /// Whether everything is that goes through the units, and a digest of it.
+    same_trace: bool,
+    trace: String,
+    /// Whether modelled cycles are, those of the hardware that the scene calls for too.
+    same_cycles: bool,
+    cycles: EffectCycles,
+    forced_ms: f64,
+    called_for_ms: f64,
+}
+
+impl Forced {
+    pub(super) fn find(
+        watch: &Stopwatch<'_>,
+        hardware: &Hardware,
+        choices: Choices,
+        is_remote: bool,
+    ) -> Result<Self, Failure> {
+        let forced = Effect::ALL.into_iter().filter(|effect| choices.forces(*effect));
+        let effects: Vec<Effect> = forced.collect();
+        let own = effects.iter().copied().fold(Choices::default(), Choices::force);
+        let scene = watch.chosen(own);
+        let [plain, all] = [
+            Outcome::of(watch, watch.scene)?,
+            Outcome::of(watch, &scene)?,
+        ];
+        // The hardware without what is not called for, by its own cycle model.
+        let reduced = {
+            let mut twins = Twins::new(&hardware.config);
+            let mut meter = EffectMeter::new(&mut twins, &hardware.config);
+            watch.scene.render_fixed(watch.config, &mut meter)?;
+            meter.cycles()
+        };
+        let warps = own.forces(Effect::Warping) && !is_remote && watch.path.len() > 1;
+        let paths = match warps {
+            true => watch.warped(watch.scene, false)? == watch.warped(watch.scene, true)?,
+            false => true,
+        };
+        let [forced_ms, called_for_ms] = watch.in_pairs(|with| {
+            let scene = if with { &scene } else { watch.scene };
+            scene.render_float()?;
+            scene.render_fixed(watch.config, &mut Twins::new(watch.config))?;
+            if warps {
+                watch.warped(watch.scene, with)?;
+            }
+            Ok(())
+        })?;
+        Ok(Self {
+            effects: effects.iter().map(ToString::to_string).collect(),
+            same_image: plain.float == all.float && plain.fixed == all.fixed && paths,
+            same_trace: plain.digest == all.digest,
+            trace: plain.digest,
+            same_cycles: plain.cycles == all.cycles && plain.cycles == reduced,
+            cycles: plain.cycles,
+            forced_ms,
+            called_for_ms,
+        })
+    }
+
+    pub(super) const fn is_same(&self) -> bool {
+        self.same_image && self.same_trace && self.same_cycles
+    }
+
+    pub(super) fn sentence(&self) -> String {
+        let says = |is_same: bool| if is_same { "the same" } else { "ANOTHER" };
+        format!(
+            "forced {}: {} image, {} trace ({}), {} modelled cycles ({} gathering, {} vector, {} \
+             MAC array), in {:.1} ms instead of {:.1} ms (simulator's wall time, medians of pairs)",
+            self.effects.join(", "),
+            says(self.same_image),
+            says(self.same_trace),
+            self.trace,
+            says(self.same_cycles),
+            self.cycles.gather,
+            self.cycles.vector,
+            self.cycles.array,
+            self.forced_ms,
+            self.called_for_ms
+        )
+    }
+}
+
+/// A frame without an effect beside one with it.
+#[derive(Debug, Serialize)]
+pub(super) struct Without {
+    name: &'static str,
+    degree: Option<u8>,
+    called_for: bool,
+    /// What was compared.
+    of: &'static str,
+    /// Linear RGB, unquantised, peak 1, in dB; none where nothing differs.
+    psnr_db: Option<f64>,
+    pixels: u64,
+    pixels_changed: u64,
+    largest_difference: f32,
+    /// Modelled cycles of all units without it, less those with it.
+    cycles_more: i64,
+}
+
+impl Without {
+    pub(super) fn find(watch: &Stopwatch<'_>, finding: &Finding) -> Result<Self, Failure> {
+        let effect = finding.effect;
+        let mut own = Self {
+            name: effect.name(),
+            degree: effect.degree(),
+            called_for: finding.is_called_for,
+            of: "the frame in the hardware's formats",
+            psnr_db: None,
+            pixels: 0,
+            pixels_changed: 0,
+            largest_difference: 0.0,
+            cycles_more: 0,
+        };
+        if matches!(effect, Effect::Warping | Effect::Disocclusion) {
+            own.of = "the path's frames in floating point";
+            let with = watch.warped(watch.scene, false)?;
+            let with: Vec<Picture> = with.into_iter().map(|f| f.target.shaded.picture).collect();
+            let without = match effect {
+                Effect::Warping => watch.full()?,
+                _ => {
+                    let frames = watch.with_holes()?;
+                    frames.into_iter().map(|f| f.target.shaded.picture).collect()
+                }
+            };
+            own.compare(&with, &without);
+            return Ok(own);
+        }
+        let with = Outcome::of(watch, watch.scene)?;
+        let scene = watch.chosen(Choices::default().leave_out(effect));
+        let without = Outcome::of(watch, &scene)?;
+        own.compare(&[with.fixed.picture], &[without.fixed.picture]);
+        let all = |c: &EffectCycles| (c.gather + c.vector + c.array) as i64;
+        own.cycles_more = all(&without.cycles) - all(&with.cycles);
+        Ok(own)
+    }
+
+    fn compare(&mut self, with: &[Picture], without: &[Picture]) {
+        let mut squares = 0.0;
+        for (a, b) in with.iter().zip(without) {
+            self.pixels += a.rgb.len() as u64;
+            squares += a.mean_squared_error(b, |_| true).unwrap_or(0.0);
+            for (p, q) in a.rgb.iter().zip(&b.rgb) {
+                let off = p.iter().zip(q).map(|(p, q)| (p - q).abs());
+                let off = off.fold(0f32, f32::max);
+                self.pixels_changed += u64::from(off > 0.0);
+                self.largest_difference = self.largest_difference.max(off);
+            }
+        }
+        let mean = squares / with.len().max(1) as f64;
+        self.psnr_db = (mean > 0.0).then(|| -10.0 * mean.log10());
+    }
+
+    pub(super) fn sentence(&self) -> String {
+        let degree = self.degree.map_or_else(String::new, |d| format!(":{d}"));
+        let asked = match self.called_for {
+            true => "called for",
+            false => "not called for",
+        };
+        let error = match self.psnr_db {
+            Some(db) => format!(
+                "{db:.1} dB PSNR against {} with it, {} of {} pixels changed, by {:.4} at most",
+                self.of, self.pixels_changed, self.pixels, self.largest_difference
+            ),
+            None => format!("no pixel of {} changes", self.of),
+        };
+        format!(
+            "without {}{degree} ({asked}): {error}; modelled cycles of the units: {:+}",
+            self.name, self.cycles_more
+        )
+    }
+}

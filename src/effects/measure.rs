@@ -1,0 +1,229 @@
+//! Wall time of the simulator with and without an effect, in pairs.
+
+use std::time::Instant;
+
+use potamoi_formats::config::Config;
+use potamoi_golden::camera::Camera;
+use potamoi_golden::effects::{Choices, Effect, Hardware, Holes};
+use potamoi_golden::scene::Scene;
+use potamoi_golden::units::Twins;
+use potamoi_golden::warp::{Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer, Sequence, Warper};
+use potamoi_sim::rtl::{RtlCycles, RtlUnits};
+use serde::Serialize;
+
+use crate::failure::Failure;
+
+/// Targets of a reference.
+const WINDOW: u32 = 16;
+
+/// What is measured, and how often.
+pub(super) struct Stopwatch<'a> {
+    /// With no choices of its own.
+    pub(super) scene: &'a Scene,
+    pub(super) config: &'a Config,
+    pub(super) path: &'a [Camera],
+    pub(super) pairs: u32,
+}
+
+/// Medians of interleaved runs, in milliseconds.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Wall {
+    /// What is timed.
+    pub(super) of: &'static str,
+    pub(super) with_ms: f64,
+    pub(super) without_ms: f64,
+}
+
+impl Wall {
+    /// What the effect takes.
+    pub(super) fn taken(&self) -> f64 {
+        self.with_ms - self.without_ms
+    }
+}
+
+/// The frame on the Verilated units.
+#[derive(Debug, Serialize)]
+pub(super) struct RtlWall {
+    /// The whole configuration, both units instantiated.
+    pub(super) whole_ms: f64,
+    /// What of it the scene calls for.
+    pub(super) reduced_ms: f64,
+    /// Cycles, the same of both.
+    pub(super) cycles: RtlCycles,
+    /// Whether picture, counts and cycles are the same.
+    pub(super) is_same: bool,
+}
+
+fn median(mut all: Vec<f64>) -> f64 {
+    all.sort_by(f64::total_cmp);
+    let middle = all.len() / 2;
+    match all.len() % 2 {
+        0 => all[middle - 1..=middle].iter().sum::<f64>() / 2.0,
+        _ => all[middle],
+    }
+}
+
+impl Stopwatch<'_> {
+    pub(super) fn chosen(&self, choices: Choices) -> Scene {
+        let mut scene = self.scene.clone();
+        scene.set_choices(choices);
+        scene
+    }
+
+    /// Runs both in turn, after one of each that does not count.
+    pub(super) fn in_pairs<T>(
+        &self,
+        mut run: impl FnMut(bool) -> Result<T, Failure>,
+    ) -> Result<[f64; 2], Failure> {
+        let mut times = [vec![], vec![]];
+        for pair in 0..=self.pairs {
+            // Each comes first in every other pair.
+            let order = [pair % 2 == 0, pair % 2 != 0];
+            for with in order {
+                let begun = Instant::now();
+                run(with)?;
+                if pair > 0 {
+                    times[usize::from(!with)].push(begun.elapsed().as_secs_f64() * 1e3);
+                }
+            }
+        }
+        Ok(times.map(median))
+    }
+
+    /// Time with an effect and without it; none where there is nothing to carry out or to leave
+    /// out.
+    pub(super) fn wall(&self, effect: Effect, is_called_for: bool) -> Result<Option<Wall>, Failure> {
+        let Some(of) = self.timed(effect) else {
+            return Ok(None);
+        };
+        let choices = [
+            Choices::default().force(effect),
+            Choices::default().leave_out(effect),
+        ];
+        if effect == Effect::Warping {
+            if self.path.len() < 2 {
+                return Ok(None);
+            }
+            let [with_ms, without_ms] = self.in_pairs(|with| match (with, is_called_for) {
+                (true, _) => self.warped(self.scene, true).map(|_| ()),
+                (false, false) => self.warped(self.scene, false).map(|_| ()),
+                (false, true) => self.full().map(|_| ()),
+            })?;
+            return Ok(Some(Wall {
+                of,
+                with_ms,
+                without_ms,
+            }));
+        }
+        let scenes = match is_called_for {
+            true => [Choices::default(), choices[1]],
+            false => [choices[0], Choices::default()],
+        }
+        .map(|choices| self.chosen(choices));
+        let [with_ms, without_ms] = self.in_pairs(|with| {
+            let scene = &scenes[usize::from(!with)];
+            match of {
+                FLOAT => drop(scene.render_float()?),
+                _ => drop(scene.render_fixed(self.config, &mut Twins::new(self.config))?),
+            }
+            Ok(())
+        })?;
+        Ok(Some(Wall {
+            of,
+            with_ms,
+            without_ms,
+        }))
+    }
+
+    /// What shows an effect's time best.
+    fn timed(&self, effect: Effect) -> Option<&'static str> {
+        let facts = self.scene.facts();
+        let is_splats = self.scene.model().is_splats();
+        let is_table = !facts.tables.is_empty();
+        Some(match effect {
+            Effect::SphericalHarmonics(degree) if usize::from(degree) <= facts.stored_harmonics() => {
+                match facts.perceptron {
+                    None => FLOAT,
+                    Some(_) => FIXED,
+                }
+            }
+            Effect::Sorting if is_splats => FLOAT,
+            Effect::EarlyTermination => match is_splats || facts.most_opaque.is_some() {
+                true => FLOAT,
+                false => FIXED,
+            },
+            Effect::ViewMlp if facts.perceptron.is_some() => FIXED,
+            Effect::VoidTest if is_table && !is_splats => FIXED,
+            Effect::OctreeMerging | Effect::Trilinear if is_splats => FIXED,
+            Effect::Trilinear | Effect::Exponential => FIXED,
+            Effect::HashLevels if facts.hashed_tables() > 0 => FIXED,
+            Effect::Warping => PATH,
+            _ => return None,
+        })
+    }
+
+    /// The path's frames, warped from references.
+    pub(super) fn warped(
+        &self,
+        renderer: &dyn Renderer,
+        warps_still: bool,
+    ) -> Result<Vec<Frame>, Failure> {
+        let options = PlanOptions {
+            window: WINDOW,
+            reference: ReferenceFrom::Predicted,
+            lead: None,
+        };
+        let plan = Plan::new(self.path, &options)?;
+        let mut rule = Profile::Potamoi.rule();
+        rule.warps_still = warps_still;
+        let warper = Warper {
+            renderer,
+            geometry: None,
+            rule,
+        };
+        let frames = Sequence::new(warper, self.path, &plan, &[]);
+        Ok(frames.collect::<Result<_, _>>()?)
+    }
+
+    /// The same with nothing in the holes.
+    pub(super) fn with_holes(&self) -> Result<Vec<Frame>, Failure> {
+        self.warped(&Holes(self.scene), false)
+    }
+
+    /// The path's frames, rendered in full.
+    pub(super) fn full(&self) -> Result<Vec<potamoi_golden::picture::Picture>, Failure> {
+        let shaded = self.path.iter().map(|camera| self.scene.shade(camera, None));
+        let all: Result<Vec<_>, _> = shaded.collect();
+        Ok(all?.into_iter().map(|shaded| shaded.picture).collect())
+    }
+
+    /// The frame on the Verilated units of the whole configuration and of what is called for.
+    pub(super) fn rtl(&self, hardware: &Hardware) -> Result<RtlWall, Failure> {
+        let mut shots = [None, None];
+        let [whole_ms, reduced_ms] = self.in_pairs(|whole| {
+            let mut units = match whole {
+                true => {
+                    let mut units = RtlUnits::new(self.config);
+                    units.instantiate()?;
+                    units
+                }
+                false => RtlUnits::new(&hardware.config),
+            };
+            let rendered = self.scene.render_fixed(self.config, &mut units)?;
+            let cycles = units.cycles();
+            shots[usize::from(!whole)] = Some((rendered.picture, rendered.counts, cycles));
+            Ok(())
+        })?;
+        Ok(RtlWall {
+            whole_ms,
+            reduced_ms,
+            cycles: shots[1].as_ref().map_or_else(RtlCycles::default, |s| s.2),
+            is_same: shots[0] == shots[1],
+        })
+    }
+}
+
+/// What is timed.
+const FLOAT: &str = "the frame in floating point";
+const FIXED: &str = "the frame through the units' twins";
+const PATH: &str = "the path's frames in floating point";
