@@ -7,7 +7,7 @@ use potamoi_golden::units::Twins;
 use potamoi_sim::effects::{Digest, EffectCycles, EffectMeter};
 use serde::Serialize;
 
-use super::measure::Stopwatch;
+use super::measure::{Pairs, Stopwatch};
 use crate::failure::Failure;
 
 /// What a frame gives.
@@ -45,8 +45,7 @@ pub(super) struct Forced {
     /// Whether modelled cycles are, those of the hardware that the scene calls for too.
     same_cycles: bool,
     cycles: EffectCycles,
-    forced_ms: f64,
-    called_for_ms: f64,
+    wall: Pairs,
 }
 
 impl Forced {
@@ -76,7 +75,7 @@ impl Forced {
             true => watch.warped(watch.scene, false)? == watch.warped(watch.scene, true)?,
             false => true,
         };
-        let [forced_ms, called_for_ms] = watch.in_pairs(|with| {
+        let wall = watch.in_pairs(|with| {
             let scene = if with { &scene } else { watch.scene };
             scene.render_float()?;
             scene.render_fixed(watch.config, &mut Twins::new(watch.config))?;
@@ -92,8 +91,7 @@ impl Forced {
             trace: plain.digest,
             same_cycles: plain.cycles == all.cycles && plain.cycles == reduced,
             cycles: plain.cycles,
-            forced_ms,
-            called_for_ms,
+            wall,
         })
     }
 
@@ -105,7 +103,7 @@ impl Forced {
         let says = |is_same: bool| if is_same { "the same" } else { "ANOTHER" };
         format!(
             "forced {}: {} image, {} trace ({}), {} modelled cycles ({} gathering, {} vector, {} \
-             MAC array), in {:.1} ms instead of {:.1} ms (simulator's wall time, medians of pairs)",
+             MAC array), which takes {} of the simulator's wall time (medians of pairs)",
             self.effects.join(", "),
             says(self.same_image),
             says(self.same_trace),
@@ -114,8 +112,7 @@ impl Forced {
             self.cycles.gather,
             self.cycles.vector,
             self.cycles.array,
-            self.forced_ms,
-            self.called_for_ms
+            self.wall.words()
         )
     }
 }

@@ -25,29 +25,57 @@ pub(super) struct Stopwatch<'a> {
     pub(super) pairs: u32,
 }
 
-/// Medians of interleaved runs, in milliseconds.
+/// Time with and without an effect.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Wall {
     /// What is timed.
     pub(super) of: &'static str,
-    pub(super) with_ms: f64,
-    pub(super) without_ms: f64,
+    /// Medians of the runs.
+    #[serde(flatten)]
+    pub(super) pairs: Pairs,
 }
 
-impl Wall {
-    /// What the effect takes.
-    pub(super) fn taken(&self) -> f64 {
-        self.with_ms - self.without_ms
+/// Medians of interleaved runs, in milliseconds.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Pairs {
+    pub(super) with_ms: f64,
+    pub(super) without_ms: f64,
+    /// Of the differences within each pair.
+    pub(super) difference_ms: f64,
+    /// Half of what lies between the least and the largest of them: less is noise.
+    pub(super) spread_ms: f64,
+}
+
+impl Pairs {
+    fn of(times: [Vec<f64>; 2]) -> Self {
+        let pairs = times[0].iter().zip(&times[1]);
+        let differences: Vec<f64> = pairs.map(|(with, without)| with - without).collect();
+        let least = differences.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = differences.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let [with_ms, without_ms] = times.map(median);
+        Self {
+            with_ms,
+            without_ms,
+            difference_ms: median(differences),
+            spread_ms: (most - least) / 2.0,
+        }
+    }
+
+    /// The difference, and how far pairs differ in it.
+    pub(super) fn words(&self) -> String {
+        format!(
+            "{:.2} ms (spread {:.2}) of {:.2} ms",
+            self.difference_ms, self.spread_ms, self.with_ms
+        )
     }
 }
 
 /// The frame on the Verilated units.
 #[derive(Debug, Serialize)]
 pub(super) struct RtlWall {
-    /// The whole configuration, both units instantiated.
-    pub(super) whole_ms: f64,
-    /// What of it the scene calls for.
-    pub(super) reduced_ms: f64,
+    /// With the whole configuration, both units instantiated, and without what the scene does not
+    /// call for.
+    pub(super) wall: Pairs,
     /// Cycles, the same of both.
     pub(super) cycles: RtlCycles,
     /// Whether picture, counts and cycles are the same.
@@ -74,7 +102,7 @@ impl Stopwatch<'_> {
     pub(super) fn in_pairs<T>(
         &self,
         mut run: impl FnMut(bool) -> Result<T, Failure>,
-    ) -> Result<[f64; 2], Failure> {
+    ) -> Result<Pairs, Failure> {
         let mut times = [vec![], vec![]];
         for pair in 0..=self.pairs {
             // Each comes first in every other pair.
@@ -87,7 +115,7 @@ impl Stopwatch<'_> {
                 }
             }
         }
-        Ok(times.map(median))
+        Ok(Pairs::of(times))
     }
 
     /// Time with an effect and without it; none where there is nothing to carry out or to leave
@@ -104,23 +132,19 @@ impl Stopwatch<'_> {
             if self.path.len() < 2 {
                 return Ok(None);
             }
-            let [with_ms, without_ms] = self.in_pairs(|with| match (with, is_called_for) {
+            let pairs = self.in_pairs(|with| match (with, is_called_for) {
                 (true, _) => self.warped(self.scene, true).map(|_| ()),
                 (false, false) => self.warped(self.scene, false).map(|_| ()),
                 (false, true) => self.full().map(|_| ()),
             })?;
-            return Ok(Some(Wall {
-                of,
-                with_ms,
-                without_ms,
-            }));
+            return Ok(Some(Wall { of, pairs }));
         }
         let scenes = match is_called_for {
             true => [Choices::default(), choices[1]],
             false => [choices[0], Choices::default()],
         }
         .map(|choices| self.chosen(choices));
-        let [with_ms, without_ms] = self.in_pairs(|with| {
+        let pairs = self.in_pairs(|with| {
             let scene = &scenes[usize::from(!with)];
             match of {
                 FLOAT => drop(scene.render_float()?),
@@ -128,11 +152,7 @@ impl Stopwatch<'_> {
             }
             Ok(())
         })?;
-        Ok(Some(Wall {
-            of,
-            with_ms,
-            without_ms,
-        }))
+        Ok(Some(Wall { of, pairs }))
     }
 
     /// What shows an effect's time best.
@@ -200,7 +220,7 @@ impl Stopwatch<'_> {
     /// The frame on the Verilated units of the whole configuration and of what is called for.
     pub(super) fn rtl(&self, hardware: &Hardware) -> Result<RtlWall, Failure> {
         let mut shots = [None, None];
-        let [whole_ms, reduced_ms] = self.in_pairs(|whole| {
+        let wall = self.in_pairs(|whole| {
             let mut units = match whole {
                 true => {
                     let mut units = RtlUnits::new(self.config);
@@ -215,8 +235,7 @@ impl Stopwatch<'_> {
             Ok(())
         })?;
         Ok(RtlWall {
-            whole_ms,
-            reduced_ms,
+            wall,
             cycles: shots[1].as_ref().map_or_else(RtlCycles::default, |s| s.2),
             is_same: shots[0] == shots[1],
         })

@@ -116,7 +116,7 @@ impl Found {
                 ..work
             },
         };
-        let taken = wall.map(|wall| wall.taken());
+        let taken = wall.map(|wall| wall.pairs.difference_ms);
         Self {
             name: finding.effect.name(),
             degree: finding.effect.degree(),
@@ -153,12 +153,7 @@ impl Found {
         say!("  {:<22} {asked}  {}", self.title(), self.evidence);
         let pad = " ".repeat(41);
         let timed = self.cost.wall.as_ref().map(|wall| {
-            format!(
-                "{:.2} ms of {:.2} ms for {}",
-                wall.taken(),
-                wall.with_ms,
-                wall.of
-            )
+            format!("{} for {}", wall.pairs.words(), wall.of)
         });
         match (self.called_for, timed) {
             (true, Some(timed)) => say!("{pad}costs {}; {timed}", self.cost.work.words()),
@@ -238,10 +233,9 @@ impl Report {
         }
         if let Some(rtl) = &self.rtl {
             say!(
-                "  Verilated: {:.1} ms with what the scene calls for, {:.1} ms with all of the \
-                 configuration; {} picture, counts and cycles ({} gathering, {} vector)",
-                rtl.reduced_ms,
-                rtl.whole_ms,
+                "  Verilated, what the scene does not call for takes {}; without it {} picture, \
+                 counts and cycles ({} gathering, {} vector)",
+                rtl.wall.words(),
                 if rtl.is_same { "the same" } else { "ANOTHER" },
                 rtl.cycles.gather,
                 rtl.cycles.vector

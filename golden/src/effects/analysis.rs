@@ -337,15 +337,15 @@ impl Known<'_> {
         };
         let evidence = if own.depth.is_infinite() {
             format!(
-                "nothing bounds the optical depth of a ray, which stops below {}",
+                "nothing bounds the optical depth of a ray, which stops below {:.4}",
                 own.stop
             )
         } else {
             format!(
-                "a ray keeps at least {:.2e} of its light (optical depth {:.2} at most) and stops \
-                 below {}",
-                own.least_left(),
+                "a ray passes an optical depth of {:.2} at most, which leaves {:.2e} of it; it stops \
+                 below {:.4}",
                 own.depth,
+                own.least_left(),
                 own.stop
             )
         };
@@ -437,7 +437,11 @@ impl Known<'_> {
             ));
         }
         if evidence.is_empty() {
-            evidence.push(format!("{} tables stream", self.facts.tables.len()));
+            let tables = self.facts.tables.len();
+            evidence.push(match tables {
+                1 => "the table streams".to_owned(),
+                _ => format!("all {tables} tables stream"),
+            });
         }
         (hashed > 0 || fetched > 0, evidence.join("; "))
     }

@@ -39,6 +39,7 @@ const LOG: FixedOptions = FixedOptions {
     unit_streams: UnitStreams::PAPER,
     background: [0.0; 3],
     log_decisions: true,
+    work: potamoi_golden::splats::Work::ALL,
 };
 
 fn both(

@@ -1,0 +1,197 @@
+//! `potamoi effects` and what follows it, from end to end.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod common;
+
+use std::path::Path;
+
+use common::{expect, json};
+use serde_json::Value;
+
+const NAMES: [&str; 14] = [
+    "trilinear",
+    "exponential",
+    "spherical_harmonics",
+    "view_mlp",
+    "hash_levels",
+    "segments",
+    "sorting",
+    "early_termination",
+    "warping",
+    "disocclusion",
+    "void_test",
+    "octree_merging",
+    "remote_link",
+    "random_dram",
+];
+
+fn effects(folder: &Path, scene: &str, more: &[&str]) -> Value {
+    let arguments = ["effects", "--scene", scene, "--width", "24", "--pairs", "1"];
+    let arguments = [&arguments, more, &["--json", "e.json"]].concat();
+    expect(folder, 0, &arguments);
+    json(&folder.join("e.json"))
+}
+
+/// Of an effect, of harmonics those of degree 1.
+fn of<'a>(report: &'a Value, name: &str) -> &'a Value {
+    let all = report["effects"].as_array().unwrap();
+    all.iter().find(|effect| effect["name"] == name).unwrap()
+}
+
+fn calls(report: &Value, name: &str) -> bool {
+    of(report, name)["called_for"].as_bool().unwrap()
+}
+
+#[test]
+fn every_effect_has_evidence_a_cost_and_a_saving() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = effects(folder.path(), "cairn:voxels", &["--force", "all"]);
+    assert_eq!(report["format_version"], 1);
+    for name in NAMES {
+        let effect = of(&report, name);
+        assert!(!effect["evidence"].as_str().unwrap().is_empty(), "{effect}");
+        assert!(effect["cost"]["unit"].is_string(), "{effect}");
+        let saved = &effect["saving"]["wall_ms"];
+        match effect["called_for"].as_bool().unwrap() {
+            true => assert_eq!(saved, 0.0, "{effect}"),
+            false => assert!(saved.is_null() || saved.is_number(), "{effect}"),
+        }
+    }
+    // Opaque and diffuse: no harmonics, no perceptron.
+    for name in ["spherical_harmonics", "view_mlp", "hash_levels", "sorting"] {
+        assert!(!calls(&report, name), "{name}");
+    }
+    for name in ["trilinear", "exponential", "void_test", "early_termination"] {
+        assert!(calls(&report, name), "{name}");
+        let cycles = &of(&report, name)["cost"]["cycles"];
+        assert!(cycles.is_null() || cycles.as_u64().unwrap() > 100, "{name}");
+    }
+    let forced = &report["forced"];
+    for same in ["same_image", "same_trace", "same_cycles"] {
+        assert_eq!(forced[same], true, "{forced}");
+    }
+}
+
+#[test]
+fn a_still_camera_costs_no_warping_and_splats_need_no_reducer() {
+    let folder = tempfile::tempdir().unwrap();
+    let still = effects(folder.path(), "garden", &["--still"]);
+    assert!(!calls(&still, "warping") && !calls(&still, "disocclusion"));
+    let evidence = &of(&still, "warping")["evidence"];
+    assert_eq!(evidence, "the camera does not move in 3 frames");
+    let moved = effects(folder.path(), "garden", &[]);
+    assert!(calls(&moved, "warping") && calls(&moved, "disocclusion"));
+    assert!(!calls(&moved, "trilinear"));
+    let unit = &moved["units"][0];
+    assert_eq!(unit["unit"], "gathering_unit");
+    let left_out = unit["left_out"].as_array().unwrap();
+    let modes = left_out.iter().find(|part| part["field"] == "gu.modes");
+    assert_eq!(modes.unwrap()["left"], "unstructured");
+}
+
+#[test]
+fn what_is_missed_is_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let without = |scene: &str, effect: &str| {
+        let report = effects(folder.path(), scene, &["--without", effect]);
+        report["without"][0].clone()
+    };
+    for (scene, effect) in [
+        ("garden", "exponential"),
+        ("garden", "sorting"),
+        ("garden", "spherical_harmonics:1"),
+        ("cairn:voxels", "trilinear"),
+        ("cairn:voxels", "early_termination"),
+        ("cairn:voxels", "warping"),
+        ("cairn:voxels", "disocclusion"),
+    ] {
+        let found = without(scene, effect);
+        assert_eq!(found["called_for"], true, "{scene}: {found}");
+        let psnr = found["psnr_db"].as_f64().unwrap();
+        assert!((1.0..120.0).contains(&psnr), "{scene}: {found}");
+        assert!(found["pixels_changed"].as_u64().unwrap() > 5, "{found}");
+    }
+    // What takes cycles, but no pixel.
+    let found = without("cairn:voxels", "void_test");
+    assert!(found["psnr_db"].is_null() && found["pixels_changed"] == 0);
+    assert!(found["cycles_more"].as_i64().unwrap() > 10_000, "{found}");
+    // What is not called for is missed by nobody.
+    let found = without("cairn:voxels", "spherical_harmonics:1");
+    assert_eq!(found["called_for"], false);
+    assert!(found["psnr_db"].is_null() && found["cycles_more"] == 0);
+}
+
+#[test]
+fn verilog_for_a_scene_is_verified_on_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for (scene, preset, reducers) in [("garden", "paper", false), ("lantern", "paper", true)] {
+        let emit = ["--config", preset, "emit", "--out", "rtl", "--for-scene", scene];
+        let said = expect(at, 0, &[&emit[..], &["--json", "e.json"]].concat());
+        assert!(said.contains("gu.modes"), "{said}");
+        let report = json(&at.join("e.json"));
+        assert_eq!(report["for_scene"], scene);
+        let files = report["files"].as_object().unwrap();
+        let has_reducers = files.keys().any(|file| file.contains("reducer"));
+        assert_eq!(has_reducers, reducers, "{files:?}");
+        let verify = [
+            "--config",
+            "rtl/configuration.toml",
+            "verify",
+            "--scene",
+            scene,
+            "--width",
+            "24",
+            "--engine",
+            "interpreter",
+        ];
+        let said = expect(at, 0, &verify);
+        assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
+        // The same configuration, the same Verilog.
+        let again = ["--config", "rtl/configuration.toml", "emit", "--out", "again"];
+        expect(at, 0, &again);
+        for file in files.keys() {
+            let [a, b] = ["rtl", "again"].map(|f| std::fs::read(at.join(f).join(file)).unwrap());
+            assert!(a == b, "{file}");
+        }
+    }
+}
+
+#[test]
+fn forcing_changes_no_file_and_leaving_out_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for scene in ["garden", "chrome:voxels"] {
+        let render = |more: &[&str], name: &str| {
+            let arguments = ["render", "--scene", scene, "--width", "24", "--out", name];
+            expect(at, 0, &[&arguments, more].concat());
+            std::fs::read(at.join(name)).unwrap()
+        };
+        let trace = |more: &[&str], name: &str| {
+            let arguments = ["trace", "--scene", scene, "--width", "24", "--out", name];
+            expect(at, 0, &[&arguments, more].concat());
+            std::fs::read(at.join(name)).unwrap()
+        };
+        let plain = render(&[], "p.png");
+        assert!(plain == render(&["--force", "all"], "f.png"), "{scene}");
+        let harmonics = ["--without", "spherical_harmonics"];
+        assert!(plain != render(&harmonics, "w.png"), "{scene}");
+        let kept = trace(&[], "p.npz");
+        assert!(kept == trace(&["--force", "all"], "f.npz"), "{scene}");
+    }
+}
+
+#[test]
+fn names_that_are_none_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for option in ["--force", "--without"] {
+        let said = expect(folder.path(), 2, &["effects", option, "fog"]);
+        assert!(said.contains("`fog`") && said.contains("void_test"), "{said}");
+    }
+    let said = expect(
+        folder.path(),
+        2,
+        &["emit", "--out", "x", "--for-scene", "cairn:ngp"],
+    );
+    assert!(said.contains("vu.ops") && said.contains("fields"), "{said}");
+}
