@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use potamoi_formats::config::{Config, PRESETS};
-use potamoi_golden::scene::{Model, Scene};
 
 use crate::failure::Failure;
 
@@ -28,23 +27,6 @@ impl Common {
             }
         }
         Ok(Config::read(self.named())?)
-    }
-
-    /// The configuration that was asked for, and the preset that it is, if any; where none was
-    /// asked for, the preset that has what a scene's model needs.
-    pub(crate) fn config_for(
-        &self,
-        scene: &Scene,
-    ) -> Result<(Config, Option<&'static str>), Failure> {
-        let wanted = match scene.model() {
-            _ if self.config.is_some() => return Ok((self.read_config()?, self.preset())),
-            Model::Splats(_) | Model::Voxels(_) => "paper",
-            _ => "fields",
-        };
-        for (name, text) in PRESETS.into_iter().filter(|(name, _)| *name == wanted) {
-            return Ok((Config::from_toml(text, &format!("preset {name}"))?, Some(name)));
-        }
-        Ok((self.read_config()?, self.preset()))
     }
 
     /// The preset that was asked for, if it was one.

@@ -19,6 +19,7 @@ use crate::failure::Failure;
 use crate::files;
 use crate::progress;
 use crate::scene::SceneArgs;
+use crate::setup::config_for;
 
 use compare::{Forced, Without};
 use measure::Stopwatch;
@@ -66,7 +67,7 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
     let choices = args.scene.choices()?;
     let mut scene = args.scene.open()?;
     scene.set_choices(potamoi_golden::effects::Choices::default());
-    let (config, preset) = common.config_for(&scene)?;
+    let (config, preset) = config_for(common, &scene)?;
     let path = args.path(&scene)?;
     if let Some(first) = path.first() {
         scene.set_camera(*first);
@@ -94,7 +95,12 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
     for finding in &analysis.findings {
         spinner.set_message(format!("measuring {}", finding.effect));
         let wall = watch.wall(finding.effect, finding.is_called_for)?;
-        effects.push(Found::new(finding, cost(finding.effect, &cycles, &counts), wall, &scene));
+        effects.push(Found::new(
+            finding,
+            cost(finding.effect, &cycles, &counts),
+            wall,
+            &scene,
+        ));
     }
     let forced = match Effect::ALL.iter().any(|effect| choices.forces(*effect)) {
         true => {
@@ -153,7 +159,6 @@ impl EffectsArgs {
         if self.still {
             return Ok(vec![*scene.camera(); self.frames as usize]);
         }
-        // As many as a file has, unless more are asked for by name.
         Ok(scene.path(self.fps, self.frames)?)
     }
 }

@@ -61,8 +61,15 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     .filter_map(|(unit, is_called_for)| is_called_for.then_some(unit))
     .collect();
     let mut made = emit(&config, &command)?;
-    made.retain(|path, _| units.iter().any(|unit| path.starts_with(&format!("{unit}/"))));
-    let written = args.for_scene.is_some().then(|| args.out.join(CONFIGURATION));
+    made.retain(|path, _| {
+        units
+            .iter()
+            .any(|unit| path.starts_with(&format!("{unit}/")))
+    });
+    let written = args
+        .for_scene
+        .is_some()
+        .then(|| args.out.join(CONFIGURATION));
     if let Some(path) = &written {
         files::write(path, &text_of(&config)?)?;
     }
@@ -86,7 +93,10 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
             .collect(),
     };
     if let (Some(scene), Some(path)) = (&report.for_scene, &written) {
-        say!("for {scene}, from any camera; what is left: {}", path.display());
+        say!(
+            "for {scene}, from any camera; what is left: {}",
+            path.display()
+        );
         for part in &report.left_out {
             let LeftOut {
                 field,

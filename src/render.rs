@@ -236,7 +236,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         cycles: shot.cycles,
         instantiated: shot.instantiated.map(|built| {
             let units = [GATHERING_UNIT, VECTOR_UNIT].into_iter().zip(built);
-            units.filter_map(|(unit, is_built)| is_built.then_some(unit)).collect()
+            units
+                .filter_map(|(unit, is_built)| is_built.then_some(unit))
+                .collect()
         }),
         not_checked: not_checked(&scene, args.numerics),
         seconds,

@@ -79,7 +79,10 @@ pub(crate) fn store() -> Result<Kept, Failure> {
 
 /// The configuration that was asked for; where none was, the preset that has what the scene's
 /// model needs.
-fn config_for(common: &Common, scene: &Scene) -> Result<(Config, Option<&'static str>), Failure> {
+pub(crate) fn config_for(
+    common: &Common,
+    scene: &Scene,
+) -> Result<(Config, Option<&'static str>), Failure> {
     if common.config.is_some() {
         return Ok((common.read_config()?, common.preset()));
     }

@@ -126,7 +126,15 @@ fn verilog_for_a_scene_is_verified_on_it() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     for (scene, preset, reducers) in [("garden", "paper", false), ("lantern", "paper", true)] {
-        let emit = ["--config", preset, "emit", "--out", "rtl", "--for-scene", scene];
+        let emit = [
+            "--config",
+            preset,
+            "emit",
+            "--out",
+            "rtl",
+            "--for-scene",
+            scene,
+        ];
         let said = expect(at, 0, &[&emit[..], &["--json", "e.json"]].concat());
         assert!(said.contains("gu.modes"), "{said}");
         let report = json(&at.join("e.json"));
@@ -148,7 +156,13 @@ fn verilog_for_a_scene_is_verified_on_it() {
         let said = expect(at, 0, &verify);
         assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
         // The same configuration, the same Verilog.
-        let again = ["--config", "rtl/configuration.toml", "emit", "--out", "again"];
+        let again = [
+            "--config",
+            "rtl/configuration.toml",
+            "emit",
+            "--out",
+            "again",
+        ];
         expect(at, 0, &again);
         for file in files.keys() {
             let [a, b] = ["rtl", "again"].map(|f| std::fs::read(at.join(f).join(file)).unwrap());
@@ -186,7 +200,10 @@ fn names_that_are_none_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     for option in ["--force", "--without"] {
         let said = expect(folder.path(), 2, &["effects", option, "fog"]);
-        assert!(said.contains("`fog`") && said.contains("void_test"), "{said}");
+        assert!(
+            said.contains("`fog`") && said.contains("void_test"),
+            "{said}"
+        );
     }
     let said = expect(
         folder.path(),

@@ -63,9 +63,8 @@ fn modelled_work_is_the_same_forced_and_reduced() {
         assert!(whole.gather > 100 && whole.exponentials > 100, "{name}");
         let mut forced = scene.clone();
         forced.set_choices(Choices::all());
-        let work = |scene: &Scene| {
-            FrameWork::count(scene, &config, Array::PAPER, 1 << 19, None).unwrap()
-        };
+        let work =
+            |scene: &Scene| FrameWork::count(scene, &config, Array::PAPER, 1 << 19, None).unwrap();
         assert_eq!(work(&scene), work(&forced), "{name}");
     }
 }

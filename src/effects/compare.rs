@@ -55,9 +55,14 @@ impl Forced {
         choices: Choices,
         is_remote: bool,
     ) -> Result<Self, Failure> {
-        let forced = Effect::ALL.into_iter().filter(|effect| choices.forces(*effect));
+        let forced = Effect::ALL
+            .into_iter()
+            .filter(|effect| choices.forces(*effect));
         let effects: Vec<Effect> = forced.collect();
-        let own = effects.iter().copied().fold(Choices::default(), Choices::force);
+        let own = effects
+            .iter()
+            .copied()
+            .fold(Choices::default(), Choices::force);
         let scene = watch.chosen(own);
         let [plain, all] = [
             Outcome::of(watch, watch.scene)?,
@@ -156,7 +161,10 @@ impl Without {
                 Effect::Warping => watch.full()?,
                 _ => {
                     let frames = watch.with_holes()?;
-                    frames.into_iter().map(|f| f.target.shaded.picture).collect()
+                    frames
+                        .into_iter()
+                        .map(|f| f.target.shaded.picture)
+                        .collect()
                 }
             };
             own.compare(&with, &without);

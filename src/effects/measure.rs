@@ -7,7 +7,9 @@ use potamoi_golden::camera::Camera;
 use potamoi_golden::effects::{Choices, Effect, Hardware, Holes};
 use potamoi_golden::scene::Scene;
 use potamoi_golden::units::Twins;
-use potamoi_golden::warp::{Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer, Sequence, Warper};
+use potamoi_golden::warp::{
+    Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer, Sequence, Warper,
+};
 use potamoi_sim::rtl::{RtlCycles, RtlUnits};
 use serde::Serialize;
 
@@ -51,7 +53,10 @@ impl Pairs {
         let pairs = times[0].iter().zip(&times[1]);
         let differences: Vec<f64> = pairs.map(|(with, without)| with - without).collect();
         let least = differences.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = differences.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let most = differences
+            .iter()
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max);
         let [with_ms, without_ms] = times.map(median);
         Self {
             with_ms,
@@ -120,7 +125,11 @@ impl Stopwatch<'_> {
 
     /// Time with an effect and without it; none where there is nothing to carry out or to leave
     /// out.
-    pub(super) fn wall(&self, effect: Effect, is_called_for: bool) -> Result<Option<Wall>, Failure> {
+    pub(super) fn wall(
+        &self,
+        effect: Effect,
+        is_called_for: bool,
+    ) -> Result<Option<Wall>, Failure> {
         let Some(of) = self.timed(effect) else {
             return Ok(None);
         };
@@ -161,7 +170,9 @@ impl Stopwatch<'_> {
         let is_splats = self.scene.model().is_splats();
         let is_table = !facts.tables.is_empty();
         Some(match effect {
-            Effect::SphericalHarmonics(degree) if usize::from(degree) <= facts.stored_harmonics() => {
+            Effect::SphericalHarmonics(degree)
+                if usize::from(degree) <= facts.stored_harmonics() =>
+            {
                 match facts.perceptron {
                     None => FLOAT,
                     Some(_) => FIXED,
@@ -212,7 +223,10 @@ impl Stopwatch<'_> {
 
     /// The path's frames, rendered in full.
     pub(super) fn full(&self) -> Result<Vec<potamoi_golden::picture::Picture>, Failure> {
-        let shaded = self.path.iter().map(|camera| self.scene.shade(camera, None));
+        let shaded = self
+            .path
+            .iter()
+            .map(|camera| self.scene.shade(camera, None));
         let all: Result<Vec<_>, _> = shaded.collect();
         Ok(all?.into_iter().map(|shaded| shaded.picture).collect())
     }

@@ -152,9 +152,11 @@ impl Found {
         };
         say!("  {:<22} {asked}  {}", self.title(), self.evidence);
         let pad = " ".repeat(41);
-        let timed = self.cost.wall.as_ref().map(|wall| {
-            format!("{} for {}", wall.pairs.words(), wall.of)
-        });
+        let timed = self
+            .cost
+            .wall
+            .as_ref()
+            .map(|wall| format!("{} for {}", wall.pairs.words(), wall.of));
         match (self.called_for, timed) {
             (true, Some(timed)) => say!("{pad}costs {}; {timed}", self.cost.work.words()),
             (true, None) => say!("{pad}costs {}", self.cost.work.words()),
@@ -179,7 +181,9 @@ impl UnitReport {
     pub(super) fn new(hardware: &Hardware, analysis: &Analysis) -> Vec<Self> {
         let splats = |prefix: &str| {
             let own = hardware.left_out.iter();
-            own.filter(|part| part.field.starts_with(prefix)).cloned().collect()
+            own.filter(|part| part.field.starts_with(prefix))
+                .cloned()
+                .collect()
         };
         vec![
             Self {
@@ -205,7 +209,13 @@ impl UnitReport {
         };
         say!("  {:<22} {is}", self.unit);
         for part in &self.left_out {
-            say!("    {}: {} instead of {}, since {}", part.field, part.left, part.asked, part.reason);
+            say!(
+                "    {}: {} instead of {}, since {}",
+                part.field,
+                part.left,
+                part.asked,
+                part.reason
+            );
         }
     }
 }
@@ -223,7 +233,10 @@ impl Report {
             self.configuration
         );
         self.effects.iter().for_each(Found::print);
-        say!("  wall times are the simulator's, medians of {} interleaved pairs", self.pairs);
+        say!(
+            "  wall times are the simulator's, medians of {} interleaved pairs",
+            self.pairs
+        );
         self.units.iter().for_each(UnitReport::print);
         if let Some(forced) = &self.forced {
             say!("  {}", forced.sentence());

@@ -251,14 +251,20 @@ impl Known<'_> {
         if bands.stored < degree {
             return (
                 false,
-                format!("degrees up to {} are stored in {holders} {what}", bands.stored),
+                format!(
+                    "degrees up to {} are stored in {holders} {what}",
+                    bands.stored
+                ),
             );
         }
         let used = bands.from(degree);
         match used {
             0 => (
                 false,
-                format!("no coefficient above degree {} in {holders} {what}", degree - 1),
+                format!(
+                    "no coefficient above degree {} in {holders} {what}",
+                    degree - 1
+                ),
             ),
             _ => (
                 true,
@@ -317,7 +323,10 @@ impl Known<'_> {
     fn sorting(&self) -> (bool, String) {
         let (name, parts) = self.facts.parts;
         if !self.scene.model().is_splats() {
-            return (false, "samples along a ray are made in their order".to_owned());
+            return (
+                false,
+                "samples along a ray are made in their order".to_owned(),
+            );
         }
         (
             self.seen.unsorted > 0,
@@ -418,8 +427,14 @@ impl Known<'_> {
 
     fn remote_link(&self) -> (bool, String) {
         match self.around.is_remote {
-            true => (true, format!("full frames of {} are rendered elsewhere", self.frames())),
-            false => (false, "all frames are rendered by the device itself".to_owned()),
+            true => (
+                true,
+                format!("full frames of {} are rendered elsewhere", self.frames()),
+            ),
+            false => (
+                false,
+                "all frames are rendered by the device itself".to_owned(),
+            ),
         }
     }
 
@@ -428,7 +443,9 @@ impl Known<'_> {
         let fetched = self.seen.fetched_bytes;
         let mut evidence = vec![];
         if hashed > 0 {
-            evidence.push(format!("{hashed} tables do not stream: their rows lie anywhere"));
+            evidence.push(format!(
+                "{hashed} tables do not stream: their rows lie anywhere"
+            ));
         }
         if matches!(self.scene.model(), Model::Splats(_) | Model::Compact(_)) {
             evidence.push(format!(

@@ -20,11 +20,7 @@ impl Cache {
 
     /// MVoxels before and after merging, of so many rows and with sides halved so often. Others
     /// than at first are found anew.
-    pub(crate) fn merging(
-        &self,
-        of: (usize, u32),
-        find: impl Fn() -> [usize; 2],
-    ) -> [usize; 2] {
+    pub(crate) fn merging(&self, of: (usize, u32), find: impl Fn() -> [usize; 2]) -> [usize; 2] {
         let (known, found) = *self.merging.get_or_init(|| (of, find()));
         if known == of { found } else { find() }
     }

@@ -33,9 +33,8 @@ impl Choices {
     /// # Errors
     /// A name that is none.
     pub fn named(name: &str) -> Result<Vec<Effect>, UnknownEffect> {
-        let is_meant = |effect: &Effect| {
-            name == "all" || name == effect.name() || name == effect.to_string()
-        };
+        let is_meant =
+            |effect: &Effect| name == "all" || name == effect.name() || name == effect.to_string();
         let found: Vec<Effect> = Effect::ALL.into_iter().filter(is_meant).collect();
         match found.is_empty() {
             true => Err(UnknownEffect(name.to_owned())),

@@ -191,7 +191,12 @@ impl Hardware {
         if wanted != asked {
             self.config.vu.ops.clone_from(&wanted);
             let reason = format!("{what} computes nothing else");
-            self.note("vu.ops", OpCode::list(&asked), OpCode::list(&wanted), reason);
+            self.note(
+                "vu.ops",
+                OpCode::list(&asked),
+                OpCode::list(&wanted),
+                reason,
+            );
         }
     }
 }
@@ -223,7 +228,12 @@ impl Uses {
         if sees || is_splats {
             uses.operations.extend(scene.operations(config)?);
             for table in &facts.tables {
-                uses.vertices.extend(Vertices::ALL.iter().copied().filter(|v| v.count() == table.vertices));
+                uses.vertices.extend(
+                    Vertices::ALL
+                        .iter()
+                        .copied()
+                        .filter(|v| v.count() == table.vertices),
+                );
                 uses.channels = uses.channels.max(table.channels);
             }
         }

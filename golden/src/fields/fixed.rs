@@ -282,7 +282,8 @@ impl<'a> FixedField<'a> {
                 if batch.at.is_empty() {
                     break;
                 }
-                let features = self.features(camera, &batch, options.work, units, &mut frame.stats)?;
+                let features =
+                    self.features(camera, &batch, options.work, units, &mut frame.stats)?;
                 done.run(&features, &batch.spans, units, &mut work)?;
             }
             place(&mut frame, &pixels, &done, options.background);

@@ -38,8 +38,8 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 
 pub use batches::BatchSize;
-pub use directions::Directions;
 pub(crate) use batches::{RayGroup, groups};
+pub use directions::Directions;
 pub use error::FieldError;
 pub use fixed::{Coded, FieldWork, FixedField, FixedOptions};
 pub use hash::HashUnit;

@@ -89,7 +89,11 @@ impl Opacity {
 
     /// Operations that it takes.
     pub(super) fn operations(&self) -> Vec<OpCode> {
-        [self.curve.operations(), &[OpCode::Multiply, OpCode::OneMinusExp]].concat()
+        [
+            self.curve.operations(),
+            &[OpCode::Multiply, OpCode::OneMinusExp],
+        ]
+        .concat()
     }
 
     /// Fraction bits of opacities.

@@ -121,7 +121,8 @@ impl Scene {
 
     /// Whether cells of splats are merged.
     pub(super) fn merges_cells(&self, rows: usize) -> bool {
-        let can_merge = || matches!(self.merged_cells(rows), Some([cells, merged]) if merged < cells);
+        let can_merge =
+            || matches!(self.merged_cells(rows), Some([cells, merged]) if merged < cells);
         let effect = Effect::OctreeMerging;
         // Looking is no less work than merging, but once.
         self.cells.merge

@@ -6,8 +6,8 @@ use glam::DVec3;
 
 use super::description::{Description, ModelDescription};
 use super::{BUILTIN, Model, NGP, NGP_MVOXEL, Scene, SceneError, lantern};
-use crate::effects::{Cache, Choices};
 use crate::camera::Camera;
+use crate::effects::{Cache, Choices};
 use crate::fields::dvgo::Dvgo;
 use crate::fields::ngp::Ngp;
 use crate::fields::tensorf::Tensorf;

@@ -1,5 +1,6 @@
 //! How a scene is rendered, as a description says it.
 
+use crate::effects::Cache;
 use std::str::FromStr as _;
 
 use super::description::RenderDescription;
@@ -91,6 +92,8 @@ impl Scene {
             return Err(self.value("render.step", step.to_string(), expected));
         }
         self.step = step;
+        // How many samples a ray has follows from it.
+        self.found = Cache::default();
         match &mut self.model {
             Model::Dvgo(field) => field.set_step(step),
             Model::Tensorf(field) => field.set_step(step),

@@ -262,11 +262,7 @@ impl View {
 ///
 /// # Errors
 /// A camera that cannot be used.
-pub fn is_in_order(
-    cloud: &Cloud,
-    camera: &Camera,
-    profile: Profile,
-) -> Result<bool, RenderError> {
+pub fn is_in_order(cloud: &Cloud, camera: &Camera, profile: Profile) -> Result<bool, RenderError> {
     check(camera)?;
     let rules = profile.rules();
     let depths = Projection::new(cloud, camera, &rules, 0).depths();

@@ -94,7 +94,11 @@ impl<'a> FixedColour<'a> {
             self.gather(eye, batch, colours.len(), &mut inputs, done, units, stats)?;
             for (at, row) in batch.iter().zip(inputs.chunks_exact_mut(MATRICES[0][1])) {
                 let towards = harmonics((*at - eye).normalize_or_zero());
-                for (to, v) in row[WIDTH..].iter_mut().zip(towards).take(done.direction_codes) {
+                for (to, v) in row[WIDTH..]
+                    .iter_mut()
+                    .zip(towards)
+                    .take(done.direction_codes)
+                {
                     *to = held(v * 2f64.powi(self.harmonic_bits));
                 }
                 row[WIDTH + HARMONICS..].fill(one);

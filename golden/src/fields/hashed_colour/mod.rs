@@ -281,7 +281,13 @@ mod tests {
             let fixed = FixedColour::new(&field, &centres, &config).unwrap();
             let mut units = crate::units::Twins::new(&config);
             let mut stats = crate::voxels::FixedStats::default();
-            let found = fixed.seen_from(DVec3::Z * 9.0, &centres, crate::fields::FieldWork::ALL, &mut units, &mut stats);
+            let found = fixed.seen_from(
+                DVec3::Z * 9.0,
+                &centres,
+                crate::fields::FieldWork::ALL,
+                &mut units,
+                &mut stats,
+            );
             for colour in found.unwrap() {
                 for (found, expected) in colour.into_iter().zip([0.5, 1.0, -1.0]) {
                     assert!((found - expected).abs() < 1.0 / 1024.0, "{colour:?}");

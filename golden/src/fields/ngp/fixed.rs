@@ -105,7 +105,11 @@ impl Head for NgpHead {
     }
 
     fn operations(&self) -> Vec<OpCode> {
-        [vec![OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid], self.opacity.operations()].concat()
+        [
+            vec![OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid],
+            self.opacity.operations(),
+        ]
+        .concat()
     }
 
     fn direction_codes(&self) -> usize {

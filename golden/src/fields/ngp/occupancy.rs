@@ -47,7 +47,11 @@ impl Occupancy {
     /// Cells in which nothing is, and all.
     pub(super) fn void(&self) -> [u64; 2] {
         let cells = (self.cubes * VOLUME) as u64;
-        let filled: u64 = self.bits.iter().map(|word| u64::from(word.count_ones())).sum();
+        let filled: u64 = self
+            .bits
+            .iter()
+            .map(|word| u64::from(word.count_ones()))
+            .sum();
         [cells - filled.min(cells), cells]
     }
 
