@@ -41,8 +41,8 @@ pub(crate) struct EffectsArgs {
     /// Where full frames are rendered
     #[arg(long, value_enum, default_value_t = Where::Local)]
     scenario: Where,
-    /// Pairs of runs, one with an effect and one without, whose medians are wall times
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..100))]
+    /// Pairs of runs, one with an effect and one without, whose medians are wall times; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..100))]
     pairs: u32,
     /// Run the frame on the Verilated units too: the whole configuration, and what of it the scene
     /// calls for

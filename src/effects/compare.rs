@@ -45,7 +45,8 @@ pub(super) struct Forced {
     /// Whether modelled cycles are, those of the hardware that the scene calls for too.
     same_cycles: bool,
     cycles: EffectCycles,
-    wall: Pairs,
+    /// Wall time with them and without; none where no pairs are asked for.
+    wall: Option<Pairs>,
 }
 
 impl Forced {
@@ -80,7 +81,7 @@ impl Forced {
             true => watch.warped(watch.scene, false)? == watch.warped(watch.scene, true)?,
             false => true,
         };
-        let wall = watch.in_pairs(|with| {
+        let timed = |with: bool| {
             let scene = if with { &scene } else { watch.scene };
             scene.render_float()?;
             scene.render_fixed(watch.config, &mut Twins::new(watch.config))?;
@@ -88,7 +89,11 @@ impl Forced {
                 watch.warped(watch.scene, with)?;
             }
             Ok(())
-        })?;
+        };
+        let wall = match watch.pairs {
+            0 => None,
+            _ => watch.in_pairs(timed)?,
+        };
         Ok(Self {
             effects: effects.iter().map(ToString::to_string).collect(),
             same_image: plain.float == all.float && plain.fixed == all.fixed && paths,
@@ -108,7 +113,7 @@ impl Forced {
         let says = |is_same: bool| if is_same { "the same" } else { "ANOTHER" };
         format!(
             "forced {}: {} image, {} trace ({}), {} modelled cycles ({} gathering, {} vector, {} \
-             MAC array), which takes {} of the simulator's wall time (medians of pairs)",
+             MAC array){}",
             self.effects.join(", "),
             says(self.same_image),
             says(self.same_trace),
@@ -117,7 +122,10 @@ impl Forced {
             self.cycles.gather,
             self.cycles.vector,
             self.cycles.array,
-            self.wall.words()
+            self.wall.map_or_else(String::new, |wall| format!(
+                ", which takes {} of the simulator's wall time (median of pairs)",
+                wall.words()
+            ))
         )
     }
 }

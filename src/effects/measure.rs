@@ -49,7 +49,11 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    fn of(times: [Vec<f64>; 2]) -> Self {
+    /// Of pairs; none where there are none.
+    fn of(times: [Vec<f64>; 2]) -> Option<Self> {
+        if times.iter().any(Vec::is_empty) {
+            return None;
+        }
         let pairs = times[0].iter().zip(&times[1]);
         let differences: Vec<f64> = pairs.map(|(with, without)| with - without).collect();
         let least = differences.iter().copied().fold(f64::INFINITY, f64::min);
@@ -58,12 +62,12 @@ impl Pairs {
             .copied()
             .fold(f64::NEG_INFINITY, f64::max);
         let [with_ms, without_ms] = times.map(median);
-        Self {
+        Some(Self {
             with_ms,
             without_ms,
             difference_ms: median(differences),
             spread_ms: (most - least) / 2.0,
-        }
+        })
     }
 
     /// The difference, and how far pairs differ in it.
@@ -80,7 +84,7 @@ impl Pairs {
 pub(super) struct RtlWall {
     /// With the whole configuration, both units instantiated, and without what the scene does not
     /// call for.
-    pub(super) wall: Pairs,
+    pub(super) wall: Option<Pairs>,
     /// Cycles, the same of both.
     pub(super) cycles: RtlCycles,
     /// Whether picture, counts and cycles are the same.
@@ -103,11 +107,11 @@ impl Stopwatch<'_> {
         scene
     }
 
-    /// Runs both in turn, after one of each that does not count.
+    /// Runs both in turn, after one of each that does not count; none where no pair is asked for.
     pub(super) fn in_pairs<T>(
         &self,
         mut run: impl FnMut(bool) -> Result<T, Failure>,
-    ) -> Result<Pairs, Failure> {
+    ) -> Result<Option<Pairs>, Failure> {
         let mut times = [vec![], vec![]];
         for pair in 0..=self.pairs {
             // Each comes first in every other pair.
@@ -130,7 +134,7 @@ impl Stopwatch<'_> {
         effect: Effect,
         is_called_for: bool,
     ) -> Result<Option<Wall>, Failure> {
-        let Some(of) = self.timed(effect) else {
+        let Some(of) = self.timed(effect).filter(|_| self.pairs > 0) else {
             return Ok(None);
         };
         let choices = [
@@ -146,7 +150,7 @@ impl Stopwatch<'_> {
                 (false, false) => self.warped(self.scene, false).map(|_| ()),
                 (false, true) => self.full().map(|_| ()),
             })?;
-            return Ok(Some(Wall { of, pairs }));
+            return Ok(pairs.map(|pairs| Wall { of, pairs }));
         }
         let scenes = match is_called_for {
             true => [Choices::default(), choices[1]],
@@ -161,7 +165,7 @@ impl Stopwatch<'_> {
             }
             Ok(())
         })?;
-        Ok(Some(Wall { of, pairs }))
+        Ok(pairs.map(|pairs| Wall { of, pairs }))
     }
 
     /// What shows an effect's time best.

@@ -233,10 +233,12 @@ impl Report {
             self.configuration
         );
         self.effects.iter().for_each(Found::print);
-        say!(
-            "  wall times are the simulator's, medians of {} interleaved pairs",
-            self.pairs
-        );
+        if self.pairs > 0 {
+            say!(
+                "  wall times are the simulator's, medians of {} interleaved pairs",
+                self.pairs
+            );
+        }
         self.units.iter().for_each(UnitReport::print);
         if let Some(forced) = &self.forced {
             say!("  {}", forced.sentence());
@@ -248,7 +250,8 @@ impl Report {
             say!(
                 "  Verilated, what the scene does not call for takes {}; without it {} picture, \
                  counts and cycles ({} gathering, {} vector)",
-                rtl.wall.words(),
+                rtl.wall
+                    .map_or_else(|| "an unknown time".to_owned(), |wall| wall.words()),
                 if rtl.is_same { "the same" } else { "ANOTHER" },
                 rtl.cycles.gather,
                 rtl.cycles.vector
