@@ -62,13 +62,19 @@ pub fn predict(history: &[Camera], ahead: f64) -> Option<Camera> {
 
 /// Axis times angle of the shorter way, at most half a turn: a quaternion and its
 /// negative are one rotation, and of the other the angle is up to a whole turn.
-pub(super) fn rotation_vector(rotation: DQuat) -> DVec3 {
+/// Small angles count: the library's own form takes any below 2e-8 for none.
+pub(crate) fn rotation_vector(rotation: DQuat) -> DVec3 {
     let short = if rotation.w < 0.0 {
         -rotation
     } else {
         rotation
     };
-    short.to_scaled_axis()
+    let part = DVec3::new(short.x, short.y, short.z);
+    let length = part.length();
+    if length == 0.0 {
+        return part * 2.0;
+    }
+    part * (2.0 * length.atan2(short.w) / length)
 }
 
 fn rotation(camera: &Camera) -> DQuat {
