@@ -161,6 +161,8 @@ impl System {
             ("gpu.idle_watts", self.gpu.idle_watts),
             ("gpu.memory_gb_s", self.gpu.memory_gb_s.unwrap_or(1.0)),
             ("remote.launch_us", self.remote.launch_us),
+            ("remote.watts", self.remote.watts),
+            ("remote.idle_watts", self.remote.idle_watts),
             ("remote.memory_gb_s", self.remote.memory_gb_s.unwrap_or(1.0)),
         ];
         for (field, value) in others {
