@@ -81,7 +81,9 @@ refresh: setup
 	  models docs/images/models.png 400
 	$(call step,snapshots)
 	INSTA_UPDATE=always INSTA_FORCE_PASS=1 TRYCMD=overwrite cargo test --locked --quiet
-	@git status --short -- rtl_out docs/images ':(glob)**/*.snap' ':(glob)tests/**'
+	$(call step,the tables of hard cases)
+	POTAMOI_REFRESH=1 cargo test --locked --workspace --quiet the_table_of_the_book
+	@git status --short -- rtl_out docs/images docs/hard-cases.md ':(glob)**/*.snap' ':(glob)tests/**'
 
 # The library is not the project's: docs/synthesis.md says which.
 parameters: setup

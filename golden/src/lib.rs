@@ -10,6 +10,8 @@ pub mod characterise;
 pub mod effects;
 pub mod fields;
 pub mod files;
+#[cfg(test)]
+mod hard_cases;
 pub mod mask;
 pub mod mesh;
 pub mod picture;

@@ -170,6 +170,12 @@ impl MacLayer {
         self.inputs
     }
 
+    /// Codes of the weights, a row of inputs an output.
+    #[must_use]
+    pub fn weights(&self) -> &[i16] {
+        &self.weights
+    }
+
     /// Fraction bits of the outputs.
     #[must_use]
     pub const fn output_frac(&self) -> i32 {

@@ -33,6 +33,8 @@ mod view;
 
 pub use bound::error_bounds;
 pub use cloud::{Cloud, CloudError, Field};
+#[cfg(test)]
+pub(crate) use composite::Limits;
 pub use composite::TRANSMITTANCE;
 pub use error::RenderError;
 pub use fixed::{FixedFrame, FixedOptions, FixedStats, render_fixed, render_fixed_masked};

@@ -217,7 +217,7 @@ impl Reference {
 }
 
 /// Mantissa and exponent of a positive number.
-pub(super) fn parts(value: &BigFloat) -> Option<(u128, i32)> {
+pub(crate) fn parts(value: &BigFloat) -> Option<(u128, i32)> {
     // The library's mantissa is in [1/2, 1), its words lowest first.
     let (words, _, _, exponent, _) = value.as_raw_parts()?;
     let bits = astro_float::WORD_BIT_SIZE as u32;

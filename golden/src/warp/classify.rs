@@ -244,7 +244,7 @@ impl Rule {
 /// The angle between two vectors in radians, 0 to pi, to the last few bits of a
 /// small one too: the arc cosine of their normalised product has none of them
 /// below 1e-8. A right angle where one has no length.
-fn subtended(a: DVec3, b: DVec3) -> f64 {
+pub(crate) fn subtended(a: DVec3, b: DVec3) -> f64 {
     if a == DVec3::ZERO || b == DVec3::ZERO {
         return FRAC_PI_2;
     }

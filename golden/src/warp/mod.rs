@@ -23,10 +23,14 @@ mod target;
 #[cfg(test)]
 mod tests;
 
+#[cfg(test)]
+pub(crate) use classify::subtended;
 pub use classify::{Angle, Class, Counts, Profile, Rule, Scope};
 pub use error::WarpError;
 pub use plan::{Plan, PlanOptions, ReferenceFrom, ReferenceTask, TargetTask};
 pub use predict::predict;
+#[cfg(test)]
+pub(crate) use predict::rotation_vector;
 pub use reproject::{Warped, reproject};
 pub use ridge::{BayesianRidge, Fit};
 pub use rivals::half_resolution;

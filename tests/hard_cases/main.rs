@@ -1,0 +1,17 @@
+//! Hard cases in pictures, in Verilog and in the system. Each is a small scene made of one case:
+//! rendered by the obvious form, in floats, in the hardware's formats by the twins and by the
+//! simulated Verilog, and modelled as frames of a path. The same cases at the unit, against
+//! numbers of 256 bits, are in golden/src/hard_cases.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod files;
+mod naive;
+mod pictures;
+mod scenes;
+mod system;
+mod table;
+mod units;
+mod voxels;

@@ -1,0 +1,139 @@
+//! The system on hard scenes and hard paths: every variant ends, and no time, energy or count is
+//! below zero or no number.
+
+use std::path::Path;
+use std::process::{Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use super::common::{json, potamoi, stderr, stdout};
+use super::scenes::{all, cameras};
+
+/// Far longer than any of these takes, and shorter than for ever.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// Runs, but not for ever.
+fn model(folder: &Path, arguments: &[&str]) -> Output {
+    let mut child = potamoi()
+        .current_dir(folder)
+        .env("POTAMOI_CACHE", folder.join("cache"))
+        .arg("model")
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if start.elapsed() > PATIENCE {
+            child.kill().unwrap();
+            panic!(
+                "potamoi model {}: no end after {PATIENCE:?}",
+                arguments.join(" ")
+            );
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child.wait_with_output().unwrap()
+}
+
+/// Every number of a report is 0 or more; one that is none would be written as null.
+fn sound(value: &Value, path: &str) -> u32 {
+    match value {
+        Value::Number(n) => {
+            let n = n.as_f64().unwrap();
+            assert!(n >= 0.0 && n.is_finite(), "{path} is {n}");
+            1
+        }
+        Value::Array(all) => {
+            let each = all
+                .iter()
+                .enumerate()
+                .map(|(i, v)| sound(v, &format!("{path}/{i}")));
+            each.sum()
+        }
+        Value::Object(all) => all
+            .iter()
+            .map(|(k, v)| sound(v, &format!("{path}/{k}")))
+            .sum(),
+        Value::Null => panic!("{path} is no number"),
+        _ => 0,
+    }
+}
+
+/// Of a hard scene from a path of cameras, every variant at home and afar.
+fn frames(poses: &[([f64; 3], f64)], only: impl Fn(&str) -> bool) {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let chosen: Vec<_> = all().into_iter().filter(|s| only(s.name)).collect();
+    assert!(!chosen.is_empty());
+    for scene in &chosen {
+        scene.write(at, &cameras(poses));
+    }
+    let names: Vec<String> = chosen.iter().map(|s| format!("{}.toml", s.name)).collect();
+    let count = poses.len().to_string();
+    let arguments = [
+        "--scenes",
+        &names.join(","),
+        "--frames",
+        &count,
+        "--window",
+        "2",
+        "--scenario",
+        "both",
+        "--phi",
+        "4",
+        "--json",
+        "r.json",
+    ];
+    let output = model(at, &arguments);
+    let said = stdout(&output) + &stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(!said.contains("NaN") && !said.contains("inf "), "{said}");
+    let report = json(&at.join("r.json"));
+    for (scene, found) in chosen.iter().zip(report["scenes"].as_array().unwrap()) {
+        for outcome in found["outcomes"].as_array().unwrap() {
+            let name = format!("{} {}", scene.name, outcome["variant"]["name"]);
+            for field in ["span_ns", "frames_per_second"] {
+                let value = outcome[field].as_f64();
+                assert!(value.is_some_and(|v| v > 0.0), "{name}: {field} {value:?}");
+            }
+            assert!(sound(&outcome["energy"], &name) >= 9, "{name}");
+            assert!(sound(&outcome["stages"], &name) > 2, "{name}");
+            assert!(sound(&outcome["utilisation"], &name) > 0, "{name}");
+            assert!(sound(&outcome["spent"], &name) > 20, "{name}");
+        }
+        assert!(found["outcomes"].as_array().unwrap().len() >= 12);
+    }
+}
+
+const STILL: ([f64; 3], f64) = ([0.0; 3], 0.0);
+
+/// A step aside, a step back, and standing still.
+#[test]
+fn every_hard_scene_is_modelled() {
+    frames(&[STILL, ([0.05, 0.0, 0.0], 1.0), STILL, STILL], |_| true);
+}
+
+/// Five equal poses, half turns, a whole one, and a place from which nothing is seen.
+#[test]
+fn hard_paths_are_modelled() {
+    let away = ([1e6, -1e6, 1e6], 90.0);
+    let turned = |angle| ([0.0, 0.0, 0.0], angle);
+    let paths: [&[_]; 3] = [
+        &[STILL; 6],
+        &[
+            STILL,
+            turned(180.0),
+            STILL,
+            turned(179.999_999),
+            turned(-180.0),
+            turned(360.0),
+        ],
+        &[away, STILL, away, ([0.0, 0.0, 3.0], 0.0), STILL],
+    ];
+    for path in paths {
+        frames(path, |name| name == "near" || name == "none-and-all");
+    }
+}

@@ -1,0 +1,114 @@
+//! The table of pictures in the book.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use super::{pictures, scenes, voxels};
+
+fn decibels(value: Option<f64>) -> String {
+    value.map_or_else(|| "no number".to_owned(), |v| format!("{v:.0} dB"))
+}
+
+fn table() -> String {
+    let mut text =
+        "| scene | case | the obvious form | is at | ours is at | farthest pixel | may be |\n\
+                    |---|---|---|---|---|---|---|\n"
+            .to_owned();
+    for scene in scenes::all() {
+        let found = pictures::measure(&scene);
+        writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {:.0e} | {:.0e} |",
+            scene.name,
+            scene.case,
+            scene.form.text(),
+            decibels(found.naive),
+            decibels(Some(found.fixed)),
+            found.worst,
+            found.bound
+        )
+        .unwrap();
+    }
+    let found = voxels::measure();
+    for (naive, at) in [
+        ("slabs by division", found.divided),
+        (
+            "samples counted in every MVoxel that holds them",
+            found.owned_twice,
+        ),
+    ] {
+        writeln!(
+            text,
+            "| voxels | rays in faces and along an axis, samples on faces | {naive} | {} | {} | | |",
+            decibels(Some(at)),
+            decibels(Some(found.fixed))
+        )
+        .unwrap();
+    }
+    text
+}
+
+#[test]
+fn the_table_of_the_book_is_current() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/hard-cases.md");
+    let text = std::fs::read_to_string(&page).unwrap();
+    let marks = ["<!-- pictures -->\n", "<!-- end of pictures -->\n"];
+    let (before, rest) = text.split_once(marks[0]).unwrap();
+    let (found, after) = rest.split_once(marks[1]).unwrap();
+    let expected = table();
+    if std::env::var_os("POTAMOI_REFRESH").is_some() {
+        let whole = [before, marks[0], &expected, marks[1], after].concat();
+        return potamoi_golden::files::write(&page, whole.as_bytes()).unwrap();
+    }
+    let [found, expected] = [found, expected.as_str()].map(|t| t.lines().collect::<Vec<_>>());
+    let same = found.len() == expected.len();
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!(
+            same && alike(found, expected),
+            "{STALE}\nthere:    {found}\nmeasured: {expected}"
+        );
+    }
+    assert!(same, "{STALE}");
+}
+
+const STALE: &str =
+    "docs/hard-cases.md is not what is measured; make refresh writes it, then git diff";
+
+/// Whether rows say the same: decibels to one, other numbers to a quarter, since elementary functions
+/// differ between machines and may flip a decision.
+fn alike(a: &str, b: &str) -> bool {
+    let cells = |row: &str| row.split(" | ").map(str::to_owned).collect::<Vec<_>>();
+    let level = |cell: &str| cell.strip_suffix(" dB").and_then(|v| v.parse::<f64>().ok());
+    let value = |cell: &str| cell.trim_end_matches(" |").parse::<f64>().ok();
+    let (a, b) = (cells(a), cells(b));
+    let near = |(a, b): (&String, &String)| match ((level(a), level(b)), (value(a), value(b))) {
+        ((Some(a), Some(b)), _) => (a - b).abs() <= 1.0,
+        (_, (Some(a), Some(b))) => (a - b).abs() <= 0.25 * a.max(b),
+        _ => a == b,
+    };
+    a.len() == b.len() && a.iter().zip(&b).all(near)
+}
+
+/// Every guard that tools/hard-case-guards takes out is still there, once, and so is its test.
+#[test]
+fn every_guard_is_where_the_list_says() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap();
+    let list: toml::Table = read("tests/hard_cases/guards.toml").parse().unwrap();
+    let guards = list["guard"].as_array().unwrap();
+    assert!(guards.len() >= 20, "{}", guards.len());
+    for guard in guards {
+        let field = |name: &str| guard[name].as_str().unwrap();
+        let found = read(field("file")).matches(field("text")).count();
+        assert_eq!(found, 1, "{}: {}", field("file"), field("text"));
+        let [_, file, _, test] = field("test").split("::").collect::<Vec<_>>()[..] else {
+            panic!("{}", field("test"));
+        };
+        let text = read(&format!("golden/src/hard_cases/{file}.rs"));
+        assert!(
+            text.contains(&format!("\nfn {test}() -> Case")),
+            "{}",
+            field("test")
+        );
+    }
+}

@@ -1,0 +1,154 @@
+//! Voxels seen so that rays are parallel to axes, in faces, and samples lie on faces.
+
+use glam::DVec3;
+use potamoi_formats::config::Config;
+use potamoi_golden::camera::Camera;
+use potamoi_golden::picture::Picture;
+use potamoi_golden::units::{Twins, Units};
+use potamoi_golden::voxels::{
+    FixedFrame, FixedOptions, FloatOptions, Grid, Layout, MVoxels, render_fixed, render_float,
+};
+use potamoi_sim::rtl::RtlUnits;
+
+const POINTS: [usize; 3] = [9, 16, 15];
+const SIDE: u32 = 17;
+
+fn grid() -> Grid {
+    Grid::bake(POINTS, DVec3::ZERO, 1.0, Layout::Constant, |at, out| {
+        out[0] = (0.2 + 0.15 * (at.x + 0.7 * at.z).sin()) as f32;
+        for (c, v) in out[1..].iter_mut().enumerate() {
+            *v = (0.5 + 0.4 * (at.y * 0.5 + c as f64).cos()) as f32;
+        }
+    })
+    .unwrap()
+}
+
+/// Along z; the middle column's rays lie in the volume's first face, in a face of MVoxels, or in
+/// one of voxels, and the middle ray is parallel to the axis.
+fn cameras() -> [Camera; 3] {
+    [0.0, 7.0, 4.0].map(|x| {
+        let eye = DVec3::new(x, 7.0, -3.0);
+        Camera::look_at(eye, eye + DVec3::Z, DVec3::NEG_Y, 0.5, SIDE, SIDE)
+    })
+}
+
+/// Steps of whole voxels from the first face: every sample of the middle ray is on a face.
+const STEP: f64 = 1.0;
+
+fn fixed(camera: &Camera, units: &mut dyn Units) -> FixedFrame {
+    let (grid, config) = (grid(), Config::paper());
+    let mvoxels = MVoxels::new(&grid, &config).unwrap();
+    let options = FixedOptions {
+        step: STEP,
+        ..FixedOptions::default()
+    };
+    render_fixed(&grid, &mvoxels, camera, &options, units).unwrap()
+}
+
+/// What a sample counts for, by where it is.
+type Owners = fn(DVec3) -> f64;
+
+/// Slabs by division, compared as they come; then the samples, each as often as it has owners.
+fn obvious(camera: &Camera, owners: Owners, careful: bool) -> Picture {
+    let grid = grid();
+    let last = DVec3::from(POINTS.map(|p| (p - 1) as f64));
+    let mut picture = Picture::filled(SIDE, SIDE, [0.0; 3]);
+    for (i, pixel) in picture.rgb.iter_mut().enumerate() {
+        let (origin, direction) = camera.ray(i as u32 % SIDE, i as u32 / SIDE);
+        let (mut near, mut far) = (0f64, f64::INFINITY);
+        for axis in 0..3 {
+            if careful && direction[axis] == 0.0 {
+                continue;
+            }
+            let a = -origin[axis] / direction[axis];
+            let b = (last[axis] - origin[axis]) / direction[axis];
+            let (a, b) = if a < b { (a, b) } else { (b, a) };
+            near = if a > near { a } else { near };
+            far = if b < far { b } else { far };
+        }
+        let mut left = 1.0;
+        let mut values = [0.0; 4];
+        let samples = if far >= near && far.is_finite() {
+            ((far - near) / STEP) as u32 + 1
+        } else {
+            0
+        };
+        for k in 0..samples {
+            let at = origin + direction * (near + f64::from(k) * STEP);
+            grid.sample(at, &mut values);
+            let alpha = -(-values[0].max(0.0) * STEP * owners(at)).exp_m1();
+            for (sum, v) in pixel.iter_mut().zip(&values[1..]) {
+                *sum += (left * alpha * v) as f32;
+            }
+            left *= 1.0 - alpha;
+            if left < 1e-3 {
+                break;
+            }
+        }
+    }
+    picture
+}
+
+/// A sample that is in several MVoxels, faces included, counts in each.
+fn each(at: DVec3) -> f64 {
+    let along = |v: f64| if v > 0.0 && v % 7.0 == 0.0 { 2.0 } else { 1.0 };
+    along(at.x) * along(at.y) * along(at.z)
+}
+
+pub(crate) struct Measured {
+    pub(crate) divided: f64,
+    pub(crate) owned_twice: f64,
+    pub(crate) fixed: f64,
+}
+
+pub(crate) fn measure() -> Measured {
+    let mut least = Measured {
+        divided: f64::INFINITY,
+        owned_twice: f64::INFINITY,
+        fixed: f64::INFINITY,
+    };
+    let options = FloatOptions {
+        step: STEP,
+        ..FloatOptions::default()
+    };
+    for camera in cameras() {
+        let float = render_float(&grid(), &camera, &options).unwrap().picture;
+        let psnr = |p: &Picture| p.psnr(&float, |_| true).unwrap();
+        // With owners counted rightly and parallel rays told apart it is the same picture.
+        let same = psnr(&obvious(&camera, |_| 1.0, true));
+        assert!(same > 120.0, "{same}");
+        least.divided = least.divided.min(psnr(&obvious(&camera, |_| 1.0, false)));
+        least.owned_twice = least.owned_twice.min(psnr(&obvious(&camera, each, true)));
+        let mut twins = Twins::new(&Config::paper());
+        least.fixed = least.fixed.min(psnr(&fixed(&camera, &mut twins).picture));
+        assert_eq!(twins.gather_flags(), 0);
+    }
+    least
+}
+
+#[test]
+fn rays_in_faces_and_samples_on_them_keep_their_promise() {
+    let Measured {
+        divided,
+        owned_twice,
+        fixed,
+    } = measure();
+    println!("{fixed:.1} dB; by division {divided:.1}, owned twice {owned_twice:.1}");
+    assert!(fixed >= 80.0, "{fixed}");
+    assert!(
+        divided < 70.0 && owned_twice < 70.0,
+        "{divided} {owned_twice}"
+    );
+}
+
+#[test]
+fn the_hardware_samples_the_same_faces() {
+    let mut rtl = RtlUnits::new(&Config::paper());
+    for camera in cameras() {
+        assert_eq!(
+            fixed(&camera, &mut rtl),
+            fixed(&camera, &mut Twins::new(&Config::paper()))
+        );
+    }
+    assert_eq!(rtl.gather_flags(), 0);
+}
