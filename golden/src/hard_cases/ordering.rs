@@ -10,8 +10,9 @@ use crate::units::Twins;
 
 cases!(depth_ties, near_ties);
 
-/// Four Gaussians over one another, each of another colour, at these depths.
-fn stack(depths: [f32; 4]) -> Cloud {
+/// Four Gaussians over one another, each of another colour, at these depths; each a little more to
+/// the left than those before it by `aside` of its depth.
+fn stack(depths: [f32; 4], aside: f32) -> Cloud {
     let colour = |i: usize| {
         [
             0.5 * i as f32 - 1.0,
@@ -21,7 +22,7 @@ fn stack(depths: [f32; 4]) -> Cloud {
     };
     Cloud::new(
         0,
-        depths.map(|z| [0.02, -0.01, z]).to_vec(),
+        depths.map(|z| [0.02 - aside * z, -0.01, z]).to_vec(),
         vec![[-2.0; 3]; 4],
         vec![[1.0, 0.0, 0.0, 0.0]; 4],
         vec![0.3; 4],
@@ -54,7 +55,7 @@ fn in_file_order(cloud: &Cloud) -> Vec<[f32; 3]> {
 }
 
 fn depth_ties() -> Case {
-    let cloud = stack([3.0; 4]);
+    let cloud = stack([3.0; 4], 0.0);
     let config = Config::paper();
     let both = |cloud: &Cloud| {
         let options = FloatOptions::default();
@@ -88,7 +89,8 @@ fn near_ties() -> Case {
     let eye = DVec3::new(0.0, 0.0, -30_000.0);
     let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::NEG_Y, 1e-4, 16, 16);
     let step = 2f32.powi(-12);
-    let cloud = stack([3.0 * step, step, 0.0, 2.0 * step]);
+    // By their contents, as ties are ordered, they would come in reverse.
+    let cloud = stack([3.0 * step, step, 0.0, 2.0 * step], 1.0);
     let truth = [2, 1, 3, 0].map(|i: usize| cloud.sh(i)[0]);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for order in permutations() {
