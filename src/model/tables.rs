@@ -126,10 +126,10 @@ pub(super) fn print(found: &Found, system: &System) {
     let gathered = &found.gathered;
     let (paper, whose) = gathering_speed_up(&found.algorithm);
     say!(
-        "\ngathering alone, of a frame in full: {:.3} ms on the GPU, {:.3} by the unit, {:.2} times (the paper: {paper} {whose})",
+        "\ngathering alone, of a frame in full: {:.3} ms on the GPU, {:.3} by the unit, {} times (the paper: {paper} {whose})",
         gathered.gpu_ns * 1e-6,
         gathered.unit_ns * 1e-6,
-        gathered.gpu_ns / gathered.unit_ns
+        times(gathered.gpu_ns, gathered.unit_ns)
     );
     let memory = &gathered.memory;
     say!(
@@ -228,7 +228,7 @@ fn gathering(report: &Report<Found>) {
             found.scene.clone(),
             format!("{:.3}", own.gpu_ns * 1e-6),
             format!("{:.3}", own.unit_ns * 1e-6),
-            format!("{:.2}", own.gpu_ns / own.unit_ns),
+            times(own.gpu_ns, own.unit_ns),
             paper.to_string(),
             format!(
                 "{:.3} > {:.3}",
@@ -240,6 +240,15 @@ fn gathering(report: &Report<Found>) {
         ]);
     }
     say!("\n{rows}");
+}
+
+/// How many times as long one takes as the other; a dash where there is nothing to gather.
+fn times(one: f64, other: f64) -> String {
+    if other > 0.0 {
+        format!("{:.2}", one / other)
+    } else {
+        "-".to_owned()
+    }
 }
 
 /// Each scenario, with the place of its baseline.
