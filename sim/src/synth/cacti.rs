@@ -158,6 +158,7 @@ impl Cacti {
             tool: PROGRAM,
             unit: name.to_owned(),
             said,
+            remedy: "tools/setup memories makes the version that works",
         };
         let output = Command::new(PROGRAM)
             .args(["-infile".as_ref(), input.as_os_str()])

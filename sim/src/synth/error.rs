@@ -7,6 +7,13 @@ use thiserror::Error;
 
 use super::UnitKind;
 
+/// Where a program fails that has read a cell library.
+pub(super) const CHECK_LIBRARY: &str = "check what the cell library says of its cells (the same \
+    Verilog in another library tells whether it is at fault), then `potamoi doctor` for versions \
+    that work";
+/// Where it has read what Potamoi wrote alone.
+pub(super) const CHECK_VERSIONS: &str = "see `potamoi doctor` for versions that work";
+
 /// A synthesis that could not be done.
 #[derive(Debug, Error)]
 pub enum SynthError {
@@ -112,7 +119,7 @@ pub enum SynthError {
     #[error(transparent)]
     Cache(#[from] potamoi_verilated::Error),
     /// A program failed.
-    #[error("{tool} failed on {unit}: {said}")]
+    #[error("{tool} failed on {unit}: {said}; {remedy}")]
     Tool {
         /// Its name.
         tool: &'static str,
@@ -120,9 +127,11 @@ pub enum SynthError {
         unit: String,
         /// The last lines that it printed.
         said: String,
+        /// What to look at.
+        remedy: &'static str,
     },
     /// A program's output is not what it should be.
-    #[error("{tool} printed no {what} for {unit}; see `potamoi doctor` for versions that work")]
+    #[error("{tool} printed no {what} for {unit}; {remedy}")]
     Output {
         /// Its name.
         tool: &'static str,
@@ -130,6 +139,8 @@ pub enum SynthError {
         unit: &'static str,
         /// What was looked for.
         what: String,
+        /// What to look at.
+        remedy: &'static str,
     },
     /// A netlist in cells that cannot be simulated.
     #[error("the netlist of {unit} in cells of {library}: {problem}")]

@@ -9,6 +9,7 @@ use potamoi_formats::config::Config;
 use potamoi_hdl::ir::{Header, verilog};
 use serde::{Deserialize, Serialize};
 
+use super::error::CHECK_VERSIONS;
 use super::tools::{run, says};
 use super::{SynthError, UnitKind};
 
@@ -199,16 +200,22 @@ pub fn place_and_route(
     write("synth.ys", &script)?;
     let mut yosys = Command::new(YOSYS);
     yosys.args(["-q", "-s", "synth.ys"]);
-    run(yosys, folder.path(), YOSYS, unit.top())?;
+    run(yosys, folder.path(), (YOSYS, CHECK_VERSIONS), unit.top())?;
     let mut nextpnr = Command::new(NEXTPNR);
     nextpnr.args(&arguments);
-    run(nextpnr, folder.path(), NEXTPNR, unit.top())?;
+    run(
+        nextpnr,
+        folder.path(),
+        (NEXTPNR, CHECK_VERSIONS),
+        unit.top(),
+    )?;
     let text = std::fs::read_to_string(folder.path().join("report.json"));
     let report = text.ok().and_then(|text| read(&text, unit.top()));
     let report = report.ok_or_else(|| SynthError::Output {
         tool: NEXTPNR,
         unit: unit.top(),
         what: "utilisation and clock".to_owned(),
+        remedy: CHECK_VERSIONS,
     })?;
     let json = serde_json::to_vec_pretty(&report).map_err(|e| cannot(&kept)(e.into()))?;
     potamoi_golden::files::write(&kept, &json).map_err(cannot(&kept))?;

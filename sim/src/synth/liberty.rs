@@ -14,9 +14,18 @@ const MAX_DEPTH: u32 = 32;
 pub(super) struct Group {
     pub(super) kind: String,
     pub(super) arguments: Vec<String>,
-    /// `name : value;` and `name (value, ...);`, in order.
-    pub(super) values: Vec<(String, Vec<String>)>,
+    /// In order.
+    pub(super) values: Vec<Attribute>,
     pub(super) groups: Vec<Group>,
+    /// Line on which it begins, from 1.
+    pub(super) line: usize,
+}
+
+/// `name : value;` or `name (value, ...);`.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Attribute {
+    pub(super) name: String,
+    pub(super) values: Vec<String>,
     /// Line on which it begins, from 1.
     pub(super) line: usize,
 }
@@ -24,8 +33,8 @@ pub(super) struct Group {
 impl Group {
     /// The value of an attribute, if it has one.
     pub(super) fn value(&self, name: &str) -> Option<&str> {
-        let mut found = self.values.iter().filter(|(n, _)| n == name);
-        found.next()?.1.first().map(String::as_str)
+        let found = self.values.iter().find(|own| own.name == name);
+        found?.values.first().map(String::as_str)
     }
 
     pub(super) fn groups<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = &'a Group> {
@@ -38,8 +47,8 @@ impl Group {
 
     /// The numbers of an attribute; what is none.
     pub(super) fn numbers(&self, name: &str) -> Result<Vec<f64>, String> {
-        let found = self.values.iter().filter(|(n, _)| n == name);
-        let words = found.flat_map(|(_, values)| values);
+        let found = self.values.iter().filter(|own| own.name == name);
+        let words = found.flat_map(|own| &own.values);
         let words = words.flat_map(|v| v.split([',', ' ', '\t', '\n', '\r', '\\']));
         let number = |word: &str| {
             let number = word.parse().ok().filter(|v: &f64| v.is_finite());
@@ -57,6 +66,25 @@ impl Group {
             found: format!("`{found}`"),
         }
     }
+}
+
+/// A number with a unit of a power of ten of `base`, in units of ten to the power of `of`.
+pub(super) fn scaled(text: &str, base: char, of: i32) -> Option<f64> {
+    let at = text.find(|c: char| c.is_alphabetic())?;
+    let (number, unit) = text.split_at(at);
+    let unit = unit.trim().to_ascii_lowercase();
+    let power = match unit.strip_suffix(base)? {
+        "m" => -3,
+        "u" => -6,
+        "n" => -9,
+        "p" => -12,
+        "f" => -15,
+        "" => 0,
+        _ => return None,
+    };
+    let number: f64 = number.trim().parse().ok()?;
+    let scaled = number * 10f64.powi(power - of);
+    (scaled.is_finite() && scaled > 0.0).then_some(scaled)
 }
 
 /// Reads the library of a file; `origin` names it in errors.
@@ -218,7 +246,9 @@ impl Reader<'_> {
             let expected = format!("a name, or `}}` for the group of line {}", group.line);
             let name = self.word(&expected)?;
             match self.member(name, line, depth + 1)? {
-                Member::Value(name, values) => group.values.push((name, values)),
+                Member::Value(name, values) => {
+                    group.values.push(Attribute { name, values, line });
+                }
                 Member::Group(inner) => group.groups.push(inner),
             }
         }
@@ -262,7 +292,7 @@ mod tests {
         let library = parse(SMALL, "tiny.lib").unwrap();
         assert_eq!((library.name(), library.line), ("tiny", 2));
         assert_eq!(library.value("time_unit"), Some("1ps"));
-        assert_eq!(library.values[1].1, ["1", "ff"]);
+        assert_eq!(library.values[1].values, ["1", "ff"]);
         let cells: Vec<_> = library.groups("cell").collect();
         assert_eq!(
             cells.iter().map(|c| c.name()).collect::<Vec<_>>(),
@@ -273,7 +303,7 @@ mod tests {
         let pin = cells[0].groups("pin").next().unwrap();
         assert_eq!((pin.value("function"), pin.line), (Some("!A"), 7));
         let timing = pin.groups("timing").next().unwrap();
-        assert_eq!(timing.values[0].1, ["1, 2", "3, 4"]);
+        assert_eq!(timing.values[0].values, ["1, 2", "3, 4"]);
     }
 
     #[test]

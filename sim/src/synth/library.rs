@@ -9,7 +9,8 @@ use sha2::{Digest as _, Sha256};
 
 use super::gates::Truth;
 use super::liberty::{self, Group};
-use super::{SynthError, lookup};
+use super::units::Units;
+use super::{SynthError, attributes, lookup};
 
 /// The largest library that is read, in bytes, unpacked.
 const LIMIT: u64 = 1 << 28;
@@ -31,6 +32,11 @@ pub struct Library {
     pub cells: BTreeMap<String, Cell>,
     /// The smallest buffer: it drives inputs, and four of its inputs load outputs.
     pub buffer: String,
+    /// Units that it does not say, a sentence each, with what is taken instead.
+    pub assumed: Vec<String>,
+    /// Volts of its unit of voltage, and watts of its unit of leakage.
+    pub(super) voltage_v: f64,
+    pub(super) leakage_w: f64,
     pub(super) text: String,
     /// The file that it was read from, for errors.
     pub(super) path: String,
@@ -60,8 +66,8 @@ impl Library {
     /// Reads a Liberty file, plain or packed with gzip.
     ///
     /// # Errors
-    /// The file cannot be read or is no Liberty file, a value or a table is not what it
-    /// should be, or there is no flip-flop, inverter, buffer or gate of two inputs.
+    /// The file cannot be read or is no Liberty file, a function, a number or a table is not
+    /// what it should be, or there is no flip-flop, inverter, buffer or gate of two inputs.
     pub fn read(path: &Path) -> Result<Self, SynthError> {
         let fail = |source| SynthError::Read {
             path: path.to_owned(),
@@ -88,7 +94,9 @@ impl Library {
     fn parse(text: String, sha256: String, path: &Path) -> Result<Self, SynthError> {
         let origin = path.display().to_string();
         let file = liberty::parse(&text, &origin)?;
-        lookup::check(&file, &origin)?;
+        let units = Units::read(&file, &origin)?;
+        attributes::check(&file, &units, &origin)?;
+        lookup::check(&file, &units, &origin)?;
         let reader = Attributes { origin: &origin };
         let mut cells = BTreeMap::new();
         for cell in file.groups("cell") {
@@ -97,11 +105,14 @@ impl Library {
         let mut library = Self {
             name: file.name().to_owned(),
             sha256,
-            time_ps: reader.time(&file)?,
-            capacitance_ff: reader.capacitance(&file)?,
+            time_ps: units.time_ps,
+            capacitance_ff: units.load_ff,
             volts: reader.number(&file, "nom_voltage")?,
             cells,
             buffer: String::new(),
+            assumed: units.assumed,
+            voltage_v: units.volts,
+            leakage_w: units.leakage_w,
             text,
             path: origin.clone(),
         };
@@ -205,43 +216,6 @@ impl Attributes<'_> {
             .ok_or_else(|| self.wrong(group, &expected(), text))
     }
 
-    /// A number with a unit of a power of ten of `base`, in units of `of`.
-    fn scaled(text: &str, base: char, of: i32) -> Option<f64> {
-        let at = text.find(|c: char| c.is_alphabetic())?;
-        let (number, unit) = text.split_at(at);
-        let unit = unit.trim().to_ascii_lowercase();
-        let power = match unit.strip_suffix(base)? {
-            "m" => -3,
-            "u" => -6,
-            "n" => -9,
-            "p" => -12,
-            "f" => -15,
-            "" => 0,
-            _ => return None,
-        };
-        let number: f64 = number.trim().parse().ok()?;
-        let scaled = number * 10f64.powi(power - of);
-        (scaled.is_finite() && scaled > 0.0).then_some(scaled)
-    }
-
-    fn time(&self, library: &Group) -> Result<f64, SynthError> {
-        let text = library.value("time_unit").unwrap_or("1ns");
-        Self::scaled(text, 's', -12)
-            .ok_or_else(|| self.wrong(library, "time_unit, as 1ps or 1ns", text))
-    }
-
-    fn capacitance(&self, library: &Group) -> Result<f64, SynthError> {
-        let found = library
-            .values
-            .iter()
-            .find(|(name, _)| name == "capacitive_load_unit");
-        let text = found.map_or_else(|| "none".to_owned(), |(_, values)| values.concat());
-        Self::scaled(&text, 'f', -15).ok_or_else(|| {
-            let expected = "capacitive_load_unit, as (1, pf) or (1, ff)";
-            self.wrong(library, expected, &text)
-        })
-    }
-
     fn cell(&self, cell: &Group) -> Result<Cell, SynthError> {
         let area = self.number(cell, "area")?;
         let area = area.ok_or_else(|| self.wrong(cell, "area", "none"))?;
@@ -313,6 +287,11 @@ mod tests {
         assert!((library.time_ps - 10.0).abs() < 1e-9);
         assert!((library.capacitance_ff - 1000.0).abs() < 1e-9);
         assert_eq!(library.volts, Some(0.7));
+        let assumed = |name: &str| library.assumed.iter().any(|said| said.starts_with(name));
+        assert!(!assumed("time_unit") && assumed("leakage_power_unit"));
+        let library = read(&SMALL.replace("time_unit : \"10ps\";", "")).unwrap();
+        let said = "time_unit is not there: 1ns is taken, as usual";
+        assert_eq!((library.time_ps, &*library.assumed[0]), (1000.0, said));
         assert_eq!(library.buffer, "BUF");
         assert!((library.load() - 0.012).abs() < 1e-12);
         assert!(library.cells["DFF"].is_flop && !library.cells["INV"].is_flop);
@@ -347,7 +326,7 @@ mod tests {
                 "no flip-flop among its 4 cells",
             ),
             ("\"A\"", "\"A & A\"", "no buffer"),
-            ("\"(!A)\"", "\"A B\"", "no inverter"),
+            ("\"(!A)\"", "\"A A\"", "no inverter"),
             (
                 "!(A + B)",
                 "A ^ B",
@@ -365,7 +344,17 @@ mod tests {
             ),
             ("(1, pf)", "(1, kf)", "capacitive_load_unit"),
             ("area : 2;", "", "area in the cell `BUF`"),
-            ("area : 5", "area : -5", "area, a number of 0 or more"),
+            (
+                "area : 5",
+                "area : -5",
+                "area, a number of 0 to 1e8 um^2, which is 1 cm^2 in the cell `DFF`, found `-5`",
+            ),
+            (
+                "nom_voltage : 0.7",
+                "nom_voltage : O.7",
+                "nom_voltage, a number",
+            ),
+            ("\"(!A)\"", "\"(! & )\"", "in the pin `Y` of the cell `INV`"),
             (
                 "direction : \"input\"",
                 "direction : sideways",
@@ -377,6 +366,25 @@ mod tests {
                 error.starts_with("t.lib") && error.contains(expected),
                 "{error}"
             );
+        }
+    }
+
+    /// That nothing in libraries that are in use is taken for damage.
+    #[test]
+    fn libraries_in_use_are_read() {
+        let asap7 = "data/liberty/asap7_rvt_tt_62cells.lib.gz";
+        let shared = std::env::var_os("POTAMOI_SHARED").map_or_else(
+            || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
+            PathBuf::from,
+        );
+        let osu = PathBuf::from(crate::synth::DEFAULT_LIBRARY);
+        for (path, cells) in [(shared.join(asap7), 62), (osu, 32)] {
+            if !path.is_file() {
+                println!("skipped: {}: not here", path.display());
+                continue;
+            }
+            let library = Library::read(&path).unwrap();
+            assert_eq!((library.cells.len(), library.assumed.len()), (cells, 0));
         }
     }
 }

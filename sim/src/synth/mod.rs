@@ -8,6 +8,7 @@
 //! paths that begin or end in a memory are not timed.
 
 mod access;
+mod attributes;
 mod cacti;
 mod ends;
 mod error;
@@ -30,6 +31,7 @@ mod script;
 pub mod study;
 mod tools;
 mod unit;
+mod units;
 
 pub use access::{WithMemories, access_times, with_memories};
 pub use cacti::{Cacti, Figures, Settings, Shape};

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::error::CHECK_LIBRARY;
 use super::script::{LIBRARY, NETLIST};
 use super::tools::TIMING;
 use super::{Library, Made, SynthError, Tools, UnitKind};
@@ -87,6 +88,7 @@ impl Retiming<'_> {
             tool: "sta",
             unit: unit.top(),
             what: wanted.what.to_owned(),
+            remedy: CHECK_LIBRARY,
         })?;
         let json = serde_json::to_vec_pretty(&found).map_err(|e| cannot(&kept)(e.into()))?;
         potamoi_golden::files::write(&kept, &json).map_err(cannot(&kept))?;

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use super::SynthError;
+use super::error::CHECK_LIBRARY;
 
 /// Yosys of the Python package of that name, as tools/setup starts it: `--version`,
 /// or a script.
@@ -76,14 +77,14 @@ impl Tools {
             yosys.args(["-q", "-s"]);
         }
         yosys.arg(script);
-        run(yosys, folder, "yosys", unit).map(drop)
+        run(yosys, folder, ("yosys", CHECK_LIBRARY), unit).map(drop)
     }
 
     /// Runs the script of OpenSTA in `folder`; gives what it printed.
     pub(super) fn sta(&self, folder: &Path, unit: &str) -> Result<String, SynthError> {
         let mut sta = Command::new("sta");
         sta.args(["-no_splash", "-exit", TIMING]);
-        run(sta, folder, "sta", unit)
+        run(sta, folder, ("sta", CHECK_LIBRARY), unit)
     }
 }
 
@@ -98,17 +99,19 @@ pub(super) fn says(program: &str, arguments: &[&str]) -> Option<String> {
     (output.status.success() && !line.is_empty()).then_some(line)
 }
 
-/// Runs a program in `folder`; gives what it printed.
+/// Runs a program in `folder`; gives what it printed. Beside the program's name is what to
+/// look at where it fails.
 pub(super) fn run(
     mut command: Command,
     folder: &Path,
-    tool: &'static str,
+    (tool, remedy): (&'static str, &'static str),
     unit: &str,
 ) -> Result<String, SynthError> {
     let fail = |said: String| SynthError::Tool {
         tool,
         unit: unit.to_owned(),
         said,
+        remedy,
     };
     let output = command
         .current_dir(folder)
@@ -150,5 +153,18 @@ mod tests {
             };
             assert_eq!(tools.yosys_version(), expected, "{said}");
         }
+    }
+
+    /// A program that goes on after an error, and what is said of it.
+    #[test]
+    fn a_failure_names_what_to_look_at() {
+        let mut echo = Command::new("echo");
+        echo.arg("Error: cells.lib line 7, no such pin");
+        let folder = std::env::temp_dir();
+        let error = run(echo, &folder, ("sta", CHECK_LIBRARY), "vector_unit");
+        let said = error.map_err(|e| e.to_string()).err().unwrap_or_default();
+        let start = "sta failed on vector_unit: Error: cells.lib line 7, no such pin; check what the cell \
+                     library says";
+        assert!(said.starts_with(start), "{said}");
     }
 }

@@ -11,6 +11,7 @@ use potamoi_hdl::ir::{Header, IrErrors, Module, verilog};
 use potamoi_hdl::vu::vector_unit;
 use serde::{Deserialize, Serialize};
 
+use super::error::CHECK_LIBRARY;
 use super::fanout::{FAN_OUT, LOAD};
 use super::netlist::{self, MemoryArea, ModuleArea};
 use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, scripts};
@@ -184,6 +185,7 @@ pub fn synthesise(
         tool,
         unit: unit.top(),
         what: what.to_owned(),
+        remedy: CHECK_LIBRARY,
     };
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name));
     tools.yosys(folder.path(), SYNTH, unit.top())?;

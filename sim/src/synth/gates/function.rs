@@ -22,9 +22,22 @@ impl Truth {
                 "expected a function of at most {MAX_VARIABLES} pins, found {count}"
             ));
         }
+        Self::read(text, names, names.len())
+    }
+
+    /// Whether it is a function of some of these pins, however many they are.
+    ///
+    /// # Errors
+    /// Likewise.
+    pub(crate) fn check(text: &str, names: &[&str]) -> Result<(), String> {
+        Self::read(text, names, 0).map(drop)
+    }
+
+    fn read(text: &str, names: &[&str], variables: usize) -> Result<Self, String> {
         let mut reader = Reader {
             rest: text,
             names,
+            variables,
             depth: 0,
         };
         let truth = reader.sum()?;
@@ -62,6 +75,8 @@ impl Truth {
 struct Reader<'a> {
     rest: &'a str,
     names: &'a [&'a str],
+    /// As many as names, or none where no table is wanted.
+    variables: usize,
     depth: u32,
 }
 
@@ -136,7 +151,7 @@ impl Reader<'_> {
             signs += 1;
         }
         if signs % 2 == 1 {
-            let values = 1usize << self.names.len();
+            let values = 1usize << self.variables;
             let mask = if values < 64 {
                 (1 << values) - 1
             } else {
@@ -154,14 +169,19 @@ impl Reader<'_> {
         if name.is_empty() {
             return Err(self.wrong("a pin"));
         }
-        let variables = self.names.len();
+        let variables = self.variables;
         let found = match (self.names.iter().position(|n| *n == name), name) {
-            (Some(i), _) => Truth::by(variables, |bits| bits >> i & 1 == 1),
+            (Some(i), _) => Truth::by(variables, |bits| i < variables && bits >> i & 1 == 1),
             (None, "0") => Truth::by(variables, |_| false),
             (None, "1") => Truth::by(variables, |_| true),
             _ => {
-                let known = [self.names, &["0", "1"]].concat().join(", ");
-                return Err(format!("expected one of {known}, found `{name}`"));
+                let listed = self.names.iter().take(MAX_VARIABLES).copied();
+                let known = listed.chain(["0", "1"]).collect::<Vec<_>>().join(", ");
+                let others = match self.names.len().checked_sub(MAX_VARIABLES) {
+                    None | Some(0) => String::new(),
+                    Some(count) => format!(" and {count} others"),
+                };
+                return Err(format!("expected one of {known}{others}, found `{name}`"));
             }
         };
         self.rest = rest;
@@ -242,5 +262,24 @@ mod tests {
             assert!(Truth::parse(text, &["A", "B"]).is_err(), "{text}");
         }
         assert!(Truth::parse("A0", &["A"; MAX_VARIABLES + 1]).is_err());
+    }
+
+    /// Of more pins than a table could have.
+    #[test]
+    fn functions_are_checked_without_a_table() {
+        let names: Vec<String> = (0..100).map(|i| format!("A{i}")).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        for text in ["A0", "!(A99 A70' + A3 ^ 1)", "!A0 !A64", "0"] {
+            assert_eq!(Truth::check(text, &names), Ok(()), "{text}");
+        }
+        for (text, why) in [
+            ("A99 &", "a pin in a function, found its end"),
+            ("A3 ! & A4", "a pin in a function, found `&`"),
+            ("A3 + A100", "found `A100`"),
+            ("(A3", "`)`"),
+        ] {
+            let found = Truth::check(text, &names).unwrap_err();
+            assert!(found.contains(why), "{text}: {found}");
+        }
     }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use potamoi_hdl::ir::{Header, Module, verilog};
 
+use crate::synth::error::CHECK_LIBRARY;
 use crate::synth::script::{LIBRARY, NETLIST, scripts};
 use crate::synth::tools::SYNTH;
 use crate::synth::{Library, SynthError, Tools};
@@ -123,6 +124,7 @@ impl Run<'_> {
             tool: "yosys",
             unit,
             what: "netlist".to_owned(),
+            remedy: CHECK_LIBRARY,
         })?;
         potamoi_golden::files::write(&kept, text.as_bytes()).map_err(cannot(&kept))?;
         Ok(text)

@@ -38,21 +38,14 @@ impl PowerLibrary {
     /// Reads the library's text again, for what areas and periods do not need.
     pub(crate) fn read(library: &Library) -> Result<Self, SynthError> {
         let file = liberty::parse(&library.text, &library.path)?;
-        let volts_unit = scale(file.value("voltage_unit").unwrap_or("1V"), 'v');
-        let leakage = scale(file.value("leakage_power_unit").unwrap_or("1nW"), 'w');
-        let wrong = |name: &str| {
-            let found = file.value(name).unwrap_or_default();
-            file.wrong(&library.path, &format!("{name}, as 1V or 1nW"), found)
-        };
-        let volts_unit = volts_unit.ok_or_else(|| wrong("voltage_unit"))?;
-        let leakage_nw = 1e9 * leakage.ok_or_else(|| wrong("leakage_power_unit"))?;
+        let volts_unit = library.voltage_v;
         Ok(Self {
             units: Units {
                 time_ps: library.time_ps,
                 load_ff: library.capacitance_ff,
                 volts: library.volts.unwrap_or(0.0) * volts_unit,
                 energy_fj: library.capacitance_ff * volts_unit * volts_unit,
-                leakage_nw,
+                leakage_nw: 1e9 * library.leakage_w,
             },
             gates: gates(&file),
             origin: library.path.clone(),
@@ -91,23 +84,4 @@ impl PowerLibrary {
         }
         Ok(transition)
     }
-}
-
-/// `1nW` in watts, `10mV` in volts.
-fn scale(text: &str, base: char) -> Option<f64> {
-    let at = text.find(|c: char| c.is_alphabetic())?;
-    let (number, unit) = text.split_at(at);
-    let unit = unit.trim().to_ascii_lowercase();
-    let power = match unit.strip_suffix(base)? {
-        "m" => -3,
-        "u" => -6,
-        "n" => -9,
-        "p" => -12,
-        "f" => -15,
-        "" => 0,
-        _ => return None,
-    };
-    let number: f64 = number.trim().parse().ok()?;
-    let found = number * 10f64.powi(power);
-    (found.is_finite() && found > 0.0).then_some(found)
 }
