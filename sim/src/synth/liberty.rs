@@ -175,7 +175,12 @@ impl Reader<'_> {
 
     /// A name or a number.
     fn word(&mut self, expected: &str) -> Result<String, SynthError> {
-        let ends = |c: char| c.is_whitespace() || "(){}:;,\"\\".contains(c);
+        self.up_to("(){}:;,\"\\", expected)
+    }
+
+    /// What stands before a blank or one of `ends`.
+    fn up_to(&mut self, ends: &str, expected: &str) -> Result<String, SynthError> {
+        let ends = |c: char| c.is_whitespace() || ends.contains(c);
         let end = self.rest.find(ends).unwrap_or(self.rest.len());
         if end == 0 {
             return Err(self.wrong(self.line, expected, &self.here()));
@@ -217,7 +222,8 @@ impl Reader<'_> {
             }
             arguments.push(match self.rest.starts_with('"') {
                 true => self.string()?,
-                false => self.word("an argument or `)`")?,
+                // Of buses some are ranges: `A[3:0]`.
+                false => self.up_to("(){};,\"\\", "an argument or `)`")?,
             });
         }
         self.skip();
@@ -315,6 +321,7 @@ mod tests {
             ("library (a) {\n  area : ;\n}", 2, "a value"),
             ("library (a) {\n  area 2;\n}", 2, "`:` or `(`"),
             ("library (a) { b (\"c", 1, "a string that ends"),
+            ("library (a) { b (c{", 1, "an argument or `)`"),
             ("library (a) { }\n x", 2, "the end of the file"),
         ] {
             let error = parse(text, "t.lib").unwrap_err().to_string();

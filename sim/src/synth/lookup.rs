@@ -29,7 +29,15 @@ pub(super) fn check(library: &Group, units: &Units, path: &str) -> Result<(), Sy
         path,
     };
     let mut cells = library.groups("cell");
-    cells.try_for_each(|cell| checker.inside(cell))
+    cells.try_for_each(|cell| checker.inside(cell).map_err(|error| of_cell(error, cell)))
+}
+
+/// An error in a group of a cell, with the cell's name.
+fn of_cell(mut error: SynthError, cell: &Group) -> SynthError {
+    if let SynthError::Liberty { expected, .. } = &mut error {
+        *expected += &format!(" of the cell `{}`", cell.name());
+    }
+    error
 }
 
 struct Checker<'a> {
@@ -145,13 +153,13 @@ mod tests {
                 "cell_rise (",
                 "\"",
                 "\"1e9x, ",
-                "values, numbers in the cell_rise `by_slew_and_load`, found `1e9x`",
+                "values, numbers in the cell_rise `by_slew_and_load` of the cell `INV`, found `1e9x`",
             ),
             (
                 "rise_transition (",
                 "\"",
                 "\"inf, ",
-                "values, numbers in the rise_transition `by_slew_and_load`, found `inf`",
+                "values, numbers in the rise_transition `by_slew_and_load` of the cell `INV`, found `inf`",
             ),
             ("fall_power (", "\"", "\"1, ", "values in the fall_power"),
             (

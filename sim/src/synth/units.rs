@@ -94,8 +94,7 @@ impl Units {
                 Some(slowest) => bounds(
                     -slowest,
                     most_time,
-                    "of 100 us at most, and before its input by no more than the slowest input \
-                     transition of the table",
+                    "of at most 100 us, and not below minus the slowest input transition of the table",
                 ),
                 None => bounds(-EARLY_PS / self.time_ps, most_time, "of -1 ns to 100 us"),
             },
