@@ -365,6 +365,24 @@ mod tests {
         assert_eq!(gathering.raw.units[..], all.raw.units[..1]);
     }
 
+    /// 1241 ps at 7 nm times 1.26, of a unit with memories alone.
+    #[test]
+    fn the_period_with_memories_is_scaled_where_it_is_known() {
+        let [report, _] = SynthReport::checked_in().unwrap();
+        let mut raw = report.raw;
+        let scaled = |raw: &Raw| -> Vec<Option<f64>> {
+            let scaled = Scaled::new(raw, Some(7), 12).logic.unwrap();
+            scaled.units.iter().map(|u| u.with_memories_ps).collect()
+        };
+        let [Some(gathering), None] = scaled(&raw)[..] else {
+            unreachable!("the vector unit has no memories")
+        };
+        assert!((gathering - 1241.075714 * 1.26).abs() < 1e-6, "{gathering}");
+        raw.units[0].with_memories = None;
+        assert_eq!(scaled(&raw), [None, None]);
+        assert_eq!(Scaled::new(&raw, None, 12).logic, None);
+    }
+
     #[test]
     fn differences_are_named_by_place() {
         let a = json!({"tools": {"yosys": "0.23"}, "units": [{"cells": 1}, {"cells": 2}]});

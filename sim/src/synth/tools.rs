@@ -19,7 +19,7 @@ const SAID: usize = 2000;
 #[derive(Debug, Clone)]
 pub struct Tools {
     /// Whether Yosys is the Python package.
-    is_pyosys: bool,
+    pub(super) is_pyosys: bool,
     /// As it says it: `Yosys 0.23 (...)`.
     pub yosys: String,
     /// As it says it: `2.0.17`.

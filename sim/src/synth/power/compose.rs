@@ -178,4 +178,16 @@ mod tests {
         let missing = compose(&slices, 32, &[module("other", 1, 1)]);
         assert_eq!(missing.unwrap_err(), "other");
     }
+
+    /// A quarter of 4 and three quarters of 8.
+    #[test]
+    fn slices_of_one_size_count_by_their_shares() {
+        let of = |energy: f64| slice(2, &[("lane", piece(2, 7, energy))]);
+        let mean = Slice::mean(&[of(4.0), of(8.0)], &[0.25, 0.75]).unwrap();
+        let energies = mean.pieces["lane"].energies;
+        assert!((energies.switching - 7.0).abs() < 1e-12, "{energies:?}");
+        assert!((energies.internal - 14.0).abs() < 1e-12, "{energies:?}");
+        assert!((energies.clock - 1.0).abs() < 1e-12, "{energies:?}");
+        assert_eq!(Slice::mean(&[], &[]), None);
+    }
 }

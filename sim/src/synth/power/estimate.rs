@@ -1,6 +1,7 @@
 //! From a unit's netlists and work to its power.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -12,12 +13,11 @@ use crate::synth::{Library, SynthError, Tools, UnitKind, UnitReport};
 
 use super::Lack;
 use super::activity::{GatherWindow, VectorWindow};
-use super::compose::{Slice, compose};
-use super::count::Energies;
 use super::library::PowerLibrary;
 use super::measure::{Measured, Work, measure};
-use super::report::{Activity, Figures, ModulePower, Power, PowerReport};
+use super::report::{Power, PowerReport};
 use super::still::{Still, named_loads};
+use super::total::Ran;
 
 /// Version of what is kept of an estimate.
 const KEPT: &str = "potamoi-power 3";
@@ -86,7 +86,7 @@ pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Power, SynthError> {
     if let Some(power) = read_kept(&kept) {
         return Ok(power);
     }
-    let power = match order.compute(&work, &parts) {
+    let power = match order.compute(&work, &parts, &measure) {
         Ok(report) => Power::Estimated(Box::new(report)),
         Err(Lack::Absent(absent)) => Power::Absent { absent },
         Err(Lack::Wrong(error)) => return Err(error),
@@ -103,19 +103,40 @@ fn read_kept(path: &Path) -> Option<Power> {
 }
 
 /// A netlist to be run, and the work that it is given, run after run.
-struct Part {
+pub(super) struct Part {
     /// Banks or lanes.
-    size: u64,
-    config: Config,
-    netlist: String,
-    module: Arc<Module>,
+    pub(super) size: u64,
+    pub(super) config: Config,
+    pub(super) netlist: String,
+    pub(super) module: Arc<Module>,
     /// Each with its share of the energy.
-    works: Vec<(f64, Work)>,
+    pub(super) works: Vec<(f64, Work)>,
+}
+
+/// What runs work through a netlist, with delays or without.
+pub(super) type Measure = dyn Fn(&Still, &Config, &Work, bool) -> Result<Measured, SynthError>;
+
+/// Banks or lanes of two slices of these sizes for each of the unit's kinds, with their shares
+/// of the energy. The same ones are in both: the larger slice has them all, the smaller one
+/// some of them at a time.
+pub(super) fn sets(kinds: &[(f64, Range<usize>)], sizes: [u32; 2]) -> [Vec<(f64, Vec<usize>)>; 2] {
+    let parts = (sizes[1] / sizes[0]) as usize;
+    let mut sets = [vec![], vec![]];
+    for (share, range) in kinds {
+        let picked = |i: usize| range.start + i * range.len() / sizes[1] as usize;
+        let picked: Vec<usize> = (0..sizes[1] as usize).map(picked).collect();
+        for first in 0..parts {
+            let part = picked.iter().skip(first).step_by(parts);
+            sets[0].push((share / parts as f64, part.copied().collect()));
+        }
+        sets[1].push((*share, picked));
+    }
+    sets
 }
 
 impl Order<'_> {
     /// Banks or lanes of the unit.
-    fn size(&self) -> u32 {
+    pub(super) fn size(&self) -> u32 {
         match self.unit {
             UnitKind::Gathering => self.config.gu.banks,
             UnitKind::Vector => self.config.vu.lanes,
@@ -144,19 +165,7 @@ impl Order<'_> {
                 works: vec![(1.0, work.clone())],
             }]);
         }
-        // The same banks in both: the larger slice has them all, the smaller one half of
-        // them at a time.
-        let halves = (sizes[1] / sizes[0]) as usize;
-        let mut sets = [vec![], vec![]];
-        for (share, range) in work.kinds(all as usize) {
-            let picked = |i: usize| range.start + i * range.len() / sizes[1] as usize;
-            let picked: Vec<usize> = (0..sizes[1] as usize).map(picked).collect();
-            for first in 0..halves {
-                let half = picked.iter().skip(first).step_by(halves);
-                sets[0].push((share / halves as f64, half.copied().collect()));
-            }
-            sets[1].push((share, picked));
-        }
+        let sets = sets(&work.kinds(all as usize), sizes);
         let mut parts = vec![];
         for ((config, size), sets) in configs.into_iter().zip(sizes).zip(sets) {
             let module = self.unit.module(&config)?;
@@ -209,20 +218,15 @@ impl Order<'_> {
         key.finalize().to_hex()[..32].to_owned()
     }
 
-    fn compute(&self, work: &Work, parts: &[Part]) -> Result<PowerReport, Lack> {
-        let library = PowerLibrary::read(self.library)?;
-        let mut found = vec![];
-        // Nets that leave a module for all banks or lanes are slower in the whole unit.
-        let whole = match parts {
-            [_] => BTreeMap::new(),
-            _ => {
-                let module = self.unit.module(self.config).map_err(SynthError::from)?;
-                named_loads(&library, &self.flat(&library, self.made.1, &module)?)?
-            }
-        };
-        for part in parts {
-            let flat = self.flat(&library, &part.netlist, &part.module)?;
-            let still = Still::new(&library, &Arc::new(flat), &whole)?;
+    /// Runs the parts' work with `measure` and adds up.
+    pub(super) fn compute(
+        &self,
+        work: &Work,
+        parts: &[Part],
+        measure: &Measure,
+    ) -> Result<PowerReport, Lack> {
+        let mut ran = vec![];
+        for (part, still) in parts.iter().zip(self.stills(parts)?) {
             let runs = [false, true].map(|is_delayed| -> Result<Vec<Measured>, SynthError> {
                 let run = |(_, work): &_| measure(&still, &part.config, work, is_delayed);
                 let found = part.works.iter().map(run).collect();
@@ -230,77 +234,32 @@ impl Order<'_> {
                 found
             });
             let [zero, glitches] = runs;
-            let shares: Vec<f64> = part.works.iter().map(|(share, _)| *share).collect();
-            found.push((part.size, still, shares, [zero?, glitches?]));
+            ran.push(Ran {
+                size: part.size,
+                still,
+                shares: part.works.iter().map(|(share, _)| *share).collect(),
+                runs: [zero?, glitches?],
+            });
         }
-        let nothing = || Lack::Absent("nothing was simulated".to_owned());
-        let (_, largest, shares, runs) = found.last().ok_or_else(nothing)?;
-        let last = runs[0].first().ok_or_else(nothing)?;
-        let mut ways = vec![];
-        for way in 0..2 {
-            let of = |pick: fn(&Measured) -> &[Energies]| -> Result<_, Lack> {
-                let slices = found.iter().map(|(size, still, shares, runs)| {
-                    let slice = |m| Slice::new(*size, still, pick(m));
-                    let all: Vec<Slice> = runs[way].iter().map(slice).collect();
-                    Slice::mean(&all, shares).ok_or_else(nothing)
-                });
-                self.whole(&slices.collect::<Result<Vec<_>, _>>()?)
-            };
-            let toggles = runs[way].iter().zip(shares).map(|(m, s)| s * m.toggles);
-            let at_work = of(|m| &m.energies)?;
-            let at_rest = of(|m| &m.at_rest)?;
-            ways.push((at_work, at_rest, toggles.sum()));
-        }
-        let [zero, glitches] = [&ways[0], &ways[1]];
-        let leakage_nw = zero.0.values().map(|(_, leakage)| leakage).sum();
-        let clock_ghz = (f64::from(self.config.clock_mhz) / 1e3).min(self.made.0.clock_ghz);
-        let figures = |way: &(Whole, Whole, f64)| {
-            let sum = |whole: &Whole| {
-                let all = whole.values().map(|(energies, _)| *energies);
-                all.fold(Energies::default(), Energies::plus).times(1e-3)
-            };
-            let (at_work, at_rest) = (sum(&way.0), sum(&way.1));
-            Figures {
-                toggles_a_net: way.2,
-                switching_pj_a_cycle: at_work.switching,
-                internal_pj_a_cycle: at_work.internal,
-                clock_pj_a_cycle: at_work.clock,
-                pj_a_cycle: at_work.total(),
-                rest_pj_a_cycle: at_rest.total(),
-                pj_an_item: at_work.total() * last.cycles as f64 / work.items() as f64,
-                mw: at_work.total() * clock_ghz + leakage_nw * 1e-6,
+        self.report(work, &ran)
+    }
+
+    /// The netlists of the parts. Nets that leave a module for all banks or lanes are slower in
+    /// the whole unit.
+    fn stills(&self, parts: &[Part]) -> Result<Vec<Still>, Lack> {
+        let library = PowerLibrary::read(self.library)?;
+        let whole = match parts {
+            [_] => BTreeMap::new(),
+            _ => {
+                let module = self.unit.module(self.config).map_err(SynthError::from)?;
+                named_loads(&library, &self.flat(&library, self.made.1, &module)?)?
             }
         };
-        let (report, _) = self.made;
-        let modules = report.modules.iter().map(|module| {
-            let of = |whole: &Whole| whole.get(&module.module).copied().unwrap_or_default();
-            let (energies, leakage_nw) = of(&zero.0);
-            ModulePower {
-                module: module.module.clone(),
-                count: module.count,
-                zero_delay_pj_a_cycle: energies.total() * 1e-3,
-                with_glitches_pj_a_cycle: of(&glitches.0).0.total() * 1e-3,
-                leakage_nw,
-            }
-        });
-        Ok(PowerReport {
-            clock_ghz,
-            volts: largest.units.volts,
-            activity: Activity {
-                scene: self.scene.to_owned(),
-                work: describe(work),
-                simulated: found.iter().map(|(size, ..)| self.named(*size)).collect(),
-                cycles: last.cycles,
-                busy: last.busy,
-                item: self.item().to_owned(),
-                items: work.items(),
-                channels: channels(work),
-            },
-            leakage_nw,
-            zero_delay: figures(zero),
-            with_glitches: figures(glitches),
-            modules: modules.collect(),
-        })
+        let still = |part: &Part| {
+            let flat = self.flat(&library, &part.netlist, &part.module)?;
+            Still::new(&library, &Arc::new(flat), &whole)
+        };
+        parts.iter().map(still).collect()
     }
 
     fn flat(
@@ -317,70 +276,27 @@ impl Order<'_> {
             problem,
         })
     }
+}
 
-    /// The whole unit from its slices, or from itself.
-    fn whole(&self, slices: &[Slice]) -> Result<Whole, Lack> {
-        let (report, _) = self.made;
-        match slices {
-            [small, large] => {
-                let pair = [small.clone(), large.clone()];
-                compose(&pair, self.size().into(), &report.modules).map_err(|module| {
-                    Lack::Absent(format!("its module {module} is in no slice of it"))
-                })
-            }
-            _ => {
-                let pieces = slices.iter().flat_map(|slice| &slice.pieces);
-                Ok(pieces
-                    .map(|(name, piece)| (name.clone(), (piece.energies, piece.leakage)))
-                    .collect())
-            }
-        }
-    }
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-    fn named(&self, size: u64) -> String {
-        let name = match self.unit {
-            UnitKind::Gathering => "bank",
-            UnitKind::Vector => "lane",
+    /// 13 of 32 banks have a channel; four of each kind are simulated, two by two in the
+    /// smaller slice.
+    #[test]
+    fn slices_have_the_same_banks_and_share_one_unit() {
+        let kinds = [(13.0 / 32.0, 0..13), (19.0 / 32.0, 13..32)];
+        let [small, large] = sets(&kinds, BANKS);
+        let banks = |sets: &[(f64, Vec<usize>)]| -> Vec<Vec<usize>> {
+            sets.iter().map(|(_, banks)| banks.clone()).collect()
         };
-        let s = if size == 1 { "" } else { "s" };
-        format!("{size} {name}{s}")
-    }
-
-    const fn item(&self) -> &'static str {
-        match self.unit {
-            UnitKind::Gathering => "sample",
-            UnitKind::Vector => "exponential",
+        assert_eq!(banks(&large), [[0, 3, 6, 9], [13, 17, 22, 27]]);
+        assert_eq!(banks(&small), [[0, 6], [3, 9], [13, 22], [17, 27]]);
+        for sets in [&small, &large] {
+            let sum: f64 = sets.iter().map(|(share, _)| share).sum();
+            assert!((sum - 1.0).abs() < 1e-12, "{sets:?}");
         }
-    }
-}
-
-/// Energies in femtojoules a cycle and leakage in nanowatts, by kind of module.
-type Whole = BTreeMap<String, (Energies, f64)>;
-
-fn channels(work: &Work) -> u64 {
-    match work {
-        Work::Gather(window) => window.tasks.first().map_or(0, |t| t.channels as u64),
-        Work::Vector(_) => 0,
-    }
-}
-
-fn describe(work: &Work) -> String {
-    match work {
-        Work::Gather(window) => {
-            let vertices = window.tasks.first().map_or(0, |t| t.vertices.count());
-            let channels = channels(work);
-            format!(
-                "{} entries of {} MVoxels, the largest of the frame, {vertices} vertices each, \
-                 {channels} channels",
-                window.entries(),
-                window.tasks.len()
-            )
-        }
-        Work::Vector(window) => format!(
-            "{} operations `{}` in {} runs of the frame",
-            window.elements(),
-            window.op.map_or("", |op| op.code.name()),
-            window.runs.len()
-        ),
+        assert!((small[0].0 - 13.0 / 64.0).abs() < 1e-12);
     }
 }

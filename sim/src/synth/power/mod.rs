@@ -24,6 +24,7 @@ mod still;
 mod table;
 #[cfg(test)]
 mod tests;
+mod total;
 mod verify;
 
 pub use activity::{GatherWindow, Sampler, VectorWindow};
