@@ -7,12 +7,17 @@ use potamoi_formats::config::Config;
 use potamoi_sim::synth::study::{
     EXPONENTIALS, GATHERING, Table, Variant, array_um2, crossbar_um2, once, tables,
 };
-use potamoi_sim::synth::{Cacti, Memories, Raw, STEPS, SYSTEM, Scaled, UnitReport, model};
+use potamoi_sim::synth::{
+    Cacti, Figures, Memories, Raw, STEPS, SYSTEM, Scaled, Shape, SynthError, UnitReport, model,
+};
 
 use super::{Flow, SynthArgs, in_parallel};
 use crate::failure::Failure;
 use crate::files;
 use crate::say::say;
+
+/// What models a memory that no unit has, by its name and shape.
+type Model<'a> = &'a dyn Fn(&str, &Shape) -> Result<Figures, SynthError>;
 
 /// A variant, synthesised.
 struct Row {
@@ -44,8 +49,8 @@ impl Row {
     }
 
     /// Square millimetres of other memories at that node.
-    fn table_mm2(&self, table: &Table, cacti: &Cacti) -> Result<f64, Failure> {
-        let mut figures = cacti.model(table.name, &table.shape)?;
+    fn table_mm2(&self, table: &Table, model: Model<'_>) -> Result<f64, Failure> {
+        let mut figures = model(table.name, &table.shape)?;
         if let Some(memories) = &self.scaled.memories {
             figures = figures.scaled(&memories.factors);
         }
@@ -76,30 +81,37 @@ pub(super) fn run(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), 
             scaled: Scaled::new(&raw, args.node, args.scale_to),
         })
     })?;
-    let (gathering, exponentials) = rows.split_at(GATHERING.len());
-    let mut text = String::new();
     let at = match args.node {
         Some(node) => format!("{node} nm; in brackets at {} nm", args.scale_to),
         None => "the library's node".to_owned(),
     };
-    let _ = writeln!(
-        text,
-        "{}, {at}. {}; OpenSTA {}; memories at {} nm by {}.\n",
+    let origin = format!(
+        "{}, {at}. {}; OpenSTA {}; memories at {} nm by {}.",
         flow.library.name,
         flow.tools.yosys,
         flow.tools.opensta,
         args.scale_to,
         cacti.settings().cacti
     );
-    text += &units(gathering);
-    text += &modules(&gathering[0].unit);
-    text += &beside(&gathering[0], &cacti)?;
-    text += &joined(gathering, &cacti)?;
-    text += &ways(exponentials);
+    let text = text(&origin, &rows, &|name, shape| cacti.model(name, shape))?;
     files::write(path, &text)?;
     say!("{}", text.trim_end());
     say!("\nreport: {}", path.display());
     Ok(())
+}
+
+/// The report, of gathering units and then exponentials.
+fn text(origin: &str, rows: &[Row], model: Model<'_>) -> Result<String, Failure> {
+    let (gathering, exponentials) = rows.split_at(GATHERING.len().min(rows.len()));
+    let mut text = format!("{origin}\n\n");
+    text += &units(gathering);
+    if let Some(first) = gathering.first() {
+        text += &modules(&first.unit);
+        text += &beside(first, model)?;
+    }
+    text += &joined(gathering, model)?;
+    text += &ways(exponentials);
+    Ok(text)
 }
 
 /// Gathering units: logic beside memories, and the clock.
@@ -148,7 +160,7 @@ fn modules(unit: &UnitReport) -> String {
 
 /// Logic beside memories, as generated and as the paper may have counted, and both beside
 /// an NPU.
-fn beside(own: &Row, cacti: &Cacti) -> Result<String, Failure> {
+fn beside(own: &Row, model: Model<'_>) -> Result<String, Failure> {
     let fifo = own.unit.modules.iter().find(|m| m.module == "feature_fifo");
     let fifo = fifo.map_or(0.0, |m| m.count as f64 * m.area_um2);
     let [logic, without] =
@@ -157,10 +169,10 @@ fn beside(own: &Row, cacti: &Cacti) -> Result<String, Failure> {
     let all = tables(&own.config);
     let mut memories = vec![
         ("as generated", own.memory_um2("mft_bank") * 1e-6 + rit),
-        ("MFT halves apart", own.table_mm2(&all[1], cacti)? + rit),
+        ("MFT halves apart", own.table_mm2(&all[1], model)? + rit),
     ];
     for (name, parts) in once(&own.config) {
-        let areas = parts.iter().map(|table| own.table_mm2(table, cacti));
+        let areas = parts.iter().map(|table| own.table_mm2(table, model));
         memories.push((name, areas.sum::<Result<f64, Failure>>()?));
     }
     let system = ["global_feature_buffer", "weight_buffer"].map(|name| own.system_um2(name));
@@ -191,18 +203,20 @@ fn beside(own: &Row, cacti: &Cacti) -> Result<String, Failure> {
 }
 
 /// Tables of features with fewer and fewer ports, and what joins banks and lanes.
-fn joined(rows: &[Row], cacti: &Cacti) -> Result<String, Failure> {
+fn joined(rows: &[Row], model: Model<'_>) -> Result<String, Failure> {
     let mut text =
         "| table of features | memories | mm^2 | crossbar and arbitration, mm^2 | sum |\n\
                     |---|---|---|---|---|\n"
             .to_owned();
-    for table in tables(&rows[0].config) {
-        let area = rows[0].table_mm2(&table, cacti)?;
-        let _ = writeln!(
-            text,
-            "| channel-major, {} | {} of {} x {} bit | {area:.4} | 0 | {area:.4} |",
-            table.name, table.count, table.shape.words, table.shape.bits
-        );
+    if let Some(first) = rows.first() {
+        for table in tables(&first.config) {
+            let area = first.table_mm2(&table, model)?;
+            let _ = writeln!(
+                text,
+                "| channel-major, {} | {} of {} x {} bit | {area:.4} | 0 | {area:.4} |",
+                table.name, table.count, table.shape.words, table.shape.bits
+            );
+        }
     }
     for row in rows {
         let crossbar = crossbar_um2(&row.unit) * row.logic_factor() * 1e-6;
@@ -269,12 +283,16 @@ mod tests {
             units: vec![raw.units[at].clone()],
             memories: raw.memories,
         };
+        of(variant, &raw)
+    }
+
+    fn of(variant: Variant, raw: &Raw) -> Row {
         Row {
             variant,
             config: variant.config().unwrap(),
             unit: raw.units[0].clone(),
             memories: raw.memories.clone().unwrap(),
-            scaled: Scaled::new(&raw, Some(7), 12),
+            scaled: Scaled::new(raw, Some(7), 12),
         }
     }
 
@@ -321,5 +339,129 @@ mod tests {
             lines[1].ends_with("| 100.0 | 240.0 | 1000 | 1 | 110 | 0.05 |"),
             "{text}"
         );
+    }
+
+    /// Square micrometres that CACTI 7.0 gives these memories at 22 nm.
+    fn cacti(_: &str, shape: &Shape) -> Result<Figures, SynthError> {
+        let ports = [shape.read_writes, shape.writes, shape.reads];
+        let area_um2 = match (shape.words, shape.bits, ports) {
+            (1024, 16, [0, 1, 2]) => 5634.56,
+            (512, 16, [2, 0, 0]) => 1672.2,
+            (512, 16, [1, 0, 0]) => 804.072,
+            (128, 16, [0, 1, 1]) => 496.228,
+            (512, 96, [1, 0, 0]) => 4826.78,
+            _ => unreachable!("{shape:?}"),
+        };
+        Ok(Figures {
+            area_um2,
+            read_pj: 1.0,
+            write_pj: 1.0,
+            leakage_mw: 1.0,
+            access_ps: 1.0,
+            cycle_ps: 1.0,
+        })
+    }
+
+    /// A feature-major unit: memories as they are, of what joins them (arbiters, and of lanes
+    /// what is no register) areas that come to the book's.
+    fn feature_major(variant: Variant, banks: u64, lanes: u64, each_um2: [f64; 2]) -> Row {
+        let mut raw = SynthReport::checked_in().unwrap()[0].clone().raw;
+        raw.units.truncate(1);
+        let unit = &mut raw.units[0];
+        let modules = [("bank_arbiter", banks), ("gather_lane", lanes)];
+        for ((module, own), um2) in unit.modules.iter_mut().zip(modules).zip(each_um2) {
+            module.module = own.0.to_owned();
+            module.count = own.1;
+            module.flop_area_um2 = if own.0 == "gather_lane" { 500.0 } else { 7.0 };
+            module.area_um2 = um2 + if own.0 == "gather_lane" { 500.0 } else { 0.0 };
+        }
+        unit.memories[0].count = banks;
+        unit.memories[0].reads = 1;
+        let own = &mut raw.memories.as_mut().unwrap().macros[0];
+        own.count = banks;
+        own.shape.reads = 1;
+        own.figures.area_um2 = 3197.64;
+        of(variant, &raw)
+    }
+
+    fn all() -> Vec<Row> {
+        let gathering = GATHERING.into_iter().enumerate().map(|(at, v)| match at {
+            4 => feature_major(v, 16, 16, [20.0, 62.0]),
+            5 => feature_major(v, 32, 64, [101.0, 96.0]),
+            _ => row(v, 0),
+        });
+        gathering.chain(EXPONENTIALS.map(|v| row(v, 1))).collect()
+    }
+
+    /// The cells of a table's lines, but for names.
+    fn cells(text: &str, head: &str) -> Vec<Vec<String>> {
+        let start = text.find(head).unwrap();
+        let lines = text[start..].lines().skip(2);
+        let lines = lines.take_while(|line| line.starts_with('|'));
+        let own = |line: &str| {
+            line.trim_matches('|')
+                .split('|')
+                .skip(1)
+                .map(plain)
+                .collect()
+        };
+        lines.map(own).collect()
+    }
+
+    fn plain(cell: &str) -> String {
+        let cell = cell.trim().trim_end_matches(" bit");
+        if cell == "0" {
+            String::new()
+        } else {
+            cell.to_owned()
+        }
+    }
+
+    /// Both tables of docs/synthesis.md, figure by figure: of the paper's unit with and without
+    /// its feature FIFO beside an NPU with array, features and weights; and of tables with
+    /// fewer ports beside a crossbar, all at 12 nm.
+    #[test]
+    fn memories_beside_logic_are_as_the_book_has_them() {
+        let book = include_str!("../../docs/synthesis.md");
+        let text = text("origin", &all(), &cacti).unwrap();
+        let found = cells(&text, "| the paper's unit, mm^2 |");
+        assert_eq!(found.len(), 4, "{text}");
+        assert_eq!(found, cells(book, "| the paper's unit, mm^2 at 12 nm |"));
+        let npu = "The NPU: 0.901 mm^2, of which the array 0.254, the global feature buffer 0.610, \
+                   the weight buffer 0.038.";
+        assert!(text.contains(npu), "{text}");
+        let found = cells(&text, "| table of features |");
+        assert_eq!(found.len(), 6, "{text}");
+        assert_eq!(found, cells(book, "| MFT, at 12 nm |"));
+    }
+
+    /// The whole of it: where it is from, and five tables, a line for each variant.
+    #[test]
+    fn a_report_has_all_tables_and_variants() {
+        let text = text("asap7, 7 nm.", &all(), &cacti).unwrap();
+        assert!(
+            text.starts_with("asap7, 7 nm.\n\n| gathering unit |"),
+            "{text}"
+        );
+        let mut from = 0;
+        for (head, lines) in [
+            ("| gathering unit |", GATHERING.len()),
+            ("| module of the paper's |", 5),
+            ("| the paper's unit, mm^2 |", 4),
+            ("| table of features |", 6),
+            ("| exponential |", EXPONENTIALS.len()),
+        ] {
+            let at = from + text[from..].find(head).unwrap();
+            assert_eq!(cells(&text[at..], head).len(), lines, "{head}");
+            from = at + 1;
+        }
+        for variant in GATHERING.iter().chain(&EXPONENTIALS) {
+            assert!(
+                text.contains(&format!("\n| {} |", variant.name)),
+                "{}",
+                variant.name
+            );
+        }
+        assert!(text.ends_with("|\n\n"), "{text}");
     }
 }
