@@ -9,7 +9,7 @@ use potamoi_sim::synth::fit::{
 };
 use potamoi_sim::synth::grid::{Family, Grid};
 use potamoi_sim::synth::{
-    LibraryOrigin, MemoryArea, SynthError, ToolsOrigin, UnitKind, macros, scaling,
+    LibraryOrigin, MemoryArea, SynthError, SynthReport, ToolsOrigin, UnitKind, macros, scaling,
 };
 use serde::Serialize;
 
@@ -190,9 +190,33 @@ fn print(own: &UnitEstimate, fit: &Fit) {
             memory.bits
         );
     }
+    if !own.memories.is_empty() {
+        say!("{}", untimed(library, own.unit));
+    }
     for number in &estimate.beyond {
         say!("beyond the grid, so that the errors above do not hold: {number}");
     }
+}
+
+/// What the period leaves out, and how much that was where it was measured.
+fn untimed(library: &LibraryOrigin, unit: &str) -> String {
+    let paper = SynthReport::checked_in().ok();
+    let paper = paper.map(|[paper, _]| paper);
+    let paper = paper.filter(|paper| paper.library.sha256 == library.sha256);
+    let own = paper.iter().flat_map(|paper| &paper.raw.units);
+    let own = own.filter(|own| own.unit == unit);
+    let measured = own.filter_map(|own| {
+        let with = own.with_memories.as_ref()?;
+        Some(format!(
+            " (of the preset `paper` {:.0} ps with their access times and {:.0} ps without, as \
+             synthesised)",
+            with.period_ps, own.period_ps
+        ))
+    });
+    let measured: String = measured.take(1).collect();
+    format!(
+        "paths from and to memories are not in the period{measured}: potamoi synth --node times them"
+    )
 }
 
 /// What energies are of, and of what they are not.

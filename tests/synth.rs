@@ -36,7 +36,7 @@ fn what_cannot_be_used_is_named_and_nothing_is_written() {
         (&["--liberty", "gates.lib"], "no AND, OR, NAND or NOR"),
         (
             &["--liberty", "values.lib", "--activity", "none"],
-            "values.lib, line 6: expected values, numbers in the cell_rise `scalar`, found `0.0l`",
+            "values.lib, line 6: expected values, numbers in the cell_rise `scalar` of the cell `NAND`, found `0.0l`",
         ),
         (&["--clock", "0"], "--clock 0: expected"),
         (&["--jobs", "0"], "0 is not in 1..=64"),
@@ -80,6 +80,97 @@ fn what_cannot_be_used_is_named_and_nothing_is_written() {
         let missing = format!("{tool} is not here");
         assert!(said.contains(&missing) && said.contains(remedy), "{said}");
         assert!(!at.join("r.json").exists());
+    }
+}
+
+/// Functions, pins and numbers of a library, each named with its place, before any program
+/// is asked for: it could go on without the cell.
+#[test]
+fn what_a_library_says_of_its_cells_is_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for (from, to, line, expected) in [
+        (
+            "!(A B)",
+            "(A ! & )",
+            5,
+            "function, a function of the cell's pins (expected a pin in a function, found `&`) in the \
+             pin `Y` of the cell `NAND`, found `(A ! & )`",
+        ),
+        (
+            "!(A B)",
+            "ZZZ",
+            5,
+            "0, 1, found `ZZZ`) in the pin `Y` of the cell `NAND`",
+        ),
+        (
+            "related_pin : \"A B\"",
+            "related_pin : \"QQ\"",
+            5,
+            "related_pin, pins of the cell in the timing of the pin `Y` of the cell `NAND`, found `QQ`",
+        ),
+        (
+            "\"CK\"",
+            "\"ZZ\"",
+            4,
+            "clocked_on, a function of the cell's pins",
+        ),
+        (
+            "\"D\"",
+            "\"!\"",
+            4,
+            "next_state, a function of the cell's pins",
+        ),
+        (
+            "timing () {",
+            "timing () { when : \"A &\";",
+            5,
+            "when, a function of the cell's pins",
+        ),
+        (
+            "area : 1;",
+            "area : 1; leakage_power () { value : 12x; }",
+            2,
+            "value, a number of at most 1 W in the leakage_power of the cell `INV`, found `12x`",
+        ),
+        (
+            "direction : input;",
+            "direction : input; capacitance : 1e30;",
+            2,
+            "capacitance, a number of 0 to 1 nF in the pin `A` of the cell `INV`, found `1e30`",
+        ),
+        (
+            "\"0.01\"",
+            "\"-500\"",
+            6,
+            "values, numbers of -1 ns to 100 us in the cell_rise",
+        ),
+        (
+            "\"0.01\"",
+            "\"1e9\"",
+            6,
+            "values, numbers of -1 ns to 100 us in the cell_rise",
+        ),
+    ] {
+        let text = TINY.replacen(from, to, 1);
+        assert_ne!(text, TINY, "{from}");
+        std::fs::write(at.join("tiny.lib"), text).unwrap();
+        let arguments = [
+            "synth",
+            "--liberty",
+            "tiny.lib",
+            "--activity",
+            "none",
+            "--json",
+            "r.json",
+        ];
+        let said = expect(at, 2, &arguments);
+        let place = format!("tiny.lib, line {line}: expected ");
+        assert!(
+            said.contains(&place) && said.contains(expected),
+            "{to}: {said}"
+        );
+        assert!(!at.join("r.json").exists(), "{to}");
     }
 }
 
@@ -152,6 +243,8 @@ fn units_are_estimated_without_synthesis() {
         "energies are of samples of `lantern`, 8 vertices each",
         "energies are of work of `garden`",
         "memory mft_bank: 32 of 1024 x 16 bit, not in these figures",
+        "paths from and to memories are not in the period (of the preset `paper` 1241 ps with their \
+         access times and 1101 ps without, as synthesised)",
     ] {
         assert!(said.contains(line), "{said}");
     }
@@ -432,6 +525,7 @@ fn the_same_figures_come_twice() {
 
     let said = synth("a", 1, &["--clock", "50"]);
     assert!(said.contains("GHz before wires, not 50"), "{said}");
+    assert!(said.contains("--clock is held against paths"), "{said}");
     let text = String::from_utf8(read("a.json")).unwrap();
     let other = text.replace("\"volts\": 1.8", "\"volts\": 1.7");
     assert_ne!(other, text);

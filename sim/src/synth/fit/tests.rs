@@ -1,8 +1,8 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::synth::SynthReport;
-use crate::synth::grid::design;
+use crate::synth::grid::{GridPoint, design};
+use crate::synth::{Power, SynthReport, UnitReport};
 
 /// Root of mean squares of relative errors that a user is promised.
 const PROMISED: f64 = 0.05;
@@ -104,6 +104,50 @@ fn errors_are_those_that_the_book_states() {
         let line = format!("| {name} | {} | {figures} |", errors.points.len());
         assert!(book.contains(&line), "{line}");
     }
+}
+
+/// The mean share of leakage, and the largest, in the power at 1 GHz or what a point reaches.
+#[test]
+fn leakage_is_the_part_that_the_book_states() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/synthesis.md");
+    let book = std::fs::read_to_string(path).unwrap();
+    let book = book.split_whitespace().collect::<Vec<_>>().join(" ");
+    let fit = Fit::checked_in().unwrap();
+    let share = |point: &GridPoint| {
+        let leakage_nw: f64 = point.modules.iter().map(|m| m.energy.leakage_nw).sum();
+        let [_, glitches] = point.energy();
+        let mw = glitches * 1f64.min(1e3 / point.period_ps) + leakage_nw * 1e-6;
+        leakage_nw * 1e-6 / mw
+    };
+    let all = [
+        Family::Gathering,
+        Family::GatheringPipelined,
+        Family::Vector,
+        Family::VectorPipelined,
+    ]
+    .map(|family| fit.grid().of(family).map(share).collect::<Vec<f64>>());
+    let parts = all
+        .each_ref()
+        .map(|own| own.len() as f64 / own.iter().sum::<f64>());
+    let [gathering, pipelined, vector, vector_pipelined] = parts.map(f64::round);
+    let most = all.iter().flatten().copied().fold(0.0, f64::max);
+    let said = format!(
+        "one part in {gathering} of the grid's gathering units, in {pipelined} of pipelined ones, in \
+         {vector} of vector units and in {vector_pipelined} of pipelined ones, at most one in {:.0}",
+        1.0 / most
+    );
+    assert!(book.contains(&said), "{said}");
+    let [paper, _] = SynthReport::checked_in().unwrap();
+    let of = |unit: &UnitReport| match &unit.power {
+        Some(Power::Estimated(power)) => power.with_glitches.mw / (power.leakage_nw * 1e-6),
+        _ => 0.0,
+    };
+    let parts: Vec<f64> = paper.raw.units.iter().map(of).collect();
+    let said = format!(
+        "of the paper's gathering unit one in {:.0}, of its vector unit one in {:.0}.",
+        parts[0], parts[1]
+    );
+    assert!(book.contains(&said), "{said}");
 }
 
 /// Of 13 channels, banks that take two segments a sample issue more often than those
