@@ -5,12 +5,15 @@ use std::sync::{Arc, OnceLock};
 
 use super::Facts;
 
+/// Rows of an MVoxel and halvings of its cells, with the MVoxels before and after merging.
+type Merging = ((usize, u32), [usize; 2]);
+
 /// Facts about a model, when they were first asked for. Clones share them; a cache tells nothing
 /// that the model does not, so that any two are equal.
 #[derive(Clone, Default)]
 pub(crate) struct Cache {
     facts: Arc<OnceLock<Facts>>,
-    merging: Arc<OnceLock<((usize, u32), [usize; 2])>>,
+    merging: Arc<OnceLock<Merging>>,
 }
 
 impl Cache {

@@ -91,7 +91,12 @@ impl<'a> FixedColour<'a> {
         let one = held(2f64.powi(self.harmonic_bits));
         for batch in centres.chunks(Self::BATCH) {
             let mut inputs = vec![0; batch.len() * MATRICES[0][1]];
-            self.gather(eye, batch, colours.len(), &mut inputs, done, units, stats)?;
+            let seen = Seen {
+                eye,
+                first: colours.len(),
+                batch,
+            };
+            self.gather(&seen, &mut inputs, done, units, stats)?;
             for (at, row) in batch.iter().zip(inputs.chunks_exact_mut(MATRICES[0][1])) {
                 let towards = harmonics((*at - eye).normalize_or_zero());
                 for (to, v) in row[WIDTH..]
@@ -118,22 +123,20 @@ impl<'a> FixedColour<'a> {
     /// Gathers the features of a batch to where its inputs begin.
     fn gather(
         &self,
-        eye: DVec3,
-        batch: &[DVec3],
-        first: usize,
+        seen: &Seen<'_>,
         inputs: &mut [i16],
         done: FieldWork,
         units: &mut dyn Units,
         stats: &mut FixedStats,
     ) -> Result<(), FieldError> {
         let mut eyes = [DVec3::ZERO; LEVELS as usize];
-        self.field.index(eye, &mut eyes);
+        self.field.index(seen.eye, &mut eyes);
         for (level, table) in self.tables.iter().enumerate() {
             if !done.hashed && self.field.tables[level].is_hashed() {
                 continue;
             }
             let mut places = [DVec3::ZERO; LEVELS as usize];
-            let located = (first as u32..).zip(batch).map(|(slot, at)| {
+            let located = (seen.first as u32..).zip(seen.batch).map(|(slot, at)| {
                 self.field.index(*at, &mut places);
                 Located {
                     slot,
@@ -149,6 +152,13 @@ impl<'a> FixedColour<'a> {
         }
         Ok(())
     }
+}
+
+/// Centres of a batch, from where they are seen, and the place of the first among all.
+struct Seen<'a> {
+    eye: DVec3,
+    first: usize,
+    batch: &'a [DVec3],
 }
 
 /// The network with the first layer's weights of harmonics and ones times two
