@@ -3,6 +3,7 @@
 mod exponential;
 mod front;
 mod knobs;
+mod methods;
 mod pictures;
 mod scene;
 mod search;
@@ -52,8 +53,8 @@ pub(crate) struct CostArgs {
     /// The points as CSV
     #[arg(long, value_name = "FILE", conflicts_with = "unit")]
     csv: Option<PathBuf>,
-    /// The points and their front, as SVG
-    #[arg(long, value_name = "FILE", conflicts_with = "unit")]
+    /// The points and their front, as SVG; not of `--unit exp`
+    #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
     /// Of a unit: every input with its result and cycles, as CSV: u_code, y_code, cycles
     #[arg(
@@ -73,12 +74,19 @@ pub(crate) struct CostArgs {
 enum Unit {
     /// The vector unit's exponential, over all 65,536 inputs
     Exp,
+    /// Forms of the exponential side by side, over all inputs, beside what others use
+    Methods,
 }
 
 pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
     let written = [&args.table, &args.json, &args.csv, &args.plot];
     files::prepare(written.map(Option::as_ref))?;
     match args.unit {
+        Some(Unit::Exp) if args.plot.is_some() => Err(Failure::Usage(
+            "--plot: expected without --unit exp, which has one point; --unit methods has many"
+                .to_owned(),
+        )),
+        Some(Unit::Methods) => methods::run(args),
         Some(Unit::Exp) => exponential::run(&common.read_config()?, args),
         None => scene::run(common, args),
     }

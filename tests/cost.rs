@@ -143,6 +143,43 @@ fn a_search_finds_a_cheaper_configuration_and_proves_it() {
     }
 }
 
+/// Forms of the exponential stand beside what others use; none exceeds its bound.
+#[test]
+fn forms_of_the_exponential_stand_side_by_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let said = cost(
+        at,
+        0,
+        &["--unit", "methods", "--json", "m.json", "--plot", "m.svg"],
+    );
+    assert!(said.contains("faithful with the fewest clocks: "), "{said}");
+    let report = json(&at.join("m.json"));
+    let methods = report["methods"].as_array().unwrap();
+    let of = |name: &str| methods.iter().find(|m| m["name"] == name).unwrap();
+    for own in methods {
+        assert!(number(own, "max_ulp") <= number(own, "bound_ulp"), "{own}");
+        assert_eq!(own["monotone"], true, "{own}");
+    }
+    // Measured exhaustively before (docs/vector-unit.md).
+    let paper = of("restoring, n = 16 (the paper's)");
+    assert!((number(paper, "max_ulp") - 0.9728).abs() < 1e-4 && number(paper, "clocks") == 20.0);
+    let cheapest = of(report["cheapest_faithful"].as_str().unwrap());
+    assert!(number(cheapest, "max_ulp") < 1.0 && number(cheapest, "clocks") == 1.0);
+    // Half a step of a table at the start, where the exponential is steepest.
+    let peers = report["peers"].as_array().unwrap();
+    let table = peers
+        .iter()
+        .find(|p| p["name"] == "a table of 1024 entries")
+        .unwrap();
+    assert!((number(table, "max_ulp") - 256.0).abs() < 1.5, "{table}");
+    assert!(
+        std::fs::read_to_string(at.join("m.svg"))
+            .unwrap()
+            .contains("straight pieces")
+    );
+}
+
 #[test]
 fn what_cannot_be_measured_is_refused() {
     let folder = tempfile::tempdir().unwrap();
