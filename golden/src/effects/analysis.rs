@@ -346,13 +346,13 @@ impl Known<'_> {
         };
         let evidence = if own.depth.is_infinite() {
             format!(
-                "nothing bounds the optical depth of a ray, which stops below {:.4}",
+                "nothing bounds the optical depth of a ray, which stops below {:.0e}",
                 own.stop
             )
         } else {
             format!(
                 "a ray passes an optical depth of {:.2} at most, which leaves {:.2e} of it; it stops \
-                 below {:.4}",
+                 below {:.0e}",
                 own.depth,
                 own.least_left(),
                 own.stop
