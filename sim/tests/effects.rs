@@ -4,7 +4,7 @@
 use potamoi_formats::config::Config;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::effects::{Choices, Hardware};
-use potamoi_golden::scene::Scene;
+use potamoi_golden::scene::{BUILTIN, Scene};
 use potamoi_golden::units::Twins;
 use potamoi_sim::effects::{EffectCycles, EffectMeter};
 use potamoi_sim::rtl::RtlUnits;
@@ -22,8 +22,8 @@ fn opened(name: &str, width: u32) -> Scene {
 #[test]
 fn reduced_units_give_the_same_bits_in_the_same_cycles() {
     let config = Config::paper();
-    for name in ["garden", "cairn:voxels"] {
-        let scene = opened(name, 16);
+    for name in ["garden", "lantern"] {
+        let scene = opened(name, 12);
         let hardware = Hardware::of(&scene, &config).unwrap();
         assert_ne!(hardware.config, config);
         let shot = |own: &Config| {
@@ -35,7 +35,7 @@ fn reduced_units_give_the_same_bits_in_the_same_cycles() {
         assert!(shot(&config) == shot(&hardware.config), "{name}");
     }
     // What no camera sees needs neither unit.
-    let mut away = opened("cairn:voxels", 16);
+    let mut away = opened("lantern", 16);
     let up = glam::DVec3::Z;
     let eye = glam::DVec3::X * 9.0;
     away.set_camera(Camera::look_at(eye, eye * 2.0, up, 0.8, 16, 16));
@@ -48,23 +48,37 @@ fn reduced_units_give_the_same_bits_in_the_same_cycles() {
 /// nothing that the system's model counts.
 #[test]
 fn modelled_work_is_the_same_forced_and_reduced() {
-    let config = Config::paper();
-    for name in ["garden", "mist:splats", "chrome:voxels", "city:voxels"] {
-        let scene = opened(name, 20);
-        let hardware = Hardware::of(&scene, &config).unwrap();
-        let metered = |own: &Config| -> EffectCycles {
-            let mut twins = Twins::new(own);
-            let mut meter = EffectMeter::new(&mut twins, own);
-            scene.render_fixed(&config, &mut meter).unwrap();
-            meter.cycles()
-        };
-        let whole = metered(&config);
-        assert_eq!(whole, metered(&hardware.config), "{name}");
-        assert!(whole.gather > 100 && whole.exponentials > 100, "{name}");
-        let mut forced = scene.clone();
-        forced.set_choices(Choices::all());
-        let work =
-            |scene: &Scene| FrameWork::count(scene, &config, Array::PAPER, 1 << 19, None).unwrap();
-        assert_eq!(work(&scene), work(&forced), "{name}");
+    for name in ["garden", "lantern"] {
+        modelled_the_same(name, 12);
     }
+}
+
+#[test]
+#[ignore = "minutes: the eight analytic scenes"]
+fn modelled_work_of_all_scenes_is_the_same_forced_and_reduced() {
+    for name in &BUILTIN[2..] {
+        for representation in ["voxels", "splats"] {
+            modelled_the_same(&format!("{name}:{representation}"), 48);
+        }
+    }
+}
+
+fn modelled_the_same(name: &str, width: u32) {
+    let config = Config::paper();
+    let scene = opened(name, width);
+    let hardware = Hardware::of(&scene, &config).unwrap();
+    let metered = |own: &Config| -> EffectCycles {
+        let mut twins = Twins::new(own);
+        let mut meter = EffectMeter::new(&mut twins, own);
+        scene.render_fixed(&config, &mut meter).unwrap();
+        meter.cycles()
+    };
+    let whole = metered(&config);
+    assert_eq!(whole, metered(&hardware.config), "{name}");
+    assert!(whole.gather > 100 && whole.exponentials > 100, "{name}");
+    let mut forced = scene.clone();
+    forced.set_choices(Choices::all());
+    let work =
+        |scene: &Scene| FrameWork::count(scene, &config, Array::PAPER, 1 << 19, None).unwrap();
+    assert_eq!(work(&scene), work(&forced), "{name}");
 }

@@ -18,15 +18,18 @@ pub(super) const LATER: [&str; 3] = ["halves", "product", "sum"];
 /// features; `result` is it rounded once, half-even, by W bits, or as it is. A
 /// single id has the weight 1.
 ///
-/// In a unit without structured entries there is nothing to reduce: the
-/// feature is registered, at the same latency.
+/// In a unit without structured entries there is nothing to reduce: a
+/// `feature_register` holds the feature, at the same latency.
 ///
 /// # Errors
 /// The netlist's own checks; the range analysis proves the accumulator.
 pub(super) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let gu = &config.gu;
     let (features, weights) = (gu.feature_bits, gu.weight_bits);
-    let mut m = ModuleBuilder::new("reducer");
+    let mut m = ModuleBuilder::new(match gu.modes {
+        Modes::Unstructured => "feature_register",
+        _ => "reducer",
+    });
     let enables = enables(&mut m, config);
     let feature = m.input("feature", Ty::s(features), "");
     if gu.modes == Modes::Unstructured {

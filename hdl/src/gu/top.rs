@@ -340,7 +340,11 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
                     inputs.extend([("first", done.first), ("weight", weights[0])]);
                 }
             }
-            let inst = m.instance(&format!("reducer{port}_{lane}"), &reducer_module, &inputs);
+            let name = match gu.modes {
+                Modes::Unstructured => format!("register{port}_{lane}"),
+                _ => format!("reducer{port}_{lane}"),
+            };
+            let inst = m.instance(&name, &reducer_module, &inputs);
             let result = m.out(inst, "result");
             let result = m.as_signed(result);
             let lane = m.extend(result, lane_bits);

@@ -41,7 +41,9 @@ impl Injection {
         let high = exp.engine().constant_bits.saturating_sub(3);
         let first_factor = format!("sr_sub_{}", exp.engine().digits);
         let (module, register, change) = match self {
-            Self::Bit if gu.modes == Modes::Unstructured => ("reducer", "held0", Change::Invert(0)),
+            Self::Bit if gu.modes == Modes::Unstructured => {
+                ("feature_register", "held0", Change::Invert(0))
+            }
             Self::Bit if config.is_parity() => {
                 ("cell_reducer", "acc", Change::Invert(gu.weight_bits))
             }

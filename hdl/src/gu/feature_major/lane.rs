@@ -159,7 +159,7 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         let x_weight = stage(m, "x_weight", d_weight, d_served);
         inputs.extend([("first", x_first), ("weight", x_weight)]);
     }
-    let inst = m.instance("reducer", &reducer_module, &inputs);
+    let inst = m.instance(reducer_module.name(), &reducer_module, &inputs);
     let result = m.out(inst, "result");
     let x_slot = stage(m, "x_slot", d_slot, d_completes);
     let x_kept = stage(m, "x_kept", d_kept, d_completes);
