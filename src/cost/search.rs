@@ -43,11 +43,31 @@ impl Goal {
     }
 }
 
+impl Goal {
+    /// The next place of those that one knob leads to. While a budget is exceeded it is where most
+    /// cost is saved for the quality lost, so that no knob is turned all the way at once; otherwise
+    /// the one that is preferred to all others.
+    fn next(self, stands: Place, reached: Vec<(Chosen, Place)>) -> Option<(Chosen, Place)> {
+        let ahead = reached
+            .into_iter()
+            .filter(|(_, at)| self.prefers(*at, stands));
+        let is_over = matches!(self, Self::Budget(_)) && !self.is_met(stands);
+        let worth = |at: Place| (stands.cost - at.cost) / (stands.quality - at.quality).max(1e-9);
+        ahead.reduce(|best, own| {
+            let is_better = match is_over {
+                true => worth(own.1) > worth(best.1),
+                false => self.prefers(own.1, best.1),
+            };
+            if is_better { own } else { best }
+        })
+    }
+}
+
 /// For each knob its setting, if it is not the default's.
 pub(super) type Chosen = Vec<Option<usize>>;
 
-/// Turns one knob at a time, each time the one that is preferred to all others, until none is to
-/// where it stands. `settings` has the number of each knob's settings; `place` says where a
+/// Turns one knob at a time, as [`Goal::next`] says, until none leads to anything preferred to where
+/// it stands. `settings` has the number of each knob's settings; `place` says where a
 /// choice lies, or nothing if it cannot be. Says where it ended, and whether the goal is met.
 pub(super) fn search<E>(
     goal: Goal,
@@ -68,19 +88,17 @@ pub(super) fn search<E>(
         return Ok(None);
     };
     loop {
-        let mut best: Option<(Chosen, Place)> = None;
+        let mut reached = vec![];
         for (knob, count) in settings.iter().enumerate() {
             for setting in std::iter::once(None).chain((0..*count).map(Some)) {
                 let mut turned = own.clone();
                 turned[knob] = setting;
-                let Some(found) = at(&turned)? else { continue };
-                let leader = best.as_ref().map_or(stands, |(_, place)| *place);
-                if goal.prefers(found, leader) {
-                    best = Some((turned, found));
+                if let Some(found) = at(&turned)? {
+                    reached.push((turned, found));
                 }
             }
         }
-        match best {
+        match goal.next(stands, reached) {
             Some((turned, found)) => (own, stands) = (turned, found),
             None => return Ok(Some((own, stands, goal.is_met(stands)))),
         }
