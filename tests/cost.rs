@@ -65,11 +65,11 @@ fn iterations_trade_time_for_quality() {
     let default = point(&report, "default", "");
     let of = |n: &str| point(&report, "iterations", n);
     let all = [of("8"), of("12"), default, of("24")];
+    let db = |p: &Value| number(&p["model"], "db");
     for pair in all.windows(2) {
         assert!(number(pair[0], "frame_ns") < number(pair[1], "frame_ns"));
-        let db = |p: &Value| number(&p["model"], "db");
-        // Decisions that flip at cut-offs may help by chance.
-        assert!(db(pair[0]) <= db(pair[1]) + 0.5);
+        // With more iterations than eight the other roundings hide the exponential's.
+        assert!(db(of("8")) < db(pair[1]));
         let ulp = |p: &Value| number(&p["exponential"], "max_ulp");
         assert!(ulp(pair[0]) > ulp(pair[1]));
     }
