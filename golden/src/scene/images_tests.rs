@@ -83,23 +83,27 @@ fn frames_are_over_their_background_and_depths_in_the_units_of_the_poses() {
     );
 }
 
-/// Frames from the same place: what has a surface is warped, what has none is
-/// void, and nothing else.
+/// Frames from nearly the same place: what has a surface is warped, what has none is void, and
+/// nothing else. From the same place the reference is shown as it is.
 #[test]
 fn a_frame_from_the_same_place_is_warped_whole() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path());
     let images = open(folder.path()).unwrap().unwrap();
     let camera = images.path(1).unwrap()[0];
-    let mut rule = Profile::Paper.rule();
-    rule.warps_still = true;
     let warper = Warper {
         renderer: &images,
         geometry: Some(&images),
-        rule,
+        rule: Profile::Paper.rule(),
     };
     let reference = warper.reference(&camera).unwrap();
-    let target = warper.target(&reference, &camera, &camera).unwrap();
+    let still = warper.target(&reference, &camera, &camera).unwrap();
+    assert!(still.classes.iter().all(|class| *class == Class::Warped));
+    assert_eq!(still.shaded.picture.rgb, reference.picture.rgb);
+
+    let mut beside = camera;
+    beside.world_to_camera.translation.z += 1e-9;
+    let target = warper.target(&reference, &beside, &camera).unwrap();
     for (i, class) in target.classes.iter().enumerate() {
         let expected = match i {
             23 => Class::Edge,
