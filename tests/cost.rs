@@ -55,7 +55,7 @@ fn iterations_trade_time_for_quality() {
     ];
     let said = cost(at, 0, &arguments);
     for part in [
-        "iterations 12 (iterations of the exponential): ",
+        "iterations 10 (iterations of the exponential): ",
         "order streamed",
         "fidelity",
     ] {

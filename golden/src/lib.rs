@@ -15,6 +15,7 @@ mod hard_cases;
 pub mod mask;
 pub mod mesh;
 pub mod picture;
+pub mod precision;
 pub mod scene;
 pub mod splats;
 pub mod ssim;

@@ -1,8 +1,15 @@
 //! What trades accuracy for time: each knob with its settings.
 
+mod exponential;
+mod rendering;
+
+use potamoi_golden::effects::Effect;
+use potamoi_golden::precision::Precision;
 use potamoi_golden::scene::{Model, Scene};
 use potamoi_golden::splats::{Order, Profile};
 
+use self::exponential::exponential;
+use self::rendering::{compositing, interpolation, left_out, splatting};
 use crate::failure::Failure;
 
 /// A knob.
@@ -41,6 +48,8 @@ pub(super) enum Look {
     Order(Order),
     Profile(Profile),
     Step(f64),
+    Precision(Precision),
+    Without(Effect),
 }
 
 impl Look {
@@ -49,6 +58,8 @@ impl Look {
             Self::Order(order) => scene.set_order(order),
             Self::Profile(profile) => scene.set_profile(profile),
             Self::Step(step) => scene.set_step(step)?,
+            Self::Precision(own) => scene.set_precision(scene.precision().and(own))?,
+            Self::Without(effect) => scene.set_choices(scene.choices().leave_out(effect)),
         }
         Ok(())
     }
@@ -116,6 +127,10 @@ pub(super) fn of(scene: &Scene) -> Vec<Knob> {
     } else {
         knobs.extend(interpolation());
     }
+    if splats || matches!(scene.model(), Model::Voxels(_)) {
+        knobs.extend(compositing(splats));
+    }
+    knobs.extend(left_out(scene));
     if stepped {
         let steps = [0.25, 0.75, 1.0, 1.5, 2.0];
         knobs.push(Knob {
@@ -126,122 +141,6 @@ pub(super) fn of(scene: &Scene) -> Vec<Knob> {
     }
     knobs.extend(paths());
     knobs
-}
-
-fn exponential() -> Vec<Knob> {
-    let iterations = [8, 10, 12, 14, 20, 24];
-    let tails = [4, 6, 8, 9, 12];
-    let pieces = [8, 16, 32, 64, 128];
-    vec![
-        Knob {
-            name: "iterations",
-            what: "iterations of the exponential",
-            settings: iterations
-                .map(|n| exp(format!("{n}"), format!("iterations = {n}")))
-                .to_vec(),
-        },
-        Knob {
-            name: "tail",
-            what: "a multiply by 1 + residual instead of the last iterations",
-            settings: tails
-                .map(|n| exp(format!("n = {n}"), format!("iterations = {n}\ntail = true")))
-                .to_vec(),
-        },
-        Knob {
-            name: "radix-4",
-            what: "two bits of the exponential a step",
-            settings: [3, 4, 5]
-                .map(|n| {
-                    let toml = format!("form = \"radix-4\"\niterations = {n}\ntail = true");
-                    exp(format!("J = {n}"), toml)
-                })
-                .to_vec(),
-        },
-        Knob {
-            name: "pieces",
-            what: "straight pieces instead of a recurrence, an exponential a clock",
-            settings: pieces
-                .map(|n| {
-                    let toml = format!("form = \"piecewise\"\npieces = {n}\npipelined = true");
-                    exp(format!("{n}"), toml)
-                })
-                .to_vec(),
-        },
-        Knob {
-            name: "early-out",
-            what: "the exponential stops when its bits are complete",
-            settings: vec![exp("on", "early_out = true")],
-        },
-        Knob {
-            name: "iterations-a-clock",
-            what: "iterations of the exponential a clock",
-            settings: [2, 4]
-                .map(|n| exp(format!("{n}"), format!("iterations_per_clock = {n}")))
-                .to_vec(),
-        },
-        Knob {
-            name: "pipelined",
-            what: "an exponential a clock",
-            settings: vec![exp("on", "pipelined = true")],
-        },
-    ]
-}
-
-fn splatting() -> Vec<Knob> {
-    vec![
-        Knob {
-            name: "order",
-            what: "Gaussians in the order in which MVoxels bring them",
-            settings: vec![look("streamed", Look::Order(Order::Approximate))],
-        },
-        Knob {
-            name: "extent",
-            what: "which tiles a Gaussian is drawn in, and the cap of alpha",
-            settings: vec![
-                look("box", Look::Profile(Profile::GsplatCap99)),
-                look("ellipse", Look::Profile(Profile::Brush)),
-            ],
-        },
-        Knob {
-            name: "records-a-row",
-            what: "splat records that share a row of the feature table",
-            settings: vec![config("2", "[gu]\nrecords_a_row = 2")],
-        },
-    ]
-}
-
-fn interpolation() -> Vec<Knob> {
-    let codes = [8, 10, 12, 14];
-    let weights = [4, 6, 8, 10, 12];
-    let inputs = [12, 14, 16, 18];
-    vec![
-        Knob {
-            name: "feature-bits",
-            what: "bits of a feature's code",
-            settings: codes
-                .map(|n| config(format!("{n}"), format!("[gu]\nfeature_bits = {n}")))
-                .to_vec(),
-        },
-        Knob {
-            name: "weight-bits",
-            what: "fraction bits of interpolation weights",
-            settings: weights
-                .map(|n| config(format!("{n}"), format!("[gu]\nweight_bits = {n}")))
-                .to_vec(),
-        },
-        Knob {
-            name: "density-bits",
-            what: "fraction bits of the power of 1 - exp(-s)",
-            settings: inputs
-                .map(|n| exp(format!("{n}"), format!("one_minus_frac_bits = {n}")))
-                .to_vec(),
-        },
-        Knob {
-            name: "sums",
-            what: "whether interpolated sums are rounded",
-            settings: vec![config("exact", "[gu]\nsums = \"exact\"")],
-        },
-    ]
 }
 
 fn paths() -> Vec<Knob> {

@@ -17,7 +17,7 @@ use potamoi_sim::synth::scaling;
 use serde::Serialize;
 
 use super::front::Place;
-use super::knobs::{Change, Setting, Way};
+use super::knobs::{Change, Look, Setting, Way};
 use crate::failure::Failure;
 use crate::setup::{Setup, costs, store};
 
@@ -197,10 +197,12 @@ impl Bench {
         let mut twins = Twins::new(&config);
         let (work, rendered) =
             FrameWork::rendered(&scene, &config, array, cache, None, &mut twins)?;
-        let is_same_look = !settings
-            .iter()
-            .any(|s| matches!(s.change, Change::Scene(_)));
-        let bounds = match is_same_look {
+        let is_same_float = |s: &&Setting| match s.change {
+            Change::Scene(Look::Precision(own)) => !own.cuts(),
+            Change::Scene(_) => false,
+            Change::Config { .. } | Change::Path(_) => true,
+        };
+        let bounds = match settings.iter().all(is_same_float) {
             true => scene.error_bounds(&config)?,
             false => None,
         };

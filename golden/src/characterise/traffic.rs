@@ -148,7 +148,7 @@ mod tests {
         ] {
             let config = Config::from_toml(text, "test").unwrap();
             let cut = MVoxels::new(grid, &config).unwrap();
-            let head = stored(grid, &cut, 0.5).unwrap();
+            let head = stored(grid, &cut, &FixedOptions::default()).unwrap();
             let volume = Volume {
                 mvoxels: &cut,
                 placement: Placement::of(grid),

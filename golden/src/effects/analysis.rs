@@ -136,6 +136,7 @@ impl Scene {
             degree: 0,
             sorting: Sorting::IfNeeded,
             stops: false,
+            precision: self.precision(),
         };
         let view = View::by(cloud, camera, self.profile(), &work)?;
         seen.met = view.entries() as u64;

@@ -5,7 +5,7 @@ use super::bands::{self, Bands};
 use crate::fields::{Directions, Field, HashedColour, Mlp, Table};
 use crate::scene::{Kind, Model};
 use crate::splats::{Cloud, Rules, sh, sigmoid};
-use crate::voxels::{Grid, STOP_BELOW};
+use crate::voxels::Grid;
 
 /// A table that features are gathered from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,9 +53,9 @@ pub struct Facts {
 
 impl Facts {
     /// Looks through a model. `rules` are those of splats, `step` the voxel edges from sample to
-    /// sample of grids.
+    /// sample of grids, `stop` what is left of their rays that stop.
     #[must_use]
-    pub fn of(model: &Model, rules: &Rules, step: f64) -> Self {
+    pub fn of(model: &Model, rules: &Rules, step: f64, stop: f64) -> Self {
         match (model, model.kind()) {
             (Model::Compact(compact), _) => Self {
                 tables: tables(compact.colour().tables()),
@@ -65,7 +65,7 @@ impl Facts {
                 ..of_cloud(compact.gaussians(), rules)
             },
             (_, Kind::Splats(cloud)) => of_cloud(cloud, rules),
-            (_, Kind::Voxels(grid)) => of_grid(grid, step),
+            (_, Kind::Voxels(grid)) => of_grid(grid, step, stop),
             (_, Kind::Field(field)) => of_field(field),
         }
     }
@@ -170,7 +170,7 @@ fn of_cloud(cloud: &Cloud, rules: &Rules) -> Facts {
     }
 }
 
-fn of_grid(grid: &Grid, step: f64) -> Facts {
+fn of_grid(grid: &Grid, step: f64, stop: f64) -> Facts {
     let channels = grid.layout().channels();
     let terms = grid.layout().coefficients();
     let vertices = grid.features().chunks_exact(channels);
@@ -194,7 +194,7 @@ fn of_grid(grid: &Grid, step: f64) -> Facts {
             // A sample more at each end.
             depth: f64::from(most) * (diagonal + 2.0 * step),
             samples: diagonal / step + 2.0,
-            stop: STOP_BELOW,
+            stop,
         },
         tables: vec![TableFacts {
             vertices: 8,

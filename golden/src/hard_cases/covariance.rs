@@ -114,7 +114,7 @@ fn powers_of_needles() -> Case {
             opacity: 0.75,
             colour: DVec3::ONE,
         };
-        let record = record(&splat, 0, &mut Saturations::default());
+        let record = record(&splat, 0, 30, &mut Saturations::default());
         let held = DVec2::from(record.mean.map(|m| MEAN.value(m.into())));
         let [l11, l21, l22] = record.factor.map(|l| FACTOR.value(l.into()));
         let opacity = OPACITY.value(record.opacity.into());

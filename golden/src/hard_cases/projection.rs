@@ -81,7 +81,7 @@ fn far_outside_the_frame() -> Case {
             colour: DVec3::ONE,
         };
         let mut held = Saturations::default();
-        let record = record(&splat, 0, &mut held);
+        let record = record(&splat, 0, 30, &mut held);
         assert_eq!(held.mean, 1);
         let [l11, l21, l22] = record.factor.map(|l| FACTOR.value(l.into()));
         let alpha = |mean: [i32; 2]| {

@@ -17,7 +17,7 @@ impl Scene {
         let exp = &config.vu.exp;
         match &self.model {
             Model::Splats(cloud) if self.order == Order::Exact => {
-                let view = View::new(cloud, &self.camera, self.profile)?;
+                let view = View::by(cloud, &self.camera, self.profile, &self.splat_work())?;
                 Ok(Some(splats::error_bounds(&view, exp, self.background)))
             }
             Model::Voxels(grid) => {

@@ -53,7 +53,7 @@ impl Scene {
                 let volume = Volume {
                     mvoxels: &mvoxels,
                     placement: Placement::of(grid),
-                    head: &stored(grid, &mvoxels, self.step)?,
+                    head: &stored(grid, &mvoxels, &self.voxel_options())?,
                 };
                 let traffic = || self.of_volume(&volume, config, sides);
                 self.of_field(&field, capacity, full, traffic)

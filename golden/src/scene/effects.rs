@@ -35,9 +35,10 @@ impl Scene {
     /// What the model's data says, found when it is first asked for.
     #[must_use]
     pub fn facts(&self) -> &Facts {
-        let rules = self.profile.rules();
+        let rules = self.precision.of(self.profile.rules());
+        let stop = self.voxel_options().stop_below;
         self.found
-            .facts(|| Facts::of(&self.model, &rules, self.step))
+            .facts(|| Facts::of(&self.model, &rules, self.step, stop))
     }
 
     fn carries_out(&self, effect: Effect, is_called_for: bool) -> bool {
@@ -71,6 +72,7 @@ impl Scene {
             },
             sorting,
             stops: self.stops(OPACITY_BITS),
+            precision: self.precision,
         }
     }
 
@@ -146,7 +148,7 @@ impl Scene {
             Model::Compact(_) => Ok([splats, vec![OpCode::Relu]].concat()),
             Model::Voxels(grid) => {
                 let mvoxels = MVoxels::new(grid, config)?;
-                Ok(of(&voxels::stored(grid, &mvoxels, self.step)?))
+                Ok(of(&voxels::stored(grid, &mvoxels, &self.voxel_options())?))
             }
             Model::Dvgo(field) => Ok(of(field.fixed(config)?.head())),
             Model::Tensorf(field) => coded(&**field),

@@ -45,6 +45,7 @@ use crate::effects::{Cache, Choices};
 use crate::fields::dvgo::Dvgo;
 use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, Field};
+use crate::precision::Precision;
 use crate::splats::compact::Compact;
 use crate::splats::{Cells, Cloud, Order, Profile};
 use crate::voxels::{Grid, Halo};
@@ -153,6 +154,8 @@ pub struct Scene {
     truth: Option<Analytic>,
     /// What is carried out whatever is called for.
     choices: Choices,
+    /// Cut-offs and widths in place of the rules'.
+    precision: Precision,
     /// What was found of the model.
     found: Cache,
 }

@@ -12,6 +12,7 @@ use crate::fields::dvgo::Dvgo;
 use crate::fields::ngp::Ngp;
 use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, HashUnit};
+use crate::precision::Precision;
 use crate::splats::compact::{self, Compact};
 use crate::splats::{Order, Profile, files};
 use crate::voxels::Halo;
@@ -19,7 +20,7 @@ use crate::voxels::Halo;
 /// Pixels a side of a picture whose size nobody gave.
 pub(super) const SIDE: u32 = 400;
 /// Voxel edges from sample to sample unless a description says otherwise.
-const STEP: f64 = 0.5;
+pub(super) const STEP: f64 = 0.5;
 /// The endings of files that are scenes.
 fn endings() -> String {
     format!(
@@ -99,6 +100,7 @@ impl Scene {
             from_file: false,
             truth: None,
             choices: Choices::default(),
+            precision: Precision::default(),
             found: Cache::default(),
         }
     }

@@ -149,6 +149,7 @@ impl Scene {
                     step: self.step,
                     background: self.background,
                     terminate: self.stops(FLOAT_BITS),
+                    stop_below: self.voxel_options().stop_below,
                     directions: self.voxel_directions(),
                 };
                 let frame = voxels::render_float(grid, &self.camera, &options)?;
@@ -293,7 +294,7 @@ impl Scene {
                     skip: self.skip(&mvoxels),
                     ..self.voxel_options()
                 };
-                let mut head = voxels::stored(grid, &mvoxels, options.step)?;
+                let mut head = voxels::stored(grid, &mvoxels, &options)?;
                 head.directions = self.voxel_directions();
                 let volume = Volume {
                     mvoxels: &mvoxels,
@@ -429,11 +430,15 @@ impl Scene {
     }
 
     pub(super) fn voxel_options(&self) -> voxels::FixedOptions {
+        let own = voxels::FixedOptions::default();
         voxels::FixedOptions {
             step: self.step,
             background: self.background,
             group_side: self.group_side,
-            ..voxels::FixedOptions::default()
+            stop_below: self.precision.stop_below.unwrap_or(own.stop_below),
+            transmittance_bits: (self.precision.transmittance_bits)
+                .unwrap_or(own.transmittance_bits),
+            ..own
         }
     }
 

@@ -1,12 +1,45 @@
 //! How a scene is rendered, as a description says it.
 
-use crate::effects::Cache;
 use std::str::FromStr as _;
 
 use super::description::RenderDescription;
+use super::open::STEP;
 use super::{Kind, Model, Scene, SceneError};
+use crate::analytic::Analytic;
+use crate::effects::Cache;
+use crate::precision::{Precision, PrecisionError};
 use crate::splats::{Order, Profile};
 use crate::voxels::Halo;
+
+/// How a scene is rendered.
+#[derive(Debug, PartialEq)]
+#[allow(dead_code, reason = "read as text")]
+struct Manner {
+    profile: Profile,
+    order: Order,
+    group_tiles: Option<[u32; 2]>,
+    group_side: Option<u32>,
+    halo: Halo,
+    step: f64,
+    background: [f32; 3],
+    precision: Precision,
+}
+
+impl Manner {
+    /// That of a built-in scene.
+    fn plain(analytic: Analytic) -> Self {
+        Self {
+            profile: Profile::Inria,
+            order: Order::Exact,
+            group_tiles: None,
+            group_side: None,
+            halo: Halo::Shared,
+            step: STEP,
+            background: analytic.background(),
+            precision: Precision::default(),
+        }
+    }
+}
 
 impl Scene {
     pub(super) fn rules(&mut self, render: &RenderDescription) -> Result<(), SceneError> {
@@ -81,7 +114,6 @@ impl Scene {
         Ok(())
     }
 
-    /// Voxel edges from sample to sample.
     /// Sets how far apart samples are, in voxel edges; of fields that step so.
     ///
     /// # Errors
@@ -100,5 +132,59 @@ impl Scene {
             Model::Splats(_) | Model::Compact(_) | Model::Voxels(_) | Model::Field(_) => {}
         }
         Ok(())
+    }
+
+    /// Cut-offs and widths in place of the rules'.
+    #[must_use]
+    pub const fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    /// Composites more coarsely, or more finely, than the rules say.
+    ///
+    /// # Errors
+    /// A number outside its range, or one that is not of such a model: all are of splats; of
+    /// stored voxels where rays stop and how wide transmittances are; none of fields.
+    pub fn set_precision(&mut self, precision: Precision) -> Result<(), SceneError> {
+        let refuse = |e: PrecisionError| self.value(e.field, e.value, e.expected);
+        precision.check().map_err(refuse)?;
+        let of_splats = precision.alpha_min.is_some() || precision.conic_bits.is_some();
+        let (is_fit, expected) = match self.model {
+            Model::Splats(_) | Model::Compact(_) => (true, ""),
+            Model::Voxels(_) => (!of_splats, "stop_below and transmittance_bits alone"),
+            _ => (precision == Precision::default(), "splats or stored voxels"),
+        };
+        if !is_fit {
+            let given = format!("{precision:?}");
+            return Err(self.value("precision", given, expected));
+        }
+        self.precision = precision;
+        self.found = Cache::default();
+        Ok(())
+    }
+
+    /// How it is rendered, in text that differs where work or pictures may; none of a built-in scene
+    /// as it is.
+    #[must_use]
+    pub fn manner(&self) -> Option<String> {
+        let own = Manner {
+            profile: self.profile,
+            order: self.order,
+            group_tiles: self.group_tiles,
+            group_side: self.group_side,
+            halo: self.halo,
+            step: self.step,
+            background: self.background,
+            precision: self.precision,
+        };
+        let plain = self.is_builtin().map(Manner::plain);
+        (plain.as_ref() != Some(&own)).then(|| format!("{own:?}"))
+    }
+
+    /// The field of a scene that its name alone says all about.
+    #[must_use]
+    pub fn is_builtin(&self) -> Option<Analytic> {
+        let name = self.name.split(':').next();
+        self.truth.filter(|own| Some(own.name()) == name)
     }
 }

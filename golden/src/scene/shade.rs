@@ -55,6 +55,7 @@ impl Renderer for Scene {
                     step: self.step,
                     background: self.background,
                     terminate: self.stops(FLOAT_BITS),
+                    stop_below: self.voxel_options().stop_below,
                     directions: self.voxel_directions(),
                 };
                 let frame = voxels::render_masked(grid, camera, &options, only)

@@ -15,10 +15,10 @@
 //! colour. Where one of the two may stop and the other may go on, all light that is left counts.
 
 use potamoi_formats::config::ExpConfig;
-use potamoi_formats::record::{COLOUR, FACTOR, MEAN, OPACITY};
+use potamoi_formats::record::{COLOUR, MEAN, OPACITY};
 use rayon::prelude::*;
 
-use super::composite::{Limits, TRANSMITTANCE};
+use super::composite::Limits;
 use super::project::Projected;
 use super::view::View;
 use crate::units::widths::budget;
@@ -52,13 +52,13 @@ struct Alpha {
 #[must_use]
 pub fn error_bounds(view: &View, exp: &ExpConfig, background: [f32; 3]) -> Vec<f64> {
     let off = Off {
-        factor: FACTOR.ulp() / 2.0,
+        factor: 2f64.powi(-(view.rules().conic_bits as i32)) / 2.0,
         mean: MEAN.ulp() / 2.0,
         form: 2f64.powi(-17),
         power: exp.input.ulp() / 2.0,
         exponential: budget(exp) * 2f64.powi(-(exp.output_bits as i32)),
         alpha: OPACITY.ulp() / 2.0,
-        transmittance: TRANSMITTANCE.ulp() / 2.0,
+        transmittance: 2f64.powi(-(view.rules().transmittance_bits as i32)) / 2.0,
     };
     let (first, ranks) = view.by_tile();
     let [width, height] = view.size();
@@ -184,15 +184,18 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use potamoi_formats::config::{Config, Layer};
 
+    use crate::precision::Precision;
     use crate::scene::Scene;
     use crate::units::Twins;
 
-    /// Largest part of its bound that a pixel takes, and the bounds' mean square.
-    fn used(scene: &Scene, bounded_by: &Config, rendered_by: &Config) -> (f64, f64) {
-        let bounds = scene.error_bounds(bounded_by).unwrap().unwrap();
-        let float = scene.render_float().unwrap().picture;
-        let mut twins = Twins::new(rendered_by);
-        let fixed = scene.render_fixed(rendered_by, &mut twins).unwrap().picture;
+    /// Largest part of its bound that a pixel takes, and the bounds' mean square, of bounds and a
+    /// picture each of its scene and configuration.
+    fn used(bounded: (&Scene, &Config), shown: (&Scene, &Config)) -> (f64, f64) {
+        let bounds = bounded.0.error_bounds(bounded.1).unwrap().unwrap();
+        let float = bounded.0.render_float().unwrap().picture;
+        let (scene, config) = shown;
+        let mut twins = Twins::new(config);
+        let fixed = scene.render_fixed(config, &mut twins).unwrap().picture;
         let off = |i: usize| {
             let both = fixed.rgb[i].iter().zip(float.rgb[i]);
             both.fold(0.0, |m, (a, b)| {
@@ -226,7 +229,7 @@ mod tests {
             let mut scene = Scene::open(name).unwrap();
             scene.set_size(Some(48), Some(40)).unwrap();
             for config in &configs {
-                let (most, squares) = used(&scene, config, config);
+                let (most, squares) = used((&scene, config), (&scene, config));
                 println!(
                     "{name}: {most:.4} of the bound, {:.1} dB",
                     -10.0 * squares.log10()
@@ -237,7 +240,32 @@ mod tests {
         let mut scene = Scene::open("garden").unwrap();
         scene.set_size(Some(48), Some(40)).unwrap();
         let coarse = with("[vu.exp]\niterations = 4");
-        let (most, _) = used(&scene, &configs[0], &coarse);
+        let (most, _) = used((&scene, &configs[0]), (&scene, &coarse));
         assert!(most > 1.0, "{most}");
+    }
+
+    /// Coarser transmittances and conics have larger bounds, hold them, and exceed those of finer
+    /// ones.
+    #[test]
+    fn coarser_widths_are_told_from_finer_ones() {
+        let mut scene = Scene::open("garden").unwrap();
+        scene.set_size(Some(48), Some(40)).unwrap();
+        let config = Config::paper();
+        let transmittance = Precision {
+            transmittance_bits: Some(8),
+            ..Precision::default()
+        };
+        let conic = Precision {
+            conic_bits: Some(8),
+            ..Precision::default()
+        };
+        for precision in [transmittance, conic] {
+            let mut coarse = scene.clone();
+            coarse.set_precision(precision).unwrap();
+            let (own, _) = used((&coarse, &config), (&coarse, &config));
+            assert!(own <= 1.0, "{precision:?}: {own}");
+            let (of_finer, _) = used((&scene, &config), (&coarse, &config));
+            assert!(of_finer > 1.0, "{precision:?}: {of_finer}");
+        }
     }
 }

@@ -9,7 +9,7 @@
 //! | u | square sum of p, q (S15.16), shift 20, half up | U3.13, saturating |
 //! | e | exponential | U0.16 |
 //! | alpha | o times e, shift 16, half up; cap; skip below 1/255 | U0.16 |
-//! | T' | T times 65536 - alpha, shift 16, half up | U1.20 |
+//! | T' | T times 65536 - alpha, shift 16, half up; to fewer bits where the rules say so | U1.20 |
 //! | colour | exact sum of (T - T') times the channel | 32 fraction bits |
 //!
 //! A pixel stops where the exact product T (65536 - alpha) is below the limit,
@@ -48,6 +48,8 @@ pub(crate) struct Limits {
     pub(crate) alpha_min: i32,
     /// A pixel stops where T (65536 - alpha), 36 fraction bits, is below.
     pub(crate) stop: i64,
+    /// Last bits of transmittances that are not carried.
+    pub(crate) spare: u8,
 }
 
 impl Limits {
@@ -62,6 +64,9 @@ impl Limits {
             } else {
                 stop.ceil() as i64
             },
+            spare: TRANSMITTANCE
+                .frac_bits()
+                .saturating_sub(rules.transmittance_bits) as u8,
         }
     }
 }
@@ -313,14 +318,15 @@ impl Compositor {
             tile.live.retain(|p| stop[usize::from(*p)] == u32::MAX);
         }
         wave.lanes.truncate(kept);
-        self.vector(units, TIMES)?;
+        let spare = self.limits.spare;
+        self.vector(units, op(OpCode::Multiply, 16 + spare))?;
         self.drawn += kept as u64;
         for (lane, after) in self.wave.lanes.iter().zip(&self.wave.out) {
             let tile = &mut self.tiles[lane.tile as usize];
             let pixel = usize::from(lane.pixel);
             // The unit may be at fault: weights stay within 0 and T.
             let before = tile.transmittance[pixel];
-            let after = (*after).clamp(0, before);
+            let after = (*after << spare).clamp(0, before);
             tile.transmittance[pixel] = after;
             let weight = u64::from((before - after) as u32);
             let record = &tile.queue[tile.head - 1];

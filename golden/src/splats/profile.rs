@@ -3,7 +3,10 @@
 use std::fmt;
 use std::str::FromStr;
 
+use potamoi_formats::record::FACTOR;
 use thiserror::Error;
+
+use super::composite::TRANSMITTANCE;
 
 /// A renderer whose rules are followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -53,6 +56,8 @@ impl Profile {
             stop_below: 1e-4_f32 as f64,
             stop_at_equal: true,
             extent: Extent::AxisBox,
+            transmittance_bits: TRANSMITTANCE.frac_bits(),
+            conic_bits: FACTOR.frac_bits(),
         };
         match self {
             Self::Inria => Rules {
@@ -137,6 +142,10 @@ pub struct Rules {
     pub stop_at_equal: bool,
     /// Which tiles a Gaussian is drawn in.
     pub extent: Extent,
+    /// Fraction bits of transmittances in the hardware's formats.
+    pub transmittance_bits: u32,
+    /// Fraction bits of the factors of conics in the hardware's records.
+    pub conic_bits: u32,
 }
 
 impl Rules {

@@ -37,9 +37,20 @@ fn code(format: Format, value: f64, saturated: &mut u64) -> i128 {
         .unwrap_or_default()
 }
 
-/// The record of a projected Gaussian of rank `rank`.
+fn factor(value: f64, bits: u32, saturations: &mut Saturations) -> i32 {
+    let spare = FACTOR.frac_bits() - bits.min(FACTOR.frac_bits());
+    let coarse = Format::signed(FACTOR.width() - FACTOR.frac_bits() - 1, bits);
+    (code(coarse, value, &mut saturations.factor) << spare) as i32
+}
+
+/// The record of a projected Gaussian of rank `rank`, whose factors have so many fraction bits.
 #[must_use]
-pub fn record(splat: &Projected, rank: u32, saturations: &mut Saturations) -> SplatRecord {
+pub fn record(
+    splat: &Projected,
+    rank: u32,
+    conic_bits: u32,
+    saturations: &mut Saturations,
+) -> SplatRecord {
     SplatRecord {
         mean: splat
             .mean
@@ -48,7 +59,7 @@ pub fn record(splat: &Projected, rank: u32, saturations: &mut Saturations) -> Sp
         factor: splat
             .footprint
             .factor
-            .map(|v| code(FACTOR, v, &mut saturations.factor) as i32),
+            .map(|v| factor(v, conic_bits, saturations)),
         opacity: code(OPACITY, splat.opacity, &mut saturations.opacity) as u16,
         colour: splat
             .colour
@@ -78,7 +89,7 @@ mod tests {
     #[test]
     fn codes_are_the_nearest() {
         let mut s = Saturations::default();
-        let r = record(&splat(), 7, &mut s);
+        let r = record(&splat(), 7, 30, &mut s);
         assert_eq!(s, Saturations::default());
         assert_eq!(r.mean, [-13312, 4_098_048]);
         assert_eq!((r.opacity, r.rank), (49152, 7));
@@ -98,7 +109,7 @@ mod tests {
             colour: DVec3::new(16.0, 15.9999, 1e30),
             ..splat()
         };
-        let r = record(&far, 0, &mut s);
+        let r = record(&far, 0, 30, &mut s);
         assert_eq!(r.mean, [i32::MAX, i32::MIN]);
         assert_eq!(r.opacity, u16::MAX);
         assert_eq!(r.colour, [u16::MAX; 3]);
@@ -135,7 +146,7 @@ mod tests {
                 mean: DVec2::new(311.013_7, 97.77),
                 ..splat()
             };
-            let r = record(&splat, 0, &mut Saturations::default());
+            let r = record(&splat, 0, 30, &mut Saturations::default());
             let mean = DVec2::from(r.mean.map(|m| MEAN.value(m.into())));
             let factor = r.factor.map(|l| FACTOR.value(l.into()));
             // The conic in 16 bits, on the scale of its largest entry.

@@ -263,7 +263,7 @@ impl Schedule {
                 .splats()
                 .iter()
                 .enumerate()
-                .map(|(rank, s)| record(s, rank as u32, &mut saturations))
+                .map(|(rank, s)| record(s, rank as u32, view.rules().conic_bits, &mut saturations))
                 .collect(),
             stored,
             places,

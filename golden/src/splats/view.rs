@@ -11,6 +11,7 @@ use super::project::{Projected, Projection};
 use super::sh;
 use crate::camera::Camera;
 use crate::mask::Mask;
+use crate::precision::Precision;
 
 pub use super::coverage::TILE;
 
@@ -37,7 +38,7 @@ pub enum Sorting {
 
 /// What is done to see a cloud: by default everything. Less gives the same bits where nothing
 /// calls for more.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Work {
     /// The highest degree of spherical harmonics that is evaluated.
     pub degree: usize,
@@ -45,6 +46,8 @@ pub struct Work {
     pub sorting: Sorting,
     /// Whether pixels stop early.
     pub stops: bool,
+    /// Cut-offs and widths in place of the rules'.
+    pub precision: Precision,
 }
 
 impl Work {
@@ -53,6 +56,12 @@ impl Work {
         degree: sh::MAX_DEGREE,
         sorting: Sorting::Always,
         stops: true,
+        precision: Precision {
+            stop_below: None,
+            alpha_min: None,
+            transmittance_bits: None,
+            conic_bits: None,
+        },
     };
 }
 
@@ -98,7 +107,7 @@ impl View {
         work: &Work,
     ) -> Result<Self, RenderError> {
         check(camera)?;
-        let mut rules = profile.rules();
+        let mut rules = work.precision.of(profile.rules());
         if !work.stops {
             rules.stop_below = f64::NEG_INFINITY;
         }

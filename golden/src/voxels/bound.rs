@@ -3,7 +3,6 @@
 use potamoi_formats::config::ExpConfig;
 
 use super::fixed::{BACKGROUND, FixedOptions};
-use super::float::STOP_BELOW;
 use super::formats::Formats;
 use super::grid::Grid;
 use super::ray::Ray;
@@ -90,7 +89,11 @@ pub fn error_bounds(
         .background
         .iter()
         .fold(0.0, |m, v| f64::max(m, f64::from(*v)));
-    let cut_off = if options.terminate { STOP_BELOW } else { 0.0 };
+    let cut_off = if options.terminate {
+        options.stop_below
+    } else {
+        0.0
+    };
     let n = grid.layout().coefficients();
     let largest: Vec<f64> = (0..channels)
         .map(|c| {
@@ -130,8 +133,7 @@ pub fn error_bounds(
                 seen += 1.0;
                 left *= (-values[0].max(0.0) * step).exp();
             }
-            // T is rounded to 20 bits where more than half of float's is left.
-            let rounding = seen * 2.0 * 2f64.powi(-21);
+            let rounding = seen * 2f64.powi(-(options.transmittance_bits as i32));
             let products = seen * 2f64.powi(-1 - formats.pixel_bits() as i32);
             let written = 2.0 * brightest * 2f64.powi(-24);
             out.push([

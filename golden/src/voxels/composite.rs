@@ -3,7 +3,7 @@
 //! | step | operation | result |
 //! |---|---|---|
 //! | alpha | the head's | U0.F, exactly 0 where nothing is |
-//! | T' | T times 2^F - alpha, shift F, half up | U1.20 |
+//! | T' | T times 2^F - alpha, shift F, half up; to fewer bits where the head says so | U1.20 |
 //! | colour | the head's, of samples that are seen | its own format |
 //! | product | T - T' times the colour, half even | 20 to 24 fraction bits |
 //!
@@ -133,9 +133,12 @@ impl<'h> Compositor<'h> {
     ) -> Result<Vec<Seen>, VoxelError> {
         let bits = self.head.alpha_bits();
         let [_, least] = self.head.least();
+        let spare = TRANSMITTANCE
+            .frac_bits()
+            .saturating_sub(self.head.transmittance_bits());
         let op = VectorOp {
             code: OpCode::Multiply,
-            shift: bits as u8,
+            shift: (bits + spare) as u8,
             rounding: Rounding::HalfUp,
         };
         let mut seen = Vec::new();
@@ -150,7 +153,8 @@ impl<'h> Compositor<'h> {
                 .iter()
                 .map(|s| (1 << bits) - alpha[(s.start + at) as usize])
                 .collect();
-            let next = Lanes { units, work }.compute(op, &a, &b)?;
+            let mut next = Lanes { units, work }.compute(op, &a, &b)?;
+            next.iter_mut().for_each(|left| *left <<= spare);
             for (i, span) in live.iter().enumerate() {
                 let ray = span.ray as usize;
                 let weight = a[i] - next[i];

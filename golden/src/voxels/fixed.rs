@@ -8,6 +8,7 @@ use potamoi_formats::units::OpCode;
 
 use super::composite::{Compositor, Work};
 use super::error::VoxelError;
+use super::float::STOP_BELOW;
 use super::formats::{Formats, TRANSMITTANCE};
 use super::grid::Grid;
 use super::head::{Head, OpacityAlone, Stored};
@@ -32,8 +33,12 @@ const PIXEL_BITS: u32 = 32;
 pub struct FixedOptions {
     /// Voxel edges from sample to sample.
     pub step: f64,
-    /// Whether rays stop at [`super::STOP_BELOW`].
+    /// Whether rays stop.
     pub terminate: bool,
+    /// Where, of stored voxels.
+    pub stop_below: f64,
+    /// Fraction bits of transmittances that are carried, of stored voxels.
+    pub transmittance_bits: u32,
     /// Linear RGB behind everything, rounded to 12 fraction bits.
     pub background: [f32; 3],
     /// Pixels a side of a ray group; by default the largest whose rays are at
@@ -50,6 +55,8 @@ impl Default for FixedOptions {
         Self {
             step: 0.5,
             terminate: true,
+            stop_below: STOP_BELOW,
+            transmittance_bits: TRANSMITTANCE.frac_bits(),
             background: [0.0; 3],
             group_side: None,
             skip: Skip::Cells,
@@ -207,19 +214,24 @@ pub fn render_fixed(
     let volume = Volume {
         mvoxels,
         placement: Placement::of(grid),
-        head: &stored(grid, mvoxels, options.step)?,
+        head: &stored(grid, mvoxels, options)?,
     };
     render_volume(&volume, camera, options, units)
 }
 
-/// What makes opacity and colour of a grid that is sampled every `step` voxel
-/// edges.
-pub(crate) fn stored(grid: &Grid, mvoxels: &MVoxels, step: f64) -> Result<Stored, VoxelError> {
+/// What makes opacity and colour of a grid that is sampled as options say.
+pub(crate) fn stored(
+    grid: &Grid,
+    mvoxels: &MVoxels,
+    options: &FixedOptions,
+) -> Result<Stored, VoxelError> {
     Ok(Stored {
         layout: grid.layout(),
         formats: fits(grid, mvoxels)?,
-        step: Formats::step_code(step),
+        step: Formats::step_code(options.step),
         directions: true,
+        stop_below: options.stop_below,
+        transmittance_bits: options.transmittance_bits,
     })
 }
 

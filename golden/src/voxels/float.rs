@@ -10,7 +10,7 @@ use crate::camera::Camera;
 use crate::mask::Mask;
 use crate::picture::Picture;
 
-/// A ray stops once less than this of the light behind would be seen.
+/// A ray stops once less than this of the light behind would be seen, unless told otherwise.
 pub const STOP_BELOW: f64 = 1e-3;
 
 /// How to render in floating point.
@@ -18,8 +18,10 @@ pub const STOP_BELOW: f64 = 1e-3;
 pub struct FloatOptions {
     /// Voxel edges from sample to sample.
     pub step: f64,
-    /// Whether rays stop at [`STOP_BELOW`].
+    /// Whether rays stop.
     pub terminate: bool,
+    /// Where.
+    pub stop_below: f64,
     /// Linear RGB behind everything.
     pub background: [f32; 3],
     /// Whether colours that are linear in the direction are seen from it.
@@ -31,6 +33,7 @@ impl Default for FloatOptions {
         Self {
             step: 0.5,
             terminate: true,
+            stop_below: STOP_BELOW,
             background: [0.0; 3],
             directions: true,
         }
@@ -164,7 +167,7 @@ fn march(grid: &Grid, ray: &Ray, options: &FloatOptions) -> Pixel {
         pixel.weight += pixel.left * alpha;
         pixel.moment += pixel.left * alpha * ray.distance(k);
         pixel.left *= 1.0 - alpha;
-        if options.terminate && pixel.left < STOP_BELOW {
+        if options.terminate && pixel.left < options.stop_below {
             break;
         }
     }

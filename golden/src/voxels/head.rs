@@ -10,7 +10,7 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use super::composite::Work;
 use super::error::VoxelError;
 use super::float::STOP_BELOW;
-use super::formats::{DIRECTION_BITS, Formats, STEP_BITS};
+use super::formats::{DIRECTION_BITS, Formats, STEP_BITS, TRANSMITTANCE};
 use super::grid::Layout;
 use crate::units::{Product, Units};
 
@@ -34,6 +34,11 @@ pub trait Head: Sync {
     /// A ray stops where less than this is left of it.
     fn stop(&self) -> f64 {
         STOP_BELOW
+    }
+
+    /// Fraction bits of transmittances that are carried, 20 at most.
+    fn transmittance_bits(&self) -> u32 {
+        TRANSMITTANCE.frac_bits()
     }
 
     /// Codes of a sample that colours are made of: its features, unless opacity
@@ -115,6 +120,10 @@ impl Head for Facing<'_> {
         self.head.stop()
     }
 
+    fn transmittance_bits(&self) -> u32 {
+        self.head.transmittance_bits()
+    }
+
     fn kept(&self) -> usize {
         self.head.kept()
     }
@@ -175,6 +184,10 @@ impl Head for OpacityAlone<'_> {
 
     fn stop(&self) -> f64 {
         self.0.stop()
+    }
+
+    fn transmittance_bits(&self) -> u32 {
+        self.0.transmittance_bits()
     }
 
     fn kept(&self) -> usize {
@@ -278,6 +291,8 @@ pub(crate) struct Stored {
     pub(crate) step: i32,
     /// Whether colours that are linear in the direction are seen from it.
     pub(crate) directions: bool,
+    pub(crate) stop_below: f64,
+    pub(crate) transmittance_bits: u32,
 }
 
 impl Head for Stored {
@@ -291,6 +306,14 @@ impl Head for Stored {
 
     fn colour_bits(&self) -> u32 {
         self.formats.colour.frac_bits()
+    }
+
+    fn stop(&self) -> f64 {
+        self.stop_below
+    }
+
+    fn transmittance_bits(&self) -> u32 {
+        self.transmittance_bits
     }
 
     fn direction_codes(&self) -> usize {

@@ -2,21 +2,29 @@
 
 use super::*;
 
-/// Largest part of their bounds that colour and transmittance take.
-fn used(grid: &Grid, bounded_by: &Config, rendered_by: &Config) -> [f64; 2] {
+/// Largest part of their bounds that colour and transmittance take, of a configuration and
+/// transmittances of so many fraction bits each.
+fn used(grid: &Grid, bounded: (&Config, u32), shown: (&Config, u32)) -> [f64; 2] {
     let camera = camera(40, 36);
-    let formats = *MVoxels::new(grid, bounded_by).unwrap().formats().unwrap();
+    let formats = *MVoxels::new(grid, bounded.0).unwrap().formats().unwrap();
     let to_the_end = FloatOptions {
         terminate: false,
         ..FloatOptions::default()
     };
     let float = render_float(grid, &camera, &to_the_end).unwrap();
-    let options = FixedOptions {
+    let options = |transmittance_bits| FixedOptions {
         terminate: false,
+        transmittance_bits,
         ..FixedOptions::default()
     };
-    let bounds = error_bounds(grid, &formats, &bounded_by.vu.exp, &camera, &options);
-    let fixed = fixed(grid, rendered_by, &camera, &options);
+    let bounds = error_bounds(
+        grid,
+        &formats,
+        &bounded.0.vu.exp,
+        &camera,
+        &options(bounded.1),
+    );
+    let fixed = fixed(grid, shown.0, &camera, &options(shown.1));
     let least = float.transmittance.iter().copied().fold(1.0, f64::min);
     assert!((0.005..0.5).contains(&least), "{least}");
     let mut used = [0f64; 2];
@@ -54,12 +62,21 @@ fn fixed_stays_within_a_derived_bound_of_float() {
             "[gu]\nweight_bits = 4",
         ] {
             let config = config(text);
-            let used = used(&grid, &config, &config);
+            let used = used(&grid, (&config, 20), (&config, 20));
             println!("{layout:?} {text:?}: {used:.3?} of the bound");
             assert!(used.iter().all(|u| *u <= 1.0 && *u > 0.01), "{used:?}");
         }
         // The bound of the paper's formats tells coarser ones.
-        let [colour, left] = used(&grid, &config(""), &config("[gu]\nweight_bits = 4"));
+        let [colour, left] = used(
+            &grid,
+            (&config(""), 20),
+            (&config("[gu]\nweight_bits = 4"), 20),
+        );
+        assert!(colour > 1.0 && left > 1.0, "{colour} {left}");
+        let paper = config("");
+        let own = used(&grid, (&paper, 9), (&paper, 9));
+        assert!(own.iter().all(|u| *u <= 1.0 && *u > 0.01), "{own:?}");
+        let [colour, left] = used(&grid, (&paper, 20), (&paper, 9));
         assert!(colour > 1.0 && left > 1.0, "{colour} {left}");
     }
 }

@@ -50,8 +50,11 @@ struct Key<'a, O> {
     /// reference: what was counted before is of neither.
     #[serde(skip_serializing_if = "Option::is_none")]
     choices: Option<String>,
+    /// How it is rendered, where that is not as its name says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    manner: Option<String>,
     options: O,
-    /// Of a model that was read from a file: its numbers.
+    /// Of a model that its name does not say all of: its numbers.
     model: Option<String>,
 }
 
@@ -134,9 +137,10 @@ impl Kept {
             halvings: scene.cells().halvings,
             choices: (scene.choices() != Choices::default() || scene.path_length().is_some())
                 .then(|| format!("{:?}, still as its reference", scene.choices())),
+            manner: scene.manner(),
             options,
             model: scene
-                .analytic()
+                .is_builtin()
                 .is_none()
                 .then(|| written_down(scene.model())),
         };

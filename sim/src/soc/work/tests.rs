@@ -2,6 +2,7 @@
 
 use potamoi_formats::config::Config;
 use potamoi_golden::mask::Mask;
+use potamoi_golden::precision::Precision;
 use potamoi_golden::scene::Scene;
 use potamoi_golden::units::{Product, Twins, Units};
 use proptest::prelude::*;
@@ -70,6 +71,33 @@ fn a_mask_asks_for_its_pixels() {
         assert!(few.entries * 2 < all.entries, "{name}");
         assert!(few.vector_cycles * 2 < all.vector_cycles, "{name}");
         assert!(few.macs * 2 < all.macs, "{name}");
+    }
+}
+
+/// Frames that are rendered otherwise are counted by themselves.
+#[test]
+fn a_manner_of_its_own_is_kept_by_itself() {
+    let config = Config::paper();
+    let folder = tempfile::tempdir().unwrap();
+    let kept = Kept::new(folder.path());
+    let array = Array::PAPER;
+    let plain = scene("lantern", 24);
+    let mut farther = plain.clone();
+    farther.set_step(1.0).unwrap();
+    let mut sooner = plain.clone();
+    let precision = Precision {
+        stop_below: Some(0.1),
+        ..Precision::default()
+    };
+    sooner.set_precision(precision).unwrap();
+    for scene in [&plain, &farther, &sooner] {
+        let (work, was_kept) = kept.frame(scene, &config, array, CACHE).unwrap();
+        assert!(!was_kept);
+        let (counted, _) = Kept::new(tempfile::tempdir().unwrap().path())
+            .frame(scene, &config, array, CACHE)
+            .unwrap();
+        assert_eq!(work, counted);
+        assert!(kept.frame(scene, &config, array, CACHE).unwrap().1);
     }
 }
 

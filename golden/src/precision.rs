@@ -1,0 +1,204 @@
+//! How finely frames are composited where it is not by their renderer's rules.
+
+use thiserror::Error;
+
+use crate::splats::Rules;
+
+/// Cut-offs and widths of compositing, in place of those of a renderer's rules and of the
+/// hardware's formats. By default all are theirs.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Precision {
+    /// A pixel or a ray stops where less light is left: 1e-6 to 0.5. The rules have 1e-4 of splats,
+    /// 1e-3 of voxels.
+    pub stop_below: Option<f64>,
+    /// Splats are skipped where their alpha is smaller: 1e-4 to 0.5. The rules have 1/255.
+    pub alpha_min: Option<f64>,
+    /// Fraction bits of transmittances in the hardware's formats, 8 to 20, which they have.
+    pub transmittance_bits: Option<u32>,
+    /// Fraction bits of the factors of splats' conics in their records, 8 to 30, which they have.
+    pub conic_bits: Option<u32>,
+}
+
+/// A number outside its range.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{field}: {value}: expected {expected}")]
+pub struct PrecisionError {
+    pub(crate) field: &'static str,
+    pub(crate) value: String,
+    pub(crate) expected: &'static str,
+}
+
+impl Precision {
+    /// These numbers, and another's where those are given.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            stop_below: other.stop_below.or(self.stop_below),
+            alpha_min: other.alpha_min.or(self.alpha_min),
+            transmittance_bits: other.transmittance_bits.or(self.transmittance_bits),
+            conic_bits: other.conic_bits.or(self.conic_bits),
+        }
+    }
+
+    /// Whether the float renderers see a difference.
+    #[must_use]
+    pub const fn cuts(&self) -> bool {
+        self.stop_below.is_some() || self.alpha_min.is_some()
+    }
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// The first number outside its range.
+    pub fn check(&self) -> Result<(), PrecisionError> {
+        let cuts = [
+            ("stop_below", self.stop_below, 1e-6..=0.5, "1e-6 to 0.5"),
+            ("alpha_min", self.alpha_min, 1e-4..=0.5, "1e-4 to 0.5"),
+        ];
+        for (field, given, range, expected) in cuts {
+            // Not a number is in no range.
+            if let Some(value) = given.filter(|value| !range.contains(value)) {
+                return Err(PrecisionError {
+                    field,
+                    value: value.to_string(),
+                    expected,
+                });
+            }
+        }
+        let widths = [
+            (
+                "transmittance_bits",
+                self.transmittance_bits,
+                8..=20,
+                "8 to 20",
+            ),
+            ("conic_bits", self.conic_bits, 8..=30, "8 to 30"),
+        ];
+        for (field, given, range, expected) in widths {
+            if let Some(value) = given.filter(|value| !range.contains(value)) {
+                return Err(PrecisionError {
+                    field,
+                    value: value.to_string(),
+                    expected,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The rules with these numbers in place of theirs.
+    #[must_use]
+    pub fn of(&self, rules: Rules) -> Rules {
+        Rules {
+            stop_below: self.stop_below.unwrap_or(rules.stop_below),
+            alpha_min: self.alpha_min.unwrap_or(rules.alpha_min),
+            transmittance_bits: self.transmittance_bits.unwrap_or(rules.transmittance_bits),
+            conic_bits: self.conic_bits.unwrap_or(rules.conic_bits),
+            ..rules
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::scene::Scene;
+    use crate::units::Twins;
+    use potamoi_formats::config::Config;
+    use potamoi_formats::units::OpCode;
+
+    fn small(name: &str) -> Scene {
+        let mut scene = Scene::open(name).unwrap();
+        scene.set_size(Some(40), Some(40)).unwrap();
+        scene
+    }
+
+    fn stopping(at: f64) -> Precision {
+        Precision {
+            stop_below: Some(at),
+            ..Precision::default()
+        }
+    }
+
+    /// A ray of voxels that stops leaves out less light than is left; none is brighter than the
+    /// brightest.
+    #[test]
+    fn rays_that_stop_sooner_leave_out_no_more_than_is_left() {
+        let scene = small("lantern");
+        let full = scene.render_float().unwrap().picture;
+        let brightest = full.rgb.iter().flatten().copied().fold(1.0, f32::max);
+        let mut last = u64::MAX;
+        for at in [1e-3, 0.01, 0.1] {
+            let mut sooner = scene.clone();
+            sooner.set_precision(stopping(at)).unwrap();
+            let picture = sooner.render_float().unwrap().picture;
+            let off = (picture.rgb.iter().flatten().zip(full.rgb.iter().flatten()))
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f32::max);
+            assert!(
+                f64::from(off) <= at * f64::from(brightest) * 2.0,
+                "{at}: {off}"
+            );
+            assert!(at < 0.1 || off > 0.0);
+            let config = Config::paper();
+            let rendered = sooner.render_fixed(&config, &mut Twins::new(&config));
+            let work = rendered.unwrap().counts.elements[&OpCode::OneMinusExp];
+            assert!(work < last, "{at}: {work} of {last}");
+            last = work;
+        }
+    }
+
+    /// Work is left out of splats by both cut-offs; a width changes the picture, not the work.
+    #[test]
+    fn cut_offs_of_splats_leave_work_out() {
+        let scene = small("garden");
+        let config = Config::paper();
+        let shown = |precision: Precision| {
+            let mut scene = scene.clone();
+            scene.set_precision(precision).unwrap();
+            let rendered = scene.render_fixed(&config, &mut Twins::new(&config));
+            let rendered = rendered.unwrap();
+            (rendered.counts.elements, rendered.picture)
+        };
+        let (plain, picture) = shown(Precision::default());
+        assert!(shown(stopping(0.05)).0[&OpCode::Exp] < plain[&OpCode::Exp]);
+        let fainter = Precision {
+            alpha_min: Some(0.03),
+            ..Precision::default()
+        };
+        assert!(shown(fainter).0[&OpCode::Multiply] < plain[&OpCode::Multiply]);
+        let narrow = Precision {
+            transmittance_bits: Some(8),
+            ..Precision::default()
+        };
+        assert!(shown(narrow).1 != picture);
+        let as_the_rules = Precision {
+            stop_below: Some(1e-4_f32.into()),
+            alpha_min: Some((1.0_f32 / 255.0).into()),
+            transmittance_bits: Some(20),
+            conic_bits: Some(30),
+        };
+        assert_eq!(shown(as_the_rules), (plain, picture));
+    }
+
+    #[test]
+    fn what_is_out_of_range_or_of_another_model_is_refused_by_name() {
+        let refused = |name: &str, precision: Precision| {
+            let error = small(name).set_precision(precision).err().unwrap();
+            error.to_string()
+        };
+        assert!(refused("garden", stopping(f64::NAN)).contains("stop_below"));
+        assert!(refused("cairn:dvgo", stopping(0.01)).contains("splats or stored voxels"));
+        let conic = Precision {
+            conic_bits: Some(31),
+            ..Precision::default()
+        };
+        assert!(refused("garden", conic).contains("conic_bits"));
+        let conic = Precision {
+            conic_bits: Some(12),
+            ..Precision::default()
+        };
+        assert!(refused("lantern", conic).contains("stop_below and transmittance_bits"));
+    }
+}

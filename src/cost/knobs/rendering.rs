@@ -1,0 +1,154 @@
+//! Knobs of what a scene is rendered by.
+
+use potamoi_golden::effects::Effect;
+use potamoi_golden::precision::Precision;
+use potamoi_golden::scene::Scene;
+use potamoi_golden::splats::{Order, Profile};
+
+use super::{Knob, Look, config, exp, look};
+
+pub(super) fn splatting() -> Vec<Knob> {
+    let alphas = [0.001, 0.008, 0.016, 0.03];
+    let cut_off = |at| Precision {
+        alpha_min: Some(at),
+        ..Precision::default()
+    };
+    let conic = |n| Precision {
+        conic_bits: Some(n),
+        ..Precision::default()
+    };
+    let widths = [10, 12, 14, 18, 22];
+    vec![
+        Knob {
+            name: "order",
+            what: "Gaussians in the order in which MVoxels bring them",
+            settings: vec![look("streamed", Look::Order(Order::Approximate))],
+        },
+        Knob {
+            name: "extent",
+            what: "which tiles a Gaussian is drawn in, and the cap of alpha",
+            settings: vec![
+                look("box", Look::Profile(Profile::GsplatCap99)),
+                look("ellipse", Look::Profile(Profile::Brush)),
+            ],
+        },
+        Knob {
+            name: "cut-off",
+            what: "the alpha below which a Gaussian is skipped",
+            settings: alphas
+                .map(|at| look(&at.to_string(), Look::Precision(cut_off(at))))
+                .to_vec(),
+        },
+        Knob {
+            name: "conic-bits",
+            what: "fraction bits of the factors of conics",
+            settings: widths
+                .map(|n| look(&n.to_string(), Look::Precision(conic(n))))
+                .to_vec(),
+        },
+        Knob {
+            name: "records-a-row",
+            what: "splat records that share a row of the feature table",
+            settings: vec![config("2", "[gu]\nrecords_a_row = 2")],
+        },
+    ]
+}
+
+pub(super) fn interpolation() -> Vec<Knob> {
+    let codes = [8, 10, 12, 14];
+    let weights = [4, 6, 8, 10, 12];
+    let inputs = [12, 14, 16, 18];
+    vec![
+        Knob {
+            name: "feature-bits",
+            what: "bits of a feature's code",
+            settings: codes
+                .map(|n| config(format!("{n}"), format!("[gu]\nfeature_bits = {n}")))
+                .to_vec(),
+        },
+        Knob {
+            name: "weight-bits",
+            what: "fraction bits of interpolation weights",
+            settings: weights
+                .map(|n| config(format!("{n}"), format!("[gu]\nweight_bits = {n}")))
+                .to_vec(),
+        },
+        Knob {
+            name: "density-bits",
+            what: "fraction bits of the power of 1 - exp(-s)",
+            settings: inputs
+                .map(|n| exp(format!("{n}"), format!("one_minus_frac_bits = {n}")))
+                .to_vec(),
+        },
+        Knob {
+            name: "sums",
+            what: "whether interpolated sums are rounded",
+            settings: vec![config("exact", "[gu]\nsums = \"exact\"")],
+        },
+    ]
+}
+
+/// Where pixels stop, and how wide what is left of their light is.
+pub(super) fn compositing(splats: bool) -> Vec<Knob> {
+    let stops: &[f64] = match splats {
+        true => &[1e-5, 1e-3, 0.004, 0.02, 0.05],
+        false => &[1e-4, 0.004, 0.02, 0.05],
+    };
+    let stop = |at: &f64| Precision {
+        stop_below: Some(*at),
+        ..Precision::default()
+    };
+    let bits = |n| Precision {
+        transmittance_bits: Some(n),
+        ..Precision::default()
+    };
+    let widths = [8, 10, 12, 14, 16, 18];
+    vec![
+        Knob {
+            name: "stop",
+            what: "what is left of the light where a pixel stops",
+            settings: (stops.iter())
+                .map(|at| look(&at.to_string(), Look::Precision(stop(at))))
+                .collect(),
+        },
+        Knob {
+            name: "transmittance-bits",
+            what: "fraction bits of transmittances",
+            settings: widths
+                .map(|n| look(&n.to_string(), Look::Precision(bits(n))))
+                .to_vec(),
+        },
+    ]
+}
+
+/// What shapes colours, left out although it is called for.
+pub(super) fn left_out(scene: &Scene) -> Vec<Knob> {
+    let facts = scene.facts();
+    let mut knobs = vec![];
+    let degrees = facts.highest_harmonic().min(3) as u8;
+    if degrees > 0 {
+        let without = |d: u8| Look::Without(Effect::SphericalHarmonics(d + 1));
+        knobs.push(Knob {
+            name: "sh-degree",
+            what: "the highest degree of spherical harmonics",
+            settings: (0..degrees)
+                .map(|d| look(&d.to_string(), without(d)))
+                .collect(),
+        });
+    }
+    if facts.hashed_tables() > 0 {
+        knobs.push(Knob {
+            name: "hash-levels",
+            what: "levels of which vertices share entries",
+            settings: vec![look("none", Look::Without(Effect::HashLevels))],
+        });
+    }
+    if facts.sees_directions() {
+        knobs.push(Knob {
+            name: "directions",
+            what: "whether the perceptron sees the viewing direction",
+            settings: vec![look("none", Look::Without(Effect::ViewMlp))],
+        });
+    }
+    knobs
+}
