@@ -79,6 +79,8 @@ fn panel(
         .configure_mesh()
         .x_desc("microseconds a frame")
         .y_desc(what)
+        .x_label_formatter(&|v| format!("{v:.0}"))
+        .y_label_formatter(&|v| format!("{v:.0}"))
         .label_style(LETTERS)
         .max_light_lines(1)
         .draw()?;
@@ -103,6 +105,8 @@ fn panel(
         let shape = k / COLOURS.len();
         let own = seen.iter().filter(|(i, _)| report.points[*i].knob == *name);
         let at = own.map(|(_, p)| (p.cost, p.quality));
+        // The way of a knob from setting to setting.
+        chart.draw_series(LineSeries::new(at.clone(), colour.mix(0.35)))?;
         let filled = colour.filled();
         let drawn = match shape {
             0 => chart
@@ -117,5 +121,13 @@ fn panel(
         };
         drawn.label(*name);
     }
+    let knee = report.knee.and_then(|knee| {
+        let found = seen.iter().find(|(i, _)| *i == knee);
+        found.map(|(_, place)| (place.cost, place.quality))
+    });
+    chart
+        .draw_series(knee.map(|at| Circle::new(at, 10, BLACK.stroke_width(2))))?
+        .label("knee of the front")
+        .legend(|(x, y)| Circle::new((x + 6, y), 6, BLACK.stroke_width(2)));
     legend(&mut chart, SeriesLabelPosition::LowerRight)
 }

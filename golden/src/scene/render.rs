@@ -349,6 +349,10 @@ impl Scene {
             order: self.order,
             unit_streams: UnitStreams::of(config),
             log_decisions: true,
+            widths: splats::Widths {
+                power: config.vu.exp.input.frac_bits(),
+                exponential: config.vu.exp.output_bits,
+            },
             work: self.splat_work(),
             ..splats::FixedOptions::default()
         }
@@ -459,6 +463,16 @@ impl Scene {
                 bits,
                 "16: splat records are 16-bit codes".to_owned(),
             );
+        }
+        let exp = &config.vu.exp;
+        if exp.input.int_bits() < 3 {
+            let expected = "three or more integer bits: exp(-8) is the first that is skipped";
+            let input = exp.input.to_string();
+            return refuse("vu.exp.input", input, expected.to_owned());
+        }
+        if !(8..=24).contains(&exp.output_bits) {
+            let expected = "8 to 24 bits of opacity".to_owned();
+            return refuse("vu.exp.output_bits", exp.output_bits.to_string(), expected);
         }
         let segments = config.segments(RECORD_CHANNELS);
         if segments > config.gu.segments as usize {

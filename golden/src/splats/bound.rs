@@ -224,6 +224,8 @@ mod tests {
             with("[vu.exp]\niterations = 9\ntail = true"),
             with("[vu.exp]\nearly_out = true"),
             with("[vu.exp]\nform = \"piecewise\"\npipelined = true"),
+            with("[vu.exp]\noutput_bits = 12"),
+            with("[vu.exp]\ninput = \"U3.10\""),
         ];
         for name in ["garden", "cairn:splats"] {
             let mut scene = Scene::open(name).unwrap();

@@ -6,11 +6,13 @@
 //!
 //! | step | operation | result |
 //! |---|---|---|
-//! | u | square sum of p, q (S15.16), shift 20, half up | U3.13, saturating |
-//! | e | exponential | U0.16 |
-//! | alpha | o times e, shift 16, half up; cap; skip below 1/255 | U0.16 |
+//! | u | square sum of p, q (S15.16), shift 33 - G, half up | G fraction bits, saturating |
+//! | e | exponential | U0.F |
+//! | alpha | o times e, shift F, half up; cap; skip below 1/255 | U0.16 |
 //! | T' | T times 65536 - alpha, shift 16, half up; to fewer bits where the rules say so | U1.20 |
 //! | colour | exact sum of (T - T') times the channel | 32 fraction bits |
+//!
+//! G and F are the exponential unit's, 13 and 16 in the paper's ([`Widths`]).
 //!
 //! A pixel stops where the exact product T (65536 - alpha) is below the limit,
 //! before rounding: rounded, two capped samples would decide otherwise than a
@@ -112,6 +114,7 @@ struct Wave {
 #[derive(Debug)]
 pub(crate) struct Compositor {
     limits: Limits,
+    widths: Widths,
     keep_decisions: bool,
     pub(crate) tiles: Vec<Tile>,
     queued: usize,
@@ -128,15 +131,40 @@ const fn op(code: OpCode, shift: u8) -> VectorOp {
         rounding: Rounding::HalfUp,
     }
 }
-const SQUARE_SUM: VectorOp = op(OpCode::SquareSum, 20);
 const EXP: VectorOp = VectorOp::new(OpCode::Exp);
-const TIMES: VectorOp = op(OpCode::Multiply, 16);
+
+/// Fraction bits of the exponential unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Widths {
+    /// Of a power, which has at least three integer bits: `exp(-8)` is skipped.
+    pub power: u32,
+    /// Of a result.
+    pub exponential: u32,
+}
+
+impl Widths {
+    /// The paper's.
+    pub const PAPER: Self = Self {
+        power: 13,
+        exponential: 16,
+    };
+
+    /// Half the sum of two squares of 32 fraction bits.
+    const fn to_power(self) -> VectorOp {
+        op(OpCode::SquareSum, 33u32.saturating_sub(self.power) as u8)
+    }
+
+    const fn to_alpha(self) -> VectorOp {
+        op(OpCode::Multiply, self.exponential as u8)
+    }
+}
 
 impl Compositor {
     /// `places` are, for each slot, the first pixel of its tile and how many
     /// columns and rows of it lie in the picture.
     pub(crate) fn new(
         rules: &Rules,
+        widths: Widths,
         places: impl Iterator<Item = [[u32; 2]; 2]>,
         keep_decisions: bool,
     ) -> Self {
@@ -159,6 +187,7 @@ impl Compositor {
             .collect();
         Self {
             limits: Limits::new(rules),
+            widths,
             keep_decisions,
             tiles,
             queued: 0,
@@ -276,13 +305,13 @@ impl Compositor {
     }
 
     fn composite(&mut self, units: &mut dyn Units) -> Result<(), RenderError> {
-        self.vector(units, SQUARE_SUM)?;
+        self.vector(units, self.widths.to_power())?;
         std::mem::swap(&mut self.wave.a, &mut self.wave.out);
         self.wave.b.fill(0);
         self.vector(units, EXP)?;
         std::mem::swap(&mut self.wave.a, &mut self.wave.opacity);
         std::mem::swap(&mut self.wave.b, &mut self.wave.out);
-        self.vector(units, TIMES)?;
+        self.vector(units, self.widths.to_alpha())?;
 
         // Alphas that count, and the pixels that they are for.
         let wave = &mut self.wave;

@@ -8,7 +8,7 @@ use potamoi_formats::record::{COLOUR, RECORD_CHANNELS, SplatRecord};
 use potamoi_formats::units::OpCode;
 
 use super::cloud::Cloud;
-use super::composite::{Compositor, TRANSMITTANCE};
+use super::composite::{Compositor, TRANSMITTANCE, Widths};
 use super::error::RenderError;
 use super::float::mask_fits;
 use super::frame::Decisions;
@@ -41,6 +41,8 @@ pub struct FixedOptions {
     pub background: [f32; 3],
     /// Whether to keep [`FixedFrame::decisions`] (exact order alone).
     pub log_decisions: bool,
+    /// Fraction bits of the exponential unit.
+    pub widths: Widths,
     /// What is done.
     pub work: Work,
 }
@@ -54,6 +56,7 @@ impl Default for FixedOptions {
             unit_streams: UnitStreams::default(),
             background: [0.0; 3],
             log_decisions: false,
+            widths: Widths::PAPER,
             work: Work::ALL,
         }
     }
@@ -170,7 +173,7 @@ fn render_group(
 ) -> Result<Compositor, RenderError> {
     let places = group.tiles.iter().map(|t| view.tile_pixels(*t as usize));
     let keep = options.log_decisions && options.order == Order::Exact;
-    let mut compositor = Compositor::new(view.rules(), places, keep);
+    let mut compositor = Compositor::new(view.rules(), options.widths, places, keep);
     if let Some(mask) = only {
         compositor.leave_out(|[x, y]| mask.has((y * view.size()[0] + x) as usize));
     }

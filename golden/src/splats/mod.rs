@@ -35,7 +35,7 @@ pub use bound::error_bounds;
 pub use cloud::{Cloud, CloudError, Field};
 #[cfg(test)]
 pub(crate) use composite::Limits;
-pub use composite::TRANSMITTANCE;
+pub use composite::{TRANSMITTANCE, Widths};
 pub use error::RenderError;
 pub use fixed::{FixedFrame, FixedOptions, FixedStats, render_fixed, render_fixed_masked};
 pub(crate) use float::render_view;

@@ -39,6 +39,7 @@ const LOG: FixedOptions = FixedOptions {
     unit_streams: UnitStreams::PAPER,
     background: [0.0; 3],
     log_decisions: true,
+    widths: potamoi_golden::splats::Widths::PAPER,
     work: potamoi_golden::splats::Work::ALL,
 };
 

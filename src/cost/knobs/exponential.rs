@@ -49,6 +49,13 @@ pub(super) fn exponential() -> Vec<Knob> {
                 .to_vec(),
         },
         Knob {
+            name: "input-bits",
+            what: "fraction bits of the power",
+            settings: [8, 10, 11, 12]
+                .map(|n| exp(n.to_string(), format!("input = \"U3.{n}\"")))
+                .to_vec(),
+        },
+        Knob {
             name: "accumulator-bits",
             what: "fraction bits of the exponential's accumulator",
             settings: [16, 17, 18, 19]

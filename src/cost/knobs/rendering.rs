@@ -8,7 +8,7 @@ use potamoi_golden::splats::{Order, Profile};
 use super::{Knob, Look, config, exp, look};
 
 pub(super) fn splatting() -> Vec<Knob> {
-    let alphas = [0.001, 0.008, 0.016, 0.03];
+    let alphas = [0.008, 0.016, 0.03];
     let cut_off = |at| Precision {
         alpha_min: Some(at),
         ..Precision::default()
@@ -91,7 +91,7 @@ pub(super) fn interpolation() -> Vec<Knob> {
 /// Where pixels stop, and how wide what is left of their light is.
 pub(super) fn compositing(splats: bool) -> Vec<Knob> {
     let stops: &[f64] = match splats {
-        true => &[1e-5, 1e-3, 0.004, 0.02, 0.05],
+        true => &[1e-3, 0.004, 0.02, 0.05],
         false => &[1e-4, 0.004, 0.02, 0.05],
     };
     let stop = |at: &f64| Precision {
