@@ -132,7 +132,7 @@ pub(super) fn of(scene: &Scene) -> Vec<Knob> {
     }
     knobs.extend(left_out(scene));
     if stepped {
-        let steps = [0.25, 0.75, 1.0, 1.5, 2.0];
+        let steps = [0.25, 0.625, 0.75, 1.0, 1.5, 2.0];
         knobs.push(Knob {
             name: "step",
             what: "voxel edges from sample to sample",

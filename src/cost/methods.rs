@@ -237,7 +237,8 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
     let faithful = methods.iter().filter(|m| m.max_ulp < FAITHFUL);
     let cheapest = faithful.min_by(|a, b| {
         let by_clocks = a.clocks.total_cmp(&b.clocks);
-        by_clocks.then(a.max_ulp.total_cmp(&b.max_ulp))
+        // Of pieces the fewest; all are sorted so.
+        by_clocks
     });
     if let Some(own) = cheapest {
         say!(
@@ -262,6 +263,20 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// Where the peers' names stand on the logarithmic axis: at their errors, from below, or so far
+/// above the one before that they can be read.
+fn labels(peers: &[Peer]) -> Vec<(&'static str, f64)> {
+    const APART: f64 = 1.5;
+    let mut all: Vec<(&str, f64)> = peers.iter().map(|p| (p.name, p.max_ulp)).collect();
+    all.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut least = 0.0;
+    for (_, at) in &mut all {
+        *at = at.max(least);
+        least = *at * APART;
+    }
+    all
 }
 
 fn plot(path: &Path, methods: &[Method], peers: &[Peer]) -> Result<(), Failure> {
@@ -315,9 +330,10 @@ fn plot(path: &Path, methods: &[Method], peers: &[Peer]) -> Result<(), Failure> 
         for peer in peers {
             let level = [(0.0, peer.max_ulp), (slow, peer.max_ulp)];
             chart.draw_series(LineSeries::new(level, BLACK.mix(0.25)))?;
-            let name = Text::new(peer.name, (slow * 1.01, peer.max_ulp * 1.15), LETTERS);
-            chart.draw_series([name])?;
         }
-        legend(&mut chart, SeriesLabelPosition::LowerRight)
+        for (name, at) in labels(peers) {
+            chart.draw_series([Text::new(name, (slow * 1.01, at * 1.15), LETTERS)])?;
+        }
+        legend(&mut chart, SeriesLabelPosition::MiddleRight)
     })
 }

@@ -86,14 +86,25 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
     for knob in knobs {
         say!("{}", sentence(knob, report));
     }
-    if let Some(knee) = report.knee.map(|i| &report.points[i]) {
-        say!(
-            "the knee of the front: {} {}, {} dB at {:.1} us",
-            knee.knob,
-            knee.setting,
-            number(Some(knee.place().quality).filter(|q| q.is_finite()), 2),
-            knee.frame_ns * 1e-3
-        );
+    let place = |i: usize| {
+        let point = &report.points[i];
+        format!(
+            "{} {}, {} dB at {:.1} us",
+            point.knob,
+            point.setting,
+            number(Some(point.place().quality).filter(|q| q.is_finite()), 2),
+            point.frame_ns * 1e-3
+        )
+    };
+    match (report.knee, report.front.as_slice()) {
+        (Some(knee), _) => say!("the knee of the front: {}", place(knee)),
+        (None, [fastest, .., best]) => say!(
+            "the front has no knee, more time buys about the same everywhere: from {} to {}",
+            place(*fastest),
+            place(*best)
+        ),
+        (None, [only]) => say!("nothing is faster or better than {}", place(*only)),
+        (None, []) => {}
     }
     for refused in &report.refused {
         say!(
