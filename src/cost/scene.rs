@@ -60,7 +60,7 @@ pub(super) struct Refused {
 struct Found {
     settings: Vec<String>,
     point: Point,
-    /// Settings that were tried.
+    /// Combinations that were tried beside single settings.
     tried: usize,
 }
 
@@ -176,6 +176,9 @@ fn seek(
     };
     let found = search(goal, &counts, |chosen| -> Result<_, Failure> {
         let own = settings(chosen);
+        if let Some(known) = measured(report, &own) {
+            return Ok(known);
+        }
         tried += 1;
         spinner.set_message(format!(
             "searching: {tried} tried, {}",
@@ -214,6 +217,18 @@ fn seek(
     write(bench, &own, args)?;
     prove(bench, &plain)?;
     Ok(found)
+}
+
+/// What is known of no setting or one alone: its place, or that it cannot be.
+fn measured(report: &Report, own: &[(&Knob, &Setting)]) -> Option<Option<Place>> {
+    match own {
+        [] => Some(Some(report.default_point().place())),
+        [(knob, setting)] => {
+            let of = |point: &&Point| point.knob == knob.name && point.setting == setting.label;
+            Some(report.points.iter().find(of).map(Point::place))
+        }
+        _ => None,
+    }
 }
 
 /// Writes the configuration, and what is not of it in words.

@@ -1,6 +1,6 @@
 //! The cheapest settings that hold a quality, or the best within a budget.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::front::Place;
 
@@ -67,7 +67,8 @@ impl Goal {
 pub(super) type Chosen = Vec<Option<usize>>;
 
 /// Turns one knob at a time, as [`Goal::next`] says, until none leads to anything preferred to where
-/// it stands. `settings` has the number of each knob's settings; `place` says where a
+/// it stands. Settings that missed a quality are tried again only where no other leads on, as they
+/// seldom meet it beside others. `settings` has the number of each knob's settings; `place` says where a
 /// choice lies, or nothing if it cannot be. Says where it ended, and whether the goal is met.
 pub(super) fn search<E>(
     goal: Goal,
@@ -87,20 +88,34 @@ pub(super) fn search<E>(
     let Some(mut stands) = at(&own)? else {
         return Ok(None);
     };
+    let all: Vec<(usize, Option<usize>)> = (settings.iter().enumerate())
+        .flat_map(|(knob, count)| (0..=*count).map(move |s| (knob, s.checked_sub(1))))
+        .collect();
+    let mut missed: HashSet<(usize, Option<usize>)> = HashSet::new();
     loop {
+        let is_whole = missed.is_empty();
         let mut reached = vec![];
-        for (knob, count) in settings.iter().enumerate() {
-            for setting in std::iter::once(None).chain((0..*count).map(Some)) {
-                let mut turned = own.clone();
-                turned[knob] = setting;
-                if let Some(found) = at(&turned)? {
-                    reached.push((turned, found));
-                }
+        for turn in &all {
+            if missed.contains(turn) {
+                continue;
             }
+            let mut turned = own.clone();
+            turned[turn.0] = turn.1;
+            let found = at(&turned)?;
+            let may_help = match (goal, found) {
+                (_, None) => false,
+                (Goal::Quality(_), Some(found)) => goal.is_met(found),
+                (Goal::Budget(_), Some(_)) => true,
+            };
+            if !may_help {
+                missed.insert(*turn);
+            }
+            reached.extend(found.map(|found| (turned, found)));
         }
         match goal.next(stands, reached) {
             Some((turned, found)) => (own, stands) = (turned, found),
-            None => return Ok(Some((own, stands, goal.is_met(stands)))),
+            None if is_whole => return Ok(Some((own, stands, goal.is_met(stands)))),
+            None => missed.clear(),
         }
     }
 }

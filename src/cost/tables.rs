@@ -156,7 +156,7 @@ fn sentence(knob: &Knob, report: &Report) -> String {
 pub(super) fn found(settings: &[String], point: &Point, default: &Point, tried: usize) {
     let quality = |p: &Point| number(Some(p.place().quality).filter(|q| q.is_finite()), 2);
     say!(
-        "\nfound, of {tried} combinations: {}",
+        "\nfound, {tried} combinations beside single settings tried: {}",
         match settings.is_empty() {
             true => "the default itself".to_owned(),
             false => settings.join(", "),
