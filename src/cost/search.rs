@@ -63,12 +63,16 @@ impl Goal {
     }
 }
 
+/// By how much of a quality, in decibels, a setting misses it alone that is tried beside no other.
+const HOPELESS: f64 = 1.0;
+
 /// For each knob its setting, if it is not the default's.
 pub(super) type Chosen = Vec<Option<usize>>;
 
 /// Turns one knob at a time, as [`Goal::next`] says, until none leads to anything preferred to where
 /// it stands. Settings that missed a quality are tried again only where no other leads on, as they
-/// seldom meet it beside others. `settings` has the number of each knob's settings; `place` says where a
+/// seldom meet it beside others, and those that alone miss it by more than [`HOPELESS`] not at
+/// all. `settings` has the number of each knob's settings; `place` says where a
 /// choice lies, or nothing if it cannot be. Says where it ended, and whether the goal is met.
 pub(super) fn search<E>(
     goal: Goal,
@@ -91,9 +95,19 @@ pub(super) fn search<E>(
     let all: Vec<(usize, Option<usize>)> = (settings.iter().enumerate())
         .flat_map(|(knob, count)| (0..=*count).map(move |s| (knob, s.checked_sub(1))))
         .collect();
-    let mut missed: HashSet<(usize, Option<usize>)> = HashSet::new();
+    let mut hopeless: HashSet<(usize, Option<usize>)> = HashSet::new();
+    if let Goal::Quality(least) = goal {
+        for (knob, setting) in &all {
+            let mut alone = own.clone();
+            alone[*knob] = *setting;
+            if at(&alone)?.is_some_and(|found| found.quality < least - HOPELESS) {
+                hopeless.insert((*knob, *setting));
+            }
+        }
+    }
+    let mut missed = hopeless.clone();
     loop {
-        let is_whole = missed.is_empty();
+        let is_whole = missed.len() == hopeless.len();
         let mut reached = vec![];
         for turn in &all {
             if missed.contains(turn) {
@@ -115,7 +129,7 @@ pub(super) fn search<E>(
         match goal.next(stands, reached) {
             Some((turned, found)) => (own, stands) = (turned, found),
             None if is_whole => return Ok(Some((own, stands, goal.is_met(stands)))),
-            None => missed.clear(),
+            None => missed.clone_from(&hopeless),
         }
     }
 }
@@ -171,6 +185,12 @@ mod tests {
                 prop_assert_eq!(met, goal.is_met(at));
                 for knob in 0..3 {
                     for setting in [None, Some(0), Some(1), Some(2)] {
+                        let mut alone = vec![None; 3];
+                        alone[knob] = setting;
+                        let quality = place(&alone).unwrap().unwrap().quality;
+                        if matches!(goal, Goal::Quality(least) if quality < least - HOPELESS) {
+                            continue;
+                        }
                         let mut turned = own.clone();
                         turned[knob] = setting;
                         prop_assert!(!goal.prefers(place(&turned).unwrap().unwrap(), at));
