@@ -79,6 +79,12 @@ refresh: setup
 	  scenes docs/images/scenes.png
 	cargo run --locked --release --quiet -p potamoi-golden --example contact_sheet -- \
 	  models docs/images/models.png 400
+	for scene in garden lantern; do \
+	  cargo run --locked --release --quiet -- cost --scene $$scene \
+	    --plot docs/images/cost-$$scene.svg > /dev/null || exit 1; \
+	done
+	cargo run --locked --release --quiet -- cost --unit methods \
+	  --plot docs/images/cost-exponentials.svg > /dev/null
 	$(call step,snapshots)
 	INSTA_UPDATE=always INSTA_FORCE_PASS=1 TRYCMD=overwrite cargo test --locked --quiet
 	$(call step,the tables of hard cases)
