@@ -7,6 +7,7 @@ mod paper;
 mod pictures;
 mod report;
 mod rivals;
+mod sensitivity;
 mod tables;
 mod timeline;
 
@@ -88,6 +89,10 @@ pub(crate) struct ModelArgs {
     /// Instant-NGP beside the accelerators that the paper compares with
     #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder", "octree"])]
     rivals: bool,
+    /// Speed-ups and savings if what is calibrated or assumed of the GPU were otherwise, and if its
+    /// work took neither time nor energy
+    #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder", "octree", "rivals"])]
+    sensitivity: bool,
     /// Report as JSON; of several scenes it is written again after each
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -135,6 +140,9 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
     }
     if args.rivals {
         return rivals::run(common, args, &system, &names);
+    }
+    if args.sensitivity {
+        return sensitivity::run(common, args, &system, &names);
     }
     let variants = args.variants()?;
     let mut report = Report::new("model", &system, vec![]);

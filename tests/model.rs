@@ -251,3 +251,74 @@ fn what_cannot_be_modelled_is_refused_by_name() {
         assert!(found.contains(said), "{found}");
     }
 }
+
+#[test]
+fn what_the_gpu_were_otherwise_would_change_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let sensitivity = [
+        "--sensitivity",
+        "--scenes",
+        "lantern",
+        "--width",
+        "32",
+        "--frames",
+        "4",
+        "--window",
+        "2",
+        "--json",
+        "s.json",
+    ];
+    let said = model(at, 0, &sensitivity);
+    assert!(
+        said.contains("its work takes no time and no energy"),
+        "{said}"
+    );
+    let report = json(&at.join("s.json"));
+    let rows = report["scenes"][0]["rows"].as_array().unwrap();
+    let row = |change: &str| {
+        let same = |r: &&Value| r["change"] == change;
+        let row = rows.iter().find(same).unwrap();
+        let means = row["means"].as_array().unwrap().iter();
+        means
+            .map(|m| {
+                let name = m["variant"].as_str().unwrap().to_owned();
+                (name, (number(m, "/speed_up"), number(m, "/saving")))
+            })
+            .collect::<std::collections::BTreeMap<_, _>>()
+    };
+    let own = row("as it is");
+    assert_eq!((own.len(), own["baseline"]), (8, (1.0, 1.0)));
+    // It is no model of splats.
+    assert_eq!(row("splats' share of the best halved"), own);
+    // Where the GPU gathers, its slowness counts; the unit does not wait for it.
+    let slow = row("gathers 10 times slower");
+    assert!(slow["potamoi"].0 > own["potamoi"].0 && slow["fs+gu"].0 > own["fs+gu"].0);
+    assert_eq!(row("twice the watts")["potamoi"].0, own["potamoi"].0);
+    assert_ne!(row("twice the watts")["potamoi"].1, own["potamoi"].1);
+
+    // The row is what the variants take on such a system.
+    std::fs::write(
+        at.join("slow.toml"),
+        "[gpu]\nfields_efficiency = 0.0521\nsplats_efficiency = 0.01\n",
+    )
+    .unwrap();
+    let same = &sensitivity[1..sensitivity.len() - 1];
+    model(
+        at,
+        0,
+        &[same, &["v.json", "--system", "slow.toml"]].concat(),
+    );
+    let scene = &json(&at.join("v.json"))["scenes"][0];
+    let span = |name: &str| {
+        let all = scene["outcomes"].as_array().unwrap().iter();
+        let own = all.filter(|o| o["variant"]["name"] == name);
+        number(own.last().unwrap(), "/span_ns")
+    };
+    let halved = row("fields' share of the best halved")["potamoi"].0;
+    let expected = span("baseline") / span("potamoi");
+    assert!(
+        (halved / expected - 1.0).abs() < 1e-9,
+        "{halved} {expected}"
+    );
+}

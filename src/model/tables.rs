@@ -141,9 +141,10 @@ pub(super) fn print(found: &Found, system: &System) {
     );
     say!("\nenergy: {}", found.energy_origin);
     say!(
-        "calibrated: the GPU's programs reach {} of its best for fields, {} for splats (potamoi model --calibrate); assumed: {} W at work, {} W idle",
+        "calibrated: the GPU's programs reach {} of its best for fields, {} for splats, {} for warping and scaling (potamoi model --calibrate); assumed: {} W at work, {} W idle",
         system.gpu.fields_efficiency,
         system.gpu.splats_efficiency,
+        system.gpu.pictures_efficiency,
         system.gpu.watts,
         system.gpu.idle_watts
     );

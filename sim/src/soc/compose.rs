@@ -129,9 +129,9 @@ impl<'a> Composer<'a> {
     }
 
     /// A kernel of the system's GPU.
-    fn kernel(&mut self, turn: Turn, kernel: &Kernel, program: Program) -> JobId {
+    fn kernel(&mut self, turn: Turn, kernel: &Kernel, efficiency: f64) -> JobId {
         let gpu = &self.system.gpu;
-        let own_ns = gpu.ns(kernel, program) + gpu.launch_ns();
+        let own_ns = gpu.ns(kernel, efficiency) + gpu.launch_ns();
         let moves = match gpu.memory_gb_s {
             // It is in its own time.
             Some(_) => Moves::default(),
@@ -164,7 +164,7 @@ impl<'a> Composer<'a> {
         let own = self.costs.of(&total, gathering == Gathering::Unit)?;
         self.spent.on_chip += own;
         self.spent.done += total;
-        let program = Program::of(work);
+        let reached = self.system.gpu.reached_by(Program::of(work));
         let indexing = gpu::indexing(work);
         let slower = self.system.gpu.gathering_factor;
         let gathered = match gathering {
@@ -198,13 +198,13 @@ impl<'a> Composer<'a> {
             // Two halves of the feature buffer.
             own.extend(i.checked_sub(2).map(|at| computes[at]));
             let finding = indexing.part(part).writing(table);
-            let index = self.kernel(turn("indexing", before), &finding, program);
+            let index = self.kernel(turn("indexing", before), &finding, reached);
             own.push(index);
             let features = step.feature_bytes as f64;
             let gather = match gathering {
                 Gathering::PixelOrder | Gathering::Streamed => {
                     let own_part = gathered.part(part).writing(features);
-                    self.kernel(turn("gathering", own), &own_part, program)
+                    self.kernel(turn("gathering", own), &own_part, reached)
                 }
                 Gathering::Unit => {
                     let moves = unit_moves(work, step, part);
@@ -236,7 +236,7 @@ impl<'a> Composer<'a> {
         Ok(match vectors.last() {
             Some(last) => *last,
             // Nothing is in view: it is found out.
-            None => self.kernel(turn("indexing", after.to_vec()), &indexing, program),
+            None => self.kernel(turn("indexing", after.to_vec()), &indexing, reached),
         })
     }
 
@@ -258,7 +258,8 @@ impl<'a> Composer<'a> {
         rank: u64,
     ) -> JobId {
         let after = after.to_vec();
-        self.kernel(Turn { stage, after, rank }, kernel, Program::Splats)
+        let reached = self.system.gpu.pictures_efficiency;
+        self.kernel(Turn { stage, after, rank }, kernel, reached)
     }
 
     /// Renders elsewhere, and sends so many bytes of a pixel.
@@ -303,7 +304,7 @@ impl AloneTime {
 /// system's to itself.
 #[must_use]
 pub fn alone(gpu: &Gpu, memory: &Memory, work: &FrameWork) -> AloneTime {
-    let program = Program::of(work);
+    let reached = gpu.reached_by(Program::of(work));
     let ns = |kernel: Kernel| {
         let bytes = match gpu.memory_gb_s {
             Some(_) => 0.0,
@@ -313,7 +314,7 @@ pub fn alone(gpu: &Gpu, memory: &Memory, work: &FrameWork) -> AloneTime {
                     + kernel.random_bytes * memory.random(kernel.run_bytes).ns
             }
         };
-        gpu.ns(&kernel, program).max(bytes) + gpu.launch_ns()
+        gpu.ns(&kernel, reached).max(bytes) + gpu.launch_ns()
     };
     let gathered = gpu::gathering(work).times(gpu.gathering_factor);
     AloneTime {

@@ -1,5 +1,6 @@
 //! A GPU from counts: instructions, sectors of its cache, and bytes of memory, against what the
-//! machine does at best; one factor for fields and one for splats says what programs reach.
+//! machine does at best; one factor each for fields, splats and whole pictures says what
+//! programs reach.
 
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +33,9 @@ pub struct Gpu {
     pub fields_efficiency: f64,
     /// Share of the machine's best that programs for splats reach. Calibrated.
     pub splats_efficiency: f64,
+    /// Share of the machine's best that programs reach that go through a picture once: warping and
+    /// scaling. Calibrated.
+    pub pictures_efficiency: f64,
 }
 
 /// Instructions, counted from the arithmetic: of a sample that is found (position, cell, test,
@@ -165,6 +169,7 @@ impl Gpu {
         gathering_factor: 1.0,
         fields_efficiency: 0.1042,
         splats_efficiency: 0.0113,
+        pictures_efficiency: 0.1146,
     };
 
     /// The 2080 Ti of the paper's remote machine: 4352 lanes, 1.545 GHz, 5.5 MB, 616 GB/s
@@ -188,17 +193,24 @@ impl Gpu {
         Self {
             fields_efficiency: efficiency,
             splats_efficiency: efficiency,
+            pictures_efficiency: efficiency,
             ..self
         }
     }
 
-    /// Nanoseconds of a kernel by itself; memory that is shared with others is not in it.
+    /// The share of its best that a program which renders reaches.
     #[must_use]
-    pub fn ns(&self, kernel: &Kernel, program: Program) -> f64 {
-        let efficiency = match program {
+    pub const fn reached_by(&self, program: Program) -> f64 {
+        match program {
             Program::Fields => self.fields_efficiency,
             Program::Splats => self.splats_efficiency,
-        };
+        }
+    }
+
+    /// Nanoseconds of a kernel by itself at such a share of the best; memory that is shared with
+    /// others is not in it.
+    #[must_use]
+    pub fn ns(&self, kernel: &Kernel, efficiency: f64) -> f64 {
         let shared = self.cores / LANES * SHARED_BYTES * self.clock_ghz;
         let own = (kernel.instructions / (self.cores * self.clock_ghz))
             .max(kernel.cache_bytes / self.cache_gb_s)
@@ -206,6 +218,13 @@ impl Gpu {
             / efficiency;
         let memory = (self.memory_gb_s).map_or(0.0, |gb_s| kernel.memory_bytes() / gb_s);
         own.max(memory)
+    }
+
+    /// The share of its best at which points are warped in so many nanoseconds, its launch among
+    /// them, where memory does not hold it up.
+    #[must_use]
+    pub fn efficiency_that_warps(&self, points: u64, ns: f64) -> f64 {
+        self.ns(&warping(points), 1.0) / (ns - self.launch_ns())
     }
 
     /// Nanoseconds of a launch.

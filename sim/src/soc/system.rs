@@ -141,11 +141,16 @@ impl System {
             ("remote.gathering_factor", self.remote.gathering_factor),
             ("gpu.fields_efficiency", self.gpu.fields_efficiency),
             ("gpu.splats_efficiency", self.gpu.splats_efficiency),
+            ("gpu.pictures_efficiency", self.gpu.pictures_efficiency),
             ("remote.cores", self.remote.cores),
             ("remote.clock_ghz", self.remote.clock_ghz),
             ("remote.cache_gb_s", self.remote.cache_gb_s),
             ("remote.fields_efficiency", self.remote.fields_efficiency),
             ("remote.splats_efficiency", self.remote.splats_efficiency),
+            (
+                "remote.pictures_efficiency",
+                self.remote.pictures_efficiency,
+            ),
         ];
         for (field, value) in positive {
             if !(value.is_finite() && value > 0.0) {

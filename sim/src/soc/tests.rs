@@ -219,6 +219,7 @@ proptest! {
         let mut faster = system.clone();
         faster.gpu = faster.gpu.reaching(2.0 * system.gpu.fields_efficiency);
         faster.gpu.splats_efficiency = 2.0 * system.gpu.splats_efficiency;
+        faster.gpu.pictures_efficiency = 2.0 * system.gpu.pictures_efficiency;
         let wider = System { memory_channels: 8, ..system };
         for (what, own) in [("GPU", faster), ("channels", wider)] {
             let after = frame(&own, &work, GATHERING[which]).span_ns;
@@ -313,6 +314,17 @@ fn a_raw_frame_takes_the_link_a_fifth_of_a_second() {
     assert!((found.run.stages["link"].own_ns - 0.192e9).abs() < 1.0);
     assert!((found.run.energy.link_mj - 192.0).abs() < 1e-9);
     assert!(found.run.frames_per_second < 1.0 / 0.192);
+}
+
+/// What is calibrated to the paper's millisecond for a million points takes it.
+#[test]
+fn a_million_points_are_warped_in_a_millisecond() {
+    let gpu = Gpu::XAVIER;
+    let found = gpu.efficiency_that_warps(1_000_000, 1e6);
+    assert!(
+        (found / gpu.pictures_efficiency - 1.0).abs() < 1e-3,
+        "{found}"
+    );
 }
 
 /// Every field of a batch is summed and parted.
