@@ -11,7 +11,7 @@ help:
 	@printf '%s\n' \
 	  'make demo       emit, verify and render the built-in scenes on simulated hardware' \
 	  'make test       all checks of a change: formatting, lints, tests, checked-in Verilog' \
-	  'make test-full  also the exhaustive tests, the crate verilated, and that the benches build' \
+	  'make test-full  also the exhaustive tests, hard cases without their guards, the crate verilated, and that the benches build' \
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
 	  'make parameters LIBERTY=FILE  synthesise again: synth/{paper,fields,records}-asap7.json' \
 	  'make grid LIBERTY=FILE        the grid too, in an hour or two: synth/grid-asap7.json' \
@@ -42,6 +42,8 @@ test-full: setup
 	cargo test --locked --manifest-path sim/dram-oracle/Cargo.toml --target-dir target/dram-oracle
 	$(call step,the crate verilated against Verilator 5)
 	tools/show-verilated-crate
+	$(call step,hard cases without their guards)
+	tools/hard-case-guards --batches
 	$(call step,benches build)
 	cargo bench --locked --no-run
 

@@ -14,6 +14,7 @@ use std::sync::{Mutex, PoisonError};
 
 use clap::{Args, ValueEnum};
 use potamoi_formats::config::Config;
+use potamoi_sim::synth::grid::{design, forms};
 use potamoi_sim::synth::{
     Cacti, Library, Made, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport, access_times,
     default_library, differences, scaling, synthesise, with_memories,
@@ -62,8 +63,12 @@ pub(crate) struct SynthArgs {
     /// their numbers; --config and --unit do not count
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists", "report"])]
     grid: Option<PathBuf>,
+    /// Synthesise the paper's vector unit with the exponentials that no formula is of (a multiply at
+    /// the end, two bits a step, straight pieces, other widths); --config and --unit do not count
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists", "report", "grid"])]
+    forms: Option<PathBuf>,
     /// Place and route on an FPGA instead, with Yosys and nextpnr
-    #[arg(long, value_name = "FAMILY", conflicts_with_all = ["liberty", "node", "clock", "compare", "netlists", "report", "grid"])]
+    #[arg(long, value_name = "FAMILY", conflicts_with_all = ["liberty", "node", "clock", "compare", "netlists", "report", "grid", "forms"])]
     fpga: Option<Family>,
     /// Seed of the placement, with --fpga
     #[arg(long, value_name = "N", default_value_t = 1, requires = "fpga")]
@@ -138,7 +143,8 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
             scaling::known()
         )));
     }
-    files::prepare([args.json.as_ref(), args.report.as_ref(), args.grid.as_ref()])?;
+    let written = [&args.json, &args.report, &args.grid, &args.forms];
+    files::prepare(written.map(Option::as_ref))?;
     let config = common.read_config()?;
     let cache = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
     let cache = cache.with_file_name("synth");
@@ -172,7 +178,10 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         return study::run(args, &flow, path);
     }
     if let Some(path) = &args.grid {
-        return grid::run(args, &flow, path);
+        return grid::run(args, &flow, "--grid", &design(), path);
+    }
+    if let Some(path) = &args.forms {
+        return grid::run(args, &flow, "--forms", &forms(), path);
     }
     let work = scenes.work(&config)?;
     let steps = args.power.steps();

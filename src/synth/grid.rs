@@ -1,8 +1,8 @@
-//! `potamoi synth --grid`: units that differ in numbers alone.
+//! `potamoi synth --grid` and `--forms`: many units, each a point of one file.
 
 use std::path::Path;
 
-use potamoi_sim::synth::grid::{Grid, GridPoint, design};
+use potamoi_sim::synth::grid::{Grid, GridPoint, Point};
 use potamoi_sim::synth::path_ends;
 
 use super::power::Scenes;
@@ -11,13 +11,19 @@ use crate::failure::Failure;
 use crate::files;
 use crate::say::say;
 
-pub(super) fn run(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), Failure> {
+pub(super) fn run(
+    args: &SynthArgs,
+    flow: &Flow<'_>,
+    option: &str,
+    points: &[Point],
+    path: &Path,
+) -> Result<(), Failure> {
     if !args.power.is_wanted() {
-        let why = "--grid estimates power: name a scene in place of --activity none";
-        return Err(Failure::Usage(why.to_owned()));
+        let why = format!("{option} estimates power: name a scene in place of --activity none");
+        return Err(Failure::Usage(why));
     }
     let points = in_parallel(
-        &design(),
+        points,
         args.jobs.into(),
         args.power.steps(),
         |point, step| {

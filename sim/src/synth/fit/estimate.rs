@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::synth::grid::GridActivity;
+use crate::synth::grid::{GridActivity, GridPoint};
 use crate::synth::scaling::Factors;
 
 /// The scene that gathering units of the grid were run with, and the vertices of its
@@ -90,6 +90,51 @@ pub struct ScaledEstimate {
 }
 
 impl Estimate {
+    /// A point as it was synthesised: its energy beyond the clock's is spread over the cycles that
+    /// did work.
+    pub(super) fn of(point: &GridPoint, work: Work) -> Self {
+        let clock_of_one = point.activity.clock_pj / point.flops() as f64;
+        let busy = work.busy / Work::of(&point.activity).busy;
+        let modules = point.modules.iter().map(|own| {
+            let clock_pj = clock_of_one * (own.count * own.flops) as f64;
+            let doing = |pj: f64| clock_pj + busy * (pj - clock_pj).max(0.0);
+            EstimatedModule {
+                module: own.module.clone(),
+                count: own.count,
+                area_um2: own.area_um2,
+                clock_pj,
+                zero_delay_pj: doing(own.energy.zero_delay_pj),
+                with_glitches_pj: doing(own.energy.with_glitches_pj),
+                leakage_nw: own.energy.leakage_nw,
+            }
+        });
+        let ends = point.ends.iter();
+        let longest = ends.max_by(|a, b| a.period_ps.total_cmp(&b.period_ps));
+        let end = longest.map_or_else(String::new, |end| end.end.clone());
+        Self::sum(modules.collect(), (end, point.period_ps), work)
+    }
+
+    /// Of modules, and the longest path's end and picoseconds.
+    pub(super) fn sum(
+        modules: Vec<EstimatedModule>,
+        (end, period_ps): (String, f64),
+        work: Work,
+    ) -> Self {
+        let sum = |of: fn(&EstimatedModule) -> f64| modules.iter().map(of).sum();
+        Self {
+            area_um2: sum(|m| m.count as f64 * m.area_um2),
+            period_ps,
+            end,
+            work,
+            clock_pj: sum(|m| m.clock_pj),
+            zero_delay_pj: sum(|m| m.zero_delay_pj),
+            with_glitches_pj: sum(|m| m.with_glitches_pj),
+            leakage_nw: sum(|m| m.leakage_nw),
+            modules,
+            beyond: vec![],
+        }
+    }
+
     /// At the node that the factors lead to.
     #[must_use]
     pub fn scaled(&self, factors: &Factors) -> ScaledEstimate {

@@ -227,21 +227,7 @@ impl Formulas {
         let (end, period_ps) = ends
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .unwrap_or(("", f64::NAN));
-        let modules: Vec<_> = modules.collect();
-        let area_um2 = modules.iter().map(|m| m.count as f64 * m.area_um2).sum();
-        let sum = |of: fn(&EstimatedModule) -> f64| modules.iter().map(of).sum();
-        Estimate {
-            area_um2,
-            period_ps,
-            end: end.to_owned(),
-            work,
-            clock_pj: sum(|m| m.clock_pj),
-            zero_delay_pj: sum(|m| m.zero_delay_pj),
-            with_glitches_pj: sum(|m| m.with_glitches_pj),
-            leakage_nw: sum(|m| m.leakage_nw),
-            modules,
-            beyond: vec![],
-        }
+        Estimate::sum(modules.collect(), (end.to_owned(), period_ps), work)
     }
 }
 

@@ -24,19 +24,22 @@ use std::path::Path;
 
 use potamoi_formats::config::Config;
 
-use super::grid::{Family, Grid, GridPoint};
+use super::grid::{Family, Grid, GridPoint, is_same_vector_unit};
 use super::{SynthError, UnitKind};
 use formulas::Formulas;
 use terms::active_banks;
 
 /// The grid of synth/grid-asap7.json.
 const CHECKED_IN: &str = include_str!("../../../../synth/grid-asap7.json");
+/// Exponentials that no formula is of, in the same cells.
+const FORMS: &str = include_str!("../../../../synth/forms-asap7.json");
 
-/// Formulas for each family of units.
+/// Formulas for each family of units, and units that stand for themselves.
 #[derive(Debug)]
 pub struct Fit {
     grid: Grid,
     families: BTreeMap<Family, Formulas>,
+    forms: Vec<GridPoint>,
 }
 
 impl Fit {
@@ -45,7 +48,9 @@ impl Fit {
     /// # Errors
     /// It cannot be read, or cannot be fitted to.
     pub fn checked_in() -> Result<Self, SynthError> {
-        Self::new(Grid::parse(CHECKED_IN, Path::new("synth/grid-asap7.json"))?)
+        let path = Path::new("synth/forms-asap7.json");
+        Self::new(Grid::parse(CHECKED_IN, Path::new("synth/grid-asap7.json"))?)?
+            .with_forms(Grid::parse(FORMS, path)?, path)
     }
 
     /// Fitted to this grid.
@@ -58,7 +63,40 @@ impl Fit {
             let points: Vec<_> = grid.of(family).collect();
             families.insert(family, Formulas::fit(family, &points)?);
         }
-        Ok(Self { grid, families })
+        Ok(Self {
+            grid,
+            families,
+            forms: vec![],
+        })
+    }
+
+    /// The same, which knows these vector units too, each by itself.
+    ///
+    /// # Errors
+    /// They are of other cells.
+    pub fn with_forms(mut self, forms: Grid, path: &Path) -> Result<Self, SynthError> {
+        if forms.library != self.grid.library {
+            return Err(SynthError::Parameters {
+                path: path.to_owned(),
+                why: format!(
+                    "it is of {}, the grid of {}: expected the same cells",
+                    forms.library.name, self.grid.library.name
+                ),
+                remedy: "potamoi synth --forms FILE",
+            });
+        }
+        self.forms = forms.points;
+        Ok(self)
+    }
+
+    /// The vector unit that was synthesised as it is, though no formula is of it.
+    fn form(&self, config: &Config) -> Result<Option<&GridPoint>, SynthError> {
+        for point in &self.forms {
+            if is_same_vector_unit(&point.config()?, config) {
+                return Ok(Some(point));
+            }
+        }
+        Ok(None)
     }
 
     /// What it was fitted to.
@@ -109,19 +147,26 @@ impl Fit {
         points.next().map(|p| EnergiesOf::new(&p.activity))
     }
 
-    /// A unit at the grid's node, doing such work.
+    /// A unit at the grid's node, doing such work: by formulas, or as it was synthesised.
     ///
     /// # Errors
-    /// The unit differs from those of the grid in more than numbers; the fields are
-    /// named.
+    /// The unit differs from those of the grid in more than numbers, and was not synthesised by
+    /// itself; the fields are named.
     pub fn estimate(
         &self,
         config: &Config,
         unit: UnitKind,
         work: Work,
     ) -> Result<Estimate, SynthError> {
-        let (family, beyond) =
-            Family::of(config, unit).map_err(|fields| SynthError::NotFitted { unit, fields })?;
+        let (family, beyond) = match Family::of(config, unit) {
+            Ok(found) => found,
+            Err(fields) => {
+                return match (unit, self.form(config)?) {
+                    (UnitKind::Vector, Some(point)) => Ok(Estimate::of(point, work)),
+                    _ => Err(SynthError::NotFitted { unit, fields }),
+                };
+            }
+        };
         let mut estimate = self.families[&family].at(config, work);
         estimate.beyond = beyond;
         if unit == UnitKind::Gathering {

@@ -233,6 +233,50 @@ pub fn design() -> Vec<Point> {
     points
 }
 
+/// The paper's vector unit with exponentials that no formula is of, each as it is; the family is
+/// the one that it differs from in more than numbers.
+#[must_use]
+pub fn forms() -> Vec<Point> {
+    let tails = [4, 6, 8, 9, 12].map(|n| format!("iterations = {n}\ntail = true"));
+    let radix_4 = [3, 4, 5].map(|n| format!("form = \"radix-4\"\niterations = {n}\ntail = true"));
+    let pieces = [8, 16, 32, 64, 128]
+        .map(|n| format!("form = \"piecewise\"\npieces = {n}\npipelined = true"));
+    let clocks = [2, 4].map(|n| format!("iterations_per_clock = {n}"));
+    let inputs = [8, 10, 11, 12].map(|n| format!("input = \"U3.{n}\""));
+    let accumulators = [16, 17, 18, 19].map(|n| format!("accumulator_bits = {n}"));
+    let constants = [14, 16, 17, 18].map(|n| format!("constant_bits = {n}"));
+    let all = [
+        &tails[..],
+        &radix_4,
+        &pieces,
+        &["early_out = true".to_owned()],
+        &clocks,
+        &inputs,
+        &accumulators,
+        &constants,
+    ];
+    let all = all.into_iter().flatten();
+    all.map(|text| Point {
+        family: match text.contains("pipelined = true") {
+            true => Family::VectorPipelined,
+            false => Family::Vector,
+        },
+        text: format!("[vu.exp]\n{text}\n"),
+    })
+    .collect()
+}
+
+/// Whether the vector units of two configurations are the same.
+pub(in crate::synth) fn is_same_vector_unit(a: &Config, b: &Config) -> bool {
+    let own = |config| {
+        let fields = fields(config).into_iter();
+        fields
+            .filter(|(name, _)| name.starts_with("vu."))
+            .collect::<Vec<_>>()
+    };
+    own(a) == own(b)
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -259,6 +303,19 @@ mod tests {
             let config = point.config().unwrap();
             let found = Family::of(&config, point.family.unit()).unwrap();
             assert_eq!(found, (point.family, vec![]), "{point:?}");
+        }
+    }
+
+    /// No two are the same, and of none there is a formula.
+    #[test]
+    fn every_form_is_one_that_no_formula_is_of() {
+        let forms = forms();
+        for (at, point) in forms.iter().enumerate() {
+            let config = point.config().unwrap();
+            assert!(Family::of(&config, UnitKind::Vector).is_err(), "{point:?}");
+            let others = forms[..at].iter();
+            let same = |other: &Point| is_same_vector_unit(&config, &other.config().unwrap());
+            assert_eq!(others.filter(|other| same(other)).count(), 0, "{point:?}");
         }
     }
 
