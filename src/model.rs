@@ -66,10 +66,18 @@ pub(crate) struct ModelArgs {
     #[arg(long, value_name = "FILE")]
     synth: Option<PathBuf>,
     /// Energy of a frame by part and variant, as SVG
-    #[arg(long, value_name = "FILE", conflicts_with = "scenes")]
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["scenes", "calibrate", "ladder", "octree", "rivals", "sensitivity"]
+    )]
     energy: Option<PathBuf>,
     /// Multiplications against what the array and memory allow, by variant, as SVG
-    #[arg(long, value_name = "FILE", conflicts_with = "scenes")]
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["scenes", "calibrate", "ladder", "octree", "rivals", "sensitivity"]
+    )]
     roofline: Option<PathBuf>,
     /// Find the factors of the GPU that are calibrated, and how well they predict what they are not
     /// calibrated to
@@ -124,6 +132,7 @@ impl Scenarios {
 pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
     let written = [&args.json, &args.trace, &args.energy, &args.roofline];
     files::prepare(written.map(Option::as_ref))?;
+    let variants = args.variants()?;
     let system = args.system()?;
     if args.calibrate {
         return calibrate::run(common, args, &system);
@@ -144,7 +153,6 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
     if args.sensitivity {
         return sensitivity::run(common, args, &system, &names);
     }
-    let variants = args.variants()?;
     let mut report = Report::new("model", &system, vec![]);
     for name in &names {
         let setup = args.setup(common, &system, args.scene.open_named(name)?)?;

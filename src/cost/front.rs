@@ -33,12 +33,14 @@ pub(super) fn front(places: &[Place]) -> Vec<usize> {
 
 /// The knee of a front: the point farthest above the line between its ends, both axes scaled to
 /// 1 (V. Satopaa et al., "Finding a 'Kneedle' in a Haystack", ICDCSW 2011); none where it has
-/// no bend.
+/// no bend. Equal pictures, whose quality has no number, are no end of that line.
 pub(super) fn knee(places: &[Place], front: &[usize]) -> Option<usize> {
-    let [first, .., last] = front else {
+    let finite = front.iter().filter(|i| places[**i].quality.is_finite());
+    let front: Vec<usize> = finite.copied().collect();
+    let [first, .., last] = front[..] else {
         return None;
     };
-    let (low, high) = (places[*first], places[*last]);
+    let (low, high) = (places[first], places[last]);
     let scale = |of: Place| {
         let x = (of.cost - low.cost) / (high.cost - low.cost);
         let y = (of.quality - low.quality) / (high.quality - low.quality);
@@ -82,6 +84,13 @@ mod tests {
         let all = places(&[(1.0, 1.0), (2.0, 2.0), (3.0, 3.0)]);
         assert_eq!(knee(&all, &front(&all)), None);
         assert_eq!(knee(&all[..2], &[0, 1]), None);
+        // Equal pictures for more time change nothing of it.
+        let mut all = places(&[(1.0, 10.0), (2.0, 38.0), (3.0, 39.0), (10.0, 40.0)]);
+        all.push(Place {
+            cost: 11.0,
+            quality: f64::INFINITY,
+        });
+        assert_eq!(knee(&all, &front(&all)), Some(1));
     }
 
     proptest! {

@@ -8,6 +8,8 @@ use potamoi_formats::units::OpCode;
 use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::widths::budget;
+use potamoi_sim::synth::fit::{Fit, ScaledEstimate, Work};
+use potamoi_sim::synth::{SynthError, UnitKind, scaling};
 use serde::Serialize;
 
 use super::front::{Place, front};
@@ -24,6 +26,8 @@ const INPUT_UNIT: f64 = 1.0 / 8192.0;
 const OUTPUT_UNIT: f64 = 65536.0;
 /// Units of the last place below which a result is faithful.
 const FAITHFUL: f64 = 1.0;
+/// Nanometres at which area and energy are stated.
+const NODE_NM: u32 = 12;
 
 #[derive(Serialize)]
 struct Report {
@@ -32,8 +36,12 @@ struct Report {
     unit: &'static str,
     methods: Vec<Method>,
     peers: Vec<Peer>,
-    /// Faithful with the fewest clocks, of those with the smallest error.
+    /// Faithful with the fewest clocks; of those with the least energy.
     cheapest_faithful: Option<String>,
+    /// Faithful on the least area.
+    smallest_faithful: Option<String>,
+    /// Faithful with the least energy.
+    thriftiest_faithful: Option<String>,
 }
 
 /// A form of the engine.
@@ -48,6 +56,11 @@ struct Method {
     mean_ulp: f64,
     bound_ulp: f64,
     monotone: bool,
+    /// Square millimetres of the paper's vector unit with it at 12 nm; none where it was neither
+    /// synthesised nor formulas are of it.
+    area_mm2: Option<f64>,
+    /// Picojoules of the unit, at work all the time, for each; likewise.
+    energy_pj: Option<f64>,
 }
 
 /// What others use: measured on the same inputs, rounded to the same output.
@@ -57,7 +70,27 @@ struct Peer {
     max_ulp: f64,
 }
 
-fn method(family: &'static str, name: String, exp: ExpConfig) -> Result<Method, Failure> {
+/// The vector unit at work all the time, at 12 nm.
+fn hardware(fit: &Fit, config: &Config) -> Result<Option<ScaledEstimate>, Failure> {
+    let node = fit.grid().library.node_nm;
+    let factors = node.and_then(|nm| scaling::logic(nm, NODE_NM));
+    let work = Work {
+        busy: 1.0,
+        channels: 0,
+    };
+    match (fit.estimate(config, UnitKind::Vector, work), factors) {
+        (Ok(unit), Some(factors)) => Ok(Some(unit.scaled(&factors))),
+        (Err(SynthError::NotFitted { .. }), _) | (_, None) => Ok(None),
+        (Err(error), _) => Err(error.into()),
+    }
+}
+
+fn method(
+    fit: &Fit,
+    family: &'static str,
+    name: String,
+    exp: ExpConfig,
+) -> Result<Method, Failure> {
     let fail = |e: &dyn std::fmt::Display| Failure::Inconclusive(e.to_string());
     let reference = Reference::in_base(exp.input, exp.base).map_err(|e| fail(&e))?;
     let twin = ExpTwin::new(&exp);
@@ -74,6 +107,9 @@ fn method(family: &'static str, name: String, exp: ExpConfig) -> Result<Method, 
         }
         _ => f64::from(exp.engine().interval),
     };
+    let mut config = Config::paper();
+    config.vu.exp = exp.clone();
+    let hardware = hardware(fit, &config)?;
     Ok(Method {
         name,
         family,
@@ -82,11 +118,15 @@ fn method(family: &'static str, name: String, exp: ExpConfig) -> Result<Method, 
         mean_ulp: error.mean,
         bound_ulp: budget(&exp),
         monotone: error.monotone,
+        area_mm2: hardware.as_ref().map(|unit| unit.area_um2 * 1e-6),
+        energy_pj: (hardware.as_ref())
+            .map(|unit| unit.with_glitches_pj * clocks / f64::from(config.vu.lanes)),
     })
 }
 
 /// Forms of the paper's engine and the alternatives, widths as they follow.
 fn methods() -> Result<Vec<Method>, Failure> {
+    let fit = Fit::checked_in()?;
     let paper = Config::paper().vu.exp;
     let mut all = vec![];
     for n in [8, 10, 12, 14, 16, 20, 24, 27] {
@@ -98,7 +138,7 @@ fn methods() -> Result<Vec<Method>, Failure> {
             "restoring, n = {n}{}",
             if n == 16 { " (the paper's)" } else { "" }
         );
-        all.push(method("restoring", name, exp)?);
+        all.push(method(&fit, "restoring", name, exp)?);
     }
     for n in [4, 6, 8, 9, 14] {
         let exp = ExpConfig {
@@ -107,6 +147,7 @@ fn methods() -> Result<Vec<Method>, Failure> {
             ..paper.clone()
         };
         all.push(method(
+            &fit,
             "with a tail",
             format!("restoring, n = {n}, tail"),
             exp,
@@ -117,6 +158,7 @@ fn methods() -> Result<Vec<Method>, Failure> {
         ..paper.clone()
     };
     all.push(method(
+        &fit,
         "early out",
         "restoring, n = 16, early out".to_owned(),
         early,
@@ -129,6 +171,7 @@ fn methods() -> Result<Vec<Method>, Failure> {
             ..paper.clone()
         };
         all.push(method(
+            &fit,
             "radix 4 with a tail",
             format!("radix 4, J = {n}, tail"),
             exp,
@@ -147,7 +190,12 @@ fn methods() -> Result<Vec<Method>, Failure> {
                 ExpBase::E => ("straight pieces", ""),
                 ExpBase::Two => ("straight pieces of 2^-u", " of 2^-u"),
             };
-            all.push(method(family, format!("{pieces} pieces{power}"), exp)?);
+            all.push(method(
+                &fit,
+                family,
+                format!("{pieces} pieces{power}"),
+                exp,
+            )?);
         }
     }
     Ok(all)
@@ -215,7 +263,12 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
         "bound",
         "mean",
         "monotone",
+        "mm^2 of the unit, 12 nm",
+        "pJ each",
     ]);
+    let figure = |of: Option<f64>, digits: usize| {
+        of.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
+    };
     for own in &methods {
         rows.add_row([
             own.name.clone(),
@@ -224,6 +277,8 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
             format!("{:.3}", own.bound_ulp),
             format!("{:.4}", own.mean_ulp),
             if own.monotone { "yes" } else { "no" }.to_owned(),
+            figure(own.area_mm2, 4),
+            figure(own.energy_pj, 1),
         ]);
     }
     for peer in &peers {
@@ -234,20 +289,21 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
         ]);
     }
     say!("all 65,536 inputs of U3.13 through the twin, against 120 bits\n{rows}");
-    let faithful = methods.iter().filter(|m| m.max_ulp < FAITHFUL);
-    let cheapest = faithful.min_by(|a, b| {
-        let by_clocks = a.clocks.total_cmp(&b.clocks);
-        // Of pieces the fewest; all are sorted so.
-        by_clocks
-    });
-    if let Some(own) = cheapest {
-        say!(
-            "faithful with the fewest clocks: {}, {:.4} ulp; by area and time: docs/synthesis.md",
-            own.name,
-            own.max_ulp
-        );
-    }
-    let cheapest_faithful = cheapest.map(|own| own.name.clone());
+    let known = |of: Option<f64>| of.unwrap_or(f64::INFINITY);
+    let least = |what: &str, of: &dyn Fn(&Method) -> f64, then: &dyn Fn(&Method) -> f64| {
+        let faithful = methods.iter().filter(|m| m.max_ulp < FAITHFUL);
+        let own =
+            faithful.min_by(|a, b| of(a).total_cmp(&of(b)).then(then(a).total_cmp(&then(b))))?;
+        say!("faithful {what}: {}, {:.4} ulp", own.name, own.max_ulp);
+        Some(own.name.clone())
+    };
+    let (area, energy) = (
+        |m: &Method| known(m.area_mm2),
+        |m: &Method| known(m.energy_pj),
+    );
+    let cheapest_faithful = least("with the fewest clocks", &|m| m.clocks, &energy);
+    let smallest_faithful = least("on the least area", &area, &|m| m.clocks);
+    let thriftiest_faithful = least("with the least energy", &energy, &|m| m.clocks);
     if let Some(path) = &args.plot {
         plot(path, &methods, &peers)?;
     }
@@ -259,6 +315,8 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
             methods,
             peers,
             cheapest_faithful,
+            smallest_faithful,
+            thriftiest_faithful,
         };
         files::write_json(path, &report)?;
     }

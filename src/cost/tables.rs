@@ -17,7 +17,8 @@ fn number(of: Option<f64>, digits: usize) -> String {
 }
 
 fn db(of: Likeness) -> String {
-    number(of.db, 2)
+    of.db
+        .map_or_else(|| "equal".to_owned(), |v| format!("{v:.2}"))
 }
 
 pub(super) fn print(report: &Report, knobs: &[Knob]) {

@@ -43,8 +43,15 @@ impl Likeness {
         }
     }
 
-    const fn path(db: Option<f64>) -> Self {
-        Self { db, ssim: None }
+    /// Of a path that is compared in floating point, as the hardware's formats show it: squared
+    /// errors of the formats, on a frame in full, come to those of the path.
+    fn path(db: Option<f64>, formats: Self) -> Self {
+        let error = |db: Option<f64>| db.map_or(0.0, |db| 10f64.powf(-0.1 * db));
+        let sum = error(db) + error(formats.db);
+        Self {
+            db: (sum > 0.0).then(|| -10.0 * sum.log10()),
+            ssim: None,
+        }
     }
 }
 
@@ -257,6 +264,12 @@ impl Bench {
     ) -> Result<potamoi_sim::soc::Run, Failure> {
         let system = &self.setup.system;
         let (frames, window, phi) = match way {
+            Way::Warped { window, phi: None } | Way::Chained { window } if window > self.frames => {
+                return Err(Failure::Usage(format!(
+                    "a window of {window} in a path of {}: --frames {window} or more shows it",
+                    self.frames
+                )));
+            }
             Way::Warped { window, phi } => (Frames::Warped, window, phi),
             Way::Chained { window } => (Frames::Chained, window, None),
             Way::Half => (Frames::Half, self.frames, None),
@@ -279,8 +292,10 @@ impl Bench {
         let model = self.setup.model_of(config, used);
         let outcome = model.run(&path, variant, Scenario::Local)?.0;
         point.worst = None;
-        point.model = Likeness::path(outcome.quality.model_db);
-        point.truth = (self.truth.as_ref()).map(|_| Likeness::path(outcome.quality.truth_db));
+        let formats = point.model;
+        let like = |db| Likeness::path(db, formats);
+        point.model = like(outcome.quality.model_db);
+        point.truth = (self.truth.as_ref()).map(|_| like(outcome.quality.truth_db));
         Ok(outcome.run)
     }
 

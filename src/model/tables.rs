@@ -1,5 +1,6 @@
 //! Tables for people.
 
+use potamoi_sim::soc::engine::Resource;
 use potamoi_sim::soc::{Outcome, Scenario, System};
 
 use super::paper::{BY_TRAFFIC, Paper, figure, gathering_speed_up};
@@ -13,6 +14,33 @@ fn db(of: Option<f64>) -> String {
 
 fn percent(of: Option<f64>) -> String {
     of.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
+}
+
+/// How much of the time each part of the system works.
+fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
+    let parts = [
+        (Resource::Gpu, "GPU"),
+        (Resource::GatheringUnit, "gathering unit"),
+        (Resource::Npu, "MAC array"),
+        (Resource::VectorUnit, "vector unit"),
+        (Resource::Link, "link"),
+        (Resource::Remote, "remote GPU"),
+    ];
+    let used = |of: &Resource| outcomes.iter().any(|o| o.run.utilisation.contains_key(of));
+    let parts: Vec<_> = parts.into_iter().filter(|(of, _)| used(of)).collect();
+    let mut header = vec!["at work", "memory"];
+    header.extend(parts.iter().map(|(_, name)| *name));
+    let mut table = tables::plain(&header);
+    for o in outcomes {
+        let share = |share: f64| format!("{:.1} %", 100.0 * share);
+        let mut row = vec![o.variant.name.to_owned(), share(o.run.memory_utilisation)];
+        row.extend(parts.iter().map(|(of, _)| {
+            let own = o.run.utilisation.get(of);
+            own.map_or_else(|| "-".to_owned(), |own| share(*own))
+        }));
+        table.add_row(row);
+    }
+    table
 }
 
 pub(super) fn print(found: &Found, system: &System) {
@@ -98,7 +126,7 @@ pub(super) fn print(found: &Found, system: &System) {
             .into_iter()
             .filter(|s| own.iter().any(|o| o.run.stages.contains_key(s)))
             .collect();
-        let mut header = vec!["ms a frame: own work + waiting for bytes"];
+        let mut header = vec!["ms a frame: own work + its bytes + waiting for the unit"];
         header.extend(&used);
         let mut times = tables::plain(&header);
         for o in &own {
@@ -106,12 +134,17 @@ pub(super) fn print(found: &Found, system: &System) {
             row.extend(used.iter().map(|stage| {
                 o.run.stages.get(stage).map_or_else(
                     || "-".to_owned(),
-                    |t| format!("{:.2} + {:.2}", t.own_ns * 1e-6, t.memory_ns * 1e-6),
+                    |t| {
+                        let [own, bytes, waiting] =
+                            [t.own_ns, t.memory_ns, t.waiting_ns].map(|ns| ns * 1e-6);
+                        format!("{own:.2} + {bytes:.2} + {waiting:.2}")
+                    },
                 )
             }));
             times.add_row(row);
         }
         say!("\n{times}");
+        say!("\n{}", utilisation(&own));
         let parts = own[0].run.energy.named().map(|(name, _)| name);
         let mut header = vec!["mJ a frame"];
         header.extend(parts);

@@ -128,10 +128,11 @@ impl<'a> Composer<'a> {
         self.jobs.len() - 1
     }
 
-    /// A kernel of the system's GPU.
-    fn kernel(&mut self, turn: Turn, kernel: &Kernel, efficiency: f64) -> JobId {
+    /// A kernel of the system's GPU, or a part of one that was launched before.
+    fn kernel(&mut self, turn: Turn, kernel: &Kernel, efficiency: f64, launched: bool) -> JobId {
         let gpu = &self.system.gpu;
-        let own_ns = gpu.ns(kernel, efficiency) + gpu.launch_ns();
+        let launch_ns = if launched { 0.0 } else { gpu.launch_ns() };
+        let own_ns = gpu.ns(kernel, efficiency) + launch_ns;
         let moves = match gpu.memory_gb_s {
             // It is in its own time.
             Some(_) => Moves::default(),
@@ -172,39 +173,48 @@ impl<'a> Composer<'a> {
             Gathering::Streamed => gpu::streamed_gathering(work).times(slower),
             Gathering::Unit => Kernel::default(),
         };
-        let steps = steps(work, self.system.feature_buffer_bytes / 2);
-        let features = total.feature_bytes.max(1) as f64;
+        let table = |batch: &Batch| match gathering {
+            Gathering::PixelOrder => 0.0,
+            Gathering::Streamed | Gathering::Unit => batch.rit_bytes as f64,
+        };
         let turn = |stage, after| Turn { stage, after, rank };
+        let blocks = blocks(work, self.system);
+        // All Gaussians of a frame are sorted before the first is drawn, and of a frame without
+        // work it is found out that there is none.
+        let sorted = (work.gaussians > 0 || blocks.is_empty()).then(|| {
+            let finding = indexing.writing(table(&total));
+            self.kernel(turn("indexing", after.to_vec()), &finding, reached, false)
+        });
+        let features = total.feature_bytes.max(1) as f64;
+        let held = self.system.feature_buffer_bytes / u64::from(self.system.feature_block_bytes);
         let flight = self.system.groups_in_flight as usize;
-        let (mut gathers, mut computes, mut vectors): (Vec<JobId>, Vec<JobId>, Vec<JobId>) =
-            (vec![], vec![], vec![]);
-        for (i, step) in steps.iter().enumerate() {
+        let (mut computes, mut last): (Vec<JobId>, Vec<JobId>) = (vec![], vec![]);
+        for (i, Block { group, work: step }) in blocks.iter().enumerate() {
             let part = match features > 1.0 {
                 true => step.feature_bytes as f64 / features,
-                false => 1.0 / steps.len() as f64,
+                false => 1.0 / blocks.len() as f64,
             };
+            let launched = last.len() > *group;
             let mut before = after.to_vec();
             // Which rays go on is known where their last samples were composited.
-            if work.gaussians == 0
-                && let Some(seen) = i.checked_sub(flight).map(|at| vectors[at])
-            {
-                before.push(seen);
+            if work.gaussians == 0 {
+                before.extend(group.checked_sub(flight).map(|group| last[group]));
             }
-            let table = match gathering {
-                Gathering::PixelOrder => 0.0,
-                Gathering::Streamed | Gathering::Unit => step.rit_bytes as f64,
-            };
             let mut own = before.clone();
-            // Two halves of the feature buffer.
-            own.extend(i.checked_sub(2).map(|at| computes[at]));
-            let finding = indexing.part(part).writing(table);
-            let index = self.kernel(turn("indexing", before), &finding, reached);
-            own.push(index);
+            // A block of the feature buffer is free when it was read.
+            own.extend(i.checked_sub(held as usize).map(|at| computes[at]));
+            own.push(match sorted {
+                Some(sorted) => sorted,
+                None => {
+                    let finding = indexing.part(part).writing(table(step));
+                    self.kernel(turn("indexing", before), &finding, reached, launched)
+                }
+            });
             let features = step.feature_bytes as f64;
             let gather = match gathering {
                 Gathering::PixelOrder | Gathering::Streamed => {
                     let own_part = gathered.part(part).writing(features);
-                    self.kernel(turn("gathering", own), &own_part, reached)
+                    self.kernel(turn("gathering", own), &own_part, reached, launched)
                 }
                 Gathering::Unit => {
                     let moves = unit_moves(work, step, part);
@@ -213,7 +223,6 @@ impl<'a> Composer<'a> {
                     self.push(turn("gathering", own), unit, ns, moves)
                 }
             };
-            gathers.push(gather);
             let moves = Moves {
                 read: match gathering {
                     // The accelerator reads what the GPU wrote.
@@ -231,13 +240,14 @@ impl<'a> Composer<'a> {
             };
             let ns = self.cycles(step.vector_cycles);
             let unit = Resource::VectorUnit;
-            vectors.push(self.push(turn("compositing", vec![compute]), unit, ns, shown));
+            let shown = self.push(turn("compositing", vec![compute]), unit, ns, shown);
+            match last.get_mut(*group) {
+                Some(last) => *last = shown,
+                None => last.push(shown),
+            }
         }
-        Ok(match vectors.last() {
-            Some(last) => *last,
-            // Nothing is in view: it is found out.
-            None => self.kernel(turn("indexing", after.to_vec()), &indexing, reached),
-        })
+        // One or the other is there.
+        Ok(last.last().copied().or(sorted).unwrap_or_default())
     }
 
     /// Warps so many pixels of a reference.
@@ -259,7 +269,7 @@ impl<'a> Composer<'a> {
     ) -> JobId {
         let after = after.to_vec();
         let reached = self.system.gpu.pictures_efficiency;
-        self.kernel(Turn { stage, after, rank }, kernel, reached)
+        self.kernel(Turn { stage, after, rank }, kernel, reached, false)
     }
 
     /// Renders elsewhere, and sends so many bytes of a pixel.
@@ -329,17 +339,28 @@ fn run_bytes(work: &FrameWork) -> f64 {
     work.reads.bytes as f64 / work.reads.reads.max(1) as f64
 }
 
-/// Batches put together, or cut in equal parts, so that the features of each fill half of the
-/// feature buffer.
-fn steps(work: &FrameWork, half: u64) -> Vec<Batch> {
-    let mut all: Vec<Batch> = vec![];
+/// What goes down the pipeline at a time: the features of a block of the feature buffer.
+struct Block {
+    /// The group of rays that it is of, or of a splat frame's batches.
+    group: usize,
+    work: Batch,
+}
+
+/// Batches put together to groups that fill half of the feature buffer at most, each cut in equal
+/// parts of a block at most.
+fn blocks(work: &FrameWork, system: &System) -> Vec<Block> {
+    let half = system.feature_buffer_bytes / 2;
+    let mut groups: Vec<Batch> = vec![];
     for batch in &work.batches {
-        match all.last_mut() {
+        match groups.last_mut() {
             Some(last) if last.feature_bytes + batch.feature_bytes <= half => *last += *batch,
-            _ => all.push(*batch),
+            _ => groups.push(*batch),
         }
     }
-    all.iter()
-        .flat_map(|step| step.parts(step.feature_bytes.div_ceil(half.max(1)).max(1)))
-        .collect()
+    let block = u64::from(system.feature_block_bytes);
+    let cut = groups.into_iter().enumerate().flat_map(|(group, whole)| {
+        let parts = whole.parts(whole.feature_bytes.div_ceil(block).max(1));
+        parts.map(move |work| Block { group, work })
+    });
+    cut.collect()
 }

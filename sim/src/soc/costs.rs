@@ -288,12 +288,13 @@ impl Costs {
             all.gathering_memories_pj = done.codes_read as f64 * self.mft.read_pj
                 + done.row_bytes as f64 / 2.0 * self.mft.write_pj
                 + rit_words * (self.rit.read_pj + self.rit.write_pj);
-            all.buffers_pj += done.feature_bytes as f64 / FEATURE_WORD * self.features.write_pj;
         }
         all.vector_pj = self.vector.of(done.vector_cycles, done.vector_busy);
         all.array_pj = done.macs as f64 * self.mac_pj;
+        // Whoever gathers, features are written to the buffer that the array reads.
+        let written = done.feature_bytes + done.output_bytes;
         all.buffers_pj += done.input_bytes as f64 / FEATURE_WORD * self.features.read_pj
-            + done.output_bytes as f64 / FEATURE_WORD * self.features.write_pj
+            + written as f64 / FEATURE_WORD * self.features.write_pj
             + done.weight_bytes as f64 / WEIGHT_WORD * self.weights.read_pj;
         Ok(all)
     }

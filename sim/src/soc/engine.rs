@@ -24,8 +24,6 @@ pub enum Resource {
     GatheringUnit,
     /// The vector unit.
     VectorUnit,
-    /// What moves bytes that no other resource waits for.
-    Dma,
     /// The wireless link.
     Link,
     /// A renderer at the other end of the link.
@@ -277,13 +275,13 @@ mod tests {
     /// Two that move 10 ns of bytes each at the same time take 20; own work goes on beside.
     #[test]
     fn memory_is_shared_evenly() {
-        use Resource::{Dma, Gpu};
-        let jobs = [job(Gpu, 12.0, 10.0, &[]), job(Dma, 1.0, 10.0, &[])];
+        use Resource::{Gpu, VectorUnit};
+        let jobs = [job(Gpu, 12.0, 10.0, &[]), job(VectorUnit, 1.0, 10.0, &[])];
         let times = run(&jobs).unwrap();
         assert_eq!((times[0].end_ns, times[1].end_ns), (20.0, 20.0));
         assert_eq!((times[0].own_done_ns, times[1].own_done_ns), (12.0, 1.0));
         // A shorter one leaves the rest to the longer.
-        let jobs = [job(Gpu, 0.0, 10.0, &[]), job(Dma, 0.0, 4.0, &[])];
+        let jobs = [job(Gpu, 0.0, 10.0, &[]), job(VectorUnit, 0.0, 4.0, &[])];
         let times = run(&jobs).unwrap();
         assert_eq!((times[1].end_ns, times[0].end_ns), (8.0, 14.0));
     }
@@ -291,7 +289,7 @@ mod tests {
     /// Loads into two halves of a buffer: the third waits until the first was used.
     #[test]
     fn two_halves_hide_what_is_loaded_behind_what_is_used() {
-        use Resource::{Dma, GatheringUnit};
+        use Resource::{GatheringUnit, VectorUnit};
         let chain = |halves: usize| {
             let mut jobs: Vec<Job> = vec![];
             let mut used = vec![];
@@ -300,7 +298,7 @@ mod tests {
                 if i >= halves {
                     after.push(used[i - halves]);
                 }
-                jobs.push(job(Dma, 0.0, 6.0, &after));
+                jobs.push(job(VectorUnit, 0.0, 6.0, &after));
                 let load = jobs.len() - 1;
                 jobs.push(job(GatheringUnit, 10.0, 0.0, &[load]));
                 used.push(jobs.len() - 1);
@@ -326,7 +324,7 @@ mod tests {
         Resource::Gpu,
         Resource::Npu,
         Resource::GatheringUnit,
-        Resource::Dma,
+        Resource::VectorUnit,
     ];
 
     fn any_jobs() -> impl Strategy<Value = Vec<Job>> {

@@ -32,7 +32,7 @@ pub struct StageTime {
     pub own_ns: f64,
     /// Its own work done, waiting for its bytes.
     pub memory_ns: f64,
-    /// Ready, waiting for its resource.
+    /// While something of it was ready and waited for its resource.
     pub waiting_ns: f64,
 }
 
@@ -96,6 +96,8 @@ pub struct Run {
     pub stages: BTreeMap<&'static str, StageTime>,
     /// Share of the span in which each resource works.
     pub utilisation: BTreeMap<Resource, f64>,
+    /// Share of the span that memory needs for all bytes.
+    pub memory_utilisation: f64,
     /// Of the device, a frame.
     pub energy: EnergyByPart,
     /// What was moved and spent, of all frames.
@@ -179,13 +181,21 @@ impl Model<'_> {
         let span_ns = times.iter().map(|t| t.end_ns).fold(0.0, f64::max);
         let mut stages: BTreeMap<&'static str, StageTime> = BTreeMap::new();
         let mut busy: BTreeMap<Resource, f64> = BTreeMap::new();
+        let mut waits: BTreeMap<&'static str, Vec<(f64, f64)>> = BTreeMap::new();
         for (job, at) in jobs.iter().zip(&times) {
             let stage = stages.entry(job.stage).or_default();
             stage.own_ns += (at.own_done_ns - at.begin_ns) / frames as f64;
             stage.memory_ns += (at.end_ns - at.own_done_ns) / frames as f64;
-            stage.waiting_ns += (at.begin_ns - at.ready_ns) / frames as f64;
+            waits
+                .entry(job.stage)
+                .or_default()
+                .push((at.ready_ns, at.begin_ns));
             *busy.entry(job.resource).or_default() += at.end_ns - at.begin_ns;
         }
+        for (stage, waits) in waits {
+            stages.entry(stage).or_default().waiting_ns = covered(waits) / frames as f64;
+        }
+        let memory_ns: f64 = jobs.iter().map(|job| job.memory_ns).sum();
         let energy = self.energy(&spent, &busy, span_ns, frames);
         let run = Run {
             frames,
@@ -193,6 +203,7 @@ impl Model<'_> {
             frames_per_second: frames as f64 / span_ns * 1e9,
             stages,
             utilisation: busy.iter().map(|(of, ns)| (*of, ns / span_ns)).collect(),
+            memory_utilisation: memory_ns / span_ns,
             energy,
             spent,
         };
@@ -225,5 +236,28 @@ impl Model<'_> {
             leakage_mj: mj(self.costs.leakage_mw * span_ns),
             link_mj: mj(spent.link_bytes * self.system.link_nj_per_byte * 1e3),
         }
+    }
+}
+
+/// Nanoseconds that lie in one span or more.
+fn covered(mut spans: Vec<(f64, f64)>) -> f64 {
+    spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut sum, mut until) = (0.0, f64::NEG_INFINITY);
+    for (begin, end) in spans {
+        sum += (end - begin.max(until)).max(0.0);
+        until = until.max(end);
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::covered;
+
+    #[test]
+    fn spans_that_overlap_count_once() {
+        assert_eq!(covered(vec![]), 0.0);
+        let spans = vec![(4.0, 6.0), (0.0, 2.0), (1.0, 3.0), (5.0, 5.5), (7.0, 7.0)];
+        assert_eq!(covered(spans), 5.0);
     }
 }

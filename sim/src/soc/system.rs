@@ -18,8 +18,10 @@ pub struct System {
     pub array_columns: u32,
     /// Whether its units hold a second weight, loaded while the first is used.
     pub array_double_buffered: bool,
-    /// Bytes of the global feature buffer, half of which is filled while the other is read.
+    /// Bytes of the global feature buffer.
     pub feature_buffer_bytes: u64,
+    /// Bytes of a block of it: blocks are filled while others are read.
+    pub feature_block_bytes: u32,
     /// Channels of LPDDR3-1600, 6.4 GB/s each.
     pub memory_channels: u32,
     /// Steps of a frame of a field that may be under way before the first of them has said
@@ -46,6 +48,7 @@ impl Default for System {
             array_columns: 24,
             array_double_buffered: false,
             feature_buffer_bytes: 1_536 * 1024,
+            feature_block_bytes: 32 * 1024,
             memory_channels: 4,
             groups_in_flight: 2,
             gpu: Gpu::XAVIER,
@@ -128,12 +131,18 @@ impl System {
             let value = self.memory_channels.to_string();
             return refuse("memory_channels", value, "1, 2, 4, 8 or 16");
         }
-        if self.feature_buffer_bytes < 64 * 1024 {
+        if self.feature_block_bytes < 1024 {
+            let value = self.feature_block_bytes.to_string();
+            return refuse("feature_block_bytes", value, "1024 or more");
+        }
+        if self.feature_buffer_bytes < 2 * u64::from(self.feature_block_bytes) {
             let value = self.feature_buffer_bytes.to_string();
-            return refuse("feature_buffer_bytes", value, "two blocks of 32 KB or more");
+            return refuse("feature_buffer_bytes", value, "two blocks or more");
         }
         let positive = [
             ("link_bytes_per_second", self.link_bytes_per_second),
+            ("gpu.memory_gb_s", self.gpu.memory_gb_s.unwrap_or(1.0)),
+            ("remote.memory_gb_s", self.remote.memory_gb_s.unwrap_or(1.0)),
             ("gpu.cores", self.gpu.cores),
             ("gpu.clock_ghz", self.gpu.clock_ghz),
             ("gpu.cache_gb_s", self.gpu.cache_gb_s),
@@ -164,11 +173,9 @@ impl System {
             ("gpu.launch_us", self.gpu.launch_us),
             ("gpu.watts", self.gpu.watts),
             ("gpu.idle_watts", self.gpu.idle_watts),
-            ("gpu.memory_gb_s", self.gpu.memory_gb_s.unwrap_or(1.0)),
             ("remote.launch_us", self.remote.launch_us),
             ("remote.watts", self.remote.watts),
             ("remote.idle_watts", self.remote.idle_watts),
-            ("remote.memory_gb_s", self.remote.memory_gb_s.unwrap_or(1.0)),
         ];
         for (field, value) in others {
             if !(value.is_finite() && value >= 0.0) {

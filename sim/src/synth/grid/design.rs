@@ -237,10 +237,11 @@ pub fn design() -> Vec<Point> {
 /// the one that it differs from in more than numbers.
 #[must_use]
 pub fn forms() -> Vec<Point> {
-    let tails = [4, 6, 8, 9, 12].map(|n| format!("iterations = {n}\ntail = true"));
+    let tails = [4, 6, 8, 9, 12, 14].map(|n| format!("iterations = {n}\ntail = true"));
     let radix_4 = [3, 4, 5].map(|n| format!("form = \"radix-4\"\niterations = {n}\ntail = true"));
-    let pieces = [8, 16, 32, 64, 128]
-        .map(|n| format!("form = \"piecewise\"\npieces = {n}\npipelined = true"));
+    // With fewer, results of 16 bits are refused.
+    let pieces =
+        [64, 128, 256].map(|n| format!("form = \"piecewise\"\npieces = {n}\npipelined = true"));
     let clocks = [2, 4].map(|n| format!("iterations_per_clock = {n}"));
     let inputs = [8, 10, 11, 12].map(|n| format!("input = \"U3.{n}\""));
     let accumulators = [16, 17, 18, 19].map(|n| format!("accumulator_bits = {n}"));
@@ -313,6 +314,7 @@ mod tests {
         for (at, point) in forms.iter().enumerate() {
             let config = point.config().unwrap();
             assert!(Family::of(&config, UnitKind::Vector).is_err(), "{point:?}");
+            assert!(UnitKind::Vector.module(&config).is_ok(), "{point:?}");
             let others = forms[..at].iter();
             let same = |other: &Point| is_same_vector_unit(&config, &other.config().unwrap());
             assert_eq!(others.filter(|other| same(other)).count(), 0, "{point:?}");
