@@ -100,7 +100,7 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
     match (report.knee, report.front.as_slice()) {
         (Some(knee), _) => say!("the knee of the front: {}", place(knee)),
         (None, [fastest, .., best]) => say!(
-            "the front has no knee, more time buys about the same everywhere: from {} to {}",
+            "the front has no knee: from {} to {}",
             place(*fastest),
             place(*best)
         ),

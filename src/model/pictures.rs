@@ -3,13 +3,16 @@
 use std::path::Path;
 
 use plotters::prelude::*;
-use potamoi_sim::soc::{Memory, Outcome, System};
+use potamoi_sim::soc::{Memory, Outcome, Scenario, System};
 
 use super::report::Found;
 use crate::charts::{COLOURS, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;
 
 const SIZE: (u32, u32) = (900, 540);
+/// Pixels of a bar, and bars that the legend takes the place of.
+const BAR: u32 = 116;
+const BESIDE: u32 = 2;
 
 /// A bar a variant, in parts.
 pub(super) fn energy(path: &Path, found: &Found) -> Result<(), Failure> {
@@ -19,7 +22,9 @@ pub(super) fn energy(path: &Path, found: &Found) -> Result<(), Failure> {
         .iter()
         .map(|o| o.run.energy.total_mj())
         .fold(0.0, f64::max);
-    picture(path, SIZE, |area| {
+    let bars = outcomes.len() as u32 + BESIDE;
+    let size = (SIZE.0.max(bars * BAR), SIZE.1);
+    picture(path, size, |area| {
         let title = format!(
             "{}, {} x {}: energy of a frame by part",
             found.scene, found.size[0], found.size[1]
@@ -29,14 +34,11 @@ pub(super) fn energy(path: &Path, found: &Found) -> Result<(), Failure> {
             .margin(12)
             .x_label_area_size(40)
             .y_label_area_size(64)
-            .build_cartesian_2d(
-                (0..(outcomes.len() as u32).saturating_sub(1)).into_segmented(),
-                0.0..most * 1.05,
-            )?;
+            .build_cartesian_2d((0..bars - 1).into_segmented(), 0.0..most * 1.05)?;
         chart
             .configure_mesh()
             .disable_x_mesh()
-            .x_labels(outcomes.len())
+            .x_labels(bars as usize)
             .x_label_formatter(&|at| match at {
                 SegmentValue::CenterOf(i) => names.get(*i as usize).cloned().unwrap_or_default(),
                 SegmentValue::Exact(_) | SegmentValue::Last => String::new(),
@@ -115,17 +117,20 @@ pub(super) fn roofline(path: &Path, found: &Found, system: &System) -> Result<()
             .draw_series(LineSeries::new(roof, BLACK.stroke_width(2)))?
             .label(format!("array {array:.0} a ns, memory {bandwidth:.1} GB/s"))
             .legend(|(x, y)| PathElement::new([(x, y), (x + 12, y)], BLACK.stroke_width(2)));
-        for ((o, at), colour) in found
-            .outcomes
-            .iter()
-            .zip(&points)
-            .zip(COLOURS.iter().cycle())
-        {
+        // A colour a variant, rings where references are from afar.
+        let same = |a: &Outcome, b: &Outcome| a.scenario == b.scenario;
+        for (i, (o, at)) in found.outcomes.iter().zip(&points).enumerate() {
+            let number = found.outcomes[..i].iter().filter(|b| same(o, b)).count();
+            let colour = COLOURS[number % COLOURS.len()];
+            let style = match o.scenario {
+                Scenario::Local => colour.filled(),
+                Scenario::Remote => colour.stroke_width(3),
+            };
             if at.0 > 0.0 && at.1 > 0.0 {
                 chart
-                    .draw_series([Circle::new(*at, 6, colour.filled())])?
+                    .draw_series([Circle::new(*at, 6, style)])?
                     .label(label(o))
-                    .legend(move |(x, y)| Circle::new((x + 6, y), 5, colour.filled()));
+                    .legend(move |(x, y)| Circle::new((x + 6, y), 5, style));
             }
         }
         legend(&mut chart, SeriesLabelPosition::LowerRight)
@@ -134,7 +139,7 @@ pub(super) fn roofline(path: &Path, found: &Found, system: &System) -> Result<()
 
 fn label(of: &Outcome) -> String {
     match of.scenario {
-        potamoi_sim::soc::Scenario::Local => of.variant.name.to_owned(),
-        potamoi_sim::soc::Scenario::Remote => format!("{} remote", of.variant.name),
+        Scenario::Local => of.variant.name.to_owned(),
+        Scenario::Remote => format!("{} remote", of.variant.name),
     }
 }
