@@ -5,7 +5,7 @@ export CARGO_TERM_COLOR ?= auto
 
 step = @printf '\n==> %s\n' '$(1)'
 
-.PHONY: help demo test test-full refresh parameters grid lint bench setup
+.PHONY: help demo test test-full refresh parameters grid forms lint bench setup
 
 help:
 	@printf '%s\n' \
@@ -15,6 +15,7 @@ help:
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
 	  'make parameters LIBERTY=FILE  synthesise again: synth/{paper,fields,records}-asap7.json' \
 	  'make grid LIBERTY=FILE        the grid too, in an hour or two: synth/grid-asap7.json' \
+	  'make forms LIBERTY=FILE       exponentials that no formula is of: synth/forms-asap7.json' \
 	  'make lint       formatting and lints alone' \
 	  'make bench      the benchmarks' \
 	  'make setup      install what is missing (tools/setup --check only reports)'
@@ -109,6 +110,12 @@ grid: setup
 	@tools/setup synth
 	cargo run --locked --release --quiet -- synth --liberty "$(LIBERTY)" --node 7 \
 	  --grid synth/grid-asap7.json
+
+forms: setup
+	@test -n "$(LIBERTY)" || { echo 'make forms: name the library, LIBERTY=FILE' >&2; exit 2; }
+	@tools/setup synth
+	cargo run --locked --release --quiet -- synth --liberty "$(LIBERTY)" --node 7 \
+	  --forms synth/forms-asap7.json
 
 bench: setup
 	cargo bench --locked

@@ -102,6 +102,11 @@ impl SceneArgs {
 
     /// What is carried out or left out whatever is called for.
     pub(crate) fn choices(&self) -> Result<Choices, Failure> {
+        if let Some(both) = self.force.iter().find(|name| self.without.contains(name)) {
+            return Err(Failure::Usage(format!(
+                "--force {both} and --without {both}: expected one of them"
+            )));
+        }
         let mut choices = Choices::default();
         for name in &self.force {
             choices = (Choices::named(name)?.into_iter()).fold(choices, Choices::force);

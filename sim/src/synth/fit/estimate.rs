@@ -97,7 +97,7 @@ impl Estimate {
         let busy = work.busy / Work::of(&point.activity).busy;
         let modules = point.modules.iter().map(|own| {
             let clock_pj = clock_of_one * (own.count * own.flops) as f64;
-            let doing = |pj: f64| clock_pj + busy * (pj - clock_pj).max(0.0);
+            let doing = |pj: f64| clock_pj + busy * (pj - clock_pj);
             EstimatedModule {
                 module: own.module.clone(),
                 count: own.count,

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::synth::grid::{GridPoint, design};
+use crate::synth::grid::{GridPoint, design, forms};
 use crate::synth::{Power, SynthReport, UnitReport};
 
 /// Root of mean squares of relative errors that a user is promised.
@@ -281,13 +281,13 @@ fn the_paper_s_units_are_found() {
 }
 
 /// Verilog that was changed since needs other syntheses: `potamoi synth --grid
-/// synth/grid-asap7.json` with the library that the file names.
+/// synth/grid-asap7.json` and `--forms synth/forms-asap7.json` with the library that they name.
 #[test]
 fn the_grid_is_of_what_is_generated_now() {
-    let grid = Fit::checked_in().unwrap().grid;
-    let points = design();
-    assert_eq!(grid.points.len(), points.len());
-    for (own, point) in grid.points.iter().zip(points) {
+    let fit = Fit::checked_in().unwrap();
+    let points = [design(), forms()].concat();
+    assert_eq!(fit.grid.points.len() + fit.forms.len(), points.len());
+    for (own, point) in fit.grid.points.iter().chain(&fit.forms).zip(points) {
         assert_eq!((own.family, &own.config), (point.family, &point.text));
         let now = own.current_digest().unwrap();
         assert_eq!(
@@ -338,5 +338,44 @@ fn other_units_are_refused_and_numbers_beyond_the_grid_named() {
             "gu.banks = 4, the grid has 8 to 64",
             "3.2 banks at work in the mean segment, the grid has 6.5 to 13.0"
         ]
+    );
+}
+
+/// A form stands for itself: as it was measured at the work of then, and with less when idle.
+#[test]
+fn a_form_is_what_its_netlist_was() {
+    let fit = Fit::checked_in().unwrap();
+    for point in &fit.forms {
+        let config = point.config().unwrap();
+        let work = Work::of(&point.activity);
+        let found = fit.estimate(&config, UnitKind::Vector, work).unwrap();
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
+        assert!(near(found.area_um2, point.area_um2()), "{}", point.name());
+        assert!(
+            near(found.with_glitches_pj, point.energy()[1]),
+            "{}",
+            point.name()
+        );
+        let idle = Work { busy: 0.0, ..work };
+        let idle = fit.estimate(&config, UnitKind::Vector, idle).unwrap();
+        assert!(
+            near(idle.with_glitches_pj, point.activity.clock_pj),
+            "{}",
+            point.name()
+        );
+    }
+    // Another width beside is no unit that was synthesised.
+    let text = "[vu.exp]\niterations = 8\ntail = true\noutput_bits = 14\n";
+    let other = Config::from_toml(text, "test").unwrap();
+    assert!(
+        fit.estimate(
+            &other,
+            UnitKind::Vector,
+            Work {
+                busy: 1.0,
+                channels: 0
+            }
+        )
+        .is_err()
     );
 }
