@@ -50,8 +50,8 @@ pub(crate) struct CostArgs {
     /// Where the configuration that was found is written
     #[arg(long, value_name = "FILE", default_value = "found.toml")]
     found: PathBuf,
-    /// The points as CSV
-    #[arg(long, value_name = "FILE", conflicts_with = "unit")]
+    /// The points as CSV; not of `--unit exp`, whose `--table` has every input
+    #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// The points and their front, as SVG; not of `--unit exp`
     #[arg(long, value_name = "FILE")]
@@ -84,6 +84,13 @@ pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
     match args.unit {
         Some(Unit::Exp) if args.plot.is_some() => Err(Failure::Usage(
             "--plot: expected without --unit exp, which has one point; --unit methods has many"
+                .to_owned(),
+        )),
+        Some(Unit::Exp) if args.csv.is_some() => Err(Failure::Usage(
+            "--csv: expected without --unit exp; --table writes its inputs and results".to_owned(),
+        )),
+        Some(Unit::Methods) if args.table.is_some() => Err(Failure::Usage(
+            "--table: expected with --unit exp; --csv writes the forms of --unit methods"
                 .to_owned(),
         )),
         Some(Unit::Methods) => methods::run(args),

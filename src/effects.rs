@@ -97,7 +97,7 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
         let wall = watch.wall(finding.effect, finding.is_called_for)?;
         effects.push(Found::new(
             finding,
-            cost(finding.effect, &cycles, &counts),
+            cost(finding.effect, &cycles, &counts, &scene),
             wall,
             &scene,
         ));
@@ -168,18 +168,33 @@ fn cost(
     effect: Effect,
     cycles: &EffectCycles,
     counts: &potamoi_golden::scene::FrameCounts,
+    scene: &Scene,
 ) -> report::Work {
     use report::Work;
     let splats = counts.splats.unwrap_or_default();
-    let terms = |degree: u8| 3 * (2 * u64::from(degree) + 1);
+    let terms = |degree: u8| 2 * u64::from(degree) + 1;
     match effect {
         Effect::Trilinear => Work::cycles("gathering unit", cycles.interpolating),
         Effect::Exponential => Work::cycles("vector unit", cycles.exponentials),
-        Effect::SphericalHarmonics(degree) => Work::amount(
-            "GPU",
-            splats.visible * terms(degree),
-            "multiplications of visible Gaussians",
-        ),
+        Effect::SphericalHarmonics(degree) => {
+            let is_splats = scene.model().is_splats();
+            match (scene.facts().perceptron.is_some(), is_splats) {
+                (true, true) => {
+                    let codes = splats.visible * terms(degree);
+                    Work::amount("GPU", codes, "codes of visible Gaussians' directions")
+                }
+                (true, false) => {
+                    let codes = counts.rays * terms(degree);
+                    Work::amount("GPU", codes, "codes of rays' directions")
+                }
+                (false, true) => {
+                    let products = 3 * splats.visible * terms(degree);
+                    Work::amount("GPU", products, "multiplications of visible Gaussians")
+                }
+                // Colours stored as linear in the direction.
+                (false, false) => Work::cycles("MAC array", cycles.array),
+            }
+        }
         Effect::ViewMlp => Work::cycles("MAC array", cycles.array),
         Effect::HashLevels => Work::amount("DRAM", counts.scattered_bytes, "bytes row by row"),
         Effect::Segments => Work::cycles("gathering unit", cycles.further_passes),

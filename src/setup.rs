@@ -45,6 +45,10 @@ impl Setup {
         })
     }
 
+    pub(crate) const fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
     pub(crate) fn model(&self) -> Model<'_> {
         self.model_of(&self.config, &self.costs)
     }
@@ -56,6 +60,8 @@ impl Setup {
             memory: &self.memory,
             costs,
             clock_ghz: f64::from(config.clock_mhz) * 1e-3,
+            // Two bytes each.
+            weight_bytes: 2 * self.scene.facts().weights as u64,
         }
     }
 

@@ -151,7 +151,9 @@ fn forms_of_the_exponential_stand_side_by_side() {
     let said = cost(
         at,
         0,
-        &["--unit", "methods", "--json", "m.json", "--plot", "m.svg"],
+        &[
+            "--unit", "methods", "--json", "m.json", "--plot", "m.svg", "--csv", "m.csv",
+        ],
     );
     assert!(said.contains("faithful with the fewest clocks: "), "{said}");
     let report = json(&at.join("m.json"));
@@ -177,6 +179,12 @@ fn forms_of_the_exponential_stand_side_by_side() {
         std::fs::read_to_string(at.join("m.svg"))
             .unwrap()
             .contains("straight pieces")
+    );
+    let lines = std::fs::read_to_string(at.join("m.csv")).unwrap();
+    assert_eq!(lines.lines().count(), 1 + methods.len() + peers.len());
+    assert!(
+        lines.contains("\n\"restoring, n = 16 (the paper's)\","),
+        "{lines}"
     );
 }
 

@@ -31,24 +31,30 @@ pub(super) fn front(places: &[Place]) -> Vec<usize> {
     kept
 }
 
-/// The knee of a front: the point farthest above the line between its ends, both axes scaled to
-/// 1 (V. Satopaa et al., "Finding a 'Kneedle' in a Haystack", ICDCSW 2011); none where it has
-/// no bend. Equal pictures, whose quality has no number, are no end of that line.
+/// The knee of a front: the best quality within a time rises from the worst of all places to the
+/// best, over all their times; this is the point of it farthest above the straight line between
+/// (V. Satopaa et al., "Finding a 'Kneedle' in a Haystack", ICDCSW 2011). None where all cost or
+/// are worth the same, or none is above. Equal pictures, whose quality has no number, are no place.
 pub(super) fn knee(places: &[Place], front: &[usize]) -> Option<usize> {
-    let finite = front.iter().filter(|i| places[**i].quality.is_finite());
-    let front: Vec<usize> = finite.copied().collect();
-    let [first, .., last] = front[..] else {
+    let ends = |of: fn(&Place) -> f64| {
+        let finite = places.iter().filter(|p| p.quality.is_finite());
+        finite.map(of).fold(None, |ends, v| {
+            let (low, high): (f64, f64) = ends.unwrap_or((v, v));
+            Some((low.min(v), high.max(v)))
+        })
+    };
+    let (fast, slow) = ends(|p| p.cost)?;
+    let (worst, best) = ends(|p| p.quality)?;
+    if fast == slow || worst == best {
         return None;
+    }
+    let above = |i: &usize| {
+        let Place { cost, quality } = places[*i];
+        (quality - worst) / (best - worst) - (cost - fast) / (slow - fast)
     };
-    let (low, high) = (places[first], places[last]);
-    let scale = |of: Place| {
-        let x = (of.cost - low.cost) / (high.cost - low.cost);
-        let y = (of.quality - low.quality) / (high.quality - low.quality);
-        y - x
-    };
-    let above = |i: &&usize| scale(places[**i]);
-    let best = front.iter().max_by(|a, b| above(a).total_cmp(&above(b)))?;
-    (scale(places[*best]) > 0.0).then_some(*best)
+    let finite = front.iter().filter(|i| places[**i].quality.is_finite());
+    let knee = finite.max_by(|a, b| above(a).total_cmp(&above(b)))?;
+    (above(knee) > 0.0).then_some(*knee)
 }
 
 #[cfg(test)]
@@ -80,10 +86,17 @@ mod tests {
         let kept = front(&all);
         assert_eq!(kept, [0, 1, 2, 3]);
         assert_eq!(knee(&all, &kept), Some(1));
-        // A straight line has none, nor have two points.
+        // A straight line has none, nor has a single place.
         let all = places(&[(1.0, 1.0), (2.0, 2.0), (3.0, 3.0)]);
         assert_eq!(knee(&all, &front(&all)), None);
-        assert_eq!(knee(&all[..2], &[0, 1]), None);
+        assert_eq!(knee(&all[..1], &[0]), None);
+        assert_eq!(knee(&[], &[]), None);
+        // The fastest that is nearly the best, though each step beyond buys more than the last.
+        let all = places(&[(2.0, 38.0), (9.0, 38.5), (10.0, 40.0), (8.0, 10.0)]);
+        assert_eq!(knee(&all, &front(&all)), Some(0));
+        // What is slower than the best counts: nothing is bought beyond it.
+        let all = places(&[(1.0, 10.0), (4.0, 12.0), (5.0, 40.0), (20.0, 39.0)]);
+        assert_eq!(knee(&all, &front(&all)), Some(2));
         // Equal pictures for more time change nothing of it.
         let mut all = places(&[(1.0, 10.0), (2.0, 38.0), (3.0, 39.0), (10.0, 40.0)]);
         all.push(Place {

@@ -1,5 +1,6 @@
 //! Ways to find an exponential side by side: error over all inputs against clocks a result.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use plotters::prelude::*;
@@ -304,6 +305,9 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
     let cheapest_faithful = least("with the fewest clocks", &|m| m.clocks, &energy);
     let smallest_faithful = least("on the least area", &area, &|m| m.clocks);
     let thriftiest_faithful = least("with the least energy", &energy, &|m| m.clocks);
+    if let Some(path) = &args.csv {
+        files::write(path, &csv(&methods, &peers))?;
+    }
     if let Some(path) = &args.plot {
         plot(path, &methods, &peers)?;
     }
@@ -321,6 +325,32 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// A line a form and a peer; names, which hold commas, in quotes; what is not known is empty.
+fn csv(methods: &[Method], peers: &[Peer]) -> String {
+    let mut text =
+        String::from("form,family,clocks,max_ulp,bound_ulp,mean_ulp,monotone,area_mm2,energy_pj\n");
+    let known = |of: Option<f64>| of.map_or_else(String::new, |v| v.to_string());
+    for own in methods {
+        let (area, energy) = (known(own.area_mm2), known(own.energy_pj));
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "\"{}\",{},{},{},{},{},{},{area},{energy}",
+            own.name,
+            own.family,
+            own.clocks,
+            own.max_ulp,
+            own.bound_ulp,
+            own.mean_ulp,
+            own.monotone
+        );
+    }
+    for peer in peers {
+        let _ = writeln!(text, "\"{}\",others,,{},,,,,", peer.name, peer.max_ulp);
+    }
+    text
 }
 
 /// Where the peers' names stand on the logarithmic axis: at their errors, from below, or so far

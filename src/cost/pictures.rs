@@ -125,9 +125,11 @@ fn panel(
         let found = seen.iter().find(|(i, _)| *i == knee);
         found.map(|(_, place)| (place.cost, place.quality))
     });
-    chart
-        .draw_series(knee.map(|at| Circle::new(at, 10, BLACK.stroke_width(2))))?
-        .label("knee of the front")
-        .legend(|(x, y)| Circle::new((x + 6, y), 6, BLACK.stroke_width(2)));
+    if let Some(at) = knee {
+        chart
+            .draw_series([Circle::new(at, 10, BLACK.stroke_width(2))])?
+            .label("knee of the front")
+            .legend(|(x, y)| Circle::new((x + 6, y), 6, BLACK.stroke_width(2)));
+    }
     legend(&mut chart, SeriesLabelPosition::LowerRight)
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_sim::rtl::RtlUnits;
 use potamoi_sim::soc::work::FrameWork;
-use potamoi_sim::soc::{Gathering, System};
+use potamoi_sim::soc::{Gathering, Replay, System};
 use serde::Serialize;
 
 use super::ModelArgs;
@@ -35,6 +35,7 @@ struct Ladder {
     scene: String,
     size: [u32; 2],
     rungs: Vec<Rung>,
+    memory: Replay,
 }
 
 /// All of them, the hardware last.
@@ -81,6 +82,9 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
     let setup = args.setup(common, system, args.scene.open()?)?;
     let spinner = progress::spinner("rendering three times");
     let rungs = rungs(&setup)?;
+    spinner.set_message("replaying what it reads");
+    let cache = setup.system.gpu.cache_bytes;
+    let replay = Replay::of(&setup.scene, &setup.config, cache, setup.memory())?;
     spinner.finish_and_clear();
     let scene = &setup.scene;
     let size = [scene.camera().width, scene.camera().height];
@@ -91,10 +95,12 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         size[1]
     );
     print(&rungs);
+    print_memory(&replay);
     let found = Ladder {
         scene: scene.name().to_owned(),
         size,
         rungs,
+        memory: replay,
     };
     report::write(&Report::new("model --ladder", system, vec![found]), args)
 }
@@ -125,4 +131,37 @@ pub(crate) fn print(rungs: &[Rung]) {
         ]);
     }
     say!("{table}");
+}
+
+/// How far the rates of memory are from the frame's own accesses.
+fn print_memory(replay: &Replay) {
+    let mut table = tables::plain([
+        "memory, of",
+        "MB",
+        "rates, GB/s",
+        "replayed, GB/s",
+        "off",
+        "rates, pJ a byte",
+        "replayed",
+        "off",
+    ]);
+    for (name, found) in [
+        ("misses of the GPU's cache", replay.missed),
+        ("rows and entries of MVoxels", replay.loaded),
+    ] {
+        let Some(own) = found else { continue };
+        let (rates, replayed) = (own.at_rates, own.replayed);
+        let off = |own: f64, truth: f64| format!("{:+.1} %", 100.0 * (own / truth - 1.0));
+        table.add_row([
+            name.to_owned(),
+            format!("{:.3}", own.bytes as f64 * 1e-6),
+            format!("{:.2}", 1.0 / rates.ns),
+            format!("{:.2}", 1.0 / replayed.ns),
+            off(rates.ns, replayed.ns),
+            format!("{:.1}", rates.pj),
+            format!("{:.1}", replayed.pj),
+            off(rates.pj, replayed.pj),
+        ]);
+    }
+    say!("the frame's first accesses in their order, through the memory's model\n{table}");
 }

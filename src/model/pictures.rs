@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use plotters::prelude::*;
-use potamoi_sim::soc::{Memory, Outcome, Scenario, System};
+use potamoi_sim::soc::{EnergyByPart, Memory, Outcome, Scenario, System};
 
 use super::report::Found;
 use crate::charts::{COLOURS, LETTERS, TITLE, legend, picture};
@@ -47,10 +47,8 @@ pub(super) fn energy(path: &Path, found: &Found) -> Result<(), Failure> {
             .max_light_lines(1)
             .label_style(LETTERS)
             .draw()?;
-        for (part, colour) in COLOURS.iter().enumerate() {
-            let name = outcomes
-                .first()
-                .map_or("", |o| o.run.energy.named()[part].0);
+        let names = EnergyByPart::default().named().map(|(name, _)| name);
+        for (part, (name, colour)) in names.into_iter().zip(COLOURS).enumerate() {
             let bars = outcomes.iter().enumerate().map(|(i, o)| {
                 let own = o.run.energy.named();
                 let below: f64 = own[..part].iter().map(|(_, mj)| mj).sum();

@@ -51,6 +51,8 @@ pub(super) struct Found {
     pub(super) preset: Option<&'static str>,
     /// Whether the work had been counted earlier.
     pub(super) was_kept: bool,
+    /// How cycles of units were found: the middle rung of `--ladder`.
+    pub(super) fidelity: &'static str,
     pub(super) clock_ghz: f64,
     /// What its units reach at 12 nm before wires, where they were synthesised.
     pub(super) reached_ghz: Option<f64>,
@@ -84,6 +86,7 @@ impl Found {
             options: path.options,
             preset: setup.preset,
             was_kept,
+            fidelity: "cycle models",
             clock_ghz: model.clock_ghz,
             reached_ghz: model.costs.reached_ghz,
             energy_origin: model.costs.origin.clone(),

@@ -28,12 +28,16 @@ fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
     ];
     let used = |of: &Resource| outcomes.iter().any(|o| o.run.utilisation.contains_key(of));
     let parts: Vec<_> = parts.into_iter().filter(|(of, _)| used(of)).collect();
-    let mut header = vec!["at work", "memory"];
+    let mut header = vec!["at work", "memory", "interconnect"];
     header.extend(parts.iter().map(|(_, name)| *name));
     let mut table = tables::plain(&header);
     for o in outcomes {
         let share = |share: f64| format!("{:.1} %", 100.0 * share);
-        let mut row = vec![o.variant.name.to_owned(), share(o.run.memory_utilisation)];
+        let mut row = vec![
+            o.variant.name.to_owned(),
+            share(o.run.memory_utilisation),
+            share(o.run.interconnect_utilisation),
+        ];
         row.extend(parts.iter().map(|(of, _)| {
             let own = o.run.utilisation.get(of);
             own.map_or_else(|| "-".to_owned(), |own| share(*own))
@@ -59,7 +63,7 @@ pub(super) fn print(found: &Found, system: &System) {
         }
     );
     say!(
-        "  units: {}, {} GHz assumed{}; full frames are counted at the references' poses; {:.1} % of what targets show is rendered",
+        "  units: {}, by cycle models (--ladder: beside formulas and Verilated units), {} GHz assumed{}; full frames are counted at the references' poses; {:.1} % of what targets show is rendered",
         found.preset.map_or_else(
             || "as configured".to_owned(),
             |name| format!("preset {name}")

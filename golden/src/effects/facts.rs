@@ -42,6 +42,8 @@ pub struct Facts {
     pub perceptron: Option<Perceptron>,
     /// What a ray passes at most.
     pub thickness: Thickness,
+    /// Weights and biases of all perceptrons, where it has any.
+    pub weights: usize,
     /// Tables that features are gathered from, before records of splats.
     pub tables: Vec<TableFacts>,
     /// Cells where nothing is, and all, of a grid that says so.
@@ -62,6 +64,7 @@ impl Facts {
                 holders: "neurons",
                 perceptron: Some(perceptron(compact.colour().head(), &compact_inputs())),
                 harmonics: Some(harmonics(compact.colour().head(), &compact_inputs())),
+                weights: compact.colour().head().len(),
                 ..of_cloud(compact.gaussians(), rules)
             },
             (_, Kind::Splats(cloud)) => of_cloud(cloud, rules),
@@ -163,6 +166,7 @@ fn of_cloud(cloud: &Cloud, rules: &Rules) -> Facts {
         )),
         holders: "Gaussians",
         perceptron: None,
+        weights: 0,
         thickness,
         tables: vec![],
         void: None,
@@ -190,6 +194,7 @@ fn of_grid(grid: &Grid, step: f64, stop: f64) -> Facts {
         harmonics: Some(Bands::of(terms.isqrt() - 1, holders)),
         holders: "vertices",
         perceptron: None,
+        weights: 0,
         thickness: Thickness {
             // A sample more at each end.
             depth: f64::from(most) * (diagonal + 2.0 * step),
@@ -226,6 +231,7 @@ fn of_field(field: &dyn Field) -> Facts {
         harmonics,
         holders,
         perceptron,
+        weights: field.perceptrons().into_iter().map(Mlp::len).sum(),
         thickness: Thickness::unknown(field.sampling().stop),
         tables,
         void: field.void(),

@@ -113,6 +113,15 @@ impl Mlp {
         &self.layers
     }
 
+    /// Weights and biases.
+    #[must_use]
+    #[allow(clippy::len_without_is_empty)] // There is always one.
+    pub fn len(&self) -> usize {
+        let each = self.layers.iter();
+        each.map(|layer| layer.weights.len() + layer.bias.len())
+            .sum()
+    }
+
     /// Inputs of the first layer.
     #[must_use]
     pub fn inputs(&self) -> usize {

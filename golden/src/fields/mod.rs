@@ -96,6 +96,11 @@ pub trait Field: Sync {
         Err(FieldError::FloatOnly)
     }
 
+    /// All perceptrons that its features go through.
+    fn perceptrons(&self) -> Vec<&Mlp> {
+        vec![]
+    }
+
     /// How colours depend on the direction.
     fn directions(&self) -> Directions<'_> {
         Directions::None

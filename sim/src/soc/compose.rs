@@ -20,8 +20,18 @@ pub struct Spent {
     pub written_bytes: f64,
     /// Bytes read from anywhere.
     pub random_bytes: f64,
-    /// Energy of these accesses, in picojoules.
+    /// Transfers of the DMA; the GPU moves its bytes itself.
+    pub transfers: u64,
+    /// Bytes of their descriptors, read from anywhere.
+    pub descriptor_bytes: f64,
+    /// Of the bytes read in order, weights.
+    pub weight_bytes: f64,
+    /// Energy of accesses to memory but for descriptors, in picojoules.
     pub memory_pj: f64,
+    /// Energy of reading descriptors.
+    pub descriptor_pj: f64,
+    /// Bytes over the interconnect: all of these, in whole bursts.
+    pub interconnect_bytes: f64,
     /// Bytes over the link.
     pub link_bytes: f64,
     /// Energy on chip.
@@ -36,6 +46,8 @@ pub(super) struct Composer<'a> {
     memory: &'a Memory,
     costs: &'a Costs,
     clock_ghz: f64,
+    /// Bytes of the model's weights, and whether the weight buffer holds them.
+    weights: (f64, bool),
     /// Jobs so far.
     pub jobs: Vec<Job>,
     /// What they move and spend.
@@ -50,11 +62,18 @@ pub(super) struct Moves {
     pub(super) random: f64,
     /// Bytes of an access to anywhere.
     run: f64,
+    /// By the DMA.
+    transfers: u64,
 }
 
 impl Moves {
     pub(super) const fn bytes(&self) -> f64 {
         self.read + self.written + self.random
+    }
+
+    /// Bytes over the interconnect.
+    fn wired(&self, memory: &Memory) -> f64 {
+        self.read + self.written + self.random * memory.moved(self.run)
     }
 
     fn ns(&self, memory: &Memory) -> f64 {
@@ -79,6 +98,8 @@ pub(super) fn unit_moves(work: &FrameWork, step: &Batch, part: f64) -> Moves {
         written: spilled / 2.0,
         random: scattered,
         run: run_bytes(work),
+        // Of an MVoxel its rows and its entries.
+        transfers: 2 * step.mvoxels,
     }
 }
 
@@ -97,12 +118,14 @@ impl<'a> Composer<'a> {
         memory: &'a Memory,
         costs: &'a Costs,
         clock_ghz: f64,
+        weight_bytes: u64,
     ) -> Self {
         Self {
             system,
             memory,
             costs,
             clock_ghz,
+            weights: (weight_bytes as f64, false),
             jobs: vec![],
             spent: Spent::default(),
         }
@@ -113,6 +136,17 @@ impl<'a> Composer<'a> {
     }
 
     fn push(&mut self, turn: Turn, resource: Resource, own_ns: f64, moves: Moves) -> JobId {
+        // The next descriptor is read while the bytes of the one before are moved.
+        let descriptors = Moves {
+            random: moves.transfers as f64 * self.system.dma_descriptor_bytes,
+            run: self.system.dma_descriptor_bytes,
+            ..Moves::default()
+        };
+        let wired = moves.wired(self.memory) + descriptors.wired(self.memory);
+        self.spent.transfers += moves.transfers;
+        self.spent.descriptor_bytes += descriptors.random;
+        self.spent.descriptor_pj += descriptors.pj(self.memory);
+        self.spent.interconnect_bytes += wired;
         self.spent.memory_pj += moves.pj(self.memory);
         self.spent.streamed_bytes += moves.read;
         self.spent.written_bytes += moves.written;
@@ -121,7 +155,8 @@ impl<'a> Composer<'a> {
             stage: turn.stage,
             resource,
             own_ns,
-            memory_ns: moves.ns(self.memory),
+            memory_ns: moves.ns(self.memory) + descriptors.ns(self.memory),
+            interconnect_ns: wired / (self.system.interconnect_bytes_a_clock * self.clock_ghz),
             after: turn.after,
             rank: turn.rank,
         });
@@ -141,6 +176,7 @@ impl<'a> Composer<'a> {
                 written: kernel.written_bytes,
                 random: kernel.random_bytes,
                 run: kernel.run_bytes,
+                transfers: 0,
             },
         };
         self.push(turn, Resource::Gpu, own_ns, moves)
@@ -223,19 +259,24 @@ impl<'a> Composer<'a> {
                     self.push(turn("gathering", own), unit, ns, moves)
                 }
             };
-            let moves = Moves {
-                read: match gathering {
-                    // The accelerator reads what the GPU wrote.
-                    Gathering::PixelOrder | Gathering::Streamed => features,
-                    Gathering::Unit => 0.0,
+            let mut moves = match gathering {
+                // The accelerator reads what the GPU wrote.
+                Gathering::PixelOrder | Gathering::Streamed => Moves {
+                    read: features,
+                    transfers: 1,
+                    ..Moves::default()
                 },
-                ..Moves::default()
+                Gathering::Unit => Moves::default(),
             };
+            if step.products > 0 {
+                self.load_weights(&mut moves);
+            }
             let ns = self.cycles(step.array_cycles);
             let compute = self.push(turn("computation", vec![gather]), Resource::Npu, ns, moves);
             computes.push(compute);
             let shown = Moves {
                 written: part * work.pixels as f64 * gpu::PIXEL,
+                transfers: 1,
                 ..Moves::default()
             };
             let ns = self.cycles(step.vector_cycles);
@@ -248,6 +289,19 @@ impl<'a> Composer<'a> {
         }
         // One or the other is there.
         Ok(last.last().copied().or(sorted).unwrap_or_default())
+    }
+
+    /// Weights that the weight buffer does not hold yet; those that it cannot hold are loaded again.
+    fn load_weights(&mut self, moves: &mut Moves) {
+        let (bytes, held) = self.weights;
+        if held || bytes <= 0.0 {
+            return;
+        }
+        self.weights.1 = bytes <= self.system.weight_buffer_bytes as f64;
+        moves.read += bytes;
+        moves.transfers += 1;
+        self.spent.weight_bytes += bytes;
+        self.spent.on_chip.buffers_pj += self.costs.loaded_weights(bytes);
     }
 
     /// Warps so many pixels of a reference.

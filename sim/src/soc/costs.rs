@@ -299,6 +299,12 @@ impl Costs {
         Ok(all)
     }
 
+    /// Picojoules of writing weights into their buffer.
+    #[must_use]
+    pub fn loaded_weights(&self, bytes: f64) -> f64 {
+        bytes / WEIGHT_WORD * self.weights.write_pj
+    }
+
     /// The gathering unit with so many banks at work.
     fn fitted(
         &self,

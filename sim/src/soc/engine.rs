@@ -1,7 +1,8 @@
 //! Jobs on resources: what runs when, and what it waits for.
 //!
-//! A resource does one job at a time. Memory is shared: jobs that move bytes at the same time
-//! each get an equal part of it, and a job ends when its own work and its bytes are both done.
+//! A resource does one job at a time. Memory and the interconnect are shared: jobs that move bytes at
+//! the same time each get an equal part of both, and a job ends when its own work is done and its
+//! bytes are through both.
 //! Buffers are dependencies: what fills a buffer comes after what emptied it.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -41,6 +42,8 @@ pub struct Job {
     pub own_ns: f64,
     /// Nanoseconds that memory needs for its bytes, were they alone.
     pub memory_ns: f64,
+    /// Nanoseconds that the interconnect needs for them, were they alone.
+    pub interconnect_ns: f64,
     /// Jobs that have to end before: of smaller places.
     pub after: Vec<JobId>,
     /// Of jobs that are ready for the same resource, that with the smallest number begins,
@@ -93,12 +96,13 @@ pub enum EngineError {
 struct Running {
     job: JobId,
     own_ns: f64,
-    memory_ns: f64,
+    /// Of memory and of the interconnect, were the job alone.
+    shared_ns: [f64; 2],
 }
 
 impl Running {
-    const fn is_over(&self) -> bool {
-        self.own_ns <= 0.0 && self.memory_ns <= 0.0
+    fn is_over(&self) -> bool {
+        self.own_ns <= 0.0 && self.shared_ns.iter().all(|ns| *ns <= 0.0)
     }
 }
 
@@ -133,11 +137,10 @@ pub fn run(jobs: &[Job]) -> Result<Vec<Times>, EngineError> {
             if let Some((_, id)) = queue.pop_first() {
                 let job = &jobs[id];
                 times[id].begin_ns = now;
-                let (own_ns, memory_ns) = (job.own_ns, job.memory_ns);
                 let begun = Running {
                     job: id,
-                    own_ns,
-                    memory_ns,
+                    own_ns: job.own_ns,
+                    shared_ns: [job.memory_ns, job.interconnect_ns],
                 };
                 running.insert(*resource, begun);
             }
@@ -173,15 +176,15 @@ pub fn run(jobs: &[Job]) -> Result<Vec<Times>, EngineError> {
 
 /// Goes on to the next time at which something is done; the nanoseconds until then.
 fn advance(running: &mut BTreeMap<Resource, Running>, now: f64, times: &mut [Times]) -> f64 {
-    let sharing = running.values().filter(|own| own.memory_ns > 0.0).count() as f64;
+    let sharing = [0, 1].map(|of| {
+        let moving = running.values().filter(|own| own.shared_ns[of] > 0.0);
+        moving.count() as f64
+    });
     let next = |own: &Running| {
-        let memory = own.memory_ns * sharing;
-        match (own.own_ns > 0.0, memory > 0.0) {
-            (true, true) => own.own_ns.min(memory),
-            (true, false) => own.own_ns,
-            (false, true) => memory,
-            (false, false) => 0.0,
-        }
+        let [memory, interconnect] = [0, 1].map(|of| own.shared_ns[of] * sharing[of]);
+        let left = [own.own_ns, memory, interconnect].into_iter();
+        let first = left.filter(|ns| *ns > 0.0).fold(f64::INFINITY, f64::min);
+        if first.is_finite() { first } else { 0.0 }
     };
     let step = running.values().map(next).fold(f64::INFINITY, f64::min);
     for own in running.values_mut() {
@@ -198,13 +201,9 @@ fn advance(running: &mut BTreeMap<Resource, Running>, now: f64, times: &mut [Tim
         } else if times[own.job].own_done_ns < times[own.job].begin_ns {
             times[own.job].own_done_ns = times[own.job].begin_ns;
         }
-        if own.memory_ns > 0.0 {
-            let done = own.memory_ns * sharing <= step;
-            own.memory_ns = if done {
-                0.0
-            } else {
-                own.memory_ns - step / sharing
-            };
+        for (left, sharing) in own.shared_ns.iter_mut().zip(sharing) {
+            let done = *left * sharing <= step;
+            *left = if done { 0.0 } else { *left - step / sharing };
         }
     }
     step
@@ -220,7 +219,11 @@ fn check(jobs: &[Job]) -> Result<(), EngineError> {
                 after,
             });
         }
-        for (field, value) in [("own_ns", job.own_ns), ("memory_ns", job.memory_ns)] {
+        for (field, value) in [
+            ("own_ns", job.own_ns),
+            ("memory_ns", job.memory_ns),
+            ("interconnect_ns", job.interconnect_ns),
+        ] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(EngineError::Time {
                     job: id,
@@ -246,6 +249,7 @@ mod tests {
             resource,
             own_ns,
             memory_ns,
+            interconnect_ns: 0.0,
             after: after.to_vec(),
             rank: 0,
         }
@@ -286,6 +290,25 @@ mod tests {
         assert_eq!((times[1].end_ns, times[0].end_ns), (8.0, 14.0));
     }
 
+    /// Bytes are through when they are through the slower of both; each is shared by itself.
+    #[test]
+    fn the_interconnect_is_shared_beside_memory() {
+        use Resource::{Gpu, VectorUnit};
+        let through = |mut job: Job, ns| {
+            job.interconnect_ns = ns;
+            job
+        };
+        let slow = [through(job(Gpu, 1.0, 4.0, &[]), 9.0)];
+        assert_eq!(end(&slow), 9.0);
+        let jobs = [
+            through(job(Gpu, 0.0, 10.0, &[]), 4.0),
+            through(job(VectorUnit, 0.0, 2.0, &[]), 12.0),
+        ];
+        let times = run(&jobs).unwrap();
+        // Memory: 2 each until 4, then 8 of one; the interconnect: 4 each until 8, then 8 of the other.
+        assert_eq!((times[0].end_ns, times[1].end_ns), (12.0, 16.0));
+    }
+
     /// Loads into two halves of a buffer: the third waits until the first was used.
     #[test]
     fn two_halves_hide_what_is_loaded_behind_what_is_used() {
@@ -317,6 +340,9 @@ mod tests {
         for bad in [-1.0, f64::NAN, f64::INFINITY] {
             assert!(run(&[job(Gpu, bad, 0.0, &[])]).is_err());
             assert!(run(&[job(Gpu, 0.0, bad, &[])]).is_err());
+            let mut wired = job(Gpu, 0.0, 0.0, &[]);
+            wired.interconnect_ns = bad;
+            assert!(run(&[wired]).is_err());
         }
     }
 
@@ -330,20 +356,22 @@ mod tests {
     fn any_jobs() -> impl Strategy<Value = Vec<Job>> {
         let one = (
             0usize..4,
-            0u32..20,
-            0u32..20,
+            [0u32..20, 0u32..20, 0u32..20],
             prop::collection::vec(any::<usize>(), 0..3),
         );
         prop::collection::vec(one, 1..30).prop_map(|all| {
             let jobs = all.into_iter().enumerate();
-            jobs.map(|(id, (resource, own, memory, after))| {
+            jobs.map(|(id, (resource, [own, memory, interconnect], after))| {
                 let mut after: Vec<JobId> = match id {
                     0 => vec![],
                     _ => after.into_iter().map(|a| a % id).collect(),
                 };
                 after.sort_unstable();
                 after.dedup();
-                job(RESOURCES[resource], own.into(), memory.into(), &after)
+                Job {
+                    interconnect_ns: interconnect.into(),
+                    ..job(RESOURCES[resource], own.into(), memory.into(), &after)
+                }
             })
             .collect()
         })
@@ -357,12 +385,14 @@ mod tests {
             let end = times.iter().map(|t| t.end_ns).fold(0.0, f64::max);
             let near = 1.0 - 1e-9;
             prop_assert!(end >= near * jobs.iter().map(|j| j.memory_ns).sum::<f64>());
+            prop_assert!(end >= near * jobs.iter().map(|j| j.interconnect_ns).sum::<f64>());
+            let most = |j: &Job| j.own_ns.max(j.memory_ns).max(j.interconnect_ns);
             for resource in RESOURCES {
                 let own = jobs.iter().filter(|j| j.resource == resource);
-                prop_assert!(end >= near * own.map(|j| j.own_ns.max(j.memory_ns)).sum::<f64>());
+                prop_assert!(end >= near * own.map(most).sum::<f64>());
             }
             for (job, at) in jobs.iter().zip(&times) {
-                prop_assert!(at.end_ns - at.begin_ns >= near * job.own_ns.max(job.memory_ns) - 1e-9);
+                prop_assert!(at.end_ns - at.begin_ns >= near * most(job) - 1e-9);
                 prop_assert!(at.ready_ns <= at.begin_ns && at.begin_ns <= at.own_done_ns);
                 prop_assert!(at.own_done_ns <= at.end_ns + 1e-9);
                 for before in &job.after {
@@ -374,7 +404,8 @@ mod tests {
         /// Something is always under way: the end is no later than all work one after the other.
         #[test]
         fn no_time_goes_by_idle(jobs in any_jobs()) {
-            let all: f64 = jobs.iter().map(|j| j.own_ns + j.memory_ns).sum();
+            let all = jobs.iter().map(|j| j.own_ns + j.memory_ns + j.interconnect_ns);
+            let all: f64 = all.sum();
             prop_assert!(end(&jobs) <= all + 1e-6);
         }
 

@@ -6,6 +6,7 @@ use std::sync::Mutex;
 
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use serde::Serialize;
 
 use super::dram::{Access, Counts, Currents, Dram, Geometry, Timing};
 
@@ -15,7 +16,7 @@ const BURSTS: u64 = 20_000;
 const SPAN: u64 = 1 << 30;
 
 /// What a byte takes.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rate {
     /// Nanoseconds.
     pub ns: f64,
@@ -59,7 +60,7 @@ impl Memory {
         own
     }
 
-    fn measured(&self, accesses: impl Iterator<Item = Access>) -> Rate {
+    pub(super) fn measured(&self, accesses: impl Iterator<Item = Access>) -> Rate {
         let mut dram = Dram::new(self.geometry, self.timing);
         let done = dram.serve(accesses);
         let bytes = ((done.reads + done.writes) * u64::from(self.geometry.burst_bytes)) as f64;
@@ -106,12 +107,19 @@ impl Memory {
             });
             self.measured(all)
         });
-        let whole = (bursts * burst) as f64 / run_bytes.max(1.0);
-        let over = whole.max(1.0);
+        let over = self.moved(run_bytes);
         Rate {
             ns: of_bursts.ns * over,
             pj: of_bursts.pj * over,
         }
+    }
+
+    /// Bytes that are moved for a byte of reads of `run_bytes` from anywhere, since a burst is whole.
+    #[must_use]
+    pub fn moved(&self, run_bytes: f64) -> f64 {
+        let burst = f64::from(self.geometry.burst_bytes);
+        let bursts = (run_bytes / burst).ceil().max(1.0);
+        (bursts * burst / run_bytes.max(1.0)).max(1.0)
     }
 
     /// Milliwatts of all channels standing by and refreshing, with rows open for a share of the

@@ -49,8 +49,12 @@ pub struct EnergyByPart {
     pub array_mj: f64,
     /// Feature and weight buffers.
     pub buffers_mj: f64,
-    /// Memory: accesses.
+    /// Memory: accesses but those of the DMA's descriptors.
     pub memory_mj: f64,
+    /// The DMA's descriptors, read from memory.
+    pub dma_mj: f64,
+    /// The interconnect.
+    pub interconnect_mj: f64,
     /// Memory: standing by and refreshing.
     pub standby_mj: f64,
     /// Memories on chip and logic at rest.
@@ -62,7 +66,7 @@ pub struct EnergyByPart {
 impl EnergyByPart {
     /// By name.
     #[must_use]
-    pub const fn named(&self) -> [(&'static str, f64); 9] {
+    pub const fn named(&self) -> [(&'static str, f64); 11] {
         [
             ("GPU", self.gpu_mj),
             ("gathering unit", self.gathering_unit_mj),
@@ -70,6 +74,8 @@ impl EnergyByPart {
             ("MAC array", self.array_mj),
             ("buffers", self.buffers_mj),
             ("memory accesses", self.memory_mj),
+            ("DMA descriptors", self.dma_mj),
+            ("interconnect", self.interconnect_mj),
             ("memory standing by", self.standby_mj),
             ("leakage", self.leakage_mj),
             ("link", self.link_mj),
@@ -98,6 +104,8 @@ pub struct Run {
     pub utilisation: BTreeMap<Resource, f64>,
     /// Share of the span that memory needs for all bytes.
     pub memory_utilisation: f64,
+    /// Share of the span that the interconnect needs for them.
+    pub interconnect_utilisation: f64,
     /// Of the device, a frame.
     pub energy: EnergyByPart,
     /// What was moved and spent, of all frames.
@@ -128,6 +136,8 @@ pub struct Model<'a> {
     pub costs: &'a Costs,
     /// Cycles a nanosecond of the accelerator.
     pub clock_ghz: f64,
+    /// Bytes of the weights of the scene's perceptrons.
+    pub weight_bytes: u64,
 }
 
 /// Jobs with their times.
@@ -172,7 +182,13 @@ impl Model<'_> {
     }
 
     fn composer(&self) -> Composer<'_> {
-        Composer::new(self.system, self.memory, self.costs, self.clock_ghz)
+        Composer::new(
+            self.system,
+            self.memory,
+            self.costs,
+            self.clock_ghz,
+            self.weight_bytes,
+        )
     }
 
     fn done(&self, composer: Composer<'_>, frames: usize) -> Result<(Run, Timeline), ModelError> {
@@ -196,6 +212,7 @@ impl Model<'_> {
             stages.entry(stage).or_default().waiting_ns = covered(waits) / frames as f64;
         }
         let memory_ns: f64 = jobs.iter().map(|job| job.memory_ns).sum();
+        let interconnect_ns: f64 = jobs.iter().map(|job| job.interconnect_ns).sum();
         let energy = self.energy(&spent, &busy, span_ns, frames);
         let run = Run {
             frames,
@@ -204,6 +221,7 @@ impl Model<'_> {
             stages,
             utilisation: busy.iter().map(|(of, ns)| (*of, ns / span_ns)).collect(),
             memory_utilisation: memory_ns / span_ns,
+            interconnect_utilisation: interconnect_ns / span_ns,
             energy,
             spent,
         };
@@ -232,6 +250,8 @@ impl Model<'_> {
             array_mj: mj(on_chip.array_pj),
             buffers_mj: mj(on_chip.buffers_pj),
             memory_mj: mj(spent.memory_pj),
+            dma_mj: mj(spent.descriptor_pj),
+            interconnect_mj: mj(spent.interconnect_bytes * self.system.interconnect_pj_per_byte),
             standby_mj: mj(self.memory.standby_mw(open) * span_ns),
             leakage_mj: mj(self.costs.leakage_mw * span_ns),
             link_mj: mj(spent.link_bytes * self.system.link_nj_per_byte * 1e3),

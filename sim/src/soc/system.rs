@@ -22,8 +22,20 @@ pub struct System {
     pub feature_buffer_bytes: u64,
     /// Bytes of a block of it: blocks are filled while others are read.
     pub feature_block_bytes: u32,
+    /// Bytes of the weight buffer: weights that fit are loaded once a path.
+    pub weight_buffer_bytes: u64,
     /// Channels of LPDDR3-1600, 6.4 GB/s each.
     pub memory_channels: u32,
+    /// Bytes of a descriptor, of which the DMA reads one a transfer: as far apart as those of a
+    /// published controller (AMD, PG021, "Scatter Gather Descriptor").
+    pub dma_descriptor_bytes: f64,
+    /// Bytes that the interconnect between memory, GPU and accelerator moves in a clock of the
+    /// accelerator. An assumption: a burst.
+    pub interconnect_bytes_a_clock: f64,
+    /// Picojoules of a byte on it. An assumption: 5 mm of wire at 0.2 pF a mm (Ho et al., "The
+    /// Future of Wires", Proc. IEEE 2001), as much again of repeaters, at 0.7 V, half of the bits
+    /// changing.
+    pub interconnect_pj_per_byte: f64,
     /// Steps of a frame of a field that may be under way before the first of them has said
     /// which rays go on: ray groups that take turns. An assumption.
     pub groups_in_flight: u32,
@@ -49,7 +61,11 @@ impl Default for System {
             array_double_buffered: false,
             feature_buffer_bytes: 1_536 * 1024,
             feature_block_bytes: 32 * 1024,
+            weight_buffer_bytes: 96 * 1024,
             memory_channels: 4,
+            dma_descriptor_bytes: 64.0,
+            interconnect_bytes_a_clock: 32.0,
+            interconnect_pj_per_byte: 2.0,
             groups_in_flight: 2,
             gpu: Gpu::XAVIER,
             remote: Gpu::RTX_2080_TI,
@@ -140,6 +156,10 @@ impl System {
             return refuse("feature_buffer_bytes", value, "two blocks or more");
         }
         let positive = [
+            (
+                "interconnect_bytes_a_clock",
+                self.interconnect_bytes_a_clock,
+            ),
             ("link_bytes_per_second", self.link_bytes_per_second),
             ("gpu.memory_gb_s", self.gpu.memory_gb_s.unwrap_or(1.0)),
             ("remote.memory_gb_s", self.remote.memory_gb_s.unwrap_or(1.0)),
@@ -167,6 +187,8 @@ impl System {
             }
         }
         let others = [
+            ("dma_descriptor_bytes", self.dma_descriptor_bytes),
+            ("interconnect_pj_per_byte", self.interconnect_pj_per_byte),
             ("link_nj_per_byte", self.link_nj_per_byte),
             ("link_colour_bytes", self.link_colour_bytes),
             ("link_depth_bytes", self.link_depth_bytes),

@@ -88,6 +88,9 @@ fn any_work() -> impl Strategy<Value = FrameWork> {
     })
 }
 
+/// Bytes of the weights of a model.
+const WEIGHTS: u64 = 40_000;
+
 const GATHERING: [Gathering; 3] = [Gathering::PixelOrder, Gathering::Streamed, Gathering::Unit];
 
 fn frame(system: &System, work: &FrameWork, gathering: Gathering) -> Run {
@@ -96,6 +99,7 @@ fn frame(system: &System, work: &FrameWork, gathering: Gathering) -> Run {
         memory: memory(system.memory_channels),
         costs: costs(Program::of(work)),
         clock_ghz: 1.0,
+        weight_bytes: WEIGHTS,
     };
     model.frame(work, gathering).unwrap()
 }
@@ -168,6 +172,7 @@ proptest! {
         let (missed, spilled) = (work.reads.missed_bytes as f64, work.spilled_bytes as f64 / 2.0);
         let scattered = work.scattered_bytes as f64;
         let anywhere = missed * work.reads.not_streaming as f64 / work.reads.misses as f64;
+        let weights = if work.batches.iter().any(|b| b.products > 0) { WEIGHTS as f64 } else { 0.0 };
         // Read in order, written, and read from anywhere.
         let [read, written, random] = match gathering {
             Gathering::PixelOrder => [missed - anywhere + features, features, anywhere],
@@ -184,7 +189,7 @@ proptest! {
         };
         let shown = work.pixels as f64 * 4.0;
         let expected = [
-            (spent.streamed_bytes, parameters + sorted + read),
+            (spent.streamed_bytes, parameters + sorted + read + weights),
             (spent.written_bytes, work.record_bytes as f64 + sorted + shown + written),
             (spent.random_bytes, random),
         ];
@@ -211,6 +216,14 @@ proptest! {
         let sum = energy.gathering_unit_mj + energy.vector_unit_mj + energy.array_mj + energy.buffers_mj;
         prop_assert!(near(units * 1e-9, sum));
         prop_assert!(near(energy.memory_mj, spent.memory_pj * 1e-9));
+        // The DMA and the interconnect: a descriptor a transfer, all bytes in whole bursts.
+        prop_assert!(near(spent.descriptor_bytes, 64.0 * spent.transfers as f64));
+        prop_assert!(spent.transfers > 0 && near(spent.weight_bytes, weights));
+        prop_assert!(near(energy.dma_mj, spent.descriptor_pj * 1e-9));
+        let over = spent.interconnect_bytes - moved - spent.descriptor_bytes;
+        prop_assert!(over >= -1e-6 && over <= 31.0 * spent.random_bytes, "{over}");
+        prop_assert!(near(energy.interconnect_mj, 2e-9 * spent.interconnect_bytes));
+        prop_assert!(found.span_ns >= spent.interconnect_bytes / 32.0);
         prop_assert!((gathering == Gathering::Unit) == (energy.gathering_unit_mj > 0.0));
     }
 
@@ -247,7 +260,7 @@ proptest! {
         let sparse = FrameWork { batches: seed.batches.clone(), ..full.clone() };
         let path = path(&full, &sparse);
         let system = System::default();
-        let model = Model { system: &system, memory: memory(4), costs: costs(Program::of(&full)), clock_ghz: 1.0 };
+        let model = Model { system: &system, memory: memory(4), costs: costs(Program::of(&full)), clock_ghz: 1.0, weight_bytes: WEIGHTS };
         for variant in Variant::ALL {
             for scenario in [Scenario::Local, Scenario::Remote] {
                 let (found, timeline) = model.run(&path, variant, scenario).unwrap();
@@ -271,6 +284,50 @@ proptest! {
             }
         }
     }
+}
+
+/// Weights that fit are loaded once a path, others for each block; a slow interconnect is a limit of
+/// its own, and descriptors cost what they are long.
+#[test]
+fn weights_descriptors_and_the_interconnect_cost_what_they_move() {
+    let mut work = proptest_free();
+    work.batches = vec![
+        Batch {
+            mvoxels: 3,
+            feature_bytes: 1000,
+            products: 2,
+            ..work.batches[0]
+        };
+        4
+    ];
+    let of = |system: &System, gathering| frame(system, &work, gathering);
+    let whole = of(&System::default(), Gathering::Unit);
+    assert!(near(whole.spent.weight_bytes, WEIGHTS as f64));
+    // Rows and entries of MVoxels, pixels of one block, weights.
+    assert_eq!(whole.spent.transfers, 24 + 1 + 1);
+    let small = System {
+        weight_buffer_bytes: WEIGHTS - 1,
+        feature_block_bytes: 1024,
+        ..System::default()
+    };
+    let again = of(&small, Gathering::Unit);
+    assert!(near(again.spent.weight_bytes, 4.0 * WEIGHTS as f64));
+    assert!(again.energy.buffers_mj > whole.energy.buffers_mj);
+    let slow = System {
+        interconnect_bytes_a_clock: 0.25,
+        ..System::default()
+    };
+    let (found, bytes) = (of(&slow, Gathering::Unit), whole.spent.interconnect_bytes);
+    assert!(found.span_ns >= 4.0 * bytes && found.interconnect_utilisation > 0.5);
+    assert!(whole.interconnect_utilisation < whole.memory_utilisation);
+    let free = System {
+        dma_descriptor_bytes: 0.0,
+        interconnect_pj_per_byte: 0.0,
+        ..System::default()
+    };
+    let found = of(&free, Gathering::Unit);
+    assert!(found.energy.dma_mj == 0.0 && found.energy.interconnect_mj == 0.0);
+    assert!(found.span_ns < whole.span_ns && whole.energy.dma_mj > 0.0);
 }
 
 /// Half of the bytes at random places, and half as many bytes streamed: what is saved is parted in
@@ -319,6 +376,7 @@ fn a_raw_frame_takes_the_link_a_fifth_of_a_second() {
         memory: memory(4),
         costs: costs(Program::Fields),
         clock_ghz: 1.0,
+        weight_bytes: WEIGHTS,
     };
     let found = model
         .run(&path, Variant::ALL[0], Scenario::Remote)
@@ -410,6 +468,15 @@ fn short_runs_are_slower_and_dearer() {
 fn systems_that_cannot_be_are_refused_by_field() {
     for (text, field) in [
         ("memory_channels = 3", "memory_channels"),
+        (
+            "interconnect_bytes_a_clock = 0.0",
+            "interconnect_bytes_a_clock",
+        ),
+        (
+            "interconnect_pj_per_byte = -1.0",
+            "interconnect_pj_per_byte",
+        ),
+        ("dma_descriptor_bytes = nan", "dma_descriptor_bytes"),
         ("array_rows = 0", "array_rows"),
         ("groups_in_flight = 0", "groups_in_flight"),
         ("feature_buffer_bytes = 100", "feature_buffer_bytes"),

@@ -430,6 +430,10 @@ impl Field for Dvgo {
         )
     }
 
+    fn perceptrons(&self) -> Vec<&Mlp> {
+        vec![&self.mlp]
+    }
+
     fn directions(&self) -> Directions<'_> {
         Directions::Perceptron {
             mlp: &self.mlp,

@@ -168,6 +168,10 @@ impl Field for Ngp {
         )
     }
 
+    fn perceptrons(&self) -> Vec<&Mlp> {
+        vec![&self.density, &self.colour]
+    }
+
     fn directions(&self) -> Directions<'_> {
         Directions::Perceptron {
             mlp: &self.colour,

@@ -369,6 +369,10 @@ impl Field for Tensorf {
         DVec3::from([0, 1, 2].map(|i| 1.0 / (1.0 + (-scratch[i]).exp())))
     }
 
+    fn perceptrons(&self) -> Vec<&Mlp> {
+        vec![&self.basis, &self.mlp]
+    }
+
     fn directions(&self) -> Directions<'_> {
         let features = self.basis.outputs();
         let waves = features + 3 + 2 * features * self.rules.feature_frequencies;

@@ -1,0 +1,246 @@
+//! What memory takes for the accesses that a frame makes in their order, replayed on the memory's
+//! model, beside the rates that frames are modelled with.
+
+use std::collections::{HashMap, VecDeque};
+
+use potamoi_formats::config::{Config, RitPath};
+use potamoi_formats::units::VectorOp;
+use potamoi_golden::scene::{Scene, SceneError};
+use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
+use serde::Serialize;
+
+use super::dram::Access;
+use super::memory::{Memory, Rate};
+
+const BURST: u64 = 32;
+/// Bursts of a sequence at most: those behind are left out.
+const MOST: usize = 200_000;
+/// Bursts that wait in all queues, more or less: one that is on its way is not asked for again.
+const WAITING: usize = 512;
+/// Where RIT entries lie, behind all MVoxels.
+const TABLE: u64 = 1 << 30;
+/// Bytes of a feature code.
+const CODE: u64 = 2;
+
+/// A sequence of accesses, both ways.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Replayed {
+    /// Bytes that are asked for.
+    pub bytes: u64,
+    /// Nanoseconds and picojoules a byte by the rates of streams and of runs at random places.
+    pub at_rates: Rate,
+    /// The same replayed.
+    pub replayed: Rate,
+}
+
+/// The sequences of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Replay {
+    /// What misses the GPU's cache in pixel-centric order; none where nothing does.
+    pub missed: Option<Replayed>,
+    /// What the gathering unit loads: rows of MVoxels beside their entries. None of models of
+    /// which rows are fetched one by one, from places that its tasks do not say.
+    pub loaded: Option<Replayed>,
+}
+
+impl Replay {
+    /// Of what the scene's camera sees, through twins; a GPU's cache has `cache` bytes.
+    ///
+    /// # Errors
+    /// As [`Scene::render_fixed`].
+    pub fn of(
+        scene: &Scene,
+        config: &Config,
+        cache: u32,
+        memory: &Memory,
+    ) -> Result<Self, SceneError> {
+        let missed = scene.accesses(cache, None)?.first_misses;
+        let mut loads = Loads::new(config);
+        let rendered = scene.render_fixed(config, &mut loads)?;
+        let is_streamed = rendered.counts.scattered_bytes == 0;
+        Ok(Self {
+            missed: misses(&missed, memory),
+            loaded: is_streamed.then(|| loads.replayed(memory)).flatten(),
+        })
+    }
+}
+
+const fn read(burst: u64) -> Access {
+    Access {
+        address: burst * BURST,
+        is_write: false,
+    }
+}
+
+/// Vectors by their addresses and bytes.
+fn misses(vectors: &[(u64, u32)], memory: &Memory) -> Option<Replayed> {
+    let bytes: u64 = vectors.iter().map(|(_, bytes)| u64::from(*bytes)).sum();
+    if bytes == 0 {
+        return None;
+    }
+    let mut behind = None;
+    let mut streamed = 0;
+    for (address, bytes) in vectors {
+        if behind == Some(*address) {
+            streamed += u64::from(*bytes);
+        }
+        behind = Some(address + u64::from(*bytes));
+    }
+    let random = memory.random(bytes as f64 / vectors.len() as f64);
+    let share = streamed as f64 / bytes as f64;
+    let mix = |of: fn(&Rate) -> f64| share * of(&memory.streamed()) + (1.0 - share) * of(&random);
+    let mut on_its_way = VecDeque::from([u64::MAX; WAITING]);
+    let mut accesses = vec![];
+    for (address, bytes) in vectors {
+        for burst in address / BURST..=(address + u64::from(*bytes) - 1) / BURST {
+            if !on_its_way.contains(&burst) {
+                on_its_way.pop_front();
+                on_its_way.push_back(burst);
+                accesses.push(read(burst));
+            }
+        }
+    }
+    Some(Replayed {
+        bytes,
+        at_rates: Rate {
+            ns: mix(|rate| rate.ns),
+            pj: mix(|rate| rate.pj),
+        },
+        replayed: replayed(memory, &accesses, bytes),
+    })
+}
+
+/// A byte of those that are asked for.
+fn replayed(memory: &Memory, accesses: &[Access], bytes: u64) -> Rate {
+    let moved = memory.measured(accesses.iter().copied());
+    let over = accesses.len() as f64 * BURST as f64 / bytes as f64;
+    Rate {
+        ns: moved.ns * over,
+        pj: moved.pj * over,
+    }
+}
+
+/// Twins, and what the gathering unit loads for them: MVoxels with the same rows are the same, and
+/// lie one behind the other as they come up, as their entries do.
+struct Loads {
+    twins: Twins,
+    config: Config,
+    places: HashMap<Vec<i16>, u64>,
+    /// First free bursts of MVoxels and of entries.
+    free: [u64; 2],
+    bytes: u64,
+    accesses: Vec<Access>,
+}
+
+impl Loads {
+    fn new(config: &Config) -> Self {
+        Self {
+            twins: Twins::new(config),
+            config: config.clone(),
+            places: HashMap::new(),
+            free: [0, TABLE / BURST],
+            bytes: 0,
+            accesses: vec![],
+        }
+    }
+
+    /// Both streams of a task go side by side.
+    fn load(&mut self, task: &GatherTask) {
+        if self.accesses.len() >= MOST {
+            return;
+        }
+        let entries = match self.config.rit.path {
+            RitPath::Dram => task.entries.len() * self.config.entry_bytes(task.vertices),
+            RitPath::Direct => 0,
+        } as u64;
+        let rows = CODE * task.rows.len() as u64;
+        self.bytes += rows + entries;
+        let [rows, entries] = [rows, entries].map(|bytes| bytes.div_ceil(BURST));
+        let [place, table] = &mut self.free;
+        let first = *self.places.entry(task.rows.clone()).or_insert_with(|| {
+            let own = *place;
+            *place += rows;
+            own
+        });
+        let mut listed = 0;
+        for i in 0..rows.max(1) {
+            self.accesses.extend((i < rows).then(|| read(first + i)));
+            let upto = (i + 1) * entries / rows.max(1);
+            self.accesses
+                .extend((listed..upto).map(|e| read(*table + e)));
+            listed = upto;
+        }
+        *table += entries;
+    }
+
+    fn replayed(&self, memory: &Memory) -> Option<Replayed> {
+        (self.bytes > 0).then(|| Replayed {
+            bytes: self.bytes,
+            at_rates: memory.streamed(),
+            replayed: replayed(memory, &self.accesses, self.bytes),
+        })
+    }
+}
+
+impl Units for Loads {
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        tasks.iter().for_each(|task| self.load(task));
+        self.twins.gather(tasks, features)
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        tasks.iter().for_each(|task| self.load(task));
+        self.twins.sums(tasks, sums)
+    }
+
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError> {
+        self.twins.vector(op, a, b, out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// Vectors behind each other are a stream; far apart they are runs at random places.
+    #[test]
+    fn misses_are_streams_or_runs() {
+        let memory = Memory::lpddr3(4);
+        let list = |stride: u64| -> Vec<(u64, u32)> {
+            (0..20_000).map(|i| (i * stride % (1 << 29), 64)).collect()
+        };
+        let streamed = misses(&list(64), &memory).unwrap();
+        assert!((streamed.replayed.ns / memory.streamed().ns - 1.0).abs() < 0.02);
+        // A step that is prime to the number of rows and banks.
+        let random = misses(&list(64 * 104_729), &memory).unwrap();
+        assert_eq!(random.at_rates.ns, memory.random(64.0).ns);
+        let off = random.replayed.pj / random.at_rates.pj;
+        assert!((off - 1.0).abs() < 0.1, "{off}");
+        assert_eq!(misses(&[], &memory), None);
+    }
+
+    /// What is loaded for a frame is what is counted of it, and no stream is faster than one alone.
+    #[test]
+    fn loads_of_a_frame_are_those_counted() {
+        let memory = Memory::lpddr3(4);
+        let config = Config::paper();
+        let mut scene = Scene::open("lantern").unwrap();
+        scene.set_size(Some(32), Some(32)).unwrap();
+        let found = Replay::of(&scene, &config, 1 << 12, &memory).unwrap();
+        let array = super::super::npu::Array::PAPER;
+        let work = super::super::work::FrameWork::count(&scene, &config, array, 1 << 12, None);
+        let total = work.unwrap().total();
+        let loaded = found.loaded.unwrap();
+        assert_eq!(loaded.bytes, total.row_bytes + total.rit_bytes);
+        assert!(loaded.replayed.ns >= 0.98 * loaded.at_rates.ns);
+        let missed = found.missed.unwrap();
+        assert!(missed.replayed.ns > memory.streamed().ns);
+    }
+}
