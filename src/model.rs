@@ -155,8 +155,8 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
     }
     let mut report = Report::new("model", &system, vec![]);
     for name in &names {
-        let setup = args.setup(common, &system, args.scene.open_named(name)?)?;
-        let (path, was_kept) = args.count(&setup)?;
+        let mut setup = args.setup(common, &system, args.scene.open_named(name)?)?;
+        let (path, was_kept) = args.count(&mut setup)?;
         let model = setup.model();
         let mut outcomes = vec![];
         let mut last = None;
@@ -225,8 +225,8 @@ impl ModelArgs {
         Setup::new(common, system, scene, self.synth.as_deref())
     }
 
-    /// The work of the scene's path, counted now or earlier.
-    fn count(&self, setup: &Setup) -> Result<(PathWork, bool), Failure> {
+    /// The work of the scene's path and what memory takes for its accesses, counted now or earlier.
+    fn count(&self, setup: &mut Setup) -> Result<(PathWork, bool), Failure> {
         let system = &setup.system;
         let options = PathOptions {
             frames: self.frames,
@@ -240,6 +240,8 @@ impl ModelArgs {
         let bar = progress::bar(PathWork::steps(&options), "rendering and counting");
         bar.set_message(setup.scene.name().to_owned());
         let found = store()?.path(&setup.scene, &setup.config, &options, &mut || bar.inc(1))?;
+        bar.set_message(format!("{}: replaying what is read", setup.scene.name()));
+        setup.replay(&options)?;
         bar.finish_and_clear();
         Ok(found)
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use potamoi_formats::config::{Config, PRESETS};
 use potamoi_golden::scene::{Model as SceneModel, Scene};
 use potamoi_sim::soc::npu::Array;
-use potamoi_sim::soc::work::{FrameWork, Kept};
+use potamoi_sim::soc::work::{FrameWork, Kept, PathOptions, PathReplay};
 use potamoi_sim::soc::{Costs, Memory, Model, Program, System};
 use potamoi_sim::synth::fit::Fit;
 use potamoi_sim::synth::{SynthError, SynthReport};
@@ -22,6 +22,7 @@ pub(crate) struct Setup {
     pub(crate) system: System,
     memory: Memory,
     costs: Costs,
+    replay: Option<PathReplay>,
 }
 
 impl Setup {
@@ -42,7 +43,16 @@ impl Setup {
             system: system.clone(),
             memory: Memory::lpddr3(system.memory_channels),
             costs,
+            replay: None,
         })
+    }
+
+    /// Has memory take for the frames of a path what their accesses in their order do.
+    pub(crate) fn replay(&mut self, options: &PathOptions) -> Result<(), Failure> {
+        let (scene, config) = (&self.scene, &self.config);
+        let found = store()?.replay(scene, config, options, &self.memory)?;
+        self.replay = Some(found);
+        Ok(())
     }
 
     pub(crate) const fn memory(&self) -> &Memory {
@@ -62,6 +72,7 @@ impl Setup {
             clock_ghz: f64::from(config.clock_mhz) * 1e-3,
             // Two bytes each.
             weight_bytes: 2 * self.scene.facts().weights as u64,
+            replay: self.replay.as_ref(),
         }
     }
 

@@ -86,7 +86,7 @@ fn variants_stand_beside_the_baseline_and_the_paper() {
     assert!((link - sent * 100.0).abs() < 1e-6, "{link}");
     for outcome in outcomes {
         let parts = outcome["energy"].as_object().unwrap();
-        assert_eq!(parts.len(), 9);
+        assert_eq!(parts.len(), 11);
         assert!(parts.values().all(|mj| mj.as_f64().unwrap() >= 0.0));
         let utilisation = outcome["utilisation"].as_object().unwrap();
         assert!(
@@ -97,6 +97,11 @@ fn variants_stand_beside_the_baseline_and_the_paper() {
         let fps = number(outcome, "/frames_per_second");
         assert!((fps - 6e9 / number(outcome, "/span_ns")).abs() < 1e-6 * fps);
     }
+    // Neighbours miss what lies in rows that are open.
+    assert_eq!(scene["fidelity"], "cycle models");
+    let misses = |way: &str| number(scene, &format!("/memory/full/missed/{way}/ns"));
+    assert!(misses("replayed") < misses("at_rates"));
+    assert!(said.contains("memory, their accesses replayed: "), "{said}");
     // Only the gathering unit's variants spend on it.
     let spent = |name: &str| number(of("local", name), "/energy/gathering_unit_mj");
     assert!(spent("potamoi") > 0.0 && spent("fs+gu") > spent("potamoi") && spent("sparw") == 0.0);
@@ -194,10 +199,19 @@ fn three_ways_to_a_frame_differ_as_they_say() {
         ];
         model(folder.path(), 0, &arguments);
         let report = json(&folder.path().join("r.json"));
-        let [_, models, rtl] = [0, 1, 2].map(|i| report["rungs"][i].clone());
+        let own = &report["scenes"][0];
+        let [formulas, models, rtl] = [0, 1, 2].map(|i| own["rungs"][i].clone());
         for field in ["gather_cycles", "vector_cycles", "frame_ns"] {
-            assert_eq!(models[field], rtl[field], "{scene} {field}");
+            let of = |rung: &Value| number(rung, &format!("/{field}"));
+            assert_eq!(of(&models), of(&rtl), "{scene} {field}");
+            assert!(
+                0.0 < of(&formulas) && of(&formulas) <= 1.01 * of(&rtl),
+                "{scene} {field}"
+            );
         }
+        // Two streams side by side are no faster than one.
+        let loads = |way: &str| number(own, &format!("/memory/loaded/{way}/ns"));
+        assert!(loads("replayed") > 0.98 * loads("at_rates"), "{scene}");
     }
 }
 

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use potamoi_golden::units::{Twins, Units};
 use potamoi_sim::rtl::RtlUnits;
-use potamoi_sim::soc::work::FrameWork;
-use potamoi_sim::soc::{Gathering, Replay, System};
+use potamoi_sim::soc::work::{FrameWork, Replay};
+use potamoi_sim::soc::{Gathering, System};
 use serde::Serialize;
 
 use super::ModelArgs;
@@ -84,7 +84,7 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
     let rungs = rungs(&setup)?;
     spinner.set_message("replaying what it reads");
     let cache = setup.system.gpu.cache_bytes;
-    let replay = Replay::of(&setup.scene, &setup.config, cache, setup.memory())?;
+    let replay = Replay::of(&setup.scene, &setup.config, cache, setup.memory(), None)?;
     spinner.finish_and_clear();
     let scene = &setup.scene;
     let size = [scene.camera().width, scene.camera().height];

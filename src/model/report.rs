@@ -1,6 +1,6 @@
 //! What was found, as JSON has it.
 
-use potamoi_sim::soc::work::{PathOptions, PathWork};
+use potamoi_sim::soc::work::{PathOptions, PathReplay, PathWork};
 use potamoi_sim::soc::{Gathered, Outcome, System};
 use serde::Serialize;
 
@@ -60,6 +60,8 @@ pub(super) struct Found {
     pub(super) energy_origin: String,
     /// Pixels of targets that are rendered, of those that are not void, over the path.
     pub(super) rendered_share: f64,
+    /// What memory takes for the path's accesses in their order, which all of this rests on.
+    pub(super) memory: Option<PathReplay>,
     /// Gathering alone, of the first reference's frame.
     pub(super) gathered: Gathered,
     /// The baseline first.
@@ -91,6 +93,7 @@ impl Found {
             reached_ghz: model.costs.reached_ghz,
             energy_origin: model.costs.origin.clone(),
             rendered_share: rendered as f64 / f64::max(shown as f64, 1.0),
+            memory: model.replay.copied(),
             gathered: model.gathered(path.full(0))?,
             outcomes,
         })

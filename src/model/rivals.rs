@@ -42,8 +42,8 @@ pub(super) fn run(
                 scene.model().algorithm()
             )));
         }
-        let setup = args.setup(common, system, scene)?;
-        let (path, _) = args.count(&setup)?;
+        let mut setup = args.setup(common, system, scene)?;
+        let (path, _) = args.count(&mut setup)?;
         let model = setup.model();
         let spinner = progress::spinner("counting");
         // Banks that hold whole vectors, lanes that want them, and a larger array.

@@ -103,8 +103,8 @@ pub(super) fn run(
 ) -> Result<(), Failure> {
     let mut counted = vec![];
     for name in names {
-        let setup = args.setup(common, system, args.scene.open_named(name)?)?;
-        let path = args.count(&setup)?.0;
+        let mut setup = args.setup(common, system, args.scene.open_named(name)?)?;
+        let path = args.count(&mut setup)?.0;
         counted.push((setup, path));
     }
     let variants = args.variants()?;

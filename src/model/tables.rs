@@ -1,6 +1,7 @@
 //! Tables for people.
 
 use potamoi_sim::soc::engine::Resource;
+use potamoi_sim::soc::work::Replayed;
 use potamoi_sim::soc::{Outcome, Scenario, System};
 
 use super::paper::{BY_TRAFFIC, Paper, figure, gathering_speed_up};
@@ -74,6 +75,22 @@ pub(super) fn print(found: &Found, system: &System) {
         )),
         100.0 * found.rendered_share
     );
+    if let Some(memory) = &found.memory {
+        let rate = |of: Option<Replayed>| {
+            of.map_or_else(
+                || "at the rates of streams and random runs".to_owned(),
+                |of| format!("{:.1} GB/s", 1.0 / of.replayed.ns),
+            )
+        };
+        let rest = memory.rest.unwrap_or(memory.full);
+        say!(
+            "  memory, their accesses replayed: misses of the GPU's cache {} in full, {} of the rest; MVoxels {}, {}",
+            rate(memory.full.missed),
+            rate(rest.missed),
+            rate(memory.full.loaded),
+            rate(rest.loaded)
+        );
+    }
     for (_, scenario) in scenarios(&found.outcomes) {
         let own: Vec<&Outcome> = found
             .outcomes

@@ -6,10 +6,10 @@ use serde::Serialize;
 use super::costs::{CostError, Costs, OnChip};
 use super::engine::{Job, JobId, Resource};
 use super::gpu::{self, Gpu, Kernel, Program};
-use super::memory::Memory;
+use super::memory::{Memory, Rate};
 use super::system::System;
 use super::variant::Gathering;
-use super::work::{Batch, FrameWork};
+use super::work::{Batch, FrameWork, PathReplay, Replayed};
 
 /// What was moved and spent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -46,6 +46,7 @@ pub(super) struct Composer<'a> {
     memory: &'a Memory,
     costs: &'a Costs,
     clock_ghz: f64,
+    replay: Option<&'a PathReplay>,
     /// Bytes of the model's weights, and whether the weight buffer holds them.
     weights: (f64, bool),
     /// Jobs so far.
@@ -62,6 +63,8 @@ pub(super) struct Moves {
     pub(super) random: f64,
     /// Bytes of an access to anywhere.
     run: f64,
+    /// What those read in order take, and those read from anywhere, where their sequence is known.
+    known: [Option<Replayed>; 2],
     /// By the DMA.
     transfers: u64,
 }
@@ -73,24 +76,78 @@ impl Moves {
 
     /// Bytes over the interconnect.
     fn wired(&self, memory: &Memory) -> f64 {
-        self.read + self.written + self.random * memory.moved(self.run)
+        let [read, random] = self.known;
+        self.read * read.map_or(1.0, |own| own.moved)
+            + self.written
+            + self.random * random.map_or_else(|| memory.moved(self.run), |own| own.moved)
+    }
+
+    /// Of a byte read in order, and of one from anywhere.
+    fn rates(&self, memory: &Memory) -> [Rate; 2] {
+        let [read, random] = self.known;
+        [
+            read.map_or_else(|| memory.streamed(), |own| own.replayed),
+            random.map_or_else(|| memory.random(self.run), |own| own.replayed),
+        ]
     }
 
     fn ns(&self, memory: &Memory) -> f64 {
-        self.read * memory.streamed().ns
-            + self.written * memory.written().ns
-            + self.random * memory.random(self.run).ns
+        let [read, random] = self.rates(memory);
+        self.read * read.ns + self.written * memory.written().ns + self.random * random.ns
     }
 
     pub(super) fn pj(&self, memory: &Memory) -> f64 {
-        self.read * memory.streamed().pj
-            + self.written * memory.written().pj
-            + self.random * memory.random(self.run).pj
+        let [read, random] = self.rates(memory);
+        self.read * read.pj + self.written * memory.written().pj + self.random * random.pj
+    }
+}
+
+/// Of a frame's accesses what is known, by who gathers.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Known {
+    missed: Option<Replayed>,
+    loaded: Option<Replayed>,
+}
+
+impl Known {
+    /// Of a frame in full or of a part of one.
+    pub(super) fn of(replay: Option<&PathReplay>, work: &FrameWork) -> Self {
+        let Some(replay) = replay else {
+            return Self::default();
+        };
+        let own = match work.pixels < work.frame_pixels {
+            true => replay.rest.unwrap_or(replay.full),
+            false => replay.full,
+        };
+        Self {
+            missed: own.missed,
+            loaded: own.loaded,
+        }
+    }
+
+    /// Of bytes read in order, and of those from anywhere.
+    pub(super) const fn rates(&self, gathering: Gathering) -> [Option<Replayed>; 2] {
+        match gathering {
+            Gathering::PixelOrder => [self.missed, self.missed],
+            Gathering::Streamed | Gathering::Unit => [self.loaded, None],
+        }
+    }
+}
+
+/// What misses the GPU's cache in pixel-centric order.
+pub(super) fn missed_moves(work: &FrameWork, known: &Known) -> Moves {
+    let kernel = gpu::gathering(work);
+    Moves {
+        read: kernel.read_bytes,
+        random: kernel.random_bytes,
+        run: kernel.run_bytes,
+        known: known.rates(Gathering::PixelOrder),
+        ..Moves::default()
     }
 }
 
 /// What the gathering unit reads and spills for a step, which is a part of a frame.
-pub(super) fn unit_moves(work: &FrameWork, step: &Batch, part: f64) -> Moves {
+pub(super) fn unit_moves(work: &FrameWork, step: &Batch, part: f64, known: &Known) -> Moves {
     let scattered = part * work.scattered_bytes as f64;
     let spilled = part * work.spilled_bytes as f64;
     Moves {
@@ -98,6 +155,7 @@ pub(super) fn unit_moves(work: &FrameWork, step: &Batch, part: f64) -> Moves {
         written: spilled / 2.0,
         random: scattered,
         run: run_bytes(work),
+        known: known.rates(Gathering::Unit),
         // Of an MVoxel its rows and its entries.
         transfers: 2 * step.mvoxels,
     }
@@ -119,12 +177,14 @@ impl<'a> Composer<'a> {
         costs: &'a Costs,
         clock_ghz: f64,
         weight_bytes: u64,
+        replay: Option<&'a PathReplay>,
     ) -> Self {
         Self {
             system,
             memory,
             costs,
             clock_ghz,
+            replay,
             weights: (weight_bytes as f64, false),
             jobs: vec![],
             spent: Spent::default(),
@@ -165,6 +225,18 @@ impl<'a> Composer<'a> {
 
     /// A kernel of the system's GPU, or a part of one that was launched before.
     fn kernel(&mut self, turn: Turn, kernel: &Kernel, efficiency: f64, launched: bool) -> JobId {
+        self.reading(turn, kernel, efficiency, launched, [None; 2])
+    }
+
+    /// One whose reads are known.
+    fn reading(
+        &mut self,
+        turn: Turn,
+        kernel: &Kernel,
+        efficiency: f64,
+        launched: bool,
+        known: [Option<Replayed>; 2],
+    ) -> JobId {
         let gpu = &self.system.gpu;
         let launch_ns = if launched { 0.0 } else { gpu.launch_ns() };
         let own_ns = gpu.ns(kernel, efficiency) + launch_ns;
@@ -176,6 +248,7 @@ impl<'a> Composer<'a> {
                 written: kernel.written_bytes,
                 random: kernel.random_bytes,
                 run: kernel.run_bytes,
+                known,
                 transfers: 0,
             },
         };
@@ -203,6 +276,7 @@ impl<'a> Composer<'a> {
         self.spent.done += total;
         let reached = self.system.gpu.reached_by(Program::of(work));
         let indexing = gpu::indexing(work);
+        let known = Known::of(self.replay, work);
         let slower = self.system.gpu.gathering_factor;
         let gathered = match gathering {
             Gathering::PixelOrder => gpu::gathering(work).times(slower),
@@ -250,10 +324,11 @@ impl<'a> Composer<'a> {
             let gather = match gathering {
                 Gathering::PixelOrder | Gathering::Streamed => {
                     let own_part = gathered.part(part).writing(features);
-                    self.kernel(turn("gathering", own), &own_part, reached, launched)
+                    let (turn, known) = (turn("gathering", own), known.rates(gathering));
+                    self.reading(turn, &own_part, reached, launched, known)
                 }
                 Gathering::Unit => {
-                    let moves = unit_moves(work, step, part);
+                    let moves = unit_moves(work, step, part, &known);
                     let ns = self.cycles(step.gather_cycles);
                     let unit = Resource::GatheringUnit;
                     self.push(turn("gathering", own), unit, ns, moves)

@@ -3,12 +3,11 @@
 
 use serde::Serialize;
 
-use super::compose::unit_moves;
-use super::gpu;
+use super::compose::{Known, missed_moves, unit_moves};
 use super::memory::Memory;
 use super::outcome::{Model, ModelError};
 use super::variant::Gathering;
-use super::work::FrameWork;
+use super::work::{FrameWork, PathReplay};
 
 /// Both ways to gather a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -40,13 +39,12 @@ impl MemorySaving {
     /// Of a frame. Bytes of memory-centric order are those of rows, of the RIT, written and read,
     /// and of what did not fit on chip.
     #[must_use]
-    pub fn of(memory: &Memory, work: &FrameWork) -> Self {
-        let kernel = gpu::gathering(work);
-        let before_bytes = kernel.memory_bytes();
-        let before_pj = kernel.read_bytes * memory.streamed().pj
-            + kernel.random_bytes * memory.random(kernel.run_bytes).pj;
+    pub fn of(memory: &Memory, replay: Option<&PathReplay>, work: &FrameWork) -> Self {
+        let known = Known::of(replay, work);
+        let before = missed_moves(work, &known);
+        let (before_bytes, before_pj) = (before.bytes(), before.pj(memory));
         let total = work.total();
-        let mut moves = unit_moves(work, &total, 1.0);
+        let mut moves = unit_moves(work, &total, 1.0, &known);
         moves.written += total.rit_bytes as f64;
         let (after_bytes, after_pj) = (moves.bytes(), moves.pj(memory));
         let each = before_pj / before_bytes.max(1.0);
@@ -80,7 +78,7 @@ impl Model<'_> {
         Ok(Gathered {
             gpu_ns: ns(Gathering::PixelOrder)?,
             unit_ns: ns(Gathering::Unit)?,
-            memory: MemorySaving::of(self.memory, work),
+            memory: MemorySaving::of(self.memory, self.replay, work),
         })
     }
 }

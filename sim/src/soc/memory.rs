@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::dram::{Access, Counts, Currents, Dram, Geometry, Timing};
 
@@ -16,7 +16,7 @@ const BURSTS: u64 = 20_000;
 const SPAN: u64 = 1 << 30;
 
 /// What a byte takes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
     /// Nanoseconds.
     pub ns: f64,
@@ -71,6 +71,12 @@ impl Memory {
             ns: dram.nanoseconds(done.clocks) / bytes,
             pj: energy.access_pj() / bytes,
         }
+    }
+
+    /// Channels.
+    #[must_use]
+    pub const fn channels(&self) -> u32 {
+        self.geometry.channels
     }
 
     /// Bytes that are read one behind the other.

@@ -10,7 +10,6 @@ mod gpu;
 mod memory;
 pub mod npu;
 mod outcome;
-mod replay;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -24,6 +23,5 @@ pub use gathering::{Gathered, MemorySaving};
 pub use gpu::{Gpu, Kernel, Program};
 pub use memory::{Memory, Rate};
 pub use outcome::{EnergyByPart, Model, ModelError, Outcome, Run, StageTime, Timeline};
-pub use replay::{Replay, Replayed};
 pub use system::{System, SystemError};
 pub use variant::{Frames, Gathering, Scenario, Variant};

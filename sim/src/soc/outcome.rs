@@ -12,7 +12,7 @@ use super::memory::Memory;
 use super::system::System;
 use super::variant::{Frames, Gathering, Scenario, Variant};
 use super::walk::Walk;
-use super::work::{FrameWork, PathWork, Quality};
+use super::work::{FrameWork, PathReplay, PathWork, Quality};
 
 /// A path that could not be modelled.
 #[derive(Debug, Error)]
@@ -138,6 +138,9 @@ pub struct Model<'a> {
     pub clock_ghz: f64,
     /// Bytes of the weights of the scene's perceptrons.
     pub weight_bytes: u64,
+    /// What memory takes for the frames' accesses in their order; where it is not known they take
+    /// what streams and runs at random places do.
+    pub replay: Option<&'a PathReplay>,
 }
 
 /// Jobs with their times.
@@ -188,6 +191,7 @@ impl Model<'_> {
             self.costs,
             self.clock_ghz,
             self.weight_bytes,
+            self.replay,
         )
     }
 

@@ -5,7 +5,10 @@ use std::sync::OnceLock;
 use potamoi_formats::config::Config;
 use proptest::prelude::*;
 
-use super::work::{Batch, Classes, FrameWork, PathOptions, PathWork, Quality, Reads, TargetWork};
+use super::work::{
+    Batch, Classes, FrameWork, PathOptions, PathReplay, PathWork, Quality, Reads, Replay, Replayed,
+    TargetWork,
+};
 use super::*;
 use crate::synth::SynthReport;
 use crate::synth::fit::Fit;
@@ -100,6 +103,7 @@ fn frame(system: &System, work: &FrameWork, gathering: Gathering) -> Run {
         costs: costs(Program::of(work)),
         clock_ghz: 1.0,
         weight_bytes: WEIGHTS,
+        replay: None,
     };
     model.frame(work, gathering).unwrap()
 }
@@ -260,7 +264,7 @@ proptest! {
         let sparse = FrameWork { batches: seed.batches.clone(), ..full.clone() };
         let path = path(&full, &sparse);
         let system = System::default();
-        let model = Model { system: &system, memory: memory(4), costs: costs(Program::of(&full)), clock_ghz: 1.0, weight_bytes: WEIGHTS };
+        let model = Model { system: &system, memory: memory(4), costs: costs(Program::of(&full)), clock_ghz: 1.0, weight_bytes: WEIGHTS, replay: None };
         for variant in Variant::ALL {
             for scenario in [Scenario::Local, Scenario::Remote] {
                 let (found, timeline) = model.run(&path, variant, scenario).unwrap();
@@ -284,6 +288,73 @@ proptest! {
             }
         }
     }
+}
+
+/// Accesses whose sequence is known take what it took when it was replayed: of a frame in full its
+/// own, of a part of one what is left.
+#[test]
+fn known_sequences_stand_in_for_rates() {
+    let mut work = proptest_free();
+    (work.reads.missed_bytes, work.reads.misses) = (64_000, 2000);
+    work.reads.not_streaming = 1000;
+    (work.batches[0].row_bytes, work.batches[0].rit_bytes) = (32_000, 4000);
+    work.batches[0].rit_read_bytes = 4000;
+    let memory = memory(4);
+    let sequence = |pj: f64| {
+        let rate = Rate { ns: 1.0, pj };
+        Some(Replayed {
+            bytes: 1,
+            at_rates: rate,
+            replayed: rate,
+            moved: 1.5,
+        })
+    };
+    let of = |missed, loaded| Replay {
+        missed: sequence(missed),
+        loaded: sequence(loaded),
+    };
+    let path = PathReplay {
+        full: of(100.0, 50.0),
+        rest: Some(of(200.0, 60.0)),
+    };
+    let (stream, random) = (memory.streamed(), memory.random(32.0));
+    for (gathering, bytes, at_rates, [full, rest]) in [
+        (
+            Gathering::PixelOrder,
+            64_000.0,
+            32_000.0 * (stream.pj + random.pj),
+            [100.0, 200.0],
+        ),
+        (
+            Gathering::Unit,
+            36_000.0,
+            36_000.0 * stream.pj,
+            [50.0, 60.0],
+        ),
+    ] {
+        for (pixels, each) in [(4096, full), (4095, rest)] {
+            work.pixels = pixels;
+            let run = |replay| {
+                let system = System::default();
+                let model = Model {
+                    system: &system,
+                    memory,
+                    costs: costs(Program::Fields),
+                    clock_ghz: 1.0,
+                    weight_bytes: 0,
+                    replay,
+                };
+                model.frame(&work, gathering).unwrap()
+            };
+            let (plain, known) = (run(None), run(Some(&path)));
+            let more = known.spent.memory_pj - plain.spent.memory_pj;
+            assert!((more / (bytes * each - at_rates) - 1.0).abs() < 1e-9);
+            assert!(known.span_ns >= bytes, "{}", known.span_ns);
+            assert!(known.spent.interconnect_bytes >= 1.5 * bytes);
+        }
+    }
+    let saving = MemorySaving::of(memory, Some(&path), &work);
+    assert!(near(saving.before_pj, 64_000.0 * 200.0));
 }
 
 /// Weights that fit are loaded once a path, others for each block; a slow interconnect is a limit of
@@ -340,7 +411,7 @@ fn memory_energy_is_saved_by_traffic_and_by_streaming() {
     work.batches[0].row_bytes = 20_000;
     (work.batches[0].rit_bytes, work.batches[0].rit_read_bytes) = (4000, 8000);
     let memory = memory(4);
-    let found = MemorySaving::of(memory, &work);
+    let found = MemorySaving::of(memory, None, &work);
     let (stream, write, random) = (
         memory.streamed().pj,
         memory.written().pj,
@@ -360,7 +431,7 @@ fn memory_energy_is_saved_by_traffic_and_by_streaming() {
     work.reads.not_streaming = 0;
     (work.batches[0].row_bytes, work.batches[0].rit_bytes) = (64_000, 0);
     work.batches[0].rit_read_bytes = 0;
-    let found = MemorySaving::of(memory, &work);
+    let found = MemorySaving::of(memory, None, &work);
     assert!(found.by_traffic_pj == 0.0 && found.by_streaming_pj.abs() < 1e-6);
 }
 
@@ -377,6 +448,7 @@ fn a_raw_frame_takes_the_link_a_fifth_of_a_second() {
         costs: costs(Program::Fields),
         clock_ghz: 1.0,
         weight_bytes: WEIGHTS,
+        replay: None,
     };
     let found = model
         .run(&path, Variant::ALL[0], Scenario::Remote)

@@ -11,9 +11,11 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use super::super::memory::Memory;
 use super::super::npu::Array;
 use super::frame::FrameWork;
 use super::path::{PathError, PathOptions, PathWork};
+use super::replay::PathReplay;
 
 /// Raised where what is counted changes.
 const VERSION: u32 = 1;
@@ -116,6 +118,24 @@ impl Kept {
         self.get("frame", scene, config, options, || {
             Ok(FrameWork::count(scene, config, array, cache, None)?)
         })
+    }
+
+    /// What memory takes for the accesses of a path, kept in the same way.
+    ///
+    /// # Errors
+    /// As [`PathReplay::of`]; a folder that cannot be written.
+    pub fn replay(
+        &self,
+        scene: &Scene,
+        config: &Config,
+        options: &PathOptions,
+        memory: &Memory,
+    ) -> Result<PathReplay, KeepError> {
+        let key = (options, memory.channels());
+        let found = self.get("replay", scene, config, key, || {
+            PathReplay::of(scene, config, options, memory)
+        })?;
+        Ok(found.0)
     }
 
     fn get<T: Serialize + DeserializeOwned>(

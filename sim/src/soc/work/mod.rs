@@ -5,6 +5,7 @@ mod frame;
 mod keep;
 mod meter;
 mod path;
+mod replay;
 #[cfg(test)]
 mod tests;
 
@@ -12,3 +13,4 @@ pub use frame::{FrameWork, Reads};
 pub use keep::{KeepError, Kept};
 pub use meter::{Batch, Meter};
 pub use path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};
+pub use replay::{PathReplay, Replay, Replayed};

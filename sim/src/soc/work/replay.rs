@@ -1,16 +1,20 @@
 //! What memory takes for the accesses that a frame makes in their order, replayed on the memory's
-//! model, beside the rates that frames are modelled with.
+//! model, beside the rates of streams and of runs at random places.
 
 use std::collections::{HashMap, VecDeque};
 
 use potamoi_formats::config::{Config, RitPath};
 use potamoi_formats::units::VectorOp;
+use potamoi_golden::effects::Effect;
+use potamoi_golden::mask::Mask;
 use potamoi_golden::scene::{Scene, SceneError};
 use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
-use serde::Serialize;
+use potamoi_golden::warp::{Plan, PlanOptions, Profile, ReferenceFrom, Sequence, Warper};
+use serde::{Deserialize, Serialize};
 
-use super::dram::Access;
-use super::memory::{Memory, Rate};
+use super::super::dram::Access;
+use super::super::memory::{Memory, Rate};
+use super::path::{PathError, PathOptions};
 
 const BURST: u64 = 32;
 /// Bursts of a sequence at most: those behind are left out.
@@ -23,7 +27,7 @@ const TABLE: u64 = 1 << 30;
 const CODE: u64 = 2;
 
 /// A sequence of accesses, both ways.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Replayed {
     /// Bytes that are asked for.
     pub bytes: u64,
@@ -31,10 +35,13 @@ pub struct Replayed {
     pub at_rates: Rate,
     /// The same replayed.
     pub replayed: Rate,
+    /// Bytes that are moved for one that is asked for: bursts are whole, and what lies in one that is
+    /// on its way is not asked for again.
+    pub moved: f64,
 }
 
 /// The sequences of a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Replay {
     /// What misses the GPU's cache in pixel-centric order; none where nothing does.
     pub missed: Option<Replayed>,
@@ -43,8 +50,64 @@ pub struct Replay {
     pub loaded: Option<Replayed>,
 }
 
+/// The sequences of a path.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PathReplay {
+    /// Of its first frame, in full.
+    pub full: Replay,
+    /// Of what warping leaves of the first frame that it leaves something of; none where it leaves
+    /// nothing, or of no frame.
+    pub rest: Option<Replay>,
+}
+
+impl PathReplay {
+    /// Of a path; these stand for all of its frames.
+    ///
+    /// # Errors
+    /// A scene, a path or a configuration that does not fit.
+    pub fn of(
+        scene: &Scene,
+        config: &Config,
+        options: &PathOptions,
+        memory: &Memory,
+    ) -> Result<Self, PathError> {
+        let path = scene.path(options.fps, options.frames)?;
+        let plan = PlanOptions {
+            window: options.window,
+            reference: ReferenceFrom::Predicted,
+            lead: None,
+        };
+        let plan = Plan::new(&path, &plan)?;
+        let mut rule = Profile::Potamoi.rule();
+        rule.phi = options.phi.map(f64::to_radians);
+        rule.warps_still = scene.choices().forces(Effect::Warping);
+        let warper = Warper {
+            renderer: scene,
+            geometry: None,
+            rule,
+        };
+        let mut seen = scene.clone();
+        let mut of = |number: usize, only: Option<&Mask>| {
+            seen.set_camera(path[number]);
+            Replay::of(&seen, config, options.cache, memory, only)
+        };
+        let full = of(0, None)?;
+        for frame in Sequence::new(warper, &path, &plan, &[]) {
+            let frame = frame?;
+            let (camera, classes) = (&path[frame.number], &frame.target.classes);
+            let mask = Mask::new([camera.width, camera.height], |i| classes[i].is_rendered());
+            if frame.reference.is_some() && mask.count() > 0 {
+                let rest = Some(of(frame.number, Some(&mask))?);
+                return Ok(Self { full, rest });
+            }
+        }
+        Ok(Self { full, rest: None })
+    }
+}
+
 impl Replay {
-    /// Of what the scene's camera sees, through twins; a GPU's cache has `cache` bytes.
+    /// Of what the scene's camera sees, or a mask's pixels of it, through twins; a GPU's cache has
+    /// `cache` bytes.
     ///
     /// # Errors
     /// As [`Scene::render_fixed`].
@@ -53,10 +116,14 @@ impl Replay {
         config: &Config,
         cache: u32,
         memory: &Memory,
+        only: Option<&Mask>,
     ) -> Result<Self, SceneError> {
-        let missed = scene.accesses(cache, None)?.first_misses;
+        let missed = scene.accesses(cache, only)?.first_misses;
         let mut loads = Loads::new(config);
-        let rendered = scene.render_fixed(config, &mut loads)?;
+        let rendered = match only {
+            None => scene.render_fixed(config, &mut loads)?,
+            Some(mask) => scene.render_fixed_masked(config, mask, &mut loads)?,
+        };
         let is_streamed = rendered.counts.scattered_bytes == 0;
         Ok(Self {
             missed: misses(&missed, memory),
@@ -100,23 +167,27 @@ fn misses(vectors: &[(u64, u32)], memory: &Memory) -> Option<Replayed> {
             }
         }
     }
-    Some(Replayed {
-        bytes,
-        at_rates: Rate {
-            ns: mix(|rate| rate.ns),
-            pj: mix(|rate| rate.pj),
-        },
-        replayed: replayed(memory, &accesses, bytes),
-    })
+    let at_rates = Rate {
+        ns: mix(|rate| rate.ns),
+        pj: mix(|rate| rate.pj),
+    };
+    Some(Replayed::new(memory, &accesses, bytes, at_rates))
 }
 
-/// A byte of those that are asked for.
-fn replayed(memory: &Memory, accesses: &[Access], bytes: u64) -> Rate {
-    let moved = memory.measured(accesses.iter().copied());
-    let over = accesses.len() as f64 * BURST as f64 / bytes as f64;
-    Rate {
-        ns: moved.ns * over,
-        pj: moved.pj * over,
+impl Replayed {
+    /// Accesses that so many bytes are asked for by.
+    fn new(memory: &Memory, accesses: &[Access], bytes: u64, at_rates: Rate) -> Self {
+        let burst = memory.measured(accesses.iter().copied());
+        let moved = accesses.len() as f64 * BURST as f64 / bytes as f64;
+        Self {
+            bytes,
+            at_rates,
+            replayed: Rate {
+                ns: burst.ns * moved,
+                pj: burst.pj * moved,
+            },
+            moved,
+        }
     }
 }
 
@@ -174,11 +245,8 @@ impl Loads {
     }
 
     fn replayed(&self, memory: &Memory) -> Option<Replayed> {
-        (self.bytes > 0).then(|| Replayed {
-            bytes: self.bytes,
-            at_rates: memory.streamed(),
-            replayed: replayed(memory, &self.accesses, self.bytes),
-        })
+        (self.bytes > 0)
+            .then(|| Replayed::new(memory, &self.accesses, self.bytes, memory.streamed()))
     }
 }
 
@@ -233,9 +301,9 @@ mod tests {
         let config = Config::paper();
         let mut scene = Scene::open("lantern").unwrap();
         scene.set_size(Some(32), Some(32)).unwrap();
-        let found = Replay::of(&scene, &config, 1 << 12, &memory).unwrap();
-        let array = super::super::npu::Array::PAPER;
-        let work = super::super::work::FrameWork::count(&scene, &config, array, 1 << 12, None);
+        let found = Replay::of(&scene, &config, 1 << 12, &memory, None).unwrap();
+        let array = super::super::super::npu::Array::PAPER;
+        let work = super::super::FrameWork::count(&scene, &config, array, 1 << 12, None);
         let total = work.unwrap().total();
         let loaded = found.loaded.unwrap();
         assert_eq!(loaded.bytes, total.row_bytes + total.rit_bytes);
