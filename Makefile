@@ -45,6 +45,7 @@ test-full: setup
 	tools/show-verilated-crate
 	$(call step,hard cases without their guards)
 	tools/hard-case-guards --batches
+	tools/hard-case-guards --end-to-end
 	$(call step,benches build)
 	cargo bench --locked --no-run
 
