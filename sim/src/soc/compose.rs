@@ -3,10 +3,12 @@
 
 use serde::Serialize;
 
+use super::alone::alone;
 use super::costs::{CostError, Costs, OnChip};
 use super::engine::{Job, JobId, Resource};
-use super::gpu::{self, Gpu, Kernel, Program};
-use super::memory::{Memory, Rate};
+use super::gpu::{self, Kernel, Program};
+use super::memory::Memory;
+use super::moves::{Known, Moves, unit_moves};
 use super::system::System;
 use super::variant::Gathering;
 use super::work::{Batch, FrameWork, PathReplay, Replayed};
@@ -53,112 +55,6 @@ pub(super) struct Composer<'a> {
     pub jobs: Vec<Job>,
     /// What they move and spend.
     pub spent: Spent,
-}
-
-/// Bytes of a job.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Moves {
-    pub(super) read: f64,
-    pub(super) written: f64,
-    pub(super) random: f64,
-    /// Bytes of an access to anywhere.
-    run: f64,
-    /// What those read in order take, and those read from anywhere, where their sequence is known.
-    known: [Option<Replayed>; 2],
-    /// By the DMA.
-    transfers: u64,
-}
-
-impl Moves {
-    pub(super) const fn bytes(&self) -> f64 {
-        self.read + self.written + self.random
-    }
-
-    /// Bytes over the interconnect.
-    fn wired(&self, memory: &Memory) -> f64 {
-        let [read, random] = self.known;
-        self.read * read.map_or(1.0, |own| own.moved)
-            + self.written
-            + self.random * random.map_or_else(|| memory.moved(self.run), |own| own.moved)
-    }
-
-    /// Of a byte read in order, and of one from anywhere.
-    fn rates(&self, memory: &Memory) -> [Rate; 2] {
-        let [read, random] = self.known;
-        [
-            read.map_or_else(|| memory.streamed(), |own| own.replayed),
-            random.map_or_else(|| memory.random(self.run), |own| own.replayed),
-        ]
-    }
-
-    fn ns(&self, memory: &Memory) -> f64 {
-        let [read, random] = self.rates(memory);
-        self.read * read.ns + self.written * memory.written().ns + self.random * random.ns
-    }
-
-    pub(super) fn pj(&self, memory: &Memory) -> f64 {
-        let [read, random] = self.rates(memory);
-        self.read * read.pj + self.written * memory.written().pj + self.random * random.pj
-    }
-}
-
-/// Of a frame's accesses what is known, by who gathers.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Known {
-    missed: Option<Replayed>,
-    loaded: Option<Replayed>,
-}
-
-impl Known {
-    /// Of a frame in full or of a part of one.
-    pub(super) fn of(replay: Option<&PathReplay>, work: &FrameWork) -> Self {
-        let Some(replay) = replay else {
-            return Self::default();
-        };
-        let own = match work.pixels < work.frame_pixels {
-            true => replay.rest.unwrap_or(replay.full),
-            false => replay.full,
-        };
-        Self {
-            missed: own.missed,
-            loaded: own.loaded,
-        }
-    }
-
-    /// Of bytes read in order, and of those from anywhere.
-    pub(super) const fn rates(&self, gathering: Gathering) -> [Option<Replayed>; 2] {
-        match gathering {
-            Gathering::PixelOrder => [self.missed, self.missed],
-            Gathering::Streamed | Gathering::Unit => [self.loaded, None],
-        }
-    }
-}
-
-/// What misses the GPU's cache in pixel-centric order.
-pub(super) fn missed_moves(work: &FrameWork, known: &Known) -> Moves {
-    let kernel = gpu::gathering(work);
-    Moves {
-        read: kernel.read_bytes,
-        random: kernel.random_bytes,
-        run: kernel.run_bytes,
-        known: known.rates(Gathering::PixelOrder),
-        ..Moves::default()
-    }
-}
-
-/// What the gathering unit reads and spills for a step, which is a part of a frame.
-pub(super) fn unit_moves(work: &FrameWork, step: &Batch, part: f64, known: &Known) -> Moves {
-    let scattered = part * work.scattered_bytes as f64;
-    let spilled = part * work.spilled_bytes as f64;
-    Moves {
-        read: step.row_bytes as f64 - scattered + step.rit_read_bytes as f64 + spilled / 2.0,
-        written: spilled / 2.0,
-        random: scattered,
-        run: run_bytes(work),
-        known: known.rates(Gathering::Unit),
-        // Of an MVoxel its rows and its entries.
-        transfers: 2 * step.mvoxels,
-    }
 }
 
 /// What a job is part of, and when it may begin.
@@ -418,54 +314,6 @@ impl<'a> Composer<'a> {
         let ns = bytes / self.system.link_bytes_per_second * 1e9;
         self.push(turn("link", vec![made]), Resource::Link, ns, moves)
     }
-}
-
-/// Nanoseconds of a frame on a GPU that does everything, in pixel-centric order.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct AloneTime {
-    /// Finding samples, or projecting and sorting Gaussians.
-    pub indexing_ns: f64,
-    /// Reading and interpolating vectors.
-    pub gathering_ns: f64,
-    /// What is made of them.
-    pub computation_ns: f64,
-}
-
-impl AloneTime {
-    /// All of it.
-    #[must_use]
-    pub const fn total_ns(&self) -> f64 {
-        self.indexing_ns + self.gathering_ns + self.computation_ns
-    }
-}
-
-/// Times a frame on a GPU that does everything; one without a memory of its own has the
-/// system's to itself.
-#[must_use]
-pub fn alone(gpu: &Gpu, memory: &Memory, work: &FrameWork) -> AloneTime {
-    let reached = gpu.reached_by(Program::of(work));
-    let ns = |kernel: Kernel| {
-        let bytes = match gpu.memory_gb_s {
-            Some(_) => 0.0,
-            None => {
-                kernel.read_bytes * memory.streamed().ns
-                    + kernel.written_bytes * memory.written().ns
-                    + kernel.random_bytes * memory.random(kernel.run_bytes).ns
-            }
-        };
-        gpu.ns(&kernel, reached).max(bytes) + gpu.launch_ns()
-    };
-    let gathered = gpu::gathering(work).times(gpu.gathering_factor);
-    AloneTime {
-        indexing_ns: ns(gpu::indexing(work)),
-        gathering_ns: ns(gathered),
-        computation_ns: ns(gpu::computation(work)),
-    }
-}
-
-/// Bytes of a row that is fetched by itself.
-fn run_bytes(work: &FrameWork) -> f64 {
-    work.reads.bytes as f64 / work.reads.reads.max(1) as f64
 }
 
 /// What goes down the pipeline at a time: the features of a block of the feature buffer.

@@ -3,8 +3,8 @@
 
 use serde::Serialize;
 
-use super::compose::{Known, missed_moves, unit_moves};
 use super::memory::Memory;
+use super::moves::{Known, missed_moves, unit_moves};
 use super::outcome::{Model, ModelError};
 use super::variant::Gathering;
 use super::work::{FrameWork, PathReplay};

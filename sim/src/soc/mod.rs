@@ -1,6 +1,7 @@
 //! The system around the units: memory, the array that computes features, and what a frame
 //! takes of them.
 
+mod alone;
 mod compose;
 mod costs;
 pub mod dram;
@@ -8,6 +9,7 @@ pub mod engine;
 mod gathering;
 mod gpu;
 mod memory;
+mod moves;
 pub mod npu;
 mod outcome;
 mod system;
@@ -17,7 +19,8 @@ mod variant;
 mod walk;
 pub mod work;
 
-pub use compose::{AloneTime, Spent, alone};
+pub use alone::{AloneTime, alone};
+pub use compose::Spent;
 pub use costs::{CostError, Costs, OnChip, Port};
 pub use gathering::{Gathered, MemorySaving};
 pub use gpu::{Gpu, Kernel, Program};

@@ -1,0 +1,50 @@
+//! A frame on a GPU that does everything.
+
+use serde::Serialize;
+
+use super::gpu::{self, Gpu, Kernel, Program};
+use super::memory::Memory;
+use super::work::FrameWork;
+
+/// Nanoseconds of a frame on a GPU that does everything, in pixel-centric order.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AloneTime {
+    /// Finding samples, or projecting and sorting Gaussians.
+    pub indexing_ns: f64,
+    /// Reading and interpolating vectors.
+    pub gathering_ns: f64,
+    /// What is made of them.
+    pub computation_ns: f64,
+}
+
+impl AloneTime {
+    /// All of it.
+    #[must_use]
+    pub const fn total_ns(&self) -> f64 {
+        self.indexing_ns + self.gathering_ns + self.computation_ns
+    }
+}
+
+/// Times a frame on a GPU that does everything; one without a memory of its own has the
+/// system's to itself.
+#[must_use]
+pub fn alone(gpu: &Gpu, memory: &Memory, work: &FrameWork) -> AloneTime {
+    let reached = gpu.reached_by(Program::of(work));
+    let ns = |kernel: Kernel| {
+        let bytes = match gpu.memory_gb_s {
+            Some(_) => 0.0,
+            None => {
+                kernel.read_bytes * memory.streamed().ns
+                    + kernel.written_bytes * memory.written().ns
+                    + kernel.random_bytes * memory.random(kernel.run_bytes).ns
+            }
+        };
+        gpu.ns(&kernel, reached).max(bytes) + gpu.launch_ns()
+    };
+    let gathered = gpu::gathering(work).times(gpu.gathering_factor);
+    AloneTime {
+        indexing_ns: ns(gpu::indexing(work)),
+        gathering_ns: ns(gathered),
+        computation_ns: ns(gpu::computation(work)),
+    }
+}
