@@ -81,6 +81,16 @@ enum Unit {
 pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
     let written = [&args.table, &args.json, &args.csv, &args.plot];
     files::prepare(written.map(Option::as_ref))?;
+    for (name, goal) in [
+        ("--target-psnr", args.target_psnr),
+        ("--budget-ms", args.budget_ms),
+    ] {
+        if let Some(value) = goal.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            return Err(Failure::Usage(format!(
+                "{name} {value}: expected a positive number"
+            )));
+        }
+    }
     match args.unit {
         Some(Unit::Exp) if args.plot.is_some() => Err(Failure::Usage(
             "--plot: expected without --unit exp, which has one point; --unit methods has many"

@@ -65,8 +65,7 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
     let begun = Instant::now();
     let choices = args.scene.choices()?;
-    let mut scene = args.scene.open()?;
-    scene.set_choices(potamoi_golden::effects::Choices::default());
+    let mut scene = args.scene.open_as_called_for(args.scene.name())?;
     let (config, preset) = config_for(common, &scene)?;
     let path = args.path(&scene)?;
     if let Some(first) = path.first() {

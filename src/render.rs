@@ -133,11 +133,28 @@ impl Shot {
     }
 }
 
+/// Floating point has no units that something could be left out of.
+fn refuse_of_units(scene: &Scene) -> Result<(), Failure> {
+    let of_units = [Effect::Trilinear, Effect::Exponential];
+    match of_units
+        .iter()
+        .find(|own| scene.choices().leaves_out(**own))
+    {
+        Some(effect) => Err(Failure::Usage(format!(
+            "--without {effect}: expected --numerics fixed or rtl, whose units it is of"
+        ))),
+        None => Ok(()),
+    }
+}
+
 /// Renders what the scene's camera sees.
 pub(crate) fn shoot(scene: &Scene, config: &Config, numerics: Numerics) -> Result<Shot, Failure> {
     Ok(match numerics {
         Numerics::Truth => Shot::of(scene.render_truth()?),
-        Numerics::Float => Shot::of(scene.render_float()?),
+        Numerics::Float => {
+            refuse_of_units(scene)?;
+            Shot::of(scene.render_float()?)
+        }
         Numerics::Fixed => {
             let mut twins = Twins::new(config);
             let picture = scene.render_fixed(config, &mut twins)?;
@@ -199,12 +216,15 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     }
     let start = Instant::now();
     let spinner = progress::spinner("rendering");
-    let float = scene.render_float()?;
+    // What a picture is compared with leaves nothing out.
+    let mut whole = scene.clone();
+    whole.set_choices(Choices::default());
+    let float = whole.render_float()?;
     if args.numerics == Numerics::Rtl {
         spinner.set_message("rendering through the Verilated units");
     }
     let shot = match args.numerics {
-        Numerics::Float => Shot::of(float.clone()),
+        Numerics::Float if scene.choices() == Choices::default() => Shot::of(float.clone()),
         other => shoot(&scene, &config, other)?,
     };
     let seconds = start.elapsed().as_secs_f64();
@@ -212,7 +232,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     let picture = &shot.picture;
     picture.picture.write_png(&args.out)?;
 
-    let compared = args.numerics != Numerics::Float;
+    let compared = args.numerics != Numerics::Float || !scene.choices().left_out().is_empty();
     let psnr = |counts: &dyn Fn(usize) -> bool| {
         let psnr = picture.picture.psnr(&float.picture, counts);
         psnr.filter(|_| compared)

@@ -81,6 +81,9 @@ pub(crate) fn named(list: &[String]) -> Vec<String> {
     names
 }
 
+/// Effects of paths and of what surrounds the units: a frame has nothing to leave out.
+const OF_PATHS: [&str; 4] = ["warping", "disocclusion", "remote_link", "random_dram"];
+
 /// The scene of a command that names none.
 const DEFAULT: &str = "garden";
 
@@ -91,12 +94,29 @@ impl SceneArgs {
 
     /// The same of another scene.
     pub(crate) fn open_named(&self, name: &str) -> Result<Scene, Failure> {
+        let mut scene = self.open_as_called_for(name)?;
+        if let Some(effect) = self
+            .without
+            .iter()
+            .find(|own| OF_PATHS.contains(&own.as_str()))
+        {
+            return Err(Failure::Usage(format!(
+                "--without {effect}: expected an effect of a frame; potamoi effects says what leaving \
+                 this one out causes, and --variants and --scenario of potamoi model have paths \
+                 without it"
+            )));
+        }
+        scene.set_choices(self.choices()?);
+        Ok(scene)
+    }
+
+    /// The same, whatever is forced or left out.
+    pub(crate) fn open_as_called_for(&self, name: &str) -> Result<Scene, Failure> {
         let mut scene = Scene::open(name)?;
         if let Some(path) = &self.camera {
             scene.set_camera_file(path, self.camera_index)?;
         }
         scene.set_size(self.width, self.height)?;
-        scene.set_choices(self.choices()?);
         Ok(scene)
     }
 

@@ -199,5 +199,12 @@ fn what_cannot_be_measured_is_refused() {
     );
     let said = cost(at, 2, &["--unit", "exp", "--plot", "x.svg"]);
     assert!(said.contains("--plot"), "{said}");
+    for goal in [["--target-psnr", "NaN"], ["--budget-ms", "0"]] {
+        let said = cost(at, 2, &[&["--scene", "garden"][..], &goal].concat());
+        assert!(
+            said.contains(goal[0]) && said.contains("positive"),
+            "{said}"
+        );
+    }
     cost(at, 2, &["--scene", "none.ply"]);
 }

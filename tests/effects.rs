@@ -219,6 +219,41 @@ fn forcing_changes_no_file_and_leaving_out_does() {
     }
 }
 
+/// A picture that leaves something out is compared with one that does not, and says so.
+#[test]
+fn what_is_left_out_is_seen_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = effects(folder.path(), "garden", &["--without", "sorting"]);
+    let error = report["without"][0]["psnr_db"].as_f64().unwrap();
+    for numerics in ["fixed", "float"] {
+        let arguments = [
+            "render",
+            "--scene",
+            "garden",
+            "--width",
+            "24",
+            "--out",
+            "x.png",
+            "--json",
+            "x.json",
+            "--numerics",
+            numerics,
+            "--without",
+            "sorting",
+        ];
+        let said = expect(folder.path(), 0, &arguments);
+        assert!(said.contains("leaving out sorting"), "{said}");
+        let found = json(&folder.path().join("x.json"));
+        let own = found["psnr_db"].as_f64().unwrap();
+        assert!((own - error).abs() < 0.5, "{numerics}: {own}, {error}");
+        assert!(
+            found["not_checked"]
+                .to_string()
+                .contains("leaving out sorting")
+        );
+    }
+}
+
 #[test]
 fn names_that_are_none_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -228,6 +263,29 @@ fn names_that_are_none_are_refused() {
             said.contains("`fog`") && said.contains("void_test"),
             "{said}"
         );
+    }
+    // Of a path, and of units that floating point has none of.
+    for (arguments, expected) in [
+        (["model", "--without", "warping"].as_slice(), "--variants"),
+        (
+            &["render", "--out", "x.png", "--without", "random_dram"],
+            "of a frame",
+        ),
+        (
+            &[
+                "render",
+                "--out",
+                "x.png",
+                "--numerics",
+                "float",
+                "--without",
+                "trilinear",
+            ],
+            "--numerics fixed",
+        ),
+    ] {
+        let said = expect(folder.path(), 2, arguments);
+        assert!(said.contains(expected), "{said}");
     }
     let said = expect(
         folder.path(),

@@ -59,8 +59,8 @@ struct Cost {
 /// What is saved by leaving an effect out that is not called for.
 #[derive(Serialize)]
 struct Saving {
-    /// Of the simulator's wall time; 0 where it is called for, none where nothing was timed or it
-    /// would take nothing that can be.
+    /// Of the simulator's wall time; nothing, 0, of one that is called for, since it is not left out;
+    /// none where nothing was timed, or it would take nothing that can be.
     wall_ms: Option<f64>,
     /// Of modelled cycles: none, since the hardware does no work that is not called for.
     cycles: u64,
@@ -129,7 +129,7 @@ impl Found {
             },
             saving: Saving {
                 wall_ms: match called_for {
-                    true => taken.map(|_| 0.0),
+                    true => Some(0.0),
                     false => taken,
                 },
                 cycles: 0,

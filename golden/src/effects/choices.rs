@@ -72,6 +72,13 @@ impl Choices {
         self.left_out & effect.bit() != 0
     }
 
+    /// All effects that are left out in any case.
+    #[must_use]
+    pub fn left_out(self) -> Vec<Effect> {
+        let own = Effect::ALL.into_iter();
+        own.filter(|effect| self.leaves_out(*effect)).collect()
+    }
+
     /// Whether an effect is carried out that is or is not called for.
     #[must_use]
     pub fn carries_out(self, effect: Effect, is_called_for: bool) -> bool {

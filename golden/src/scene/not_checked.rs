@@ -97,15 +97,25 @@ impl Scene {
         all
     }
 
-    /// The part of [`Scene::not_checked`] that holds in floating point too: of a
-    /// model that was read from a file, what the file does not tell or what of it
-    /// is not used.
+    /// The part of [`Scene::not_checked`] that holds in floating point too: effects that are left
+    /// out, and of a model that was read from a file, what the file does not tell or what of it is
+    /// not used.
     #[must_use]
     pub fn left_open(&self) -> Vec<String> {
-        if !self.from_file {
-            return vec![];
+        let left_out: Vec<String> = (self.choices().left_out().iter())
+            .map(ToString::to_string)
+            .collect();
+        let mut all = vec![];
+        if !left_out.is_empty() {
+            all.push(format!(
+                "what leaving out {} changes: potamoi effects --without says so",
+                left_out.join(", ")
+            ));
         }
-        let mut all = vec![NO_REFERENCE.to_owned()];
+        if !self.from_file {
+            return all;
+        }
+        all.push(NO_REFERENCE.to_owned());
         let (assumed, ignored) = match &self.model {
             Model::Dvgo(field) => (Some(field.assumed()), field.ignored()),
             Model::Tensorf(field) => (None, field.ignored()),

@@ -312,7 +312,13 @@ impl<'a> Composer<'a> {
         let bytes = bytes * work.frame_pixels as f64;
         self.spent.link_bytes += bytes;
         let ns = bytes / self.system.link_bytes_per_second * 1e9;
-        self.push(turn("link", vec![made]), Resource::Link, ns, moves)
+        // What is received is written to memory.
+        let received = Moves {
+            written: bytes,
+            transfers: 1,
+            ..Moves::default()
+        };
+        self.push(turn("link", vec![made]), Resource::Link, ns, received)
     }
 }
 

@@ -283,6 +283,7 @@ proptest! {
                 prop_assert_eq!(sent > 0, scenario == Scenario::Remote);
                 let linked = found.run.energy.link_mj * 6.0;
                 prop_assert!(near(linked, found.run.spent.link_bytes * 100.0 * 1e-6));
+                prop_assert!(found.run.spent.written_bytes >= found.run.spent.link_bytes);
                 let ends = timeline.iter().map(|(_, at)| at.end_ns).fold(0.0, f64::max);
                 prop_assert_eq!(ends, found.run.span_ns);
             }
