@@ -99,6 +99,14 @@ pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
         Some(Unit::Exp) if args.csv.is_some() => Err(Failure::Usage(
             "--csv: expected without --unit exp; --table writes its inputs and results".to_owned(),
         )),
+        Some(Unit::Methods) if common.config.is_some() => Err(Failure::Usage(
+            "--config: expected without --unit methods, whose forms are its own; --unit exp measures \
+             that of a configuration"
+                .to_owned(),
+        )),
+        None if args.table.is_some() => Err(Failure::Usage(
+            "--table: expected with --unit exp; --csv writes the points of a scene".to_owned(),
+        )),
         Some(Unit::Methods) if args.table.is_some() => Err(Failure::Usage(
             "--table: expected with --unit exp; --csv writes the forms of --unit methods"
                 .to_owned(),

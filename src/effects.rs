@@ -173,6 +173,7 @@ fn cost(
     let splats = counts.splats.unwrap_or_default();
     let terms = |degree: u8| 2 * u64::from(degree) + 1;
     match effect {
+        // Of the runs that interpolate, which without it would read one vertex in as many cycles.
         Effect::Trilinear => Work::cycles("gathering unit", cycles.interpolating),
         Effect::Exponential => Work::cycles("vector unit", cycles.exponentials),
         Effect::SphericalHarmonics(degree) => {
@@ -200,7 +201,10 @@ fn cost(
         Effect::Sorting => Work::amount("GPU", splats.visible, "visible Gaussians"),
         Effect::EarlyTermination => Work::amount("compositing", counts.rays, "rays"),
         Effect::Warping => Work::amount("GPU", counts.rays, "pixels a frame"),
-        Effect::Disocclusion => Work::amount("all units", 0, "pixels, counted by potamoi warp"),
+        Effect::Disocclusion => Work::elsewhere(
+            "all units",
+            "pixels that warping leaves, as potamoi warp counts them",
+        ),
         Effect::VoidTest => Work::amount("GPU", counts.samples, "samples"),
         Effect::OctreeMerging => Work::amount("GPU", splats.gaussians, "Gaussians"),
         Effect::RemoteLink => Work::amount("link", counts.rays, "pixels a full frame"),

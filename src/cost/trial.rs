@@ -2,6 +2,7 @@
 
 use potamoi_formats::config::{Config, Layer};
 use potamoi_formats::units::OpCode;
+use potamoi_golden::effects::Choices;
 use potamoi_golden::picture::Picture;
 use potamoi_golden::scene::Scene;
 use potamoi_golden::ssim::ssim;
@@ -154,9 +155,12 @@ pub(super) struct Bench {
 impl Bench {
     pub(super) fn new(setup: Setup, frames: u32) -> Result<Self, Failure> {
         let scene = &setup.scene;
+        // What pictures are compared with leaves nothing out.
+        let mut whole = scene.clone();
+        whole.set_choices(Choices::default());
         Ok(Self {
             fit: Fit::checked_in()?,
-            model: scene.render_float()?.picture,
+            model: whole.render_float()?.picture,
             truth: match scene.analytic() {
                 Some(_) => Some(scene.render_truth()?.picture),
                 None => None,

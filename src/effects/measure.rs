@@ -44,8 +44,9 @@ pub(super) struct Pairs {
     pub(super) without_ms: f64,
     /// Of the differences within each pair.
     pub(super) difference_ms: f64,
-    /// Half of what lies between the least and the largest of them: less is noise.
-    pub(super) spread_ms: f64,
+    /// Half of what lies between the least and the largest of them: less is noise. None of a single
+    /// pair.
+    pub(super) spread_ms: Option<f64>,
 }
 
 impl Pairs {
@@ -61,20 +62,24 @@ impl Pairs {
             .iter()
             .copied()
             .fold(f64::NEG_INFINITY, f64::max);
+        let pairs_made = differences.len();
         let [with_ms, without_ms] = times.map(median);
         Some(Self {
             with_ms,
             without_ms,
             difference_ms: median(differences),
-            spread_ms: (most - least) / 2.0,
+            spread_ms: (pairs_made > 1).then_some((most - least) / 2.0),
         })
     }
 
     /// The difference, and how far pairs differ in it.
     pub(super) fn words(&self) -> String {
         format!(
-            "{:.2} ms (spread {:.2}) of {:.2} ms",
-            self.difference_ms, self.spread_ms, self.with_ms
+            "{:.2} ms ({}) of {:.2} ms",
+            self.difference_ms,
+            self.spread_ms
+                .map_or_else(|| "one pair".to_owned(), |ms| format!("spread {ms:.2}")),
+            self.with_ms
         )
     }
 }

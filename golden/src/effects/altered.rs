@@ -49,6 +49,7 @@ impl<'u> Altered<'u> {
     }
 
     /// The same tasks, each entry with the vertex alone that it is nearest to.
+    #[must_use]
     fn nearest(&self, tasks: &[GatherTask]) -> Vec<GatherTask> {
         let mut tasks = tasks.to_vec();
         for task in &mut tasks {
@@ -154,5 +155,48 @@ impl Units for Altered<'_> {
 
     fn multiplied(&mut self, product: Product) {
         self.units.multiplied(product);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use potamoi_formats::config::Config;
+    use potamoi_formats::rit::{RitEntry, Vertices};
+
+    use super::*;
+    use crate::units::Twins;
+
+    /// The heaviest vertex alone is left, of equal ones the first; single ids are as they were.
+    #[test]
+    fn the_nearest_vertex_is_the_heaviest() {
+        let config = Config::paper();
+        let mut twins = Twins::new(&config);
+        let altered = Altered::new(&mut twins, &config, Choices::default());
+        let task = |vertices, weights: [u16; 8]| GatherTask {
+            vertices,
+            channels: 1,
+            rows: (0..8).collect(),
+            entries: vec![RitEntry {
+                slot: 0,
+                rows: [0, 1, 2, 3, 4, 5, 6, 7],
+                weights,
+            }],
+        };
+        let one = 1u16 << altered.reducer.weight_bits();
+        let alone = |at: usize| {
+            let mut all = [0; 8];
+            all[at] = one;
+            all
+        };
+        let (half, quarter) = (one / 2, one / 4);
+        for (weights, at) in [
+            ([quarter, 0, 0, half, quarter, 0, 0, 0], 3),
+            ([0, quarter, quarter, 0, 0, quarter, quarter, 0], 1),
+        ] {
+            let found = altered.nearest(&[task(Vertices::Eight, weights)]);
+            assert_eq!(found[0].entries[0].weights, alone(at));
+        }
+        let single = task(Vertices::One, [one, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(altered.nearest(std::slice::from_ref(&single)), [single]);
     }
 }

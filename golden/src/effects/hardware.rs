@@ -147,7 +147,7 @@ impl Hardware {
         } else if wanted != gu.modes {
             let reason = match wanted {
                 Modes::Unstructured => {
-                    format!("{what} gathers records of one vertex: no reducer, no weights")
+                    format!("{what} gathers records of one vertex: no reducer")
                 }
                 _ => format!("{what} gathers no single id"),
             };

@@ -1,6 +1,6 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use glam::{DVec3, dvec3};
+use glam::{DAffine3, DVec3, dvec3};
 use potamoi_formats::config::{Config, Modes, PRESETS};
 use potamoi_formats::units::OpCode;
 use proptest::prelude::*;
@@ -425,6 +425,13 @@ fn a_hair_of_motion_calls_for_warping() {
     let evidence = found.evidence(Effect::Warping);
     assert_eq!(evidence, "the camera does not move in 30 frames");
     assert!(!analysed(&scene, &still[..1]).calls_for(Effect::Warping));
+    // A camera that turns about its own place.
+    let mut turned = still.clone();
+    let turn = DAffine3::from_rotation_y(1e-9);
+    turned[7].world_to_camera = turn * turned[7].world_to_camera;
+    let near = (turned[7].position() - camera.position()).length();
+    assert!(near < 1e-9 && turned[7] != camera);
+    assert!(analysed(&scene, &turned).calls_for(Effect::Warping));
 
     for reference in [ReferenceFrom::Predicted, ReferenceFrom::First] {
         let options = PlanOptions {

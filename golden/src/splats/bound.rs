@@ -184,6 +184,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use potamoi_formats::config::{Config, Layer};
 
+    use crate::effects::{Choices, Effect};
     use crate::precision::Precision;
     use crate::scene::Scene;
     use crate::units::Twins;
@@ -192,6 +193,9 @@ mod tests {
     /// picture each of its scene and configuration.
     fn used(bounded: (&Scene, &Config), shown: (&Scene, &Config)) -> (f64, f64) {
         let bounds = bounded.0.error_bounds(bounded.1).unwrap().unwrap();
+        let mut without = bounded.0.clone();
+        without.set_choices(Choices::default().leave_out(Effect::Exponential));
+        assert_eq!(without.error_bounds(bounded.1).unwrap(), None);
         let float = bounded.0.render_float().unwrap().picture;
         let (scene, config) = shown;
         let mut twins = Twins::new(config);

@@ -18,7 +18,8 @@ pub struct Gpu {
     pub cache_gb_s: f64,
     /// Bytes of that cache.
     pub cache_bytes: u32,
-    /// Bytes a nanosecond of a memory of its own; none where it shares the system's.
+    /// Bytes a nanosecond of a memory of its own; none where it shares the system's. The energy of a
+    /// memory of its own is among its watts.
     pub memory_gb_s: Option<f64>,
     /// Microseconds to launch a kernel.
     pub launch_us: f64,

@@ -168,12 +168,19 @@ impl System {
             ("gpu.cache_gb_s", self.gpu.cache_gb_s),
             ("gpu.gathering_factor", self.gpu.gathering_factor),
             ("remote.gathering_factor", self.remote.gathering_factor),
-            ("gpu.fields_efficiency", self.gpu.fields_efficiency),
-            ("gpu.splats_efficiency", self.gpu.splats_efficiency),
-            ("gpu.pictures_efficiency", self.gpu.pictures_efficiency),
             ("remote.cores", self.remote.cores),
             ("remote.clock_ghz", self.remote.clock_ghz),
             ("remote.cache_gb_s", self.remote.cache_gb_s),
+        ];
+        for (field, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                return refuse(field, value.to_string(), "a positive number");
+            }
+        }
+        let shares = [
+            ("gpu.fields_efficiency", self.gpu.fields_efficiency),
+            ("gpu.splats_efficiency", self.gpu.splats_efficiency),
+            ("gpu.pictures_efficiency", self.gpu.pictures_efficiency),
             ("remote.fields_efficiency", self.remote.fields_efficiency),
             ("remote.splats_efficiency", self.remote.splats_efficiency),
             (
@@ -181,10 +188,14 @@ impl System {
                 self.remote.pictures_efficiency,
             ),
         ];
-        for (field, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return refuse(field, value.to_string(), "a positive number");
+        for (field, value) in shares {
+            if !(value > 0.0 && value <= 1.0) {
+                return refuse(field, value.to_string(), "a share: above 0, 1 at most");
             }
+        }
+        if self.dma_descriptor_bytes > 4096.0 {
+            let value = self.dma_descriptor_bytes.to_string();
+            return refuse("dma_descriptor_bytes", value, "4096 or less");
         }
         let others = [
             ("dma_descriptor_bytes", self.dma_descriptor_bytes),

@@ -558,6 +558,8 @@ fn systems_that_cannot_be_are_refused_by_field() {
         ("link_bytes_per_second = 0.0", "link_bytes_per_second"),
         ("link_nj_per_byte = -1.0", "link_nj_per_byte"),
         ("bandwidth = 1", "bandwidth"),
+        ("dma_descriptor_bytes = 1e300", "dma_descriptor_bytes"),
+        ("[gpu]\nfields_efficiency = 5.0", "gpu.fields_efficiency"),
         ("[gpu]\ncores = 0.0", "gpu.cores"),
         ("[gpu]\nshaders = 1", "shaders"),
         ("array_rows = \"many\"", "array_rows"),
