@@ -91,6 +91,7 @@ refresh: setup
 	  --plot docs/images/cost-exponentials.svg > /dev/null
 	$(call step,snapshots)
 	INSTA_UPDATE=always INSTA_FORCE_PASS=1 TRYCMD=overwrite cargo test --locked --quiet
+	INSTA_UPDATE=always cargo test --locked --workspace --quiet figures_are_what_they_were
 	$(call step,the tables of hard cases)
 	POTAMOI_REFRESH=1 cargo test --locked --workspace --quiet the_table_of_the_book
 	@git status --short -- rtl_out docs/images docs/hard-cases.md ':(glob)**/*.snap' ':(glob)tests/**'

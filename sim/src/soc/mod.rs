@@ -6,6 +6,8 @@ mod compose;
 mod costs;
 pub mod dram;
 pub mod engine;
+#[cfg(test)]
+mod figures;
 mod gathering;
 mod gpu;
 mod memory;

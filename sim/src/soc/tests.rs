@@ -13,7 +13,7 @@ use super::*;
 use crate::synth::SynthReport;
 use crate::synth::fit::Fit;
 
-fn costs(program: Program) -> &'static Costs {
+pub(super) fn costs(program: Program) -> &'static Costs {
     static ALL: OnceLock<[Costs; 2]> = OnceLock::new();
     let make = |program| {
         let reports = SynthReport::checked_in().unwrap();
@@ -29,7 +29,7 @@ fn costs(program: Program) -> &'static Costs {
 }
 
 /// Of four channels, or of eight.
-fn memory(channels: u32) -> &'static Memory {
+pub(super) fn memory(channels: u32) -> &'static Memory {
     static ALL: OnceLock<[Memory; 2]> = OnceLock::new();
     let all = ALL.get_or_init(|| [4, 8].map(Memory::lpddr3));
     &all[usize::from(channels == 8)]
@@ -436,6 +436,27 @@ fn memory_energy_is_saved_by_traffic_and_by_streaming() {
     assert!(found.by_traffic_pj == 0.0 && found.by_streaming_pj.abs() < 1e-6);
 }
 
+/// What is at rest, a multiplication's registers and idle watts are part of what a frame takes.
+#[test]
+fn what_waits_takes_energy_too() {
+    let own = costs(Program::Fields);
+    assert!(own.leakage_mw > 0.1, "{}", own.leakage_mw);
+    // Two registers of 16 bits are a part of a multiplication that can be seen.
+    assert!(own.mac_pj > 0.1 && own.mac_pj < 2.0, "{}", own.mac_pj);
+    let work = proptest_free();
+    let system = System::default();
+    let run = frame(&system, &work, Gathering::Unit);
+    let span = run.span_ns;
+    assert!(near(run.energy.leakage_mj, own.leakage_mw * span * 1e-9));
+    let busy = run.utilisation[&engine::Resource::Gpu] * span;
+    let gpu = &system.gpu;
+    let watts = gpu.watts * busy + gpu.idle_watts * (span - busy);
+    assert!(near(run.energy.gpu_mj, watts * 1e-6));
+    let least = memory(4).standby_mw(0.0) * span * 1e-9;
+    let most = memory(4).standby_mw(1.0) * span * 1e-9;
+    assert!(run.energy.standby_mj > least && run.energy.standby_mj <= most);
+}
+
 /// The paper's link: a raw frame of 800 x 800 takes 0.192 s and 0.192 J.
 #[test]
 fn a_raw_frame_takes_the_link_a_fifth_of_a_second() {
@@ -535,6 +556,7 @@ fn short_runs_are_slower_and_dearer() {
     // Two bytes cost a burst.
     let few = memory.random(2.0);
     assert!((few.ns / memory.random(32.0).ns - 16.0).abs() < 1e-9);
+    assert!((few.pj / memory.random(32.0).pj - 16.0).abs() < 1e-9);
 }
 
 #[test]

@@ -275,6 +275,8 @@ impl Units for Loads {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use potamoi_formats::rit::{RitEntry, Vertices};
+
     use super::*;
 
     /// Vectors behind each other are a stream; far apart they are runs at random places.
@@ -292,6 +294,39 @@ mod tests {
         let off = random.replayed.pj / random.at_rates.pj;
         assert!((off - 1.0).abs() < 0.1, "{off}");
         assert_eq!(misses(&[], &memory), None);
+    }
+
+    /// Codes of four bytes that lie in one burst ask for it once, while it is on its way.
+    #[test]
+    fn what_is_on_its_way_is_not_asked_for_again() {
+        let memory = Memory::lpddr3(4);
+        let list: Vec<(u64, u32)> = (0..40_000).map(|i| (4 * i, 4)).collect();
+        let found = misses(&list, &memory).unwrap();
+        assert!((found.moved - 1.0).abs() < 1e-3, "{}", found.moved);
+        // The same burst again after many others.
+        let far = |i: u64| ((i % 2000) * 32, 4u32);
+        let found = misses(&(0..8000).map(far).collect::<Vec<_>>(), &memory).unwrap();
+        assert!((found.moved - 8.0).abs() < 1e-9, "{}", found.moved);
+    }
+
+    /// Entries come beside rows.
+    #[test]
+    fn both_streams_of_an_mvoxel_go_side_by_side() {
+        let mut loads = Loads::new(&Config::paper());
+        loads.load(&GatherTask {
+            vertices: Vertices::Eight,
+            channels: 16,
+            rows: vec![0; 64],
+            entries: vec![RitEntry {
+                slot: 0,
+                rows: [0; 8],
+                weights: [0; 8],
+            }],
+        });
+        let is_entry = |access: &Access| access.address >= TABLE;
+        let found: Vec<bool> = loads.accesses.iter().map(is_entry).collect();
+        assert_eq!(found, [false, false, true, false, false, true]);
+        assert_eq!(loads.bytes, 128 + 48);
     }
 
     /// What is loaded for a frame is what is counted of it, and no stream is faster than one alone.
