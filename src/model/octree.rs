@@ -32,6 +32,7 @@ struct Side {
     frame_ns: f64,
     array_pj: f64,
     computation_pj: f64,
+    /// The unit's, its memories', and that of all bytes of memory with the DMA's descriptors.
     gathering_pj: f64,
     /// Share of the array's multipliers that work while it does.
     array_use: f64,
@@ -117,7 +118,10 @@ impl Side {
             frame_ns: frame.span_ns,
             array_pj: spent.array_pj,
             computation_pj: spent.array_pj + spent.buffers_pj,
-            gathering_pj: spent.gathering_pj + spent.gathering_memories_pj + frame.spent.memory_pj,
+            gathering_pj: spent.gathering_pj
+                + spent.gathering_memories_pj
+                + frame.spent.memory_pj
+                + frame.spent.descriptor_pj,
             array_use: done.macs as f64 / (done.array_cycles.max(1) * held) as f64,
             done,
         })
@@ -159,7 +163,7 @@ fn print(scenes: &[Merging]) {
         table.add_row([
             scene.clone(),
             pair(of(|s| s.points_a_mvoxel), 1),
-            format!("{:.0}", sides[1].tree_bytes as f64 * 1e-3),
+            format!("{:.1}", sides[1].tree_bytes as f64 * 1e-3),
             pair(gathering.map(|ns| ns * 1e-3), 1),
             format!("{:.2}", gathering[0] / gathering[1]),
             pair(computation.map(|ns| ns * 1e-3), 1),

@@ -13,6 +13,7 @@ mod analysis;
 pub(crate) mod bands;
 mod cache;
 mod choices;
+mod evidence;
 mod facts;
 mod hardware;
 mod holes;

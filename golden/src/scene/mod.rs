@@ -9,6 +9,7 @@ mod description;
 mod effects;
 mod error;
 mod exact;
+mod fixed;
 #[cfg(test)]
 mod fuzz;
 pub mod garden;

@@ -12,6 +12,7 @@ pub mod drive;
 pub mod exponents;
 pub mod feature_major;
 pub mod gather;
+mod rit_buffer;
 pub mod split;
 pub mod stimulus;
 pub mod vector;

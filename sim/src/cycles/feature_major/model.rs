@@ -9,9 +9,8 @@ use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 
 use super::{LATENCY, LaneRun, Rounds, channels_of};
-use crate::cycles::gather::{
-    Cause, Counters, Feature, GatherInputs, GatherOutputs, Issue, RitBuffer,
-};
+use crate::cycles::gather::{Cause, Counters, Feature, GatherInputs, GatherOutputs, Issue};
+use crate::cycles::rit_buffer::RitBuffer;
 use crate::cycles::work::WorkError;
 
 /// Half of the lanes' entries.
