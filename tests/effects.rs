@@ -3,6 +3,7 @@
 
 mod common;
 
+use std::fs;
 use std::path::Path;
 
 use common::{expect, json};
@@ -166,6 +167,9 @@ fn verilog_for_a_scene_is_verified_on_it() {
         let files = report["files"].as_object().unwrap();
         let has_reducers = files.keys().any(|file| file.contains("reducer"));
         assert_eq!(has_reducers, reducers, "{files:?}");
+        // Nor does the table carry weights that nothing multiplies.
+        let table = fs::read_to_string(at.join("rtl/gathering_unit/rit_buffer.v")).unwrap();
+        assert_eq!(table.contains("p_weight"), reducers);
         let verify = [
             "--config",
             "rtl/configuration.toml",

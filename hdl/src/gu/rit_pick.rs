@@ -1,11 +1,12 @@
 //! What the stages of the RIT reader carry: rows, weights and slot of a vertex, or
 //! of all eight of a cell, picked from the paper's entries.
 
+use potamoi_formats::config::Config;
 use potamoi_formats::rit::{MAX_VERTICES, Vertices};
 
 use super::rit_reader::{Read, Reader};
 use super::rit_shape::Shape;
-use crate::ir::{ModuleBuilder, Signal, Ty};
+use crate::ir::{Instance, ModuleBuilder, Signal, Ty};
 use crate::parts::is;
 
 /// Names of the halfwords of an entry's word.
@@ -27,6 +28,15 @@ pub(super) enum Slot {
     Whole(Signal),
     /// In the tags of vertices 0 and 1.
     Tag(Signal),
+}
+
+/// Weights of what is issued; zeros where no entry has any.
+pub(super) fn weights(m: &mut ModuleBuilder, config: &Config, rit: Instance) -> Signal {
+    let shape = Shape::of(config);
+    if shape.has_weights() {
+        return m.out(rit, "p_weight");
+    }
+    m.lit(0, Ty::u(16 * shape.ports))
 }
 
 impl Reader {
@@ -63,7 +73,12 @@ impl Reader {
                 m.set_next_if(reg, enable, value);
                 reg
             };
-            for (what, values) in [given.rows, given.weights].into_iter().enumerate() {
+            let weights = if shape.has_weights() {
+                given.weights
+            } else {
+                vec![]
+            };
+            for (what, values) in [given.rows, weights].into_iter().enumerate() {
                 let name = ["row", "weight"][what];
                 for (i, value) in values.iter().enumerate() {
                     let name = match values.len() {
@@ -112,6 +127,9 @@ impl Reader {
             ("p_weight", &outputs[1], one),
             ("p_slot", &outputs[2], slots),
         ] {
+            if parts.is_empty() {
+                continue;
+            }
             let joined = m.cat(parts);
             m.output(name, joined, doc);
         }

@@ -1,6 +1,6 @@
 //! Geometry of the RIT buffer, and the state of its halves.
 
-use potamoi_formats::config::{Config, EntryKind};
+use potamoi_formats::config::{Config, EntryKind, Modes};
 use potamoi_formats::rit::{MAX_VERTICES, Vertices};
 
 use crate::ir::{ModuleBuilder, Signal, Ty};
@@ -51,6 +51,11 @@ impl Shape {
 
     pub(super) fn entry_halfwords(&self, vertices: Vertices) -> u32 {
         (self.config.entry_bytes(vertices) / 2) as u32
+    }
+
+    /// Records of one vertex have none.
+    pub(super) fn has_weights(&self) -> bool {
+        self.config.gu.modes != Modes::Unstructured
     }
 
     /// Vertices that are issued at once.

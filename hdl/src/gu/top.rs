@@ -9,6 +9,7 @@ use super::mft::mft;
 use super::reducer::{LATER, cell_reducer, reducer};
 use super::report::{Stats, Watched, errors, outputs};
 use super::rit_buffer::rit_buffer;
+use super::rit_pick::weights;
 use super::streams::{Beat, FeatureStream, count_both, rit_stream};
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::{bits_for, is};
@@ -198,7 +199,8 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let table = m.instance("mft", &mft_module, &mft_in);
     let mut of_rit = |name: &str| m.out(rit, name);
     let [p_valid, p_end, p_keep] = ["p_valid", "p_end", "p_keep"].map(&mut of_rit);
-    let [p_row, p_weight, p_slot] = ["p_row", "p_weight", "p_slot"].map(&mut of_rit);
+    let [p_row, p_slot] = ["p_row", "p_slot"].map(&mut of_rit);
+    let p_weight = weights(m, config, rit);
     // A cell is the first and the last of its group.
     let [p_first, p_last] = match whole_cells {
         true => [m.lit(1, bit); 2],

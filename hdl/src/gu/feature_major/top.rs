@@ -14,6 +14,7 @@ use super::shape::Shape;
 use super::table::table;
 use crate::gu::report::{Stats, Watched, errors, outputs};
 use crate::gu::rit_buffer::rit_buffer;
+use crate::gu::rit_pick::weights;
 use crate::gu::streams::{Beat, FeatureStream, count_both, rit_stream};
 use crate::gu::top::Ports;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
@@ -78,8 +79,9 @@ pub(in crate::gu) fn feature_major(config: &Config) -> Result<Arc<Module>, IrErr
     let loader = Loader::build(m, config, rit);
     m.connect(rit, "p_take", loader.take);
     let p_first = m.out(rit, "p_first");
-    let [p_last, p_keep, p_row, p_weight, p_slot] =
-        ["p_last", "p_keep", "p_row", "p_weight", "p_slot"].map(|name| m.out(rit, name));
+    let [p_last, p_keep, p_row, p_slot] =
+        ["p_last", "p_keep", "p_row", "p_slot"].map(|name| m.out(rit, name));
+    let p_weight = weights(m, config, rit);
 
     m.section("Steps: one a channel and vertex");
     let sequencer = Sequencer::declare(m, &shape, settings);
