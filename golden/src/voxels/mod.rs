@@ -6,6 +6,7 @@
 
 mod bound;
 mod composite;
+mod counts;
 mod error;
 mod fixed;
 mod float;
@@ -23,10 +24,11 @@ mod tests;
 pub use crate::tiling::{Halo, Holder, Place};
 pub use bound::error_bounds;
 pub(crate) use composite::{Compositor, Work};
+pub use counts::{FixedStats, Orders};
 pub use error::VoxelError;
 pub use fixed::{
-    FixedFrame, FixedOptions, FixedStats, Orders, Volume, render_fixed, render_volume,
-    render_volume_masked, stops, tasks,
+    FixedFrame, FixedOptions, Volume, render_fixed, render_volume, render_volume_masked, stops,
+    tasks,
 };
 pub(crate) use fixed::{check_background, gather, place, stored};
 pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float, render_masked};

@@ -3,8 +3,9 @@
 
 use potamoi_formats::rit::Vertices;
 
+use super::counts::FixedStats;
 use super::error::VoxelError;
-use super::fixed::{FixedOptions, FixedStats, Volume, check};
+use super::fixed::{FixedOptions, Volume, check};
 use super::schedule::{Group, Schedule};
 use super::split::ready;
 use crate::camera::Camera;

@@ -16,8 +16,9 @@
 use potamoi_formats::rit::{RitEntry, Vertices};
 
 use super::composite::{Compositor, Work};
+use super::counts::FixedStats;
 use super::error::VoxelError;
-use super::fixed::{FixedStats, gather};
+use super::fixed::gather;
 use super::schedule::{Crossing, Group, Schedule, Span};
 use crate::streams::Visit;
 use crate::units::{GatherTask, Units, weights};
