@@ -240,6 +240,24 @@ fn a_file_that_expands_too_far_is_refused() {
     );
 }
 
+/// A file that ends early is refused, also where all but its checksum came; so is
+/// what goes on after the document.
+#[test]
+fn the_file_ends_where_the_document_does() {
+    let whole = std::fs::read(fixture("cube.ingp")).unwrap();
+    for missing in 1..=8 {
+        let error = load(&whole[..whole.len() - missing]).unwrap_err();
+        assert!(error.contains("expected"), "{missing}: {error}");
+    }
+    let mut other = whole.clone();
+    *other.last_mut().unwrap() ^= 1;
+    assert!(load(&other).is_err(), "another checksum");
+    let plain = patched(|_| {});
+    load(&plain).unwrap();
+    let error = load(&[&plain[..], b"\xc0"].concat()).unwrap_err();
+    assert!(error.contains("bytes follow the end"), "{error}");
+}
+
 /// Lengths that a header claims cost nothing until the bytes come.
 #[test]
 fn claimed_lengths_take_no_memory() {

@@ -204,11 +204,19 @@ fn read(path: &Path, mut bytes: impl BufRead, length: u64) -> Result<Document, S
 fn parse(bytes: std::io::Take<impl Read>) -> Result<Document, (String, String, u64)> {
     let mut reader = rmp_serde::Deserializer::new(BufReader::new(bytes));
     reader.set_max_depth(DEPTH);
-    let read = serde_path_to_error::deserialize(&mut reader);
-    read.map_err(|e| {
+    let document = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
         let left = reader.get_ref().get_ref().limit();
         (e.path().to_string(), e.inner().to_string(), left)
-    })
+    })?;
+    // The checksum of packed bytes is compared where they end.
+    let rest = reader.get_mut().fill_buf().map(<[u8]>::len);
+    let left = reader.get_ref().get_ref().limit();
+    let problem = match rest {
+        Ok(0) if left > 0 => return Ok(document),
+        Ok(_) => "bytes follow the end of the document; expected none".to_owned(),
+        Err(e) => e.to_string(),
+    };
+    Err((".".to_owned(), problem, left))
 }
 
 /// What has one value that is read.
