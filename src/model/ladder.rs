@@ -151,13 +151,14 @@ fn print_memory(replay: &Replay) {
     ] {
         let Some(own) = found else { continue };
         let (rates, replayed) = (own.at_rates, own.replayed);
+        let [at_rates, in_order] = [rates, replayed].map(|of| 1.0 / of.ns);
         let off = |own: f64, truth: f64| format!("{:+.1} %", 100.0 * (own / truth - 1.0));
         table.add_row([
             name.to_owned(),
             format!("{:.3}", own.bytes as f64 * 1e-6),
-            format!("{:.2}", 1.0 / rates.ns),
-            format!("{:.2}", 1.0 / replayed.ns),
-            off(rates.ns, replayed.ns),
+            format!("{at_rates:.2}"),
+            format!("{in_order:.2}"),
+            off(at_rates, in_order),
             format!("{:.1}", rates.pj),
             format!("{:.1}", replayed.pj),
             off(rates.pj, replayed.pj),

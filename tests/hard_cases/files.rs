@@ -142,7 +142,8 @@ fn floats_of_splat_files() {
             wrong[place..place + 4].copy_from_slice(&odd.to_le_bytes());
             fs::write(&path, wrong).unwrap();
             let what = format!("near.ply: {odd} as property {property}");
-            if !refused(&path, "near.ply", &what) {
+            let told = format!("near.ply: vertex {}, property `", i + 3);
+            if !refused(&path, &told, &what) {
                 accepted.push((property, *odd));
             }
         }

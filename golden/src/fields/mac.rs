@@ -176,6 +176,11 @@ impl MacLayer {
         &self.weights
     }
 
+    /// Codes of the biases, at the scale of the sums.
+    pub(super) fn bias(&self) -> &[i32] {
+        &self.bias
+    }
+
     /// Fraction bits of the outputs.
     #[must_use]
     pub const fn output_frac(&self) -> i32 {

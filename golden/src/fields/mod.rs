@@ -7,6 +7,7 @@
 //! same for all of them, and is what the gathering unit does.
 
 mod batches;
+mod bound;
 mod calibrate;
 pub mod coded;
 mod codes;
@@ -37,8 +38,11 @@ use std::sync::Arc;
 use glam::DVec3;
 use potamoi_formats::config::Config;
 
+use crate::camera::Camera;
+
 pub use batches::BatchSize;
 pub(crate) use batches::{RayGroup, groups};
+pub use bound::{Bounds, Off, error_bounds};
 pub use directions::Directions;
 pub use error::FieldError;
 pub use fixed::{Coded, FieldWork, FixedField, FixedOptions};
@@ -94,6 +98,15 @@ pub trait Field: Sync {
     /// units lack what it needs, or values that no format holds.
     fn coded(&self, _: &Config) -> Result<Coded<'_>, FieldError> {
         Err(FieldError::FloatOnly)
+    }
+
+    /// What opacities and colours may be off by in those formats, seen by a camera; nothing where
+    /// none is derived.
+    ///
+    /// # Errors
+    /// As [`Field::coded`].
+    fn bounds(&self, _: &Config, _: &Camera) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
+        Ok(None)
     }
 
     /// All perceptrons that its features go through.

@@ -23,9 +23,11 @@ use super::FieldError;
 use crate::voxels::{Lanes, VoxelError};
 
 /// Fraction bits of the interval.
-const INTERVAL_BITS: u32 = 24;
+pub(super) const INTERVAL_BITS: u32 = 24;
 /// Optical depths are below two to this.
 const DEPTH_INT_BITS: u32 = 4;
+/// Thicker ones are held there.
+pub(super) const THICKEST: f64 = (1 << DEPTH_INT_BITS) as f64;
 
 /// What makes a density of a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,9 +56,9 @@ impl Curve {
 /// From numbers to opacities.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Opacity {
-    curve: Curve,
+    pub(super) curve: Curve,
     /// Optical depth of one step at density 1.
-    interval: f64,
+    pub(super) interval: f64,
     /// Fraction bits of the exponential's input, of its results, and of s.
     engine: [u32; 3],
 }

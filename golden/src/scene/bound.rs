@@ -1,16 +1,16 @@
 //! What pictures in the hardware's formats may be off by.
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, ExpConfig};
 
 use super::{Model, Scene, SceneError};
-use crate::splats::{self, Order, View};
+use crate::fields::{self, Field};
+use crate::splats::{self, Cloud, Order, View};
 use crate::voxels::{self, MVoxels};
 
 impl Scene {
     /// What each pixel's channels may be off by at most beside [`Scene::render_float`], derived
     /// from the formats and the units' own bounds; nothing of models or orders for which none is
-    /// derived: those with networks, splats in the order in which MVoxels bring them, and frames that
-    /// leave effects out.
+    /// derived: splats in the order in which MVoxels bring them, and frames that leave effects out.
     ///
     /// # Errors
     /// A scene or a configuration that does not fit.
@@ -21,8 +21,12 @@ impl Scene {
         }
         match &self.model {
             Model::Splats(cloud) if self.order == Order::Exact => {
-                let view = View::by(cloud, &self.camera, self.profile, &self.splat_work())?;
-                Ok(Some(splats::error_bounds(&view, exp, self.background)))
+                Ok(Some(self.splat_bounds(cloud, exp, 0.0)?))
+            }
+            Model::Compact(model) if self.order == Order::Exact => {
+                let eye = self.camera.position();
+                let off = model.colours_off(eye, config)?;
+                Ok(Some(self.splat_bounds(&model.seen_from(eye), exp, off)?))
             }
             Model::Voxels(grid) => {
                 let mvoxels = MVoxels::new(grid, config)?;
@@ -33,7 +37,38 @@ impl Scene {
                 let bounds = voxels::error_bounds(grid, formats, exp, &self.camera, &options);
                 Ok(Some(bounds.into_iter().map(|[colour, _]| colour).collect()))
             }
-            _ => Ok(None),
+            Model::Dvgo(field) => self.field_bounds(&**field, config),
+            Model::Tensorf(field) => self.field_bounds(&**field, config),
+            Model::Field(field) => self.field_bounds(&**field, config),
+            Model::Splats(_) | Model::Compact(_) => Ok(None),
         }
+    }
+
+    fn splat_bounds(
+        &self,
+        cloud: &Cloud,
+        exp: &ExpConfig,
+        colours_off: f64,
+    ) -> Result<Vec<f64>, SceneError> {
+        let view = View::by(cloud, &self.camera, self.profile, &self.splat_work())?;
+        Ok(splats::error_bounds(
+            &view,
+            exp,
+            self.background,
+            colours_off,
+        ))
+    }
+
+    fn field_bounds(
+        &self,
+        field: &dyn Field,
+        config: &Config,
+    ) -> Result<Option<Vec<f64>>, SceneError> {
+        let options = fields::FixedOptions {
+            background: self.background,
+            terminate: self.stops(config.vu.exp.output_bits),
+            ..fields::FixedOptions::default()
+        };
+        Ok(fields::error_bounds(field, config, &self.camera, &options)?)
     }
 }

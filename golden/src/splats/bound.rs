@@ -8,7 +8,7 @@
 //! | e | between `exp(-u - du)` and `exp(-u + du)`, and [`budget`] units |
 //! | alpha | the opacity's half unit, half a unit; 0 where it may be skipped |
 //! | T' | half a unit of U1.20 a Gaussian |
-//! | colour | half a unit of U4.12 |
+//! | colour | half a unit of U4.12, and what a network's is off |
 //!
 //! A picture is affine in each alpha: replacing one of them, those behind it replaced already,
 //! moves it by the light that still reaches it, times the difference, times at most the brightest
@@ -48,9 +48,14 @@ struct Alpha {
 }
 
 /// What each pixel's channels may be off by at most, for a frame in exact order whose exponentials
-/// are those of `exp`.
+/// are those of `exp`, and whose Gaussians' colours are off by so much.
 #[must_use]
-pub fn error_bounds(view: &View, exp: &ExpConfig, background: [f32; 3]) -> Vec<f64> {
+pub fn error_bounds(
+    view: &View,
+    exp: &ExpConfig,
+    background: [f32; 3],
+    colours_off: f64,
+) -> Vec<f64> {
     let off = Off {
         factor: 2f64.powi(-(view.rules().conic_bits as i32)) / 2.0,
         mean: MEAN.ulp() / 2.0,
@@ -72,11 +77,15 @@ pub fn error_bounds(view: &View, exp: &ExpConfig, background: [f32; 3]) -> Vec<f
             let splats: Vec<&Projected> = own.iter().map(|r| &view.splats()[*r as usize]).collect();
             let brightest = splats
                 .iter()
-                .fold(behind, |m, s| m.max(s.colour.max_element()));
+                .fold(behind, |m, s| m.max(s.colour.max_element() + colours_off));
             let [[left, top], [columns, rows]] = view.tile_pixels(tile);
             let pixels = (0..rows).flat_map(|y| (0..columns).map(move |x| [left + x, top + y]));
             pixels
-                .map(|at| (at, pixel(view, &splats, at, &off, brightest)))
+                .map(|at| {
+                    // Weights of colours add up to 1 at most.
+                    let own = pixel(view, &splats, at, &off, brightest);
+                    (at, own + colours_off)
+                })
                 .collect()
         })
         .collect();

@@ -239,3 +239,8 @@ impl ColourScale {
         self.frac_bits + TRANSMITTANCE.frac_bits() - self.shift()
     }
 }
+
+/// Fraction bits of a pixel's sums of colours of so many.
+pub(crate) fn pixel_bits(colour_bits: u32) -> u32 {
+    ColourScale::of(colour_bits).pixel_bits()
+}

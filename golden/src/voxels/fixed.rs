@@ -22,7 +22,7 @@ use crate::tiling::Halo;
 use crate::units::{GatherTask, Units};
 
 /// Format of the background.
-pub(super) const BACKGROUND: Format = Format::signed(3, 12);
+pub(crate) const BACKGROUND: Format = Format::signed(3, 12);
 /// Fraction bits of a finished pixel.
 const PIXEL_BITS: u32 = 32;
 

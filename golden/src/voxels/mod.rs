@@ -23,14 +23,14 @@ mod tests;
 
 pub use crate::tiling::{Halo, Holder, Place};
 pub use bound::error_bounds;
-pub(crate) use composite::{Compositor, Work};
+pub(crate) use composite::{Compositor, Work, pixel_bits};
 pub use counts::{FixedStats, Orders};
 pub use error::VoxelError;
+pub(crate) use fixed::{BACKGROUND, check_background, gather, place, stored};
 pub use fixed::{
     FixedFrame, FixedOptions, Volume, render_fixed, render_volume, render_volume_masked, stops,
     tasks,
 };
-pub(crate) use fixed::{check_background, gather, place, stored};
 pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float, render_masked};
 pub use formats::{Formats, TRANSMITTANCE};
 pub use grid::{Grid, Layout, MAX_POINTS, MAX_VALUES};
@@ -38,6 +38,7 @@ pub(crate) use head::{Facing, OpacityAlone};
 pub use head::{Head, Lanes, Opacities};
 pub use moved::moved;
 pub use mvoxels::{MVoxels, Mask};
+pub(crate) use ray::Rays;
 pub use ray::{Placement, Ray};
 pub(crate) use schedule::Span;
 pub use schedule::{GROUP_RAYS, Skip, default_group_side};

@@ -42,7 +42,7 @@ fn frame(splats: bool, batches: u64, pixels: u64) -> FrameWork {
         frame_pixels: 4096,
         samples: if splats { 0 } else { 6 * pixels },
         gaussians: of(50_000),
-        visible: of(9000),
+        visible: of(45_000),
         pairs: of(20_000),
         record_bytes: of(288_000),
         spilled_bytes: 12_000,

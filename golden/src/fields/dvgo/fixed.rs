@@ -26,9 +26,9 @@ use crate::voxels::{Head, Lanes, MVoxels, Opacities, Placement, TRANSMITTANCE, V
 /// A model in codes, ready to be rendered MVoxel by MVoxel.
 #[derive(Debug)]
 pub struct FixedDvgo {
-    mvoxels: MVoxels,
-    placement: Placement,
-    head: DvgoHead,
+    pub(super) mvoxels: MVoxels,
+    pub(super) placement: Placement,
+    pub(super) head: DvgoHead,
 }
 
 impl FixedDvgo {
@@ -54,16 +54,16 @@ impl FixedDvgo {
 /// Feature computation of DirectVoxGO in codes.
 #[derive(Debug)]
 pub struct DvgoHead {
-    channels: usize,
-    density_bits: u32,
+    pub(super) channels: usize,
+    pub(super) density_bits: u32,
     /// Fraction bits of features and directions, the perceptron's input.
-    input_bits: u32,
-    opacity: Opacity,
+    pub(super) input_bits: u32,
+    pub(super) opacity: Opacity,
     /// Fraction bits of the exponential's input.
     logit_bits: u32,
     least: [i32; 2],
     frequencies: Vec<f64>,
-    mlp: MacMlp,
+    pub(super) mlp: MacMlp,
 }
 
 impl Dvgo {

@@ -6,6 +6,7 @@
 //! exp(d + shift))^-interval`, which is `1 - exp(-interval softplus(d +
 //! shift))`: softplus, a product, and `one-minus-exp`.
 
+mod bound;
 mod fixed;
 #[cfg(test)]
 mod tests;
@@ -13,8 +14,10 @@ mod tests;
 use std::path::Path;
 
 use glam::{DVec3, dvec3};
+use potamoi_formats::config::Config;
 
-use super::{Along, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
+use super::{Along, Bounds, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
+use crate::camera::Camera;
 use crate::torch::{Checkpoint, Tensor};
 use crate::voxels::Mask;
 
@@ -458,5 +461,13 @@ impl Field for Dvgo {
             least_weight: self.least,
             stop: STOP,
         }
+    }
+
+    fn bounds(
+        &self,
+        config: &Config,
+        camera: &Camera,
+    ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
+        Ok(Some(Box::new(bound::bounds(self, config, camera)?)))
     }
 }

@@ -24,32 +24,42 @@ use crate::units::Product;
 use crate::voxels::{Head, Lanes, Opacities, TRANSMITTANCE, VoxelError};
 
 /// Fraction bits of spherical harmonics, which are below 2.
-const BASIS_BITS: u32 = 14;
+pub(super) const BASIS_BITS: u32 = 14;
 
 /// Feature computation of EfficientNeRF in codes.
-struct EfficientHead {
-    density_bits: u32,
-    coefficient_bits: u32,
-    opacity: Opacity,
+pub(super) struct EfficientHead {
+    pub(super) density_bits: u32,
+    pub(super) coefficient_bits: u32,
+    pub(super) opacity: Opacity,
     /// Fraction bits of the exponential's input.
     logit_bits: u32,
 }
 
 pub(super) fn coded<'a>(field: &EfficientNerf, config: &Config) -> Result<Coded<'a>, FieldError> {
-    need(config, &[OpCode::Sigmoid])?;
-    let density = finest_of(&field.tables, |c| c == 0, config, "density")?;
-    let coefficients = finest_of(&field.tables, |c| c > 0, config, "coefficients")?;
-    let mut frac_bits = vec![coefficients; CHANNELS];
-    frac_bits[0] = density;
+    let head = head(field, config)?;
     Ok(Coded {
-        frac_bits: vec![frac_bits],
-        head: Box::new(EfficientHead {
-            density_bits: density,
-            coefficient_bits: coefficients,
-            opacity: Opacity::new(Curve::Softplus { shift: 0.0 }, STEP, config)?,
-            logit_bits: config.vu.exp.input.frac_bits(),
-        }),
+        frac_bits: vec![head.frac_bits()],
+        head: Box::new(head),
     })
+}
+
+pub(super) fn head(field: &EfficientNerf, config: &Config) -> Result<EfficientHead, FieldError> {
+    need(config, &[OpCode::Sigmoid])?;
+    Ok(EfficientHead {
+        density_bits: finest_of(&field.tables, |c| c == 0, config, "density")?,
+        coefficient_bits: finest_of(&field.tables, |c| c > 0, config, "coefficients")?,
+        opacity: Opacity::new(Curve::Softplus { shift: 0.0 }, STEP, config)?,
+        logit_bits: config.vu.exp.input.frac_bits(),
+    })
+}
+
+impl EfficientHead {
+    /// Fraction bits of each channel's codes.
+    pub(super) fn frac_bits(&self) -> Vec<u32> {
+        let mut frac_bits = vec![self.coefficient_bits; CHANNELS];
+        frac_bits[0] = self.density_bits;
+        frac_bits
+    }
 }
 
 impl Head for EfficientHead {

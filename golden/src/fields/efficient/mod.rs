@@ -9,13 +9,17 @@
 //! have a node. For the paper's characterisation and for verification: no claim
 //! is made for its quality.
 
+mod bound;
 mod fixed;
 
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
-use super::{Along, Coded, Directions, Field, FieldError, Nodes, Sampling, Table, softplus};
+use super::{
+    Along, Bounds, Coded, Directions, Field, FieldError, Nodes, Sampling, Table, softplus,
+};
+use crate::camera::Camera;
 use crate::effects::bands::{self, Bands};
 use crate::splats::sh;
 
@@ -157,5 +161,13 @@ impl Field for EfficientNerf {
 
     fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
         fixed::coded(self, config)
+    }
+
+    fn bounds(
+        &self,
+        config: &Config,
+        _: &Camera,
+    ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
+        Ok(Some(Box::new(bound::bounds(self, config)?)))
     }
 }

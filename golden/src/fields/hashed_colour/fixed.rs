@@ -34,9 +34,10 @@ const CALIBRATION: usize = 4096;
 pub struct FixedColour<'a> {
     field: &'a HashedColour,
     tables: Vec<CodedTable>,
-    head: MacMlp,
-    /// Fraction bits of harmonics as they enter the first layer.
-    harmonic_bits: i32,
+    pub(super) head: MacMlp,
+    /// Fraction bits of features, and of harmonics as they enter the first layer.
+    pub(super) feature_bits: u32,
+    pub(super) harmonic_bits: i32,
 }
 
 impl<'a> FixedColour<'a> {
@@ -68,6 +69,7 @@ impl<'a> FixedColour<'a> {
                 frac as i32,
                 &magnitudes(field, centres),
             )?,
+            feature_bits: frac,
             harmonic_bits: frac as i32 - down,
         })
     }
@@ -163,7 +165,7 @@ struct Seen<'a> {
 
 /// The network with the first layer's weights of harmonics and ones times two
 /// to `up`.
-fn with_first_columns(head: &Mlp, up: i32) -> Result<Mlp, FieldError> {
+pub(super) fn with_first_columns(head: &Mlp, up: i32) -> Result<Mlp, FieldError> {
     let scale = 2f32.powi(up);
     let layers = head.layers().iter().enumerate().map(|(i, layer)| {
         let columns = layer.inputs();

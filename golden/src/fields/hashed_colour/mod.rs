@@ -6,6 +6,7 @@
 //! tables are gathered from as any, and [`HashedColour::colour`] makes a colour
 //! of what was gathered.
 
+mod bound;
 mod fixed;
 
 use glam::DVec3;

@@ -29,33 +29,40 @@ use crate::voxels::{Head, Lanes, Opacities, VoxelError};
 const LEAST_RANGE: f64 = 2.0;
 
 /// Feature computation of Instant-NGP in codes.
-struct NgpHead {
+pub(super) struct NgpHead {
     channels: usize,
-    density: MacMlp,
-    colour: MacMlp,
-    opacity: Opacity,
+    pub(super) density: MacMlp,
+    pub(super) colour: MacMlp,
+    pub(super) opacity: Opacity,
     /// Fraction bits of the exponential's input.
     logit_bits: u32,
 }
 
 /// A field with its head and its formats.
 pub(super) fn coded<'a>(field: &Ngp, config: &Config) -> Result<Coded<'a>, FieldError> {
+    let (frac_bits, head) = head(field, config)?;
+    Ok(Coded {
+        frac_bits,
+        head: Box::new(head),
+    })
+}
+
+/// Fraction bits of the codes of each table, and the head.
+pub(super) fn head(field: &Ngp, config: &Config) -> Result<(Vec<Vec<u32>>, NgpHead), FieldError> {
     need(config, &[OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid])?;
     let frac = finest_of(&field.tables, |_| true, config, "features")?;
     let (latents, shades) = magnitudes(field);
     let density = MacMlp::quantise(&field.density, frac as i32, &latents)?;
     let colour = MacMlp::quantise(&field.colour, density.output_frac(), &shades)?;
     let channels = field.shape.features as usize;
-    Ok(Coded {
-        frac_bits: vec![vec![frac; channels]; field.tables.len()],
-        head: Box::new(NgpHead {
-            channels: field.channels(),
-            density,
-            colour,
-            opacity: Opacity::new(Curve::Exp, STEP, config)?,
-            logit_bits: config.vu.exp.input.frac_bits(),
-        }),
-    })
+    let head = NgpHead {
+        channels: field.channels(),
+        density,
+        colour,
+        opacity: Opacity::new(Curve::Exp, STEP, config)?,
+        logit_bits: config.vu.exp.input.frac_bits(),
+    };
+    Ok((vec![vec![frac; channels]; field.tables.len()], head))
 }
 
 /// The largest magnitude of each layer's outputs, of both perceptrons, on the

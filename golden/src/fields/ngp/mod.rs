@@ -13,6 +13,7 @@
 //! above 1. A ray that stops, at 1 % left, keeps the 1 %; it scales the colour
 //! up. Colours are those of the training pictures, and composited as such.
 
+mod bound;
 mod document;
 mod fixed;
 pub mod grid;
@@ -25,7 +26,8 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
-use super::{Along, Coded, Directions, Field, FieldError, HashUnit, Mlp, Sampling, Table};
+use super::{Along, Bounds, Coded, Directions, Field, FieldError, HashUnit, Mlp, Sampling, Table};
+use crate::camera::Camera;
 use crate::splats::sh;
 use grid::GridShape;
 use occupancy::Occupancy;
@@ -198,5 +200,13 @@ impl Field for Ngp {
 
     fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
         fixed::coded(self, config)
+    }
+
+    fn bounds(
+        &self,
+        config: &Config,
+        _: &Camera,
+    ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
+        Ok(Some(Box::new(bound::bounds(self, config)?)))
     }
 }

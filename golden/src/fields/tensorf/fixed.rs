@@ -34,24 +34,24 @@ const SUM_BITS: i32 = 30;
 const LEAST_RANGE: f64 = 1.0;
 
 /// The components of one mode: where they lie in a sample's features.
-struct Mode {
-    plane: usize,
-    line: usize,
-    channels: usize,
-    density: usize,
+pub(super) struct Mode {
+    pub(super) plane: usize,
+    pub(super) line: usize,
+    pub(super) channels: usize,
+    pub(super) density: usize,
     /// Fraction bits of a product of density and of appearance.
-    frac_bits: [u32; 2],
+    pub(super) frac_bits: [u32; 2],
 }
 
 /// Feature computation of TensoRF in codes.
-struct TensorfHead {
+pub(super) struct TensorfHead {
     channels: usize,
-    modes: [Mode; 3],
+    pub(super) modes: [Mode; 3],
     /// Fraction bits of products of density and of appearance, as they are kept.
-    product_bits: [u32; 2],
-    opacity: Opacity,
-    basis: MacMlp,
-    mlp: MacMlp,
+    pub(super) product_bits: [u32; 2],
+    pub(super) opacity: Opacity,
+    pub(super) basis: MacMlp,
+    pub(super) mlp: MacMlp,
     frequencies: [usize; 2],
     least_weight: i32,
     /// Fraction bits of the exponential's input.
@@ -60,6 +60,18 @@ struct TensorfHead {
 
 /// A field with its head and its formats.
 pub(super) fn coded<'a>(field: &Tensorf, config: &Config) -> Result<Coded<'a>, FieldError> {
+    let (frac_bits, head) = head(field, config)?;
+    Ok(Coded {
+        frac_bits,
+        head: Box::new(head),
+    })
+}
+
+/// Fraction bits of the codes of each table, and the head.
+pub(super) fn head(
+    field: &Tensorf,
+    config: &Config,
+) -> Result<(Vec<Vec<u32>>, TensorfHead), FieldError> {
     need(config, &[OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid])?;
     let tables = &field.tables;
     let bits = |number: usize, appearance: bool| {
@@ -101,23 +113,21 @@ pub(super) fn coded<'a>(field: &Tensorf, config: &Config) -> Result<Coded<'a>, F
         let of = |channel| bits[usize::from(channel >= density)];
         (0..table.channels()).map(of).collect()
     });
-    Ok(Coded {
-        frac_bits: frac_bits.collect(),
-        head: Box::new(TensorfHead {
-            channels: field.channels(),
-            modes,
-            product_bits,
-            opacity: Opacity::new(curve, interval, config)?,
-            basis,
-            mlp,
-            frequencies: [
-                field.rules.feature_frequencies,
-                field.rules.view_frequencies,
-            ],
-            least_weight: weight as i32,
-            logit_bits: config.vu.exp.input.frac_bits(),
-        }),
-    })
+    let head = TensorfHead {
+        channels: field.channels(),
+        modes,
+        product_bits,
+        opacity: Opacity::new(curve, interval, config)?,
+        basis,
+        mlp,
+        frequencies: [
+            field.rules.feature_frequencies,
+            field.rules.view_frequencies,
+        ],
+        least_weight: weight as i32,
+        logit_bits: config.vu.exp.input.frac_bits(),
+    };
+    Ok((frac_bits.collect(), head))
 }
 
 /// The most fraction bits with which the sum of all products of density, and

@@ -12,6 +12,7 @@
 //! edge times the step ratio. Colour is computed where the weight in the pixel
 //! is above a threshold; rays are followed until less than a millionth is left.
 
+mod bound;
 mod fixed;
 #[cfg(test)]
 mod fuzz;
@@ -24,7 +25,10 @@ mod tests;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
-use super::{Along, Coded, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
+use super::{
+    Along, Bounds, Coded, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus,
+};
+use crate::camera::Camera;
 use mask::AlphaMask;
 pub use planes::Known;
 
@@ -405,5 +409,13 @@ impl Field for Tensorf {
 
     fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
         fixed::coded(self, config)
+    }
+
+    fn bounds(
+        &self,
+        config: &Config,
+        _: &Camera,
+    ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
+        Ok(Some(Box::new(bound::bounds(self, config)?)))
     }
 }

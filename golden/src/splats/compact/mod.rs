@@ -25,6 +25,7 @@ use rayon::prelude::*;
 
 use super::Cloud;
 use super::files::{self, FileError, Origin};
+use super::sh;
 use crate::fields::{FieldError, FieldWork, FixedColour, HashedColour};
 use crate::units::Units;
 use crate::voxels::FixedStats;
@@ -160,11 +161,24 @@ impl Compact {
         work: FieldWork,
         units: &mut dyn Units,
     ) -> Result<(Cloud, FixedStats), FieldError> {
-        let means = self.gaussians.means().iter();
-        let centres: Vec<DVec3> = means.map(|m| DVec3::from(m.map(f64::from))).collect();
+        let centres = self.centres();
         let fixed = FixedColour::new(&self.colour, &centres, config)?;
         let mut stats = FixedStats::default();
         let colours = fixed.seen_from(eye, &centres, work, units, &mut stats)?;
         Ok((self.gaussians.recoloured(colours), stats))
+    }
+
+    /// What a Gaussian's colour in the hardware's formats may be off by at most, seen from `eye`.
+    ///
+    /// # Errors
+    /// As [`Compact::seen_in_codes`], but for units.
+    pub fn colours_off(&self, eye: DVec3, config: &Config) -> Result<f64, FieldError> {
+        let off = self.colour.off(&self.centres(), eye, config)?;
+        Ok(sh::basis(DVec3::X)[0] * off)
+    }
+
+    fn centres(&self) -> Vec<DVec3> {
+        let means = self.gaussians.means().iter();
+        means.map(|m| DVec3::from(m.map(f64::from))).collect()
     }
 }

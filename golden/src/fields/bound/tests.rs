@@ -1,0 +1,162 @@
+//! Parts of the bound, tried.
+#![allow(clippy::unwrap_used)]
+
+use proptest::prelude::*;
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use super::{Off, Pair, UnitErrors};
+use crate::fields::mac::MacMlp;
+use crate::fields::opacity::{Curve, Opacity};
+use crate::fields::{Layer, Mlp, fields_preset, softplus};
+use crate::units::Twins;
+use crate::voxels::{Lanes, Work};
+
+fn with_lanes<T>(run: impl FnOnce(&mut Lanes<'_>) -> T) -> T {
+    let (mut units, mut work) = (Twins::new(&fields_preset()), Work::default());
+    run(&mut Lanes {
+        units: &mut units,
+        work: &mut work,
+    })
+}
+
+/// A perceptron of random weights, its layers so wide.
+fn perceptron(random: &mut Pcg64Mcg, widths: &[usize], scale: f32) -> Mlp {
+    let layers = widths.windows(2).map(|w| {
+        let mut list = |n| (0..n).map(|_| random.random_range(-scale..scale)).collect();
+        Layer::new(w[0], list(w[0] * w[1]), list(w[1])).unwrap()
+    });
+    Mlp::new(layers.collect()).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Whatever the weights, the widths, and how far outputs are from what they are held at: codes
+    /// are where the bound says, from inputs that are as far off as they may be.
+    #[test]
+    fn outputs_in_codes_are_where_their_bound_says(
+        seed: u64,
+        widths in prop::collection::vec(1usize..24, 2..5),
+        scale in prop::sample::select(vec![0.05f32, 0.4, 1.5]),
+        held in prop::sample::select(vec![0.3f64, 1.0, 4.0]),
+        frac in 6i32..13,
+        spread in prop::sample::select(vec![0.0f64, 0.5, 6.0]),
+    ) {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mlp = perceptron(&mut random, &widths, scale);
+        let unit = 2f64.powi(-frac);
+        let exact: Vec<f64> = (0..widths[0]).map(|_| random.random_range(-2.0..2.0)).collect();
+        let codes: Vec<i16> = exact
+            .iter()
+            .map(|v| (v / unit + random.random_range(-spread..=spread)).round() as i16)
+            .collect();
+        // A part of each difference is known.
+        let off: Vec<Off> = exact
+            .iter()
+            .zip(&codes)
+            .map(|(v, code)| {
+                let all = f64::from(*code) * unit - v;
+                let known = all * random.random_range(0.0..=1.0);
+                Off { known, most: (all - known).abs() }
+            })
+            .collect();
+        let mut largest = vec![0f64; mlp.layers().len()];
+        let mut values = exact.clone();
+        mlp.run_watched(&mut values, |layer, value| {
+            largest[layer] = largest[layer].max(value.abs());
+        });
+        let largest: Vec<f64> = largest.iter().map(|v| v * held + 1e-3).collect();
+        let made = MacMlp::quantise(&mlp, frac, &largest).unwrap();
+        let found = with_lanes(|lanes| made.run(codes.clone(), lanes).unwrap());
+        let bound = Pair::new(&mlp, &made).outputs(&exact, &off);
+        let of_code = 2f64.powi(-made.output_frac());
+        for ((own, value), (exact, off)) in
+            found.iter().zip(&values).zip(bound.values.iter().zip(&bound.off))
+        {
+            prop_assert!((value - exact).abs() <= 1e-9 * (1.0 + exact.abs()), "{value} {exact}");
+            let beyond = (f64::from(*own) * of_code - exact - off.known).abs();
+            prop_assert!(beyond <= off.most + 1e-9 * (1.0 + exact.abs()), "{beyond} of {off:?}");
+        }
+    }
+
+    /// The same of opacities, of every curve.
+    #[test]
+    fn opacities_are_where_their_bound_says(
+        which in 0usize..3,
+        number in -18.0f64..18.0,
+        shift in -10.0f64..2.0,
+        interval in prop::sample::select(vec![3.7e-5, 1.7e-3, 0.02, 0.5, 9.0]),
+        known in -0.2f64..0.2,
+        most in prop::sample::select(vec![0.0f64, 1e-3, 0.1, 3.0]),
+        within in -1.0f64..=1.0,
+        frac in 4i32..20,
+    ) {
+        let config = fields_preset();
+        let curve = [Curve::Softplus { shift }, Curve::Relu, Curve::Exp][which];
+        let opacity = Opacity::new(curve, interval, &config).unwrap();
+        let unit = 2f64.powi(-frac);
+        let code = ((number + known + within * most) / unit).round() as i32;
+        // What the rounding adds is known.
+        let known = f64::from(code) * unit - number - within * most;
+        let alpha = with_lanes(|lanes| opacity.alphas(&[code], frac, lanes).unwrap())[0];
+        let alpha = f64::from(alpha) * 2f64.powi(-(opacity.alpha_bits() as i32));
+        let depth = interval * match curve {
+            Curve::Softplus { shift } => softplus(number + shift),
+            Curve::Relu => number.max(0.0),
+            Curve::Exp => number.exp(),
+        };
+        let exact = -(-depth).exp_m1();
+        let bound = opacity.off(&UnitErrors::of(&config), number, Off { known, most }, frac);
+        prop_assert!((alpha - exact).abs() <= bound, "{alpha} {exact}: {bound}");
+    }
+
+    /// The same of logistic functions.
+    #[test]
+    fn colours_are_where_their_bound_says(
+        logit in -20.0f64..20.0,
+        most in prop::sample::select(vec![0.0f64, 1e-3, 0.1, 3.0]),
+        within in -1.0f64..=1.0,
+        frac in 4i32..20,
+    ) {
+        use crate::fields::opacity::rescale;
+        use potamoi_formats::units::{OpCode, VectorOp};
+        let config = fields_preset();
+        let unit = 2f64.powi(-frac);
+        let code = ((logit + within * most) / unit).round() as i32;
+        let known = f64::from(code) * unit - logit - within * most;
+        let found = with_lanes(|lanes| {
+            let bits = config.vu.exp.input.frac_bits();
+            let operand = rescale(&[code], frac, bits, lanes).unwrap();
+            lanes.compute_with(VectorOp::new(OpCode::Sigmoid), &operand, 0).unwrap()
+        })[0];
+        let found = f64::from(found) * 2f64.powi(-(config.vu.exp.output_bits as i32));
+        let exact = 1.0 / (1.0 + (-logit).exp());
+        let bound = UnitErrors::of(&config).logistic(logit, Off { known, most }, frac);
+        prop_assert!((found - exact).abs() <= bound, "{found} {exact}: {bound}");
+    }
+}
+
+/// With certain neurons what is known stays known; the sum of weights' magnitudes would lose it.
+#[test]
+fn what_is_known_of_inputs_stays_known() {
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    let mlp = perceptron(&mut random, &[12, 32, 3], 0.4);
+    let made = MacMlp::quantise(&mlp, 10, &[8.0, 8.0]).unwrap();
+    let pair = Pair::new(&mlp, &made);
+    let inputs: Vec<f64> = (0..12).map(|_| random.random_range(-2.0..2.0)).collect();
+    let known: Vec<Off> = (0..12)
+        .map(|_| Off::exactly(random.random_range(-4e-3..4e-3)))
+        .collect();
+    let unknown: Vec<Off> = known.iter().map(|off| Off::within(off.largest())).collect();
+    let most = |off: &[Off]| {
+        let made = pair.outputs(&inputs, off);
+        made.off.iter().map(|off| off.most).fold(0.0, f64::max)
+    };
+    assert!(
+        most(&known) < most(&unknown) / 2.0,
+        "{} {}",
+        most(&known),
+        most(&unknown)
+    );
+}
