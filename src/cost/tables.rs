@@ -23,7 +23,7 @@ fn db(of: Likeness) -> String {
 
 pub(super) fn print(report: &Report, knobs: &[Knob]) {
     say!(
-        "{} ({}), {} x {}: a frame in full by the gathering and vector units, warped ones as means of a path",
+        "{} ({}), {} x {}: a frame in full by the gathering and vector units, warped ones by what a path's are of the same path in full",
         report.scene,
         report.algorithm,
         report.size[0],

@@ -10,8 +10,8 @@ use potamoi_golden::units::Twins;
 use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::widths::budget;
-use potamoi_sim::soc::work::{FrameWork, PathOptions};
-use potamoi_sim::soc::{Costs, Frames, Gathering, Scenario, Variant};
+use potamoi_sim::soc::work::{Counted, FrameWork, PathOptions, Quality};
+use potamoi_sim::soc::{Frames, Gathering, Model, Scenario, Variant};
 use potamoi_sim::synth::UnitKind;
 use potamoi_sim::synth::fit::{Fit, Work};
 use potamoi_sim::synth::scaling;
@@ -32,7 +32,7 @@ const FPS: f64 = 30.0;
 pub(super) struct Likeness {
     /// Decibels of the mean squared error, peak 1, over all pixels; none where they are equal.
     pub(super) db: Option<f64>,
-    /// Structural similarity, in pictures of 11 x 11 pixels or more; not measured over paths.
+    /// Structural similarity, in pictures of 11 x 11 pixels or more.
     pub(super) ssim: Option<f64>,
 }
 
@@ -44,14 +44,24 @@ impl Likeness {
         }
     }
 
-    /// Of a path that is compared in floating point, as the hardware's formats show it: squared
-    /// errors of the formats, on a frame in full, come to those of the path.
-    fn path(db: Option<f64>, formats: Self) -> Self {
+    /// Of a path's frames beside the model's, compared in floating point, as the hardware's formats
+    /// show them: squared errors of the formats, on a frame in full, come to those of the path.
+    fn path(of: [Option<f64>; 2], formats: Self) -> Self {
         let error = |db: Option<f64>| db.map_or(0.0, |db| 10f64.powf(-0.1 * db));
-        let sum = error(db) + error(formats.db);
+        let sum = error(of[0]) + error(formats.db);
         Self {
             db: (sum > 0.0).then(|| -10.0 * sum.log10()),
-            ssim: None,
+            ssim: of[1].zip(formats.ssim).map(|(own, formats)| own * formats),
+        }
+    }
+
+    /// Of a frame in full, by as much more or less as a path's frames are beside it than the same
+    /// path's in full.
+    fn moved(self, of: [Option<f64>; 2], full: [Option<f64>; 2]) -> Self {
+        let moved = |own: Option<f64>, i: usize| Some(own? + of[i]? - full[i]?);
+        Self {
+            db: moved(self.db, 0),
+            ssim: moved(self.ssim, 1),
         }
     }
 }
@@ -206,7 +216,7 @@ impl Bench {
         let system = &self.setup.system;
         let (array, cache) = (system.array(), system.gpu.cache_bytes);
         let mut twins = Twins::new(&config);
-        let (work, rendered) =
+        let Counted { work, rendered, .. } =
             FrameWork::rendered(&scene, &config, array, cache, None, &mut twins)?;
         let is_same_float = |s: &&Setting| match s.change {
             Change::Scene(Look::Precision(own)) => !own.cuts(),
@@ -246,26 +256,27 @@ impl Bench {
             energy_mj: None,
             area_mm2: self.area(&config),
         };
-        let run = match way {
-            None => self
-                .setup
-                .model_of(&config, used)
-                .frame(&work, Gathering::Unit)?,
-            Some(way) => self.path(&mut point, way, &scene, &config, used)?,
+        let model = self.setup.model_of(&config, used);
+        let run = model.frame(&work, Gathering::Unit)?;
+        let [time, energy] = match way {
+            None => [1.0; 2],
+            Some(way) => self.path(&mut point, way, &scene, &config, &model)?,
         };
-        point.frame_ns = run.span_ns / run.frames as f64;
-        point.energy_mj = own.as_ref().map(|_| run.energy.total_mj());
+        point.frame_ns = run.span_ns * time;
+        point.energy_mj = own.as_ref().map(|_| run.energy.total_mj() * energy);
         Ok(point)
     }
 
+    /// What time and energy of a path's frames are of the same path's in full; a point's likeness
+    /// moves as theirs.
     fn path(
         &self,
         point: &mut Point,
         way: Way,
         scene: &Scene,
         config: &Config,
-        used: &Costs,
-    ) -> Result<potamoi_sim::soc::Run, Failure> {
+        model: &Model<'_>,
+    ) -> Result<[f64; 2], Failure> {
         let system = &self.setup.system;
         let (frames, window, phi) = match way {
             Way::Warped { window, phi: None } | Way::Chained { window } if window > self.frames => {
@@ -288,19 +299,25 @@ impl Bench {
             cache: system.gpu.cache_bytes,
         };
         let (path, _) = store()?.path(scene, config, &options, &mut || ())?;
-        let variant = Variant {
-            name: "",
-            frames,
-            gathering: Gathering::Unit,
+        let run = |frames| {
+            let variant = Variant {
+                name: "",
+                frames,
+                gathering: Gathering::Unit,
+            };
+            model.run(&path, variant, Scenario::Local)
         };
-        let model = self.setup.model_of(config, used);
-        let outcome = model.run(&path, variant, Scenario::Local)?.0;
+        let (outcome, full) = (run(frames)?.0, run(Frames::Full)?.0);
         point.worst = None;
-        let formats = point.model;
-        let like = |db| Likeness::path(db, formats);
-        point.model = like(outcome.quality.model_db);
-        point.truth = (self.truth.as_ref()).map(|_| like(outcome.quality.truth_db));
-        Ok(outcome.run)
+        let own = &outcome.quality;
+        point.model = Likeness::path([own.model_db, own.model_ssim], point.model);
+        let truth = |of: &Quality| [of.truth_db, of.truth_ssim];
+        let [of_way, of_full] = [truth(own), truth(&full.quality)];
+        point.truth = point.truth.map(|frame| frame.moved(of_way, of_full));
+        Ok([
+            outcome.run.span_ns / full.run.span_ns,
+            outcome.run.energy.total_mj() / full.run.energy.total_mj(),
+        ])
     }
 
     fn area(&self, config: &Config) -> Option<f64> {

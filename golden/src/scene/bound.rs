@@ -72,3 +72,51 @@ impl Scene {
         Ok(fields::error_bounds(field, config, &self.camera, &options)?)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::units::Twins;
+
+    /// Colours and opacities beyond the ends of their formats, which are held there: a bound that
+    /// does not know of it would be a hundred times too small.
+    #[test]
+    fn what_is_held_at_the_end_of_a_format_counts() {
+        let count = 60u8;
+        let of = |i: u8, k: f32| (f32::from(i) * k).sin();
+        let cloud = Cloud::new(
+            0,
+            (0..count)
+                .map(|i| [of(i, 1.3), of(i, 0.7), of(i, 2.1)])
+                .collect(),
+            vec![[-2.0; 3]; count.into()],
+            vec![[1.0, 0.0, 0.0, 0.0]; count.into()],
+            (0..count)
+                .map(|i| if i % 3 == 0 { 20.0 } else { 0.0 })
+                .collect(),
+            // Colours up to 34, in a format up to 16.
+            (0..count)
+                .map(|i| [[2.0 * f32::from(i), 60.0, 0.0]])
+                .flatten()
+                .collect(),
+        );
+        let mut scene = Scene::open("cairn:splats").unwrap();
+        scene.set_size(Some(48), Some(40)).unwrap();
+        scene.model = Model::Splats(cloud.unwrap());
+        let config = Config::paper();
+        let bounds = scene.error_bounds(&config).unwrap().unwrap();
+        let float = scene.render_float().unwrap().picture;
+        let fixed = scene.render_fixed(&config, &mut Twins::new(&config));
+        let fixed = fixed.unwrap().picture;
+        let mut most = 0f64;
+        for ((a, b), bound) in fixed.rgb.iter().zip(&float.rgb).zip(&bounds) {
+            for (a, b) in a.iter().zip(b) {
+                let off = f64::from((a - b).abs());
+                assert!(off <= *bound, "{off} {bound}");
+                most = most.max(off);
+            }
+        }
+        assert!(most > 5.0, "{most}");
+    }
+}

@@ -8,7 +8,7 @@
 //! | e | between `exp(-u - du)` and `exp(-u + du)`, and [`budget`] units |
 //! | alpha | the opacity's half unit, half a unit; 0 where it may be skipped |
 //! | T' | half a unit of U1.20 a Gaussian |
-//! | colour | half a unit of U4.12, and what a network's is off |
+//! | colour | half a unit of U4.12, what it is beyond its end, and what a network's is off |
 //!
 //! A picture is affine in each alpha: replacing one of them, those behind it replaced already,
 //! moves it by the light that still reaches it, times the difference, times at most the brightest
@@ -127,6 +127,9 @@ fn pixel(view: &View, splats: &[&Projected], at: [u32; 2], off: &Off, brightest:
         }
         let [low, high] = alpha.fixed;
         sum += light * (alpha.float - low).max(high - alpha.float) * brightest;
+        // Colours are held at the end of their format.
+        let held = (splat.colour.max_element() - COLOUR.value(COLOUR.max())).max(0.0);
+        sum += light * alpha.float * held;
         light = left;
         fixed = [
             (least - off.transmittance).max(0.0),

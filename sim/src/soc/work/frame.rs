@@ -1,5 +1,7 @@
 //! What one frame asks for, in both orders.
 
+use std::time::Duration;
+
 use potamoi_formats::config::Config;
 use potamoi_golden::characterise::{BANKS, LANES};
 use potamoi_golden::mask::Mask;
@@ -65,6 +67,17 @@ pub struct FrameWork {
     pub batches: Vec<Batch>,
 }
 
+/// A frame that was rendered to be counted.
+#[derive(Debug)]
+pub struct Counted {
+    /// What it asks for.
+    pub work: FrameWork,
+    /// What it shows.
+    pub rendered: Rendered,
+    /// What the cycle models took of the time.
+    pub modelled: Duration,
+}
+
 impl FrameWork {
     /// Counts what a scene's camera sees, or a mask's pixels of it, by rendering it through
     /// the twins. `cache` are the bytes of the GPU's cache.
@@ -94,7 +107,7 @@ impl FrameWork {
         only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<Self, SceneError> {
-        Ok(Self::rendered(scene, config, array, cache, only, units)?.0)
+        Ok(Self::rendered(scene, config, array, cache, only, units)?.work)
     }
 
     /// The same with what was rendered.
@@ -108,12 +121,13 @@ impl FrameWork {
         cache: u32,
         only: Option<&Mask>,
         units: &mut dyn Units,
-    ) -> Result<(Self, Rendered), SceneError> {
+    ) -> Result<Counted, SceneError> {
         let mut meter = Meter::new(units, config, array);
         let rendered = match only {
             None => scene.render_fixed(config, &mut meter)?,
             Some(mask) => scene.render_fixed_masked(config, mask, &mut meter)?,
         };
+        let modelled = meter.modelled();
         let batches = meter.into_batches();
         let counts = &rendered.counts;
         let accesses = scene.accesses(cache, only)?;
@@ -147,7 +161,11 @@ impl FrameWork {
             },
             batches,
         };
-        Ok((work, rendered))
+        Ok(Counted {
+            work,
+            rendered,
+            modelled,
+        })
     }
 
     /// All batches together.

@@ -1,5 +1,7 @@
 //! What the units do for a frame, measured as it goes through them.
 
+use std::time::{Duration, Instant};
+
 use potamoi_formats::config::{Config, RitPath};
 use potamoi_formats::units::VectorOp;
 use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
@@ -116,6 +118,8 @@ pub struct Meter<'u> {
     array: Array,
     batches: Vec<Batch>,
     is_computing: bool,
+    /// Time in the cycle models.
+    modelled: Duration,
 }
 
 impl<'u> Meter<'u> {
@@ -127,7 +131,14 @@ impl<'u> Meter<'u> {
             array,
             batches: vec![Batch::default()],
             is_computing: false,
+            modelled: Duration::ZERO,
         }
+    }
+
+    /// What the cycle models took of the time.
+    #[must_use]
+    pub const fn modelled(&self) -> Duration {
+        self.modelled
     }
 
     /// The batches, in order.
@@ -150,7 +161,9 @@ impl<'u> Meter<'u> {
             self.batches.push(Batch::default());
         }
         for run in crate::rtl::runs(tasks) {
+            let begun = Instant::now();
             let own = counted(run, &self.config)?;
+            self.modelled += begun.elapsed();
             *self.batch() += own;
         }
         Ok(())
@@ -211,7 +224,9 @@ impl Units for Meter<'_> {
         b: &[i32],
         out: &mut [i32],
     ) -> Result<(), UnitError> {
+        let begun = Instant::now();
         let cycles = vector_cycles(&self.config, &[(op.code, a)])?;
+        self.modelled += begun.elapsed();
         self.is_computing = true;
         *self.batch() += Batch {
             operations: 1,

@@ -9,7 +9,7 @@ mod replay;
 #[cfg(test)]
 mod tests;
 
-pub use frame::{FrameWork, Reads};
+pub use frame::{Counted, FrameWork, Reads};
 pub use keep::{KeepError, Kept};
 pub use meter::{Batch, Meter};
 pub use path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};

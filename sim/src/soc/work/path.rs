@@ -7,6 +7,7 @@ use potamoi_golden::effects::Effect;
 use potamoi_golden::mask::Mask;
 use potamoi_golden::picture::Picture;
 use potamoi_golden::scene::{Scene, SceneError};
+use potamoi_golden::ssim::ssim;
 use potamoi_golden::warp::{
     Chain, Counts, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer as _, Sequence,
     WarpError, Warper, half_resolution,
@@ -80,14 +81,21 @@ pub struct TargetWork {
     pub work: Option<FrameWork>,
 }
 
-/// How like the frames of a path are to others, in dB of the mean squared error over all of
-/// them, peak 1; none where they are equal.
+/// How like the frames of a path are to others: dB of the mean squared error over all of them,
+/// peak 1, none where they are equal; and structural similarity, its mean over them, none where
+/// they have less than 11 x 11 pixels.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
     /// Beside the model's own frames, rendered in full.
     pub model_db: Option<f64>,
     /// Beside what the model was sampled from, where that is known.
     pub truth_db: Option<f64>,
+    /// As `model_db`.
+    #[serde(default)]
+    pub model_ssim: Option<f64>,
+    /// As `truth_db`.
+    #[serde(default)]
+    pub truth_ssim: Option<f64>,
 }
 
 /// Work of a path.
@@ -122,32 +130,54 @@ pub struct PathWork {
     pub half_quality: Quality,
 }
 
-/// Squared errors, summed up over frames.
+/// Likeness to one kind of picture, summed up over frames.
+#[derive(Default)]
+struct Sums {
+    squared: Option<f64>,
+    similar: Option<f64>,
+}
+
+impl Sums {
+    fn add(&mut self, shown: &Picture, other: &Picture) {
+        let error = shown.mean_squared_error(other, |_| true).unwrap_or(0.0);
+        *self.squared.get_or_insert(0.0) += error;
+        if let Some(similar) = ssim(shown, other, |_| true) {
+            *self.similar.get_or_insert(0.0) += similar;
+        }
+    }
+
+    fn means(&self, frames: u32) -> [Option<f64>; 2] {
+        let of = |sum: Option<f64>| Some(sum? / f64::from(frames));
+        let db = of(self.squared).filter(|mse| *mse > 0.0);
+        [db.map(|mse| -10.0 * mse.log10()), of(self.similar)]
+    }
+}
+
+/// What frames are like.
 #[derive(Default)]
 struct Errors {
-    model: Option<f64>,
-    truth: Option<f64>,
+    model: Sums,
+    truth: Sums,
     frames: u32,
 }
 
 impl Errors {
     fn add(&mut self, shown: &Picture, model: &Picture, truth: Option<&Picture>) {
-        let all = |a: &Picture, b: &Picture| a.mean_squared_error(b, |_| true).unwrap_or(0.0);
-        *self.model.get_or_insert(0.0) += all(shown, model);
+        self.model.add(shown, model);
         if let Some(truth) = truth {
-            *self.truth.get_or_insert(0.0) += all(shown, truth);
+            self.truth.add(shown, truth);
         }
         self.frames += 1;
     }
 
     fn quality(&self) -> Quality {
-        let db = |sum: Option<f64>| {
-            let mse = sum? / f64::from(self.frames);
-            (mse > 0.0).then(|| -10.0 * mse.log10())
-        };
+        let [model_db, model_ssim] = self.model.means(self.frames);
+        let [truth_db, truth_ssim] = self.truth.means(self.frames);
         Quality {
-            model_db: db(self.model),
-            truth_db: db(self.truth),
+            model_db,
+            truth_db,
+            model_ssim,
+            truth_ssim,
         }
     }
 }
