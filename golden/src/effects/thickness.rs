@@ -44,3 +44,26 @@ impl Thickness {
         !matches!(left.partial_cmp(&(2.0 * self.stop)), Some(order) if order.is_ge())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From twice the limit on, what roundings take counted in, no ray stops; where nothing is
+    /// known one may.
+    #[test]
+    fn rays_stop_where_too_little_may_be_left() {
+        let of = |left: f64, samples: f64| Thickness {
+            depth: -left.ln() / COARSE,
+            samples,
+            stop: 1e-3,
+        };
+        assert!(of(1.9e-3, 0.0).can_stop(16));
+        assert!(!of(2.1e-3, 0.0).can_stop(16));
+        // 20 samples take 20 (2 x 2^-16 + 2^-20), 6.3e-4.
+        assert!(of(2.5e-3, 20.0).can_stop(16));
+        assert!(!of(2.7e-3, 20.0).can_stop(16));
+        assert!(of(2.7e-3, 20.0).can_stop(12));
+        assert!(Thickness::unknown(0.0).can_stop(16));
+    }
+}

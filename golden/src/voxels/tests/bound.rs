@@ -80,3 +80,34 @@ fn fixed_stays_within_a_derived_bound_of_float() {
         assert!(colour > 1.0 && left > 1.0, "{colour} {left}");
     }
 }
+
+/// A ray that stops leaves out less than the limit; a bound of rays that go on does not hold then.
+#[test]
+fn what_a_stop_leaves_out_counts() {
+    let grid = blob([19, 16, 23], Layout::Constant);
+    let (config, camera) = (config(""), camera(40, 36));
+    let formats = *MVoxels::new(&grid, &config).unwrap().formats().unwrap();
+    let options = |terminate| FixedOptions {
+        terminate,
+        stop_below: 0.05,
+        ..FixedOptions::default()
+    };
+    let to_the_end = FloatOptions {
+        terminate: false,
+        ..FloatOptions::default()
+    };
+    let float = render_float(&grid, &camera, &to_the_end).unwrap();
+    let stopped = fixed(&grid, &config, &camera, &options(true));
+    let used = |terminate| {
+        let exp = &config.vu.exp;
+        let bounds = error_bounds(&grid, &formats, exp, &camera, &options(terminate));
+        let pixels = stopped.picture.rgb.iter().zip(&float.picture.rgb);
+        let parts = pixels.zip(bounds).map(|((a, b), [colour, _])| {
+            let off = a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs()));
+            off.fold(0.0, f64::max) / colour
+        });
+        parts.fold(0.0, f64::max)
+    };
+    let [own, to_the_end] = [true, false].map(used);
+    assert!(own <= 1.0 && to_the_end > 1.0, "{own} {to_the_end}");
+}
