@@ -69,53 +69,96 @@ const HOPELESS: f64 = 1.0;
 /// For each knob its setting, if it is not the default's.
 pub(super) type Chosen = Vec<Option<usize>>;
 
+/// A knob, and one of its settings or the default's.
+type Turn = (usize, Option<usize>);
+
 /// Turns one knob at a time, as [`Goal::next`] says, until none leads to anything preferred to where
-/// it stands. Settings that missed a quality are tried again only where no other leads on, as they
+/// it stands; and again from the one setting that alone is preferred to where that ended, if there
+/// is one. Settings that missed a quality are tried again only where no other leads on, as they
 /// seldom meet it beside others, and those that alone miss it by more than [`HOPELESS`] not at
 /// all. `settings` has the number of each knob's settings; `place` says where a
 /// choice lies, or nothing if it cannot be. Says where it ended, and whether the goal is met.
 pub(super) fn search<E>(
     goal: Goal,
     settings: &[usize],
-    mut place: impl FnMut(&Chosen) -> Result<Option<Place>, E>,
+    place: impl FnMut(&Chosen) -> Result<Option<Place>, E>,
 ) -> Result<Option<(Chosen, Place, bool)>, E> {
-    let mut known: HashMap<Chosen, Option<Place>> = HashMap::new();
-    let mut at = |chosen: &Chosen| -> Result<Option<Place>, E> {
-        if let Some(place) = known.get(chosen) {
-            return Ok(*place);
-        }
-        let found = place(chosen)?;
-        known.insert(chosen.clone(), found);
-        Ok(found)
+    let mut places = Places {
+        known: HashMap::new(),
+        place,
     };
-    let mut own: Chosen = vec![None; settings.len()];
-    let Some(mut stands) = at(&own)? else {
+    let default: Chosen = vec![None; settings.len()];
+    let Some(start) = places.at(&default)? else {
         return Ok(None);
     };
-    let all: Vec<(usize, Option<usize>)> = (settings.iter().enumerate())
+    let turns: Vec<Turn> = (settings.iter().enumerate())
         .flat_map(|(knob, count)| (0..=*count).map(move |s| (knob, s.checked_sub(1))))
         .collect();
-    let mut hopeless: HashSet<(usize, Option<usize>)> = HashSet::new();
-    if let Goal::Quality(least) = goal {
-        for (knob, setting) in &all {
-            let mut alone = own.clone();
-            alone[*knob] = *setting;
-            if at(&alone)?.is_some_and(|found| found.quality < least - HOPELESS) {
-                hopeless.insert((*knob, *setting));
-            }
-        }
+    let mut alone = vec![];
+    for (knob, setting) in &turns {
+        let mut chosen = default.clone();
+        chosen[*knob] = *setting;
+        let found = places.at(&chosen)?;
+        alone.extend(found.map(|found| ((*knob, *setting), chosen, found)));
     }
+    let is_hopeless =
+        |found: &Place| matches!(goal, Goal::Quality(least) if found.quality < least - HOPELESS);
+    let hopeless: HashSet<Turn> = (alone.iter())
+        .filter(|(.., found)| is_hopeless(found))
+        .map(|(turn, ..)| *turn)
+        .collect();
+    let mut found = climb(goal, &turns, &hopeless, (default, start), &mut places)?;
+    let best = alone.into_iter().map(|(_, chosen, at)| (chosen, at));
+    let best = best.reduce(|best, own| match goal.prefers(own.1, best.1) {
+        true => own,
+        false => best,
+    });
+    if let Some(best) = best.filter(|best| goal.prefers(best.1, found.1)) {
+        found = climb(goal, &turns, &hopeless, best, &mut places)?;
+    }
+    let (own, stands) = found;
+    Ok(Some((own, stands, goal.is_met(stands))))
+}
+
+/// Where choices lie, each found once.
+struct Places<F> {
+    known: HashMap<Chosen, Option<Place>>,
+    place: F,
+}
+
+impl<F> Places<F> {
+    fn at<E>(&mut self, chosen: &Chosen) -> Result<Option<Place>, E>
+    where
+        F: FnMut(&Chosen) -> Result<Option<Place>, E>,
+    {
+        if let Some(place) = self.known.get(chosen) {
+            return Ok(*place);
+        }
+        let found = (self.place)(chosen)?;
+        self.known.insert(chosen.clone(), found);
+        Ok(found)
+    }
+}
+
+/// From a choice on, turn by turn.
+fn climb<E, F: FnMut(&Chosen) -> Result<Option<Place>, E>>(
+    goal: Goal,
+    turns: &[Turn],
+    hopeless: &HashSet<Turn>,
+    (mut own, mut stands): (Chosen, Place),
+    places: &mut Places<F>,
+) -> Result<(Chosen, Place), E> {
     let mut missed = hopeless.clone();
     loop {
         let is_whole = missed.len() == hopeless.len();
         let mut reached = vec![];
-        for turn in &all {
+        for turn in turns {
             if missed.contains(turn) {
                 continue;
             }
             let mut turned = own.clone();
             turned[turn.0] = turn.1;
-            let found = at(&turned)?;
+            let found = places.at(&turned)?;
             let may_help = match (goal, found) {
                 (_, None) => false,
                 (Goal::Quality(_), Some(found)) => goal.is_met(found),
@@ -128,8 +171,8 @@ pub(super) fn search<E>(
         }
         match goal.next(stands, reached) {
             Some((turned, found)) => (own, stands) = (turned, found),
-            None if is_whole => return Ok(Some((own, stands, goal.is_met(stands)))),
-            None => missed.clone_from(&hopeless),
+            None if is_whole => return Ok((own, stands)),
+            None => missed.clone_from(hopeless),
         }
     }
 }
@@ -170,7 +213,8 @@ mod tests {
     }
 
     proptest! {
-        /// Costs and qualities from anywhere: it ends, and where it ends no knob alone leads on.
+        /// Costs and qualities from anywhere: it ends, where it ends no knob alone leads on, and no
+        /// setting by itself is preferred to it.
         #[test]
         fn no_knob_alone_is_preferred_to_what_is_found(
             all in prop::collection::vec((0u32..50, 0u32..50), 64), least in 0u32..50
@@ -187,7 +231,9 @@ mod tests {
                     for setting in [None, Some(0), Some(1), Some(2)] {
                         let mut alone = vec![None; 3];
                         alone[knob] = setting;
-                        let quality = place(&alone).unwrap().unwrap().quality;
+                        let by_itself = place(&alone).unwrap().unwrap();
+                        prop_assert!(!goal.prefers(by_itself, at));
+                        let quality = by_itself.quality;
                         if matches!(goal, Goal::Quality(least) if quality < least - HOPELESS) {
                             continue;
                         }

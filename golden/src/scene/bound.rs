@@ -97,8 +97,7 @@ mod tests {
                 .collect(),
             // Colours up to 34, in a format up to 16.
             (0..count)
-                .map(|i| [[2.0 * f32::from(i), 60.0, 0.0]])
-                .flatten()
+                .map(|i| [2.0 * f32::from(i), 60.0, 0.0])
                 .collect(),
         );
         let mut scene = Scene::open("cairn:splats").unwrap();
