@@ -89,6 +89,8 @@ refresh: setup
 	done
 	cargo run --locked --release --quiet -- cost --unit methods \
 	  --plot docs/images/cost-exponentials.svg > /dev/null
+	cargo run --locked --release --quiet -- effects --scene garden --width 64 --pairs 5 \
+	  --plot docs/images/effects-garden.svg > /dev/null
 	$(call step,snapshots)
 	INSTA_UPDATE=always INSTA_FORCE_PASS=1 TRYCMD=overwrite cargo test --locked --quiet
 	INSTA_UPDATE=always cargo test --locked --workspace --quiet figures_are_what_they_were

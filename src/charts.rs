@@ -1,6 +1,6 @@
 //! Charts as SVG.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -28,6 +28,18 @@ pub(crate) const COLOURS: [RGBColor; 11] = [
 
 pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(crate) type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+/// An argument that names a picture.
+///
+/// # Errors
+/// Another kind of file: pictures of charts are SVG.
+pub(crate) fn svg(given: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(given);
+    match path.extension().is_some_and(|kind| kind == "svg") {
+        true => Ok(path),
+        false => Err("pictures of charts are SVG: expected a name that ends in .svg".to_owned()),
+    }
+}
 
 /// Draws, and writes the file whole or not at all.
 pub(crate) fn picture(

@@ -54,7 +54,7 @@ pub(crate) struct CostArgs {
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// The points and their front, as SVG; not of `--unit exp`
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
     plot: Option<PathBuf>,
     /// Of a unit: every input with its result and cycles, as CSV: u_code, y_code, cycles
     #[arg(

@@ -2,6 +2,7 @@
 
 mod compare;
 mod measure;
+mod picture;
 mod report;
 
 use std::path::PathBuf;
@@ -48,6 +49,9 @@ pub(crate) struct EffectsArgs {
     /// calls for
     #[arg(long)]
     rtl: bool,
+    /// Picture as SVG: what is called for, and what each effect takes
+    #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
+    plot: Option<PathBuf>,
     /// Report as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -62,7 +66,7 @@ enum Where {
 }
 
 pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref()])?;
+    files::prepare([args.plot.as_ref(), args.json.as_ref()])?;
     let begun = Instant::now();
     let choices = args.scene.choices()?;
     let mut scene = args.scene.open_as_called_for(args.scene.name())?;
@@ -142,6 +146,9 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
         seconds: begun.elapsed().as_secs_f64(),
     };
     report.print();
+    if let Some(file) = &args.plot {
+        picture::plot(file, &report)?;
+    }
     if let Some(file) = &args.json {
         files::write_json(file, &report)?;
     }

@@ -69,6 +69,7 @@ pub(crate) struct ModelArgs {
     #[arg(
         long,
         value_name = "FILE",
+        value_parser = crate::charts::svg,
         conflicts_with_all = ["scenes", "calibrate", "ladder", "octree", "rivals", "sensitivity"]
     )]
     energy: Option<PathBuf>,
@@ -76,6 +77,7 @@ pub(crate) struct ModelArgs {
     #[arg(
         long,
         value_name = "FILE",
+        value_parser = crate::charts::svg,
         conflicts_with_all = ["scenes", "calibrate", "ladder", "octree", "rivals", "sensitivity"]
     )]
     roofline: Option<PathBuf>,

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::splats::Rules;
 
-/// Cut-offs and widths of compositing, in place of those of a renderer's rules and of the
+/// Cut-offs, widths and levels, in place of those of a renderer's rules and of the
 /// hardware's formats. By default all are theirs.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Precision {
@@ -17,6 +17,9 @@ pub struct Precision {
     pub transmittance_bits: Option<u32>,
     /// Fraction bits of the factors of splats' conics in their records, 8 to 30, which they have.
     pub conic_bits: Option<u32>,
+    /// Levels of a hash grid whose vertices share entries that are gathered in the hardware's
+    /// formats, from the coarsest; the features of finer ones are 0. All, by default.
+    pub hashed_levels: Option<u32>,
 }
 
 /// A number outside its range.
@@ -37,6 +40,7 @@ impl Precision {
             alpha_min: other.alpha_min.or(self.alpha_min),
             transmittance_bits: other.transmittance_bits.or(self.transmittance_bits),
             conic_bits: other.conic_bits.or(self.conic_bits),
+            hashed_levels: other.hashed_levels.or(self.hashed_levels),
         }
     }
 
@@ -103,9 +107,10 @@ impl Precision {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::effects::Effect;
     use crate::scene::Scene;
     use crate::units::Twins;
-    use potamoi_formats::config::Config;
+    use potamoi_formats::config::{Config, PRESETS};
     use potamoi_formats::units::OpCode;
 
     fn small(name: &str) -> Scene {
@@ -178,8 +183,44 @@ mod tests {
             alpha_min: Some((1.0_f32 / 255.0).into()),
             transmittance_bits: Some(20),
             conic_bits: Some(30),
+            hashed_levels: None,
         };
         assert_eq!(shown(as_the_rules), (plain, picture));
+    }
+
+    /// All levels are the default, none is the effect left out, and the finest is seen and costs
+    /// gathering.
+    #[test]
+    fn hashed_levels_are_left_out_from_the_finest() {
+        let fields = PRESETS.iter().find(|(name, _)| *name == "fields").unwrap();
+        let config = Config::from_toml(fields.1, "fields").unwrap();
+        for name in ["cairn:ngp", "cairn:compact"] {
+            let mut scene = Scene::open(name).unwrap();
+            scene.set_size(Some(12), Some(12)).unwrap();
+            let shown = |scene: &Scene| {
+                let found = scene
+                    .render_fixed(&config, &mut Twins::new(&config))
+                    .unwrap();
+                (found.counts.feature_vectors, found.picture)
+            };
+            let own = |levels: usize| {
+                let mut fewer = scene.clone();
+                let precision = Precision {
+                    hashed_levels: Some(levels as u32),
+                    ..Precision::default()
+                };
+                fewer.set_precision(precision).unwrap();
+                shown(&fewer)
+            };
+            let all = scene.facts().hashed_tables();
+            assert_eq!(own(all), shown(&scene), "{name}");
+            let mut none = scene.clone();
+            none.set_choices(none.choices().leave_out(Effect::HashLevels));
+            assert_eq!(own(0), shown(&none), "{name}");
+            let shown = [0, all - 1, all].map(own);
+            assert!(shown.windows(2).all(|two| two[0].1 != two[1].1), "{name}");
+            assert!(shown[1].0 < shown[2].0, "{name}");
+        }
     }
 
     #[test]
@@ -199,6 +240,16 @@ mod tests {
             conic_bits: Some(12),
             ..Precision::default()
         };
+        let levels = Precision {
+            hashed_levels: Some(17),
+            ..Precision::default()
+        };
+        let said = refused("cairn:ngp", levels);
+        assert!(
+            said.contains("precision.hashed_levels") && said.contains("17"),
+            "{said}"
+        );
+        assert!(refused("garden", levels).contains("at most 0"));
         assert!(refused("lantern", conic).contains("stop_below and transmittance_bits"));
     }
 }

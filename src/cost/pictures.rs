@@ -29,11 +29,13 @@ pub(super) fn plot(path: &Path, report: &Report) -> Result<(), Failure> {
         );
         let area = area.titled(&title, TITLE)?;
         let has_truth = report.default_point().truth.is_some();
+        let aside = if has_truth { 0.9 } else { 0.4 };
         let panels = area.split_evenly((1, 1 + usize::from(has_truth)));
         panel(
             &panels[0],
             report,
             "dB beside the model in 64-bit floating point",
+            aside,
             |p| Some(p.model),
         )?;
         match panels.get(1) {
@@ -41,6 +43,7 @@ pub(super) fn plot(path: &Path, report: &Report) -> Result<(), Failure> {
                 own,
                 report,
                 "dB beside what the model was sampled from",
+                aside,
                 |p| p.truth,
             ),
             None => Ok(()),
@@ -48,10 +51,12 @@ pub(super) fn plot(path: &Path, report: &Report) -> Result<(), Failure> {
     })
 }
 
+/// `aside` is the room for names to the right of the slowest, of what times differ by.
 fn panel(
     area: &Area<'_>,
     report: &Report,
     what: &str,
+    aside: f64,
     of: impl Fn(&Point) -> Option<Likeness>,
 ) -> Drawn {
     let seen: Vec<(usize, Place)> = (report.points.iter().enumerate())
@@ -70,9 +75,8 @@ fn panel(
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(58)
-        // Room for the names to the right of the slowest.
         .build_cartesian_2d(
-            0.95 * fast..slow + 0.4 * (slow - fast) + 0.05 * fast,
+            0.95 * fast..slow + aside * (slow - fast) + 0.05 * fast,
             low - room..high + room,
         )?;
     chart

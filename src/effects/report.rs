@@ -5,7 +5,7 @@ use potamoi_golden::scene::Scene;
 use serde::Serialize;
 
 use super::compare::{Forced, Without};
-use super::measure::{RtlWall, Wall};
+use super::measure::{Pairs, RtlWall, Wall};
 use crate::say::say;
 
 /// Version of the JSON report.
@@ -148,7 +148,24 @@ impl Found {
         }
     }
 
-    fn title(&self) -> String {
+    pub(super) const fn called_for(&self) -> bool {
+        self.called_for
+    }
+
+    /// Medians of pairs, where it was timed.
+    pub(super) fn timed(&self) -> Option<Pairs> {
+        self.cost.wall.map(|wall| wall.pairs)
+    }
+
+    /// Where it takes how much, if it is called for.
+    pub(super) fn cost_words(&self) -> String {
+        match self.called_for {
+            true => self.cost.work.words(),
+            false => "not called for".to_owned(),
+        }
+    }
+
+    pub(super) fn title(&self) -> String {
         match self.degree {
             Some(degree) => format!("{}:{degree}", self.name),
             None => self.name.to_owned(),

@@ -99,6 +99,42 @@ pub(crate) fn measure(scene: &Scene) -> Measured {
     }
 }
 
+/// Pixels of a sheet a pixel, and between pictures.
+const SCALE: u32 = 5;
+const GAP: u32 = 6;
+
+/// A column a scene: the obvious form, what is no number in magenta, ours, and 64-bit floats.
+pub(crate) fn sheet() -> Picture {
+    let scenes = all();
+    let rows = scenes.iter().map(|scene| {
+        let fixed = through(scene, &mut Twins::new(&Config::paper()));
+        [
+            render(&scene.gaussians, scene.form),
+            fixed.picture,
+            in_floats(scene).picture,
+        ]
+    });
+    let camera = camera();
+    let [wide, high] = [camera.width, camera.height].map(|pixels| pixels * SCALE + GAP);
+    let columns = scenes.len() as u32;
+    let mut sheet = Picture::filled(columns * wide + GAP, 3 * high + GAP, [1.0; 3]);
+    let across = sheet.width;
+    for (column, pictures) in (0..).zip(rows) {
+        for (row, picture) in (0..).zip(pictures) {
+            for y in 0..camera.height * SCALE {
+                for x in 0..camera.width * SCALE {
+                    let from = (y / SCALE * camera.width + x / SCALE) as usize;
+                    let own = picture.rgb[from];
+                    let is_number = own.iter().all(|v| v.is_finite());
+                    let to = (row * high + GAP + y) * across + column * wide + GAP + x;
+                    sheet.rgb[to as usize] = if is_number { own } else { [1.0, 0.0, 1.0] };
+                }
+            }
+        }
+    }
+    sheet
+}
+
 /// Ours keeps the formats' promise and its bound; the obvious form keeps neither.
 #[test]
 fn scenes_keep_their_promise_and_the_obvious_form_does_not() {

@@ -46,8 +46,9 @@ pub struct FixedField<'a> {
 pub struct FieldWork {
     /// Codes of a direction that are kept, from the first on; the others are 0.
     pub direction_codes: usize,
-    /// Whether tables whose vertices share rows are gathered from; their features are 0 otherwise.
-    pub hashed: bool,
+    /// Tables whose vertices share rows that are gathered from, the first of them; the features of
+    /// the others are 0.
+    pub hashed: usize,
     /// Whether samples are left out where the field is known to be empty.
     pub void_test: bool,
 }
@@ -56,7 +57,7 @@ impl FieldWork {
     /// Everything.
     pub const ALL: Self = Self {
         direction_codes: usize::MAX,
-        hashed: true,
+        hashed: usize::MAX,
         void_test: true,
     };
 }
@@ -304,12 +305,15 @@ impl<'a> FixedField<'a> {
     ) -> Result<Vec<i16>, FieldError> {
         let all = self.head.channels();
         let mut features = vec![0; batch.at.len() * all];
-        let mut first = 0;
+        let (mut first, mut hashed) = (0, 0);
         let gathers = self.gathers(camera.position(), &batch.slots, &batch.at);
         for (number, (table, own)) in self.tables.iter().zip(gathers).enumerate() {
-            if !work.hashed && self.field.tables()[number].is_hashed() {
-                first += table.channels();
-                continue;
+            if self.field.tables()[number].is_hashed() {
+                hashed += 1;
+                if hashed > work.hashed {
+                    first += table.channels();
+                    continue;
+                }
             }
             table.carry_out(&own, units, stats, |sample, codes| {
                 let to = sample as usize * all + first;

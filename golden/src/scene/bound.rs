@@ -10,13 +10,14 @@ use crate::voxels::{self, MVoxels};
 impl Scene {
     /// What each pixel's channels may be off by at most beside [`Scene::render_float`], derived
     /// from the formats and the units' own bounds; nothing of models or orders for which none is
-    /// derived: splats in the order in which MVoxels bring them, and frames that leave effects out.
+    /// derived: splats in the order in which MVoxels bring them, and frames that leave effects or levels
+    /// out.
     ///
     /// # Errors
     /// A scene or a configuration that does not fit.
     pub fn error_bounds(&self, config: &Config) -> Result<Option<Vec<f64>>, SceneError> {
         let exp = &config.vu.exp;
-        if !self.choices.left_out().is_empty() {
+        if !self.choices.left_out().is_empty() || self.precision.hashed_levels.is_some() {
             return Ok(None);
         }
         match &self.model {

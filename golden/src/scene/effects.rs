@@ -93,7 +93,11 @@ impl Scene {
         let has_nodes = facts.tables.iter().all(|table| table.vertices == 1);
         FieldWork {
             direction_codes,
-            hashed: !self.choices.leaves_out(Effect::HashLevels),
+            hashed: match self.precision.hashed_levels {
+                _ if self.choices.leaves_out(Effect::HashLevels) => 0,
+                Some(levels) => levels as usize,
+                None => usize::MAX,
+            },
             void_test: has_nodes || !self.choices.leaves_out(Effect::VoidTest),
         }
     }

@@ -143,16 +143,28 @@ impl Scene {
     /// Composites more coarsely, or more finely, than the rules say.
     ///
     /// # Errors
-    /// A number outside its range, or one that is not of such a model: all are of splats; of
-    /// stored voxels where rays stop and how wide transmittances are; none of fields.
+    /// A number outside its range, or one that is not of such a model: all but levels are of splats;
+    /// of stored voxels where rays stop and how wide transmittances are; levels of models with
+    /// hashed tables, at most as many as they have.
     pub fn set_precision(&mut self, precision: Precision) -> Result<(), SceneError> {
         let refuse = |e: PrecisionError| self.value(e.field, e.value, e.expected);
         precision.check().map_err(refuse)?;
         let of_splats = precision.alpha_min.is_some() || precision.conic_bits.is_some();
+        if let Some(levels) = precision.hashed_levels {
+            let all = self.facts().hashed_tables();
+            if levels as usize > all {
+                let expected = format!("at most {all}, the hashed levels of the model");
+                return Err(self.value("precision.hashed_levels", levels.to_string(), &expected));
+            }
+        }
+        let of_others = Precision {
+            hashed_levels: None,
+            ..precision
+        };
         let (is_fit, expected) = match self.model {
             Model::Splats(_) | Model::Compact(_) => (true, ""),
             Model::Voxels(_) => (!of_splats, "stop_below and transmittance_bits alone"),
-            _ => (precision == Precision::default(), "splats or stored voxels"),
+            _ => (of_others == Precision::default(), "splats or stored voxels"),
         };
         if !is_fit {
             let given = format!("{precision:?}");

@@ -61,6 +61,7 @@ impl Work {
             alpha_min: None,
             transmittance_bits: None,
             conic_bits: None,
+            hashed_levels: None,
         },
     };
 }

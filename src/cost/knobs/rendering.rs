@@ -136,11 +136,22 @@ pub(super) fn left_out(scene: &Scene) -> Vec<Knob> {
                 .collect(),
         });
     }
-    if facts.hashed_tables() > 0 {
+    let levels = facts.hashed_tables() as u32;
+    if levels > 0 {
+        let first = |n| Precision {
+            hashed_levels: Some(n),
+            ..Precision::default()
+        };
+        // The finest one by one, as they are the most bytes; then halves.
+        let mut kept: Vec<u32> = vec![0, levels / 2, levels.saturating_sub(2), levels - 1];
+        kept.sort_unstable();
+        kept.dedup();
         knobs.push(Knob {
             name: "hash-levels",
-            what: "levels of which vertices share entries",
-            settings: vec![look("none", Look::Without(Effect::HashLevels))],
+            what: "levels of which vertices share entries that are gathered, from the coarsest",
+            settings: (kept.into_iter())
+                .map(|n| look(&n.to_string(), Look::Precision(first(n))))
+                .collect(),
         });
     }
     if facts.sees_directions() {

@@ -133,9 +133,13 @@ impl<'a> FixedColour<'a> {
     ) -> Result<(), FieldError> {
         let mut eyes = [DVec3::ZERO; LEVELS as usize];
         self.field.index(seen.eye, &mut eyes);
+        let mut hashed = 0;
         for (level, table) in self.tables.iter().enumerate() {
-            if !done.hashed && self.field.tables[level].is_hashed() {
-                continue;
+            if self.field.tables[level].is_hashed() {
+                hashed += 1;
+                if hashed > done.hashed {
+                    continue;
+                }
             }
             let mut places = [DVec3::ZERO; LEVELS as usize];
             let located = (seen.first as u32..).zip(seen.batch).map(|(slot, at)| {
