@@ -98,9 +98,56 @@ fn iterations_trade_time_for_quality() {
     );
     let picture = std::fs::read_to_string(at.join("c.svg")).unwrap();
     assert!(picture.starts_with("<svg") && picture.contains("early-out"));
-    // On the front no point has both more time and less quality than another.
+    // Nothing is both faster and better than a point of the front.
+    let points = report["points"].as_array().unwrap();
+    let place = |p: &Value| (number(p, "frame_ns"), number(&p["model"], "db"));
     let front = report["front"].as_array().unwrap();
     assert!(!front.is_empty());
+    for i in front {
+        let (time, db) = place(&points[i.as_u64().unwrap() as usize]);
+        let mut others = points.iter().map(place);
+        assert!(!others.any(|(t, d)| t < time && d > db), "{front:?}");
+    }
+}
+
+/// Settings of paths are compared on the same path: where nothing is warped the picture is the
+/// default's, and what is warped is faster and worse beside model and truth.
+#[test]
+fn settings_of_paths_are_compared_on_one_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let arguments = [
+        "--scene",
+        "cairn:voxels",
+        "--width",
+        "32",
+        "--frames",
+        "3",
+        "--knobs",
+        "phi,resolution",
+        "--json",
+        "c.json",
+    ];
+    cost(at, 0, &arguments);
+    let report = json(&at.join("c.json"));
+    let default = point(&report, "default", "");
+    let db = |p: &Value| ["model", "truth"].map(|beside| number(&p[beside], "db"));
+    // By less than a degree this path turns nowhere.
+    let still = point(&report, "phi", "1");
+    assert_eq!(db(still), db(default));
+    let turned = point(&report, "phi", "4");
+    let half = point(&report, "resolution", "half");
+    for worse in [turned, half] {
+        for (own, whole) in db(worse).into_iter().zip(db(default)) {
+            assert!(own < whole, "{worse}");
+        }
+        for beside in ["model", "truth"] {
+            let ssim = |p: &Value| number(&p[beside], "ssim");
+            assert!(ssim(worse) < ssim(default), "{worse}");
+        }
+        assert!(number(worse, "frame_ns") < number(default, "frame_ns"));
+        assert!(worse["worst"].is_null(), "{worse}");
+    }
 }
 
 /// The cheapest settings at nearly the default's quality take at most three quarters of its time;
@@ -159,15 +206,25 @@ fn forms_of_the_exponential_stand_side_by_side() {
     let report = json(&at.join("m.json"));
     let methods = report["methods"].as_array().unwrap();
     let of = |name: &str| methods.iter().find(|m| m["name"] == name).unwrap();
+    let mut unbuilt = 0;
     for own in methods {
-        assert!(number(own, "max_ulp") <= number(own, "bound_ulp"), "{own}");
         assert_eq!(own["monotone"], true, "{own}");
+        // Nothing bounds, or draws, what is not generated.
+        match own["bound_ulp"].as_f64() {
+            Some(bound) => assert!(number(own, "max_ulp") <= bound, "{own}"),
+            None => {
+                assert!(own["area_mm2"].is_null(), "{own}");
+                unbuilt += 1;
+            }
+        }
     }
+    assert_eq!(unbuilt, 7);
     // Measured exhaustively before (docs/vector-unit.md).
     let paper = of("restoring, n = 16 (the paper's)");
     assert!((number(paper, "max_ulp") - 0.9728).abs() < 1e-4 && number(paper, "clocks") == 20.0);
     let cheapest = of(report["cheapest_faithful"].as_str().unwrap());
     assert!(number(cheapest, "max_ulp") < 1.0 && number(cheapest, "clocks") == 1.0);
+    assert!(cheapest["area_mm2"].is_number(), "{cheapest}");
     // Half a step of a table at the start, where the exponential is steepest.
     let peers = report["peers"].as_array().unwrap();
     let table = peers
