@@ -19,7 +19,7 @@ cases!(
 
 const LSB: &str = "ulp of a 16-bit feature";
 
-fn gathered(config: &str, codes: &[i16; 8], weights: [u16; 8]) -> i16 {
+pub(super) fn gathered(config: &str, codes: &[i16; 8], weights: [u16; 8]) -> i16 {
     let twin = GatherTwin::new(&Config::from_toml(config, "hard case").unwrap());
     let task = GatherTask {
         vertices: Vertices::Eight,

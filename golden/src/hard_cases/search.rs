@@ -1,10 +1,12 @@
-//! Searches for hard cases that nobody thought of: adversarial Gaussians, depths and poses. What
+//! Searches for hard cases that nobody thought of: adversarial Gaussians, weights, depths
+//! and poses. What
 //! fails is kept in golden/proptest-regressions and tried first from then on.
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use potamoi_formats::config::Config;
 use proptest::prelude::*;
 
+use super::accumulators::gathered;
 use super::exact::exact;
 use crate::camera::Camera;
 use crate::picture::Picture;
@@ -12,6 +14,7 @@ use crate::splats::{
     Cloud, FixedOptions, FloatOptions, Footprint, Profile, View, render_fixed, render_float,
 };
 use crate::units::Twins;
+use crate::units::weights::trilinear;
 use crate::warp::{Shaded, reproject};
 
 /// The command that tries again, the failing input first; more are tried with PROPTEST_CASES=10000
@@ -134,6 +137,33 @@ proptest! {
         prop_assert!(off <= 12.0 * 2f64.powi(-53), "{} {}", off, AGAIN);
         let largest = (1.0f64 / 0.3).sqrt() * (1.0 + 1e-12);
         prop_assert!(footprint.factor.iter().all(|l| l.abs() <= largest), "{:?} {}", footprint, AGAIN);
+    }
+
+    /// Weights of any place in a cell, of any width, sum to 1 and leave no sum outside its codes;
+    /// weights of any words keep all bits of their sum. Each is rounded once.
+    #[test]
+    fn weights_of_any_place_and_of_any_words_are_summed_exactly(
+        codes in prop::array::uniform8(prop_oneof![any::<i16>(), Just(i16::MIN), Just(i16::MAX)]),
+        place in prop::array::uniform3(prop_oneof![0u16..=4096, Just(0), Just(4096), Just(2048)]),
+        width in 4u32..=15,
+        words in prop::array::uniform8(prop_oneof![any::<u16>(), Just(u16::MAX), Just(0)]),
+    ) {
+        let sum = |weights: &[u16; 8]| {
+            let products = weights.iter().zip(&codes).map(|(w, c)| i64::from(*w) * i64::from(*c));
+            products.sum::<i64>() as f64
+        };
+        let weights = trilinear(place, width);
+        prop_assert_eq!(weights.iter().map(|w| u32::from(*w)).sum::<u32>(), 1 << width, "{}", AGAIN);
+        let found = gathered(&format!("[gu]\nweight_bits = {width}"), &codes, weights);
+        let (least, most) = (codes.iter().min().unwrap(), codes.iter().max().unwrap());
+        prop_assert!((least..=most).contains(&&found), "{} {}", found, AGAIN);
+        let off = f64::from(found) - sum(&weights) / f64::from(1 << width);
+        prop_assert!(off.abs() <= 0.5, "{} {}", off, AGAIN);
+
+        let found = gathered("[gu]\nweights = \"any\"", &codes, words);
+        let held = (sum(&words) / 32_768.0).clamp(-32_768.0, 32_767.0);
+        let off = f64::from(found) - held;
+        prop_assert!(off.abs() <= 0.5, "{} {}", off, AGAIN);
     }
 
     /// Depths of any 32 bits from any pose: each point that lands is a surface's, in front of the
