@@ -46,7 +46,12 @@ pub(crate) fn rungs(setup: &Setup) -> Result<Vec<Rung>, Failure> {
         FrameWork::rendered(scene, config, array, cache, None, units)
     };
     let begun = Instant::now();
-    let Counted { work, modelled, .. } = count(&mut Twins::new(config))?;
+    let Counted {
+        work,
+        sums,
+        modelled,
+        ..
+    } = count(&mut Twins::new(config))?;
     let counted_s = begun.elapsed().as_secs_f64();
     // What all of them use is made once.
     model.frame(&work, Gathering::Unit)?;
@@ -67,7 +72,7 @@ pub(crate) fn rungs(setup: &Setup) -> Result<Vec<Rung>, Failure> {
     };
     // Without the cycle models: what is asked for is counted all the same.
     let asked_s = counted_s - modelled.as_secs_f64();
-    rung("formulas on one sum", &work.as_one_sum(config), asked_s)?;
+    rung("formulas on one sum", &work.as_one_sum(sums), asked_s)?;
     rung("cycle models", &work, counted_s)?;
     let mut rtl = RtlUnits::new(config);
     let begun = Instant::now();

@@ -10,7 +10,7 @@ use potamoi_golden::units::{Twins, Units};
 use serde::{Deserialize, Serialize};
 
 use super::super::npu::Array;
-use super::meter::{Batch, Meter};
+use super::meter::{Batch, Meter, Sums};
 
 /// Lanes of a warp, and banks of a GPU's shared memory.
 const WARP: usize = 32;
@@ -74,6 +74,8 @@ pub struct Counted {
     pub work: FrameWork,
     /// What it shows.
     pub rendered: Rendered,
+    /// Cycles of gathering by sums.
+    pub sums: Sums,
     /// What the cycle models took of the time.
     pub modelled: Duration,
 }
@@ -127,7 +129,7 @@ impl FrameWork {
             None => scene.render_fixed(config, &mut meter)?,
             Some(mask) => scene.render_fixed_masked(config, mask, &mut meter)?,
         };
-        let modelled = meter.modelled();
+        let (modelled, sums) = (meter.modelled(), meter.sums());
         let batches = meter.into_batches();
         let counts = &rendered.counts;
         let accesses = scene.accesses(cache, only)?;
@@ -164,6 +166,7 @@ impl FrameWork {
         Ok(Counted {
             work,
             rendered,
+            sums,
             modelled,
         })
     }
@@ -198,18 +201,16 @@ impl FrameWork {
         own
     }
 
-    /// What is known without stepping through anything: all MVoxels as one, all vectors at the
-    /// rate of their units, without fills, stalls and ends.
+    /// What is known without stepping through anything: all MVoxels as one, by `sums`, all vectors
+    /// at the rate of their units, without fills, stalls and ends.
     #[must_use]
-    pub fn as_one_sum(&self, config: &Config) -> Self {
+    pub fn as_one_sum(&self, sums: Sums) -> Self {
         let total = self.total();
-        let lanes = u64::from(config.gu.ports) * u64::from(config.lanes_a_port().max(1));
-        let gather = total.codes_read.div_ceil(lanes);
         Self {
             batches: vec![total],
             ..self.clone()
         }
-        .with_cycles(gather, total.vector_busy)
+        .with_cycles(sums.cycles(), total.vector_busy)
     }
 
     /// The same frame where all tables are on chip, a bank each, which gives a vertex a cycle

@@ -118,8 +118,26 @@ pub struct Meter<'u> {
     array: Array,
     batches: Vec<Batch>,
     is_computing: bool,
+    sums: Sums,
     /// Time in the cycle models.
     modelled: Duration,
+}
+
+/// Cycles of the gathering unit by sums over MVoxels, which nothing is stepped through for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Sums {
+    /// In which vertices are read, those of as many entries at once as there are ports.
+    pub reads: u64,
+    /// In which rows are loaded into the MFT, one a cycle.
+    pub loads: u64,
+}
+
+impl Sums {
+    /// As one half of the MFT is loaded while the other is read: the longer of both.
+    #[must_use]
+    pub fn cycles(self) -> u64 {
+        self.reads.max(self.loads)
+    }
 }
 
 impl<'u> Meter<'u> {
@@ -131,8 +149,15 @@ impl<'u> Meter<'u> {
             array,
             batches: vec![Batch::default()],
             is_computing: false,
+            sums: Sums::default(),
             modelled: Duration::ZERO,
         }
+    }
+
+    /// Cycles of gathering by sums.
+    #[must_use]
+    pub const fn sums(&self) -> Sums {
+        self.sums
     }
 
     /// What the cycle models took of the time.
@@ -162,17 +187,29 @@ impl<'u> Meter<'u> {
         }
         for run in crate::rtl::runs(tasks) {
             let begun = Instant::now();
-            let own = counted(run, &self.config)?;
+            let work = GatherWork::new(&self.config, run)?;
+            let own = counted(run, &work, &self.config)?;
             self.modelled += begun.elapsed();
             *self.batch() += own;
+            let set = work.run();
+            let groups = |entries: usize| entries.div_ceil(self.config.gu.ports as usize) as u64;
+            for (task, mvoxel) in run.iter().zip(set.mvoxels) {
+                let passes = u64::from(set.segments);
+                let vertices = task.vertices.count() as u64;
+                self.sums.reads += groups(task.entries.len()) * vertices * passes;
+                self.sums.loads += u64::from(mvoxel.rows) * passes;
+            }
         }
         Ok(())
     }
 }
 
 /// What a run of the gathering unit does, of tasks that can follow one another.
-fn counted(tasks: &[GatherTask], config: &Config) -> Result<Batch, RtlError> {
-    let work = GatherWork::new(config, tasks)?;
+fn counted(
+    tasks: &[GatherTask],
+    work: &GatherWork<'_>,
+    config: &Config,
+) -> Result<Batch, RtlError> {
     let cycles = work.predicted(config)?;
     let mut own = Batch {
         runs: 1,

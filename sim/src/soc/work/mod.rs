@@ -11,6 +11,6 @@ mod tests;
 
 pub use frame::{Counted, FrameWork, Reads};
 pub use keep::{KeepError, Kept};
-pub use meter::{Batch, Meter};
+pub use meter::{Batch, Meter, Sums};
 pub use path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};
 pub use replay::{PathReplay, Replay, Replayed};

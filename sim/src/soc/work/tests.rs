@@ -54,6 +54,27 @@ fn counts_are_those_of_the_renderer() {
     }
 }
 
+/// The formulas' sums: vertices are read in just the cycles in which the unit issues, and neither
+/// sum is more than it takes.
+#[test]
+fn sums_are_no_more_than_the_unit_takes() {
+    let config = Config::paper();
+    for name in ["garden", "lantern"] {
+        let through = &mut Twins::new(&config);
+        let scene = scene(name, 40);
+        let Counted { work, sums, .. } =
+            FrameWork::rendered(&scene, &config, Array::PAPER, CACHE, None, through).unwrap();
+        let total = work.total();
+        assert_eq!(sums.reads, total.gather_busy, "{name}");
+        assert_eq!(sums.cycles(), sums.reads.max(sums.loads));
+        assert!(sums.cycles() < total.gather_cycles, "{name}");
+        assert!(sums.reads + sums.loads > total.gather_cycles / 2, "{name}");
+        let formulas = work.as_one_sum(sums).total();
+        assert_eq!(formulas.gather_cycles, sums.cycles());
+        assert_eq!(formulas.vector_cycles, total.vector_busy);
+    }
+}
+
 /// A frame of some pixels asks for less, and of all of them for as much.
 #[test]
 fn a_mask_asks_for_its_pixels() {
