@@ -63,7 +63,7 @@ impl Known<'_> {
                 format!("{} rows of one vertex each: nothing to interpolate", parts),
             );
         }
-        // Colours of Gaussians are interpolated whether anyone sees them or not.
+        // Colours of Gaussians are interpolated whether one is in view or not.
         let sees = self.scene.model().is_splats() || self.is_seen();
         let most = self.facts.tables.iter().map(|t| t.vertices).max();
         let evidence = format!(
@@ -75,17 +75,20 @@ impl Known<'_> {
         (sees, evidence)
     }
 
+    /// Whether anything is computed of what is in view: of Gaussians also where none is opaque.
     fn is_seen(&self) -> bool {
-        self.facts.can_be_seen() && self.seen.in_view > 0
+        let is_splats = self.scene.model().is_splats();
+        (is_splats || self.facts.can_be_seen()) && self.seen.in_view > 0
     }
 
     /// What the path sees, in words.
     fn view(&self) -> String {
         let (name, parts) = self.facts.parts;
-        if !self.facts.can_be_seen() {
+        let is_splats = self.scene.model().is_splats();
+        if !is_splats && !self.facts.can_be_seen() {
             return format!("no opacity above 0 in {parts} {name}");
         }
-        let met = if self.scene.model().is_splats() {
+        let met = if is_splats {
             "(tile, Gaussian) pairs"
         } else {
             "rays that cross the model's bounds"
@@ -204,10 +207,8 @@ impl Known<'_> {
 
     fn early_termination(&self) -> (bool, String) {
         let own = self.facts.thickness;
-        let bits = match self.scene.model().is_splats() {
-            true => 16,
-            false => self.config.vu.exp.output_bits,
-        };
+        // What cannot be rendered does not stop either.
+        let lost = self.scene.lost_a_sample(self.config).unwrap_or(0.0);
         let evidence = if own.depth.is_infinite() {
             format!(
                 "nothing bounds the optical depth of a ray, which stops below {:.0e}",
@@ -222,7 +223,7 @@ impl Known<'_> {
                 own.stop
             )
         };
-        (own.can_stop(bits), evidence)
+        (own.can_stop(lost), evidence)
     }
 
     fn warping(&self) -> (bool, String) {

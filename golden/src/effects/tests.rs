@@ -7,6 +7,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::camera::Camera;
+use crate::precision::Precision;
 use crate::scene::{BUILTIN, Model, Rendered, Representation, Scene};
 use crate::splats::Cloud;
 use crate::units::Twins;
@@ -230,7 +231,8 @@ proptest! {
         all.set_choices(Choices::all());
         let config = fitting(&scene);
         let rendered = all.render_fixed(&config, &mut Twins::new(&config)).unwrap();
-        if !scene.facts().thickness.can_stop(16) {
+        let lost = scene.lost_a_sample(&config).unwrap();
+        if !scene.facts().thickness.can_stop(lost) {
             let mut without = scene.clone();
             without.set_choices(Choices::default().leave_out(Effect::EarlyTermination));
             let own = without.render_fixed(&config, &mut Twins::new(&config)).unwrap();
@@ -563,4 +565,41 @@ fn names_are_found_and_others_refused() {
         error.contains("`fog`") && error.contains("void_test"),
         "{error}"
     );
+}
+
+/// A coarser exponential, power or transmittance may take more of a ray, so that one that ends
+/// early is ruled out later.
+#[test]
+fn coarser_units_let_rays_end_early_sooner() {
+    let lost = |scene: &Scene, text: &str| {
+        let config = Config::from_toml(text, "test").unwrap();
+        scene.lost_a_sample(&config).unwrap()
+    };
+    let mut voxels = Scene::open("mist:voxels").unwrap();
+    let paper = lost(&voxels, "");
+    for text in [
+        "vu.exp.iterations = 8",
+        "vu.exp.one_minus_frac_bits = 12",
+        "gu.feature_bits = 8",
+    ] {
+        assert!(lost(&voxels, text) > 2.0 * paper, "{text}");
+    }
+    let narrow = Precision {
+        transmittance_bits: Some(10),
+        ..Precision::default()
+    };
+    voxels.set_precision(narrow).unwrap();
+    assert!(lost(&voxels, "") > 2.0 * paper);
+    let mut splats = Scene::open("mist:splats").unwrap();
+    let paper = lost(&splats, "");
+    splats.set_precision(narrow).unwrap();
+    assert!(lost(&splats, "") > 2.0 * paper);
+}
+
+/// Gaussians without opacity are projected, gathered and weighed all the same.
+#[test]
+fn gaussians_that_nobody_sees_take_exponentials() {
+    let scene = splats(ring(20, |_, logits| logits.fill(f32::NEG_INFINITY)));
+    let analysis = analysed(&scene, &[*scene.camera()]);
+    assert!(analysis.calls_for(Effect::Exponential));
 }

@@ -13,10 +13,6 @@ pub struct Thickness {
 
 /// Depths that are rounded to the coarsest formats.
 const COARSE: f64 = 1.01;
-/// Units of the last place by which an opacity is off, at most.
-const OPACITY_ULPS: f64 = 2.0;
-/// What rounding takes of a transmittance in U1.20 a sample.
-const TRANSMITTANCE_ULP: f64 = 1.0 / (1 << 20) as f64;
 
 impl Thickness {
     /// Of a model of which nothing is known.
@@ -35,10 +31,9 @@ impl Thickness {
         (-self.depth).exp()
     }
 
-    /// Whether a ray can stop early where opacities have so many fraction bits.
+    /// Whether a ray can stop early where roundings take so much of what is left of it, a sample.
     #[must_use]
-    pub fn can_stop(&self, opacity_bits: u32) -> bool {
-        let lost = OPACITY_ULPS * 2f64.powi(-(opacity_bits as i32)) + TRANSMITTANCE_ULP;
+    pub fn can_stop(&self, lost: f64) -> bool {
         let left = (-COARSE * self.depth).exp() - lost * self.samples;
         // Not a number is not at least another.
         !matches!(left.partial_cmp(&(2.0 * self.stop)), Some(order) if order.is_ge())
@@ -58,12 +53,12 @@ mod tests {
             samples,
             stop: 1e-3,
         };
-        assert!(of(1.9e-3, 0.0).can_stop(16));
-        assert!(!of(2.1e-3, 0.0).can_stop(16));
-        // 20 samples take 20 (2 x 2^-16 + 2^-20), 6.3e-4.
-        assert!(of(2.5e-3, 20.0).can_stop(16));
-        assert!(!of(2.7e-3, 20.0).can_stop(16));
-        assert!(of(2.7e-3, 20.0).can_stop(12));
-        assert!(Thickness::unknown(0.0).can_stop(16));
+        assert!(of(1.9e-3, 0.0).can_stop(3e-5));
+        assert!(!of(2.1e-3, 0.0).can_stop(3e-5));
+        // 20 samples take 6e-4.
+        assert!(of(2.5e-3, 20.0).can_stop(3e-5));
+        assert!(!of(2.7e-3, 20.0).can_stop(3e-5));
+        assert!(of(2.7e-3, 20.0).can_stop(4e-5));
+        assert!(Thickness::unknown(0.0).can_stop(3e-5));
     }
 }

@@ -67,7 +67,7 @@ impl Scene {
     ) -> Result<Option<Vec<f64>>, SceneError> {
         let options = fields::FixedOptions {
             background: self.background,
-            terminate: self.stops(config.vu.exp.output_bits),
+            terminate: self.stops(self.lost_a_sample(config)?),
             ..fields::FixedOptions::default()
         };
         Ok(fields::error_bounds(field, config, &self.camera, &options)?)

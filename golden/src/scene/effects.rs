@@ -7,10 +7,13 @@ use super::{Kind, Model, Scene, SceneError};
 use crate::effects::{Choices, Effect, Facts};
 use crate::fields::{Field, FieldWork};
 use crate::splats::{Cloud, Octree, Partition, Sorting, Work, sh};
-use crate::voxels::{self, Head, MVoxels, Skip};
+use crate::voxels::{self, Formats, Head, MVoxels, Skip, TRANSMITTANCE};
 
-/// Fraction bits of opacities of splats, and more than any of floating point's rounding shows.
-const OPACITY_BITS: u32 = 16;
+/// What roundings take of what is left of a ray in floating point, and more.
+pub(super) const LOST_IN_FLOATS: f64 = 1.0 / (1u64 << 40) as f64;
+/// By how much an alpha of splats may be above an opacity, of 16 fraction bits: both are rounded,
+/// and exponentials are 1 at most.
+const SPLAT_OPACITY: f64 = 1.0 / (1 << 16) as f64;
 
 impl Model {
     /// Whether it is of Gaussians.
@@ -52,10 +55,38 @@ impl Scene {
             .harmonics(facts.stored_harmonics(), facts.highest_harmonic())
     }
 
-    /// Whether rays stop early, where opacities have so many bits.
-    pub(super) fn stops(&self, opacity_bits: u32) -> bool {
-        let can_stop = self.facts().thickness.can_stop(opacity_bits);
+    /// Whether rays stop early, where roundings take so much of what is left, a sample.
+    pub(super) fn stops(&self, lost: f64) -> bool {
+        let can_stop = self.facts().thickness.can_stop(lost);
         self.carries_out(Effect::EarlyTermination, can_stop)
+    }
+
+    /// What roundings of a configuration's units may take of what is left of a ray, a sample: what
+    /// an opacity may be too large by, and a unit of the transmittance. Of fields nothing is known,
+    /// nor is how much light a ray loses.
+    ///
+    /// # Errors
+    /// A configuration that does not fit the voxels.
+    pub(crate) fn lost_a_sample(&self, config: &Config) -> Result<f64, SceneError> {
+        Ok(match self.model.kind() {
+            Kind::Splats(_) => self.lost_a_splat(),
+            Kind::Voxels(grid) => {
+                let formats = Formats::new(grid, config)?;
+                let off = voxels::opacity_off(&formats, &config.vu.exp, self.step);
+                off + self.transmittance_unit()
+            }
+            Kind::Field(_) => 0.0,
+        })
+    }
+
+    /// The same of a Gaussian, whatever the configuration.
+    fn lost_a_splat(&self) -> f64 {
+        SPLAT_OPACITY + self.transmittance_unit()
+    }
+
+    fn transmittance_unit(&self) -> f64 {
+        let bits = self.precision.transmittance_bits;
+        2f64.powi(-(bits.unwrap_or(TRANSMITTANCE.frac_bits()) as i32))
     }
 
     pub(super) fn splat_work(&self) -> Work {
@@ -71,7 +102,7 @@ impl Scene {
                 _ => self.degree(),
             },
             sorting,
-            stops: self.stops(OPACITY_BITS),
+            stops: self.stops(self.lost_a_splat()),
             precision: self.precision,
         }
     }

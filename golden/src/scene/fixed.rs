@@ -95,7 +95,7 @@ impl Scene {
             Model::Voxels(grid) => {
                 let mvoxels = self.cut(MVoxels::new(grid, config)?);
                 let options = voxels::FixedOptions {
-                    terminate: self.stops(config.vu.exp.output_bits),
+                    terminate: self.stops(self.lost_a_sample(config)?),
                     skip: self.skip(&mvoxels),
                     ..self.voxel_options()
                 };
@@ -128,7 +128,7 @@ impl Scene {
                     head: &facing,
                 };
                 let options = voxels::FixedOptions {
-                    terminate: self.stops(config.vu.exp.output_bits),
+                    terminate: self.stops(self.lost_a_sample(config)?),
                     skip: self.skip(&mvoxels),
                     ..self.voxel_options()
                 };
@@ -180,7 +180,7 @@ impl Scene {
         let options = fields::FixedOptions {
             background: self.background,
             group_side: self.group_side,
-            terminate: self.stops(config.vu.exp.output_bits),
+            terminate: self.stops(self.lost_a_sample(config)?),
             work: self.field_work(),
             ..fields::FixedOptions::default()
         };

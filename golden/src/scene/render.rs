@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use potamoi_formats::units::OpCode;
 use serde::Serialize;
 
+use super::effects::LOST_IN_FLOATS;
 use super::{Kind, Model, Scene, SceneError};
 use crate::analytic::Analytic;
 use crate::camera::Camera;
@@ -17,9 +18,6 @@ use crate::voxels;
 
 /// The most pixels of a picture.
 const MAX_PIXELS: u64 = 1 << 26;
-
-/// Bits of opacities of 64-bit floating point that its rounding leaves.
-pub(super) const FLOAT_BITS: u32 = 48;
 
 /// What the units did for a frame, by the renderer's own count.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -142,7 +140,7 @@ impl Scene {
                 let options = voxels::FloatOptions {
                     step: self.step,
                     background: self.background,
-                    terminate: self.stops(FLOAT_BITS),
+                    terminate: self.stops(LOST_IN_FLOATS),
                     stop_below: self.voxel_options().stop_below,
                     directions: self.voxel_directions(),
                 };

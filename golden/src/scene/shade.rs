@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::render::FLOAT_BITS;
+use super::effects::LOST_IN_FLOATS;
 use super::{Kind, Scene, SceneError};
 use crate::camera::Camera;
 use crate::fields;
@@ -54,7 +54,7 @@ impl Renderer for Scene {
                 let options = voxels::FloatOptions {
                     step: self.step,
                     background: self.background,
-                    terminate: self.stops(FLOAT_BITS),
+                    terminate: self.stops(LOST_IN_FLOATS),
                     stop_below: self.voxel_options().stop_below,
                     directions: self.voxel_directions(),
                 };

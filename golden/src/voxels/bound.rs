@@ -51,6 +51,12 @@ impl Ranges {
     }
 }
 
+/// What an opacity may be off by of a density that is off by its format alone.
+#[must_use]
+pub fn opacity_off(formats: &Formats, exp: &ExpConfig, step: f64) -> f64 {
+    step * formats.density.ulp() + formats.depth.ulp() + budget(exp) * formats.alpha.ulp()
+}
+
 /// What each pixel's colour and transmittance may be off by.
 ///
 /// A feature is off by half a unit where it is coded and half where it comes
@@ -84,7 +90,8 @@ pub fn error_bounds(
         };
         format.ulp() + 3.5 * unit * ranges.cell[c] + 2f64.powi(-13) * ranges.slope[c]
     };
-    let alpha_off = step * off(0) + formats.depth.ulp() + budget(exp) * formats.alpha.ulp();
+    let interpolated = off(0) - formats.density.ulp();
+    let alpha_off = opacity_off(formats, exp, step) + step * interpolated;
     let behind = options
         .background
         .iter()

@@ -22,7 +22,7 @@ mod split;
 mod tests;
 
 pub use crate::tiling::{Halo, Holder, Place};
-pub use bound::error_bounds;
+pub use bound::{error_bounds, opacity_off};
 pub(crate) use composite::{Compositor, Work, pixel_bits};
 pub use counts::{FixedStats, Orders};
 pub use error::VoxelError;

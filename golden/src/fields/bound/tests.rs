@@ -160,3 +160,22 @@ fn what_is_known_of_inputs_stays_known() {
         most(&unknown)
     );
 }
+
+/// An output that floating point has just before the end of its codes, and the hardware beyond.
+#[test]
+fn what_is_held_at_the_end_is_off_by_less_than_is_known_of_its_inputs() {
+    let layer = Layer::new(1, vec![1.0], vec![0.0]).unwrap();
+    let mlp = Mlp::new(vec![layer]).unwrap();
+    let made = MacMlp::quantise(&mlp, 14, &[0.99]).unwrap();
+    let unit = 2f64.powi(-made.output_frac());
+    let end = f64::from(i16::MAX) * unit;
+    let (exact, code) = (end - 0.5 * unit, 16_400);
+    let off = Off::exactly(f64::from(code) * 2f64.powi(-14) - exact);
+    let found = with_lanes(|lanes| made.run(vec![code], lanes).unwrap())[0];
+    assert_eq!(found, i32::from(i16::MAX));
+    let bound = Pair::new(&mlp, &made).outputs(&[exact], &[off]).off[0];
+    let beyond = (end - exact - bound.known).abs();
+    assert!(beyond <= bound.most, "{beyond} of {bound:?}");
+    // What would be known, were it not held, is farther.
+    assert!(off.known > 10.0 * (end - exact), "{off:?}");
+}

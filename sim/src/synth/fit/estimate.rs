@@ -114,6 +114,41 @@ impl Estimate {
         Self::sum(modules.collect(), (end, point.period_ps), work)
     }
 
+    /// Energy above the clock's as that of a module of the same name has changed from one estimate
+    /// to another.
+    pub(super) fn times(mut self, now: &Self, before: &Self) -> Self {
+        let above = |of: &Self, name: &str| {
+            let found = of.modules.iter().find(|m| m.module == name);
+            found.map(|m| {
+                [
+                    m.zero_delay_pj - m.clock_pj,
+                    m.with_glitches_pj - m.clock_pj,
+                ]
+            })
+        };
+        let whole = |of: &Self| {
+            [
+                of.zero_delay_pj - of.clock_pj,
+                of.with_glitches_pj - of.clock_pj,
+            ]
+        };
+        for module in &mut self.modules {
+            let pair = above(now, &module.module).zip(above(before, &module.module));
+            let (now, before) = pair.unwrap_or_else(|| (whole(now), whole(before)));
+            let ratio = |i: usize| {
+                if before[i] > 0.0 {
+                    now[i] / before[i]
+                } else {
+                    1.0
+                }
+            };
+            let clock = module.clock_pj;
+            module.zero_delay_pj = clock + ratio(0) * (module.zero_delay_pj - clock);
+            module.with_glitches_pj = clock + ratio(1) * (module.with_glitches_pj - clock);
+        }
+        Self::sum(self.modules, (self.end, self.period_ps), self.work)
+    }
+
     /// Of modules, and the longest path's end and picoseconds.
     pub(super) fn sum(
         modules: Vec<EstimatedModule>,

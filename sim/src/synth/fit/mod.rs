@@ -24,14 +24,14 @@ use std::path::Path;
 
 use potamoi_formats::config::Config;
 
-use super::grid::{Family, Grid, GridPoint, is_same_vector_unit};
+use super::grid::{Family, Grid, GridPoint, is_same_unit};
 use super::{SynthError, UnitKind};
 use formulas::Formulas;
 use terms::active_banks;
 
 /// The grid of synth/grid-asap7.json.
 const CHECKED_IN: &str = include_str!("../../../../synth/grid-asap7.json");
-/// Exponentials that no formula is of, in the same cells.
+/// Units that no formula is of, in the same cells.
 const FORMS: &str = include_str!("../../../../synth/forms-asap7.json");
 
 /// Formulas for each family of units, and units that stand for themselves.
@@ -70,7 +70,7 @@ impl Fit {
         })
     }
 
-    /// The same, which knows these vector units too, each by itself.
+    /// The same, which knows these units too, each by itself.
     ///
     /// # Errors
     /// They are of other cells.
@@ -89,14 +89,30 @@ impl Fit {
         Ok(self)
     }
 
-    /// The vector unit that was synthesised as it is, though no formula is of it.
-    fn form(&self, config: &Config) -> Result<Option<&GridPoint>, SynthError> {
-        for point in &self.forms {
-            if is_same_vector_unit(&point.config()?, config) {
+    /// The unit that was synthesised as it is, though no formula is of it.
+    fn form(&self, config: &Config, unit: UnitKind) -> Result<Option<&GridPoint>, SynthError> {
+        for point in self.forms.iter().filter(|p| p.family.unit() == unit) {
+            if is_same_unit(&point.config()?, config, unit) {
                 return Ok(Some(point));
             }
         }
         Ok(None)
+    }
+
+    /// A unit that was synthesised as it is, doing such work. What a gathering unit takes with
+    /// other channels than it was run with is to that as formulas set the paper's units.
+    fn as_synthesised(&self, point: &GridPoint, work: Work) -> Result<Estimate, SynthError> {
+        let own = Estimate::of(point, work);
+        if point.family.unit() == UnitKind::Vector {
+            return Ok(own);
+        }
+        let seen = Work {
+            channels: point.activity.channels,
+            ..work
+        };
+        let paper = Config::paper();
+        let at = |work| self.estimate(&paper, UnitKind::Gathering, work);
+        Ok(own.times(&at(work)?, &at(seen)?))
     }
 
     /// What it was fitted to.
@@ -161,9 +177,9 @@ impl Fit {
         let (family, beyond) = match Family::of(config, unit) {
             Ok(found) => found,
             Err(fields) => {
-                return match (unit, self.form(config)?) {
-                    (UnitKind::Vector, Some(point)) => Ok(Estimate::of(point, work)),
-                    _ => Err(SynthError::NotFitted { unit, fields }),
+                return match self.form(config, unit)? {
+                    Some(point) => self.as_synthesised(point, work),
+                    None => Err(SynthError::NotFitted { unit, fields }),
                 };
             }
         };

@@ -348,7 +348,7 @@ fn a_form_is_what_its_netlist_was() {
     for point in &fit.forms {
         let config = point.config().unwrap();
         let work = Work::of(&point.activity);
-        let found = fit.estimate(&config, UnitKind::Vector, work).unwrap();
+        let found = fit.estimate(&config, point.family.unit(), work).unwrap();
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
         assert!(near(found.area_um2, point.area_um2()), "{}", point.name());
         assert!(
@@ -357,12 +357,27 @@ fn a_form_is_what_its_netlist_was() {
             point.name()
         );
         let idle = Work { busy: 0.0, ..work };
-        let idle = fit.estimate(&config, UnitKind::Vector, idle).unwrap();
+        let idle = fit.estimate(&config, point.family.unit(), idle).unwrap();
         assert!(
             near(idle.with_glitches_pj, point.activity.clock_pj),
             "{}",
             point.name()
         );
+    }
+    // Of a gathering unit banks without a channel do less.
+    for point in fit.forms.iter().filter(|p| p.family == Family::Gathering) {
+        let config = point.config().unwrap();
+        let at = |channels| {
+            let work = Work {
+                channels,
+                ..Work::of(&point.activity)
+            };
+            let found = fit.estimate(&config, UnitKind::Gathering, work).unwrap();
+            found.with_glitches_pj
+        };
+        let own = point.activity.channels;
+        assert!(at(own / 2) < at(own) && at(own) < at(2 * own), "{own}");
+        assert!(at(own / 2) > point.activity.clock_pj);
     }
     // Another width beside is no unit that was synthesised.
     let text = "[vu.exp]\niterations = 8\ntail = true\noutput_bits = 14\n";

@@ -85,12 +85,8 @@ impl Family {
             (UnitKind::Vector, true) => Self::VectorPipelined,
         };
         let (own, usual) = (fields(config), fields(&Config::default()));
-        let matters = |field: &str| match unit {
-            UnitKind::Gathering => !field.starts_with("vu.") && field != "clock_mhz",
-            UnitKind::Vector => field.starts_with("vu."),
-        };
         let (mut others, mut beyond) = (vec![], vec![]);
-        for (field, value) in own.iter().filter(|(field, _)| matters(field)) {
+        for (field, value) in own.iter().filter(|(field, _)| matters(field, unit)) {
             let values = family.knobs().iter().find(|(knob, _)| knob == field);
             let is_as_usual = match (values, field.as_str()) {
                 (Some((_, values)), _) => {
@@ -233,8 +229,8 @@ pub fn design() -> Vec<Point> {
     points
 }
 
-/// The paper's vector unit with exponentials that no formula is of, each as it is; the family is
-/// the one that it differs from in more than numbers.
+/// The paper's units with what no formula is of, each as it is: other exponentials, exact sums, and
+/// records that share a row. The family is the one that it differs from in more than numbers.
 #[must_use]
 pub fn forms() -> Vec<Point> {
     let tails = [4, 6, 8, 9, 12, 14].map(|n| format!("iterations = {n}\ntail = true"));
@@ -246,6 +242,7 @@ pub fn forms() -> Vec<Point> {
     let inputs = [8, 10, 11, 12].map(|n| format!("input = \"U3.{n}\""));
     let accumulators = [16, 17, 18, 19].map(|n| format!("accumulator_bits = {n}"));
     let constants = [14, 16, 17, 18].map(|n| format!("constant_bits = {n}"));
+    let densities = [12, 14, 16, 18].map(|n| format!("one_minus_frac_bits = {n}"));
     let all = [
         &tails[..],
         &radix_4,
@@ -255,24 +252,37 @@ pub fn forms() -> Vec<Point> {
         &inputs,
         &accumulators,
         &constants,
+        &densities,
     ];
-    let all = all.into_iter().flatten();
-    all.map(|text| Point {
+    let exponentials = all.into_iter().flatten().map(|text| Point {
         family: match text.contains("pipelined = true") {
             true => Family::VectorPipelined,
             false => Family::Vector,
         },
         text: format!("[vu.exp]\n{text}\n"),
-    })
-    .collect()
+    });
+    let gathering = ["sums = \"exact\"", "records_a_row = 2"];
+    let gathering = gathering.map(|text| Point {
+        family: Family::Gathering,
+        text: format!("[gu]\n{text}\n"),
+    });
+    exponentials.chain(gathering).collect()
 }
 
-/// Whether the vector units of two configurations are the same.
-pub(in crate::synth) fn is_same_vector_unit(a: &Config, b: &Config) -> bool {
+/// Whether a field of a configuration is one of a unit's.
+fn matters(field: &str, unit: UnitKind) -> bool {
+    match unit {
+        UnitKind::Gathering => !field.starts_with("vu.") && field != "clock_mhz",
+        UnitKind::Vector => field.starts_with("vu."),
+    }
+}
+
+/// Whether a unit is the same in two configurations.
+pub(in crate::synth) fn is_same_unit(a: &Config, b: &Config, unit: UnitKind) -> bool {
     let own = |config| {
         let fields = fields(config).into_iter();
         fields
-            .filter(|(name, _)| name.starts_with("vu."))
+            .filter(|(name, _)| matters(name, unit))
             .collect::<Vec<_>>()
     };
     own(a) == own(b)
@@ -313,10 +323,11 @@ mod tests {
         let forms = forms();
         for (at, point) in forms.iter().enumerate() {
             let config = point.config().unwrap();
-            assert!(Family::of(&config, UnitKind::Vector).is_err(), "{point:?}");
-            assert!(UnitKind::Vector.module(&config).is_ok(), "{point:?}");
-            let others = forms[..at].iter();
-            let same = |other: &Point| is_same_vector_unit(&config, &other.config().unwrap());
+            let unit = point.family.unit();
+            assert!(Family::of(&config, unit).is_err(), "{point:?}");
+            assert!(unit.module(&config).is_ok(), "{point:?}");
+            let others = forms[..at].iter().filter(|o| o.family.unit() == unit);
+            let same = |other: &Point| is_same_unit(&config, &other.config().unwrap(), unit);
             assert_eq!(others.filter(|other| same(other)).count(), 0, "{point:?}");
         }
     }

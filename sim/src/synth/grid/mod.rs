@@ -4,6 +4,6 @@
 mod design;
 mod report;
 
-pub(in crate::synth) use design::is_same_vector_unit;
+pub(in crate::synth) use design::is_same_unit;
 pub use design::{Differences, Family, Point, design, forms};
 pub use report::{Grid, GridActivity, GridEnergy, GridModule, GridPoint};
