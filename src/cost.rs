@@ -9,6 +9,7 @@ mod scene;
 mod search;
 mod tables;
 mod trial;
+mod units;
 
 use std::path::PathBuf;
 

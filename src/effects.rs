@@ -68,6 +68,11 @@ enum Where {
 pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
     files::prepare([args.plot.as_ref(), args.json.as_ref()])?;
     let begun = Instant::now();
+    if args.plot.is_some() && args.pairs == 0 {
+        return Err(Failure::Usage(
+            "--plot draws wall times: expected --pairs 1 or more".to_owned(),
+        ));
+    }
     let choices = args.scene.choices()?;
     let mut scene = args.scene.open_as_called_for(args.scene.name())?;
     let (config, preset) = config_for(common, &scene)?;
@@ -152,10 +157,14 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
     if let Some(file) = &args.json {
         files::write_json(file, &report)?;
     }
-    match &report.forced {
-        Some(forced) if !forced.is_same() => Err(Failure::Check(
-            "forcing effects that are not called for changed a result".to_owned(),
-        )),
+    let differs = |what: &str| Err(Failure::Check(format!("{what} changed a result")));
+    match (&report.forced, &report.rtl) {
+        (Some(forced), _) if !forced.is_same() => {
+            differs("forcing effects that are not called for")
+        }
+        (_, Some(rtl)) if !rtl.is_same => {
+            differs("leaving out of the Verilated units what is not called for")
+        }
         _ => Ok(()),
     }
 }

@@ -70,11 +70,11 @@ fn iterations_trade_time_for_quality() {
         assert!(number(pair[0], "frame_ns") < number(pair[1], "frame_ns"));
         // With more iterations than eight the other roundings hide the exponential's.
         assert!(db(of("8")) < db(pair[1]));
-        let ulp = |p: &Value| number(&p["exponential"], "max_ulp");
+        let ulp = |p: &Value| number(&p["units"]["exponential"], "max_ulp");
         assert!(ulp(pair[0]) > ulp(pair[1]));
     }
     for p in report["points"].as_array().unwrap() {
-        let exp = &p["exponential"];
+        let exp = &p["units"]["exponential"];
         assert!(number(exp, "max_ulp") <= number(exp, "bound_ulp"), "{p}");
         if p["knob"] != "order" {
             assert!(number(&p["worst"], "part_of_bound") <= 1.0, "{p}");

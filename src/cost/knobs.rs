@@ -157,7 +157,7 @@ fn paths() -> Vec<Knob> {
         },
         Knob {
             name: "phi",
-            what: "the largest angle that is warped, in degrees, at 16 frames a reference",
+            what: "the largest angle that is warped, in degrees, at up to 16 frames a reference",
             settings: angles
                 .map(|d| way(format!("{d}"), warped(16, Some(d))))
                 .to_vec(),

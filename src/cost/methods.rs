@@ -109,7 +109,11 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
         let faithful = methods.iter().filter(|m| m.max_ulp < FAITHFUL);
         let own =
             faithful.min_by(|a, b| of(a).total_cmp(&of(b)).then(then(a).total_cmp(&then(b))))?;
-        say!("faithful {what}: {}, {:.4} ulp", own.name, own.max_ulp);
+        say!(
+            "of those synthesised, faithful {what}: {}, {:.4} ulp",
+            own.name,
+            own.max_ulp
+        );
         Some(own.name.clone())
     };
     let (area, energy) = (

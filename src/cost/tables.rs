@@ -29,14 +29,17 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
         report.size[0],
         report.size[1]
     );
-    let mut table = tables::lined(
-        2,
+    let default = report.default_point();
+    let operations = default.units.named().into_iter().enumerate();
+    let operations: Vec<_> = operations
+        .filter(|(_, (_, error))| error.is_some())
+        .collect();
+    let of_units = operations
+        .iter()
+        .map(|(_, (name, _))| format!("{}: max ulp (bound), mean", name.replace('_', " ")));
+    let head = ["knob", "setting"].map(str::to_owned).into_iter();
+    let head = head.chain(of_units).chain(
         [
-            "knob",
-            "setting",
-            "exp: max ulp",
-            "bound",
-            "mean ulp",
             "dB, model",
             "SSIM",
             "worst pixel",
@@ -51,19 +54,19 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
             "mJ",
             "mm^2, 12 nm",
             "front",
-        ],
+        ]
+        .map(str::to_owned),
     );
-    let default = report.default_point();
+    let mut table = tables::lined(2, head.collect::<Vec<_>>());
     for (i, point) in report.points.iter().enumerate() {
-        let ulp =
-            |of: fn(&super::trial::UnitError) -> f64| number(point.exponential.as_ref().map(of), 3);
+        let errors = point.units.named();
+        let of_units = operations.iter().map(|(at, _)| match errors[*at].1 {
+            Some(e) => format!("{:.3} ({:.3}), {:.3}", e.max_ulp, e.bound_ulp, e.mean_ulp),
+            None => "-".to_owned(),
+        });
         let truth = point.truth;
-        table.add_row([
-            point.knob.clone(),
-            point.setting.clone(),
-            ulp(|e| e.max_ulp),
-            ulp(|e| e.bound_ulp),
-            ulp(|e| e.mean_ulp),
+        let begin = [point.knob.clone(), point.setting.clone()].into_iter();
+        table.add_row(begin.chain(of_units).chain([
             db(point.model),
             number(point.model.ssim, 5),
             number(point.worst.map(|w| w.measured), 6),
@@ -78,7 +81,7 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
             number(point.energy_mj, 3),
             number(point.area_mm2, 4),
             mark(report, i).to_owned(),
-        ]);
+        ]));
     }
     say!("{table}");
     say!(
@@ -184,15 +187,18 @@ pub(super) fn found(settings: &[String], point: &Point, default: &Point, tried: 
 /// A line a point.
 pub(super) fn csv(report: &Report) -> String {
     let mut text = String::from(
-        "knob,setting,exp_max_ulp,exp_bound_ulp,exp_mean_ulp,model_db,model_ssim,worst_pixel,worst_pixel_bound,truth_db,truth_ssim,gather_cycles,vector_cycles,array_cycles,frame_ns,energy_mj,area_mm2,front\n",
+        "knob,setting,exp_max_ulp,exp_bound_ulp,exp_mean_ulp,one_minus_exp_max_ulp,one_minus_exp_bound_ulp,one_minus_exp_mean_ulp,gather_max_ulp,gather_bound_ulp,gather_mean_ulp,model_db,model_ssim,worst_pixel,worst_pixel_bound,truth_db,truth_ssim,gather_cycles,vector_cycles,array_cycles,frame_ns,energy_mj,area_mm2,front\n",
     );
     let field = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
     for (i, p) in report.points.iter().enumerate() {
-        let exp = p.exponential;
+        let units = p.units.named().map(|(_, error)| {
+            [
+                error.map(|e| e.max_ulp),
+                error.map(|e| e.bound_ulp),
+                error.map(|e| e.mean_ulp),
+            ]
+        });
         let numbers = [
-            exp.map(|e| e.max_ulp),
-            exp.map(|e| e.bound_ulp),
-            exp.map(|e| e.mean_ulp),
             p.model.db,
             p.model.ssim,
             p.worst.map(|w| w.measured),
@@ -203,9 +209,15 @@ pub(super) fn csv(report: &Report) -> String {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{}",
             p.knob,
             p.setting,
+            units
+                .concat()
+                .into_iter()
+                .map(field)
+                .collect::<Vec<_>>()
+                .join(","),
             numbers.map(field).join(","),
             p.gather_cycles,
             p.vector_cycles,

@@ -1,15 +1,11 @@
 //! A frame with knobs set: what it shows, and what it takes.
 
 use potamoi_formats::config::{Config, Layer};
-use potamoi_formats::units::OpCode;
 use potamoi_golden::effects::Choices;
 use potamoi_golden::picture::Picture;
 use potamoi_golden::scene::Scene;
 use potamoi_golden::ssim::ssim;
 use potamoi_golden::units::Twins;
-use potamoi_golden::units::exp::ExpTwin;
-use potamoi_golden::units::reference::Reference;
-use potamoi_golden::units::widths::budget;
 use potamoi_sim::soc::work::{Counted, FrameWork, PathOptions, Quality};
 use potamoi_sim::soc::{Frames, Gathering, Model, Scenario, Variant};
 use potamoi_sim::synth::UnitKind;
@@ -19,6 +15,7 @@ use serde::Serialize;
 
 use super::front::Place;
 use super::knobs::{Change, Look, Setting, Way};
+use super::units::UnitErrors;
 use crate::failure::Failure;
 use crate::setup::{Setup, costs, store};
 
@@ -64,15 +61,6 @@ impl Likeness {
             ssim: moved(self.ssim, 1),
         }
     }
-}
-
-/// Error of the exponential over all of its inputs, in units of the last place.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct UnitError {
-    pub(super) max_ulp: f64,
-    pub(super) mean_ulp: f64,
-    /// What it cannot exceed, by formula.
-    pub(super) bound_ulp: f64,
 }
 
 /// Errors of a picture's pixels beside the float model's, and what they cannot exceed.
@@ -122,7 +110,8 @@ impl PixelError {
 pub(super) struct Point {
     pub(super) knob: String,
     pub(super) setting: String,
-    pub(super) exponential: Option<UnitError>,
+    /// What the operations of the units are off by.
+    pub(super) units: UnitErrors,
     /// Beside the float model.
     pub(super) model: Likeness,
     /// Beside what the model was sampled from, where that is known.
@@ -241,7 +230,7 @@ impl Bench {
         let mut point = Point {
             knob: knob.to_owned(),
             setting: label.to_owned(),
-            exponential: exponential(&config),
+            units: UnitErrors::of(&scene, &config),
             model: Likeness::of(&rendered.picture, &self.model),
             truth: (self.truth.as_ref()).map(|truth| Likeness::of(&rendered.picture, truth)),
             worst: Some(PixelError::new(
@@ -332,20 +321,4 @@ impl Bench {
         let um2 = gathering.scaled(&factors).area_um2 + vector.scaled(&factors).area_um2;
         Some(um2 * 1e-6)
     }
-}
-
-/// The exponential's error over all inputs of 16 bits, where a configuration has it.
-fn exponential(config: &Config) -> Option<UnitError> {
-    let exp = &config.vu.exp;
-    if !config.vu.ops.contains(&OpCode::Exp) || exp.input.width() > 16 {
-        return None;
-    }
-    let reference = Reference::in_base(exp.input, exp.base).ok()?;
-    let twin = ExpTwin::new(exp);
-    let error = reference.measure(exp.output_bits, |u| twin.exp(u));
-    Some(UnitError {
-        max_ulp: error.max_ulp,
-        mean_ulp: error.mean,
-        bound_ulp: budget(exp),
-    })
 }

@@ -143,8 +143,9 @@ pub(super) struct Without {
     pixels: u64,
     pixels_changed: u64,
     largest_difference: f32,
-    /// Modelled cycles of all units without it, less those with it.
-    cycles_more: i64,
+    /// Modelled cycles of all units for the frame without it, less those with it; none of effects of
+    /// a path.
+    cycles_more: Option<i64>,
 }
 
 impl Without {
@@ -159,7 +160,7 @@ impl Without {
             pixels: 0,
             pixels_changed: 0,
             largest_difference: 0.0,
-            cycles_more: 0,
+            cycles_more: None,
         };
         if matches!(effect, Effect::Warping | Effect::Disocclusion) {
             own.of = "the path's frames in floating point";
@@ -183,7 +184,7 @@ impl Without {
         let without = Outcome::of(watch, &scene)?;
         own.compare(&[with.fixed.picture], &[without.fixed.picture]);
         let all = |c: &EffectCycles| (c.gather + c.vector + c.array) as i64;
-        own.cycles_more = all(&without.cycles) - all(&with.cycles);
+        own.cycles_more = Some(all(&without.cycles) - all(&with.cycles));
         Ok(own)
     }
 
@@ -216,9 +217,9 @@ impl Without {
             ),
             None => format!("no pixel of {} changes", self.of),
         };
-        format!(
-            "without {}{degree} ({asked}): {error}; modelled cycles of the units: {:+}",
-            self.name, self.cycles_more
-        )
+        let cycles = self.cycles_more.map_or_else(String::new, |more| {
+            format!("; modelled cycles of the units: {more:+}")
+        });
+        format!("without {}{degree} ({asked}): {error}{cycles}", self.name)
     }
 }

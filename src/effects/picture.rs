@@ -26,7 +26,9 @@ pub(super) fn plot(path: &Path, report: &Report) -> Result<(), Failure> {
     let rows = report.effects.len();
     let size = (WIDTH, FRAME + ROW * rows as u32);
     let longest = report.effects.iter().filter_map(Found::timed);
-    let longest = longest.map(|wall| wall.with_ms).fold(1e-3, f64::max);
+    let longest = longest
+        .map(|wall| wall.with_ms + wall.spread_ms.unwrap_or(0.0))
+        .fold(1e-3, f64::max);
     let title = format!(
         "{}, {} x {}, {} frames: what is called for, and what it takes",
         report.scene, report.width, report.height, report.frames

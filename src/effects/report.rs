@@ -213,17 +213,20 @@ impl UnitReport {
                 .cloned()
                 .collect()
         };
+        // Colours of Gaussians are made of a field's features, whether one is in view or not.
+        let makes_colours = analysis.calls_for(Effect::Trilinear);
+        let is_in_view = analysis.seen.in_view > 0;
         vec![
             Self {
                 unit: "gathering_unit",
                 instantiated: hardware.gathers,
-                used_by_path: analysis.seen.in_view > 0 && hardware.gathers,
+                used_by_path: hardware.gathers && (is_in_view || makes_colours),
                 left_out: splats("g"),
             },
             Self {
                 unit: "vector_unit",
                 instantiated: hardware.computes,
-                used_by_path: analysis.calls_for(Effect::Exponential),
+                used_by_path: analysis.calls_for(Effect::Exponential) || makes_colours,
                 left_out: splats("v"),
             },
         ]

@@ -219,14 +219,22 @@ fn opacity_calls_for_early_termination() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Where nothing calls for early termination, no ray stops in any arithmetic.
+    /// Where nothing calls for early termination, no ray stops in any arithmetic: of Gaussians
+    /// behind one another, of which all of the light may be lost.
     #[test]
     fn no_ray_stops_where_none_can(
-        logits in proptest::collection::vec(-6f32..3.0, 1..9)
+        logits in proptest::collection::vec(-6f32..3.0, 1..12)
     ) {
         let count = logits.len();
-        let cloud = ring(count, |_, own| own.clone_from(&logits));
-        let scene = splats(cloud);
+        let cloud = Cloud::new(
+            0,
+            (0..count).map(|i| [0.0, 0.0, 0.03 * i as f32]).collect(),
+            vec![[-1.0; 3]; count],
+            vec![[1.0, 0.0, 0.0, 0.0]; count],
+            logits,
+            (0..count).map(|i| [0.4, 0.2 * i as f32, -0.3]).collect(),
+        );
+        let scene = splats(cloud.unwrap());
         let mut all = scene.clone();
         all.set_choices(Choices::all());
         let config = fitting(&scene);
@@ -602,4 +610,39 @@ fn gaussians_that_nobody_sees_take_exponentials() {
     let scene = splats(ring(20, |_, logits| logits.fill(f32::NEG_INFINITY)));
     let analysis = analysed(&scene, &[*scene.camera()]);
     assert!(analysis.calls_for(Effect::Exponential));
+}
+
+/// No ray of a grid loses more than its bound, along a diagonal of the densest nearly all of it.
+#[test]
+fn no_ray_of_a_grid_passes_more_than_its_bound() {
+    use crate::voxels::{FloatOptions, render_float};
+    for density in [0.02f32, 0.1, 0.3] {
+        let channels = Layout::Constant.channels();
+        let scene = block(Layout::Constant, |f| {
+            f.iter_mut().step_by(channels).for_each(|v| *v = density);
+        });
+        let Model::Voxels(grid) = scene.model() else {
+            panic!("{:?}", scene.model().algorithm());
+        };
+        let bound = scene.facts().thickness;
+        let middle = dvec3(0.0, -0.05, 0.05);
+        let mut least = 1f64;
+        for corner in 0..8 {
+            let side = |axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
+            let eye = middle + 3.0 * dvec3(8.0 * side(0), 7.0 * side(1), 9.0 * side(2)).normalize();
+            let camera = Camera::look_at(eye, middle, DVec3::Z, 0.4, 25, 25);
+            let options = FloatOptions {
+                terminate: false,
+                ..FloatOptions::default()
+            };
+            let frame = render_float(grid, &camera, &options).unwrap();
+            least = frame.transmittance.into_iter().fold(least, f64::min);
+        }
+        assert!(least >= bound.least_left(), "{density}: {least} {bound:?}");
+        // The diagonal itself is a tenth shorter than what the bound allows for.
+        assert!(
+            -least.ln() > 0.8 * bound.depth,
+            "{density}: {least} {bound:?}"
+        );
+    }
 }

@@ -108,6 +108,14 @@ pub fn error_bounds(
             of_channel.fold(0.0, |m, v| f64::max(m, f64::from(v.abs())))
         })
         .collect();
+    let is_dark = |c: usize| {
+        let mut of_channel = grid.features().iter().skip(c).step_by(channels);
+        of_channel.any(|v| *v < 0.0)
+    };
+    let span = match n > 1 || (1..channels).any(is_dark) {
+        true => 2.0,
+        false => 1.0,
+    };
     let mut out = Vec::new();
     for y in 0..camera.height {
         for x in 0..camera.width {
@@ -143,10 +151,10 @@ pub fn error_bounds(
             let rounding = seen * 2f64.powi(-(options.transmittance_bits as i32));
             let products = seen * 2f64.powi(-1 - formats.pixel_bits() as i32);
             let written = 2.0 * brightest * 2f64.powi(-24);
-            out.push([
-                brightest * (reach + rounding + cut_off) + colour_off + products + written,
-                reach + rounding + cut_off,
-            ]);
+            let apart = reach + rounding + cut_off;
+            // Both pictures lie between the darkest and the brightest.
+            let moved = (brightest * apart + colour_off).min(span * brightest + colour_off);
+            out.push([moved + products + written, apart.min(1.0)]);
         }
     }
     out

@@ -1,0 +1,191 @@
+//! What the results of a configuration's units are off by.
+
+use potamoi_formats::config::{Config, Sums};
+use potamoi_formats::units::OpCode;
+use potamoi_golden::scene::Scene;
+use potamoi_golden::units::exp::ExpTwin;
+use potamoi_golden::units::gather::Reducer;
+use potamoi_golden::units::reference::Reference;
+use potamoi_golden::units::weights::{FRACTION_BITS, trilinear};
+use potamoi_golden::units::widths::budget;
+use serde::Serialize;
+
+/// Samples of operations whose operands are more than 16 bits.
+const SAMPLES: u32 = 1 << 16;
+/// Fraction bits of the widest feature, whose units errors are stated in.
+const FEATURE_FRAC: i32 = 15;
+
+/// Error of a unit's operation, in units of the last place.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct UnitError {
+    pub(super) max_ulp: f64,
+    pub(super) mean_ulp: f64,
+    /// What it cannot exceed, by formula.
+    pub(super) bound_ulp: f64,
+}
+
+impl UnitError {
+    fn of(errors: impl Iterator<Item = f64>, bound_ulp: f64) -> Self {
+        let (mut max_ulp, mut sum, mut count) = (0f64, 0.0, 0.0);
+        for error in errors {
+            max_ulp = max_ulp.max(error.abs());
+            sum += error.abs();
+            count += 1.0;
+        }
+        Self {
+            max_ulp,
+            mean_ulp: sum / count,
+            bound_ulp,
+        }
+    }
+}
+
+/// Of the operations that a scene is rendered with.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct UnitErrors {
+    /// exp(-u), in units of the result, over all operands of 16 bits.
+    pub(super) exponential: Option<UnitError>,
+    /// 1 - exp(-s) of depths below 8 that are rounded to its operand, in units of the result, over
+    /// 65,536 of them; where rays have opacities.
+    pub(super) one_minus_exp: Option<UnitError>,
+    /// Eight values of -1 to 1, coded and interpolated, beside the same unrounded, in units of a
+    /// 16-bit feature, at 65,536 places; where features are interpolated.
+    pub(super) gathering: Option<UnitError>,
+}
+
+impl UnitErrors {
+    pub(super) fn of(scene: &Scene, config: &Config) -> Self {
+        let interpolates = scene.facts().tables.iter().any(|t| t.vertices == 8);
+        let has_rays = !scene.model().is_splats() && config.vu.ops.contains(&OpCode::OneMinusExp);
+        Self {
+            exponential: exponential(config),
+            one_minus_exp: has_rays.then(|| one_minus_exp(config)),
+            gathering: interpolates.then(|| gathering(config)),
+        }
+    }
+
+    /// With their names.
+    pub(super) fn named(&self) -> [(&'static str, Option<UnitError>); 3] {
+        [
+            ("exp", self.exponential),
+            ("one_minus_exp", self.one_minus_exp),
+            ("gather", self.gathering),
+        ]
+    }
+}
+
+fn exponential(config: &Config) -> Option<UnitError> {
+    let exp = &config.vu.exp;
+    if !config.vu.ops.contains(&OpCode::Exp) || exp.input.width() > 16 {
+        return None;
+    }
+    let reference = Reference::in_base(exp.input, exp.base).ok()?;
+    let twin = ExpTwin::new(exp);
+    let error = reference.measure(exp.output_bits, |u| twin.exp(u));
+    Some(UnitError {
+        max_ulp: error.max_ulp,
+        mean_ulp: error.mean,
+        bound_ulp: budget(exp),
+    })
+}
+
+/// The n-th of numbers that fill 0 to 1 evenly, another sequence a prime (Weyl, "Ueber die
+/// Gleichverteilung von Zahlen mod. Eins", 1916).
+fn even(n: u32, prime: u32) -> f64 {
+    (f64::from(n) * f64::from(prime).sqrt()).fract()
+}
+
+fn one_minus_exp(config: &Config) -> UnitError {
+    let exp = &config.vu.exp;
+    let twin = ExpTwin::new(exp);
+    let bits = exp.one_minus_frac_bits as i32;
+    let (code, ulps) = (2f64.powi(bits), 2f64.powi(exp.output_bits as i32));
+    let errors = (0..SAMPLES).map(|n| {
+        let depth = (f64::from(n) + even(n, 2)) * 8.0 / f64::from(SAMPLES);
+        let operand = (depth * code).round().min(8.0 * code - 1.0);
+        let found = f64::from(twin.one_minus_exp(operand as i32));
+        found + (-depth).exp_m1() * ulps
+    });
+    // The slope is 1 at most; the last operand below 8 may be a whole unit off. The largest code
+    // stands for 1, too.
+    UnitError::of(errors, budget(exp).max(1.0) + ulps / code)
+}
+
+fn gathering(config: &Config) -> UnitError {
+    let reducer = Reducer::new(config);
+    let frac = config.gu.feature_bits.clamp(2, 16) as i32 - 1;
+    let one = 2f64.powi(reducer.weight_bits() as i32);
+    let (code, unit) = (2f64.powi(frac), 2f64.powi(FEATURE_FRAC));
+    let is_exact = config.gu.sums == Sums::Exact;
+    let errors = (0..SAMPLES).map(|n| {
+        let values = [3, 5, 7, 11, 13, 17, 19, 23].map(|prime| 2.0 * even(n, prime) - 1.0);
+        let codes = values.map(|v| (v * code).round().clamp(-code, code - 1.0) as i16);
+        let place = [29, 31, 37].map(|prime| (even(n, prime) * 4096.0) as u16);
+        let weights = trilinear(place, reducer.weight_bits());
+        let sum = reducer.sum(weights.into_iter().zip(codes));
+        let found = match is_exact {
+            true => sum as f64 / one,
+            false => f64::from(reducer.round(sum)),
+        };
+        let side = |corner: usize, axis: usize| {
+            let u = f64::from(place[axis]) / f64::from(1u32 << FRACTION_BITS);
+            if corner >> axis & 1 == 1 { u } else { 1.0 - u }
+        };
+        let exact: f64 = (0..8)
+            .map(|c| side(c, 0) * side(c, 1) * side(c, 2) * values[c])
+            .sum();
+        (found / code - exact) * unit
+    });
+    // A code is half a unit off, the largest a whole one; so is what comes out. Weights that are split
+    // are off by 7 units of theirs together, of which half are above and half below, times what
+    // lies between the values.
+    let coded = if is_exact { 1.0 } else { 1.5 };
+    UnitError::of(errors, (coded / code + 3.5 * 2.0 / one) * unit)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn of(scene: &str, text: &str) -> UnitErrors {
+        let config = Config::from_toml(text, "test").unwrap();
+        UnitErrors::of(&Scene::open(scene).unwrap(), &config)
+    }
+
+    /// A coarser unit is farther off, none farther than its bound, and each setting moves the error
+    /// of the operation that it is of.
+    #[test]
+    fn errors_are_of_the_operation_that_a_setting_moves() {
+        let paper = of("lantern", "");
+        let check = |text: &str, which: usize| {
+            let own = of("lantern", text);
+            for (i, (name, error)) in own.named().into_iter().enumerate() {
+                let (own, usual) = (error.unwrap(), paper.named()[i].1.unwrap());
+                assert!(own.max_ulp <= own.bound_ulp, "{text} {name}: {own:?}");
+                assert!(
+                    own.mean_ulp > 0.0 && own.mean_ulp < own.max_ulp,
+                    "{text} {name}"
+                );
+                let is_moved = own.max_ulp > 1.2 * usual.max_ulp;
+                assert_eq!(is_moved, i == which, "{text} {name}: {own:?} {usual:?}");
+            }
+        };
+        check("vu.exp.one_minus_frac_bits = 12", 1);
+        check("gu.weight_bits = 8", 2);
+        check("gu.feature_bits = 10", 2);
+        let exact = of("lantern", "gu.sums = \"exact\"").gathering.unwrap();
+        assert!(exact.mean_ulp < paper.gathering.unwrap().mean_ulp);
+        let coarse = of("lantern", "vu.exp.iterations = 8");
+        assert!(coarse.exponential.unwrap().max_ulp > 50.0);
+        assert!(coarse.one_minus_exp.unwrap().max_ulp > 50.0);
+    }
+
+    /// Splats have records alone.
+    #[test]
+    fn splats_interpolate_nothing() {
+        let own = of("garden", "");
+        assert!(own.exponential.is_some());
+        assert_eq!((own.one_minus_exp, own.gathering), (None, None));
+    }
+}
