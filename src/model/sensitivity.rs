@@ -16,7 +16,7 @@ struct Change {
     make: fn(&mut Gpu),
 }
 
-const CHANGES: [Change; 11] = [
+const CHANGES: [Change; 12] = [
     Change {
         name: "as it is",
         make: |_| {},
@@ -44,6 +44,14 @@ const CHANGES: [Change; 11] = [
     Change {
         name: "warping's share doubled",
         make: |gpu| gpu.pictures_efficiency *= 2.0,
+    },
+    Change {
+        name: "all shares 1, as though none were calibrated",
+        make: |gpu| {
+            gpu.fields_efficiency = 1.0;
+            gpu.splats_efficiency = 1.0;
+            gpu.pictures_efficiency = 1.0;
+        },
     },
     Change {
         name: "gathers 10 times slower",

@@ -2,7 +2,7 @@
 
 use potamoi_sim::soc::engine::Resource;
 use potamoi_sim::soc::work::Replayed;
-use potamoi_sim::soc::{Outcome, Scenario, System};
+use potamoi_sim::soc::{Frames, Outcome, Scenario, System};
 
 use super::paper::{BY_TRAFFIC, Paper, figure, gathering_speed_up};
 use super::report::{Found, Report};
@@ -110,10 +110,14 @@ pub(super) fn print(found: &Found, system: &System) {
             "random MB",
             "dB beside the model",
             "beside the truth",
+            "lost",
+            "the paper's mean",
         ]);
+        let whole = own.iter().find(|o| o.variant.frames == Frames::Full);
+        let whole = whole.and_then(|o| o.quality.truth_db);
         for o in &own {
             let frames = o.run.frames as f64;
-            let paper = Paper::of(o);
+            let paper = Paper::of(o, found.options.window);
             speed.add_row([
                 o.variant.name.to_owned(),
                 format!("{:.2}", o.run.frames_per_second),
@@ -130,6 +134,10 @@ pub(super) fn print(found: &Found, system: &System) {
                 format!("{:.2}", o.run.spent.random_bytes * 1e-6 / frames),
                 db(o.quality.model_db),
                 db(o.quality.truth_db),
+                db(whole
+                    .zip(o.quality.truth_db)
+                    .map(|(whole, own)| whole - own)),
+                figure(paper.lost_db),
             ]);
         }
         say!("\n{scenario:?} rendering\n{speed}");
@@ -255,7 +263,7 @@ pub(super) fn side_by_side(report: &Report<Found>) {
         }
         let mut row = vec!["the paper's mean".to_owned(), String::new()];
         row.extend(own.iter().map(|i| {
-            let paper = Paper::of(&first.outcomes[*i]);
+            let paper = Paper::of(&first.outcomes[*i], first.options.window);
             format!("{} ({})", figure(paper.speed_up), figure(paper.saving))
         }));
         rows.add_row(row);

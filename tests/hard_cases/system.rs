@@ -81,8 +81,13 @@ fn frames(poses: &[([f64; 3], f64)], only: impl Fn(&str) -> bool, within: &[&str
     for (i, model) in within.iter().enumerate() {
         std::fs::write(at.join("within.json"), cameras(poses)).unwrap();
         let name = format!("within-{i}.toml");
+        let (scene, representation) = model.split_once(':').unwrap_or((model, ""));
+        let representation = match representation {
+            "" => String::new(),
+            own => format!("representation = \"{own}\"\n"),
+        };
         let text = format!(
-            "[model]\nkind = \"builtin\"\nname = \"{model}\"\n\
+            "[model]\nkind = \"builtin\"\nname = \"{scene}\"\n{representation}\
              [camera]\nkind = \"opencv-json\"\npath = \"within.json\"\nindex = 0\n"
         );
         std::fs::write(at.join(&name), text).unwrap();

@@ -347,3 +347,35 @@ fn blocks(work: &FrameWork, system: &System) -> Vec<Block> {
     });
     cut.collect()
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::soc::figures::frame;
+
+    /// Each of two groups has half of the feature buffer, and no block is larger than the buffer's;
+    /// nothing is lost by cutting.
+    #[test]
+    fn groups_fill_half_of_the_buffer_at_most() {
+        let work = frame(false, 9, 4096);
+        let most = work.batches.iter().map(|b| b.feature_bytes).max().unwrap();
+        for size in [2 * most, 4 * most, 16 * most] {
+            let system = System {
+                feature_buffer_bytes: size,
+                ..System::default()
+            };
+            let cut = blocks(&work, &system);
+            let groups = cut.iter().map(|b| b.group).max().unwrap() + 1;
+            for group in 0..groups {
+                let own = cut.iter().filter(|b| b.group == group);
+                let bytes: u64 = own.map(|b| b.work.feature_bytes).sum();
+                assert!(bytes <= size / 2, "{size}: {bytes}");
+            }
+            let all: u64 = cut.iter().map(|b| b.work.feature_bytes).sum();
+            assert_eq!(all, work.total().feature_bytes);
+            let block = u64::from(system.feature_block_bytes);
+            assert!(cut.iter().all(|b| b.work.feature_bytes <= block));
+        }
+    }
+}

@@ -10,7 +10,7 @@ use super::work::{Batch, Classes, FrameWork, PathOptions, PathWork, Quality, Rea
 use super::*;
 
 /// A frame of so many batches, each larger than the one before; of splats or of a field.
-fn frame(splats: bool, batches: u64, pixels: u64) -> FrameWork {
+pub(super) fn frame(splats: bool, batches: u64, pixels: u64) -> FrameWork {
     let of = |n: u64| if splats { n } else { 0 };
     let batches: Vec<Batch> = (1..=batches)
         .map(|i| Batch {
