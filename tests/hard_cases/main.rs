@@ -7,11 +7,18 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod fields;
 mod files;
+mod fog;
+mod levels;
 mod naive;
+mod obvious;
 mod pictures;
+mod sampled;
 mod scenes;
+mod sheet;
 mod system;
 mod table;
 mod units;
 mod voxels;
+mod warped;

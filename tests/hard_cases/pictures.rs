@@ -41,7 +41,7 @@ fn through(scene: &Scene, units: &mut dyn Units) -> FixedFrame {
 }
 
 /// dB between pictures; none where one holds a number that is none.
-fn psnr(a: &Picture, b: &Picture) -> Option<f64> {
+pub(crate) fn psnr(a: &Picture, b: &Picture) -> Option<f64> {
     let finite = |p: &Picture| p.rgb.iter().flatten().all(|v| v.is_finite());
     (finite(a) && finite(b)).then(|| a.psnr(b, |_| true).unwrap())
 }
@@ -99,40 +99,17 @@ pub(crate) fn measure(scene: &Scene) -> Measured {
     }
 }
 
-/// Pixels of a sheet a pixel, and between pictures.
-const SCALE: u32 = 5;
-const GAP: u32 = 6;
-
-/// A column a scene: the obvious form, what is no number in magenta, ours, and 64-bit floats.
-pub(crate) fn sheet() -> Picture {
-    let scenes = all();
-    let rows = scenes.iter().map(|scene| {
+/// The obvious form, ours and 64-bit floats, a scene each.
+pub(crate) fn columns() -> Vec<[Picture; 3]> {
+    let column = |scene: &Scene| {
         let fixed = through(scene, &mut Twins::new(&Config::paper()));
         [
             render(&scene.gaussians, scene.form),
             fixed.picture,
             in_floats(scene).picture,
         ]
-    });
-    let camera = camera();
-    let [wide, high] = [camera.width, camera.height].map(|pixels| pixels * SCALE + GAP);
-    let columns = scenes.len() as u32;
-    let mut sheet = Picture::filled(columns * wide + GAP, 3 * high + GAP, [1.0; 3]);
-    let across = sheet.width;
-    for (column, pictures) in (0..).zip(rows) {
-        for (row, picture) in (0..).zip(pictures) {
-            for y in 0..camera.height * SCALE {
-                for x in 0..camera.width * SCALE {
-                    let from = (y / SCALE * camera.width + x / SCALE) as usize;
-                    let own = picture.rgb[from];
-                    let is_number = own.iter().all(|v| v.is_finite());
-                    let to = (row * high + GAP + y) * across + column * wide + GAP + x;
-                    sheet.rgb[to as usize] = if is_number { own } else { [1.0, 0.0, 1.0] };
-                }
-            }
-        }
-    }
-    sheet
+    };
+    all().iter().map(column).collect()
 }
 
 /// Ours keeps the formats' promise and its bound; the obvious form keeps neither.

@@ -64,7 +64,7 @@ fn sound(value: &Value, path: &str) -> u32 {
 
 /// Models with samples along rays, seen from within: rays along axes, samples on faces, and, of
 /// Instant-NGP, corners that share an entry.
-const WITHIN: [&str; 3] = ["lantern", "cairn:voxels", "cairn:ngp"];
+const WITHIN: [&str; 4] = ["lantern", "mist", "cairn:voxels", "cairn:ngp"];
 
 /// Of a hard scene from a path of cameras, every variant at home and afar; of models with samples,
 /// too.

@@ -2,12 +2,17 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
-use super::{pictures, scenes, voxels};
+use super::{pictures, sampled, scenes, sheet, voxels};
 
 fn decibels(value: Option<f64>) -> String {
-    value.map_or_else(|| "no number".to_owned(), |v| format!("{v:.0} dB"))
+    match value {
+        None => "no number".to_owned(),
+        Some(f64::INFINITY) => "equal".to_owned(),
+        Some(value) => format!("{value:.0} dB"),
+    }
 }
 
 fn table() -> String {
@@ -15,55 +20,61 @@ fn table() -> String {
         "| scene | case | the obvious form | is at | ours is at | farthest pixel | may be |\n\
                     |---|---|---|---|---|---|---|\n"
             .to_owned();
-    for scene in scenes::all() {
-        let found = pictures::measure(&scene);
+    let mut row = |scene, case, form, levels: [Option<f64>; 2], off: [f64; 2]| {
+        let [naive, ours] = levels.map(decibels);
+        let [off, bound] = off.map(|v| match v {
+            0.0 => "0".to_owned(),
+            v => format!("{v:.0e}"),
+        });
         writeln!(
             text,
-            "| {} | {} | {} | {} | {} | {:.0e} | {:.0e} |",
-            scene.name,
-            scene.case,
-            scene.form.text(),
-            decibels(found.naive),
-            decibels(Some(found.fixed)),
-            found.worst,
-            found.bound
+            "| {scene} | {case} | {form} | {naive} | {ours} | {off} | {bound} |"
         )
         .unwrap();
+    };
+    for scene in scenes::all() {
+        let found = pictures::measure(&scene);
+        let levels = [found.naive, Some(found.fixed)];
+        let off = [found.worst, found.bound];
+        row(scene.name, scene.case, scene.form.text(), levels, off);
+    }
+    for shown in sampled::all() {
+        let off = [shown.farthest, shown.bound];
+        row(shown.scene, shown.case, shown.form, shown.levels(), off);
     }
     let found = voxels::measure();
-    for (naive, at) in [
+    for (form, naive) in [
         ("slabs by division", found.divided),
         (
             "samples counted in every MVoxel that holds them",
             found.owned_twice,
         ),
     ] {
-        writeln!(
-            text,
-            "| voxels | rays in faces and along an axis, samples on faces | {naive} | {} | {} | | |",
-            decibels(Some(at)),
-            decibels(Some(found.fixed))
-        )
-        .unwrap();
+        row(
+            "voxels",
+            "rays in faces and along an axis, samples on faces",
+            form,
+            [naive, found.fixed].map(Some),
+            [found.farthest, found.bound],
+        );
     }
     text
 }
 
-#[test]
-fn the_table_of_the_book_is_current() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/hard-cases.md");
-    let text = std::fs::read_to_string(&page).unwrap();
-    let marks = ["<!-- pictures -->\n", "<!-- end of pictures -->\n"];
+/// Compares a part of the page with what is measured, or writes it if that is asked for.
+pub(crate) fn compare(marks: [&str; 2], expected: &str, refresh: impl Fn()) {
+    // Tests run side by side, and each writes the whole page.
+    static PAGE: Mutex<()> = Mutex::new(());
+    let _one = PAGE.lock().unwrap_or_else(PoisonError::into_inner);
+    let text = std::fs::read_to_string(page()).unwrap();
     let (before, rest) = text.split_once(marks[0]).unwrap();
     let (found, after) = rest.split_once(marks[1]).unwrap();
-    let expected = table();
     if std::env::var_os("POTAMOI_REFRESH").is_some() {
-        let sheet = page.with_file_name("images/hard-cases.png");
-        pictures::sheet().write_png(&sheet).unwrap();
-        let whole = [before, marks[0], &expected, marks[1], after].concat();
-        return potamoi_golden::files::write(&page, whole.as_bytes()).unwrap();
+        refresh();
+        let whole = [before, marks[0], expected, marks[1], after].concat();
+        return potamoi_golden::files::write(&page(), whole.as_bytes()).unwrap();
     }
-    let [found, expected] = [found, expected.as_str()].map(|t| t.lines().collect::<Vec<_>>());
+    let [found, expected] = [found, expected].map(|t| t.lines().collect::<Vec<_>>());
     let same = found.len() == expected.len();
     for (found, expected) in found.iter().zip(&expected) {
         assert!(
@@ -72,6 +83,31 @@ fn the_table_of_the_book_is_current() {
         );
     }
     assert!(same, "{STALE}");
+}
+
+fn page() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/hard-cases.md")
+}
+
+/// Names of the page's first table, whose rows are measured.
+pub(crate) fn cases_at_the_unit() -> Vec<String> {
+    let text = std::fs::read_to_string(page()).unwrap();
+    let (_, rest) = text.split_once("<!-- units -->\n").unwrap();
+    let (rows, _) = rest.split_once("<!-- end of units -->").unwrap();
+    let first = |row: &str| row.split(" | ").next().unwrap()[2..].to_owned();
+    rows.lines().skip(2).map(first).collect()
+}
+
+#[test]
+fn the_table_of_the_book_is_current() {
+    compare(
+        ["<!-- pictures -->\n", "<!-- end of pictures -->\n"],
+        &table(),
+        || {
+            let image = page().with_file_name("images/hard-cases.png");
+            sheet::sheet().write_png(&image).unwrap();
+        },
+    );
 }
 
 const STALE: &str =

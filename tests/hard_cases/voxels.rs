@@ -6,9 +6,12 @@ use potamoi_golden::camera::Camera;
 use potamoi_golden::picture::Picture;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{
-    FixedFrame, FixedOptions, FloatOptions, Grid, Layout, MVoxels, render_fixed, render_float,
+    FixedFrame, FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, error_bounds,
+    render_fixed, render_float,
 };
 use potamoi_sim::rtl::RtlUnits;
+
+use super::sampled::farthest;
 
 const POINTS: [usize; 3] = [9, 16, 15];
 const SIDE: u32 = 17;
@@ -38,11 +41,14 @@ const STEP: f64 = 1.0;
 fn fixed(camera: &Camera, units: &mut dyn Units) -> FixedFrame {
     let (grid, config) = (grid(), Config::paper());
     let mvoxels = MVoxels::new(&grid, &config).unwrap();
-    let options = FixedOptions {
+    render_fixed(&grid, &mvoxels, camera, &options(), units).unwrap()
+}
+
+fn options() -> FixedOptions {
+    FixedOptions {
         step: STEP,
         ..FixedOptions::default()
-    };
-    render_fixed(&grid, &mvoxels, camera, &options, units).unwrap()
+    }
 }
 
 /// What a sample counts for, by where it is.
@@ -99,6 +105,9 @@ pub(crate) struct Measured {
     pub(crate) divided: f64,
     pub(crate) owned_twice: f64,
     pub(crate) fixed: f64,
+    /// The largest difference of a pixel of ours, and what it may be.
+    pub(crate) farthest: f64,
+    pub(crate) bound: f64,
 }
 
 pub(crate) fn measure() -> Measured {
@@ -106,21 +115,30 @@ pub(crate) fn measure() -> Measured {
         divided: f64::INFINITY,
         owned_twice: f64::INFINITY,
         fixed: f64::INFINITY,
+        farthest: 0.0,
+        bound: 0.0,
     };
-    let options = FloatOptions {
-        step: STEP,
-        ..FloatOptions::default()
-    };
+    let config = Config::paper();
+    let formats = Formats::new(&grid(), &config).unwrap();
     for camera in cameras() {
-        let float = render_float(&grid(), &camera, &options).unwrap().picture;
+        let in_floats = FloatOptions {
+            step: STEP,
+            ..FloatOptions::default()
+        };
+        let float = render_float(&grid(), &camera, &in_floats).unwrap().picture;
         let psnr = |p: &Picture| p.psnr(&float, |_| true).unwrap();
         // With owners counted rightly and parallel rays told apart it is the same picture.
         let same = psnr(&obvious(&camera, |_| 1.0, true));
         assert!(same > 120.0, "{same}");
         least.divided = least.divided.min(psnr(&obvious(&camera, |_| 1.0, false)));
         least.owned_twice = least.owned_twice.min(psnr(&obvious(&camera, each, true)));
-        let mut twins = Twins::new(&Config::paper());
-        least.fixed = least.fixed.min(psnr(&fixed(&camera, &mut twins).picture));
+        let mut twins = Twins::new(&config);
+        let ours = fixed(&camera, &mut twins).picture;
+        least.fixed = least.fixed.min(psnr(&ours));
+        let bounds = error_bounds(&grid(), &formats, &config.vu.exp, &camera, &options());
+        let bounds = bounds.iter().map(|[colour, _]| *colour);
+        least.farthest = f64::max(least.farthest, farthest(&ours, &float, bounds.clone()));
+        least.bound = bounds.fold(least.bound, f64::max);
         assert_eq!(twins.gather_flags(), 0);
     }
     least
@@ -132,9 +150,12 @@ fn rays_in_faces_and_samples_on_them_keep_their_promise() {
         divided,
         owned_twice,
         fixed,
+        farthest,
+        bound,
     } = measure();
     println!("{fixed:.1} dB; by division {divided:.1}, owned twice {owned_twice:.1}");
     assert!(fixed >= 80.0, "{fixed}");
+    assert!(farthest <= bound);
     assert!(
         divided < 70.0 && owned_twice < 70.0,
         "{divided} {owned_twice}"

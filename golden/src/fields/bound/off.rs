@@ -20,7 +20,8 @@ impl Off {
     }
 
     /// The largest difference.
-    pub(in crate::fields) const fn largest(self) -> f64 {
+    #[must_use]
+    pub const fn largest(self) -> f64 {
         self.known.abs() + self.most
     }
 

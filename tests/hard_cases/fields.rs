@@ -1,0 +1,349 @@
+//! Fields made of one case each: corners of cells that hash to one entry, and sums of perceptrons
+//! that the finest weights carry past 32 bits.
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+use potamoi_formats::config::Config;
+use potamoi_formats::fixed::Rounding;
+use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_golden::camera::Camera;
+use potamoi_golden::fields::mac::MacMlp;
+use potamoi_golden::fields::{
+    Along, Bounds, Coded, Field, FieldError, FixedField, FixedOptions, Layer, Mlp, Off, Sampling,
+    Table, error_bounds, render_float,
+};
+use potamoi_golden::picture::Picture;
+use potamoi_golden::units::{Twins, Units};
+use potamoi_golden::voxels::{Head, Lanes, Opacities, VoxelError};
+use potamoi_sim::rtl::RtlUnits;
+
+use super::obvious::{Obvious, ObviousUnits};
+use super::sampled::{Shown, farthest};
+use super::scenes::SIZE;
+
+/// Vertices along each axis, and edges of the world's unit.
+const SIDE: usize = 9;
+const STEP: f64 = 0.25;
+/// Fraction bits of features.
+const FRAC: u32 = 14;
+
+/// One table: a density, and features that a perceptron makes a colour of, or colours as they are.
+struct Toy {
+    table: [Table; 1],
+    mlp: Option<Mlp>,
+    /// Whether weights of the perceptron have the finest scale that 16 bits hold.
+    finest: bool,
+}
+
+/// 343 cells whose corners share five entries.
+fn hashed() -> Toy {
+    let entries = [
+        [0.1, 0.9, 0.1, 0.2],
+        [0.4, 0.2, 0.8, 0.3],
+        [0.0, 0.5, 0.5, 0.9],
+        [0.7, 0.3, 0.2, 0.6],
+        [0.2, 0.7, 0.9, 0.4],
+    ];
+    let table = Table::hashed([SIDE; 3], entries.len(), 4, entries.concat());
+    Toy {
+        table: [table.unwrap()],
+        mlp: None,
+        finest: false,
+    }
+}
+
+/// Inputs of the perceptron.
+const WIDE: usize = 24;
+
+/// Features near their largest, of which the perceptron makes means.
+fn wide(finest: bool) -> Toy {
+    let mut values = vec![];
+    for i in 0..SIDE * SIDE * SIDE {
+        let at = [i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE].map(|v| v as f64);
+        values.push((0.3 + 0.2 * (at[0] + at[2]).sin()) as f32);
+        values.extend(
+            (0..WIDE)
+                .map(|c| (1.2 + 0.7 * (0.6 * at[0] + 0.4 * at[1] + 0.02 * c as f64).sin()) as f32),
+        );
+    }
+    let weights = (0..3 * WIDE).map(|i| (1.0 + 0.3 * (i as f32).sin()) / (2.4 * WIDE as f32));
+    let layer = Layer::new(WIDE, weights.collect(), vec![0.0; 3]).unwrap();
+    Toy {
+        table: [Table::new([SIDE; 3], 1 + WIDE, values).unwrap()],
+        mlp: Some(Mlp::new(vec![layer]).unwrap()),
+        finest,
+    }
+}
+
+impl Toy {
+    fn mac(&self) -> Option<MacMlp> {
+        let mlp = self.mlp.as_ref()?;
+        Some(MacMlp::quantise(mlp, FRAC as i32, &[1.9]).unwrap())
+    }
+}
+
+impl Field for Toy {
+    fn tables(&self) -> &[Table] {
+        &self.table
+    }
+
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
+        places[0] = at;
+    }
+
+    fn holds(&self, _: DVec3) -> bool {
+        true
+    }
+
+    fn depth(&self, features: &[f64]) -> f64 {
+        features[0].max(0.0) * STEP
+    }
+
+    fn colour(&self, features: &[f64], _: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
+        scratch.clear();
+        scratch.extend_from_slice(&features[1..]);
+        if let Some(mlp) = &self.mlp {
+            mlp.run(scratch);
+        }
+        DVec3::new(scratch[0], scratch[1], scratch[2]).max(DVec3::ZERO)
+    }
+
+    fn sampling(&self) -> Sampling {
+        Sampling {
+            bounds: [DVec3::ZERO, DVec3::splat(SIDE as f64 - 1.0)],
+            step: STEP,
+            range: [0.0, f64::INFINITY],
+            along: Along::Ray,
+            least_opacity: 0.0,
+            least_weight: 0.0,
+            stop: 1e-3,
+        }
+    }
+
+    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+        Ok(Coded {
+            frac_bits: vec![vec![FRAC; self.channels()]],
+            head: Box::new(ToyHead {
+                channels: self.channels(),
+                mlp: self.mac(),
+                finest: self.finest.then(|| self.mlp.clone()).flatten(),
+                depth_bits: config.vu.exp.one_minus_frac_bits,
+            }),
+        })
+    }
+
+    fn bounds(
+        &self,
+        config: &Config,
+        _: &Camera,
+    ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
+        Ok(Some(Box::new(ToyBounds {
+            frac_bits: [vec![FRAC; self.channels()]],
+            mac: self.mac(),
+            mlp: self.mlp.as_ref(),
+            depth_ulp: 2f64.powi(-(config.vu.exp.one_minus_frac_bits as i32)),
+        })))
+    }
+}
+
+struct ToyHead {
+    channels: usize,
+    mlp: Option<MacMlp>,
+    /// The obvious form's.
+    finest: Option<Mlp>,
+    depth_bits: u32,
+}
+
+impl Head for ToyHead {
+    fn channels(&self) -> usize {
+        self.channels
+    }
+
+    fn alpha_bits(&self) -> u32 {
+        16
+    }
+
+    fn colour_bits(&self) -> u32 {
+        let own = |mlp: &MacMlp| u32::try_from(mlp.output_frac()).unwrap();
+        self.mlp.as_ref().map_or(FRAC, own)
+    }
+
+    fn direction_codes(&self) -> usize {
+        0
+    }
+
+    fn operations(&self) -> Vec<OpCode> {
+        vec![OpCode::Relu, OpCode::Multiply, OpCode::OneMinusExp]
+    }
+
+    fn encode(&self, _: DVec3, _: &mut Vec<i16>) {}
+
+    fn opacities<'f>(
+        &self,
+        features: &'f [i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Opacities<'f>, VoxelError> {
+        let density: Vec<i32> = features
+            .chunks(self.channels)
+            .map(|f| f[0].into())
+            .collect();
+        let positive = lanes.compute_with(VectorOp::new(OpCode::Relu), &density, 0)?;
+        // The step has 10 fraction bits.
+        let to_depth = VectorOp {
+            code: OpCode::Multiply,
+            shift: (FRAC + 10 - self.depth_bits) as u8,
+            rounding: Rounding::Floor,
+        };
+        let depth = lanes.compute_with(to_depth, &positive, (STEP * 1024.0) as i32)?;
+        Ok(Opacities {
+            alpha: lanes.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)?,
+            kept: Cow::Borrowed(features),
+        })
+    }
+
+    fn colours(
+        &self,
+        kept: &[i16],
+        _: &[i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Vec<i32>, VoxelError> {
+        let features = kept.chunks(self.channels).flat_map(|f| &f[1..]).copied();
+        let colour = match (&self.finest, &self.mlp) {
+            (Some(mlp), Some(made)) => finest(mlp, made, &features.collect::<Vec<_>>()),
+            (_, Some(mlp)) => mlp.run(features.collect(), lanes)?,
+            _ => features.map(i32::from).collect(),
+        };
+        lanes.compute_with(VectorOp::new(OpCode::Relu), &colour, 0)
+    }
+}
+
+/// The layer with weights at the finest scale that 16 bits hold, its sums of 32 bits.
+fn finest(mlp: &Mlp, made: &MacMlp, inputs: &[i16]) -> Vec<i32> {
+    let layer = &mlp.layers()[0];
+    let most = layer.weights().iter().fold(0f32, |m, w| m.max(w.abs()));
+    let frac = (32_767.0 / most).log2().floor() as i32;
+    let codes: Vec<i32> = layer
+        .weights()
+        .iter()
+        .map(|w| (w * 2f32.powi(frac)).round() as i32)
+        .collect();
+    let shift = frac + FRAC as i32 - made.output_frac();
+    let sum = |sample: &[i16], row: &[i32]| {
+        let terms = sample.iter().zip(row);
+        terms.fold(0i32, |sum, (x, w)| sum.wrapping_add(i32::from(*x) * w)) >> shift
+    };
+    let samples = inputs.chunks(layer.inputs());
+    samples
+        .flat_map(|sample| {
+            codes
+                .chunks(layer.inputs())
+                .map(move |row| sum(sample, row))
+        })
+        .collect()
+}
+
+struct ToyBounds<'a> {
+    frac_bits: [Vec<u32>; 1],
+    mac: Option<MacMlp>,
+    mlp: Option<&'a Mlp>,
+    depth_ulp: f64,
+}
+
+impl Bounds for ToyBounds<'_> {
+    fn frac_bits(&self) -> &[Vec<u32>] {
+        &self.frac_bits
+    }
+
+    /// The optical depth is cut off; the opacity's own unit gives 3.56 units of U0.16 at most
+    /// (docs/hard-cases.md).
+    fn alpha(&self, _: &[f64], off: &[Off]) -> f64 {
+        STEP * off[0].largest() + self.depth_ulp + 3.56 * 2f64.powi(-16)
+    }
+
+    /// Half a code of each weight times its input, each input's own, and the sum's rounding.
+    fn colour(&self, features: &[f64], off: &[Off], _: DVec3) -> f64 {
+        let (Some(mac), Some(mlp)) = (&self.mac, self.mlp) else {
+            return off[1..].iter().fold(0.0, |m, o| o.largest().max(m));
+        };
+        let (made, layer) = (&mac.layers()[0], &mlp.layers()[0]);
+        let code = made.weights().iter().zip(layer.weights());
+        // Of all weights the one whose code is farthest from it, at the code's scale.
+        let scale = f64::from(made.weights()[0]) / f64::from(layer.weights()[0]);
+        let frac = scale.log2().round().exp2();
+        let of_weight = code.fold(0.0, |m, (c, w)| {
+            f64::max(m, (f64::from(*c) / frac - f64::from(*w)).abs())
+        });
+        let inputs = features[1..].iter().zip(&off[1..]);
+        let largest = layer.weights().iter().fold(0f32, |m, w| m.max(w.abs()));
+        let sum: f64 = inputs
+            .map(|(x, o)| of_weight * (x.abs() + o.largest()) + f64::from(largest) * o.largest())
+            .sum();
+        sum + 2f64.powi(-mac.output_frac())
+    }
+}
+
+fn camera() -> Camera {
+    let [width, height] = SIZE;
+    let eye = DVec3::new(11.0, -3.0, -9.0);
+    Camera::look_at(eye, DVec3::splat(4.0), DVec3::NEG_Y, 0.75, width, height)
+}
+
+fn config() -> Config {
+    Config::paper()
+}
+
+fn through(field: &Toy, units: &mut dyn Units) -> Picture {
+    let fixed = FixedField::new(field, &config()).unwrap();
+    let options = FixedOptions::default();
+    fixed.render(&camera(), &options, units).unwrap().picture
+}
+
+pub(crate) fn shown() -> Vec<Shown> {
+    let one = |scene, case, form, field: Toy, naive: Picture| {
+        let mut twins = Twins::new(&config());
+        let ours = through(&field, &mut twins);
+        assert_eq!(twins.gather_flags(), 0, "{scene}");
+        let float = render_float(&field, &camera(), [0.0; 3]).unwrap().picture;
+        let bounds = error_bounds(&field, &config(), &camera(), &FixedOptions::default());
+        let bounds = bounds.unwrap().unwrap();
+        Shown {
+            scene,
+            case,
+            form,
+            naive,
+            farthest: farthest(&ours, &float, bounds.iter().copied()),
+            bound: bounds.iter().copied().fold(0.0, f64::max),
+            ours,
+            float,
+        }
+    };
+    let by_row = Obvious::WeightPerRow;
+    let mut twins = Twins::new(&config());
+    vec![
+        one(
+            "hashed",
+            "corners of cells that hash to one of five entries",
+            by_row.text(),
+            hashed(),
+            through(&hashed(), &mut ObviousUnits::new(by_row, &config())),
+        ),
+        one(
+            "perceptron",
+            "24 inputs near their largest",
+            "weights at the finest scale, sums of 32 bits",
+            wide(false),
+            through(&wide(true), &mut twins),
+        ),
+    ]
+}
+
+#[test]
+fn the_hardware_shows_the_same_fields() {
+    let mut rtl = RtlUnits::new(&config());
+    for field in [hashed(), wide(false)] {
+        let expected = through(&field, &mut Twins::new(&config()));
+        assert_eq!(through(&field, &mut rtl), expected);
+    }
+    assert_eq!(rtl.gather_flags(), 0);
+}
