@@ -113,7 +113,7 @@ impl Units for ObviousUnits {
                 for ((a, b), next) in a.iter().zip(b).zip(out) {
                     if *next < *a {
                         let alpha = i64::from((1 << op.shift) - b);
-                        let cut = (i64::from(*a) * alpha >> op.shift) as i32;
+                        let cut = ((i64::from(*a) * alpha) >> op.shift) as i32;
                         self.weights.push_back((a - *next, cut));
                     }
                 }
