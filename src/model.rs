@@ -24,6 +24,7 @@ use crate::files;
 use crate::progress;
 use crate::scene::{SceneArgs, named, say_not_checked};
 use crate::setup::{Setup, store};
+use crate::warp::RulesOf;
 use report::{Found, Report};
 
 #[derive(Debug, Args)]
@@ -52,6 +53,9 @@ pub(crate) struct ModelArgs {
     /// Largest angle between the rays of reference and target at a point, in degrees
     #[arg(long, value_name = "DEG")]
     phi: Option<f64>,
+    /// Which pixels of targets are warped and which are rendered
+    #[arg(long, value_enum, default_value_t = RulesOf::Potamoi)]
+    profile: RulesOf,
     /// Frames of the path
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
@@ -83,21 +87,21 @@ pub(crate) struct ModelArgs {
     roofline: Option<PathBuf>,
     /// Find the factors of the GPU that are calibrated, and how well they predict what they are not
     /// calibrated to
-    #[arg(long, conflicts_with_all = ["scene", "trace"])]
+    #[arg(long, conflicts_with_all = ["scene", "trace", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
     calibrate: bool,
     /// Three ways to the cycles and the time of the scene's frame side by side, with their error and
     /// wall time: formulas, cycle models (what all else here uses), and the Verilated units
-    #[arg(long, conflicts_with_all = ["scenes", "trace", "calibrate"])]
+    #[arg(long, conflicts_with_all = ["scenes", "trace", "calibrate", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
     ladder: bool,
     /// What merging cells of splats into fuller MVoxels saves
-    #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder"])]
+    #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
     octree: bool,
     /// How often the sides of the cells that are merged are halved first, beyond the coarsest that
     /// fit an MVoxel
     #[arg(long, value_name = "N", default_value_t = 0, requires = "octree", value_parser = clap::value_parser!(u32).range(..=8))]
     halvings: u32,
     /// Instant-NGP beside the accelerators that the paper compares with
-    #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder", "octree"])]
+    #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder", "octree", "scenario", "variants"])]
     rivals: bool,
     /// Speed-ups and savings if what is calibrated or assumed of the GPU were otherwise, and if its
     /// work took neither time nor energy
@@ -235,6 +239,7 @@ impl ModelArgs {
             fps: self.fps,
             window: self.window,
             phi: self.phi,
+            profile: self.profile.into(),
             array: [system.array_rows.into(), system.array_columns.into()],
             is_double_buffered: system.array_double_buffered,
             cache: system.gpu.cache_bytes,

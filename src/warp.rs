@@ -27,6 +27,7 @@ use measure::{Footage, Measured, Truth};
 use report::{FORMAT_VERSION, Found, Report, Reports, Variant};
 use source::{DepthArgs, Source};
 use timing::TimingArgs;
+pub(crate) use ways::RulesOf;
 use ways::{Method, Way, WayArgs, frames};
 
 #[derive(Debug, Args)]

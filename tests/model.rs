@@ -236,6 +236,27 @@ fn accelerators_for_instant_ngp_are_compared_on_it() {
 }
 
 #[test]
+fn less_is_rendered_by_the_rules_of_the_paper() {
+    let folder = tempfile::tempdir().unwrap();
+    let rendered = |profile| {
+        let arguments =
+            "--scene lantern --width 32 --frames 4 --window 4 --variants sparw --json r.json";
+        let arguments: Vec<_> = arguments.split(' ').chain(["--profile", profile]).collect();
+        let said = model(folder.path(), 0, &arguments);
+        let is_said = said.contains("warped by the paper's rules");
+        assert_eq!(is_said, profile == "paper", "{said}");
+        let report = json(&folder.path().join("r.json"));
+        let found = &report["scenes"][0];
+        (
+            number(found, "/rendered_share"),
+            number(&found["outcomes"][1], "/span_ns"),
+        )
+    };
+    let [own, paper] = ["potamoi", "paper"].map(rendered);
+    assert!(paper.0 < own.0 && paper.1 < own.1, "{paper:?} {own:?}");
+}
+
+#[test]
 fn what_cannot_be_modelled_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
@@ -259,6 +280,19 @@ fn what_cannot_be_modelled_is_refused_by_name() {
         };
         let found = expect(at, 2, &all);
         assert!(found.contains(said), "{arguments:?}: {found}");
+    }
+    for flag in ["--ladder", "--octree", "--calibrate"] {
+        for (path, value) in [
+            ("--window", "4"),
+            ("--profile", "paper"),
+            ("--scenario", "remote"),
+        ] {
+            let found = model(at, 2, &[flag, path, value]);
+            assert!(
+                found.contains("cannot be used with"),
+                "{flag} {path}: {found}"
+            );
+        }
     }
     for (flag, scene, said) in [
         ("--octree", "lantern", "it has no splats"),

@@ -6,6 +6,7 @@ use potamoi_golden::picture::Picture;
 use potamoi_golden::scene::Scene;
 use potamoi_golden::ssim::ssim;
 use potamoi_golden::units::Twins;
+use potamoi_golden::warp::Profile;
 use potamoi_sim::soc::work::{Counted, FrameWork, PathOptions, Quality};
 use potamoi_sim::soc::{Frames, Gathering, Model, Scenario, Variant};
 use potamoi_sim::synth::UnitKind;
@@ -283,6 +284,7 @@ impl Bench {
             fps: FPS,
             window: window.min(self.frames),
             phi,
+            profile: Profile::Potamoi,
             array: [system.array_rows.into(), system.array_columns.into()],
             is_double_buffered: system.array_double_buffered,
             cache: system.gpu.cache_bytes,

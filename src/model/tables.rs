@@ -1,5 +1,6 @@
 //! Tables for people.
 
+use potamoi_golden::warp::Profile;
 use potamoi_sim::soc::engine::Resource;
 use potamoi_sim::soc::work::Replayed;
 use potamoi_sim::soc::{Frames, Outcome, Scenario, System};
@@ -51,13 +52,18 @@ fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
 pub(super) fn print(found: &Found, system: &System) {
     let options = &found.options;
     say!(
-        "{} ({}), {} x {}, {} frames, window {}{}",
+        "{} ({}), {} x {}, {} frames, window {}{}{}",
         found.scene,
         found.algorithm,
         found.size[0],
         found.size[1],
         options.frames,
         options.window,
+        match options.profile {
+            Profile::Potamoi => "",
+            Profile::Paper => ", warped by the paper's rules",
+            Profile::FirstAuthors => ", warped by the first authors' rules",
+        },
         match found.was_kept {
             true => "; counted earlier",
             false => "",

@@ -84,14 +84,24 @@ enum PhiScope {
     Frame,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum RulesOf {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RulesOf {
     /// Bilinear samples, cracks filled, and edges rendered
     Potamoi,
     /// Pixels as they land, and only what is hidden is rendered
     Paper,
     /// The same with the first authors' half-angle
     FirstAuthors,
+}
+
+impl std::convert::From<RulesOf> for Profile {
+    fn from(rules: RulesOf) -> Self {
+        match rules {
+            RulesOf::Potamoi => Self::Potamoi,
+            RulesOf::Paper => Self::Paper,
+            RulesOf::FirstAuthors => Self::FirstAuthors,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -181,12 +191,7 @@ impl WayArgs {
 
     /// What decides in one way.
     pub(super) fn rule(&self, way: &Way) -> Rule {
-        let base = match self.profile {
-            RulesOf::Potamoi => Profile::Potamoi,
-            RulesOf::Paper => Profile::Paper,
-            RulesOf::FirstAuthors => Profile::FirstAuthors,
-        }
-        .rule();
+        let base = Profile::from(self.profile).rule();
         Rule {
             nearer: self.nearer.unwrap_or(base.nearer),
             phi: way.phi.map(f64::to_radians),

@@ -1,6 +1,6 @@
 //! Which pixels of a target frame are warped, and which are rendered.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
 use glam::DVec3;
@@ -164,10 +164,11 @@ pub struct Rule {
 }
 
 /// Rules that belong together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Profile {
     /// Bilinear samples, cracks filled, and edges rendered.
+    #[default]
     Potamoi,
     /// The paper's four steps: pixels as they land, and only what is hidden is
     /// rendered.
@@ -177,6 +178,12 @@ pub enum Profile {
 }
 
 impl Profile {
+    /// Whether it is the one that is used unless another is asked for.
+    #[must_use]
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// Its rule, with the first authors' threshold of 0.995 and no angle.
     #[must_use]
     pub const fn rule(self) -> Rule {

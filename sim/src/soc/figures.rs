@@ -4,6 +4,7 @@
 use std::fmt::Write;
 
 use potamoi_formats::config::Config;
+use potamoi_golden::warp::Profile;
 
 use super::tests::{costs, memory};
 use super::work::{Batch, Classes, FrameWork, PathOptions, PathWork, Quality, Reads, TargetWork};
@@ -82,6 +83,7 @@ fn path(splats: bool) -> PathWork {
             fps: 30.0,
             window: 3,
             phi: None,
+            profile: Profile::Potamoi,
             array: [24, 24],
             is_double_buffered: false,
             cache: 1 << 19,

@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use potamoi_formats::config::Config;
+use potamoi_golden::warp::Profile;
 use proptest::prelude::*;
 
 use super::work::{
@@ -128,6 +129,7 @@ fn path(full: &FrameWork, sparse: &FrameWork) -> PathWork {
             fps: 30.0,
             window: 3,
             phi: None,
+            profile: Profile::Potamoi,
             array: [24, 24],
             is_double_buffered: false,
             cache: 1 << 19,

@@ -9,7 +9,7 @@ use potamoi_golden::picture::Picture;
 use potamoi_golden::scene::{Scene, SceneError};
 use potamoi_golden::ssim::ssim;
 use potamoi_golden::warp::{
-    Chain, Counts, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer as _, Sequence,
+    Chain, Counts, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer as _, Rule, Sequence,
     WarpError, Warper, half_resolution,
 };
 use serde::{Deserialize, Serialize};
@@ -43,12 +43,26 @@ pub struct PathOptions {
     pub window: u32,
     /// Largest angle between the rays of reference and target at a point, in degrees.
     pub phi: Option<f64>,
+    /// Which pixels are warped and which are rendered.
+    #[serde(default, skip_serializing_if = "Profile::is_default")]
+    pub profile: Profile,
     /// Rows and columns of the MAC array.
     pub array: [u64; 2],
     /// Whether its units hold a second operand.
     pub is_double_buffered: bool,
     /// Bytes of the GPU's cache.
     pub cache: u32,
+}
+
+impl PathOptions {
+    /// What decides which pixels of a scene's targets are warped.
+    pub(super) fn rule(&self, scene: &Scene) -> Rule {
+        Rule {
+            phi: self.phi.map(f64::to_radians),
+            warps_still: scene.choices().forces(Effect::Warping),
+            ..self.profile.rule()
+        }
+    }
 }
 
 /// Pixels of a target by where they come from.
@@ -258,9 +272,7 @@ impl PathWork {
                 lead: None,
             },
         )?;
-        let mut rule = Profile::Potamoi.rule();
-        rule.phi = options.phi.map(f64::to_radians);
-        rule.warps_still = scene.choices().forces(Effect::Warping);
+        let rule = options.rule(scene);
         let warper = Warper {
             renderer: scene,
             geometry: None,

@@ -5,11 +5,10 @@ use std::collections::{HashMap, VecDeque};
 
 use potamoi_formats::config::{Config, RitPath};
 use potamoi_formats::units::VectorOp;
-use potamoi_golden::effects::Effect;
 use potamoi_golden::mask::Mask;
 use potamoi_golden::scene::{Scene, SceneError};
 use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
-use potamoi_golden::warp::{Plan, PlanOptions, Profile, ReferenceFrom, Sequence, Warper};
+use potamoi_golden::warp::{Plan, PlanOptions, ReferenceFrom, Sequence, Warper};
 use serde::{Deserialize, Serialize};
 
 use super::super::dram::Access;
@@ -78,9 +77,7 @@ impl PathReplay {
             lead: None,
         };
         let plan = Plan::new(&path, &plan)?;
-        let mut rule = Profile::Potamoi.rule();
-        rule.phi = options.phi.map(f64::to_radians);
-        rule.warps_still = scene.choices().forces(Effect::Warping);
+        let rule = options.rule(scene);
         let warper = Warper {
             renderer: scene,
             geometry: None,

@@ -5,6 +5,7 @@ use potamoi_golden::mask::Mask;
 use potamoi_golden::precision::Precision;
 use potamoi_golden::scene::Scene;
 use potamoi_golden::units::{Product, Twins, Units};
+use potamoi_golden::warp::Profile;
 use proptest::prelude::*;
 
 use super::super::npu::Array;
@@ -133,6 +134,7 @@ fn a_path_is_counted_once() {
         fps: 30.0,
         window: 3,
         phi: None,
+        profile: Profile::Potamoi,
         array: [24, 24],
         is_double_buffered: false,
         cache: CACHE,
