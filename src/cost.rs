@@ -26,7 +26,13 @@ const FORMAT_VERSION: u32 = 1;
 #[derive(Debug, Args)]
 pub(crate) struct CostArgs {
     /// A unit by itself; left out: every knob of a scene's frame
-    #[arg(long, value_enum)]
+    #[arg(
+        long,
+        value_enum,
+        conflicts_with_all = [
+            "scene", "camera", "camera_index", "width", "height", "force", "without", "frames"
+        ]
+    )]
     unit: Option<Unit>,
     #[command(flatten)]
     scene: SceneArgs,
@@ -43,13 +49,18 @@ pub(crate) struct CostArgs {
     frames: u32,
     /// Search for the fastest configuration whose picture is at least so good, in dB beside the
     /// ground truth (beside the model where there is none), and prove it by its Verilog
-    #[arg(long, value_name = "DB", conflicts_with_all = ["unit", "budget_ms"])]
+    #[arg(long, value_name = "DB", group = "goal", conflicts_with_all = ["unit", "budget_ms"])]
     target_psnr: Option<f64>,
     /// Search for the best picture within so many milliseconds a frame, likewise
-    #[arg(long, value_name = "MS", conflicts_with = "unit")]
+    #[arg(long, value_name = "MS", group = "goal", conflicts_with = "unit")]
     budget_ms: Option<f64>,
     /// Where the configuration that was found is written
-    #[arg(long, value_name = "FILE", default_value = "found.toml")]
+    #[arg(
+        long,
+        value_name = "FILE",
+        default_value = "found.toml",
+        requires = "goal"
+    )]
     found: PathBuf,
     /// The points as CSV; not of `--unit exp`, whose `--table` has every input
     #[arg(long, value_name = "FILE")]

@@ -11,7 +11,7 @@ pub struct Precision {
     /// A pixel or a ray stops where less light is left: 1e-6 to 0.5. The rules have 1e-4 of splats,
     /// 1e-3 of voxels.
     pub stop_below: Option<f64>,
-    /// Splats are skipped where their alpha is smaller: 1e-4 to 0.5. The rules have 1/255.
+    /// Splats are skipped where their alpha is smaller: 4e-4 to 0.5. The rules have 1/255.
     pub alpha_min: Option<f64>,
     /// Fraction bits of transmittances in the hardware's formats, 8 to 20, which they have.
     pub transmittance_bits: Option<u32>,
@@ -57,7 +57,14 @@ impl Precision {
     pub fn check(&self) -> Result<(), PrecisionError> {
         let cuts = [
             ("stop_below", self.stop_below, 1e-6..=0.5, "1e-6 to 0.5"),
-            ("alpha_min", self.alpha_min, 1e-4..=0.5, "1e-4 to 0.5"),
+            // What is past the exponential's range has its last result, exp(-8), and a unit of
+            // opacity more: drawn, it would cover its tiles.
+            (
+                "alpha_min",
+                self.alpha_min,
+                4e-4..=0.5,
+                "4e-4, which is above exp(-8), to 0.5",
+            ),
         ];
         for (field, given, range, expected) in cuts {
             // Not a number is in no range.

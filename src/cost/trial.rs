@@ -209,12 +209,11 @@ impl Bench {
         let Counted { work, rendered, .. } =
             FrameWork::rendered(&scene, &config, array, cache, None, &mut twins)?;
         let is_same_float = |s: &&Setting| match s.change {
-            Change::Scene(Look::Precision(own)) => !own.cuts(),
+            Change::Scene(Look::Precision(_)) | Change::Config { .. } | Change::Path(_) => true,
             Change::Scene(_) => false,
-            Change::Config { .. } | Change::Path(_) => true,
         };
         let bounds = match settings.iter().all(is_same_float) {
-            true => scene.error_bounds(&config)?,
+            true => scene.error_bounds_beside(&config, self.setup.scene.precision())?,
             false => None,
         };
         let own = costs(&scene, &config, None).ok();

@@ -6,8 +6,8 @@ use potamoi_formats::config::Config;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{
-    FixedFrame, FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, error_bounds,
-    render_fixed, render_float,
+    FixedFrame, FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, STOP_BELOW,
+    error_bounds, render_fixed, render_float,
 };
 use potamoi_sim::rtl::RtlUnits;
 
@@ -108,7 +108,14 @@ pub(crate) fn shown() -> Vec<Shown> {
         let float = render_float(&scene.grid, &camera(SIZE), &options).unwrap();
         let formats = Formats::new(&scene.grid, &scene.config).unwrap();
         let exp = &scene.config.vu.exp;
-        let bounds = error_bounds(&scene.grid, &formats, exp, &camera(SIZE), &scene.options());
+        let bounds = error_bounds(
+            &scene.grid,
+            &formats,
+            exp,
+            &camera(SIZE),
+            &scene.options(),
+            STOP_BELOW,
+        );
         let ours = scene.through(SIZE, &mut twins).picture;
         assert_eq!(twins.gather_flags(), 0, "{}", scene.name);
         let most = bounds.iter().map(|[colour, _]| *colour);

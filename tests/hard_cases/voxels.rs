@@ -6,8 +6,8 @@ use potamoi_golden::camera::Camera;
 use potamoi_golden::picture::Picture;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{
-    FixedFrame, FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, error_bounds,
-    render_fixed, render_float,
+    FixedFrame, FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, STOP_BELOW,
+    error_bounds, render_fixed, render_float,
 };
 use potamoi_sim::rtl::RtlUnits;
 
@@ -135,7 +135,14 @@ pub(crate) fn measure() -> Measured {
         let mut twins = Twins::new(&config);
         let ours = fixed(&camera, &mut twins).picture;
         least.fixed = least.fixed.min(psnr(&ours));
-        let bounds = error_bounds(&grid(), &formats, &config.vu.exp, &camera, &options());
+        let bounds = error_bounds(
+            &grid(),
+            &formats,
+            &config.vu.exp,
+            &camera,
+            &options(),
+            STOP_BELOW,
+        );
         let bounds = bounds.iter().map(|[colour, _]| *colour);
         least.farthest = f64::max(least.farthest, farthest(&ours, &float, bounds.clone()));
         least.bound = bounds.fold(least.bound, f64::max);

@@ -4,7 +4,8 @@ use potamoi_formats::config::{Config, ExpConfig};
 
 use super::{Model, Scene, SceneError};
 use crate::fields::{self, Field};
-use crate::splats::{self, Cloud, Order, View};
+use crate::precision::Precision;
+use crate::splats::{self, Cloud, Order, Pair, Rules, View, Work};
 use crate::voxels::{self, MVoxels};
 
 impl Scene {
@@ -16,18 +17,36 @@ impl Scene {
     /// # Errors
     /// A scene or a configuration that does not fit.
     pub fn error_bounds(&self, config: &Config) -> Result<Option<Vec<f64>>, SceneError> {
+        self.error_bounds_beside(config, self.precision)
+    }
+
+    /// The same beside the picture in floating point that stops and leaves out as another precision
+    /// says.
+    ///
+    /// # Errors
+    /// As [`Scene::error_bounds`].
+    pub fn error_bounds_beside(
+        &self,
+        config: &Config,
+        float: Precision,
+    ) -> Result<Option<Vec<f64>>, SceneError> {
         let exp = &config.vu.exp;
         if !self.choices.left_out().is_empty() || self.precision.hashed_levels.is_some() {
             return Ok(None);
         }
         match &self.model {
             Model::Splats(cloud) if self.order == Order::Exact => {
-                Ok(Some(self.splat_bounds(cloud, exp, 0.0)?))
+                Ok(Some(self.splat_bounds(cloud, exp, float, 0.0)?))
             }
             Model::Compact(model) if self.order == Order::Exact => {
                 let eye = self.camera.position();
                 let off = model.colours_off(eye, config)?;
-                Ok(Some(self.splat_bounds(&model.seen_from(eye), exp, off)?))
+                Ok(Some(self.splat_bounds(
+                    &model.seen_from(eye),
+                    exp,
+                    float,
+                    off,
+                )?))
             }
             Model::Voxels(grid) => {
                 let mvoxels = MVoxels::new(grid, config)?;
@@ -35,7 +54,8 @@ impl Scene {
                     return Ok(None);
                 };
                 let options = self.voxel_options();
-                let bounds = voxels::error_bounds(grid, formats, exp, &self.camera, &options);
+                let stop = float.stop_below.unwrap_or(voxels::STOP_BELOW);
+                let bounds = voxels::error_bounds(grid, formats, exp, &self.camera, &options, stop);
                 Ok(Some(bounds.into_iter().map(|[colour, _]| colour).collect()))
             }
             Model::Dvgo(field) => self.field_bounds(&**field, config),
@@ -49,11 +69,25 @@ impl Scene {
         &self,
         cloud: &Cloud,
         exp: &ExpConfig,
+        float: Precision,
         colours_off: f64,
     ) -> Result<Vec<f64>, SceneError> {
-        let view = View::by(cloud, &self.camera, self.profile, &self.splat_work())?;
+        let [own, float] = [self.precision, float].map(|p| p.of(self.profile.rules()));
+        let work = Work {
+            precision: Precision {
+                alpha_min: Some(own.alpha_min.min(float.alpha_min)),
+                ..self.precision
+            },
+            ..self.splat_work()
+        };
+        let view = View::by(cloud, &self.camera, self.profile, &work)?;
+        let fixed = Rules {
+            alpha_min: own.alpha_min,
+            ..*view.rules()
+        };
         Ok(splats::error_bounds(
             &view,
+            &Pair { fixed, float },
             exp,
             self.background,
             colours_off,
@@ -118,5 +152,33 @@ mod tests {
             }
         }
         assert!(most > 5.0, "{most}");
+    }
+
+    /// What the exponential gives past its range must not count: it would be drawn all over a tile.
+    #[test]
+    fn the_least_cut_off_is_above_what_is_past_the_exponential_s_range() {
+        let cut_off = |alpha_min| Precision {
+            alpha_min: Some(alpha_min),
+            ..Precision::default()
+        };
+        let mut scene = Scene::open("garden").unwrap();
+        scene.set_size(Some(40), Some(40)).unwrap();
+        for below in [1e-4, 3.4e-4, 3.99e-4] {
+            let said = scene.set_precision(cut_off(below)).unwrap_err().to_string();
+            assert!(
+                said.contains("alpha_min") && said.contains("exp(-8)"),
+                "{said}"
+            );
+        }
+        let config = Config::paper();
+        let mut twins = Twins::new(&config);
+        let mut shown = |alpha_min| {
+            scene.precision = cut_off(alpha_min);
+            let float = scene.render_float().unwrap().picture;
+            let fixed = scene.render_fixed(&config, &mut twins).unwrap().picture;
+            fixed.psnr(&float, |_| true).unwrap()
+        };
+        let [least, below] = [4e-4, 3e-4].map(&mut shown);
+        assert!(least > 80.0 && below < 30.0, "{least} {below}");
     }
 }

@@ -19,12 +19,22 @@ use potamoi_formats::record::{COLOUR, MEAN, OPACITY};
 use rayon::prelude::*;
 
 use super::composite::Limits;
+use super::profile::Rules;
 use super::project::Projected;
 use super::view::View;
 use crate::units::widths::budget;
 
 /// What arithmetic in 64 bits may add to a product of 36 fraction bits.
 const FLOAT: f64 = 1e-11;
+
+/// Rules of a frame in the hardware's formats, and of the one in floating point beside it.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    /// Of the former.
+    pub fixed: Rules,
+    /// Of the latter.
+    pub float: Rules,
+}
 
 /// Half units of a record's formats, and of what is made of them.
 struct Off {
@@ -48,22 +58,24 @@ struct Alpha {
 }
 
 /// What each pixel's channels may be off by at most, for a frame in exact order whose exponentials
-/// are those of `exp`, and whose Gaussians' colours are off by so much.
+/// are those of `exp`, and whose Gaussians' colours are off by so much. The frame and the one in
+/// floating point beside it have rules each, which cut no less off than those of `view`.
 #[must_use]
 pub fn error_bounds(
     view: &View,
+    rules: &Pair,
     exp: &ExpConfig,
     background: [f32; 3],
     colours_off: f64,
 ) -> Vec<f64> {
     let off = Off {
-        factor: 2f64.powi(-(view.rules().conic_bits as i32)) / 2.0,
+        factor: 2f64.powi(-(rules.fixed.conic_bits as i32)) / 2.0,
         mean: MEAN.ulp() / 2.0,
         form: 2f64.powi(-17),
         power: exp.input.ulp() / 2.0,
         exponential: budget(exp) * 2f64.powi(-(exp.output_bits as i32)),
         alpha: OPACITY.ulp() / 2.0,
-        transmittance: 2f64.powi(-(view.rules().transmittance_bits as i32)) / 2.0,
+        transmittance: 2f64.powi(-(rules.fixed.transmittance_bits as i32)) / 2.0,
     };
     let (first, ranks) = view.by_tile();
     let [width, height] = view.size();
@@ -83,7 +95,7 @@ pub fn error_bounds(
             pixels
                 .map(|at| {
                     // Weights of colours add up to 1 at most.
-                    let own = pixel(view, &splats, at, &off, brightest);
+                    let own = pixel(rules, &splats, at, &off, brightest);
                     (at, own + colours_off)
                 })
                 .collect()
@@ -96,24 +108,23 @@ pub fn error_bounds(
     bounds
 }
 
-fn pixel(view: &View, splats: &[&Projected], at: [u32; 2], off: &Off, brightest: f64) -> f64 {
-    let rules = view.rules();
-    let limits = Limits::new(rules);
-    let stop = [rules.stop_below, limits.stop as f64 * 2f64.powi(-36)];
+fn pixel(rules: &Pair, splats: &[&Projected], at: [u32; 2], off: &Off, brightest: f64) -> f64 {
+    let limits = Limits::new(&rules.fixed);
+    let stop = [rules.float.stop_below, limits.stop as f64 * 2f64.powi(-36)];
     // Transmittance in floating point, and in the hardware's formats, least and most.
     let (mut light, mut fixed) = (1.0f64, [1.0f64; 2]);
     // What was collected, and the most with a stop that only one of the two makes.
     let (mut sum, mut worst) = (0.0, 0.0f64);
     let mut drawn = 0.0;
     for splat in splats {
-        let Some(alpha) = alpha(view, splat, at, off, &limits) else {
+        let Some(alpha) = alpha(&rules.float, splat, at, off, &limits) else {
             continue;
         };
         let left = light * (1.0 - alpha.float);
         let least = fixed[0] * (1.0 - alpha.fixed[1]);
         let most = fixed[1] * (1.0 - alpha.fixed[0]);
         let stops =
-            alpha.float > 0.0 && (left < stop[0] || (rules.stop_at_equal && left <= stop[0]));
+            alpha.float > 0.0 && (left < stop[0] || (rules.float.stop_at_equal && left <= stop[0]));
         let may_stop = alpha.fixed[1] > 0.0 && least - FLOAT < stop[1];
         let may_go_on = alpha.fixed[0] == 0.0 || most + FLOAT >= stop[1];
         if stops {
@@ -145,13 +156,12 @@ fn pixel(view: &View, splats: &[&Projected], at: [u32; 2], off: &Off, brightest:
 
 /// Nothing where both skip it.
 fn alpha(
-    view: &View,
+    rules: &Rules,
     splat: &Projected,
     at: [u32; 2],
     off: &Off,
     limits: &Limits,
 ) -> Option<Alpha> {
-    let rules = view.rules();
     let centre = |v: u32| f64::from(v) + rules.pixel_centre;
     let [x, y] = [0, 1].map(|a| centre(at[a]) - splat.mean[a]);
     let [l11, l21, l22] = splat.footprint.factor;
@@ -284,6 +294,48 @@ mod tests {
             assert!(own <= 1.0, "{precision:?}: {own}");
             let (of_finer, _) = used((&scene, &config), (&coarse, &config));
             assert!(of_finer > 1.0, "{precision:?}: {of_finer}");
+        }
+    }
+
+    /// Beside a picture by the rules, frames that stop sooner or leave more out keep to bounds of
+    /// their own, and exceed those of frames by the rules.
+    #[test]
+    fn sooner_stops_and_fainter_gaussians_have_bounds() {
+        let mut scene = Scene::open("garden").unwrap();
+        scene.set_size(Some(48), Some(40)).unwrap();
+        let config = Config::paper();
+        let float = scene.render_float().unwrap().picture;
+        let plain = scene.error_bounds(&config).unwrap().unwrap();
+        for (stop_below, alpha_min) in [
+            (Some(0.05), None),
+            (Some(0.3), None),
+            (Some(1e-6), None),
+            (None, Some(0.05)),
+            (None, Some(4e-4)),
+            (Some(0.02), Some(0.02)),
+        ] {
+            let precision = Precision {
+                stop_below,
+                alpha_min,
+                ..Precision::default()
+            };
+            let mut own = scene.clone();
+            own.set_precision(precision).unwrap();
+            let bounds = own.error_bounds_beside(&config, scene.precision());
+            let bounds = bounds.unwrap().unwrap();
+            let fixed = own.render_fixed(&config, &mut Twins::new(&config));
+            let fixed = fixed.unwrap().picture;
+            let most = |bounds: &[f64]| {
+                let pixels = fixed.rgb.iter().zip(&float.rgb).zip(bounds);
+                let parts = pixels.flat_map(|((a, b), bound)| {
+                    [0, 1, 2].map(|c| f64::from(a[c] - b[c]).abs() / bound)
+                });
+                parts.fold(0.0, f64::max)
+            };
+            let (own, plain) = (most(&bounds), most(&plain));
+            println!("{precision:?}: {own:.4} of the bound, {plain:.4} of that of the rules");
+            assert!(own <= 1.0, "{precision:?}: {own}");
+            assert!(plain > 1.0, "{precision:?}: {plain}");
         }
     }
 }

@@ -31,7 +31,7 @@ pub mod sh;
 mod tile;
 mod view;
 
-pub use bound::error_bounds;
+pub use bound::{Pair, error_bounds};
 pub use cloud::{Cloud, CloudError, Field};
 #[cfg(test)]
 pub(crate) use composite::Limits;

@@ -69,7 +69,8 @@ pub fn opacity_off(formats: &Formats, exp: &ExpConfig, step: f64) -> f64 {
 /// already, moves it by the light that still reaches it times the difference,
 /// times at most the brightest colour.
 ///
-/// Where rays stop, each of the two leaves out what less than the limit lets through.
+/// Where rays stop, each of the two leaves out what less than its limit lets through: `stop_below` in
+/// floating point.
 #[must_use]
 pub fn error_bounds(
     grid: &Grid,
@@ -77,6 +78,7 @@ pub fn error_bounds(
     exp: &ExpConfig,
     camera: &Camera,
     options: &FixedOptions,
+    stop_below: f64,
 ) -> Vec<[f64; 2]> {
     let step = options.step;
     let ranges = Ranges::new(grid);
@@ -97,7 +99,7 @@ pub fn error_bounds(
         .iter()
         .fold(0.0, |m, v| f64::max(m, f64::from(*v)));
     let cut_off = if options.terminate {
-        options.stop_below
+        options.stop_below.max(stop_below)
     } else {
         0.0
     };

@@ -23,6 +23,7 @@ fn used(grid: &Grid, bounded: (&Config, u32), shown: (&Config, u32)) -> [f64; 2]
         &bounded.0.vu.exp,
         &camera,
         &options(bounded.1),
+        STOP_BELOW,
     );
     let fixed = fixed(grid, shown.0, &camera, &options(shown.1));
     let least = float.transmittance.iter().copied().fold(1.0, f64::min);
@@ -100,7 +101,14 @@ fn what_a_stop_leaves_out_counts() {
     let stopped = fixed(&grid, &config, &camera, &options(true));
     let used = |terminate| {
         let exp = &config.vu.exp;
-        let bounds = error_bounds(&grid, &formats, exp, &camera, &options(terminate));
+        let bounds = error_bounds(
+            &grid,
+            &formats,
+            exp,
+            &camera,
+            &options(terminate),
+            STOP_BELOW,
+        );
         let pixels = stopped.picture.rgb.iter().zip(&float.picture.rgb);
         let parts = pixels.zip(bounds).map(|((a, b), [colour, _])| {
             let off = a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs()));
