@@ -38,6 +38,8 @@ pub(super) fn energy(path: &Path, found: &Found) -> Result<(), Failure> {
         chart
             .configure_mesh()
             .disable_x_mesh()
+            // None where the legend is.
+            .set_tick_mark_size(LabelAreaPosition::Bottom, 0)
             .x_labels(bars as usize)
             .x_label_formatter(&|at| match at {
                 SegmentValue::CenterOf(i) => names.get(*i as usize).cloned().unwrap_or_default(),
@@ -87,7 +89,11 @@ pub(super) fn roofline(path: &Path, found: &Found, system: &System) -> Result<()
     let (left, low) = seen.fold((array / bandwidth, array), |(x, y), own| {
         (x.min(own.0), y.min(own.1))
     });
-    let right = points.iter().map(|p| p.0).fold(array / bandwidth, f64::max) * 10.0;
+    let right = points.iter().map(|p| p.0).fold(array / bandwidth, f64::max);
+    // Whole decades, and room for the legend.
+    let down = |v: f64| 10f64.powf((v / 1.5).log10().floor());
+    let up = |v: f64| 10f64.powf((v * 1.5).log10().ceil());
+    let ([left, low], [right, high]) = ([left, low].map(down), [right * 4.0, array].map(up));
     picture(path, SIZE, |area| {
         let title = format!(
             "{}, {} x {}: multiplications against what the array and memory allow",
@@ -96,20 +102,19 @@ pub(super) fn roofline(path: &Path, found: &Found, system: &System) -> Result<()
         let mut chart = ChartBuilder::on(area)
             .caption(title, TITLE)
             .margin(12)
+            .margin_right(24)
             .x_label_area_size(44)
             .y_label_area_size(64)
-            .build_cartesian_2d(
-                (left / 2.0..right).log_scale(),
-                (low / 2.0..array * 3.0).log_scale(),
-            )?;
+            .build_cartesian_2d((left..right).log_scale(), (low..high).log_scale())?;
         chart
             .configure_mesh()
+            .x_label_formatter(&one_two_five)
+            .y_label_formatter(&one_two_five)
             .x_desc("multiplications a byte of memory")
             .y_desc("multiplications a nanosecond")
             .label_style(LETTERS)
             .draw()?;
-        let steps =
-            (0..=200).map(|i| left / 2.0 * (right / (left / 2.0)).powf(f64::from(i) / 200.0));
+        let steps = (0..=200).map(|i| left * (right / left).powf(f64::from(i) / 200.0));
         let roof = steps.map(|x| (x, (x * bandwidth).min(array)));
         chart
             .draw_series(LineSeries::new(roof, BLACK.stroke_width(2)))?
@@ -133,6 +138,16 @@ pub(super) fn roofline(path: &Path, found: &Found, system: &System) -> Result<()
         }
         legend(&mut chart, SeriesLabelPosition::LowerRight)
     })
+}
+
+/// Labels of a logarithmic axis that have room: 1, 2 and 5 of each decade.
+fn one_two_five(v: &f64) -> String {
+    let first = v / 10f64.powf(v.log10().floor());
+    match [1.0, 2.0, 5.0].iter().any(|d| (first - d).abs() < 1e-6) {
+        // The axis finds them by multiplying.
+        true => format!("{}", (v * 1e6).round() / 1e6),
+        false => String::new(),
+    }
 }
 
 fn label(of: &Outcome) -> String {
