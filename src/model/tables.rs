@@ -5,7 +5,7 @@ use potamoi_sim::soc::engine::Resource;
 use potamoi_sim::soc::work::Replayed;
 use potamoi_sim::soc::{Frames, Outcome, Scenario, System};
 
-use super::paper::{BY_TRAFFIC, Paper, figure, gathering_speed_up};
+use super::paper::{BY_TRAFFIC, Paper, figure, frames_per_second, gathering_speed_up};
 use super::report::{Found, Report};
 use crate::say::say;
 use crate::tables;
@@ -106,6 +106,7 @@ pub(super) fn print(found: &Found, system: &System) {
         let mut speed = tables::plain([
             "",
             "frames/s",
+            "the paper's, 800 x 800",
             "ms a frame",
             "speed-up",
             "the paper's mean",
@@ -127,6 +128,9 @@ pub(super) fn print(found: &Found, system: &System) {
             speed.add_row([
                 o.variant.name.to_owned(),
                 format!("{:.2}", o.run.frames_per_second),
+                frames_per_second(o, &found.algorithm)
+                    .unwrap_or("-")
+                    .to_owned(),
                 format!("{:.2}", o.run.span_ns * 1e-6 / frames),
                 format!("{:.2}", found.speed_up(o)),
                 figure(paper.speed_up),

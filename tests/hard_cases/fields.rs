@@ -27,10 +27,14 @@ const SIDE: usize = 9;
 const STEP: f64 = 0.25;
 /// Fraction bits of features.
 const FRAC: u32 = 14;
+/// The same of colours that are hardly told apart.
+const COARSE: u32 = 6;
 
 /// One table: a density, and features that a perceptron makes a colour of, or colours as they are.
 struct Toy {
     table: [Table; 1],
+    /// Fraction bits of what follows the density.
+    frac: u32,
     mlp: Option<Mlp>,
     /// Whether weights of the perceptron have the finest scale that 16 bits hold.
     finest: bool,
@@ -48,6 +52,22 @@ fn hashed() -> Toy {
     let table = Table::hashed([SIDE; 3], entries.len(), 4, entries.concat());
     Toy {
         table: [table.unwrap()],
+        frac: FRAC,
+        mlp: None,
+        finest: false,
+    }
+}
+
+/// One density, colours of few bits.
+fn coarse() -> Toy {
+    let vertex = |i: usize| {
+        let [r, g, b] = [0, 1, 2].map(|c| 0.5 + 0.4 * ((i * 5 + c * 3) as f32).sin());
+        [1.9, r, g, b]
+    };
+    let values = (0..SIDE * SIDE * SIDE).flat_map(vertex).collect();
+    Toy {
+        table: [Table::new([SIDE; 3], 4, values).unwrap()],
+        frac: COARSE,
         mlp: None,
         finest: false,
     }
@@ -71,6 +91,7 @@ fn wide(finest: bool) -> Toy {
     let layer = Layer::new(WIDE, weights.collect(), vec![0.0; 3]).unwrap();
     Toy {
         table: [Table::new([SIDE; 3], 1 + WIDE, values).unwrap()],
+        frac: FRAC,
         mlp: Some(Mlp::new(vec![layer]).unwrap()),
         finest,
     }
@@ -80,6 +101,12 @@ impl Toy {
     fn mac(&self) -> Option<MacMlp> {
         let mlp = self.mlp.as_ref()?;
         Some(MacMlp::quantise(mlp, FRAC as i32, &[1.9]).unwrap())
+    }
+
+    fn frac_bits(&self) -> Vec<u32> {
+        let mut bits = vec![self.frac; self.channels()];
+        bits[0] = FRAC;
+        bits
     }
 }
 
@@ -123,9 +150,10 @@ impl Field for Toy {
 
     fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
         Ok(Coded {
-            frac_bits: vec![vec![FRAC; self.channels()]],
+            frac_bits: vec![self.frac_bits()],
             head: Box::new(ToyHead {
                 channels: self.channels(),
+                frac: self.frac,
                 mlp: self.mac(),
                 finest: self.finest.then(|| self.mlp.clone()).flatten(),
                 depth_bits: config.vu.exp.one_minus_frac_bits,
@@ -139,7 +167,7 @@ impl Field for Toy {
         _: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
         Ok(Some(Box::new(ToyBounds {
-            frac_bits: [vec![FRAC; self.channels()]],
+            frac_bits: [self.frac_bits()],
             mac: self.mac(),
             mlp: self.mlp.as_ref(),
             depth_ulp: 2f64.powi(-(config.vu.exp.one_minus_frac_bits as i32)),
@@ -149,6 +177,7 @@ impl Field for Toy {
 
 struct ToyHead {
     channels: usize,
+    frac: u32,
     mlp: Option<MacMlp>,
     /// The obvious form's.
     finest: Option<Mlp>,
@@ -166,7 +195,7 @@ impl Head for ToyHead {
 
     fn colour_bits(&self) -> u32 {
         let own = |mlp: &MacMlp| u32::try_from(mlp.output_frac()).unwrap();
-        self.mlp.as_ref().map_or(FRAC, own)
+        self.mlp.as_ref().map_or(self.frac, own)
     }
 
     fn direction_codes(&self) -> usize {
@@ -346,4 +375,21 @@ fn the_hardware_shows_the_same_fields() {
         assert_eq!(through(&field, &mut rtl), expected);
     }
     assert_eq!(rtl.gather_flags(), 0);
+}
+
+/// Of colours that are hardly told apart most of the bound is their own, and most of what is measured.
+#[test]
+fn colours_by_themselves_move_a_pixel_within_its_bound() {
+    let off = |field: &Toy| {
+        let ours = through(field, &mut Twins::new(&config()));
+        let float = render_float(field, &camera(), [0.0; 3]).unwrap().picture;
+        let bounds = error_bounds(field, &config(), &camera(), &FixedOptions::default());
+        farthest(&ours, &float, bounds.unwrap().unwrap().into_iter())
+    };
+    let fine = Toy {
+        frac: FRAC,
+        ..coarse()
+    };
+    let [coarse, fine] = [coarse(), fine].map(|field| off(&field));
+    assert!(coarse > 20.0 * fine && coarse > 2e-3, "{coarse} {fine}");
 }
