@@ -190,6 +190,36 @@ fn a_search_finds_a_cheaper_configuration_and_proves_it() {
     }
 }
 
+/// What is not of a configuration is written as a description has it: with both a frame takes the
+/// time that was found.
+#[test]
+fn what_is_found_can_be_asked_for_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let asked = "--scene lantern --width 32 --knobs stop,step --target-psnr 40 --json c.json";
+    cost(at, 0, &asked.split(' ').collect::<Vec<_>>());
+    let found = json(&at.join("c.json"))["found"]["point"].clone();
+    let written = std::fs::read_to_string(at.join("found.toml")).unwrap();
+    let lines = written.lines().filter_map(|line| line.strip_prefix("# "));
+    let render: Vec<&str> = lines.skip_while(|line| *line != "[render]").collect();
+    assert!(render.len() > 1, "{written}");
+    let model = "[model]\nkind = \"builtin\"\nname = \"lantern\"\n";
+    std::fs::write(at.join("s.toml"), format!("{model}{}", render.join("\n"))).unwrap();
+    let again = "--scene s.toml --width 32 --knobs sums --json d.json";
+    let output = potamoi()
+        .current_dir(at)
+        .args(["--config", "found.toml", "cost"])
+        .args(again.split(' '))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let report = json(&at.join("d.json"));
+    let same = point(&report, "default", "");
+    for field in ["frame_ns", "energy_mj"] {
+        assert_eq!(number(same, field), number(&found, field), "{written}");
+    }
+}
+
 /// Forms of the exponential stand beside what others use; none exceeds its bound.
 #[test]
 fn forms_of_the_exponential_stand_side_by_side() {

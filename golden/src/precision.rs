@@ -44,10 +44,20 @@ impl Precision {
         }
     }
 
-    /// Whether the float renderers see a difference.
+    /// The numbers that are given, by their names in a description's `[render]`.
     #[must_use]
-    pub const fn cuts(&self) -> bool {
-        self.stop_below.is_some() || self.alpha_min.is_some()
+    pub fn given(&self) -> Vec<(&'static str, String)> {
+        let text = |v: Option<f64>| v.map(|v| v.to_string());
+        let count = |v: Option<u32>| v.map(|v| v.to_string());
+        let all = [
+            ("stop_below", text(self.stop_below)),
+            ("alpha_min", text(self.alpha_min)),
+            ("transmittance_bits", count(self.transmittance_bits)),
+            ("conic_bits", count(self.conic_bits)),
+            ("hashed_levels", count(self.hashed_levels)),
+        ];
+        let given = all.into_iter();
+        given.filter_map(|(name, v)| Some((name, v?))).collect()
     }
 
     /// Checks the ranges.
@@ -56,11 +66,16 @@ impl Precision {
     /// The first number outside its range.
     pub fn check(&self) -> Result<(), PrecisionError> {
         let cuts = [
-            ("stop_below", self.stop_below, 1e-6..=0.5, "1e-6 to 0.5"),
+            (
+                "render.stop_below",
+                self.stop_below,
+                1e-6..=0.5,
+                "1e-6 to 0.5",
+            ),
             // What is past the exponential's range has its last result, exp(-8), and a unit of
             // opacity more: drawn, it would cover its tiles.
             (
-                "alpha_min",
+                "render.alpha_min",
                 self.alpha_min,
                 4e-4..=0.5,
                 "4e-4, which is above exp(-8), to 0.5",
@@ -78,12 +93,12 @@ impl Precision {
         }
         let widths = [
             (
-                "transmittance_bits",
+                "render.transmittance_bits",
                 self.transmittance_bits,
                 8..=20,
                 "8 to 20",
             ),
-            ("conic_bits", self.conic_bits, 8..=30, "8 to 30"),
+            ("render.conic_bits", self.conic_bits, 8..=30, "8 to 30"),
         ];
         for (field, given, range, expected) in widths {
             if let Some(value) = given.filter(|value| !range.contains(value)) {

@@ -65,6 +65,47 @@ impl Look {
     }
 }
 
+/// How what is not of a configuration is asked for.
+pub(super) enum Asked {
+    /// Lines of `[render]` in the scene's description.
+    Render(Vec<String>),
+    /// Flags of commands.
+    Flags(String),
+}
+
+impl Change {
+    /// Nothing of a configuration's own changes.
+    pub(super) fn asked(&self) -> Option<Asked> {
+        Some(match self {
+            Self::Config { .. } => return None,
+            Self::Scene(Look::Order(order)) => Asked::Render(vec![format!(
+                "order = {:?}",
+                match order {
+                    Order::Exact => "exact",
+                    Order::Approximate => "approximate",
+                }
+            )]),
+            Self::Scene(Look::Profile(own)) => {
+                Asked::Render(vec![format!("profile = {:?}", own.name())])
+            }
+            Self::Scene(Look::Step(step)) => Asked::Render(vec![format!("step = {step}")]),
+            Self::Scene(Look::Precision(own)) => {
+                let given = own.given().into_iter();
+                Asked::Render(given.map(|(name, v)| format!("{name} = {v}")).collect())
+            }
+            Self::Scene(Look::Without(effect)) => Asked::Flags(format!("--without {effect}")),
+            Self::Path(Way::Warped { window, phi }) => {
+                let phi = phi.map_or_else(String::new, |phi| format!(" --phi {phi}"));
+                Asked::Flags(format!("model --variants potamoi --window {window}{phi}"))
+            }
+            Self::Path(Way::Chained { window }) => {
+                Asked::Flags(format!("model --variants temp --window {window}"))
+            }
+            Self::Path(Way::Half) => Asked::Flags("model --variants ds2".to_owned()),
+        })
+    }
+}
+
 /// Which frames of a path are rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Way {

@@ -7,7 +7,7 @@ use potamoi_sim::verify::{Settings, Verifier};
 use serde::Serialize;
 
 use super::front::{Place, front, knee};
-use super::knobs::{self, Change, Knob, Setting};
+use super::knobs::{self, Asked, Change, Knob, Setting};
 use super::search::{Goal, search};
 use super::trial::{Bench, Point};
 use super::{CostArgs, FORMAT_VERSION, pictures, tables};
@@ -231,18 +231,26 @@ fn measured(report: &Report, own: &[(&Knob, &Setting)]) -> Option<Option<Place>>
     }
 }
 
-/// Writes the configuration, and what is not of it in words.
+/// Writes the configuration, and what is not of it as lines of a description or flags.
 fn write(bench: &Bench, own: &[(&Knob, &Setting)], args: &CostArgs) -> Result<(), Failure> {
     let plain: Vec<&Setting> = own.iter().map(|(_, setting)| *setting).collect();
     let (config, _) = bench.apply(&plain)?;
-    let mut text = String::new();
-    for (knob, setting) in own {
-        if !matches!(setting.change, Change::Config { .. }) {
-            text.push_str(&format!(
-                "# beside this configuration: {} {}\n",
-                knob.name, setting.label
-            ));
+    let (mut render, mut flags) = (vec![], vec![]);
+    for setting in &plain {
+        match setting.change.asked() {
+            Some(Asked::Render(lines)) => render.extend(lines),
+            Some(Asked::Flags(own)) => flags.push(own),
+            None => {}
         }
+    }
+    let mut text = String::new();
+    if !render.is_empty() {
+        text.push_str("# Beside this configuration, in the scene's description:\n# [render]\n");
+        text.extend(render.iter().map(|line| format!("# {line}\n")));
+    }
+    if !flags.is_empty() {
+        text.push_str("# Beside this configuration, of commands:\n");
+        text.extend(flags.iter().map(|flag| format!("# {flag}\n")));
     }
     let made = config.to_toml();
     text.push_str(&made.map_err(|e| Failure::Usage(format!("{}: {e}", args.found.display())))?);

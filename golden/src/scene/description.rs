@@ -160,6 +160,16 @@ pub(super) struct RenderDescription {
     pub(super) halo: Option<String>,
     /// Voxel edges from sample to sample, for voxels.
     pub(super) step: Option<f64>,
+    /// What is left of the light where a pixel stops, for splats and voxels.
+    pub(super) stop_below: Option<f64>,
+    /// The alpha below which splats are skipped.
+    pub(super) alpha_min: Option<f64>,
+    /// Fraction bits of transmittances, for splats and voxels.
+    pub(super) transmittance_bits: Option<u32>,
+    /// Fraction bits of the factors of splats' conics.
+    pub(super) conic_bits: Option<u32>,
+    /// Levels whose vertices share entries that are gathered, from the coarsest.
+    pub(super) hashed_levels: Option<u32>,
 }
 
 impl Description {

@@ -75,6 +75,13 @@ impl Scene {
         if let Some(step) = render.step {
             self.set_step(step)?;
         }
+        self.set_precision(Precision {
+            stop_below: render.stop_below,
+            alpha_min: render.alpha_min,
+            transmittance_bits: render.transmittance_bits,
+            conic_bits: render.conic_bits,
+            hashed_levels: render.hashed_levels,
+        })?;
         let splats = matches!(self.model.kind(), Kind::Splats(_));
         let voxels = matches!(self.model, Model::Voxels(_) | Model::Dvgo(_));
         let interpolated = match self.model.kind() {
@@ -149,26 +156,33 @@ impl Scene {
     pub fn set_precision(&mut self, precision: Precision) -> Result<(), SceneError> {
         let refuse = |e: PrecisionError| self.value(e.field, e.value, e.expected);
         precision.check().map_err(refuse)?;
-        let of_splats = precision.alpha_min.is_some() || precision.conic_bits.is_some();
         if let Some(levels) = precision.hashed_levels {
             let all = self.facts().hashed_tables();
             if levels as usize > all {
                 let expected = format!("at most {all}, the hashed levels of the model");
-                return Err(self.value("precision.hashed_levels", levels.to_string(), &expected));
+                return Err(self.value("render.hashed_levels", levels.to_string(), &expected));
             }
         }
-        let of_others = Precision {
-            hashed_levels: None,
-            ..precision
+        let (known, models): (&[&str], _) = match self.model {
+            Model::Splats(_) | Model::Compact(_) => (
+                &[
+                    "stop_below",
+                    "alpha_min",
+                    "transmittance_bits",
+                    "conic_bits",
+                ],
+                "",
+            ),
+            Model::Voxels(_) => (
+                &["stop_below", "transmittance_bits"],
+                "stop_below and transmittance_bits alone, of stored voxels",
+            ),
+            _ => (&[], "splats or stored voxels"),
         };
-        let (is_fit, expected) = match self.model {
-            Model::Splats(_) | Model::Compact(_) => (true, ""),
-            Model::Voxels(_) => (!of_splats, "stop_below and transmittance_bits alone"),
-            _ => (of_others == Precision::default(), "splats or stored voxels"),
-        };
-        if !is_fit {
-            let given = format!("{precision:?}");
-            return Err(self.value("precision", given, expected));
+        let mut given = precision.given().into_iter();
+        let unfit = given.find(|(name, _)| *name != "hashed_levels" && !known.contains(name));
+        if let Some((name, value)) = unfit {
+            return Err(self.value("render", format!("{name} = {value}"), models));
         }
         self.precision = precision;
         self.found = Cache::default();
