@@ -105,7 +105,8 @@ fn far_outside_the_frame() -> Case {
     }
 }
 
-fn turned(quaternion: [f32; 4]) -> [Exact; 9] {
+/// Entries of the rotation of a quaternion of any length, column by column; of none no turn.
+pub(super) fn turned(quaternion: [f32; 4]) -> [Exact; 9] {
     let [w, x, y, z] = quaternion.map(|v| exact(f64::from(v)));
     let twice = |a: &Exact, b: &Exact| exact(2.0) * a.clone() * b.clone();
     let norm = [&w, &x, &y, &z].map(|v| v.clone() * v.clone());
@@ -117,7 +118,6 @@ fn turned(quaternion: [f32; 4]) -> [Exact; 9] {
             norm.clone()
         }
     };
-    // Column by column.
     [
         one() - twice(&y, &y) - twice(&z, &z),
         twice(&x, &y) + twice(&w, &z),

@@ -8,10 +8,12 @@ use proptest::prelude::*;
 
 use super::accumulators::gathered;
 use super::exact::exact;
+use super::projection::turned;
 use crate::camera::Camera;
 use crate::picture::Picture;
 use crate::splats::{
     Cloud, FixedOptions, FloatOptions, Footprint, Profile, View, render_fixed, render_float,
+    rotation,
 };
 use crate::units::Twins;
 use crate::units::weights::trilinear;
@@ -116,6 +118,25 @@ proptest! {
                     prop_assert!(off <= bound, "{} pixel {}: {} > {}\n{}", profile, i, off, bound, AGAIN);
                 }
             }
+        }
+    }
+
+    /// Rotations of quaternions of any bits, lengths from nothing to the largest float among them.
+    #[test]
+    fn quaternions_of_any_bits_turn_as_exactly_computed(
+        parts in prop_oneof![
+            9 => prop::array::uniform4(prop_oneof![
+                3 => any::<f32>().prop_filter("a number", |v| v.is_finite()),
+                1 => Just(f32::MAX),
+                1 => (0u32..100).prop_map(f32::from_bits),
+                2 => -1f32..1.0,
+            ]),
+            1 => Just([0.0; 4]),
+        ],
+    ) {
+        for (right, found) in turned(parts).iter().zip(rotation(parts).to_cols_array()) {
+            let off = right.error(found).abs();
+            prop_assert!(off <= 16.0 * 2f64.powi(-53), "{:?}: {} {}", parts, off, AGAIN);
         }
     }
 
