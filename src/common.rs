@@ -11,7 +11,7 @@ use crate::failure::Failure;
 const DEFAULT_PRESET: &str = "paper";
 
 /// Options of all subcommands.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(crate) struct Common {
     /// Configuration file, or a preset: paper (unless given), fields, small, compact, parity, feature-major, piecewise
     #[arg(long, global = true, value_name = "FILE")]

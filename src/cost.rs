@@ -62,6 +62,10 @@ pub(crate) struct CostArgs {
         requires = "goal"
     )]
     found: PathBuf,
+    /// Parameters of the configuration's units (`potamoi synth --json`), instead of those that come
+    /// with the program and the formulas
+    #[arg(long, value_name = "FILE", conflicts_with = "unit")]
+    synth: Option<PathBuf>,
     /// The points as CSV; not of `--unit exp`, whose `--table` has every input
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,

@@ -8,7 +8,7 @@ use potamoi_sim::soc::npu::Array;
 use potamoi_sim::soc::work::{FrameWork, Kept, PathOptions, PathReplay};
 use potamoi_sim::soc::{Costs, Memory, Model, Program, System};
 use potamoi_sim::synth::fit::Fit;
-use potamoi_sim::synth::{SynthError, SynthReport};
+use potamoi_sim::synth::{SynthError, SynthReport, Synthesised};
 
 use crate::common::Common;
 use crate::failure::Failure;
@@ -21,6 +21,7 @@ pub(crate) struct Setup {
     pub(crate) preset: Option<&'static str>,
     pub(crate) system: System,
     memory: Memory,
+    known: Known,
     costs: Costs,
     replay: Option<PathReplay>,
 }
@@ -35,16 +36,50 @@ impl Setup {
         synth: Option<&Path>,
     ) -> Result<Self, Failure> {
         let (config, preset) = config_for(common, &scene)?;
-        let costs = costs(&scene, &config, synth)?;
+        let known = Known::read(&config, synth)?;
+        let costs = known.costs(&scene, &config)?;
+        let memory = Memory::lpddr3(system.memory_channels);
         Ok(Self {
             scene,
             config,
             preset,
             system: system.clone(),
-            memory: Memory::lpddr3(system.memory_channels),
+            memory,
+            known,
             costs,
             replay: None,
         })
+    }
+
+    /// The same where energy may be unknown: [`Setup::costs`] are then the preset's, for times alone.
+    pub(crate) fn of_times(
+        common: &Common,
+        scene: Scene,
+        synth: Option<&Path>,
+    ) -> Result<Self, Failure> {
+        let (config, preset) = config_for(common, &scene)?;
+        let known = Known::read(&config, synth)?;
+        let own = known.costs(&scene, &config);
+        let mut setup = Self::new(&Common::default(), &System::default(), scene, None)?;
+        if let Ok(costs) = own {
+            setup.costs = costs;
+        }
+        Ok(Self {
+            config,
+            preset,
+            known,
+            ..setup
+        })
+    }
+
+    /// Energy and area of a configuration's units as a scene uses them.
+    pub(crate) fn costs_of(&self, scene: &Scene, config: &Config) -> Result<Costs, Failure> {
+        self.known.costs(scene, config)
+    }
+
+    /// The same of the configuration.
+    pub(crate) const fn costs(&self) -> &Costs {
+        &self.costs
     }
 
     /// Has memory take for the frames of a path what their accesses in their order do.
@@ -117,25 +152,35 @@ pub(crate) fn config_for(
     }
 }
 
-/// Energy of units and memories, from the files that come with the program, and one that was
-/// given.
-pub(crate) fn costs(
-    scene: &Scene,
-    config: &Config,
-    given: Option<&Path>,
-) -> Result<Costs, Failure> {
-    let program = match scene.model() {
-        SceneModel::Splats(_) | SceneModel::Compact(_) => Program::Splats,
-        _ => Program::Fields,
-    };
-    let [paper, fields] = SynthReport::checked_in()?;
-    let memories = paper.clone();
-    let mut reports = vec![paper, fields];
-    if let Some(path) = given {
-        reports.insert(0, SynthReport::read(path)?.of(config, path)?);
+/// What the program knows of units: what comes with it, and one file that was given.
+struct Known {
+    given: Option<Synthesised>,
+}
+
+impl Known {
+    fn read(config: &Config, given: Option<&Path>) -> Result<Self, Failure> {
+        let read = |path| -> Result<_, SynthError> {
+            let report = SynthReport::read(path)?.of(config, path)?;
+            let config = config.clone();
+            Ok(Synthesised { config, report })
+        };
+        Ok(Self {
+            given: given.map(read).transpose()?,
+        })
     }
-    let (fit, records) = (Fit::checked_in()?, SynthReport::of_records()?);
-    Ok(Costs::new(
-        config, program, fit, &reports, &records, &memories,
-    )?)
+
+    /// Energy and area of units and memories.
+    fn costs(&self, scene: &Scene, config: &Config) -> Result<Costs, Failure> {
+        let program = match scene.model() {
+            SceneModel::Splats(_) | SceneModel::Compact(_) => Program::Splats,
+            _ => Program::Fields,
+        };
+        let checked_in = Synthesised::checked_in()?;
+        let memories = checked_in[0].report.clone();
+        let reports: Vec<Synthesised> = self.given.iter().cloned().chain(checked_in).collect();
+        let (fit, records) = (Fit::checked_in()?, SynthReport::of_records()?);
+        Ok(Costs::new(
+            config, program, fit, &reports, &records, &memories,
+        )?)
+    }
 }

@@ -2,7 +2,6 @@
 
 use potamoi_golden::units::Twins;
 use potamoi_sim::rtl::EngineKind;
-use potamoi_sim::soc::System;
 use potamoi_sim::verify::{Settings, Verifier};
 use serde::Serialize;
 
@@ -75,7 +74,7 @@ pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
     if !args.scene.looks_otherwise() {
         scene.set_size(Some(WIDTH), None)?;
     }
-    let setup = Setup::new(common, &System::default(), scene, None)?;
+    let setup = Setup::of_times(common, scene, args.synth.as_deref())?;
     let knobs = knobs::named(knobs::of(&setup.scene), &args.knobs)?;
     let bench = Bench::new(setup, args.frames)?;
     let mut report = measure(&bench, &knobs)?;

@@ -9,19 +9,14 @@ use potamoi_golden::units::Twins;
 use potamoi_golden::warp::Profile;
 use potamoi_sim::soc::work::{Counted, FrameWork, PathOptions, Quality};
 use potamoi_sim::soc::{Frames, Gathering, Model, Scenario, Variant};
-use potamoi_sim::synth::UnitKind;
-use potamoi_sim::synth::fit::{Fit, Work};
-use potamoi_sim::synth::scaling;
 use serde::Serialize;
 
 use super::front::Place;
 use super::knobs::{Change, Look, Setting, Way};
 use super::units::UnitErrors;
 use crate::failure::Failure;
-use crate::setup::{Setup, costs, store};
+use crate::setup::{Setup, store};
 
-/// Nanometres at which areas are stated.
-const NODE_NM: u32 = 12;
 /// Peak and frame rate of built-in paths.
 const FPS: f64 = 30.0;
 
@@ -146,7 +141,6 @@ impl Point {
 /// A scene to try settings on.
 pub(super) struct Bench {
     pub(super) setup: Setup,
-    fit: Fit,
     model: Picture,
     truth: Option<Picture>,
     frames: u32,
@@ -159,7 +153,6 @@ impl Bench {
         let mut whole = scene.clone();
         whole.set_choices(Choices::default());
         Ok(Self {
-            fit: Fit::checked_in()?,
             model: whole.render_float()?.picture,
             truth: match scene.analytic() {
                 Some(_) => Some(scene.render_truth()?.picture),
@@ -216,16 +209,8 @@ impl Bench {
             true => scene.error_bounds_beside(&config, self.setup.scene.precision())?,
             false => None,
         };
-        let own = costs(&scene, &config, None).ok();
-        let default = match &own {
-            Some(_) => None,
-            None => Some(costs(&scene, &self.setup.config, None)?),
-        };
-        let Some(used) = own.as_ref().or(default.as_ref()) else {
-            return Err(Failure::Inconclusive(
-                "no energy of any unit is known".to_owned(),
-            ));
-        };
+        let own = self.setup.costs_of(&scene, &config).ok();
+        let used = own.as_ref().unwrap_or(self.setup.costs());
         let total = work.total();
         let mut point = Point {
             knob: knob.to_owned(),
@@ -243,7 +228,7 @@ impl Bench {
             array_cycles: total.array_cycles,
             frame_ns: 0.0,
             energy_mj: None,
-            area_mm2: self.area(&config),
+            area_mm2: own.as_ref().map(|own| own.area_mm2),
         };
         let model = self.setup.model_of(&config, used);
         let run = model.frame(&work, Gathering::Unit)?;
@@ -308,18 +293,5 @@ impl Bench {
             outcome.run.span_ns / full.run.span_ns,
             outcome.run.energy.total_mj() / full.run.energy.total_mj(),
         ])
-    }
-
-    fn area(&self, config: &Config) -> Option<f64> {
-        let node = self.fit.grid().library.node_nm?;
-        let factors = scaling::logic(node, NODE_NM)?;
-        let idle = Work {
-            busy: 0.0,
-            channels: config.gu.banks.into(),
-        };
-        let of = |unit| self.fit.estimate(config, unit, idle).ok();
-        let (gathering, vector) = (of(UnitKind::Gathering)?, of(UnitKind::Vector)?);
-        let um2 = gathering.scaled(&factors).area_um2 + vector.scaled(&factors).area_um2;
-        Some(um2 * 1e-6)
     }
 }

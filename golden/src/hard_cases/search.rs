@@ -1,6 +1,5 @@
-//! Searches for hard cases that nobody thought of: adversarial Gaussians, weights, depths
-//! and poses. What
-//! fails is kept in golden/proptest-regressions and tried first from then on.
+//! Searches for hard cases that nobody thought of: adversarial Gaussians, rotations, weights,
+//! depths and poses. What fails is kept in golden/proptest-regressions and tried first from then on.
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use potamoi_formats::config::Config;
@@ -191,7 +190,11 @@ proptest! {
     /// camera, and the nearest of those that do.
     #[test]
     fn depths_of_any_bits_land_where_surfaces_are(
-        bits in prop::collection::vec(prop_oneof![any::<u32>(), 0x3f00_0000u32..0x4100_0000], 36),
+        bits in prop::collection::vec(prop_oneof![
+            4 => any::<u32>(),
+            4 => 0x3f00_0000u32..0x4100_0000,
+            1 => Just(f32::MAX.to_bits()),
+        ], 36),
         turn in prop::array::uniform3(-4f64..4.0), shift in prop::array::uniform3(-3f64..3.0),
     ) {
         let camera = |pose| Camera {
@@ -208,11 +211,28 @@ proptest! {
         let depth: Vec<f32> = bits.into_iter().map(f32::from_bits).collect();
         let reference = Shaded { picture: Picture::filled(6, 6, [0.5; 3]), depth: depth.clone() };
         let warped = reproject(&reference, &camera(DAffine3::IDENTITY), &camera(pose));
-        for i in 0..36 {
-            if let Some((from, z)) = warped.at(i) {
+        // Depths of all that land clearly within a pixel, by pixel.
+        let mut landed = vec![vec![]; 36];
+        for (i, of) in depth.iter().enumerate().filter(|(_, d)| **d > 0.0 && d.is_finite()) {
+            let ray = DVec3::new((i % 6) as f64 - 2.5, (i / 6) as f64 - 2.5, 5.0) / 5.0;
+            let point = pose.transform_point3(ray * f64::from(*of));
+            let at = point.truncate() / point.z * 5.0 + 3.0;
+            let is_clear = at.to_array().iter().all(|v| (v - v.round()).abs() > 1e-6 * v.abs());
+            if (1e-30..3e38).contains(&point.z) && is_clear && at.min_element() > 0.0 && at.max_element() < 6.0 {
+                landed[at.y as usize * 6 + at.x as usize].push(point.z);
+            }
+        }
+        for (i, landed) in landed.into_iter().enumerate() {
+            let found = warped.at(i);
+            if let Some((from, z)) = found {
                 let of = depth[from as usize];
-                prop_assert!(z > 0.0 && !z.is_nan(), "{} {}", z, AGAIN);
+                prop_assert!(z > 0.0 && z.is_finite(), "{} {}", z, AGAIN);
                 prop_assert!(of > 0.0 && of.is_finite(), "{} {}", of, AGAIN);
+            }
+            // What a double may add to a point, and a float's depth.
+            for near in landed {
+                let least = found.map_or(f64::INFINITY, |(_, z)| f64::from(z));
+                prop_assert!(least <= near * (1.0 + 1e-6), "{} {} {}", least, near, AGAIN);
             }
         }
     }

@@ -79,8 +79,8 @@ impl Transfer {
 /// Warps a reference frame to a target camera. Each pixel of the reference with
 /// a surface is a point at its centre; it lands on the target pixel that holds
 /// it, and the nearest point stays, of equal depths the one that comes first in
-/// the reference, row by row. Points on and behind the target camera's plane
-/// land nowhere. The result does not depend on the number of threads.
+/// the reference, row by row. Points on and behind the target camera's plane,
+/// and too far for a depth, land nowhere. The result does not depend on the number of threads.
 #[must_use]
 pub fn reproject(reference: &Shaded, from: &Camera, to: &Camera) -> Warped {
     let transfer = Transfer::new(from, to);
@@ -102,7 +102,7 @@ pub fn reproject(reference: &Shaded, from: &Camera, to: &Camera) -> Warped {
                 let ray = base + transfer.across * (column as f64 + 0.5);
                 let point = ray * f64::from(*depth) + transfer.shift;
                 let near = point.z as f32;
-                if near <= 0.0 || near.is_nan() {
+                if !is_surface(near) {
                     continue;
                 }
                 let at = transfer.project(point);

@@ -293,7 +293,10 @@ pub(super) fn channel_major(config: &Config) -> Result<Arc<Module>, IrErrors> {
 
     let done = summed(m, config, &s1, turns);
 
-    m.section("Reducers: one a channel and port");
+    m.section(match gu.modes {
+        Modes::Unstructured => "Features, one register a channel and port",
+        _ => "Reducers: one a channel and port",
+    });
     let (lanes, lane_bits) = (config.lanes_a_port(), config.feature_lane_bits());
     let mut results = vec![];
     for port in 0..ports {

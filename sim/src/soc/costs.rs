@@ -10,7 +10,8 @@ use thiserror::Error;
 use super::gpu::Program;
 use super::work::Batch;
 use crate::synth::fit::{Fit, Work};
-use crate::synth::{Power, PowerReport, SynthError, SynthReport, UnitKind, scaling};
+use crate::synth::scaling::{self, Factors};
+use crate::synth::{Power, PowerReport, SynthError, SynthReport, Synthesised, UnitKind};
 
 /// The node of the system (paper, Sec. "Experimental Setup").
 const NODE_NM: u32 = 12;
@@ -78,6 +79,80 @@ impl UnitEnergy {
     }
 }
 
+/// The vector unit's logic at 12 nm.
+struct Vector {
+    energy: UnitEnergy,
+    /// At its own node.
+    leakage_nw: f64,
+    area_um2: f64,
+}
+
+impl Vector {
+    /// As it was measured on netlists; nothing where its power or its node's factors are not known.
+    fn measured(report: &SynthReport) -> Option<Self> {
+        let factors = scaling::logic(report.library.node_nm?, NODE_NM)?;
+        Some(Self {
+            energy: UnitEnergy::measured(report, UnitKind::Vector, factors.energy)?,
+            leakage_nw: power_of(report, UnitKind::Vector)?.leakage_nw,
+            area_um2: report.unit(UnitKind::Vector)?.area_um2 * factors.area,
+        })
+    }
+
+    /// That of a unit which was measured and differs in its exponential alone, times what formulas
+    /// set the paper's unit with the one exponential to that with the other; nothing where no such
+    /// unit is known. What the clock does beside an exponential is left out of the proportion.
+    fn in_proportion(fit: &Fit, config: &Config, reports: &[Synthesised]) -> Option<Self> {
+        let with = |of: &Config| {
+            let mut plain = Config::paper();
+            plain.vu.exp = of.vu.exp.clone();
+            let exp = &mut plain.vu.exp;
+            exp.iterations_per_clock = 1;
+            (exp.accumulator_bits, exp.constant_bits, exp.offset) = (None, None, None);
+            plain
+        };
+        let alike = |r: &&Synthesised| {
+            let mut other = config.clone();
+            let clocks = other.vu.exp.iterations_per_clock;
+            other.vu.exp = r.config.vu.exp.clone();
+            r.config.vu.exp.iterations_per_clock == clocks && r.has(&other, UnitKind::Vector)
+        };
+        let (known, report) = reports
+            .iter()
+            .filter(alike)
+            .find_map(|r| Some((with(&r.config), Self::measured(&r.report)?)))?;
+        let at = |of: &Config, busy| {
+            fit.estimate(of, UnitKind::Vector, Work { busy, channels: 0 })
+                .ok()
+        };
+        let own = with(config);
+        let [rest, busy] = [0.0, 1.0].map(|b| Some([at(&own, b)?, at(&known, b)?]));
+        let ([rest, rest_known], [busy, busy_known]) = (rest?, busy?);
+        let work = [&busy, &busy_known].map(|e| e.with_glitches_pj);
+        let idle = [&rest, &rest_known].map(|e| e.with_glitches_pj);
+        Some(Self {
+            energy: UnitEnergy {
+                rest_pj: report.energy.rest_pj * idle[0] / idle[1],
+                work_pj: report.energy.work_pj * (work[0] - idle[0]) / (work[1] - idle[1]),
+            },
+            leakage_nw: report.leakage_nw * rest.leakage_nw / rest_known.leakage_nw,
+            area_um2: report.area_um2 * rest.area_um2 / rest_known.area_um2,
+        })
+    }
+
+    fn estimated(fit: &Fit, config: &Config, factors: &Factors) -> Result<Self, SynthError> {
+        let at = |busy| fit.estimate(config, UnitKind::Vector, Work { busy, channels: 0 });
+        let (rest, work) = (at(0.0)?, at(1.0)?);
+        Ok(Self {
+            energy: UnitEnergy {
+                rest_pj: rest.with_glitches_pj * factors.energy,
+                work_pj: (work.with_glitches_pj - rest.with_glitches_pj) * factors.energy,
+            },
+            leakage_nw: rest.leakage_nw,
+            area_um2: rest.scaled(factors).area_um2,
+        })
+    }
+}
+
 fn reached_ghz(report: &SynthReport) -> Option<f64> {
     let units = &report.scaled.as_ref()?.logic.as_ref()?.units;
     let slowest = units
@@ -128,6 +203,8 @@ pub struct Costs {
     /// times of memories where they are known, before wires; none where they were not
     /// synthesised.
     pub reached_ghz: Option<f64>,
+    /// Cells of both units at 12 nm, in square millimetres, without memories.
+    pub area_mm2: f64,
     /// Where the numbers are from.
     pub origin: String,
 }
@@ -160,7 +237,7 @@ impl std::ops::AddAssign for OnChip {
 impl Costs {
     /// Of the units of a configuration.
     ///
-    /// The vector unit's energy is that of the first of `reports` that is of the configuration,
+    /// The vector unit's energy and area are those of the first of `reports` that has the same one,
     /// else by formulas. The gathering unit's is by formulas where entries have vertices, and
     /// that of `records` where they are splat records, in the proportion in which formulas set
     /// the configuration's unit to that one's. Memories and the MAC array, which has reducers
@@ -172,18 +249,17 @@ impl Costs {
         config: &Config,
         program: Program,
         fit: Fit,
-        reports: &[SynthReport],
+        reports: &[Synthesised],
         records: &SynthReport,
         memories: &SynthReport,
     ) -> Result<Self, CostError> {
         let node = fit.grid().library.node_nm;
         let factors = node.and_then(|nm| scaling::logic(nm, NODE_NM));
-        let logic = factors
-            .ok_or(CostError::Node {
-                what: "the grid",
-                node,
-            })?
-            .energy;
+        let factors = factors.ok_or(CostError::Node {
+            what: "the grid",
+            node,
+        })?;
+        let logic = factors.energy;
         let paper = Config::paper();
         let most = Work {
             busy: 1.0,
@@ -206,24 +282,20 @@ impl Costs {
                 })
             }
         };
-        let own = reports.iter().find(|report| report.is_of(config));
-        let measured = own.and_then(|own| UnitEnergy::measured(own, UnitKind::Vector, logic));
-        let (vector, vector_nw) = match (own, measured) {
-            (Some(own), Some(vector)) => {
-                let power = power_of(own, UnitKind::Vector);
-                (vector, power.map_or(0.0, |power| power.leakage_nw))
-            }
-            _ => {
-                let at = |busy| fit.estimate(config, UnitKind::Vector, Work { busy, channels: 0 });
-                let (rest, work) = (at(0.0)?, at(1.0)?);
-                let vector = UnitEnergy {
-                    rest_pj: rest.with_glitches_pj * logic,
-                    work_pj: (work.with_glitches_pj - rest.with_glitches_pj) * logic,
-                };
-                (vector, rest.leakage_nw)
-            }
+        let own = reports.iter().find(|r| r.has(config, UnitKind::Vector));
+        let own = own.and_then(|own| Vector::measured(&own.report));
+        let (vector, vector_from) = match own {
+            Some(own) => (own, "netlists of this configuration"),
+            None => match Vector::estimated(&fit, config, &factors) {
+                Ok(own) => (own, "formulas fitted to syntheses"),
+                Err(unknown) => (
+                    Vector::in_proportion(&fit, config, reports).ok_or(unknown)?,
+                    "netlists of a unit with another exponential, in the proportion of formulas",
+                ),
+            },
         };
-        let logic_mw = (gathering.leakage_nw + vector_nw) * 1e-6;
+        let gathering_mm2 = gathering.scaled(&factors).area_um2 * 1e-6;
+        let logic_mw = (gathering.leakage_nw + vector.leakage_nw) * 1e-6;
         let port = |unit: &str, name: &'static str| -> Result<(Port, f64), CostError> {
             let (raw, scaled) = memories.memory(unit, name).ok_or(CostError::Memory(name))?;
             let figures = scaled.map_or(raw.figures, |s| s.figures);
@@ -241,21 +313,21 @@ impl Costs {
         let library = &fit.grid().library.name;
         Ok(Self {
             origin: format!(
-                "gathering unit: {}; vector unit: {}; all in {library}, with glitches, scaled to \
+                "gathering unit: {}; vector unit: {vector_from}; all in {library}, with glitches, scaled to \
                  {NODE_NM} nm; memories: CACTI; the array: reducers of the paper's size with two \
                  registers of 16 bits",
                 match &gatherer {
                     Gatherer::Measured(_) => "netlists that gathered splat records",
                     Gatherer::Fitted(_) => "formulas fitted to syntheses",
                 },
-                match measured {
-                    Some(_) => "netlists of this configuration",
-                    None => "formulas fitted to syntheses",
-                },
             ),
-            reached_ghz: own.and_then(reached_ghz),
+            reached_ghz: {
+                let own = reports.iter().find(|r| r.report.is_of(config));
+                own.and_then(|own| reached_ghz(&own.report))
+            },
+            area_mm2: gathering_mm2 + vector.area_um2 * 1e-6,
             gatherer,
-            vector,
+            vector: vector.energy,
             config: config.clone(),
             logic,
             mac_pj: (reducer + MAC_REGISTERS * flop_pj) * logic,

@@ -11,19 +11,27 @@ use super::work::{
     TargetWork,
 };
 use super::*;
-use crate::synth::SynthReport;
 use crate::synth::fit::Fit;
+use crate::synth::{SynthReport, Synthesised};
 
 pub(super) fn costs(program: Program) -> &'static Costs {
     static ALL: OnceLock<[Costs; 2]> = OnceLock::new();
     let make = |program| {
-        let reports = SynthReport::checked_in().unwrap();
+        let reports = Synthesised::checked_in().unwrap();
         let (fit, records) = (
             Fit::checked_in().unwrap(),
             SynthReport::of_records().unwrap(),
         );
         let config = Config::paper();
-        Costs::new(&config, program, fit, &reports, &records, &reports[0]).unwrap()
+        Costs::new(
+            &config,
+            program,
+            fit,
+            &reports,
+            &records,
+            &reports[0].report,
+        )
+        .unwrap()
     };
     let all = ALL.get_or_init(|| [make(Program::Fields), make(Program::Splats)]);
     &all[usize::from(program == Program::Splats)]

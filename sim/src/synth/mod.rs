@@ -42,6 +42,7 @@ pub use gates::{cell_functions, netlist};
 pub use library::{Cell, Library};
 pub use memories::{FlopMemory, Memories, MemoryReport, SYSTEM, macros, model, system};
 pub use netlist::{MemoryArea, ModuleArea};
+pub use parameters::Synthesised;
 pub use power::{
     Activity, Extent, Figures as PowerFigures, GatherWindow, ModulePower, Order, POWER_STEPS,
     Power, PowerReport, Sampler, VectorWindow, Verified, estimate, verify_netlist,

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, PRESETS};
 
+use super::grid::is_same_unit;
 use super::report::{
     COMMAND, FORMAT_VERSION, ScaledEnergy, ScaledMemory, ScaledUnit, with_memories_ps,
 };
@@ -15,6 +16,44 @@ const FIELDS: &str = include_str!("../../../synth/fields-asap7.json");
 const RECORDS: &str = include_str!("../../../synth/records-asap7.json");
 /// Sums of rounded decimals.
 const NEAR: f64 = 1e-9;
+
+/// Parameters, and the configuration that they are of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Synthesised {
+    /// The configuration.
+    pub config: Config,
+    /// Its units' parameters.
+    pub report: SynthReport,
+}
+
+impl Synthesised {
+    /// Of the presets `paper` and `fields`, the ones that come with the program.
+    ///
+    /// # Errors
+    /// As [`SynthReport::checked_in`].
+    pub fn checked_in() -> Result<[Self; 2], SynthError> {
+        let [paper, fields] = SynthReport::checked_in()?;
+        let of = |name: &str, report| -> Result<Self, SynthError> {
+            let (_, text) = PRESETS
+                .iter()
+                .find(|(own, _)| *own == name)
+                .unwrap_or(&PRESETS[0]);
+            let config = Config::from_toml(text, name).map_err(|e| SynthError::Parameters {
+                path: name.into(),
+                why: e.to_string(),
+                remedy: REMEDY,
+            })?;
+            Ok(Self { config, report })
+        };
+        Ok([of("paper", paper)?, of("fields", fields)?])
+    }
+
+    /// Whether a unit of a configuration is the one that was synthesised.
+    #[must_use]
+    pub fn has(&self, config: &Config, unit: UnitKind) -> bool {
+        is_same_unit(&self.config, config, unit)
+    }
+}
 
 impl SynthReport {
     /// Files that come with the program, in ASAP7 at 7 nm: the preset `paper`, whose gathering

@@ -1,6 +1,11 @@
 //! Knobs of the exponential.
 
-use super::{Knob, exp};
+use super::{Knob, Setting, config, exp};
+
+/// A setting to which the widths that there are fit as well as to the default.
+fn plain(label: impl Into<String>, toml: impl Into<String>) -> Setting {
+    config(label, format!("[vu.exp]\n{}", toml.into()))
+}
 
 pub(super) fn exponential() -> Vec<Knob> {
     let iterations = [8, 10, 12, 14, 20, 24];
@@ -52,39 +57,39 @@ pub(super) fn exponential() -> Vec<Knob> {
             name: "input-bits",
             what: "fraction bits of the power",
             settings: [8, 10, 11, 12]
-                .map(|n| exp(n.to_string(), format!("input = \"U3.{n}\"")))
+                .map(|n| plain(n.to_string(), format!("input = \"U3.{n}\"")))
                 .to_vec(),
         },
         Knob {
             name: "accumulator-bits",
             what: "fraction bits of the exponential's accumulator",
             settings: [16, 17, 18, 19]
-                .map(|n| exp(n.to_string(), format!("accumulator_bits = {n}")))
+                .map(|n| plain(n.to_string(), format!("accumulator_bits = {n}")))
                 .to_vec(),
         },
         Knob {
             name: "constant-bits",
             what: "fraction bits of the exponential's remainder and constants",
             settings: [14, 16, 17, 18]
-                .map(|n| exp(n.to_string(), format!("constant_bits = {n}")))
+                .map(|n| plain(n.to_string(), format!("constant_bits = {n}")))
                 .to_vec(),
         },
         Knob {
             name: "early-out",
             what: "the exponential stops when its bits are complete",
-            settings: vec![exp("on", "early_out = true")],
+            settings: vec![plain("on", "early_out = true")],
         },
         Knob {
             name: "iterations-a-clock",
             what: "iterations of the exponential a clock",
             settings: [2, 4]
-                .map(|n| exp(format!("{n}"), format!("iterations_per_clock = {n}")))
+                .map(|n| plain(format!("{n}"), format!("iterations_per_clock = {n}")))
                 .to_vec(),
         },
         Knob {
             name: "pipelined",
             what: "an exponential a clock",
-            settings: vec![exp("on", "pipelined = true")],
+            settings: vec![plain("on", "pipelined = true")],
         },
     ]
 }

@@ -5,7 +5,7 @@ use potamoi_golden::precision::Precision;
 use potamoi_golden::scene::Scene;
 use potamoi_golden::splats::{Order, Profile};
 
-use super::{Knob, Look, config, exp, look};
+use super::{Knob, Look, config, look};
 
 pub(super) fn splatting() -> Vec<Knob> {
     let alphas = [0.008, 0.016, 0.03];
@@ -77,7 +77,12 @@ pub(super) fn interpolation() -> Vec<Knob> {
             name: "density-bits",
             what: "fraction bits of the power of 1 - exp(-s)",
             settings: inputs
-                .map(|n| exp(format!("{n}"), format!("one_minus_frac_bits = {n}")))
+                .map(|n| {
+                    config(
+                        format!("{n}"),
+                        format!("[vu.exp]\none_minus_frac_bits = {n}"),
+                    )
+                })
                 .to_vec(),
         },
         Knob {

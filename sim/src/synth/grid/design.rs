@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use potamoi_formats::config::{Config, ConfigError};
+use potamoi_formats::config::{Config, ConfigError, ExpConfig, ExpForm};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
@@ -277,10 +277,31 @@ fn matters(field: &str, unit: UnitKind) -> bool {
     }
 }
 
+/// A configuration with the widths that it has in effect, and nothing said of what its form of the
+/// exponential has not.
+fn in_effect(config: &Config) -> Config {
+    let (mut own, plain) = (config.clone(), ExpConfig::default());
+    let engine = own.vu.exp.engine();
+    let exp = &mut own.vu.exp;
+    exp.accumulator_bits = Some(engine.accumulator_bits);
+    exp.constant_bits = Some(engine.constant_bits);
+    exp.offset = Some(engine.offset);
+    match exp.form {
+        ExpForm::Piecewise => {
+            exp.iterations = plain.iterations;
+            exp.iterations_per_clock = plain.iterations_per_clock;
+            exp.tail = plain.tail;
+            exp.early_out = plain.early_out;
+        }
+        _ => exp.pieces = plain.pieces,
+    }
+    own
+}
+
 /// Whether a unit is the same in two configurations.
 pub(in crate::synth) fn is_same_unit(a: &Config, b: &Config, unit: UnitKind) -> bool {
     let own = |config| {
-        let fields = fields(config).into_iter();
+        let fields = fields(&in_effect(config)).into_iter();
         fields
             .filter(|(name, _)| matters(name, unit))
             .collect::<Vec<_>>()
