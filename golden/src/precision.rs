@@ -268,7 +268,7 @@ mod tests {
         };
         let said = refused("cairn:ngp", levels);
         assert!(
-            said.contains("precision.hashed_levels") && said.contains("17"),
+            said.contains("render.hashed_levels") && said.contains("17"),
             "{said}"
         );
         assert!(refused("garden", levels).contains("at most 0"));

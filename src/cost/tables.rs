@@ -43,7 +43,7 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
             "dB, model",
             "SSIM",
             "worst pixel",
-            "its bound",
+            "largest bound",
             "dB at bounds",
             "dB, truth",
             "SSIM",
@@ -143,7 +143,10 @@ fn sentence(knob: &Knob, report: &Report) -> String {
     let equal = own()
         .filter(|p| lost(p) <= EQUAL_DB)
         .min_by(|a, b| a.frame_ns.total_cmp(&b.frame_ns));
-    let chosen = equal.or_else(|| own().min_by(|a, b| lost(a).total_cmp(&lost(b))));
+    let least = own().map(lost).fold(f64::INFINITY, f64::min);
+    let nearest = own().filter(|p| lost(p) <= least + EQUAL_DB);
+    let fastest = nearest.min_by(|a, b| a.frame_ns.total_cmp(&b.frame_ns));
+    let chosen = equal.or(fastest);
     let Some(point) = chosen else {
         return format!("{}: none of its settings is possible here", knob.name);
     };

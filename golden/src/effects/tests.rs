@@ -84,6 +84,24 @@ fn skipping_changes_no_bit_of_the_eight_scenes_as_voxels() {
     }
 }
 
+/// Pixels of a tile outside of the frame decide nothing, whether or not rays stop.
+#[test]
+fn skipping_changes_no_decision_in_frames_of_any_width() {
+    let mut scene = splats(ring(2, |_, logits| logits.fill(0.0)));
+    for width in [16, 17, 24, 50, 51] {
+        scene.set_size(Some(width), Some(20)).unwrap();
+        assert!(!calls(&scene, Effect::EarlyTermination));
+        let config = fitting(&scene);
+        let mut forced = scene.clone();
+        forced.set_choices(Choices::all());
+        let [plain, all] = [&scene, &forced].map(|s| s.render_float().unwrap());
+        assert!(plain == all, "{width}");
+        let fixed = scene.render_fixed(&config, &mut Twins::new(&config));
+        let flips = fixed.unwrap().flips(&plain).unwrap();
+        assert!(flips.skip <= 2 && flips.stop == 0, "{width}: {flips:?}");
+    }
+}
+
 #[test]
 fn skipping_changes_no_bit_of_splats() {
     skipping_changes_nothing("garden", 20);

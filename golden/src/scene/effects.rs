@@ -55,6 +55,19 @@ impl Scene {
             .harmonics(facts.stored_harmonics(), facts.highest_harmonic())
     }
 
+    /// Coefficients of a Gaussian's colours that are called for and left out, over three channels; of
+    /// other models none.
+    #[must_use]
+    pub fn left_out_coefficients(&self) -> u64 {
+        let of = |degree: usize| 3 * (degree as u64 + 1).pow(2);
+        match self.model {
+            Model::Splats(_) => {
+                of(self.facts().highest_harmonic()).saturating_sub(of(self.degree()))
+            }
+            _ => 0,
+        }
+    }
+
     /// Whether rays stop early, where roundings take so much of what is left, a sample.
     pub(super) fn stops(&self, lost: f64) -> bool {
         let can_stop = self.facts().thickness.can_stop(lost);

@@ -38,8 +38,10 @@ const FULL: i32 = 1 << 16;
 /// Tiles of a wave at most: a quarter of a million pixels.
 const WAVE_TILES: usize = 1024;
 /// Columns of the MAC array that a record takes: two forms, of weights in two halves of 16
-/// bits.
-const FORM_COLUMNS: u64 = 4;
+/// bits unless one holds them, a sign and an integer bit among its bits.
+const fn form_columns(conic_bits: u32) -> u64 {
+    if conic_bits <= 14 { 2 } else { 4 }
+}
 
 /// The rules of a profile as codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,6 +117,7 @@ struct Wave {
 pub(crate) struct Compositor {
     limits: Limits,
     widths: Widths,
+    form_columns: u64,
     keep_decisions: bool,
     pub(crate) tiles: Vec<Tile>,
     queued: usize,
@@ -188,6 +191,7 @@ impl Compositor {
         Self {
             limits: Limits::new(rules),
             widths,
+            form_columns: form_columns(rules.conic_bits),
             keep_decisions,
             tiles,
             queued: 0,
@@ -209,7 +213,7 @@ impl Compositor {
     }
 
     /// Tells of the affine forms of a task: its points in a tile are columns of the MAC array,
-    /// the pixels of the tile that go on its rows. Weights of 32 bits take two passes.
+    /// the pixels of the tile that go on its rows.
     pub(crate) fn tell_of_forms(&self, task: &GatherTask, units: &mut dyn Units) {
         let mut points: BTreeMap<u32, u64> = BTreeMap::new();
         for entry in &task.entries {
@@ -221,7 +225,7 @@ impl Compositor {
                 units.multiplied(Product {
                     rows: live as u64,
                     depth: 2,
-                    columns: points * FORM_COLUMNS,
+                    columns: points * self.form_columns,
                 });
             }
         }

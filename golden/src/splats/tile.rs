@@ -146,7 +146,9 @@ impl<'a> Canvas<'a> {
                     rules.stop_below.next_up()
                 } else {
                     rules.stop_below
-                },
+                }
+                // Pixels outside of the frame have nothing left, and draw nothing.
+                .max(f64::MIN_POSITIVE),
             },
         }
     }

@@ -44,6 +44,7 @@ pub(super) fn frame(splats: bool, batches: u64, pixels: u64) -> FrameWork {
         samples: if splats { 0 } else { 6 * pixels },
         gaussians: of(50_000),
         visible: of(45_000),
+        left_out_coefficients: 0,
         pairs: of(20_000),
         record_bytes: of(288_000),
         spilled_bytes: 12_000,

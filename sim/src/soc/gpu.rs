@@ -50,6 +50,7 @@ const CODE: f64 = 2.0;
 const PROJECT: f64 = 250.0;
 /// Of a visible Gaussian's colour: 48 coefficients of spherical harmonics.
 const HARMONICS: f64 = 150.0;
+const COEFFICIENTS: f64 = 48.0;
 /// Of a (tile, Gaussian) pair that is sorted: eight passes over keys of 64 bits.
 const SORT: f64 = 8.0 * 12.0;
 /// Bytes of a pair's key and value that a sort reads, and as many that it writes.
@@ -68,7 +69,7 @@ pub(super) const PIXEL: f64 = 4.0;
 /// Bytes of a parameter of a Gaussian.
 const PARAMETER: f64 = 4.0;
 /// Parameters of a Gaussian: mean, scales, rotation, opacity, 48 coefficients.
-const PARAMETERS: f64 = 3.0 + 3.0 + 4.0 + 1.0 + 48.0;
+const PARAMETERS: f64 = 3.0 + 3.0 + 4.0 + 1.0 + COEFFICIENTS;
 /// Bytes of a sector of the cache.
 const SECTOR: f64 = 32.0;
 /// Bytes a cycle of a multiprocessor's shared memory, and lanes of one.
@@ -239,13 +240,15 @@ impl Gpu {
 #[must_use]
 pub(super) fn indexing(work: &FrameWork) -> Kernel {
     let (gaussians, pairs) = (work.gaussians as f64, work.pairs as f64);
-    let parameters = gaussians * PARAMETERS * PARAMETER;
+    // What is left out is neither read nor multiplied.
+    let left_out = work.left_out_coefficients as f64;
+    let parameters = gaussians * (PARAMETERS - left_out) * PARAMETER;
     let read = parameters + pairs * SORT_BYTES;
     let written = work.record_bytes as f64 + pairs * SORT_BYTES;
     Kernel {
         instructions: work.samples as f64 * INDEX
             + gaussians * PROJECT
-            + work.visible as f64 * HARMONICS
+            + work.visible as f64 * HARMONICS * (1.0 - left_out / COEFFICIENTS)
             + pairs * SORT,
         cache_bytes: read + written,
         read_bytes: read,

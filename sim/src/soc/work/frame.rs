@@ -40,6 +40,12 @@ pub struct Reads {
     pub conflict_rate: f64,
 }
 
+/// Of a number that is only written down where there is any.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+const fn is_none(number: &u64) -> bool {
+    *number == 0
+}
+
 /// Work of a frame, or of some of its pixels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrameWork {
@@ -53,6 +59,9 @@ pub struct FrameWork {
     pub gaussians: u64,
     /// Gaussians that touch a tile.
     pub visible: u64,
+    /// Coefficients of a Gaussian's colours that the model has and that are left out.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub left_out_coefficients: u64,
     /// (tile, Gaussian) pairs.
     pub pairs: u64,
     /// Bytes of records that the GPU writes, each once.
@@ -146,6 +155,7 @@ impl FrameWork {
             samples: counts.samples,
             gaussians: splats.gaussians,
             visible: splats.visible,
+            left_out_coefficients: scene.left_out_coefficients(),
             pairs: splats.pairs,
             record_bytes: counts.streams.records_written,
             spilled_bytes: counts.streams.spills + 2 * counts.streams.partial_sums,

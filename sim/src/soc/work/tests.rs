@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 use potamoi_formats::config::Config;
+use potamoi_golden::effects::{Choices, Effect};
 use potamoi_golden::mask::Mask;
 use potamoi_golden::precision::Precision;
 use potamoi_golden::scene::Scene;
@@ -237,4 +238,37 @@ proptest! {
         let bytes = parts.iter().map(|p| p.feature_bytes);
         prop_assert!(bytes.clone().max().unwrap() - bytes.min().unwrap() <= 1);
     }
+}
+
+/// Factors of conics that 16 bits hold take one pass of the array instead of two; coefficients that
+/// are left out are counted.
+#[test]
+fn narrow_conics_and_fewer_harmonics_are_less_work() {
+    let config = Config::paper();
+    let mut scene = Scene::open("garden").unwrap();
+    scene.set_size(Some(40), Some(40)).unwrap();
+    let count = |scene: &Scene| {
+        let mut twins = Twins::new(&config);
+        FrameWork::rendered(scene, &config, Array::PAPER, 512 << 10, None, &mut twins)
+            .unwrap()
+            .work
+    };
+    let own = count(&scene);
+    let mut narrow = scene.clone();
+    let at = |bits| Precision {
+        conic_bits: Some(bits),
+        ..Precision::default()
+    };
+    narrow.set_precision(at(14)).unwrap();
+    let macs = |work: &FrameWork| work.total().macs as f64;
+    assert!((macs(&count(&narrow)) / macs(&own) - 0.5).abs() < 0.01);
+    narrow.set_precision(at(15)).unwrap();
+    assert!((macs(&count(&narrow)) / macs(&own) - 1.0).abs() < 0.01);
+    assert_eq!(own.left_out_coefficients, 0);
+    let highest = scene.facts().highest_harmonic() as u8;
+    assert!(highest > 0);
+    let without = Effect::SphericalHarmonics(highest);
+    scene.set_choices(Choices::default().leave_out(without));
+    let left_out = 3 * (2 * u64::from(highest) + 1);
+    assert_eq!(count(&scene).left_out_coefficients, left_out);
 }
