@@ -210,6 +210,16 @@ impl Without {
             true => "called for",
             false => "not called for",
         };
+        if [Effect::RemoteLink, Effect::RandomDram]
+            .map(Effect::name)
+            .contains(&self.name)
+        {
+            return format!(
+                "without {} ({asked}): it is of the system, of which a frame's picture and its \
+                 units' cycles know nothing; potamoi model has its time and energy",
+                self.name
+            );
+        }
         let error = match self.psnr_db {
             Some(db) => format!(
                 "{db:.1} dB PSNR against {} with it, {} of {} pixels changed, by {:.4} at most",

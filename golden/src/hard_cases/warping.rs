@@ -264,6 +264,16 @@ fn poses_that_say_little() -> Case {
         let centre = [0, 1].map(|f| rows.iter().map(|r| r[f]).sum::<f64>() / n);
         let fit = BayesianRidge::default().fit(&rows, &values).unwrap();
         ours.see(mean.error(fit.at(&centre)));
+        // Of values on a line what is fitted lies between their mean and them: it is shrunk.
+        let step = values.get(1).map_or(0.0, |v| v - values[0]);
+        let on_a_line = |(k, v): (usize, &f64)| (v - values[0] - k as f64 * step).abs() < 1e-12;
+        if rows.last() != rows.first() && values.iter().enumerate().all(on_a_line) {
+            for (row, value) in rows.iter().zip(&values) {
+                let [own, value] = [fit.at(row), *value].map(|v| v - mean.to_f64());
+                let [low, high] = [value.min(0.0), value.max(0.0)];
+                ours.see((low - own).max(own - high).max(0.0));
+            }
+        }
         // The normal equations of centred features.
         let mut square = DMat2::ZERO;
         let mut right = DVec2::ZERO;
