@@ -51,6 +51,18 @@ impl Ranges {
     }
 }
 
+impl Ranges {
+    /// What a gathered feature may be off by.
+    fn off(&self, formats: &Formats, channel: usize) -> f64 {
+        let format = match channel {
+            0 => formats.density,
+            _ => formats.colour,
+        };
+        let unit = 2f64.powi(-(formats.weight_bits as i32));
+        format.ulp() + 3.5 * unit * self.cell[channel] + 2f64.powi(-13) * self.slope[channel]
+    }
+}
+
 /// What an opacity may be off by of a density that is off by its format alone.
 #[must_use]
 pub fn opacity_off(formats: &Formats, exp: &ExpConfig, step: f64) -> f64 {
@@ -83,15 +95,7 @@ pub fn error_bounds(
     let step = options.step;
     let ranges = Ranges::new(grid);
     let channels = grid.layout().channels();
-    let unit = 2f64.powi(-(formats.weight_bits as i32));
-    let off = |c: usize| {
-        let format = if c == 0 {
-            formats.density
-        } else {
-            formats.colour
-        };
-        format.ulp() + 3.5 * unit * ranges.cell[c] + 2f64.powi(-13) * ranges.slope[c]
-    };
+    let off = |c: usize| ranges.off(formats, c);
     let interpolated = off(0) - formats.density.ulp();
     let alpha_off = opacity_off(formats, exp, step) + step * interpolated;
     let behind = options
@@ -160,4 +164,107 @@ pub fn error_bounds(
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use potamoi_formats::config::Config;
+    use potamoi_formats::rit::{RitEntry, Vertices};
+    use rand::{Rng, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::super::formats::code;
+    use super::super::grid::Layout;
+    use super::*;
+    use crate::units::GatherTask;
+    use crate::units::exp::ExpTwin;
+    use crate::units::gather::GatherTwin;
+    use crate::units::weights::trilinear;
+    use glam::DVec3;
+
+    fn config(text: &str) -> Config {
+        Config::from_toml(text, "test").unwrap()
+    }
+
+    /// Opacities of all densities, where each part of the bound is the largest by turns: none is
+    /// farther off, and the farthest nearly as far.
+    #[test]
+    fn opacities_are_off_by_what_they_may_be_and_hardly_less() {
+        let grid = Grid::bake([2; 3], DVec3::ZERO, 1.0, Layout::Constant, |_, out| {
+            out.copy_from_slice(&[3.0, 1.0, 1.0, 1.0]);
+        })
+        .unwrap();
+        for (text, least) in [
+            ("", 0.25),
+            ("[gu]\nfeature_bits = 8", 0.4),
+            ("[vu.exp]\niterations = 6", 0.5),
+            ("[vu.exp]\none_minus_frac_bits = 10", 0.5),
+        ] {
+            let config = config(text);
+            let formats = Formats::new(&grid, &config).unwrap();
+            let twin = ExpTwin::new(&config.vu.exp);
+            let step = 0.5;
+            let off = |i: i32| {
+                let density = 3.0 * f64::from(i) / 20_000.0;
+                let code = i64::from(code(formats.density, density as f32));
+                let depth = (code * i64::from(Formats::step_code(step))) >> formats.depth_shift();
+                let alpha = f64::from(twin.one_minus_exp(depth as i32)) * formats.alpha.ulp();
+                (alpha + (-density * step).exp_m1()).abs()
+            };
+            let most = (0..=20_000).map(off).fold(0.0, f64::max);
+            let part = most / opacity_off(&formats, &config.vu.exp, step);
+            println!("{text:?}: {part:.3} of the bound");
+            assert!((least..=1.0).contains(&part), "{text:?}: {part}");
+        }
+    }
+
+    /// Features gathered anywhere in cells of extremes, weights and codes of few bits by turns: none is
+    /// farther off than it may be, and the farthest nearly as far.
+    #[test]
+    fn gathered_features_are_off_by_what_they_may_be_and_hardly_less() {
+        let mut random = Pcg64Mcg::seed_from_u64(5);
+        for (text, least) in [
+            ("", 0.25),
+            ("[gu]\nweight_bits = 6", 0.25),
+            ("[gu]\nfeature_bits = 8", 0.25),
+        ] {
+            let config = config(text);
+            let twin = GatherTwin::new(&config);
+            let mut most = 0f64;
+            for _ in 0..400 {
+                let corners: [f32; 8] =
+                    std::array::from_fn(|_| [-1.0, 0.3, 1.0][random.random_range(0..3)]);
+                let grid = Grid::bake([2; 3], DVec3::ZERO, 1.0, Layout::Constant, |at, out| {
+                    let corner = at.x as usize + 2 * (at.y as usize) + 4 * (at.z as usize);
+                    out.fill(corners[corner]);
+                })
+                .unwrap();
+                let formats = Formats::new(&grid, &config).unwrap();
+                let bound = Ranges::new(&grid).off(&formats, 1);
+                for _ in 0..200 {
+                    let at = DVec3::from_array(random.random());
+                    let fraction = (at * 4096.0).round().to_array().map(|v| v as u16);
+                    let task = GatherTask {
+                        vertices: Vertices::Eight,
+                        channels: 1,
+                        rows: corners.map(|v| code(formats.colour, v)).to_vec(),
+                        entries: vec![RitEntry {
+                            slot: 0,
+                            rows: [0, 1, 2, 3, 4, 5, 6, 7],
+                            weights: trilinear(fraction, config.gu.weight_bits),
+                        }],
+                    };
+                    let mut features = vec![];
+                    twin.gather(&task, &mut features).unwrap();
+                    let mut exact = [0.0; 4];
+                    grid.sample(at, &mut exact);
+                    let found = f64::from(features[0]) * formats.colour.ulp();
+                    most = most.max((found - exact[1]).abs() / bound);
+                }
+            }
+            println!("{text:?}: {most:.3} of the bound");
+            assert!((least..=1.0).contains(&most), "{text:?}: {most}");
+        }
+    }
 }
