@@ -38,17 +38,7 @@ impl Setup {
         let (config, preset) = config_for(common, &scene)?;
         let known = Known::read(&config, synth)?;
         let costs = known.costs(&scene, &config)?;
-        let memory = Memory::lpddr3(system.memory_channels);
-        Ok(Self {
-            scene,
-            config,
-            preset,
-            system: system.clone(),
-            memory,
-            known,
-            costs,
-            replay: None,
-        })
+        Ok(Self::of(scene, (config, preset), system, known, costs))
     }
 
     /// The same where energy may be unknown: [`Setup::costs`] are then the preset's, for times alone.
@@ -59,17 +49,31 @@ impl Setup {
     ) -> Result<Self, Failure> {
         let (config, preset) = config_for(common, &scene)?;
         let known = Known::read(&config, synth)?;
-        let own = known.costs(&scene, &config);
-        let mut setup = Self::new(&Common::default(), &System::default(), scene, None)?;
-        if let Ok(costs) = own {
-            setup.costs = costs;
-        }
-        Ok(Self {
+        let costs = match known.costs(&scene, &config) {
+            Ok(costs) => costs,
+            Err(_) => known.costs(&scene, &config_for(&Common::default(), &scene)?.0)?,
+        };
+        let system = System::default();
+        Ok(Self::of(scene, (config, preset), &system, known, costs))
+    }
+
+    fn of(
+        scene: Scene,
+        (config, preset): (Config, Option<&'static str>),
+        system: &System,
+        known: Known,
+        costs: Costs,
+    ) -> Self {
+        Self {
+            scene,
             config,
             preset,
+            system: system.clone(),
+            memory: Memory::lpddr3(system.memory_channels),
             known,
-            ..setup
-        })
+            costs,
+            replay: None,
+        }
     }
 
     /// Energy and area of a configuration's units as a scene uses them.
@@ -152,20 +156,27 @@ pub(crate) fn config_for(
     }
 }
 
-/// What the program knows of units: what comes with it, and one file that was given.
+/// What is known of units: one file that was given, then what comes with the program.
 struct Known {
-    given: Option<Synthesised>,
+    reports: Vec<Synthesised>,
+    records: SynthReport,
+    memories: SynthReport,
 }
 
 impl Known {
     fn read(config: &Config, given: Option<&Path>) -> Result<Self, Failure> {
-        let read = |path| -> Result<_, SynthError> {
+        let checked_in = Synthesised::checked_in()?;
+        let memories = checked_in[0].report.clone();
+        let mut reports = checked_in.to_vec();
+        if let Some(path) = given {
             let report = SynthReport::read(path)?.of(config, path)?;
             let config = config.clone();
-            Ok(Synthesised { config, report })
-        };
+            reports.insert(0, Synthesised { config, report });
+        }
         Ok(Self {
-            given: given.map(read).transpose()?,
+            reports,
+            records: SynthReport::of_records()?,
+            memories,
         })
     }
 
@@ -175,12 +186,8 @@ impl Known {
             SceneModel::Splats(_) | SceneModel::Compact(_) => Program::Splats,
             _ => Program::Fields,
         };
-        let checked_in = Synthesised::checked_in()?;
-        let memories = checked_in[0].report.clone();
-        let reports: Vec<Synthesised> = self.given.iter().cloned().chain(checked_in).collect();
-        let (fit, records) = (Fit::checked_in()?, SynthReport::of_records()?);
-        Ok(Costs::new(
-            config, program, fit, &reports, &records, &memories,
-        )?)
+        let (fit, reports) = (Fit::checked_in()?, &self.reports);
+        let costs = Costs::new(config, program, fit, reports, &self.records, &self.memories);
+        Ok(costs?)
     }
 }

@@ -5,7 +5,6 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
-use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::camera::Camera;
 use potamoi_golden::fields::mac::MacMlp;
@@ -217,16 +216,10 @@ impl Head for ToyHead {
             .chunks(self.channels)
             .map(|f| f[0].into())
             .collect();
-        let positive = lanes.compute_with(VectorOp::new(OpCode::Relu), &density, 0)?;
         // The step has 10 fraction bits.
-        let to_depth = VectorOp {
-            code: OpCode::Multiply,
-            shift: (FRAC + 10 - self.depth_bits) as u8,
-            rounding: Rounding::Floor,
-        };
-        let depth = lanes.compute_with(to_depth, &positive, (STEP * 1024.0) as i32)?;
+        let (step, shift) = ((STEP * 1024.0) as i32, (FRAC + 10 - self.depth_bits) as u8);
         Ok(Opacities {
-            alpha: lanes.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)?,
+            alpha: lanes.opacities(&density, step, shift)?,
             kept: Cow::Borrowed(features),
         })
     }

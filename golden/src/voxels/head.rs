@@ -254,6 +254,27 @@ impl Lanes<'_> {
         self.compute(op, a, &vec![b; a.len()])
     }
 
+    /// `1 - exp(-s)` of densities, 0 where they are negative; s is density times step less its last
+    /// `shift` bits, cut off.
+    ///
+    /// # Errors
+    /// A unit that fails.
+    pub fn opacities(
+        &mut self,
+        density: &[i32],
+        step: i32,
+        shift: u8,
+    ) -> Result<Vec<i32>, VoxelError> {
+        let positive = self.compute_with(VectorOp::new(OpCode::Relu), density, 0)?;
+        let to_depth = VectorOp {
+            code: OpCode::Multiply,
+            shift,
+            rounding: Rounding::Floor,
+        };
+        let depth = self.compute_with(to_depth, &positive, step)?;
+        self.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)
+    }
+
     /// Counts work of the MAC array: a product, and sums of it that were held at an
     /// end of their format.
     pub fn multiply(&mut self, product: Product, held: u64) {
@@ -337,15 +358,9 @@ impl Head for Stored {
         let channels = self.channels();
         let density = features.chunks_exact(channels).map(|f| i32::from(f[0]));
         let density: Vec<i32> = density.collect();
-        let positive = lanes.compute_with(VectorOp::new(OpCode::Relu), &density, 0)?;
-        let to_depth = VectorOp {
-            code: OpCode::Multiply,
-            shift: self.formats.depth_shift() as u8,
-            rounding: Rounding::Floor,
-        };
-        let depth = lanes.compute_with(to_depth, &positive, self.step)?;
+        let shift = self.formats.depth_shift() as u8;
         Ok(Opacities {
-            alpha: lanes.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)?,
+            alpha: lanes.opacities(&density, self.step, shift)?,
             kept: Cow::Borrowed(features),
         })
     }

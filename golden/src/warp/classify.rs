@@ -178,12 +178,6 @@ pub enum Profile {
 }
 
 impl Profile {
-    /// Whether it is the one that is used unless another is asked for.
-    #[must_use]
-    pub fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// Its rule, with the first authors' threshold of 0.995 and no angle.
     #[must_use]
     pub const fn rule(self) -> Rule {

@@ -40,12 +40,6 @@ pub struct Reads {
     pub conflict_rate: f64,
 }
 
-/// Of a number that is only written down where there is any.
-#[allow(clippy::trivially_copy_pass_by_ref)]
-const fn is_none(number: &u64) -> bool {
-    *number == 0
-}
-
 /// Work of a frame, or of some of its pixels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrameWork {
@@ -60,7 +54,7 @@ pub struct FrameWork {
     /// Gaussians that touch a tile.
     pub visible: u64,
     /// Coefficients of a Gaussian's colours that the model has and that are left out.
-    #[serde(default, skip_serializing_if = "is_none")]
+    #[serde(default, skip_serializing_if = "super::is_default")]
     pub left_out_coefficients: u64,
     /// (tile, Gaussian) pairs.
     pub pairs: u64,

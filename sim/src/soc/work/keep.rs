@@ -46,7 +46,7 @@ struct Key<'a, O> {
     scene: &'a str,
     camera: String,
     merges: bool,
-    #[serde(skip_serializing_if = "is_none")]
+    #[serde(skip_serializing_if = "super::is_default")]
     halvings: u32,
     /// Effects that are forced or left out, and whether frames that stand still count as their
     /// reference: what was counted before is of neither.
@@ -58,12 +58,6 @@ struct Key<'a, O> {
     options: O,
     /// Of a model that its name does not say all of: its numbers.
     model: Option<String>,
-}
-
-/// Of a number that is only written down where there is any.
-#[allow(clippy::trivially_copy_pass_by_ref)]
-const fn is_none(number: &u32) -> bool {
-    *number == 0
 }
 
 /// Where work is kept.

@@ -14,3 +14,8 @@ pub use keep::{KeepError, Kept};
 pub use meter::{Batch, Meter, Sums};
 pub use path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};
 pub use replay::{PathReplay, Replay, Replayed};
+
+/// Of a value that is only written down where it is not the usual one.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}

@@ -44,7 +44,7 @@ pub struct PathOptions {
     /// Largest angle between the rays of reference and target at a point, in degrees.
     pub phi: Option<f64>,
     /// Which pixels are warped and which are rendered.
-    #[serde(default, skip_serializing_if = "Profile::is_default")]
+    #[serde(default, skip_serializing_if = "super::is_default")]
     pub profile: Profile,
     /// Rows and columns of the MAC array.
     pub array: [u64; 2],

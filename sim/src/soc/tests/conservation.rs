@@ -1,0 +1,154 @@
+//! Conservation, limits and monotony, whatever the work.
+
+use super::*;
+
+/// What sharing memory evenly may cost a frame when something in it begins sooner.
+const SHARING: f64 = 5e-2;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// What a frame spends is what was counted, and nothing is faster than its limit.
+    #[test]
+    fn a_frame_is_conserved_and_bounded(work in any_work(), which in 0usize..3) {
+        let gathering = GATHERING[which];
+        let system = System::default();
+        let found = frame(&system, &work, gathering);
+        let (spent, total) = (&found.spent, work.total());
+        prop_assert_eq!(spent.done, total);
+        // Bytes by where they are from.
+        let parameters = work.gaussians as f64 * 59.0 * 4.0;
+        let sorted = work.pairs as f64 * 8.0 * 12.0;
+        let features = total.feature_bytes as f64;
+        let (rows, table) = (total.row_bytes as f64, total.rit_bytes as f64);
+        let (missed, spilled) = (work.reads.missed_bytes as f64, work.spilled_bytes as f64 / 2.0);
+        let scattered = work.scattered_bytes as f64;
+        let anywhere = missed * work.reads.not_streaming as f64 / work.reads.misses as f64;
+        let weights = if work.batches.iter().any(|b| b.products > 0) { WEIGHTS as f64 } else { 0.0 };
+        // Read in order, written, and read from anywhere.
+        let [read, written, random] = match gathering {
+            Gathering::PixelOrder => [missed - anywhere + features, features, anywhere],
+            Gathering::Streamed => [
+                rows - scattered + table + spilled + features,
+                table + spilled + features,
+                scattered,
+            ],
+            Gathering::Unit => [
+                rows - scattered + total.rit_read_bytes as f64 + spilled,
+                table + spilled,
+                scattered,
+            ],
+        };
+        let shown = work.pixels as f64 * 4.0;
+        let expected = [
+            (spent.streamed_bytes, parameters + sorted + read + weights),
+            (spent.written_bytes, work.record_bytes as f64 + sorted + shown + written),
+            (spent.random_bytes, random),
+        ];
+        for (own, expected) in expected {
+            prop_assert!(near(own, expected), "{own} {expected}");
+        }
+        let moved = spent.streamed_bytes + spent.written_bytes + spent.random_bytes;
+        // Four channels of 6.4 GB/s; each unit does a cycle a nanosecond.
+        prop_assert!(found.span_ns >= moved / 25.6);
+        prop_assert!(found.span_ns >= total.array_cycles as f64);
+        prop_assert!(found.span_ns >= total.vector_cycles as f64);
+        if gathering == Gathering::Unit {
+            prop_assert!(found.span_ns >= total.gather_cycles as f64);
+        }
+        for share in found.utilisation.values() {
+            prop_assert!((0.0..=1.0 + 1e-9).contains(share));
+        }
+        // Energy: parts are none of them negative, and power is that of the parts.
+        let parts = found.energy.named();
+        prop_assert!(parts.iter().all(|(_, mj)| *mj >= 0.0 && mj.is_finite()));
+        let chip = &spent.on_chip;
+        let units = chip.gathering_pj + chip.gathering_memories_pj + chip.vector_pj + chip.array_pj + chip.buffers_pj;
+        let energy = &found.energy;
+        let sum = energy.gathering_unit_mj + energy.vector_unit_mj + energy.array_mj + energy.buffers_mj;
+        prop_assert!(near(units * 1e-9, sum));
+        prop_assert!(near(energy.memory_mj, spent.memory_pj * 1e-9));
+        // The DMA and the interconnect: a descriptor a transfer, all bytes in whole bursts.
+        prop_assert!(near(spent.descriptor_bytes, 64.0 * spent.transfers as f64));
+        prop_assert!(spent.transfers > 0 && near(spent.weight_bytes, weights));
+        prop_assert!(near(energy.dma_mj, spent.descriptor_pj * 1e-9));
+        let over = spent.interconnect_bytes - moved - spent.descriptor_bytes;
+        prop_assert!(over >= -1e-6 && over <= 31.0 * spent.random_bytes, "{over}");
+        prop_assert!(near(energy.interconnect_mj, 2e-9 * spent.interconnect_bytes));
+        prop_assert!(found.span_ns >= spent.interconnect_bytes / 32.0);
+        prop_assert!((gathering == Gathering::Unit) == (energy.gathering_unit_mj > 0.0));
+    }
+
+    /// Twice as fast a GPU, twice the channels, and of splats twice the feature buffer: no frame is
+    /// slower, but for an anomaly of sharing: what begins sooner takes bytes from what others wait
+    /// for, a block's at most at a time. Of fields a larger buffer is larger groups of rays, too,
+    /// fewer of which take turns.
+    #[test]
+    fn more_of_a_resource_slows_no_frame(work in any_work(), which in 0usize..3) {
+        let system = System::default();
+        let before = frame(&system, &work, GATHERING[which]).span_ns;
+        let mut faster = system.clone();
+        faster.gpu = faster.gpu.reaching(2.0 * system.gpu.fields_efficiency);
+        faster.gpu.splats_efficiency = 2.0 * system.gpu.splats_efficiency;
+        faster.gpu.pictures_efficiency = 2.0 * system.gpu.pictures_efficiency;
+        let wider = System { memory_channels: 8, ..system.clone() };
+        let larger = System {
+            feature_buffer_bytes: match work.gaussians {
+                0 => system.feature_buffer_bytes,
+                _ => 2 * system.feature_buffer_bytes,
+            },
+            ..system
+        };
+        for (what, own) in [("GPU", faster), ("channels", wider), ("buffer", larger)] {
+            let after = frame(&own, &work, GATHERING[which]).span_ns;
+            prop_assert!(after <= before * (1.0 + SHARING), "{what}: {before} < {after}");
+        }
+    }
+
+    /// Paths: all frames are there, and the work of each is done once.
+    #[test]
+    fn a_path_does_the_work_of_its_frames(full in any_work(), seed in any_work()) {
+        // Both of one kind.
+        let sparse = FrameWork { batches: seed.batches.clone(), ..full.clone() };
+        let path = path(&full, &sparse);
+        let system = System::default();
+        let model = Model { system: &system, memory: memory(4), costs: costs(Program::of(&full)), clock_ghz: 1.0, weight_bytes: WEIGHTS, replay: None };
+        for variant in Variant::ALL {
+            for scenario in [Scenario::Local, Scenario::Remote] {
+                let (found, timeline) = model.run(&path, variant, scenario).unwrap();
+                let (fulls, sparses) = match (variant.frames, scenario) {
+                    (Frames::Full, Scenario::Local) => (6, 0),
+                    (Frames::Half, Scenario::Local) => (0, 6),
+                    (Frames::Full | Frames::Half, Scenario::Remote) => (0, 0),
+                    (Frames::Warped, Scenario::Local) => (2, 5),
+                    (Frames::Warped, Scenario::Remote) => (0, 5),
+                    (Frames::Chained, Scenario::Local) => (2, 4),
+                    (Frames::Chained, Scenario::Remote) => (0, 4),
+                };
+                let entries = fulls * full.total().entries + sparses * sparse.total().entries;
+                prop_assert_eq!(found.run.spent.done.entries, entries, "{} {:?}", variant.name, scenario);
+                let sent = timeline.iter().filter(|(job, _)| job.stage == "link").count();
+                prop_assert_eq!(sent > 0, scenario == Scenario::Remote);
+                let linked = found.run.energy.link_mj * 6.0;
+                prop_assert!(near(linked, found.run.spent.link_bytes * 100.0 * 1e-6));
+                prop_assert!(found.run.spent.written_bytes >= found.run.spent.link_bytes);
+                let ends = timeline.iter().map(|(_, at)| at.end_ns).fold(0.0, f64::max);
+                prop_assert_eq!(ends, found.run.span_ns);
+            }
+        }
+    }
+}
+
+/// Every field of a batch is summed and parted.
+#[test]
+fn all_counts_of_a_batch_are_summed() {
+    let keys = toml::Table::try_from(Batch::default()).unwrap();
+    let filled: toml::Table = (keys.keys().zip(1..))
+        .map(|(key, i)| (key.clone(), toml::Value::Integer(10 * i)))
+        .collect();
+    let one: Batch = filled.try_into().unwrap();
+    let mut sum = Batch::default();
+    one.parts(7).for_each(|part| sum += part);
+    assert_eq!(sum, one);
+    assert!(one.parts(10).all(|part| part.runs == one.runs / 10));
+}

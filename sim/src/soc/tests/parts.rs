@@ -1,0 +1,165 @@
+//! Parts by themselves: weights, descriptors, the interconnect, the link, warping, waits.
+
+use super::*;
+
+/// Weights that fit are loaded once a path, others for each block; a slow interconnect is a limit of
+/// its own, and descriptors cost what they are long.
+#[test]
+fn weights_descriptors_and_the_interconnect_cost_what_they_move() {
+    let mut work = some_work();
+    work.batches = vec![
+        Batch {
+            mvoxels: 3,
+            feature_bytes: 1000,
+            products: 2,
+            ..work.batches[0]
+        };
+        4
+    ];
+    let of = |system: &System, gathering| frame(system, &work, gathering);
+    let whole = of(&System::default(), Gathering::Unit);
+    assert!(near(whole.spent.weight_bytes, WEIGHTS as f64));
+    // Rows and entries of MVoxels, pixels of one block, weights.
+    assert_eq!(whole.spent.transfers, 24 + 1 + 1);
+    let small = System {
+        weight_buffer_bytes: WEIGHTS - 1,
+        feature_block_bytes: 1024,
+        ..System::default()
+    };
+    let again = of(&small, Gathering::Unit);
+    assert!(near(again.spent.weight_bytes, 4.0 * WEIGHTS as f64));
+    assert!(again.energy.buffers_mj > whole.energy.buffers_mj);
+    let slow = System {
+        interconnect_bytes_a_clock: 0.25,
+        ..System::default()
+    };
+    let (found, bytes) = (of(&slow, Gathering::Unit), whole.spent.interconnect_bytes);
+    assert!(found.span_ns >= 4.0 * bytes && found.interconnect_utilisation > 0.5);
+    assert!(whole.interconnect_utilisation < whole.memory_utilisation);
+    let free = System {
+        dma_descriptor_bytes: 0.0,
+        interconnect_pj_per_byte: 0.0,
+        ..System::default()
+    };
+    let found = of(&free, Gathering::Unit);
+    assert!(found.energy.dma_mj == 0.0 && found.energy.interconnect_mj == 0.0);
+    assert!(found.span_ns < whole.span_ns && whole.energy.dma_mj > 0.0);
+}
+
+/// What is at rest, a multiplication's registers and idle watts are part of what a frame takes.
+#[test]
+fn what_waits_takes_energy_too() {
+    let own = costs(Program::Fields);
+    assert!(own.leakage_mw > 0.1, "{}", own.leakage_mw);
+    // Two registers of 16 bits are a part of a multiplication that can be seen.
+    assert!(own.mac_pj > 0.1 && own.mac_pj < 2.0, "{}", own.mac_pj);
+    let work = some_work();
+    let system = System::default();
+    let run = frame(&system, &work, Gathering::Unit);
+    let span = run.span_ns;
+    assert!(near(run.energy.leakage_mj, own.leakage_mw * span * 1e-9));
+    let busy = run.utilisation[&engine::Resource::Gpu] * span;
+    let gpu = &system.gpu;
+    let watts = gpu.watts * busy + gpu.idle_watts * (span - busy);
+    assert!(near(run.energy.gpu_mj, watts * 1e-6));
+    let least = memory(4).standby_mw(0.0) * span * 1e-9;
+    let most = memory(4).standby_mw(1.0) * span * 1e-9;
+    assert!(run.energy.standby_mj > least && run.energy.standby_mj <= most);
+}
+
+/// The paper's link: a raw frame of 800 x 800 takes 0.192 s and 0.192 J.
+#[test]
+fn a_raw_frame_takes_the_link_a_fifth_of_a_second() {
+    let mut work = some_work();
+    (work.pixels, work.frame_pixels) = (640_000, 640_000);
+    let path = path(&work, &work);
+    let system = System::default();
+    let model = Model {
+        system: &system,
+        memory: memory(4),
+        costs: costs(Program::Fields),
+        clock_ghz: 1.0,
+        weight_bytes: WEIGHTS,
+        replay: None,
+    };
+    let found = model
+        .run(&path, Variant::ALL[0], Scenario::Remote)
+        .unwrap()
+        .0;
+    assert!((found.run.stages["link"].own_ns - 0.192e9).abs() < 1.0);
+    assert!((found.run.energy.link_mj - 192.0).abs() < 1e-9);
+    assert!(found.run.frames_per_second < 1.0 / 0.192);
+}
+
+/// What is calibrated to the paper's millisecond for a million points takes it.
+#[test]
+fn a_million_points_are_warped_in_a_millisecond() {
+    let gpu = Gpu::XAVIER;
+    let found = gpu.efficiency_that_warps(1_000_000, 1e6);
+    assert!(
+        (found / gpu.pictures_efficiency - 1.0).abs() < 1e-3,
+        "{found}"
+    );
+}
+
+#[test]
+fn systems_that_cannot_be_are_refused_by_field() {
+    for (text, field) in [
+        ("memory_channels = 3", "memory_channels"),
+        (
+            "interconnect_bytes_a_clock = 0.0",
+            "interconnect_bytes_a_clock",
+        ),
+        (
+            "interconnect_pj_per_byte = -1.0",
+            "interconnect_pj_per_byte",
+        ),
+        ("dma_descriptor_bytes = nan", "dma_descriptor_bytes"),
+        ("array_rows = 0", "array_rows"),
+        ("groups_in_flight = 0", "groups_in_flight"),
+        ("feature_buffer_bytes = 100", "feature_buffer_bytes"),
+        ("feature_block_bytes = 100", "feature_block_bytes"),
+        ("[remote]\nmemory_gb_s = 0.0", "remote.memory_gb_s"),
+        ("link_bytes_per_second = 0.0", "link_bytes_per_second"),
+        ("link_nj_per_byte = -1.0", "link_nj_per_byte"),
+        ("bandwidth = 1", "bandwidth"),
+        ("dma_descriptor_bytes = 1e300", "dma_descriptor_bytes"),
+        ("[gpu]\nfields_efficiency = 5.0", "gpu.fields_efficiency"),
+        ("[gpu]\ncores = 0.0", "gpu.cores"),
+        ("[gpu]\nshaders = 1", "shaders"),
+        ("array_rows = \"many\"", "array_rows"),
+    ] {
+        let error = System::from_toml(text, "test.toml")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("test.toml") && error.contains(field),
+            "{error}"
+        );
+    }
+    let made = System::from_toml("memory_channels = 2", "test.toml").unwrap();
+    assert_eq!(
+        made,
+        System {
+            memory_channels: 2,
+            ..System::default()
+        }
+    );
+    let made = System::from_toml("[remote]\nlaunch_us = 7.0", "test.toml").unwrap();
+    let remote = Gpu {
+        launch_us: 7.0,
+        ..Gpu::RTX_2080_TI
+    };
+    assert_eq!(
+        made,
+        System {
+            remote,
+            ..System::default()
+        }
+    );
+    let text = toml::to_string(&System::default()).unwrap();
+    assert_eq!(
+        System::from_toml(&text, "test.toml").unwrap(),
+        System::default()
+    );
+}
