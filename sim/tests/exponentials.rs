@@ -11,6 +11,7 @@ use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::recorder::{Limits, Recorder};
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::widths::budget;
+use potamoi_hdl::vu::exponential_bound;
 use potamoi_sim::cycles::{Exponents, Stalls, vector_cycles};
 use potamoi_sim::rtl::{EngineKind, VectorBatch, VectorUnit};
 use potamoi_sim::verify::{Injection, Settings, Verifier};
@@ -104,6 +105,9 @@ fn every_input_of_every_form() {
             error.max_ulp <= limit.min(budget(exp)),
             "{knobs}: {error:?}"
         );
+        if let Some(bound) = exponential_bound(&config, OpCode::Exp).unwrap() {
+            assert!(error.max_ulp <= bound.ulp, "{knobs}: {error:?} {bound:?}");
+        }
         assert!(error.monotone, "{knobs}");
         assert_eq!(first.1 - first.0, latency, "{knobs}");
         let closed = vector_cycles(&config, &[(OpCode::Exp, codes.as_slice())]).unwrap();
@@ -231,4 +235,74 @@ fn an_early_out_on_splats() {
     );
     assert!(averages.is_sorted(), "{averages:?}");
     assert!(averages[0] < 20.0 && averages[3] <= 20.0, "{averages:?}");
+}
+
+/// What bounds of pixels are made of, the formula, is never below what the netlist's own analysis
+/// finds, and that is never below the largest error of all inputs.
+#[test]
+fn the_netlist_loses_no_more_than_the_formula_allows() {
+    let mut closest = [0.0f64; 2];
+    for n in [6, 8, 11, 14, 16, 20, 27] {
+        for (guard_a, guard_c, f) in [(0, 1, 16), (2, 3, 12), (6, 1, 16), (3, 3, 20)] {
+            for form in ["", "tail = true", "form = \"radix-4\"\ntail = true"] {
+                let steps = if form.contains("radix") { n / 2 } else { n };
+                let config = config(&format!(
+                    "[vu]\nlanes = 1\nops = [\"exp\"]\n[vu.exp]\niterations = {}\naccumulator_bits = {}\nconstant_bits = {}\noffset = {}\noutput_bits = {f}\n{form}",
+                    steps.max(2),
+                    f + guard_a,
+                    (f + guard_c).max(n + 1),
+                    n % 3 - 1
+                ));
+                let exp = &config.vu.exp;
+                let bound = exponential_bound(&config, OpCode::Exp).unwrap().unwrap();
+                let twin = ExpTwin::new(exp);
+                let reference = Reference::in_base(exp.input, exp.base).unwrap();
+                let error = reference.measure(exp.output_bits, |u| twin.exp(u)).max_ulp;
+                let limit = budget(exp);
+                let of = format!("{}\nagain: {AGAIN} formula", bound.ulp);
+                assert!(error <= bound.ulp, "{exp:?}: {error}, bound {of}");
+                assert!(bound.ulp <= limit, "{exp:?}: formula {limit}, bound {of}");
+                closest[0] = closest[0].max(error / bound.ulp);
+                closest[1] = closest[1].max(bound.ulp / limit);
+            }
+        }
+    }
+    // Neither is idle.
+    assert!(closest.iter().all(|c| *c > 0.98), "{closest:?}");
+}
+
+/// The same of one-minus-exp, at operands of all sizes, which are brought to the constants' bits
+/// first.
+#[test]
+fn one_minus_exp_is_within_its_netlists_bound() {
+    for knobs in [
+        "",
+        "iterations = 8",
+        "tail = true\niterations = 8",
+        "early_out = true",
+    ] {
+        let config = config(&format!(
+            "[vu]\nlanes = 1\nops = [\"exp\", \"one-minus-exp\"]\n[vu.exp]\n{knobs}"
+        ));
+        let exp = &config.vu.exp;
+        let bound = exponential_bound(&config, OpCode::OneMinusExp)
+            .unwrap()
+            .unwrap();
+        let (twin, bits) = (ExpTwin::new(exp), exp.one_minus_frac_bits);
+        let one = 2f64.powi(exp.output_bits as i32);
+        let worst = (0..1i32 << 20)
+            .map(|i| {
+                let s = ((i64::from(i) * i64::from(i)) >> (36 - bits)) as i32;
+                let exact = -one * (-f64::from(s) * 2f64.powi(-(bits as i32))).exp_m1();
+                // The largest code stands for 1, too.
+                (f64::from(twin.one_minus_exp(s)) - exact.min(one - 1.0)).abs()
+            })
+            .fold(0.0, f64::max);
+        println!("{knobs:?}: {worst:.4} of {:.4}", bound.ulp);
+        assert!(
+            worst <= bound.ulp,
+            "{knobs}: {worst}, bound {bound:?}\nagain: {AGAIN} one_minus"
+        );
+        assert!(worst > 0.3 * bound.ulp, "{knobs}: {worst}, bound {bound:?}");
+    }
 }

@@ -7,6 +7,7 @@ use potamoi_formats::fixed::Format;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::units::reference::{ExpError, Reference};
 use potamoi_golden::units::widths::{budget, straightness, truncation};
+use potamoi_hdl::vu::exponential_bound;
 use potamoi_sim::cycles::Stalls;
 use potamoi_sim::rtl::{VectorBatch, VectorUnit};
 use serde::Serialize;
@@ -57,6 +58,10 @@ struct Report {
     truncation_ulp: f64,
     /// What all roundings together may cost.
     budget_ulp: f64,
+    /// By analysis of the netlist, of recurrences.
+    netlist_ulp: Option<f64>,
+    /// The part of it that dropped bits are.
+    netlist_dropped_ulp: Option<f64>,
     /// From the acceptance of a vector to its results.
     latency_cycles: u64,
     /// From one vector to the next.
@@ -130,6 +135,7 @@ pub(super) fn run(config: &Config, args: &CostArgs) -> Result<(), Failure> {
     let interval = span as f64 / (run.vectors.len().max(2) - 1) as f64;
     // With an early out it is an average.
     let interval = (interval * 1e3).round() / 1e3;
+    let netlist = exponential_bound(config, OpCode::Exp)?;
     let engine = exp.engine();
     let report = Report {
         format_version: FORMAT_VERSION,
@@ -155,6 +161,8 @@ pub(super) fn run(config: &Config, args: &CostArgs) -> Result<(), Failure> {
         monotone: error.monotone,
         truncation_ulp: approximation(exp),
         budget_ulp: budget(exp),
+        netlist_ulp: netlist.map(|bound| bound.ulp),
+        netlist_dropped_ulp: netlist.map(|bound| bound.dropped),
         latency_cycles: latency(0),
         interval_cycles: interval,
         lanes: config.vu.lanes,
@@ -252,6 +260,12 @@ fn print(report: &Report, args: &CostArgs) {
             _ => "cutting off after n iterations",
         }
     );
+    if let Some(bound) = report.netlist_ulp {
+        say!(
+            "  bound: at most {bound:.4} ulp, of it {:.4} ulp of dropped bits (analysis of the netlist)",
+            report.netlist_dropped_ulp.unwrap_or_default()
+        );
+    }
     say!(
         "  results not the nearest code: {}; monotone: {}",
         report.misrounded,

@@ -61,7 +61,7 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
     for (i, point) in report.points.iter().enumerate() {
         let errors = point.units.named();
         let of_units = operations.iter().map(|(at, _)| match errors[*at].1 {
-            Some(e) => format!("{:.3} ({:.3}), {:.3}", e.max_ulp, e.bound_ulp, e.mean_ulp),
+            Some(e) => format!("{:.3} ({:.3}), {:.3}", e.max_ulp, e.bound(), e.mean_ulp),
             None => "-".to_owned(),
         });
         let truth = point.truth;
@@ -197,7 +197,7 @@ pub(super) fn csv(report: &Report) -> String {
         let units = p.units.named().map(|(_, error)| {
             [
                 error.map(|e| e.max_ulp),
-                error.map(|e| e.bound_ulp),
+                error.map(|e| e.bound()),
                 error.map(|e| e.mean_ulp),
             ]
         });

@@ -172,3 +172,44 @@ fn rounded_once(m: &mut ModuleBuilder, config: &Config, acc: Signal) -> Signal {
     let held = m.saturate(rounded, Ty::s(gu.feature_bits));
     m.as_unsigned(held)
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::ir::{Interval, Machine};
+
+    /// Over all features and weights: a sum of eight products keeps every bit, and what comes
+    /// out is half a unit off at most; sums that are left as they are, not at all.
+    #[test]
+    fn one_rounding_drops_bits_and_nothing_else() {
+        for (sums, expected) in [(Sums::Rounded, 0.5), (Sums::Exact, 0.0)] {
+            let mut config = Config::default();
+            config.gu.sums = sums;
+            let module = reducer(&config).unwrap();
+            let mut machine = Machine::new(&module, &["acc", "result"]).unwrap();
+            let input = |name: &str| machine.find(name).unwrap();
+            let [valid, first, feature, weight] =
+                ["valid", "first", "feature", "weight"].map(input);
+            let acc = machine.find("acc").unwrap();
+            machine.set(valid, Interval::new(1, 1));
+            machine.set(feature, Interval::all(Ty::s(config.gu.feature_bits)));
+            // Eight of them are the weights' 1.
+            machine.set(weight, Interval::new(0, 1 << (config.gu.weight_bits - 3)));
+            for vertex in 0..MAX_VERTICES {
+                let starts = u8::from(vertex == 0);
+                machine.set(first, Interval::new(starts, starts));
+                machine.settle();
+                machine.clock();
+            }
+            machine.settle();
+            let off = |id| machine.off(id).unwrap().bounds();
+            // The result is the code of a signed value.
+            let rounded = machine.find("rounded").unwrap_or(acc);
+            for (found, expected) in [(off(acc), 0.0), (off(rounded), expected)] {
+                let is_so = (found[1] - expected).abs() + (found[0] + expected).abs() < 1e-9;
+                assert!(is_so, "{sums:?}: {found:?}, expected {expected}");
+            }
+        }
+    }
+}

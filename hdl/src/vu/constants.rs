@@ -1,6 +1,7 @@
 //! The constants in SR_sub, and what SR_mul holds beside them.
 
 use num_bigint::BigInt;
+use num_traits::ToPrimitive;
 use potamoi_formats::config::{ExpConfig, ExpForm};
 
 /// Fraction bits that the series are summed with; far past the 40 ever asked.
@@ -39,6 +40,12 @@ fn series(p: u32, i: u32) -> BigInt {
         k += 2;
     }
     sum
+}
+
+/// What a constant of `bits` fraction bits is less than `ln(1 + p 2^-i)`.
+pub(super) fn less_than_log(constant: &BigInt, bits: u32, p: u32, i: u32) -> f64 {
+    let less = series(p, i) - (constant << (PRECISION - bits));
+    less.to_f64().unwrap_or(f64::INFINITY) * 2f64.powi(-(PRECISION as i32))
 }
 
 /// `log2 e`, rounded to nearest at `bits` fraction bits.

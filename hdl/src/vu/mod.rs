@@ -1,6 +1,7 @@
 //! The vector unit. Its interface and timing: `docs/vector-unit.md`.
 
 mod alu;
+mod bound;
 mod constants;
 mod control;
 mod early_out;
@@ -13,5 +14,6 @@ mod radix4;
 mod sequence;
 mod top;
 
+pub use bound::{Bound, exponential_bound};
 pub use constants::{ln_one_plus, ln_two_times};
 pub use top::vector_unit;

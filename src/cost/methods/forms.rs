@@ -5,6 +5,7 @@ use potamoi_formats::units::OpCode;
 use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::widths::budget;
+use potamoi_hdl::vu::exponential_bound;
 use potamoi_sim::synth::fit::{Fit, ScaledEstimate, Work};
 use potamoi_sim::synth::{SynthError, UnitKind, scaling};
 
@@ -54,6 +55,7 @@ fn method(
     let mut config = Config::paper();
     config.vu.exp = exp.clone();
     let hardware = hardware(fit, &config)?;
+    let netlist = exponential_bound(&config, OpCode::Exp).map_err(|e| fail(&e))?;
     Ok(Method {
         name,
         family,
@@ -61,6 +63,7 @@ fn method(
         max_ulp: error.max_ulp,
         mean_ulp: error.mean,
         bound_ulp: Some(budget(&exp)),
+        netlist_ulp: netlist.map(|bound| bound.ulp),
         monotone: error.monotone,
         area_mm2: hardware.as_ref().map(|unit| unit.area_um2 * 1e-6),
         energy_pj: (hardware.as_ref())

@@ -162,6 +162,7 @@ pub(super) fn others() -> Result<Vec<Method>, Failure> {
             max_ulp: error.max_ulp,
             mean_ulp: error.mean,
             bound_ulp: None,
+            netlist_ulp: None,
             monotone: error.monotone,
             area_mm2: None,
             energy_pj: None,

@@ -10,6 +10,7 @@ use super::step::{Code, Slot, Step};
 use super::words;
 use crate::ir::Module;
 use crate::ir::node::{Op, Ty};
+use crate::ir::tree::{Tree, Unit};
 
 /// Where the nodes of a module and of the instances below it lie.
 #[derive(Debug, Clone)]
@@ -133,7 +134,7 @@ impl Flat {
         for unit in &tree.units {
             self.connect(unit, &slots[unit.first_node..]);
         }
-        tree.layout(0, &slots)
+        layout(&tree, 0, &slots)
     }
 
     /// Finds room for a node, and adds what computes it.
@@ -217,87 +218,15 @@ impl Flat {
     }
 }
 
-/// A module in its place in the hierarchy.
-struct Unit<'a> {
-    module: &'a Module,
-    /// The unit it is in, and which of its instances it is.
-    parent: Option<(usize, usize)>,
-    children: Vec<usize>,
-    first_node: usize,
-    first_memory: usize,
-}
-
-/// All nodes of a hierarchy, numbered through.
-#[derive(Default)]
-struct Tree<'a> {
-    units: Vec<Unit<'a>>,
-    unit_of: Vec<usize>,
-    memories: usize,
-}
-
-impl<'a> Tree<'a> {
-    fn add(&mut self, module: &'a Module, parent: Option<(usize, usize)>) {
-        let index = self.units.len();
-        if let Some((parent, _)) = parent {
-            self.units[parent].children.push(index);
-        }
-        self.units.push(Unit {
-            module,
-            parent,
-            children: vec![],
-            first_node: self.unit_of.len(),
-            first_memory: self.memories,
-        });
-        let nodes = self.unit_of.len() + module.nodes.len();
-        self.unit_of.resize(nodes, index);
-        self.memories += module.memories.len();
-        for (i, inst) in module.instances.iter().enumerate() {
-            self.add(&inst.module, Some((index, i)));
-        }
-    }
-
-    fn find(&self, node: usize) -> (&Unit<'a>, usize) {
-        let unit = &self.units[self.unit_of[node]];
-        (unit, node - unit.first_node)
-    }
-
-    /// Nodes whose value this one needs in the same cycle.
-    fn needs(&self, node: usize) -> Vec<usize> {
-        let (unit, id) = self.find(node);
-        match &unit.module.nodes[id].op {
-            Op::Input => {
-                let Some((parent, instance)) = unit.parent else {
-                    return vec![];
-                };
-                let parent = &self.units[parent];
-                let inputs = parent.module.instances[instance].inputs.iter();
-                let mut here = inputs.filter(|(port, _)| unit.module.ports[*port].node == id);
-                here.next()
-                    .map(|(_, n)| parent.first_node + n)
-                    .into_iter()
-                    .collect()
-            }
-            Op::InstanceOut(instance, port) => {
-                let child = &self.units[unit.children[*instance]];
-                vec![child.first_node + child.module.ports[*port].node]
-            }
-            op => {
-                let operands = op.operands().into_iter();
-                operands.map(|n| unit.first_node + n).collect()
-            }
-        }
-    }
-
-    fn layout(&self, unit: usize, slots: &[Slot]) -> Layout {
-        let unit = &self.units[unit];
-        let nodes = unit.first_node..unit.first_node + unit.module.nodes.len();
-        Layout {
-            slots: slots[nodes].to_vec(),
-            instances: unit
-                .children
-                .iter()
-                .map(|c| self.layout(*c, slots))
-                .collect(),
-        }
+fn layout(tree: &Tree<'_>, unit: usize, slots: &[Slot]) -> Layout {
+    let unit = &tree.units[unit];
+    let nodes = unit.first_node..unit.first_node + unit.module.nodes.len();
+    Layout {
+        slots: slots[nodes].to_vec(),
+        instances: unit
+            .children
+            .iter()
+            .map(|c| layout(tree, *c, slots))
+            .collect(),
     }
 }

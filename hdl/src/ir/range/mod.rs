@@ -23,6 +23,7 @@ use analyse::Analyser;
 
 pub(crate) use analyse::{ModuleRanges, assumption};
 pub(crate) use interval::Interval;
+pub(in crate::ir) use transfer::{Known, truth};
 
 /// The proven range of every node of a module and of the instances below it.
 ///

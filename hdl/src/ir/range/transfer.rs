@@ -9,17 +9,24 @@ use crate::ir::node::{Binary, Op, Ty, Unary};
 
 /// What is known of the nodes of a module.
 #[derive(Debug, Clone)]
-pub(super) struct Known {
+pub(in crate::ir) struct Known {
     /// The values that a node can have.
-    pub(super) values: Vec<Interval>,
+    pub(in crate::ir) values: Vec<Interval>,
     /// The results before they are cut to the width: integers that agree with
     /// the value in its low bits.
-    pub(super) whole: Vec<Interval>,
+    pub(in crate::ir) whole: Vec<Interval>,
 }
 
 impl Known {
+    /// Anything that the types hold.
+    pub(in crate::ir) fn of(module: &Module) -> Self {
+        let values: Vec<_> = module.nodes.iter().map(|n| Interval::all(n.ty)).collect();
+        let whole = values.clone();
+        Self { values, whole }
+    }
+
     /// The uncut result of a node that depends on nothing but its operands.
-    pub(super) fn result(&self, module: &Module, id: usize) -> Interval {
+    pub(in crate::ir) fn result(&self, module: &Module, id: usize) -> Interval {
         let node = &module.nodes[id];
         let of = |n: &usize| &self.values[*n];
         let ty = |n: &usize| module.nodes[*n].ty;
@@ -94,7 +101,7 @@ impl Known {
 }
 
 /// The only value, if a bit has only one.
-pub(super) fn truth(bit: &Interval) -> Option<bool> {
+pub(in crate::ir) fn truth(bit: &Interval) -> Option<bool> {
     bit.is_point().then(|| !bit.low.is_zero())
 }
 
@@ -115,7 +122,11 @@ fn amounts(n: &Interval, width: u32) -> (u32, u32) {
 fn binary(op: Binary, a: &Interval, b: &Interval) -> Option<Interval> {
     let apart = a.high < b.low || b.high < a.low;
     let same = a.is_point() && a == b;
+    let points = a.is_point() && b.is_point();
     Some(match op {
+        Binary::And if points => Interval::point(&(&a.low & &b.low)),
+        Binary::Or if points => Interval::point(&(&a.low | &b.low)),
+        Binary::Xor if points => Interval::point(&(&a.low ^ &b.low)),
         Binary::And => a.and(b)?,
         Binary::Or => {
             let any = a.or(b)?;
