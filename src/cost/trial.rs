@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::front::Place;
 use super::knobs::{Change, Look, Setting, Way};
-use super::units::UnitErrors;
+use super::units::{UnitErrors, powers};
 use crate::failure::Failure;
 use crate::setup::{Setup, store};
 
@@ -206,7 +206,10 @@ impl Bench {
             Change::Scene(_) => false,
         };
         let bounds = match settings.iter().all(is_same_float) {
-            true => scene.error_bounds_beside(&config, self.setup.scene.precision())?,
+            true => {
+                let float = self.setup.scene.precision();
+                scene.error_bounds_beside(&config, float, &powers(&config))?
+            }
             false => None,
         };
         let own = self.setup.costs_of(&scene, &config).ok();

@@ -7,7 +7,7 @@ use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::gather::Reducer;
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::weights::{FRACTION_BITS, trilinear};
-use potamoi_golden::units::widths::budget;
+use potamoi_golden::units::widths::{ExpBounds, budget};
 use potamoi_hdl::vu::exponential_bound;
 use serde::Serialize;
 
@@ -83,6 +83,16 @@ impl UnitErrors {
             ("gather", self.gathering),
         ]
     }
+}
+
+/// Bounds of a configuration's powers: the lesser of the netlist's and the formulas'.
+pub(super) fn powers(config: &Config) -> ExpBounds {
+    let formula = ExpBounds::by_formula(&config.vu.exp);
+    let netlist = |op| of_netlist(config, op).unwrap_or(f64::INFINITY);
+    formula.and(ExpBounds::of(
+        netlist(OpCode::Exp),
+        netlist(OpCode::OneMinusExp),
+    ))
 }
 
 /// What the netlist's own analysis gives; nothing of a unit that cannot be built.

@@ -13,6 +13,7 @@ use potamoi_golden::fields::{
     Table, error_bounds, render_float,
 };
 use potamoi_golden::picture::Picture;
+use potamoi_golden::units::widths::ExpBounds;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{Head, Lanes, Opacities, VoxelError};
 use potamoi_sim::rtl::RtlUnits;
@@ -163,6 +164,7 @@ impl Field for Toy {
     fn bounds(
         &self,
         config: &Config,
+        _: &ExpBounds,
         _: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
         Ok(Some(Box::new(ToyBounds {
@@ -311,6 +313,15 @@ fn camera() -> Camera {
     Camera::look_at(eye, DVec3::splat(4.0), DVec3::NEG_Y, 0.75, width, height)
 }
 
+/// What its picture may be off by.
+fn bounds(field: &dyn Field) -> Vec<f64> {
+    let config = config();
+    let powers = ExpBounds::by_formula(&config.vu.exp);
+    let options = FixedOptions::default();
+    let bounds = error_bounds(field, &config, &powers, &camera(), &options);
+    bounds.unwrap().unwrap()
+}
+
 fn config() -> Config {
     Config::paper()
 }
@@ -327,8 +338,7 @@ pub(crate) fn shown() -> Vec<Shown> {
         let ours = through(&field, &mut twins);
         assert_eq!(twins.gather_flags(), 0, "{scene}");
         let float = render_float(&field, &camera(), [0.0; 3]).unwrap().picture;
-        let bounds = error_bounds(&field, &config(), &camera(), &FixedOptions::default());
-        let bounds = bounds.unwrap().unwrap();
+        let bounds = bounds(&field);
         Shown {
             scene,
             case,
@@ -376,8 +386,7 @@ fn colours_by_themselves_move_a_pixel_within_its_bound() {
     let off = |field: &Toy| {
         let ours = through(field, &mut Twins::new(&config()));
         let float = render_float(field, &camera(), [0.0; 3]).unwrap().picture;
-        let bounds = error_bounds(field, &config(), &camera(), &FixedOptions::default());
-        farthest(&ours, &float, bounds.unwrap().unwrap().into_iter())
+        farthest(&ours, &float, bounds(field).into_iter())
     };
     let fine = Toy {
         frac: FRAC,

@@ -39,6 +39,7 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 
 use crate::camera::Camera;
+use crate::units::widths::ExpBounds;
 
 pub use batches::BatchSize;
 pub(crate) use batches::{RayGroup, groups};
@@ -105,7 +106,12 @@ pub trait Field: Sync {
     ///
     /// # Errors
     /// As [`Field::coded`].
-    fn bounds(&self, _: &Config, _: &Camera) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
+    fn bounds(
+        &self,
+        _: &Config,
+        _: &ExpBounds,
+        _: &Camera,
+    ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
         Ok(None)
     }
 

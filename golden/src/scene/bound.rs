@@ -6,6 +6,7 @@ use super::{Model, Scene, SceneError};
 use crate::fields::{self, Field};
 use crate::precision::Precision;
 use crate::splats::{self, Cloud, Order, Pair, Rules, View, Work};
+use crate::units::widths::ExpBounds;
 use crate::voxels::{self, MVoxels};
 
 impl Scene {
@@ -17,11 +18,12 @@ impl Scene {
     /// # Errors
     /// A scene or a configuration that does not fit.
     pub fn error_bounds(&self, config: &Config) -> Result<Option<Vec<f64>>, SceneError> {
-        self.error_bounds_beside(config, self.precision)
+        let powers = ExpBounds::by_formula(&config.vu.exp);
+        self.error_bounds_beside(config, self.precision, &powers)
     }
 
     /// The same beside the picture in floating point that stops and leaves out as another precision
-    /// says.
+    /// says, of a vector unit whose powers are off by no more than `powers`.
     ///
     /// # Errors
     /// As [`Scene::error_bounds`].
@@ -29,6 +31,7 @@ impl Scene {
         &self,
         config: &Config,
         float: Precision,
+        powers: &ExpBounds,
     ) -> Result<Option<Vec<f64>>, SceneError> {
         let exp = &config.vu.exp;
         if !self.choices.left_out().is_empty() || self.precision.hashed_levels.is_some() {
@@ -36,14 +39,14 @@ impl Scene {
         }
         match &self.model {
             Model::Splats(cloud) if self.order == Order::Exact => {
-                Ok(Some(self.splat_bounds(cloud, exp, float, 0.0)?))
+                Ok(Some(self.splat_bounds(cloud, (exp, powers), float, 0.0)?))
             }
             Model::Compact(model) if self.order == Order::Exact => {
                 let eye = self.camera.position();
                 let off = model.colours_off(eye, config)?;
                 Ok(Some(self.splat_bounds(
                     &model.seen_from(eye),
-                    exp,
+                    (exp, powers),
                     float,
                     off,
                 )?))
@@ -55,12 +58,13 @@ impl Scene {
                 };
                 let options = self.voxel_options();
                 let stop = float.stop_below.unwrap_or(voxels::STOP_BELOW);
-                let bounds = voxels::error_bounds(grid, formats, exp, &self.camera, &options, stop);
+                let bounds =
+                    voxels::error_bounds(grid, formats, powers, &self.camera, &options, stop);
                 Ok(Some(bounds.into_iter().map(|[colour, _]| colour).collect()))
             }
-            Model::Dvgo(field) => self.field_bounds(&**field, config),
-            Model::Tensorf(field) => self.field_bounds(&**field, config),
-            Model::Field(field) => self.field_bounds(&**field, config),
+            Model::Dvgo(field) => self.field_bounds(&**field, config, powers),
+            Model::Tensorf(field) => self.field_bounds(&**field, config, powers),
+            Model::Field(field) => self.field_bounds(&**field, config, powers),
             Model::Splats(_) | Model::Compact(_) => Ok(None),
         }
     }
@@ -68,7 +72,7 @@ impl Scene {
     fn splat_bounds(
         &self,
         cloud: &Cloud,
-        exp: &ExpConfig,
+        (exp, powers): (&ExpConfig, &ExpBounds),
         float: Precision,
         colours_off: f64,
     ) -> Result<Vec<f64>, SceneError> {
@@ -89,6 +93,7 @@ impl Scene {
             &view,
             &Pair { fixed, float },
             exp,
+            powers,
             self.background,
             colours_off,
         ))
@@ -98,13 +103,20 @@ impl Scene {
         &self,
         field: &dyn Field,
         config: &Config,
+        powers: &ExpBounds,
     ) -> Result<Option<Vec<f64>>, SceneError> {
         let options = fields::FixedOptions {
             background: self.background,
             terminate: self.stops(self.lost_a_sample(config)?),
             ..fields::FixedOptions::default()
         };
-        Ok(fields::error_bounds(field, config, &self.camera, &options)?)
+        Ok(fields::error_bounds(
+            field,
+            config,
+            powers,
+            &self.camera,
+            &options,
+        )?)
     }
 }
 

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | p, q | half a unit of each factor and of the mean, times what they are multiplied by; half a unit of S15.16 |
 //! | u | what p and q are off, half a unit of U3.13 |
-//! | e | between `exp(-u - du)` and `exp(-u + du)`, and [`budget`] units |
+//! | e | between `exp(-u - du)` and `exp(-u + du)`, and the [`ExpBounds`]' units |
 //! | alpha | the opacity's half unit, half a unit; 0 where it may be skipped |
 //! | T' | half a unit of U1.20 a Gaussian |
 //! | colour | half a unit of U4.12, what it is beyond its end, and what a network's is off |
@@ -22,7 +22,7 @@ use super::composite::Limits;
 use super::profile::Rules;
 use super::project::Projected;
 use super::view::View;
-use crate::units::widths::budget;
+use crate::units::widths::ExpBounds;
 
 /// What arithmetic in 64 bits may add to a product of 36 fraction bits.
 const FLOAT: f64 = 1e-11;
@@ -65,6 +65,7 @@ pub fn error_bounds(
     view: &View,
     rules: &Pair,
     exp: &ExpConfig,
+    powers: &ExpBounds,
     background: [f32; 3],
     colours_off: f64,
 ) -> Vec<f64> {
@@ -73,7 +74,7 @@ pub fn error_bounds(
         mean: MEAN.ulp() / 2.0,
         form: 2f64.powi(-17),
         power: exp.input.ulp() / 2.0,
-        exponential: budget(exp) * 2f64.powi(-(exp.output_bits as i32)),
+        exponential: powers.exp * 2f64.powi(-(exp.output_bits as i32)),
         alpha: OPACITY.ulp() / 2.0,
         transmittance: 2f64.powi(-(rules.fixed.transmittance_bits as i32)) / 2.0,
     };
@@ -210,6 +211,7 @@ mod tests {
     use crate::precision::Precision;
     use crate::scene::Scene;
     use crate::units::Twins;
+    use crate::units::widths::ExpBounds;
 
     /// Largest part of its bound that a pixel takes, and the bounds' mean square, of bounds and a
     /// picture each of its scene and configuration.
@@ -321,7 +323,8 @@ mod tests {
             };
             let mut own = scene.clone();
             own.set_precision(precision).unwrap();
-            let bounds = own.error_bounds_beside(&config, scene.precision());
+            let powers = ExpBounds::by_formula(&config.vu.exp);
+            let bounds = own.error_bounds_beside(&config, scene.precision(), &powers);
             let bounds = bounds.unwrap().unwrap();
             let fixed = own.render_fixed(&config, &mut Twins::new(&config));
             let fixed = fixed.unwrap().picture;

@@ -1,13 +1,11 @@
 //! How far the fixed renderer may be from the float one, derived.
 
-use potamoi_formats::config::ExpConfig;
-
 use super::fixed::{BACKGROUND, FixedOptions};
 use super::formats::Formats;
 use super::grid::Grid;
 use super::ray::Ray;
 use crate::camera::Camera;
-use crate::units::widths::budget;
+use crate::units::widths::ExpBounds;
 
 /// Differences within a grid, by channel: the most between vertices of a cell,
 /// and between neighbours along each axis.
@@ -65,8 +63,9 @@ impl Ranges {
 
 /// What an opacity may be off by of a density that is off by its format alone.
 #[must_use]
-pub fn opacity_off(formats: &Formats, exp: &ExpConfig, step: f64) -> f64 {
-    step * formats.density.ulp() + formats.depth.ulp() + budget(exp) * formats.alpha.ulp()
+pub fn opacity_off(formats: &Formats, powers: &ExpBounds, step: f64) -> f64 {
+    let unit = powers.one_minus_exp * formats.alpha.ulp();
+    step * formats.density.ulp() + formats.depth.ulp() + unit
 }
 
 /// What each pixel's colour and transmittance may be off by.
@@ -87,7 +86,7 @@ pub fn opacity_off(formats: &Formats, exp: &ExpConfig, step: f64) -> f64 {
 pub fn error_bounds(
     grid: &Grid,
     formats: &Formats,
-    exp: &ExpConfig,
+    powers: &ExpBounds,
     camera: &Camera,
     options: &FixedOptions,
     stop_below: f64,
@@ -97,7 +96,7 @@ pub fn error_bounds(
     let channels = grid.layout().channels();
     let off = |c: usize| ranges.off(formats, c);
     let interpolated = off(0) - formats.density.ulp();
-    let alpha_off = opacity_off(formats, exp, step) + step * interpolated;
+    let alpha_off = opacity_off(formats, powers, step) + step * interpolated;
     let behind = options
         .background
         .iter()
@@ -213,7 +212,7 @@ mod tests {
                 (alpha + (-density * step).exp_m1()).abs()
             };
             let most = (0..=20_000).map(off).fold(0.0, f64::max);
-            let part = most / opacity_off(&formats, &config.vu.exp, step);
+            let part = most / opacity_off(&formats, &ExpBounds::by_formula(&config.vu.exp), step);
             println!("{text:?}: {part:.3} of the bound");
             assert!((least..=1.0).contains(&part), "{text:?}: {part}");
         }

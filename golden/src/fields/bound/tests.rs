@@ -10,6 +10,7 @@ use crate::fields::mac::MacMlp;
 use crate::fields::opacity::{Curve, Opacity};
 use crate::fields::{Layer, Mlp, fields_preset, softplus};
 use crate::units::Twins;
+use crate::units::widths::ExpBounds;
 use crate::voxels::{Lanes, Work};
 
 fn with_lanes<T>(run: impl FnOnce(&mut Lanes<'_>) -> T) -> T {
@@ -107,7 +108,7 @@ proptest! {
             Curve::Exp => number.exp(),
         };
         let exact = -(-depth).exp_m1();
-        let bound = opacity.off(&UnitErrors::of(&config), number, Off { known, most }, frac);
+        let bound = opacity.off(&UnitErrors::of(&config, &ExpBounds::by_formula(&config.vu.exp)), number, Off { known, most }, frac);
         prop_assert!((alpha - exact).abs() <= bound, "{alpha} {exact}: {bound}");
     }
 
@@ -132,7 +133,7 @@ proptest! {
         })[0];
         let found = f64::from(found) * 2f64.powi(-(config.vu.exp.output_bits as i32));
         let exact = 1.0 / (1.0 + (-logit).exp());
-        let bound = UnitErrors::of(&config).logistic(logit, Off { known, most }, frac);
+        let bound = UnitErrors::of(&config, &ExpBounds::by_formula(&config.vu.exp)).logistic(logit, Off { known, most }, frac);
         prop_assert!((found - exact).abs() <= bound, "{found} {exact}: {bound}");
     }
 }

@@ -6,7 +6,7 @@ use super::{Off, Outputs};
 use crate::fields::opacity::{Curve, INTERVAL_BITS, Opacity, THICKEST};
 use crate::fields::softplus;
 use crate::units::logistic::{Logistic, logistic_budget};
-use crate::units::widths::budget;
+use crate::units::widths::ExpBounds;
 
 /// Bounds of a configuration's vector unit, as differences of values.
 #[derive(Debug, Clone, Copy)]
@@ -28,14 +28,14 @@ pub(in crate::fields) struct UnitErrors {
 }
 
 impl UnitErrors {
-    pub(in crate::fields) fn of(config: &Config) -> Self {
+    pub(in crate::fields) fn of(config: &Config, powers: &ExpBounds) -> Self {
         let exp = &config.vu.exp;
         let half = |bits: u32| 2f64.powi(-(bits as i32) - 1);
         let unit = 2f64.powi(-(exp.output_bits as i32));
         let largest = exp.input.max() as f64 * exp.input.ulp();
         Self {
             // The largest code stands for 1, too.
-            power: (budget(exp) + 1.0) * unit,
+            power: (powers.exp.max(powers.one_minus_exp) + 1.0) * unit,
             softplus: logistic_budget(Logistic::Softplus, exp) * unit,
             sigmoid: (logistic_budget(Logistic::Sigmoid, exp) + 1.0) * unit,
             operand: half(exp.input.frac_bits()),

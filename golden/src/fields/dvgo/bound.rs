@@ -7,6 +7,7 @@ use super::{Dvgo, DvgoHead, FixedDvgo};
 use crate::camera::Camera;
 use crate::fields::FieldError;
 use crate::fields::bound::{Bounds, Off, Pair, UnitErrors};
+use crate::units::widths::ExpBounds;
 use crate::voxels::{Head as _, MVoxels, Ray, Rays};
 
 pub(super) struct DvgoBounds<'a> {
@@ -22,6 +23,7 @@ pub(super) struct DvgoBounds<'a> {
 pub(super) fn bounds<'a>(
     field: &'a Dvgo,
     config: &Config,
+    powers: &ExpBounds,
     camera: &Camera,
 ) -> Result<DvgoBounds<'a>, FieldError> {
     let FixedDvgo {
@@ -37,7 +39,7 @@ pub(super) fn bounds<'a>(
         mvoxels,
         frac_bits: [frac_bits],
         pair: Pair::new(&field.mlp, &head.mlp),
-        errors: UnitErrors::of(config),
+        errors: UnitErrors::of(config, powers),
         head,
     })
 }

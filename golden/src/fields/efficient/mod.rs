@@ -22,6 +22,7 @@ use super::{
 use crate::camera::Camera;
 use crate::effects::bands::{self, Bands};
 use crate::splats::sh;
+use crate::units::widths::ExpBounds;
 
 /// Fine cells an edge of a coarse one.
 pub const FINE: usize = 3;
@@ -166,8 +167,9 @@ impl Field for EfficientNerf {
     fn bounds(
         &self,
         config: &Config,
+        powers: &ExpBounds,
         _: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
-        Ok(Some(Box::new(bound::bounds(self, config)?)))
+        Ok(Some(Box::new(bound::bounds(self, config, powers)?)))
     }
 }

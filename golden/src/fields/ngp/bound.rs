@@ -8,6 +8,7 @@ use super::{Ngp, cycled};
 use crate::fields::FieldError;
 use crate::fields::bound::{Bounds, Off, Pair, UnitErrors};
 use crate::splats::sh;
+use crate::units::widths::ExpBounds;
 use crate::voxels::Head as _;
 
 pub(super) struct NgpBounds {
@@ -18,12 +19,16 @@ pub(super) struct NgpBounds {
     errors: UnitErrors,
 }
 
-pub(super) fn bounds(field: &Ngp, config: &Config) -> Result<NgpBounds, FieldError> {
+pub(super) fn bounds(
+    field: &Ngp,
+    config: &Config,
+    powers: &ExpBounds,
+) -> Result<NgpBounds, FieldError> {
     let (frac_bits, head) = head(field, config)?;
     Ok(NgpBounds {
         density: Pair::new(&field.density, &head.density),
         colour: Pair::new(&field.colour, &head.colour),
-        errors: UnitErrors::of(config),
+        errors: UnitErrors::of(config, powers),
         frac_bits,
         head,
     })

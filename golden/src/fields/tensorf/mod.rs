@@ -29,6 +29,7 @@ use super::{
     Along, Bounds, Coded, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus,
 };
 use crate::camera::Camera;
+use crate::units::widths::ExpBounds;
 use mask::AlphaMask;
 pub use planes::Known;
 
@@ -414,8 +415,9 @@ impl Field for Tensorf {
     fn bounds(
         &self,
         config: &Config,
+        powers: &ExpBounds,
         _: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
-        Ok(Some(Box::new(bound::bounds(self, config)?)))
+        Ok(Some(Box::new(bound::bounds(self, config, powers)?)))
     }
 }
