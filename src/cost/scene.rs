@@ -22,6 +22,8 @@ use crate::setup::Setup;
 const WIDTH: u32 = 128;
 /// Feature vectors and elements that a search's proof aims at: some seconds.
 const PROOF: [u64; 2] = [100_000, 1_000_000];
+/// Of a file that a search writes before its end.
+const UNPROVED: &str = "# The best so far: its Verilog was not yet held against the golden models.\n";
 
 /// All that was found.
 #[derive(Serialize)]
@@ -173,7 +175,7 @@ fn seek(
         let own: Vec<&Setting> = of.iter().map(|(_, setting)| *setting).collect();
         bench.point("found", &labels(of).join(", "), &own)
     };
-    let found = search(goal, &counts, |chosen| -> Result<_, Failure> {
+    let place = |chosen: &Vec<Option<usize>>| -> Result<_, Failure> {
         let own = settings(chosen);
         if let Some(known) = measured(report, &own) {
             return Ok(known);
@@ -191,7 +193,12 @@ fn seek(
             return Ok(None);
         }
         Ok(point(&own).ok().map(|point| point.place()))
-    })?;
+    };
+    let reach = |chosen: &Vec<Option<usize>>| -> Result<(), Failure> {
+        let text = text(bench, &settings(chosen))?;
+        Ok(files::write(&args.found, &format!("{UNPROVED}{text}"))?)
+    };
+    let found = search(goal, &counts, place, reach)?;
     spinner.finish_and_clear();
     let Some((chosen, at, is_met)) = found else {
         return Err(Failure::Inconclusive(
@@ -213,8 +220,11 @@ fn seek(
     };
     tables::found(&found.settings, &found.point, report.default_point(), tried);
     let plain: Vec<&Setting> = own.iter().map(|(_, setting)| *setting).collect();
-    write(bench, &own, args)?;
+    let text = text(bench, &own)?;
+    files::write(&args.found, &format!("{UNPROVED}{text}"))?;
     prove(bench, &plain)?;
+    files::write(&args.found, &text)?;
+    say!("written to {}", args.found.display());
     Ok(found)
 }
 
@@ -230,8 +240,8 @@ fn measured(report: &Report, own: &[(&Knob, &Setting)]) -> Option<Option<Place>>
     }
 }
 
-/// Writes the configuration, and what is not of it as lines of a description or flags.
-fn write(bench: &Bench, own: &[(&Knob, &Setting)], args: &CostArgs) -> Result<(), Failure> {
+/// The configuration, and what is not of it as lines of a description or flags.
+fn text(bench: &Bench, own: &[(&Knob, &Setting)]) -> Result<String, Failure> {
     let plain: Vec<&Setting> = own.iter().map(|(_, setting)| *setting).collect();
     let (config, _) = bench.apply(&plain)?;
     let (mut render, mut flags) = (vec![], vec![]);
@@ -252,10 +262,8 @@ fn write(bench: &Bench, own: &[(&Knob, &Setting)], args: &CostArgs) -> Result<()
         text.extend(flags.iter().map(|flag| format!("# {flag}\n")));
     }
     let made = config.to_toml();
-    text.push_str(&made.map_err(|e| Failure::Usage(format!("{}: {e}", args.found.display())))?);
-    files::write(&args.found, &text)?;
-    say!("written to {}", args.found.display());
-    Ok(())
+    text.push_str(&made.map_err(|e| Failure::Usage(e.to_string()))?);
+    Ok(text)
 }
 
 /// Holds the Verilog of what was found against the golden models on its frame.

@@ -77,18 +77,22 @@ type Turn = (usize, Option<usize>);
 /// is one. Settings that missed a quality are tried again only where no other leads on, as they
 /// seldom meet it beside others, and those that alone miss it by more than [`HOPELESS`] not at
 /// all. `settings` has the number of each knob's settings; `place` says where a
-/// choice lies, or nothing if it cannot be. Says where it ended, and whether the goal is met.
+/// choice lies, or nothing if it cannot be. Says where it ended, and whether the goal is met; and
+/// `reach` of every choice on the way that meets it and is preferred to those before.
 pub(super) fn search<E>(
     goal: Goal,
     settings: &[usize],
     place: impl FnMut(&Chosen) -> Result<Option<Place>, E>,
+    reach: impl FnMut(&Chosen) -> Result<(), E>,
 ) -> Result<Option<(Chosen, Place, bool)>, E> {
     let mut places = Places {
         known: HashMap::new(),
         place,
+        best: None,
+        reach,
     };
     let default: Chosen = vec![None; settings.len()];
-    let Some(start) = places.at(&default)? else {
+    let Some(start) = places.at(goal, &default)? else {
         return Ok(None);
     };
     let turns: Vec<Turn> = (settings.iter().enumerate())
@@ -98,7 +102,7 @@ pub(super) fn search<E>(
     for (knob, setting) in &turns {
         let mut chosen = default.clone();
         chosen[*knob] = *setting;
-        let found = places.at(&chosen)?;
+        let found = places.at(goal, &chosen)?;
         alone.extend(found.map(|found| ((*knob, *setting), chosen, found)));
     }
     let is_hopeless =
@@ -121,33 +125,46 @@ pub(super) fn search<E>(
 }
 
 /// Where choices lie, each found once.
-struct Places<F> {
+struct Places<F, R> {
     known: HashMap<Chosen, Option<Place>>,
     place: F,
+    /// Of those that meet the goal.
+    best: Option<Place>,
+    reach: R,
 }
 
-impl<F> Places<F> {
-    fn at<E>(&mut self, chosen: &Chosen) -> Result<Option<Place>, E>
+impl<F, R> Places<F, R> {
+    fn at<E>(&mut self, goal: Goal, chosen: &Chosen) -> Result<Option<Place>, E>
     where
         F: FnMut(&Chosen) -> Result<Option<Place>, E>,
+        R: FnMut(&Chosen) -> Result<(), E>,
     {
         if let Some(place) = self.known.get(chosen) {
             return Ok(*place);
         }
         let found = (self.place)(chosen)?;
         self.known.insert(chosen.clone(), found);
+        let met = found.filter(|found| goal.is_met(*found));
+        if let Some(met) = met.filter(|met| self.best.is_none_or(|best| goal.prefers(*met, best))) {
+            self.best = Some(met);
+            (self.reach)(chosen)?;
+        }
         Ok(found)
     }
 }
 
 /// From a choice on, turn by turn.
-fn climb<E, F: FnMut(&Chosen) -> Result<Option<Place>, E>>(
+fn climb<E, F, R>(
     goal: Goal,
     turns: &[Turn],
     hopeless: &HashSet<Turn>,
     (mut own, mut stands): (Chosen, Place),
-    places: &mut Places<F>,
-) -> Result<(Chosen, Place), E> {
+    places: &mut Places<F, R>,
+) -> Result<(Chosen, Place), E>
+where
+    F: FnMut(&Chosen) -> Result<Option<Place>, E>,
+    R: FnMut(&Chosen) -> Result<(), E>,
+{
     let mut missed = hopeless.clone();
     loop {
         let is_whole = missed.len() == hopeless.len();
@@ -158,7 +175,7 @@ fn climb<E, F: FnMut(&Chosen) -> Result<Option<Place>, E>>(
             }
             let mut turned = own.clone();
             turned[turn.0] = turn.1;
-            let found = places.at(&turned)?;
+            let found = places.at(goal, &turned)?;
             let may_help = match (goal, found) {
                 (_, None) => false,
                 (Goal::Quality(_), Some(found)) => goal.is_met(found),
@@ -199,7 +216,17 @@ mod tests {
 
     #[test]
     fn the_cheapest_that_holds_is_found() {
-        let found = |goal| search(goal, &[2, 2], place).unwrap().unwrap();
+        let found = |goal| {
+            let mut last = None;
+            let reach = |chosen: &Chosen| {
+                last = Some(chosen.clone());
+                Ok(())
+            };
+            let found = search(goal, &[2, 2], place, reach).unwrap().unwrap();
+            // Whoever stops it has what it would have ended with, or nothing.
+            assert_eq!(last, found.2.then(|| found.0.clone()));
+            found
+        };
         let (chosen, at, met) = found(Goal::Quality(39.0));
         assert_eq!((chosen, at.cost, met), (vec![Some(0), Some(0)], 8.0, true));
         let (chosen, at, met) = found(Goal::Quality(39.7));
@@ -225,7 +252,7 @@ mod tests {
                 Ok(Some(Place { cost: f64::from(cost), quality: f64::from(quality) }))
             };
             for goal in [Goal::Quality(f64::from(least)), Goal::Budget(f64::from(least))] {
-                let (own, at, met) = search(goal, &[3, 3, 3], place).unwrap().unwrap();
+                let (own, at, met) = search(goal, &[3, 3, 3], place, |_| Ok(())).unwrap().unwrap();
                 prop_assert_eq!(met, goal.is_met(at));
                 for knob in 0..3 {
                     for setting in [None, Some(0), Some(1), Some(2)] {
