@@ -23,7 +23,8 @@ const WIDTH: u32 = 128;
 /// Feature vectors and elements that a search's proof aims at: some seconds.
 const PROOF: [u64; 2] = [100_000, 1_000_000];
 /// Of a file that a search writes before its end.
-const UNPROVED: &str = "# The best so far: its Verilog was not yet held against the golden models.\n";
+const UNPROVED: &str =
+    "# The best so far: its Verilog was not yet held against the golden models.\n";
 
 /// All that was found.
 #[derive(Serialize)]
