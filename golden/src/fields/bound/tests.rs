@@ -1,24 +1,49 @@
 //! Parts of the bound, tried.
 #![allow(clippy::unwrap_used)]
 
+use potamoi_formats::config::{Config, Layer as Toml};
+use potamoi_formats::units::{OpCode, VectorOp};
 use proptest::prelude::*;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::{Off, Pair, UnitErrors};
 use crate::fields::mac::MacMlp;
-use crate::fields::opacity::{Curve, Opacity};
+use crate::fields::opacity::{Curve, Opacity, rescale};
 use crate::fields::{Layer, Mlp, fields_preset, softplus};
 use crate::units::Twins;
 use crate::units::widths::ExpBounds;
 use crate::voxels::{Lanes, Work};
 
 fn with_lanes<T>(run: impl FnOnce(&mut Lanes<'_>) -> T) -> T {
-    let (mut units, mut work) = (Twins::new(&fields_preset()), Work::default());
+    with_lanes_of(&fields_preset(), run)
+}
+
+fn with_lanes_of<T>(config: &Config, run: impl FnOnce(&mut Lanes<'_>) -> T) -> T {
+    let (mut units, mut work) = (Twins::new(config), Work::default());
     run(&mut Lanes {
         units: &mut units,
         work: &mut work,
     })
+}
+
+/// What the units make of a number's opacity.
+fn opacity_of_units(opacity: &Opacity, code: i32, frac: i32, config: &Config) -> f64 {
+    let alpha = with_lanes_of(config, |lanes| {
+        opacity.alphas(&[code], frac, lanes).unwrap()
+    })[0];
+    f64::from(alpha) * 2f64.powi(-(opacity.alpha_bits() as i32))
+}
+
+/// And of its logistic function.
+fn logistic_of_units(code: i32, frac: i32, config: &Config) -> f64 {
+    let exp = &config.vu.exp;
+    let found = with_lanes_of(config, |lanes| {
+        let operand = rescale(&[code], frac, exp.input.frac_bits(), lanes).unwrap();
+        let op = VectorOp::new(OpCode::Sigmoid);
+        lanes.compute_with(op, &operand, 0).unwrap()
+    })[0];
+    f64::from(found) * 2f64.powi(-(exp.output_bits as i32))
 }
 
 /// A perceptron of random weights, its layers so wide.
@@ -100,8 +125,7 @@ proptest! {
         let code = ((number + known + within * most) / unit).round() as i32;
         // What the rounding adds is known.
         let known = f64::from(code) * unit - number - within * most;
-        let alpha = with_lanes(|lanes| opacity.alphas(&[code], frac, lanes).unwrap())[0];
-        let alpha = f64::from(alpha) * 2f64.powi(-(opacity.alpha_bits() as i32));
+        let alpha = opacity_of_units(&opacity, code, frac, &config);
         let depth = interval * match curve {
             Curve::Softplus { shift } => softplus(number + shift),
             Curve::Relu => number.max(0.0),
@@ -120,18 +144,11 @@ proptest! {
         within in -1.0f64..=1.0,
         frac in 4i32..20,
     ) {
-        use crate::fields::opacity::rescale;
-        use potamoi_formats::units::{OpCode, VectorOp};
         let config = fields_preset();
         let unit = 2f64.powi(-frac);
         let code = ((logit + within * most) / unit).round() as i32;
         let known = f64::from(code) * unit - logit - within * most;
-        let found = with_lanes(|lanes| {
-            let bits = config.vu.exp.input.frac_bits();
-            let operand = rescale(&[code], frac, bits, lanes).unwrap();
-            lanes.compute_with(VectorOp::new(OpCode::Sigmoid), &operand, 0).unwrap()
-        })[0];
-        let found = f64::from(found) * 2f64.powi(-(config.vu.exp.output_bits as i32));
+        let found = logistic_of_units(code, frac, &config);
         let exact = 1.0 / (1.0 + (-logit).exp());
         let bound = UnitErrors::of(&config, &ExpBounds::by_formula(&config.vu.exp)).logistic(logit, Off { known, most }, frac);
         prop_assert!((found - exact).abs() <= bound, "{found} {exact}: {bound}");
@@ -179,4 +196,105 @@ fn what_is_held_at_the_end_is_off_by_less_than_is_known_of_its_inputs() {
     assert!(beyond <= bound.most, "{beyond} of {bound:?}");
     // What would be known, were it not held, is farther.
     assert!(off.known > 10.0 * (end - exact), "{off:?}");
+}
+
+/// Each part of what units are off by where it is a large one: nothing is beyond the bound, and
+/// something is beyond it without that part.
+#[test]
+fn each_part_of_the_units_errors_is_needed() {
+    // Settings; a curve and an interval, or a logistic function; numbers from and to.
+    type Case = (
+        &'static str,
+        &'static str,
+        Option<(Curve, f64)>,
+        [f64; 2],
+        fn(&mut UnitErrors),
+    );
+    let softplus_of = Curve::Softplus { shift: -1.0 };
+    let cases: [Case; 6] = [
+        (
+            "power",
+            "iterations = 6",
+            Some((Curve::Relu, 0.5)),
+            [0.0, 4.0],
+            |e| e.power = 0.0,
+        ),
+        (
+            "depth",
+            "one_minus_frac_bits = 8",
+            Some((Curve::Relu, 0.5)),
+            [0.0, 4.0],
+            |e| e.depth = 0.0,
+        ),
+        (
+            "softplus",
+            "iterations = 4",
+            Some((softplus_of, 9.0)),
+            [-4.0, 0.0],
+            |e| e.softplus = 0.0,
+        ),
+        (
+            "operand",
+            "input = \"U3.6\"",
+            Some((softplus_of, 1.0)),
+            [-4.0, 4.0],
+            |e| e.operand = 0.0,
+        ),
+        ("operand", "input = \"U3.6\"", None, [-4.0, 4.0], |e| {
+            e.operand = 0.0
+        }),
+        ("sigmoid", "iterations = 6", None, [-4.0, 4.0], |e| {
+            e.sigmoid = 0.0
+        }),
+    ];
+    for (name, knobs, curve, [from, to], leave_out) in cases {
+        let toml = format!("[vu.exp]\n{knobs}");
+        let layer = Toml {
+            derived: &[],
+            toml: &toml,
+        };
+        let config = fields_preset().with(&[layer], "test").unwrap();
+        let all = UnitErrors::of(&config, &ExpBounds::by_formula(&config.vu.exp));
+        let mut without = all;
+        leave_out(&mut without);
+        let opacity =
+            curve.map(|(curve, interval)| Opacity::new(curve, interval, &config).unwrap());
+        let frac = 14;
+        let off = |errors: &UnitErrors, number: f64| match &opacity {
+            Some(opacity) => opacity.off(errors, number, Off::default(), frac),
+            None => errors.logistic(number, Off::default(), frac),
+        };
+        let (mut beyond, mut most) = (0u32, 0f64);
+        for i in 0..20_000 {
+            let code = ((from + (to - from) * f64::from(i) / 20_000.0) * 2f64.powi(frac)) as i32;
+            let number = f64::from(code) * 2f64.powi(-frac);
+            let (found, exact) = match (&opacity, curve) {
+                (Some(opacity), Some((curve, interval))) => {
+                    let density = match curve {
+                        Curve::Softplus { shift } => softplus(number + shift),
+                        Curve::Relu => number.max(0.0),
+                        Curve::Exp => number.exp(),
+                    };
+                    let found = opacity_of_units(opacity, code, frac, &config);
+                    (found, -(-interval * density).exp_m1())
+                }
+                _ => (
+                    logistic_of_units(code, frac, &config),
+                    1.0 / (1.0 + (-number).exp()),
+                ),
+            };
+            let found = (found - exact).abs();
+            assert!(
+                found <= off(&all, number),
+                "{name}: {number} is off by {found}"
+            );
+            most = most.max(found / off(&all, number));
+            beyond += u32::from(found > off(&without, number));
+        }
+        println!("{name} {curve:?}: {beyond} beyond, {most:.3} of the bound");
+        assert!(
+            beyond > 0,
+            "{name} is not needed: at most {most} of the bound"
+        );
+    }
 }

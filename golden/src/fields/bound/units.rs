@@ -8,17 +8,20 @@ use crate::fields::softplus;
 use crate::units::logistic::{Logistic, logistic_budget};
 use crate::units::widths::ExpBounds;
 
+/// Operands of softplus and sigmoid are held at plus and minus this.
+const LOGISTIC_HOLDS: f64 = 16.0;
+
 /// Bounds of a configuration's vector unit, as differences of values.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::fields) struct UnitErrors {
     /// Of exp and 1 - exp(-s).
-    power: f64,
-    softplus: f64,
-    sigmoid: f64,
+    pub(super) power: f64,
+    pub(super) softplus: f64,
+    pub(super) sigmoid: f64,
     /// Half a code of operands.
-    operand: f64,
+    pub(super) operand: f64,
     /// Half a code of optical depths.
-    depth: f64,
+    pub(super) depth: f64,
     /// exp(-u) at the largest operand, where larger ones are held.
     least: f64,
     /// Fraction bits of operands.
@@ -60,7 +63,7 @@ impl UnitErrors {
         let logistic = |x: f64| 1.0 / (1.0 + (-x).exp());
         let (own, middle) = (logistic(logit), logit + off.known);
         let ends = [middle - off.most, middle + off.most].map(|x| (logistic(x) - own).abs());
-        ends[0].max(ends[1]) + self.sigmoid + self.least
+        ends[0].max(ends[1]) + self.sigmoid + (-LOGISTIC_HOLDS).exp()
     }
 
     /// Of colours from logits of so many fraction bits: the most of a channel.
@@ -86,7 +89,7 @@ impl Opacity {
                 let off = errors.as_operand(off, frac_bits).rounded(errors.operand);
                 let middle = number + shift + off.known;
                 let ends = [middle - off.most, middle + off.most].map(softplus);
-                let unit = errors.softplus + errors.least;
+                let unit = errors.softplus + (-LOGISTIC_HOLDS).exp();
                 self.depths([ends[0] - unit, ends[1] + unit], errors)
             }
             Curve::Relu => {
