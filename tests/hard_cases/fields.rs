@@ -15,7 +15,7 @@ use potamoi_golden::fields::{
 use potamoi_golden::picture::Picture;
 use potamoi_golden::units::widths::ExpBounds;
 use potamoi_golden::units::{Twins, Units};
-use potamoi_golden::voxels::{Head, Lanes, Opacities, VoxelError};
+use potamoi_golden::voxels::{Head, Lanes, Opacities, STOP_BELOW, VoxelError};
 use potamoi_sim::rtl::RtlUnits;
 
 use super::obvious::{Obvious, ObviousUnits};
@@ -38,7 +38,11 @@ struct Toy {
     mlp: Option<Mlp>,
     /// Whether weights of the perceptron have the finest scale that 16 bits hold.
     finest: bool,
+    /// The least light at which rays go on, opacity that counts, and weight that is given a colour.
+    least: [f64; 3],
 }
+
+const LEAST: [f64; 3] = [STOP_BELOW, 0.0, 0.0];
 
 /// 343 cells whose corners share five entries.
 fn hashed() -> Toy {
@@ -55,6 +59,7 @@ fn hashed() -> Toy {
         frac: FRAC,
         mlp: None,
         finest: false,
+        least: LEAST,
     }
 }
 
@@ -70,6 +75,7 @@ fn coarse() -> Toy {
         frac: COARSE,
         mlp: None,
         finest: false,
+        least: LEAST,
     }
 }
 
@@ -94,6 +100,7 @@ fn wide(finest: bool) -> Toy {
         frac: FRAC,
         mlp: Some(Mlp::new(vec![layer]).unwrap()),
         finest,
+        least: LEAST,
     }
 }
 
@@ -142,9 +149,9 @@ impl Field for Toy {
             step: STEP,
             range: [0.0, f64::INFINITY],
             along: Along::Ray,
-            least_opacity: 0.0,
-            least_weight: 0.0,
-            stop: 1e-3,
+            least_opacity: self.least[1],
+            least_weight: self.least[2],
+            stop: self.least[0],
         }
     }
 
@@ -157,6 +164,7 @@ impl Field for Toy {
                 mlp: self.mac(),
                 finest: self.finest.then(|| self.mlp.clone()).flatten(),
                 depth_bits: config.vu.exp.one_minus_frac_bits,
+                least: self.least,
             }),
         })
     }
@@ -183,6 +191,7 @@ struct ToyHead {
     /// The obvious form's.
     finest: Option<Mlp>,
     depth_bits: u32,
+    least: [f64; 3],
 }
 
 impl Head for ToyHead {
@@ -197,6 +206,15 @@ impl Head for ToyHead {
     fn colour_bits(&self) -> u32 {
         let own = |mlp: &MacMlp| u32::try_from(mlp.output_frac()).unwrap();
         self.mlp.as_ref().map_or(self.frac, own)
+    }
+
+    fn least(&self) -> [i32; 2] {
+        let [_, opacity, weight] = self.least;
+        [(opacity, 16), (weight, 20)].map(|(v, bits)| (v * 2f64.powi(bits)).floor() as i32)
+    }
+
+    fn stop(&self) -> f64 {
+        self.least[0]
     }
 
     fn direction_codes(&self) -> usize {
@@ -394,4 +412,39 @@ fn colours_by_themselves_move_a_pixel_within_its_bound() {
     };
     let [coarse, fine] = [coarse(), fine].map(|field| off(&field));
     assert!(coarse > 20.0 * fine && coarse > 2e-3, "{coarse} {fine}");
+}
+
+/// Limits that floating point just misses and the hardware just meets, or the other way round: what
+/// only one of the two leaves out is within the pixel's bound.
+#[test]
+fn what_only_one_of_the_two_leaves_out_is_within_the_bound() {
+    let even = |density: f32, least: [f64; 3]| Toy {
+        table: [Table::new([SIDE; 3], 4, [density, 1.0, 1.0, 1.0].repeat(SIDE.pow(3))).unwrap()],
+        frac: FRAC,
+        mlp: None,
+        finest: false,
+        least,
+    };
+    for (which, what) in ["light at which rays stop", "opacity", "weight"]
+        .iter()
+        .enumerate()
+    {
+        let mut apart = [0u32; 2];
+        for i in 0..16u16 {
+            let density = f32::from(4000 + 97 * i) / 16384.0;
+            let left = (-f64::from(density) * STEP).exp();
+            let limit = [left.powi(3), 1.0 - left, left * (1.0 - left)][which];
+            for (side, factor) in [1.0 - 1e-9, 1.0 + 1e-9].into_iter().enumerate() {
+                let mut least = LEAST;
+                least[which] = limit * factor;
+                let field = even(density, least);
+                let ours = through(&field, &mut Twins::new(&config()));
+                let float = render_float(&field, &camera(), [0.0; 3]).unwrap().picture;
+                let off = farthest(&ours, &float, bounds(&field).into_iter());
+                apart[side] += u32::from(off > 0.01);
+            }
+        }
+        println!("{what}: decided otherwise {apart:?} times of 16");
+        assert!(apart.iter().sum::<u32>() > 4, "{what}: {apart:?}");
+    }
 }
