@@ -148,14 +148,27 @@ pub fn parse(text: &str, origin: &str) -> Result<Vec<FileCamera>, CameraFileErro
 impl Entry {
     fn check(&self) -> Result<FileCamera, (&'static str, String, &'static str)> {
         for (field, value) in [("width", self.width), ("height", self.height)] {
-            if value == 0 {
-                return Err((field, value.to_string(), "at least 1 pixel"));
+            if !(1..=32_768).contains(&value) {
+                return Err((field, value.to_string(), "1 to 32768 pixels"));
             }
         }
         for (field, value) in [("fx", self.fx), ("fy", self.fy)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err((field, value.to_string(), "a positive number of pixels"));
+            if !(1e-3..=1e7).contains(&value) {
+                return Err((field, format!("{value:?}"), "0.001 to 10000000 pixels"));
             }
+        }
+        for (field, value) in [("cx", self.cx), ("cy", self.cy)] {
+            if let Some(value) = value.filter(|v| v.abs() > 1e7) {
+                return Err((
+                    field,
+                    format!("{value:?}"),
+                    "at most 10000000 pixels from 0",
+                ));
+            }
+        }
+        if self.position.iter().any(|v| v.abs() > 1e38) {
+            let value = format!("{:?}", self.position);
+            return Err(("position", value, "coordinates of at most 1e38"));
         }
         let [r0, r1, r2] = self.rotation.map(DVec3::from);
         let to_world = DMat3::from_cols(r0, r1, r2).transpose();
@@ -224,6 +237,13 @@ mod tests {
         refused("\"fx\": 30.5, ", "", "missing field `fx`");
         refused("30.5", "0", "fx is 0");
         refused("30.5", "-1e999", "c.json");
+        refused("30.5", "1e300", "fx is 1e300");
+        refused(
+            "[1, 2, 3]",
+            "[1e300, 2, 3]",
+            "position is [1e300, 2.0, 3.0]",
+        );
+        refused("\"fx\"", "\"cx\": -1e300, \"fx\"", "cx is -1e300");
         refused("\"width\": 40", "\"width\": 0", "width is 0");
         refused("\"width\": 40", "\"width\": -4", "-4");
         refused("[0, 1, 0]", "[0, 2, 0]", "rotation");

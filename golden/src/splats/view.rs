@@ -308,12 +308,13 @@ fn check(camera: &Camera) -> Result<(), RenderError> {
     }
     let focal = camera.focal;
     if !focal.is_finite() || focal.min_element() < 1e-3 || focal.max_element() > 1e7 {
-        return refuse("focal", focal.to_string(), "0.001 to 10000000 pixels");
+        let value = format!("{:?}", focal.to_array());
+        return refuse("focal", value, "0.001 to 10000000 pixels");
     }
     if !camera.centre.is_finite() || camera.centre.abs().max_element() > 1e7 {
         return refuse(
             "centre",
-            camera.centre.to_string(),
+            format!("{:?}", camera.centre.to_array()),
             "at most 10000000 pixels from the picture",
         );
     }
@@ -322,11 +323,13 @@ fn check(camera: &Camera) -> Result<(), RenderError> {
     let identity = glam::DMat3::IDENTITY.to_cols_array();
     let rigid = off.iter().zip(identity).all(|(a, b)| (a - b).abs() < 1e-3);
     if !rigid || m.determinant() < 0.0 {
-        return refuse("world_to_camera", m.to_string(), "a rotation");
+        let value = format!("{:?}", m.to_cols_array_2d());
+        return refuse("world_to_camera", value, "a rotation");
     }
     let t = camera.world_to_camera.translation;
     if !t.is_finite() || t.abs().max_element() > 1e38 {
-        return refuse("world_to_camera", t.to_string(), "a finite translation");
+        let value = format!("{:?}", t.to_array());
+        return refuse("world_to_camera", value, "a finite translation");
     }
     Ok(())
 }

@@ -140,10 +140,12 @@ impl Rays {
         }
         let focal = camera.focal;
         if !(focal.is_finite() && focal.min_element() > 0.0) {
-            return refuse("focal", focal.to_string(), "positive lengths in pixels");
+            let value = format!("{:?}", focal.to_array());
+            return refuse("focal", value, "positive lengths in pixels");
         }
         if !camera.centre.is_finite() {
-            return refuse("centre", camera.centre.to_string(), "finite numbers");
+            let value = format!("{:?}", camera.centre.to_array());
+            return refuse("centre", value, "finite numbers");
         }
         let pose = camera.world_to_camera;
         let rotation = pose.matrix3;
@@ -151,7 +153,7 @@ impl Rays {
         let unit = glam::DMat3::IDENTITY.to_cols_array();
         let rigid = off.iter().zip(unit).all(|(a, b)| (a - b).abs() < 1e-4);
         if !(pose.is_finite() && rigid) {
-            let value = rotation.to_string();
+            let value = format!("{:?}", rotation.to_cols_array_2d());
             return refuse(
                 "world_to_camera",
                 value,
@@ -160,7 +162,7 @@ impl Rays {
         }
         let origin = (camera.position() - placement.corner) / placement.spacing;
         if !(origin.is_finite() && origin.abs().max_element() < 1e9) {
-            let value = camera.position().to_string();
+            let value = format!("{:?}", camera.position().to_array());
             return refuse("position", value, "a place within 1e9 voxels of the grid");
         }
         if !(1.0 / 64.0..=8.0).contains(&step) {
