@@ -280,6 +280,7 @@ fn one_minus_exp_is_within_its_netlists_bound() {
         "iterations = 8",
         "tail = true\niterations = 8",
         "early_out = true",
+        "form = \"piecewise\"\npipelined = true\npieces = 128",
     ] {
         let config = config(&format!(
             "[vu]\nlanes = 1\nops = [\"exp\", \"one-minus-exp\"]\n[vu.exp]\n{knobs}"

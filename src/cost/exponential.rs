@@ -58,7 +58,7 @@ struct Report {
     truncation_ulp: f64,
     /// What all roundings together may cost.
     budget_ulp: f64,
-    /// By analysis of the netlist, of recurrences.
+    /// By analysis of the netlist.
     netlist_ulp: Option<f64>,
     /// The part of it that dropped bits are.
     netlist_dropped_ulp: Option<f64>,

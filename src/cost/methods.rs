@@ -50,7 +50,7 @@ struct Method {
     mean_ulp: f64,
     /// By formula; none of what is not built.
     bound_ulp: Option<f64>,
-    /// By analysis of the netlist; of recurrences.
+    /// By analysis of the netlist.
     netlist_ulp: Option<f64>,
     monotone: bool,
     /// Square millimetres of the paper's vector unit with it at 12 nm; none where it was neither

@@ -303,7 +303,9 @@ fn prove(bench: &Bench, own: &[&Setting]) -> Result<(), Failure> {
         return Err(Failure::Inconclusive("nothing was compared".to_owned()));
     }
     say!(
-        "its Verilog was held against the golden models: no mismatch in any bit or cycle, {vectors} feature vectors and {elements} elements"
+        "its Verilog was held against the golden models: no mismatch in any bit or cycle, {vectors} of the frame's {} feature vectors and {elements} of its {} elements",
+        total[0],
+        total[1]
     );
     Ok(())
 }

@@ -93,9 +93,8 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
     let place = |i: usize| {
         let point = &report.points[i];
         format!(
-            "{} {}, {} dB at {:.1} us",
-            point.knob,
-            point.setting,
+            "{}, {} dB at {:.1} us",
+            format!("{} {}", point.knob, point.setting).trim_end(),
             number(Some(point.place().quality).filter(|q| q.is_finite()), 2),
             point.frame_ns * 1e-3
         )

@@ -187,7 +187,7 @@ mod tests {
             let mut config = Config::default();
             config.gu.sums = sums;
             let module = reducer(&config).unwrap();
-            let mut machine = Machine::new(&module, &["acc", "result"]).unwrap();
+            let mut machine = Machine::new(&module, &["acc", "result"], &[]).unwrap();
             let input = |name: &str| machine.find(name).unwrap();
             let [valid, first, feature, weight] =
                 ["valid", "first", "feature", "weight"].map(input);

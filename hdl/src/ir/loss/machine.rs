@@ -21,11 +21,14 @@ pub(crate) struct Machine<'a> {
     inputs: BTreeMap<usize, Interval>,
     /// Nodes that are looked at with less than all their values.
     pub(super) fixed: Vec<usize>,
+    /// Nodes that are read in parts.
+    parts: Vec<usize>,
 }
 
 impl<'a> Machine<'a> {
     /// Nothing but what these signals, `instance.signal`, follow from is looked at.
-    pub(crate) fn new(module: &'a Module, signals: &[&str]) -> Option<Self> {
+    /// Of `parts` high bits are taken for decisions, and low ones for what is left.
+    pub(crate) fn new(module: &'a Module, signals: &[&str], parts: &[&str]) -> Option<Self> {
         let mut tree = Tree::default();
         tree.add(module, None);
         let known = tree.units.iter().map(|u| Known::of(u.module)).collect();
@@ -37,7 +40,10 @@ impl<'a> Machine<'a> {
             off,
             inputs: BTreeMap::new(),
             fixed: vec![],
+            parts: vec![],
         };
+        let parts: Option<Vec<_>> = parts.iter().map(|s| machine.find(s)).collect();
+        machine.parts = parts?;
         let found: Option<Vec<_>> = signals.iter().map(|s| machine.find(s)).collect();
         machine.order = machine.cone(found?);
         machine.reset();
@@ -180,6 +186,7 @@ impl<'a> Machine<'a> {
             module: of.module,
             known,
             off: &self.off,
+            parts: &self.parts,
             first: of.first_node,
         };
         let off = offs.of(at, &whole);

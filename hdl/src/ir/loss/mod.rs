@@ -4,8 +4,9 @@
 //! Every node has an interval of values and an interval of what it is off from
 //! the same netlist in which sums, products, shifts and roundings keep all bits,
 //! and in which every decision (multiplexers, table entries, shift amounts) is the
-//! one that was made. A low part of a value by itself counts as cut off. Where no
-//! bound is found, as where a sum may wrap, there is none.
+//! one that was made. A low part of a value by itself counts as cut off, unless the
+//! value is said to be read in parts. Where no bound is found, as where a sum may
+//! wrap, there is none.
 //!
 //! Interval arithmetic forgets that values are related; a multiplexer's condition
 //! is the exception: each side is looked at with what the condition says of the

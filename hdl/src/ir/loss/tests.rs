@@ -20,7 +20,7 @@ fn built(make: impl Fn(&mut ModuleBuilder, Signal) -> Signal) -> Arc<Module> {
 
 /// What y is off for x of a range.
 fn off(module: &Module, low: u8, high: u8) -> Option<[f64; 2]> {
-    let mut machine = Machine::new(module, &["y"]).unwrap();
+    let mut machine = Machine::new(module, &["y"], &[]).unwrap();
     let (x, y) = (machine.find("x").unwrap(), machine.find("y").unwrap());
     machine.set(x, Interval::new(low, high));
     machine.settle();
@@ -111,7 +111,7 @@ fn sides_know_what_was_compared() {
         }
         b.name(rest, "rest")
     });
-    let mut machine = Machine::new(&module, &["y"]).unwrap();
+    let mut machine = Machine::new(&module, &["y"], &[]).unwrap();
     machine.set(machine.find("x").unwrap(), Interval::new(0, 255));
     machine.settle();
     let y = machine.find("y").unwrap();
@@ -134,7 +134,7 @@ fn choices_know_what_chose_them() {
         }
         b.sub(x, part)
     });
-    let mut machine = Machine::new(&module, &["y"]).unwrap();
+    let mut machine = Machine::new(&module, &["y"], &[]).unwrap();
     machine.set(machine.find("x").unwrap(), Interval::new(0, 255));
     machine.settle();
     let y = machine.find("y").unwrap();
@@ -153,7 +153,7 @@ fn registers_keep_what_they_are_off() {
     b.set_next(held, next);
     b.output("y", held, "");
     let module = b.finish().unwrap();
-    let mut machine = Machine::new(&module, &["y"]).unwrap();
+    let mut machine = Machine::new(&module, &["y"], &[]).unwrap();
     let [x, load, y] = ["x", "load", "y"].map(|n| machine.find(n).unwrap());
     machine.set(x, Interval::new(0, 255));
     let mut found = vec![];

@@ -13,6 +13,8 @@ pub(super) struct Offs<'a> {
     pub(super) known: &'a Known,
     /// By node of the hierarchy.
     pub(super) off: &'a [Option<Off>],
+    /// Nodes whose high bits decide, and whose low bits are what is left.
+    pub(super) parts: &'a [usize],
     /// The module's first.
     pub(super) first: usize,
 }
@@ -46,6 +48,13 @@ impl Offs<'_> {
                 Op::Slice(wide, 0) if !self.known.whole[*a].fits(ty(a)) => off(wide).cloned(),
                 _ => off(a).cloned(),
             },
+            Op::Slice(a, low) if self.parts.contains(&(self.first + a)) => {
+                if *low > 0 {
+                    Some(Off::none())
+                } else {
+                    off(a).cloned()
+                }
+            }
             Op::Slice(a, 0) if fits && node.ty.width > 1 => off(a).cloned(),
             Op::Slice(a, 0) => Some(if value(a).is_point() {
                 Off::of_known(value(a), node.ty.width)
