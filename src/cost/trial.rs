@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::front::Place;
 use super::knobs::{Change, Look, Setting, Way};
-use super::units::{UnitErrors, powers};
+use super::units::{Netlists, UnitErrors};
 use crate::failure::Failure;
 use crate::setup::{Setup, store};
 
@@ -144,6 +144,7 @@ pub(super) struct Bench {
     model: Picture,
     truth: Option<Picture>,
     frames: u32,
+    netlists: Netlists,
 }
 
 impl Bench {
@@ -159,6 +160,7 @@ impl Bench {
                 None => None,
             },
             frames,
+            netlists: Netlists::default(),
             setup,
         })
     }
@@ -208,7 +210,7 @@ impl Bench {
         let bounds = match settings.iter().all(is_same_float) {
             true => {
                 let float = self.setup.scene.precision();
-                scene.error_bounds_beside(&config, float, &powers(&config))?
+                scene.error_bounds_beside(&config, float, &self.netlists.powers(&scene, &config))?
             }
             false => None,
         };
@@ -218,7 +220,7 @@ impl Bench {
         let mut point = Point {
             knob: knob.to_owned(),
             setting: label.to_owned(),
-            units: UnitErrors::of(&scene, &config),
+            units: UnitErrors::of(&scene, &config, &self.netlists),
             model: Likeness::of(&rendered.picture, &self.model),
             truth: (self.truth.as_ref()).map(|truth| Likeness::of(&rendered.picture, truth)),
             worst: Some(PixelError::new(

@@ -1,5 +1,8 @@
 //! What the results of a configuration's units are off by.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
+
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::OpCode;
 use potamoi_golden::scene::Scene;
@@ -64,13 +67,47 @@ pub(super) struct UnitErrors {
     pub(super) gathering: Option<UnitError>,
 }
 
+/// Bounds by analysis of netlists, each found once.
+#[derive(Debug, Default)]
+pub(super) struct Netlists {
+    known: RefCell<HashMap<String, Option<f64>>>,
+}
+
+impl Netlists {
+    /// Of an operation; nothing of one that is not built, or of a unit that cannot be.
+    fn bound(&self, config: &Config, op: OpCode) -> Option<f64> {
+        let key = format!("{op:?} {:?} {:?}", config.vu.ops, config.vu.exp);
+        let known = self.known.borrow().get(&key).copied();
+        known.unwrap_or_else(|| {
+            let found = exponential_bound(config, op).ok().flatten();
+            let found = found.map(|bound| bound.ulp);
+            self.known.borrow_mut().insert(key, found);
+            found
+        })
+    }
+
+    /// Of the powers that a scene is rendered with: the lesser of the netlist's and the formulas'.
+    pub(super) fn powers(&self, scene: &Scene, config: &Config) -> ExpBounds {
+        let formula = ExpBounds::by_formula(&config.vu.exp);
+        let known = |op| self.bound(config, op).unwrap_or(f64::INFINITY);
+        let one_minus_exp = match has_rays(scene, config) {
+            true => known(OpCode::OneMinusExp),
+            false => f64::INFINITY,
+        };
+        formula.and(ExpBounds::of(known(OpCode::Exp), one_minus_exp))
+    }
+}
+
+fn has_rays(scene: &Scene, config: &Config) -> bool {
+    !scene.model().is_splats() && config.vu.ops.contains(&OpCode::OneMinusExp)
+}
+
 impl UnitErrors {
-    pub(super) fn of(scene: &Scene, config: &Config) -> Self {
+    pub(super) fn of(scene: &Scene, config: &Config, netlists: &Netlists) -> Self {
         let interpolates = scene.facts().tables.iter().any(|t| t.vertices == 8);
-        let has_rays = !scene.model().is_splats() && config.vu.ops.contains(&OpCode::OneMinusExp);
         Self {
-            exponential: exponential(config),
-            one_minus_exp: has_rays.then(|| one_minus_exp(config)),
+            exponential: exponential(config, netlists),
+            one_minus_exp: has_rays(scene, config).then(|| one_minus_exp(config, netlists)),
             gathering: interpolates.then(|| gathering(config)),
         }
     }
@@ -85,22 +122,7 @@ impl UnitErrors {
     }
 }
 
-/// Bounds of a configuration's powers: the lesser of the netlist's and the formulas'.
-pub(super) fn powers(config: &Config) -> ExpBounds {
-    let formula = ExpBounds::by_formula(&config.vu.exp);
-    let netlist = |op| of_netlist(config, op).unwrap_or(f64::INFINITY);
-    formula.and(ExpBounds::of(
-        netlist(OpCode::Exp),
-        netlist(OpCode::OneMinusExp),
-    ))
-}
-
-/// What the netlist's own analysis gives; nothing of a unit that cannot be built.
-fn of_netlist(config: &Config, op: OpCode) -> Option<f64> {
-    exponential_bound(config, op).ok()?.map(|bound| bound.ulp)
-}
-
-fn exponential(config: &Config) -> Option<UnitError> {
+fn exponential(config: &Config, netlists: &Netlists) -> Option<UnitError> {
     let exp = &config.vu.exp;
     if !config.vu.ops.contains(&OpCode::Exp) || exp.input.width() > 16 {
         return None;
@@ -112,7 +134,7 @@ fn exponential(config: &Config) -> Option<UnitError> {
         max_ulp: error.max_ulp,
         mean_ulp: error.mean,
         bound_ulp: budget(exp),
-        netlist_ulp: of_netlist(config, OpCode::Exp),
+        netlist_ulp: netlists.bound(config, OpCode::Exp),
     })
 }
 
@@ -122,7 +144,7 @@ fn even(n: u32, prime: u32) -> f64 {
     (f64::from(n) * f64::from(prime).sqrt()).fract()
 }
 
-fn one_minus_exp(config: &Config) -> UnitError {
+fn one_minus_exp(config: &Config, netlists: &Netlists) -> UnitError {
     let exp = &config.vu.exp;
     let twin = ExpTwin::new(exp);
     let bits = exp.one_minus_frac_bits as i32;
@@ -137,7 +159,7 @@ fn one_minus_exp(config: &Config) -> UnitError {
     // stands for 1, too.
     let beside = |bound: f64| bound.max(1.0) + ulps / code;
     UnitError {
-        netlist_ulp: of_netlist(config, OpCode::OneMinusExp).map(beside),
+        netlist_ulp: netlists.bound(config, OpCode::OneMinusExp).map(beside),
         ..UnitError::of(errors, beside(budget(exp)))
     }
 }
@@ -181,7 +203,7 @@ mod tests {
 
     fn of(scene: &str, text: &str) -> UnitErrors {
         let config = Config::from_toml(text, "test").unwrap();
-        UnitErrors::of(&Scene::open(scene).unwrap(), &config)
+        UnitErrors::of(&Scene::open(scene).unwrap(), &config, &Netlists::default())
     }
 
     /// A coarser unit is farther off, none farther than its bound, and each setting moves the error
