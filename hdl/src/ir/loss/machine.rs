@@ -19,6 +19,8 @@ pub(crate) struct Machine<'a> {
     /// By node; `None`: there is no bound.
     pub(super) off: Vec<Option<Off>>,
     inputs: BTreeMap<usize, Interval>,
+    /// Nodes that changed since the cycle was followed.
+    changed: Vec<bool>,
     /// Nodes that are looked at with less than all their values.
     pub(super) fixed: Vec<usize>,
     /// Nodes that are read in parts.
@@ -33,12 +35,14 @@ impl<'a> Machine<'a> {
         tree.add(module, None);
         let known = tree.units.iter().map(|u| Known::of(u.module)).collect();
         let off = vec![None; tree.unit_of.len()];
+        let changed = vec![true; off.len()];
         let mut machine = Self {
             tree,
             order: vec![],
             known,
             off,
             inputs: BTreeMap::new(),
+            changed,
             fixed: vec![],
             parts: vec![],
         };
@@ -135,42 +139,58 @@ impl<'a> Machine<'a> {
 
     /// Registers as they are after reset.
     pub(crate) fn reset(&mut self) {
-        for id in self.order.clone() {
+        for at in 0..self.order.len() {
+            let id = self.order[at];
             if let Op::Reg { reset, .. } = &self.node(id).op {
                 let reset = Interval::point(reset);
-                self.keep(id, reset.clone(), reset, Some(Off::none()));
+                self.take_over(id, reset, Some(Off::none()));
             }
         }
+    }
+
+    /// Keeps a value, and notes whether it is another.
+    fn take_over(&mut self, id: usize, value: Interval, off: Option<Off>) {
+        self.changed[id] |= *self.value(id) != value || self.off[id] != off;
+        self.keep(id, value.clone(), value, off);
     }
 
     /// Follows the inputs and registers through the cycle.
     pub(crate) fn settle(&mut self) {
-        for id in self.order.clone() {
-            self.follow(id);
+        for at in 0..self.order.len() {
+            self.follow(self.order[at]);
         }
+        self.changed.fill(false);
     }
 
     fn follow(&mut self, id: usize) {
+        let needs = self.tree.needs(id);
         let node = self.node(id);
+        if !self.changed[id] && !needs.is_empty() && !needs.iter().any(|n| self.changed[*n]) {
+            return;
+        }
         match &node.op {
             Op::Reg { .. } => {}
-            Op::Input | Op::InstanceOut(..) => match self.tree.needs(id).first() {
+            Op::Input | Op::InstanceOut(..) => match needs.first() {
                 Some(source) => {
                     let (value, off) = (self.value(*source).clone(), self.off[*source].clone());
-                    self.keep(id, value.clone(), value, off);
+                    self.take_over(id, value, off);
                 }
                 None => {
                     let all = || Interval::all(node.ty);
                     let value = self.inputs.get(&id).cloned().unwrap_or_else(all);
-                    self.keep(id, value.clone(), value, Some(Off::none()));
+                    self.take_over(id, value, Some(Off::none()));
                 }
             },
             Op::ReadSync(..) | Op::ReadAsync(..) => {
-                let all = Interval::all(node.ty);
-                self.keep(id, all.clone(), all, None);
+                self.take_over(id, Interval::all(node.ty), None);
             }
+            Op::Lit(_) if !self.changed[id] => {}
             _ => {
                 let (value, whole, off) = self.result(id);
+                let unit = self.tree.unit_of[id];
+                let before = &self.known[unit].whole[id - self.tree.units[unit].first_node];
+                self.changed[id] |=
+                    *before != whole || *self.value(id) != value || self.off[id] != off;
                 self.keep(id, value, whole, off);
             }
         }
@@ -217,7 +237,7 @@ impl<'a> Machine<'a> {
             }
         }
         for (id, value, off) in taken {
-            self.keep(id, value.clone(), value, off);
+            self.take_over(id, value, off);
         }
     }
 }

@@ -56,6 +56,12 @@ impl Interval {
     }
 
     pub(crate) fn fits(&self, ty: Ty) -> bool {
+        // Of what surely fits, the ends of the type need not be made.
+        let bits = self.low.bits().max(self.high.bits());
+        let sign = ty.signed || self.low.sign() != Sign::Minus;
+        if sign && bits < u64::from(ty.width) {
+            return true;
+        }
         self.within(&Self::all(ty))
     }
 
@@ -105,6 +111,9 @@ impl Interval {
 
     /// What is left when only the low bits are kept.
     pub(crate) fn wrap(&self, ty: Ty) -> Self {
+        if self.fits(ty) {
+            return self.clone();
+        }
         let all = Self::all(ty);
         let lap = |value: &BigInt| (value - &all.low) >> ty.width;
         let (first, last) = (lap(&self.low), lap(&self.high));
