@@ -168,3 +168,50 @@ fn registers_keep_what_they_are_off() {
         assert!((found - expected).abs() < 1e-9, "{found} {expected}");
     }
 }
+
+/// The last value that a comparison lets through is let through, and the next is not.
+#[test]
+fn comparisons_end_where_they_say() {
+    let range = |less_or_equal: bool, kept: bool| {
+        let module = built(|b, x| {
+            let (limit, other) = (b.lit(100, Ty::u(8)), b.lit(95, Ty::u(8)));
+            let other = if kept { other } else { b.lit(105, Ty::u(8)) };
+            let so = if less_or_equal {
+                b.le(x, limit)
+            } else {
+                b.lt(x, limit)
+            };
+            let [t, e] = if kept { [x, other] } else { [other, x] };
+            b.mux(so, t, e)
+        });
+        let mut machine = Machine::new(&module, &["y"], &[]).unwrap();
+        machine.set(machine.find("x").unwrap(), Interval::new(90, 110));
+        machine.settle();
+        machine.value(machine.find("y").unwrap()).clone()
+    };
+    assert_eq!(range(true, true), Interval::new(90, 100));
+    assert_eq!(range(false, true), Interval::new(90, 99));
+    assert_eq!(range(true, false), Interval::new(101, 110));
+    assert_eq!(range(false, false), Interval::new(100, 110));
+}
+
+#[test]
+fn a_register_that_may_have_taken_over_holds_either() {
+    let mut b = ModuleBuilder::new("either");
+    let (x, take) = (b.input("x", Ty::u(8), ""), b.input("take", Ty::bit(), ""));
+    let held = b.reg("held", Ty::u(8), 3);
+    b.set_next_if(held, take, x);
+    b.output("y", held, "");
+    let module = b.finish().unwrap();
+    let mut machine = Machine::new(&module, &["y"], &[]).unwrap();
+    let [x, take, y] = ["x", "take", "y"].map(|n| machine.find(n).unwrap());
+    machine.set(x, Interval::new(7, 9));
+    for (low, high, expected) in [(0, 0, [3, 3]), (0, 1, [3, 9]), (1, 1, [7, 9])] {
+        machine.reset();
+        machine.set(take, Interval::new(low, high));
+        machine.settle();
+        machine.clock();
+        machine.settle();
+        assert_eq!(*machine.value(y), Interval::new(expected[0], expected[1]));
+    }
+}
