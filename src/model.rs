@@ -246,7 +246,7 @@ impl ModelArgs {
         };
         let bar = progress::bar(PathWork::steps(&options), "rendering and counting");
         bar.set_message(setup.scene.name().to_owned());
-        let found = store()?.path(&setup.scene, &setup.config, &options, &mut || bar.inc(1))?;
+        let found = store()?.path(&setup.scene, &setup.config, &options, &|| bar.inc(1))?;
         bar.set_message(format!("{}: replaying what is read", setup.scene.name()));
         setup.replay(&options)?;
         bar.finish_and_clear();

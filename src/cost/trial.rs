@@ -278,7 +278,7 @@ impl Bench {
             is_double_buffered: system.array_double_buffered,
             cache: system.gpu.cache_bytes,
         };
-        let (path, _) = store()?.path(scene, config, &options, &mut || ())?;
+        let (path, _) = store()?.path(scene, config, &options, &|| ())?;
         let run = |frames| {
             let variant = Variant {
                 name: "",

@@ -38,14 +38,14 @@ impl RuleBreaches {
         rule: &'static str,
         field: &'static str,
         value: impl fmt::Display,
-        expected: impl Into<String>,
+        expected: impl fmt::Display,
     ) {
         if !kept {
             self.0.push(RuleBreach {
                 rule,
                 field,
                 value: value.to_string(),
-                expected: expected.into(),
+                expected: expected.to_string(),
             });
         }
     }
@@ -64,7 +64,7 @@ impl RuleBreaches {
             rule,
             field,
             value,
-            format!("{low} to {high}: {why}"),
+            format_args!("{low} to {high}: {why}"),
         );
     }
 }
@@ -203,7 +203,7 @@ fn index_table(config: &Config, out: &mut RuleBreaches) {
         "rit-entries",
         "rit.entries",
         rit.entries,
-        format!(
+        format_args!(
             "a multiple of gu.ports = {ports}, from {ports} to 65536, such as {}: {ports} entries are read together",
             (rit.entries.min(65_536) / ports * ports).max(ports)
         ),
@@ -215,7 +215,7 @@ fn index_table(config: &Config, out: &mut RuleBreaches) {
         "rit-stream-bits",
         "rit.stream_bits",
         stream,
-        format!("a multiple of 32 that divides the {row} bits of one RIT row ({ports} entries of 48 bytes)"),
+        format_args!("a multiple of 32 that divides the {row} bits of one RIT row ({ports} entries of 48 bytes)"),
     );
     out.require(
         rit.slot_bits == 16 || rit.slot_bits == 32,

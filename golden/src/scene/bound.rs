@@ -37,7 +37,7 @@ impl Scene {
         if !self.choices.left_out().is_empty() || self.precision.hashed_levels.is_some() {
             return Ok(None);
         }
-        match &self.model {
+        match self.model() {
             Model::Splats(cloud) if self.order == Order::Exact => {
                 Ok(Some(self.splat_bounds(cloud, (exp, powers), float, 0.0)?))
             }
@@ -123,6 +123,8 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use std::sync::Arc;
+
     use super::*;
     use crate::units::Twins;
 
@@ -149,7 +151,7 @@ mod tests {
         );
         let mut scene = Scene::open("cairn:splats").unwrap();
         scene.set_size(Some(48), Some(40)).unwrap();
-        scene.model = Model::Splats(cloud.unwrap());
+        scene.model = Arc::new(Model::Splats(cloud.unwrap()));
         let config = Config::paper();
         let bounds = scene.error_bounds(&config).unwrap().unwrap();
         let float = scene.render_float().unwrap().picture;

@@ -69,7 +69,7 @@ impl Scene {
                     };
                     self.of_volume(&volume, &config, sides)
                 };
-                match &self.model {
+                match self.model() {
                     Model::Dvgo(own) => self.of_field(field, capacity, full, || of_dvgo(own)),
                     _ => self.of_field(field, capacity, full, traffic),
                 }
@@ -90,7 +90,7 @@ impl Scene {
         match self.model.kind() {
             Kind::Splats(cloud) => {
                 let view = View::new(cloud, &self.camera, self.profile)?;
-                let colour = match &self.model {
+                let colour = match self.model() {
                     Model::Compact(model) => Some(model.colour()),
                     _ => None,
                 };
@@ -150,7 +150,7 @@ impl Scene {
         full: Option<Size>,
     ) -> Result<Characterised, SceneError> {
         let view = View::new(cloud, &self.camera, self.profile)?;
-        let colour = match &self.model {
+        let colour = match self.model() {
             Model::Compact(model) => Some(model.colour()),
             _ => None,
         };

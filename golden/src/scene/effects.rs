@@ -61,7 +61,7 @@ impl Scene {
     #[must_use]
     pub fn left_out_coefficients(&self) -> u64 {
         let of = |degree: usize| 3 * (degree as u64 + 1).pow(2);
-        match self.model {
+        match *self.model {
             Model::Splats(_) => {
                 of(self.facts().highest_harmonic()).saturating_sub(of(self.degree()))
             }
@@ -114,7 +114,7 @@ impl Scene {
             () => Sorting::IfNeeded,
         };
         Work {
-            degree: match self.model {
+            degree: match *self.model {
                 // A camera's colours have none.
                 Model::Compact(_) => sh::MAX_DEGREE,
                 _ => self.degree(),
@@ -196,7 +196,7 @@ impl Scene {
             let coded = field.coded(config).map_err(SceneError::from)?;
             Ok(of(&*coded.head))
         };
-        let found = match &self.model {
+        let found = match self.model() {
             Model::Splats(_) => Ok(splats),
             Model::Compact(_) => Ok([splats, vec![OpCode::Relu]].concat()),
             Model::Voxels(grid) => {
@@ -224,7 +224,7 @@ impl Scene {
     /// The same with another model.
     pub(crate) fn with_model(self, model: Model) -> Self {
         Self {
-            model,
+            model: model.into(),
             found: crate::effects::Cache::default(),
             truth: None,
             ..self

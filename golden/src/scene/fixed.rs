@@ -83,7 +83,7 @@ impl Scene {
         only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<Rendered, SceneError> {
-        match &self.model {
+        match self.model() {
             Model::Splats(cloud) => self.splats_fixed(cloud, config, only, units),
             Model::Compact(model) => {
                 let eye = self.camera.position();

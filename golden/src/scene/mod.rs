@@ -37,6 +37,8 @@ pub use orbit::Orbit;
 pub use ready::cloud as laid_splats;
 pub use render::{FrameCounts, Rendered, SplatCounts};
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::analytic::Analytic;
@@ -134,7 +136,8 @@ const TURN: f64 = 36.0;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     name: String,
-    model: Model,
+    /// Shared by copies that look at it otherwise.
+    model: Arc<Model>,
     camera: Camera,
     /// The cameras of the file that the camera is of, from it on.
     path: Vec<Camera>,
@@ -170,7 +173,7 @@ impl Scene {
 
     /// What is shown.
     #[must_use]
-    pub const fn model(&self) -> &Model {
+    pub fn model(&self) -> &Model {
         &self.model
     }
 

@@ -46,7 +46,7 @@ impl Scene {
     /// it is not used.
     #[must_use]
     pub fn not_checked(&self) -> Vec<String> {
-        let outside: &[&str] = match &self.model {
+        let outside: &[&str] = match self.model() {
             Model::Splats(_) => &[PROJECTION, RIT, HOLDING, COMPOSITING],
             Model::Compact(_) => &[
                 CODES,
@@ -88,7 +88,7 @@ impl Scene {
         };
         let mut all: Vec<String> = outside.iter().map(|&what| what.to_owned()).collect();
         let blocks =
-            matches!(&self.model, Model::Field(field) if field.kind() == super::NGP_MVOXEL);
+            matches!(self.model(), Model::Field(field) if field.kind() == super::NGP_MVOXEL);
         // MVoxels of a hash share no vertices.
         if blocks || self.halo == Halo::Split {
             all.push(PARTS.to_owned());
@@ -116,7 +116,7 @@ impl Scene {
             return all;
         }
         all.push(NO_REFERENCE.to_owned());
-        let (assumed, ignored) = match &self.model {
+        let (assumed, ignored) = match self.model() {
             Model::Dvgo(field) => (Some(field.assumed()), field.ignored()),
             Model::Tensorf(field) => (None, field.ignored()),
             Model::Field(field) if [super::NGP, super::NGP_MVOXEL].contains(&field.kind()) => {

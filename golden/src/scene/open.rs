@@ -85,7 +85,7 @@ impl Scene {
     ) -> Self {
         Self {
             name: name.to_owned(),
-            model,
+            model: model.into(),
             camera,
             path: vec![],
             up,

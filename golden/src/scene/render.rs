@@ -156,7 +156,7 @@ impl Scene {
 
     /// Gaussians in the colours of a camera's side.
     pub(super) fn seen_from<'a>(&'a self, cloud: &'a Cloud, camera: &Camera) -> Cow<'a, Cloud> {
-        match &self.model {
+        match self.model() {
             Model::Compact(model) => Cow::Owned(model.seen_from(camera.position())),
             _ => Cow::Borrowed(cloud),
         }

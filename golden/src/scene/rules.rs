@@ -1,6 +1,7 @@
 //! How a scene is rendered, as a description says it.
 
 use std::str::FromStr as _;
+use std::sync::Arc;
 
 use super::description::RenderDescription;
 use super::open::STEP;
@@ -83,13 +84,13 @@ impl Scene {
             hashed_levels: render.hashed_levels,
         })?;
         let splats = matches!(self.model.kind(), Kind::Splats(_));
-        let voxels = matches!(self.model, Model::Voxels(_) | Model::Dvgo(_));
+        let voxels = matches!(*self.model, Model::Voxels(_) | Model::Dvgo(_));
         let interpolated = match self.model.kind() {
             Kind::Splats(_) => false,
             Kind::Voxels(_) => true,
             Kind::Field(field) => field.tables().iter().any(|table| table.vertices() > 1),
         };
-        let stepped = voxels || matches!(self.model, Model::Tensorf(_));
+        let stepped = voxels || matches!(*self.model, Model::Tensorf(_));
         for (field, given, ours, kind) in [
             ("render.profile", render.profile.is_some(), splats, "splats"),
             ("render.order", render.order.is_some(), splats, "splats"),
@@ -133,7 +134,7 @@ impl Scene {
         self.step = step;
         // How many samples a ray has follows from it.
         self.found = Cache::default();
-        match &mut self.model {
+        match Arc::make_mut(&mut self.model) {
             Model::Dvgo(field) => field.set_step(step),
             Model::Tensorf(field) => field.set_step(step),
             Model::Splats(_) | Model::Compact(_) | Model::Voxels(_) | Model::Field(_) => {}
@@ -163,7 +164,7 @@ impl Scene {
                 return Err(self.value("render.hashed_levels", levels.to_string(), &expected));
             }
         }
-        let (known, models): (&[&str], _) = match self.model {
+        let (known, models): (&[&str], _) = match *self.model {
             Model::Splats(_) | Model::Compact(_) => (
                 &[
                     "stop_below",

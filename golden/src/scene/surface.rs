@@ -290,7 +290,7 @@ mod tests {
         let error = of_scene_at(&cairn, 8, 1e30).unwrap_err().to_string();
         assert!(error.contains("level of the surface"), "{error}");
         let scene = Scene {
-            model: Model::Voxels(Box::new(grid)),
+            model: Model::Voxels(Box::new(grid)).into(),
             ..cairn
         };
         let error = of_scene(&scene, 8).unwrap_err().to_string();

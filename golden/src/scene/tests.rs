@@ -181,7 +181,7 @@ fn a_compact_3dgs_model_is_a_scene() {
     let clouds = [&here, &there].map(|s| model.seen_from(s.camera().position()));
     assert!((0..clouds[0].len()).any(|i| clouds[0].sh(i) != clouds[1].sh(i)));
     let seen = Scene {
-        model: Model::Splats(clouds[0].clone()),
+        model: Model::Splats(clouds[0].clone()).into(),
         ..here
     };
     assert_eq!(seen.render_float().unwrap().picture, shown.picture);

@@ -335,8 +335,55 @@ pub struct VectorCycles {
     pub elapsed: u64,
 }
 
-/// Exact cycles of operations, one after the other, on their first operands
-/// each. The operands' values matter with an early out alone.
+/// The vector unit in closed form; what follows from its configuration is found once.
+#[derive(Debug, Clone)]
+pub struct ClosedVector {
+    timing: VectorTiming,
+    exponents: Exponents,
+    lanes: usize,
+}
+
+impl ClosedVector {
+    /// Of a configuration.
+    ///
+    /// # Errors
+    /// A configuration that breaks its rules.
+    pub fn new(config: &Config) -> Result<Self, WorkError> {
+        Ok(Self {
+            timing: VectorTiming::new(config)?,
+            exponents: Exponents::of(config),
+            lanes: config.vu.lanes as usize,
+        })
+    }
+
+    /// Exact cycles of operations, one after the other, on their first operands
+    /// each. The operands' values matter with an early out alone.
+    #[must_use]
+    pub fn cycles(&self, work: &[(OpCode, &[i32])]) -> VectorCycles {
+        let timing = &self.timing;
+        let mut out = VectorCycles::default();
+        let mut occupied = 0;
+        for &(op, a) in work {
+            for vector in a.chunks(self.lanes) {
+                let (code, exponent) = (op.code(), self.exponents.least(op, vector));
+                out.vectors += 1;
+                out.elapsed = occupied + timing.latency(code, exponent) + 1;
+                occupied += timing.occupancy(code, exponent);
+            }
+        }
+        if out.vectors > 0 {
+            let drained = if timing.pipelined {
+                timing.interval - 1
+            } else {
+                0
+            };
+            out.busy = occupied + drained;
+        }
+        out
+    }
+}
+
+/// [`ClosedVector::cycles`] of one list of operations.
 ///
 /// # Errors
 /// A configuration that breaks its rules.
@@ -344,25 +391,5 @@ pub fn vector_cycles(
     config: &Config,
     work: &[(OpCode, &[i32])],
 ) -> Result<VectorCycles, WorkError> {
-    let timing = VectorTiming::new(config)?;
-    let exponents = Exponents::of(config);
-    let mut out = VectorCycles::default();
-    let mut occupied = 0;
-    for &(op, a) in work {
-        for vector in a.chunks(config.vu.lanes as usize) {
-            let (code, exponent) = (op.code(), exponents.least(op, vector));
-            out.vectors += 1;
-            out.elapsed = occupied + timing.latency(code, exponent) + 1;
-            occupied += timing.occupancy(code, exponent);
-        }
-    }
-    if out.vectors > 0 {
-        let drained = if timing.pipelined {
-            timing.interval - 1
-        } else {
-            0
-        };
-        out.busy = occupied + drained;
-    }
-    Ok(out)
+    Ok(ClosedVector::new(config)?.cycles(work))
 }

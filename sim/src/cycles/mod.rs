@@ -21,7 +21,9 @@ pub mod work;
 #[cfg(test)]
 mod tests;
 
-pub use closed::{GatherCycles, VectorCycles, gather_cycles, split_cycles, vector_cycles};
+pub use closed::{
+    ClosedVector, GatherCycles, VectorCycles, gather_cycles, split_cycles, vector_cycles,
+};
 pub use drive::{CycleLog, run_gather, run_gather_watched, run_split};
 pub use exponents::Exponents;
 pub use feature_major::{FeatureMajorModel, LaneRun, Rounds, feature_major_cycles};

@@ -5,7 +5,7 @@ use potamoi_formats::units::VectorOp;
 use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
 use serde::Serialize;
 
-use crate::cycles::vector_cycles;
+use crate::cycles::ClosedVector;
 use crate::rtl::{GatherWork, RtlError};
 use crate::soc::npu::Array;
 
@@ -35,6 +35,8 @@ pub struct EffectCycles {
 pub struct EffectMeter<'u> {
     units: &'u mut dyn Units,
     config: Config,
+    /// From the first operation on.
+    vector: Option<ClosedVector>,
     array: Array,
     cycles: EffectCycles,
 }
@@ -45,6 +47,7 @@ impl<'u> EffectMeter<'u> {
         Self {
             units,
             config: config.clone(),
+            vector: None,
             array: Array::PAPER,
             cycles: EffectCycles::default(),
         }
@@ -91,7 +94,11 @@ impl Units for EffectMeter<'_> {
         b: &[i32],
         out: &mut [i32],
     ) -> Result<(), UnitError> {
-        let found = vector_cycles(&self.config, &[(op.code, a)])?;
+        let vector = match &self.vector {
+            Some(vector) => vector,
+            None => self.vector.insert(ClosedVector::new(&self.config)?),
+        };
+        let found = vector.cycles(&[(op.code, a)]);
         self.cycles.vector += found.elapsed;
         if op.code.is_exponential() {
             self.cycles.exponentials += found.elapsed;

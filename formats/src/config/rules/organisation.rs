@@ -65,7 +65,7 @@ fn split(config: &Config, out: &mut RuleBreaches) {
         "split-rows",
         "mvoxel.rows",
         rows,
-        format!("a multiple of gu.ports / 2 = {parts}, twice it or more: rows fill all parts of a bank alike"),
+        format_args!("a multiple of gu.ports / 2 = {parts}, twice it or more: rows fill all parts of a bank alike"),
     );
 }
 
@@ -127,7 +127,7 @@ fn feature_major(config: &Config, out: &mut RuleBreaches) {
         "feature-major-lane-groups",
         "gu.lanes",
         gu.lanes,
-        format!(
+        format_args!(
             "a multiple of gu.ports = {}: so many lanes are loaded together",
             gu.ports
         ),
@@ -145,7 +145,9 @@ fn feature_major(config: &Config, out: &mut RuleBreaches) {
         "feature-major-rows",
         "mvoxel.rows",
         rows,
-        format!("a multiple of gu.banks = {banks}, twice it or more: rows fill all banks alike"),
+        format_args!(
+            "a multiple of gu.banks = {banks}, twice it or more: rows fill all banks alike"
+        ),
     );
     out.require(
         config.rit.entry == EntryKind::Paper

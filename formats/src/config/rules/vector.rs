@@ -193,7 +193,7 @@ fn pieces(exp: &ExpConfig, out: &mut RuleBreaches) {
         "exp-pieces-output-bits",
         "vu.exp.output_bits",
         exp.output_bits,
-        format!(
+        format_args!(
             "at most {most} with {count} pieces, whose error is then below half a unit, so that 1 - exp(0) is 0"
         ),
     );
@@ -242,7 +242,7 @@ fn early_out(exp: &ExpConfig, out: &mut RuleBreaches) {
         "exp-early-out-clocks",
         "vu.exp.early_out",
         true,
-        format!(
+        format_args!(
             "false: all iterations take {interval} clocks, and the lanes agree to stop after {earliest} at the \
              earliest"
         ),
@@ -289,7 +289,7 @@ fn logistic(config: &Config, out: &mut RuleBreaches) {
         "exp-logistic-output-bits",
         "vu.exp.output_bits",
         exp.output_bits,
-        format!(
+        format_args!(
             "at most {LOGISTIC_OUTPUT_BITS} with sigmoid or softplus: exp(-16), where their exponentials end, \
              must round to 0"
         ),

@@ -86,7 +86,7 @@ impl Kept {
         scene: &Scene,
         config: &Config,
         options: &PathOptions,
-        step: &mut dyn FnMut(),
+        step: &(dyn Fn() + Sync),
     ) -> Result<(PathWork, bool), KeepError> {
         self.get("path", scene, config, options, || {
             PathWork::count(scene, config, options, step)

@@ -8,7 +8,7 @@ use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
 use serde::{Deserialize, Serialize};
 
 use super::super::npu::Array;
-use crate::cycles::vector_cycles;
+use crate::cycles::ClosedVector;
 use crate::rtl::{GatherWork, RtlError};
 
 /// Bytes of a feature code or an activation.
@@ -115,6 +115,8 @@ impl std::ops::AddAssign for Batch {
 pub struct Meter<'u> {
     units: &'u mut dyn Units,
     config: Config,
+    /// From the first operation on.
+    vector: Option<ClosedVector>,
     array: Array,
     batches: Vec<Batch>,
     is_computing: bool,
@@ -146,6 +148,7 @@ impl<'u> Meter<'u> {
         Self {
             units,
             config: config.clone(),
+            vector: None,
             array,
             batches: vec![Batch::default()],
             is_computing: false,
@@ -262,7 +265,11 @@ impl Units for Meter<'_> {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         let begun = Instant::now();
-        let cycles = vector_cycles(&self.config, &[(op.code, a)])?;
+        let vector = match &self.vector {
+            Some(vector) => vector,
+            None => self.vector.insert(ClosedVector::new(&self.config)?),
+        };
+        let cycles = vector.cycles(&[(op.code, a)]);
         self.modelled += begun.elapsed();
         self.is_computing = true;
         *self.batch() += Batch {

@@ -12,11 +12,15 @@ use potamoi_golden::warp::{
     Chain, Counts, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer as _, Rule, Sequence,
     WarpError, Warper, half_resolution,
 };
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::super::npu::Array;
 use super::frame::FrameWork;
+
+/// Frames that are counted side by side, with their pictures in memory.
+const SIDE_BY_SIDE: usize = 8;
 
 /// A path that could not be counted.
 #[derive(Debug, Error)]
@@ -205,12 +209,18 @@ struct Counter<'a> {
 }
 
 impl Counter<'_> {
-    fn frame(&mut self, camera: &Camera, only: Option<&Mask>) -> Result<FrameWork, SceneError> {
-        self.scene.set_camera(*camera);
-        FrameWork::count(&self.scene, self.config, self.array, self.cache, only)
+    fn seen_by(&self, camera: &Camera) -> Scene {
+        let mut scene = self.scene.clone();
+        scene.set_camera(*camera);
+        scene
     }
 
-    fn target(&mut self, camera: &Camera, frame: &Frame) -> Result<TargetWork, SceneError> {
+    fn frame(&self, camera: &Camera, only: Option<&Mask>) -> Result<FrameWork, SceneError> {
+        let scene = self.seen_by(camera);
+        FrameWork::count(&scene, self.config, self.array, self.cache, only)
+    }
+
+    fn target(&self, camera: &Camera, frame: &Frame) -> Result<TargetWork, SceneError> {
         let classes = &frame.target.classes;
         let counts = Counts::of(classes, |_| true);
         let mask = Mask::new([camera.width, camera.height], |i| classes[i].is_rendered());
@@ -258,7 +268,7 @@ impl PathWork {
         scene: &Scene,
         config: &Config,
         options: &PathOptions,
-        step: &mut dyn FnMut(),
+        step: &(dyn Fn() + Sync),
     ) -> Result<Self, PathError> {
         let path = scene.path(options.fps, options.frames)?;
         let Some(first) = path.first() else {
@@ -279,7 +289,7 @@ impl PathWork {
             rule,
         };
         let [rows, columns] = options.array;
-        let mut counter = Counter {
+        let counter = Counter {
             scene: scene.clone(),
             config,
             array: Array {
@@ -296,10 +306,7 @@ impl PathWork {
         for camera in &path {
             let model = scene.shade(camera, None)?.picture;
             let truth = match scene.analytic() {
-                Some(_) => {
-                    counter.scene.set_camera(*camera);
-                    Some(counter.scene.render_truth()?.picture)
-                }
+                Some(_) => Some(counter.seen_by(camera).render_truth()?.picture),
                 None => None,
             };
             full.add(&model, &model, truth.as_ref());
@@ -308,29 +315,44 @@ impl PathWork {
             truths.push(truth);
             step();
         }
+        let small = first.resized(first.width.div_ceil(2), first.height.div_ceil(2));
+        let whole = plan.references.iter().map(|task| task.camera);
+        let cameras: Vec<Camera> = whole.chain([small]).collect();
         let mut references = vec![];
-        for task in &plan.references {
-            references.push(counter.frame(&task.camera, None)?);
-            step();
+        for cameras in cameras.chunks(SIDE_BY_SIDE) {
+            let counted = cameras.par_iter().map(|camera| {
+                let work = counter.frame(camera, None);
+                step();
+                work
+            });
+            for work in counted.collect::<Vec<_>>() {
+                references.push(work?);
+            }
         }
-        let mut made = |frames: &mut dyn Iterator<Item = Result<Frame, WarpError>>|
+        let half = references.pop().ok_or(PathError::NoFrames)?;
+        let made = |frames: &mut dyn Iterator<Item = Result<Frame, WarpError>>|
          -> Result<(Vec<TargetWork>, Quality), PathError> {
             let (mut all, mut errors) = (vec![], Errors::default());
-            for frame in frames {
-                let frame = frame?;
-                let number = frame.number;
-                all.push(counter.target(&path[number], &frame)?);
-                let truth = truths[number].as_ref();
-                errors.add(&frame.target.shaded.picture, &models[number], truth);
-                step();
+            loop {
+                let some: Result<Vec<Frame>, _> = (&mut *frames).take(SIDE_BY_SIDE).collect();
+                let some = some?;
+                if some.is_empty() {
+                    return Ok((all, errors.quality()));
+                }
+                let counted = some.par_iter().map(|frame| {
+                    let work = counter.target(&path[frame.number], frame);
+                    step();
+                    work
+                });
+                for (frame, work) in some.iter().zip(counted.collect::<Vec<_>>()) {
+                    all.push(work?);
+                    let truth = truths[frame.number].as_ref();
+                    errors.add(&frame.target.shaded.picture, &models[frame.number], truth);
+                }
             }
-            Ok((all, errors.quality()))
         };
         let (targets, warped_quality) = made(&mut Sequence::new(warper, &path, &plan, &[]))?;
         let (chained, chained_quality) = made(&mut Chain::new(warper, &path, options.window))?;
-        let small = first.resized(first.width.div_ceil(2), first.height.div_ceil(2));
-        let half = counter.frame(&small, None)?;
-        step();
         Ok(Self {
             scene: scene.name().to_owned(),
             algorithm: scene.model().algorithm().to_owned(),

@@ -1,5 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use potamoi_formats::config::Config;
 use potamoi_golden::effects::{Choices, Effect};
 use potamoi_golden::mask::Mask;
@@ -140,15 +142,17 @@ fn a_path_is_counted_once() {
         is_double_buffered: false,
         cache: CACHE,
     };
-    let mut steps = 0;
-    let count = |steps: &mut u64| {
+    let steps = AtomicU64::new(0);
+    let count = || {
         Kept::new(folder.path())
-            .path(&scene, &config, &options, &mut || *steps += 1)
+            .path(&scene, &config, &options, &|| {
+                steps.fetch_add(1, Ordering::Relaxed);
+            })
             .unwrap()
     };
-    let (path, was_kept) = count(&mut steps);
+    let (path, was_kept) = count();
     assert!(!was_kept);
-    assert_eq!(steps, PathWork::steps(&options));
+    assert_eq!(steps.load(Ordering::Relaxed), PathWork::steps(&options));
     assert_eq!(
         (
             path.targets.len(),
@@ -170,7 +174,7 @@ fn a_path_is_counted_once() {
     // Full frames are the model's own; warped ones are nearer to it than half the resolution.
     assert_eq!(path.full_quality.model_db, None);
     assert!(path.warped_quality.model_db > path.half_quality.model_db);
-    let (again, was_kept) = count(&mut steps);
+    let (again, was_kept) = count();
     assert!(was_kept && again == path);
     // What was damaged is counted again.
     let file = std::fs::read_dir(folder.path())
@@ -180,14 +184,14 @@ fn a_path_is_counted_once() {
         .unwrap()
         .path();
     std::fs::write(&file, "{").unwrap();
-    assert!(!count(&mut steps).1);
+    assert!(!count().1);
     let wider = PathOptions {
         window: 5,
         ..options
     };
     assert!(
         !Kept::new(folder.path())
-            .path(&scene, &config, &wider, &mut || ())
+            .path(&scene, &config, &wider, &|| ())
             .unwrap()
             .1
     );
