@@ -193,7 +193,8 @@ fn seek(
         if ways.count() > 1 {
             return Ok(None);
         }
-        Ok(point(&own).ok().map(|point| point.place()))
+        let plain: Vec<&Setting> = own.iter().map(|(_, setting)| *setting).collect();
+        Ok(bench.place(&plain).ok())
     };
     let reach = |chosen: &Vec<Option<usize>>| -> Result<(), Failure> {
         let text = text(bench, &settings(chosen))?;

@@ -153,7 +153,14 @@ impl<F, R> Places<F, R> {
     }
 }
 
-/// From a choice on, turn by turn.
+/// Of a turn that was never tried nothing is known, so that it comes first.
+fn last_saved(saved: &HashMap<Turn, f64>, turn: &Turn) -> f64 {
+    saved.get(turn).copied().unwrap_or(f64::INFINITY)
+}
+
+/// From a choice on, turn by turn. While a quality is held, turns are tried by what they saved when
+/// they were tried last, those that saved most first, until none that is left saved more than one
+/// saves now; where that leads no further, all are tried before it ends.
 fn climb<E, F, R>(
     goal: Goal,
     turns: &[Turn],
@@ -166,12 +173,20 @@ where
     R: FnMut(&Chosen) -> Result<(), E>,
 {
     let mut missed = hopeless.clone();
+    let mut saved: HashMap<Turn, f64> = HashMap::new();
+    let mut is_whole = false;
     loop {
-        let is_whole = missed.len() == hopeless.len();
-        let mut reached = vec![];
-        for turn in turns {
-            if missed.contains(turn) {
-                continue;
+        if is_whole {
+            missed.clone_from(hopeless);
+        }
+        let holds = matches!(goal, Goal::Quality(_)) && goal.is_met(stands);
+        let mut tried: Vec<Turn> = turns.to_vec();
+        tried.retain(|turn| !missed.contains(turn));
+        tried.sort_by(|a, b| last_saved(&saved, b).total_cmp(&last_saved(&saved, a)));
+        let (mut reached, mut most) = (vec![], 0.0);
+        for turn in tried {
+            if holds && !is_whole && last_saved(&saved, &turn) <= most {
+                break;
             }
             let mut turned = own.clone();
             turned[turn.0] = turn.1;
@@ -181,15 +196,22 @@ where
                 (Goal::Quality(_), Some(found)) => goal.is_met(found),
                 (Goal::Budget(_), Some(_)) => true,
             };
-            if !may_help {
-                missed.insert(*turn);
+            let saves = found.map_or(0.0, |found| stands.cost - found.cost);
+            saved.insert(turn, saves);
+            if may_help {
+                most = f64::max(most, saves);
+            } else {
+                missed.insert(turn);
             }
             reached.extend(found.map(|found| (turned, found)));
         }
         match goal.next(stands, reached) {
-            Some((turned, found)) => (own, stands) = (turned, found),
+            Some((turned, found)) => {
+                (own, stands) = (turned, found);
+                is_whole = false;
+            }
             None if is_whole => return Ok((own, stands)),
-            None => missed.clone_from(hopeless),
+            None => is_whole = true,
         }
     }
 }
@@ -237,6 +259,26 @@ mod tests {
         assert_eq!((at.quality, at.cost, met), (39.4, 8.0, true));
         let (_, at, met) = found(Goal::Budget(2.0));
         assert_eq!((at.cost, met), (3.0, false));
+    }
+
+    /// Ten knobs of four settings whose savings add up: each is turned as far as it goes, and what
+    /// is tried beside single settings is little more than the last look at all of them.
+    #[test]
+    fn turns_that_saved_little_wait() {
+        let mut tried = 0;
+        let place = |chosen: &Chosen| -> Result<Option<Place>, ()> {
+            tried += u32::from(chosen.iter().flatten().count() > 1);
+            let turned = chosen.iter().enumerate();
+            let saved = turned.map(|(knob, s)| s.map_or(0, |s| (knob + 1) * (s + 1)));
+            Ok(Some(Place {
+                cost: 1000.0 - saved.sum::<usize>() as f64,
+                quality: 40.0,
+            }))
+        };
+        let goal = Goal::Quality(39.0);
+        let (chosen, ..) = search(goal, &[4; 10], place, |_| Ok(())).unwrap().unwrap();
+        assert_eq!(chosen, [Some(3); 10]);
+        assert!(tried < 90, "{tried}");
     }
 
     proptest! {

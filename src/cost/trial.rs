@@ -127,15 +127,32 @@ pub(super) struct Point {
 }
 
 impl Point {
-    /// Quality beside the truth where that is known, else beside the model. Equal pictures are
-    /// as good as any.
     pub(super) fn place(&self) -> Place {
-        let like = self.truth.unwrap_or(self.model);
-        Place {
-            cost: self.frame_ns,
-            quality: like.db.unwrap_or(f64::INFINITY),
-        }
+        place(self.model, self.truth, self.frame_ns)
     }
+}
+
+/// Quality beside the truth where that is known, else beside the model. Equal pictures are
+/// as good as any.
+fn place(model: Likeness, truth: Option<Likeness>, frame_ns: f64) -> Place {
+    Place {
+        cost: frame_ns,
+        quality: truth.unwrap_or(model).db.unwrap_or(f64::INFINITY),
+    }
+}
+
+/// A frame with settings, as it is shown and what it takes.
+struct Tried {
+    config: Config,
+    scene: Scene,
+    picture: Picture,
+    work: FrameWork,
+    model: Likeness,
+    truth: Option<Likeness>,
+    frame_ns: f64,
+    energy_mj: Option<f64>,
+    area_mm2: Option<f64>,
+    is_path: bool,
 }
 
 /// A scene to try settings on.
@@ -183,7 +200,16 @@ impl Bench {
         Ok((config, scene))
     }
 
-    /// Renders with settings; of those of paths the last counts.
+    /// Where settings lie, without what their results are off by.
+    ///
+    /// # Errors
+    /// As [`Bench::point`].
+    pub(super) fn place(&self, settings: &[&Setting]) -> Result<Place, Failure> {
+        let tried = self.tried(settings)?;
+        Ok(place(tried.model, tried.truth, tried.frame_ns))
+    }
+
+    /// All that is said of settings.
     ///
     /// # Errors
     /// Settings that do not fit the scene or each other.
@@ -193,6 +219,54 @@ impl Bench {
         label: &str,
         settings: &[&Setting],
     ) -> Result<Point, Failure> {
+        let tried = self.tried(settings)?;
+        let (scene, config) = (&tried.scene, &tried.config);
+        let worst = match tried.is_path {
+            true => None,
+            false => {
+                let bounds = self.bounds(settings, scene, config)?;
+                let (shown, model) = (&tried.picture, &self.model);
+                Some(PixelError::new(shown, model, bounds.as_deref()))
+            }
+        };
+        let total = tried.work.total();
+        Ok(Point {
+            knob: knob.to_owned(),
+            setting: label.to_owned(),
+            units: UnitErrors::of(scene, config, &self.netlists),
+            model: tried.model,
+            truth: tried.truth,
+            worst,
+            gather_cycles: total.gather_cycles,
+            vector_cycles: total.vector_cycles,
+            array_cycles: total.array_cycles,
+            frame_ns: tried.frame_ns,
+            energy_mj: tried.energy_mj,
+            area_mm2: tried.area_mm2,
+        })
+    }
+
+    /// What pixels cannot be off by more than, where settings leave the float model as it is.
+    fn bounds(
+        &self,
+        settings: &[&Setting],
+        scene: &Scene,
+        config: &Config,
+    ) -> Result<Option<Vec<f64>>, Failure> {
+        let is_same_float = |s: &&Setting| match s.change {
+            Change::Scene(Look::Precision(_)) | Change::Config { .. } | Change::Path(_) => true,
+            Change::Scene(_) => false,
+        };
+        if !settings.iter().all(is_same_float) {
+            return Ok(None);
+        }
+        let float = self.setup.scene.precision();
+        let powers = self.netlists.powers(scene, config);
+        Ok(scene.error_bounds_beside(config, float, &powers)?)
+    }
+
+    /// Renders with settings; of those of paths the last counts.
+    fn tried(&self, settings: &[&Setting]) -> Result<Tried, Failure> {
         let (config, scene) = self.apply(settings)?;
         let way = settings.iter().rev().find_map(|s| match s.change {
             Change::Path(way) => Some(way),
@@ -203,59 +277,31 @@ impl Bench {
         let mut twins = Twins::new(&config);
         let Counted { work, rendered, .. } =
             FrameWork::rendered(&scene, &config, array, cache, None, &mut twins)?;
-        let is_same_float = |s: &&Setting| match s.change {
-            Change::Scene(Look::Precision(_)) | Change::Config { .. } | Change::Path(_) => true,
-            Change::Scene(_) => false,
-        };
-        let bounds = match settings.iter().all(is_same_float) {
-            true => {
-                let float = self.setup.scene.precision();
-                scene.error_bounds_beside(&config, float, &self.netlists.powers(&scene, &config))?
-            }
-            false => None,
-        };
         let own = self.setup.costs_of(&scene, &config).ok();
         let used = own.as_ref().unwrap_or(self.setup.costs());
-        let total = work.total();
-        let mut point = Point {
-            knob: knob.to_owned(),
-            setting: label.to_owned(),
-            units: UnitErrors::of(&scene, &config, &self.netlists),
-            model: Likeness::of(&rendered.picture, &self.model),
-            truth: (self.truth.as_ref()).map(|truth| Likeness::of(&rendered.picture, truth)),
-            worst: Some(PixelError::new(
-                &rendered.picture,
-                &self.model,
-                bounds.as_deref(),
-            )),
-            gather_cycles: total.gather_cycles,
-            vector_cycles: total.vector_cycles,
-            array_cycles: total.array_cycles,
-            frame_ns: 0.0,
-            energy_mj: None,
-            area_mm2: own.as_ref().map(|own| own.area_mm2),
-        };
         let model = self.setup.model_of(&config, used);
         let run = model.frame(&work, Gathering::Unit)?;
-        let [time, energy] = match way {
-            None => [1.0; 2],
-            Some(way) => self.path(&mut point, way, &scene, &config, &model)?,
+        let mut tried = Tried {
+            model: Likeness::of(&rendered.picture, &self.model),
+            truth: (self.truth.as_ref()).map(|truth| Likeness::of(&rendered.picture, truth)),
+            picture: rendered.picture,
+            work,
+            frame_ns: run.span_ns,
+            energy_mj: own.as_ref().map(|_| run.energy.total_mj()),
+            area_mm2: own.as_ref().map(|own| own.area_mm2),
+            is_path: way.is_some(),
+            config,
+            scene,
         };
-        point.frame_ns = run.span_ns * time;
-        point.energy_mj = own.as_ref().map(|_| run.energy.total_mj() * energy);
-        Ok(point)
+        if let Some(way) = way {
+            self.move_along(&mut tried, way, &model)?;
+        }
+        Ok(tried)
     }
 
-    /// What time and energy of a path's frames are of the same path's in full; a point's likeness
-    /// moves as theirs.
-    fn path(
-        &self,
-        point: &mut Point,
-        way: Way,
-        scene: &Scene,
-        config: &Config,
-        model: &Model<'_>,
-    ) -> Result<[f64; 2], Failure> {
+    /// Time and energy are as much less or more as a path's frames take of the same path's in
+    /// full; the likeness moves as theirs.
+    fn move_along(&self, tried: &mut Tried, way: Way, model: &Model<'_>) -> Result<(), Failure> {
         let system = &self.setup.system;
         let (frames, window, phi) = match way {
             Way::Warped { window, phi: None } | Way::Chained { window } if window > self.frames => {
@@ -278,7 +324,7 @@ impl Bench {
             is_double_buffered: system.array_double_buffered,
             cache: system.gpu.cache_bytes,
         };
-        let (path, _) = store()?.path(scene, config, &options, &|| ())?;
+        let (path, _) = store()?.path(&tried.scene, &tried.config, &options, &|| ())?;
         let run = |frames| {
             let variant = Variant {
                 name: "",
@@ -288,15 +334,14 @@ impl Bench {
             model.run(&path, variant, Scenario::Local)
         };
         let (outcome, full) = (run(frames)?.0, run(Frames::Full)?.0);
-        point.worst = None;
         let own = &outcome.quality;
-        point.model = Likeness::path([own.model_db, own.model_ssim], point.model);
+        tried.model = Likeness::path([own.model_db, own.model_ssim], tried.model);
         let truth = |of: &Quality| [of.truth_db, of.truth_ssim];
         let [of_way, of_full] = [truth(own), truth(&full.quality)];
-        point.truth = point.truth.map(|frame| frame.moved(of_way, of_full));
-        Ok([
-            outcome.run.span_ns / full.run.span_ns,
-            outcome.run.energy.total_mj() / full.run.energy.total_mj(),
-        ])
+        tried.truth = tried.truth.map(|frame| frame.moved(of_way, of_full));
+        let energy = outcome.run.energy.total_mj() / full.run.energy.total_mj();
+        tried.frame_ns *= outcome.run.span_ns / full.run.span_ns;
+        tried.energy_mj = tried.energy_mj.map(|own| own * energy);
+        Ok(())
     }
 }
