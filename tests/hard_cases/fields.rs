@@ -213,10 +213,6 @@ impl Head for ToyHead {
         [(opacity, 16), (weight, 20)].map(|(v, bits)| (v * 2f64.powi(bits)).floor() as i32)
     }
 
-    fn stop(&self) -> f64 {
-        self.least[0]
-    }
-
     fn direction_codes(&self) -> usize {
         0
     }

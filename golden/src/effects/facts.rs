@@ -2,10 +2,10 @@
 
 use super::Thickness;
 use super::bands::{self, Bands};
-use crate::fields::{Directions, Field, HashedColour, Mlp, Table};
+use crate::fields::{Directions, Field, HashedColour, Mlp, Stopping, Table};
 use crate::scene::{Kind, Model};
 use crate::splats::{Cloud, Rules, sh, sigmoid};
-use crate::voxels::Grid;
+use crate::voxels::{Grid, STOP_BELOW};
 
 /// A table that features are gathered from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,9 +55,9 @@ pub struct Facts {
 
 impl Facts {
     /// Looks through a model. `rules` are those of splats, `step` the voxel edges from sample to
-    /// sample of grids, `stop` what is left of their rays that stop.
+    /// sample of grids, `stop` what is left of rays that stop, if not what the model's rules say.
     #[must_use]
-    pub fn of(model: &Model, rules: &Rules, step: f64, stop: f64) -> Self {
+    pub fn of(model: &Model, rules: &Rules, step: f64, stop: Option<f64>) -> Self {
         match (model, model.kind()) {
             (Model::Compact(compact), _) => Self {
                 tables: tables(compact.colour().tables()),
@@ -68,8 +68,8 @@ impl Facts {
                 ..of_cloud(compact.gaussians(), rules)
             },
             (_, Kind::Splats(cloud)) => of_cloud(cloud, rules),
-            (_, Kind::Voxels(grid)) => of_grid(grid, step, stop),
-            (_, Kind::Field(field)) => of_field(field),
+            (_, Kind::Voxels(grid)) => of_grid(grid, step, stop.unwrap_or(STOP_BELOW)),
+            (_, Kind::Field(field)) => of_field(&Stopping::new(field, stop)),
         }
     }
 

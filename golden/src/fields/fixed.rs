@@ -248,6 +248,7 @@ impl<'a> FixedField<'a> {
             false => &everywhere,
         };
         let sampling = field.sampling();
+        let stop = options.terminate.then_some(sampling.stop);
         check(camera, &sampling)?;
         check_mask(camera, only)?;
         check_background(options.background)?;
@@ -277,7 +278,7 @@ impl<'a> FixedField<'a> {
             frame.stats.groups += 1;
             frame.stats.rays += pixels.len() as u64;
             frame.stats.samples += rays.samples();
-            let mut done = Compositor::new(head, options.terminate, rays.directions());
+            let mut done = Compositor::new(head, stop, rays.directions());
             loop {
                 let batch = rays.next(|slot| done.is_alive(slot), batch_size);
                 if batch.at.is_empty() {

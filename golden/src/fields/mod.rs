@@ -26,6 +26,7 @@ mod nodes;
 mod opacity;
 mod ray_stages;
 mod shape;
+mod stopping;
 mod stops;
 pub mod stored;
 mod table;
@@ -54,6 +55,7 @@ pub use mlp::{Layer, Mlp};
 pub use nodes::Nodes;
 pub use ray_stages::RayStages;
 pub use shape::TableShape;
+pub use stopping::Stopping;
 pub use stops::Stops;
 pub use table::Table;
 

@@ -3,7 +3,7 @@
 use potamoi_formats::config::{Config, ExpConfig};
 
 use super::{Model, Scene, SceneError};
-use crate::fields::{self, Field};
+use crate::fields::{self, Field, Stopping};
 use crate::precision::Precision;
 use crate::splats::{self, Cloud, Order, Pair, Rules, View, Work};
 use crate::units::widths::ExpBounds;
@@ -62,9 +62,9 @@ impl Scene {
                     voxels::error_bounds(grid, formats, powers, &self.camera, &options, stop);
                 Ok(Some(bounds.into_iter().map(|[colour, _]| colour).collect()))
             }
-            Model::Dvgo(field) => self.field_bounds(&**field, config, powers),
-            Model::Tensorf(field) => self.field_bounds(&**field, config, powers),
-            Model::Field(field) => self.field_bounds(&**field, config, powers),
+            Model::Dvgo(field) => self.field_bounds(&**field, config, powers, float),
+            Model::Tensorf(field) => self.field_bounds(&**field, config, powers, float),
+            Model::Field(field) => self.field_bounds(&**field, config, powers, float),
             Model::Splats(_) | Model::Compact(_) => Ok(None),
         }
     }
@@ -104,14 +104,19 @@ impl Scene {
         field: &dyn Field,
         config: &Config,
         powers: &ExpBounds,
+        float: Precision,
     ) -> Result<Option<Vec<f64>>, SceneError> {
+        let own = field.sampling().stop;
+        // Each of the two leaves out what less than its limit lets through.
+        let [fixed, float] = [self.precision, float].map(|p| p.stop_below.unwrap_or(own));
+        let field = Stopping::new(field, Some(fixed.max(float)));
         let options = fields::FixedOptions {
             background: self.background,
             terminate: self.stops(self.lost_a_sample(config)?),
             ..fields::FixedOptions::default()
         };
         Ok(fields::error_bounds(
-            field,
+            &field,
             config,
             powers,
             &self.camera,

@@ -84,7 +84,8 @@ impl Scene {
     /// As [`Scene::render_float`], and for a mask of another size than the camera's.
     pub fn accesses(&self, capacity: u32, only: Option<&Mask>) -> Result<Accesses, SceneError> {
         let field = |field: &dyn Field| -> Result<Accesses, SceneError> {
-            let stops = Stops::masked(field, &self.camera, only)?;
+            let field = self.stopping(field);
+            let stops = Stops::masked(&field, &self.camera, only)?;
             Ok(field_accesses(&stops, None, capacity)?)
         };
         match self.model.kind() {
@@ -109,7 +110,8 @@ impl Scene {
         traffic: impl FnOnce() -> Result<Vec<Traffic>, FieldError> + Send,
     ) -> Result<Characterised, SceneError> {
         let full = full.map(|size| FullSize::new(field, size)).transpose()?;
-        let stops = Stops::find(field, &self.camera)?;
+        let stopping = self.stopping(field);
+        let stops = Stops::find(&stopping, &self.camera)?;
         let (accesses, traffic) = join(|| field_accesses(&stops, full.as_ref(), capacity), traffic);
         Ok(Characterised {
             accesses: accesses?,
@@ -136,7 +138,8 @@ impl Scene {
         config: &Config,
         sides: &[u32],
     ) -> Result<Vec<Traffic>, FieldError> {
-        let (able, made) = able(config, |config| FixedField::new(field, config))?;
+        let stopping = self.stopping(field);
+        let (able, made) = able(config, |config| FixedField::new(&stopping, config))?;
         let stops = made.stops(&self.camera, &mut Twins::new(&able))?;
         table_traffic(field, &self.camera, &stops, config, sides)
     }

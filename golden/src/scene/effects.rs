@@ -40,7 +40,7 @@ impl Scene {
     #[must_use]
     pub fn facts(&self) -> &Facts {
         let rules = self.precision.of(self.profile.rules());
-        let stop = self.voxel_options().stop_below;
+        let stop = self.precision.stop_below;
         self.found
             .facts(|| Facts::of(&self.model, &rules, self.step, stop))
     }

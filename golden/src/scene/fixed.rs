@@ -7,7 +7,7 @@ use potamoi_formats::rit::Vertices;
 use super::render::{FrameCounts, Rendered, SplatCounts};
 use super::{Model, Scene, SceneError};
 use crate::effects::{Altered, Effect};
-use crate::fields::{self, Field, FixedField};
+use crate::fields::{self, Field, FixedField, Stopping};
 use crate::mask::Mask;
 use crate::splats::{self, Cells, Cloud};
 use crate::streams::UnitStreams;
@@ -184,7 +184,8 @@ impl Scene {
             work: self.field_work(),
             ..fields::FixedOptions::default()
         };
-        let made = FixedField::with_halo(field, config, self.halo)?;
+        let field = self.stopping(field);
+        let made = FixedField::with_halo(&field, config, self.halo)?;
         let frame = made.render_masked(&self.camera, &options, only, units)?;
         Ok(rendered(frame))
     }
@@ -228,6 +229,11 @@ impl Scene {
             decisions: frame.decisions,
             covered,
         })
+    }
+
+    /// A field whose rays stop as the scene says.
+    pub(super) fn stopping<'a>(&self, field: &'a dyn Field) -> Stopping<'a> {
+        Stopping::new(field, self.precision.stop_below)
     }
 
     pub(super) fn voxel_options(&self) -> voxels::FixedOptions {

@@ -148,7 +148,8 @@ impl Scene {
                 Ok(floated(frame.picture, &frame.transmittance))
             }
             Kind::Field(field) => {
-                let frame = fields::render_float(field, &self.camera, self.background)?;
+                let field = self.stopping(field);
+                let frame = fields::render_float(&field, &self.camera, self.background)?;
                 Ok(floated(frame.picture, &frame.transmittance))
             }
         }

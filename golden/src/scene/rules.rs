@@ -152,7 +152,7 @@ impl Scene {
     ///
     /// # Errors
     /// A number outside its range, or one that is not of such a model: all but levels are of splats;
-    /// of stored voxels where rays stop and how wide transmittances are; levels of models with
+    /// of stored voxels where rays stop and how wide transmittances are; of fields where rays stop; levels of models with
     /// hashed tables, at most as many as they have.
     pub fn set_precision(&mut self, precision: Precision) -> Result<(), SceneError> {
         let refuse = |e: PrecisionError| self.value(e.field, e.value, e.expected);
@@ -178,7 +178,7 @@ impl Scene {
                 &["stop_below", "transmittance_bits"],
                 "stop_below and transmittance_bits alone, of stored voxels",
             ),
-            _ => (&[], "splats or stored voxels"),
+            _ => (&["stop_below"], "stop_below alone, of fields"),
         };
         let mut given = precision.given().into_iter();
         let unfit = given.find(|(name, _)| *name != "hashed_levels" && !known.contains(name));

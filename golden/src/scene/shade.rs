@@ -63,7 +63,8 @@ impl Renderer for Scene {
                 Ok(shaded(frame.picture, &frame.transmittance, &frame.depth))
             }
             Kind::Field(field) => {
-                let frame = fields::render_masked(field, camera, self.background, only)
+                let field = self.stopping(field);
+                let frame = fields::render_masked(&field, camera, self.background, only)
                     .map_err(|e| fail(e.into()))?;
                 Ok(shaded(frame.picture, &frame.transmittance, &frame.depth))
             }

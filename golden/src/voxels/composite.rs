@@ -68,10 +68,11 @@ struct Seen {
 }
 
 impl<'h> Compositor<'h> {
-    /// For rays along unit directions in the world.
+    /// For rays along unit directions in the world, that stop where less than `stop` is left, if at
+    /// all.
     pub(crate) fn new(
         head: &'h dyn Head,
-        terminate: bool,
+        stop: Option<f64>,
         towards: impl ExactSizeIterator<Item = DVec3>,
     ) -> Self {
         let bits = (TRANSMITTANCE.frac_bits() + head.alpha_bits()) as i32;
@@ -83,7 +84,7 @@ impl<'h> Compositor<'h> {
         Self {
             head,
             colour: ColourScale::of(head.colour_bits()),
-            stop: terminate.then(|| (head.stop() * 2f64.powi(bits)).ceil() as i64),
+            stop: stop.map(|stop| (stop * 2f64.powi(bits)).ceil() as i64),
             directions,
             transmittance: vec![CLEAR; rays],
             sums: vec![[0; 3]; rays],

@@ -139,7 +139,6 @@ pub(crate) fn stored(
         formats: fits(grid, mvoxels)?,
         step: Formats::step_code(options.step),
         directions: true,
-        stop_below: options.stop_below,
         transmittance_bits: options.transmittance_bits,
     })
 }
@@ -222,7 +221,7 @@ pub fn render_volume_masked(
         frame.stats.samples += Schedule::samples(&group);
         let mut done = Compositor::new(
             *head,
-            options.terminate,
+            options.terminate.then_some(options.stop_below),
             group.rays.iter().map(|ray| ray.towards),
         );
         let most = options.batch_entries;

@@ -9,7 +9,6 @@ use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::composite::Work;
 use super::error::VoxelError;
-use super::float::STOP_BELOW;
 use super::formats::{DIRECTION_BITS, Formats, STEP_BITS, TRANSMITTANCE};
 use super::grid::Layout;
 use crate::units::{Product, Units};
@@ -29,11 +28,6 @@ pub trait Head: Sync {
     /// sample is left out: 0 where only nothing is.
     fn least(&self) -> [i32; 2] {
         [0, 0]
-    }
-
-    /// A ray stops where less than this is left of it.
-    fn stop(&self) -> f64 {
-        STOP_BELOW
     }
 
     /// Fraction bits of transmittances that are carried, 20 at most.
@@ -116,10 +110,6 @@ impl Head for Facing<'_> {
         self.head.least()
     }
 
-    fn stop(&self) -> f64 {
-        self.head.stop()
-    }
-
     fn transmittance_bits(&self) -> u32 {
         self.head.transmittance_bits()
     }
@@ -180,10 +170,6 @@ impl Head for OpacityAlone<'_> {
 
     fn least(&self) -> [i32; 2] {
         self.0.least()
-    }
-
-    fn stop(&self) -> f64 {
-        self.0.stop()
     }
 
     fn transmittance_bits(&self) -> u32 {
@@ -312,7 +298,6 @@ pub(crate) struct Stored {
     pub(crate) step: i32,
     /// Whether colours that are linear in the direction are seen from it.
     pub(crate) directions: bool,
-    pub(crate) stop_below: f64,
     pub(crate) transmittance_bits: u32,
 }
 
@@ -327,10 +312,6 @@ impl Head for Stored {
 
     fn colour_bits(&self) -> u32 {
         self.formats.colour.frac_bits()
-    }
-
-    fn stop(&self) -> f64 {
-        self.stop_below
     }
 
     fn transmittance_bits(&self) -> u32 {

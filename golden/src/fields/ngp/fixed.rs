@@ -16,7 +16,7 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 
-use super::{Ngp, STEP, STOP, cycled};
+use super::{Ngp, STEP, cycled};
 use crate::fields::coded::finest_of;
 use crate::fields::codes::held;
 use crate::fields::mac::MacMlp;
@@ -101,10 +101,6 @@ impl Head for NgpHead {
 
     fn colour_bits(&self) -> u32 {
         self.opacity.alpha_bits()
-    }
-
-    fn stop(&self) -> f64 {
-        STOP
     }
 
     fn kept(&self) -> usize {

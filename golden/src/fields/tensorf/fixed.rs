@@ -19,7 +19,7 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 
-use super::{Activation, STOP, Tensorf, encode};
+use super::{Activation, Tensorf, encode};
 use crate::fields::coded::finest_of;
 use crate::fields::codes::held;
 use crate::fields::mac::MacMlp;
@@ -229,10 +229,6 @@ impl Head for TensorfHead {
 
     fn least(&self) -> [i32; 2] {
         [0, self.least_weight]
-    }
-
-    fn stop(&self) -> f64 {
-        STOP
     }
 
     fn operations(&self) -> Vec<OpCode> {
