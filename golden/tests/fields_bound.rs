@@ -4,8 +4,10 @@
 use std::path::Path;
 
 use potamoi_formats::config::Config;
+use potamoi_golden::precision::Precision;
 use potamoi_golden::scene::Scene;
 use potamoi_golden::units::Twins;
+use potamoi_golden::units::widths::ExpBounds;
 
 /// Every kind of field: built in, and as other programs wrote them (tools/torch-fixtures,
 /// tools/ngp-fixtures).
@@ -97,5 +99,42 @@ fn coarser_formats_are_told_from_finer_ones() {
             beyond > 1.0 && bound > finer,
             "{name}: {beyond} {bound} {finer}"
         );
+    }
+}
+
+/// One of the two stops where far more is left: its pixels keep to a bound that knows of both, and
+/// leave the one of pictures that stop alike.
+#[test]
+fn rays_that_stop_elsewhere_are_in_the_bound() {
+    let own = config("");
+    let powers = ExpBounds::by_formula(&own.vu.exp);
+    for name in [
+        "cairn:dvgo",
+        "cairn:tensorf",
+        "cairn:ngp",
+        "cairn:efficientnerf",
+    ] {
+        let rules = scene(name, 16);
+        let mut sooner = rules.clone();
+        let precision = Precision {
+            stop_below: Some(0.3),
+            ..Precision::default()
+        };
+        sooner.set_precision(precision).unwrap();
+        for [fixed, float] in [[&sooner, &rules], [&rules, &sooner]] {
+            let shown = fixed.render_fixed(&own, &mut Twins::new(&own)).unwrap();
+            let float_picture = float.render_float().unwrap().picture;
+            let beside = fixed.error_bounds_beside(&own, float.precision(), &powers);
+            let beside = beside.unwrap().unwrap();
+            let alike = rules.error_bounds(&own).unwrap().unwrap();
+            let mut left = 0;
+            for (i, (a, b)) in shown.picture.rgb.iter().zip(&float_picture.rgb).enumerate() {
+                let channels = a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs()));
+                let off = channels.fold(0.0, f64::max);
+                assert!(off <= beside[i], "{name}: {off} {}", beside[i]);
+                left += u32::from(off > alike[i]);
+            }
+            assert!(left > 0, "{name}");
+        }
     }
 }

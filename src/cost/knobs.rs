@@ -9,7 +9,7 @@ use potamoi_golden::scene::{Model, Scene};
 use potamoi_golden::splats::{Order, Profile};
 
 use self::exponential::exponential;
-use self::rendering::{compositing, interpolation, left_out, splatting};
+use self::rendering::{interpolation, left_out, splatting, stops, transmittances};
 use crate::failure::Failure;
 
 /// A knob.
@@ -168,8 +168,9 @@ pub(super) fn of(scene: &Scene) -> Vec<Knob> {
     } else {
         knobs.extend(interpolation());
     }
+    knobs.push(stops(scene));
     if splats || matches!(scene.model(), Model::Voxels(_)) {
-        knobs.extend(compositing(splats));
+        knobs.push(transmittances());
     }
     knobs.extend(left_out(scene));
     if stepped {

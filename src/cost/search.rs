@@ -14,7 +14,7 @@ pub(super) enum Goal {
 }
 
 impl Goal {
-    fn is_met(self, place: Place) -> bool {
+    pub(super) fn is_met(self, place: Place) -> bool {
         match self {
             Self::Quality(least) => place.quality >= least,
             Self::Budget(most) => place.cost <= most,

@@ -1,5 +1,7 @@
 //! A frame with knobs set: what it shows, and what it takes.
 
+use std::cell::RefCell;
+
 use potamoi_formats::config::{Config, Layer};
 use potamoi_golden::effects::Choices;
 use potamoi_golden::picture::Picture;
@@ -7,7 +9,7 @@ use potamoi_golden::scene::Scene;
 use potamoi_golden::ssim::ssim;
 use potamoi_golden::units::Twins;
 use potamoi_golden::warp::Profile;
-use potamoi_sim::soc::work::{Counted, FrameWork, PathOptions, Quality};
+use potamoi_sim::soc::work::{Counted, FrameWork, PathOptions};
 use potamoi_sim::soc::{Frames, Gathering, Model, Scenario, Variant};
 use serde::Serialize;
 
@@ -155,6 +157,15 @@ struct Tried {
     is_path: bool,
 }
 
+/// Where what a path's frames are beside the same in full comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Paths {
+    /// From the path with all settings.
+    Counted,
+    /// From the path with the default's, where it was counted.
+    AsAlone,
+}
+
 /// A scene to try settings on.
 pub(super) struct Bench {
     pub(super) setup: Setup,
@@ -162,6 +173,8 @@ pub(super) struct Bench {
     truth: Option<Picture>,
     frames: u32,
     netlists: Netlists,
+    /// Of ways that were tried by themselves.
+    alone: RefCell<Vec<(Way, Moved)>>,
 }
 
 impl Bench {
@@ -178,6 +191,7 @@ impl Bench {
             },
             frames,
             netlists: Netlists::default(),
+            alone: RefCell::default(),
             setup,
         })
     }
@@ -204,8 +218,8 @@ impl Bench {
     ///
     /// # Errors
     /// As [`Bench::point`].
-    pub(super) fn place(&self, settings: &[&Setting]) -> Result<Place, Failure> {
-        let tried = self.tried(settings)?;
+    pub(super) fn place(&self, settings: &[&Setting], paths: Paths) -> Result<Place, Failure> {
+        let tried = self.tried(settings, paths)?;
         Ok(place(tried.model, tried.truth, tried.frame_ns))
     }
 
@@ -219,7 +233,7 @@ impl Bench {
         label: &str,
         settings: &[&Setting],
     ) -> Result<Point, Failure> {
-        let tried = self.tried(settings)?;
+        let tried = self.tried(settings, Paths::Counted)?;
         let (scene, config) = (&tried.scene, &tried.config);
         let worst = match tried.is_path {
             true => None,
@@ -266,7 +280,7 @@ impl Bench {
     }
 
     /// Renders with settings; of those of paths the last counts.
-    fn tried(&self, settings: &[&Setting]) -> Result<Tried, Failure> {
+    fn tried(&self, settings: &[&Setting], paths: Paths) -> Result<Tried, Failure> {
         let (config, scene) = self.apply(settings)?;
         let way = settings.iter().rev().find_map(|s| match s.change {
             Change::Path(way) => Some(way),
@@ -294,14 +308,26 @@ impl Bench {
             scene,
         };
         if let Some(way) = way {
-            self.move_along(&mut tried, way, &model)?;
+            let known = self
+                .alone
+                .borrow()
+                .iter()
+                .find(|own| own.0 == way)
+                .map(|own| own.1);
+            let moved = match known.filter(|_| paths == Paths::AsAlone) {
+                Some(moved) => moved,
+                None => self.moved(&tried, way, &model)?,
+            };
+            if settings.len() == 1 && known.is_none() {
+                self.alone.borrow_mut().push((way, moved));
+            }
+            tried.move_by(&moved);
         }
         Ok(tried)
     }
 
-    /// Time and energy are as much less or more as a path's frames take of the same path's in
-    /// full; the likeness moves as theirs.
-    fn move_along(&self, tried: &mut Tried, way: Way, model: &Model<'_>) -> Result<(), Failure> {
+    /// What a way's frames are beside the same path's in full, with the settings that were tried.
+    fn moved(&self, tried: &Tried, way: Way, model: &Model<'_>) -> Result<Moved, Failure> {
         let system = &self.setup.system;
         let (frames, window, phi) = match way {
             Way::Warped { window, phi: None } | Way::Chained { window } if window > self.frames => {
@@ -334,14 +360,35 @@ impl Bench {
             model.run(&path, variant, Scenario::Local)
         };
         let (outcome, full) = (run(frames)?.0, run(Frames::Full)?.0);
-        let own = &outcome.quality;
-        tried.model = Likeness::path([own.model_db, own.model_ssim], tried.model);
-        let truth = |of: &Quality| [of.truth_db, of.truth_ssim];
-        let [of_way, of_full] = [truth(own), truth(&full.quality)];
-        tried.truth = tried.truth.map(|frame| frame.moved(of_way, of_full));
-        let energy = outcome.run.energy.total_mj() / full.run.energy.total_mj();
-        tried.frame_ns *= outcome.run.span_ns / full.run.span_ns;
-        tried.energy_mj = tried.energy_mj.map(|own| own * energy);
-        Ok(())
+        let own = outcome.quality;
+        Ok(Moved {
+            time: outcome.run.span_ns / full.run.span_ns,
+            energy: outcome.run.energy.total_mj() / full.run.energy.total_mj(),
+            model: [own.model_db, own.model_ssim],
+            truth: [own, full.quality].map(|of| [of.truth_db, of.truth_ssim]),
+        })
+    }
+}
+
+/// What a path's frames are beside the same path's in full.
+#[derive(Debug, Clone, Copy)]
+struct Moved {
+    /// Shares of time and energy.
+    time: f64,
+    energy: f64,
+    /// Decibels and similarity beside the model's.
+    model: [Option<f64>; 2],
+    /// The same beside the truth, of the way and in full.
+    truth: [[Option<f64>; 2]; 2],
+}
+
+impl Tried {
+    /// Time and energy become the frame's times the way's shares; the likeness moves as the path's.
+    fn move_by(&mut self, moved: &Moved) {
+        let [way, full] = moved.truth;
+        self.model = Likeness::path(moved.model, self.model);
+        self.truth = self.truth.map(|frame| frame.moved(way, full));
+        self.frame_ns *= moved.time;
+        self.energy_mj = self.energy_mj.map(|own| own * moved.energy);
     }
 }

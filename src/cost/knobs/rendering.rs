@@ -93,37 +93,39 @@ pub(super) fn interpolation() -> Vec<Knob> {
     ]
 }
 
-/// Where pixels stop, and how wide what is left of their light is.
-pub(super) fn compositing(splats: bool) -> Vec<Knob> {
-    let stops: &[f64] = match splats {
-        true => &[1e-3, 0.004, 0.02, 0.05],
-        false => &[1e-4, 0.004, 0.02, 0.05],
-    };
-    let stop = |at: &f64| Precision {
-        stop_below: Some(*at),
+/// Where pixels stop; the rules' own is left out.
+pub(super) fn stops(scene: &Scene) -> Knob {
+    let rules = scene.facts().thickness.stop;
+    let stop = |at: f64| Precision {
+        stop_below: Some(at),
         ..Precision::default()
     };
+    // Rules are of numbers of 32 bits.
+    let others = [1e-4, 1e-3, 0.004, 0.02, 0.05].into_iter();
+    let others = others.filter(|at| (at / rules - 1.0).abs() > 1e-6);
+    Knob {
+        name: "stop",
+        what: "what is left of the light where a pixel stops",
+        settings: others
+            .map(|at| look(&at.to_string(), Look::Precision(stop(at))))
+            .collect(),
+    }
+}
+
+/// How wide what is left of the light is.
+pub(super) fn transmittances() -> Knob {
     let bits = |n| Precision {
         transmittance_bits: Some(n),
         ..Precision::default()
     };
     let widths = [8, 10, 12, 14, 16, 18];
-    vec![
-        Knob {
-            name: "stop",
-            what: "what is left of the light where a pixel stops",
-            settings: (stops.iter())
-                .map(|at| look(&at.to_string(), Look::Precision(stop(at))))
-                .collect(),
-        },
-        Knob {
-            name: "transmittance-bits",
-            what: "fraction bits of transmittances",
-            settings: widths
-                .map(|n| look(&n.to_string(), Look::Precision(bits(n))))
-                .to_vec(),
-        },
-    ]
+    Knob {
+        name: "transmittance-bits",
+        what: "fraction bits of transmittances",
+        settings: widths
+            .map(|n| look(&n.to_string(), Look::Precision(bits(n))))
+            .to_vec(),
+    }
 }
 
 /// What shapes colours, left out although it is called for.
