@@ -168,19 +168,24 @@ pub(super) fn found(settings: &[String], point: &Point, default: &Point, tried: 
             false => settings.join(", "),
         }
     );
-    let less = |own: f64, of: f64| 100.0 * (1.0 - own / of);
+    let less = |own: f64, of: f64| match 100.0 * (1.0 - own / of) {
+        saved if saved.abs() < 0.05 => "equal".to_owned(),
+        saved if saved < 0.0 => format!("{:.1} % more", -saved),
+        saved => format!("{saved:.1} % less"),
+    };
+    let beside = match point.truth {
+        Some(_) => "beside the truth",
+        None => "beside the model",
+    };
     say!(
-        "  {} dB instead of {}; {:.1} us a frame instead of {:.1}: {:.1} % less{}",
+        "  {} dB {beside} instead of {}; {:.1} us a frame instead of {:.1}: {}{}",
         quality(point),
         quality(default),
         point.frame_ns * 1e-3,
         default.frame_ns * 1e-3,
         less(point.frame_ns, default.frame_ns),
         match (point.energy_mj, default.energy_mj) {
-            (Some(own), Some(of)) => format!(
-                "; {own:.3} mJ instead of {of:.3}: {:.1} % less",
-                less(own, of)
-            ),
+            (Some(own), Some(of)) => format!("; {own:.3} mJ instead of {of:.3}: {}", less(own, of)),
             _ => String::new(),
         }
     );
