@@ -213,7 +213,7 @@ fn seek(
         };
         nearest = Some(at);
         if !is_met {
-            continue;
+            break;
         }
         let own = settings(&chosen);
         let point = point(&own)?;
