@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::front::{Place, front, knee};
 use super::knobs::{self, Asked, Change, Knob, Setting};
-use super::search::{Chosen, Goal, search};
+use super::search::{Chosen, Goal, search_by_ways_alone};
 use super::trial::{Bench, Paths, Point};
 use super::{CostArgs, FORMAT_VERSION, pictures, tables};
 use crate::common::Common;
@@ -176,7 +176,7 @@ fn seek(
         let own: Vec<&Setting> = of.iter().map(|(_, setting)| *setting).collect();
         bench.point("found", &labels(of).join(", "), &own)
     };
-    let mut place = |chosen: &Chosen, paths: Paths| -> Result<_, Failure> {
+    let place = |chosen: &Chosen, paths: Paths| -> Result<_, Failure> {
         let own = settings(chosen);
         if let Some(known) = measured(report, &own) {
             return Ok(known);
@@ -196,47 +196,28 @@ fn seek(
         let plain: Vec<&Setting> = own.iter().map(|(_, setting)| *setting).collect();
         Ok(bench.place(&plain, paths).ok())
     };
-    let mut reach = |chosen: &Chosen| -> Result<(), Failure> {
+    let reach = |chosen: &Chosen| -> Result<(), Failure> {
         let text = text(bench, &settings(chosen))?;
         Ok(files::write(&args.found, &format!("{UNPROVED}{text}"))?)
     };
-    // A path is only counted for each combination if what was found by its ways alone does not hold.
-    let are_paths = (knobs.iter().flat_map(|knob| &knob.settings))
-        .any(|setting| matches!(setting.change, Change::Path(_)));
-    let counted = are_paths.then_some(Paths::Counted);
-    let mut found = None;
-    let mut nearest = None;
-    for paths in [Paths::AsAlone].into_iter().chain(counted) {
-        let place = |chosen: &Chosen| place(chosen, paths);
-        let Some((chosen, at, is_met)) = search(goal, &counts, place, &mut reach)? else {
-            break;
-        };
-        nearest = Some(at);
-        if !is_met {
-            break;
-        }
-        let own = settings(&chosen);
-        let point = point(&own)?;
-        if goal.is_met(point.place()) {
-            found = Some((own, point));
-            break;
-        }
-        nearest = Some(point.place());
-    }
+    let found = search_by_ways_alone(goal, &counts, place, reach)?;
     spinner.finish_and_clear();
-    let Some((own, point)) = found else {
-        return Err(Failure::Inconclusive(match nearest {
-            None => "the default cannot be measured".to_owned(),
-            Some(at) => format!(
-                "no settings reach it: the nearest have {:.2} dB at {:.3} ms a frame",
-                at.quality,
-                at.cost * 1e-6
-            ),
-        }));
+    let Some((chosen, at, is_met)) = found else {
+        return Err(Failure::Inconclusive(
+            "the default cannot be measured".to_owned(),
+        ));
     };
+    if !is_met {
+        return Err(Failure::Inconclusive(format!(
+            "no settings reach it: the nearest have {:.2} dB at {:.3} ms a frame",
+            at.quality,
+            at.cost * 1e-6
+        )));
+    }
+    let own = settings(&chosen);
     let found = Found {
         settings: labels(&own),
-        point,
+        point: point(&own)?,
         tried,
     };
     tables::found(&found.settings, &found.point, report.default_point(), tried);

@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::front::Place;
+use super::trial::Paths;
 
 /// What is sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +15,7 @@ pub(super) enum Goal {
 }
 
 impl Goal {
-    pub(super) fn is_met(self, place: Place) -> bool {
+    fn is_met(self, place: Place) -> bool {
         match self {
             Self::Quality(least) => place.quality >= least,
             Self::Budget(most) => place.cost <= most,
@@ -72,6 +73,26 @@ pub(super) type Chosen = Vec<Option<usize>>;
 /// A knob, and one of its settings or the default's.
 type Turn = (usize, Option<usize>);
 
+/// [`search`] by what ways through a path are alone. What it finds is placed by its own path, and if
+/// it then misses the goal, all that is tried is.
+pub(super) fn search_by_ways_alone<E>(
+    goal: Goal,
+    settings: &[usize],
+    mut place: impl FnMut(&Chosen, Paths) -> Result<Option<Place>, E>,
+    mut reach: impl FnMut(&Chosen) -> Result<(), E>,
+) -> Result<Option<(Chosen, Place, bool)>, E> {
+    let alone = |chosen: &Chosen| place(chosen, Paths::AsAlone);
+    let found = search(goal, settings, alone, &mut reach)?;
+    let Some((chosen, _, true)) = found else {
+        return Ok(found);
+    };
+    let counted = place(&chosen, Paths::Counted)?;
+    match counted.filter(|at| goal.is_met(*at)) {
+        Some(at) => Ok(Some((chosen, at, true))),
+        None => search(goal, settings, |own| place(own, Paths::Counted), reach),
+    }
+}
+
 /// Turns one knob at a time, as [`Goal::next`] says, until none leads to anything preferred to where
 /// it stands; and again from the one setting that alone is preferred to where that ended, if there
 /// is one. Settings that missed a quality are tried again only where no other leads on, as they
@@ -79,7 +100,7 @@ type Turn = (usize, Option<usize>);
 /// all. `settings` has the number of each knob's settings; `place` says where a
 /// choice lies, or nothing if it cannot be. Says where it ended, and whether the goal is met; and
 /// `reach` of every choice on the way that meets it and is preferred to those before.
-pub(super) fn search<E>(
+fn search<E>(
     goal: Goal,
     settings: &[usize],
     place: impl FnMut(&Chosen) -> Result<Option<Place>, E>,
@@ -259,6 +280,41 @@ mod tests {
         assert_eq!((at.quality, at.cost, met), (39.4, 8.0, true));
         let (_, at, met) = found(Goal::Budget(2.0));
         assert_eq!((at.cost, met), (3.0, false));
+    }
+
+    /// Both knobs lose more together than each alone says: what misses the goal then is not found.
+    #[test]
+    fn what_is_found_meets_the_goal_by_its_own_path() {
+        let mut counted = 0;
+        let mut found = |goal, more: f64| {
+            let place = |chosen: &Chosen, paths: Paths| -> Result<Option<Place>, ()> {
+                let are_both = chosen.iter().all(Option::is_some);
+                counted += u32::from(paths == Paths::Counted);
+                let lost = match paths {
+                    Paths::Counted if are_both => more,
+                    _ => 0.0,
+                };
+                let at = place(chosen)?;
+                Ok(at.map(|at| Place {
+                    quality: at.quality - lost,
+                    ..at
+                }))
+            };
+            let found = search_by_ways_alone(goal, &[2, 2], place, |_| Ok(()));
+            let (chosen, at, met) = found.unwrap().unwrap();
+            (chosen, at.quality, met, std::mem::take(&mut counted))
+        };
+        let both = vec![Some(0), Some(0)];
+        assert_eq!(
+            found(Goal::Quality(39.0), 0.25),
+            (both, 39.15, true, 1),
+            "once, for what was found"
+        );
+        let (chosen, quality, met, counted) = found(Goal::Quality(39.3), 0.25);
+        assert_eq!((chosen, quality, met), (vec![Some(0), None], 39.5, true));
+        assert!(counted > 1);
+        let (.., met, counted) = found(Goal::Quality(41.0), 0.25);
+        assert_eq!((met, counted), (false, 0));
     }
 
     /// Ten knobs of four settings whose savings add up: each is turned as far as it goes, and what
