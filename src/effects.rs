@@ -99,16 +99,16 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
         path: &path,
         pairs: args.pairs,
     };
+    let left = match analysis.calls_for(Effect::Disocclusion) {
+        true => watch.pixels_left()?,
+        false => 0,
+    };
     let mut effects = vec![];
     for finding in &analysis.findings {
         spinner.set_message(format!("measuring {}", finding.effect));
         let wall = watch.wall(finding.effect, finding.is_called_for)?;
-        effects.push(Found::new(
-            finding,
-            cost(finding.effect, &cycles, &counts, &scene),
-            wall,
-            &scene,
-        ));
+        let work = cost(finding.effect, &cycles, &counts, left, &scene);
+        effects.push(Found::new(finding, work, wall, &scene));
     }
     let forced = match Effect::ALL.iter().any(|effect| choices.forces(*effect)) {
         true => {
@@ -183,6 +183,7 @@ fn cost(
     effect: Effect,
     cycles: &EffectCycles,
     counts: &potamoi_golden::scene::FrameCounts,
+    left: u64,
     scene: &Scene,
 ) -> report::Work {
     use report::Work;
@@ -217,10 +218,9 @@ fn cost(
         Effect::Sorting => Work::amount("GPU", splats.visible, "visible Gaussians"),
         Effect::EarlyTermination => Work::amount("compositing", counts.rays, "rays"),
         Effect::Warping => Work::amount("GPU", counts.rays, "pixels a frame"),
-        Effect::Disocclusion => Work::elsewhere(
-            "all units",
-            "pixels that warping leaves, as potamoi warp counts them",
-        ),
+        Effect::Disocclusion => {
+            Work::amount("all units", left, "pixels of the path's warped frames")
+        }
         Effect::VoidTest => Work::amount("GPU", counts.samples, "samples"),
         Effect::OctreeMerging => Work::amount("GPU", splats.gaussians, "Gaussians"),
         Effect::RemoteLink => Work::amount("link", counts.rays, "pixels a full frame"),

@@ -106,12 +106,20 @@ fn wall_times_are_of_pairs() {
     );
     assert!(said.contains("medians of 2 interleaved pairs"), "{said}");
     let report = json(&folder.path().join("e.json"));
-    for name in ["trilinear", "sorting", "octree_merging", "warping"] {
+    for name in [
+        "trilinear",
+        "sorting",
+        "octree_merging",
+        "warping",
+        "disocclusion",
+    ] {
         let cost = &of(&report, name)["cost"];
         assert!(cost["wall"]["with_ms"].as_f64().unwrap() > 0.0, "{cost}");
         assert!(cost["wall"]["spread_ms"].as_f64().unwrap() >= 0.0, "{cost}");
         assert!(cost["wall_ms"].is_number(), "{cost}");
     }
+    let left = of(&report, "disocclusion")["cost"]["amount"].as_u64();
+    assert!(left.is_some_and(|n| 0 < n && n < 2 * 16 * 16), "{left:?}");
 }
 
 #[test]

@@ -146,10 +146,20 @@ impl Stopwatch<'_> {
             Choices::default().force(effect),
             Choices::default().leave_out(effect),
         ];
-        if effect == Effect::Warping {
-            if self.path.len() < 2 {
+        if of == PATH && self.path.len() < 2 {
+            return Ok(None);
+        }
+        if effect == Effect::Disocclusion {
+            if !is_called_for {
                 return Ok(None);
             }
+            let pairs = self.in_pairs(|with| match with {
+                true => self.warped(self.scene, false),
+                false => self.with_holes(),
+            })?;
+            return Ok(pairs.map(|pairs| Wall { of, pairs }));
+        }
+        if effect == Effect::Warping {
             let pairs = self.in_pairs(|with| match (with, is_called_for) {
                 (true, _) => self.warped(self.scene, true).map(|_| ()),
                 (false, false) => self.warped(self.scene, false).map(|_| ()),
@@ -197,7 +207,7 @@ impl Stopwatch<'_> {
             Effect::OctreeMerging | Effect::Trilinear if is_splats => FIXED,
             Effect::Trilinear | Effect::Exponential => FIXED,
             Effect::HashLevels if facts.hashed_tables() > 0 => FIXED,
-            Effect::Warping => PATH,
+            Effect::Warping | Effect::Disocclusion => PATH,
             _ => return None,
         })
     }
@@ -223,6 +233,14 @@ impl Stopwatch<'_> {
         };
         let frames = Sequence::new(warper, self.path, &plan, &[]);
         Ok(frames.collect::<Result<_, _>>()?)
+    }
+
+    /// Pixels of warped frames that warping leaves to be rendered.
+    pub(super) fn pixels_left(&self) -> Result<u64, Failure> {
+        let frames = self.warped(self.scene, false)?;
+        let warped = frames.iter().filter(|frame| frame.reference.is_some());
+        let classes = warped.flat_map(|frame| &frame.target.classes);
+        Ok(classes.filter(|class| class.is_rendered()).count() as u64)
     }
 
     /// The same with nothing in the holes.

@@ -85,16 +85,6 @@ impl Work {
         }
     }
 
-    /// Work that is counted elsewhere.
-    pub(super) const fn elsewhere(unit: &'static str, of: &'static str) -> Self {
-        Self {
-            unit,
-            cycles: None,
-            amount: None,
-            amount_of: Some(of),
-        }
-    }
-
     pub(super) const fn amount(unit: &'static str, amount: u64, of: &'static str) -> Self {
         Self {
             unit,
@@ -108,7 +98,6 @@ impl Work {
         match (self.cycles, self.amount, self.amount_of) {
             (Some(cycles), _, _) => format!("{}: {cycles} cycles (cycle model)", self.unit),
             (_, Some(amount), Some(of)) => format!("{}: {amount} {of}", self.unit),
-            (None, None, Some(of)) => format!("{}: {of}", self.unit),
             _ => self.unit.to_owned(),
         }
     }

@@ -13,7 +13,7 @@ use crate::units::{GatherTask, Product, UnitError, Units};
 /// | effect | left out | forced |
 /// |---|---|---|
 /// | trilinear | the vertex of the largest weight alone | single ids are weighted with 1 and rounded too, and must stay as they are |
-/// | exponential | powers to first order: `exp(-u)` is 1, `1 - exp(-s)` is s up to 1 | |
+/// | exponential | the first term of its series: `exp(-u)` is 1, `1 - exp(-s)` is s up to 1 | |
 /// | segments | channels of the first pass alone, the others 0 | |
 pub struct Altered<'u> {
     units: &'u mut dyn Units,
@@ -94,8 +94,8 @@ impl<'u> Altered<'u> {
         Ok(())
     }
 
-    /// A power to first order.
-    fn first_order(&self, code: OpCode, a: i32) -> i32 {
+    /// The first term of a power's series.
+    fn first_term(&self, code: OpCode, a: i32) -> i32 {
         let [input, one_minus, output] = self.bits;
         let of = |bits: u32| f64::from(a) * 2f64.powi(-(bits as i32));
         let full = 2f64.powi(output as i32);
@@ -148,7 +148,7 @@ impl Units for Altered<'_> {
             return self.units.vector(op, a, b, out);
         }
         for (out, a) in out.iter_mut().zip(a) {
-            *out = self.first_order(op.code, *a);
+            *out = self.first_term(op.code, *a);
         }
         Ok(())
     }

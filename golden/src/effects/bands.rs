@@ -9,8 +9,8 @@ pub struct Bands {
     pub stored: usize,
     /// What holds them: Gaussians, vertices, or a perceptron's neurons.
     pub holders: u64,
-    /// Of each degree, holders with a coefficient that is not 0.
-    pub used: [u64; sh::MAX_DEGREE + 1],
+    /// Of each degree, holders with a coefficient that is not 0 of it or of one above it.
+    from: [u64; sh::MAX_DEGREE + 1],
 }
 
 impl Bands {
@@ -22,12 +22,13 @@ impl Bands {
         let mut bands = Self {
             stored,
             holders: 0,
-            used: [0; sh::MAX_DEGREE + 1],
+            from: [0; sh::MAX_DEGREE + 1],
         };
         for own in holders {
             bands.holders += 1;
-            for (sum, is_used) in bands.used.iter_mut().zip(own) {
-                *sum += u64::from(is_used);
+            let highest = own.iter().rposition(|is_used| *is_used);
+            for sum in bands.from.iter_mut().take(highest.map_or(0, |h| h + 1)) {
+                *sum += 1;
             }
         }
         bands
@@ -36,13 +37,13 @@ impl Bands {
     /// The highest degree of which a coefficient is not 0.
     #[must_use]
     pub fn highest(&self) -> usize {
-        self.used.iter().rposition(|n| *n > 0).unwrap_or(0)
+        self.from.iter().rposition(|n| *n > 0).unwrap_or(0)
     }
 
     /// Holders with a coefficient of a degree or of one above it.
     #[must_use]
     pub fn from(&self, degree: usize) -> u64 {
-        self.used.iter().skip(degree).copied().max().unwrap_or(0)
+        self.from.get(degree).copied().unwrap_or(0)
     }
 }
 
@@ -60,4 +61,18 @@ pub(crate) fn used<'a>(
         }
     }
     used
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_holder_counts_once_whichever_of_its_degrees_are_used() {
+        let one = |degrees: &[usize]| std::array::from_fn(|d| degrees.contains(&d));
+        let all = [one(&[1]), one(&[2]), one(&[0, 2]), one(&[0]), one(&[])];
+        let bands = Bands::of(2, all.into_iter());
+        assert_eq!((bands.holders, bands.highest()), (5, 2));
+        assert_eq!([0, 1, 2, 3, 9].map(|d| bands.from(d)), [4, 3, 2, 0, 0]);
+    }
 }

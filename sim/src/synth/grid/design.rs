@@ -148,6 +148,16 @@ const WEIGHT: Knob = ("gu.weight_bits", &[7, 8, 9, 10, 11, 12, 13, 14, 15]);
 const LANES: Knob = ("vu.lanes", &[4, 8, 12, 16, 20, 24, 32, 40, 48]);
 const OUTPUT: Knob = ("vu.exp.output_bits", &[8, 10, 12, 14, 16, 18, 20]);
 const EXP: &str = "[\"exp\"]";
+/// The preset `fields`' vector unit, but for how many iterations a clock it does.
+const FIELDS: &str = "\
+[vu]
+ops = [\"pass\", \"relu\", \"add\", \"multiply\", \"square-sum\", \"exp\", \"one-minus-exp\", \"sigmoid\", \"softplus\"]
+
+[vu.exp]
+iterations = 18
+accumulator_bits = 20
+constant_bits = 20
+";
 
 const GATHERING: [Knob; 5] = [
     BANKS,
@@ -230,7 +240,8 @@ pub fn design() -> Vec<Point> {
 }
 
 /// The paper's units with what no formula is of, each as it is: other exponentials, exact sums, and
-/// records that share a row. The family is the one that it differs from in more than numbers.
+/// records that share a row; and the preset `fields`' vector unit with settings that formulas set
+/// in no proportion to it. The family is the one that it differs from in more than numbers.
 #[must_use]
 pub fn forms() -> Vec<Point> {
     let tails = [4, 6, 8, 9, 12, 14].map(|n| format!("iterations = {n}\ntail = true"));
@@ -261,12 +272,19 @@ pub fn forms() -> Vec<Point> {
         },
         text: format!("[vu.exp]\n{text}\n"),
     });
+    let clocks = ["iterations_per_clock = 4".to_owned()];
+    let two = |text: &String| format!("iterations_per_clock = 2\n{text}");
+    let others = inputs.iter().chain(&densities).map(two);
+    let fields = clocks.into_iter().chain(others).map(|text| Point {
+        family: Family::Vector,
+        text: format!("{FIELDS}{text}\n"),
+    });
     let gathering = ["sums = \"exact\"", "records_a_row = 2"];
     let gathering = gathering.map(|text| Point {
         family: Family::Gathering,
         text: format!("[gu]\n{text}\n"),
     });
-    exponentials.chain(gathering).collect()
+    exponentials.chain(gathering).chain(fields).collect()
 }
 
 /// Whether a field of a configuration is one of a unit's.
