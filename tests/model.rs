@@ -303,6 +303,20 @@ fn what_cannot_be_modelled_is_refused_by_name() {
     }
 }
 
+/// Speed-up and energy saving by variant, of each change of a report of `--sensitivity`.
+fn rows(report: Value) -> impl Fn(&str) -> std::collections::BTreeMap<String, (f64, f64)> {
+    move |change| {
+        let rows = report["scenes"][0]["rows"].as_array().unwrap();
+        let row = rows.iter().find(|r| r["change"] == change).unwrap();
+        let means = row["means"].as_array().unwrap().iter();
+        let of = |m: &Value| {
+            let name = m["variant"].as_str().unwrap().to_owned();
+            (name, (number(m, "/speed_up"), number(m, "/saving")))
+        };
+        means.map(of).collect()
+    }
+}
+
 #[test]
 fn what_the_gpu_were_otherwise_would_change_is_said() {
     let folder = tempfile::tempdir().unwrap();
@@ -322,31 +336,36 @@ fn what_the_gpu_were_otherwise_would_change_is_said() {
     ];
     let said = model(at, 0, &sensitivity);
     assert!(
-        said.contains("its work takes no time and no energy"),
+        said.contains("the device's work takes no time and no energy"),
         "{said}"
     );
-    let report = json(&at.join("s.json"));
-    let rows = report["scenes"][0]["rows"].as_array().unwrap();
-    let row = |change: &str| {
-        let same = |r: &&Value| r["change"] == change;
-        let row = rows.iter().find(same).unwrap();
-        let means = row["means"].as_array().unwrap().iter();
-        means
-            .map(|m| {
-                let name = m["variant"].as_str().unwrap().to_owned();
-                (name, (number(m, "/speed_up"), number(m, "/saving")))
-            })
-            .collect::<std::collections::BTreeMap<_, _>>()
-    };
+    assert!(!said.contains("remote GPU"), "{said}");
+    let row = rows(json(&at.join("s.json")));
     let own = row("as it is");
     assert_eq!((own.len(), own["baseline"]), (8, (1.0, 1.0)));
     // It is no model of splats.
     assert_eq!(row("splats' share of the best halved"), own);
     // Where the GPU gathers, its slowness counts; the unit does not wait for it.
-    let slow = row("gathers 10 times slower");
+    let slow = row("the device gathers 10 times slower");
     assert!(slow["potamoi"].0 > own["potamoi"].0 && slow["fs+gu"].0 > own["fs+gu"].0);
     assert_eq!(row("twice the watts")["potamoi"].0, own["potamoi"].0);
     assert_ne!(row("twice the watts")["potamoi"].1, own["potamoi"].1);
+
+    // The remote GPU's shares are taken to be the device's. A faster one leaves less to speed up.
+    model(
+        at,
+        0,
+        &[&sensitivity[..], &["--scenario", "remote"]].concat(),
+    );
+    let remote = rows(json(&at.join("s.json")));
+    let speed_up = |change: &str| remote(change)["potamoi"].0;
+    let faster = ["doubled", "1"]
+        .map(|by| speed_up(&format!("the remote GPU's shares {by}, not the device's")));
+    assert!(
+        speed_up("as it is") > faster[0] && faster[0] > faster[1],
+        "{faster:?}"
+    );
+    assert_ne!(speed_up("fields' share doubled"), faster[0]);
 
     // The row is what the variants take on such a system.
     std::fs::write(

@@ -110,7 +110,8 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
     say!("all 65,536 inputs of U3.13, of what is built through the twin, against 120 bits\n{rows}");
     let known = |of: Option<f64>| of.unwrap_or(f64::INFINITY);
     let least = |what: &str, of: &dyn Fn(&Method) -> f64, then: &dyn Fn(&Method) -> f64| {
-        let faithful = methods.iter().filter(|m| m.max_ulp < FAITHFUL);
+        let synthesised = methods.iter().filter(|m| m.energy_pj.is_some());
+        let faithful = synthesised.filter(|m| m.max_ulp < FAITHFUL);
         let own =
             faithful.min_by(|a, b| of(a).total_cmp(&of(b)).then(then(a).total_cmp(&then(b))))?;
         say!(

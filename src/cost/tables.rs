@@ -193,8 +193,11 @@ pub(super) fn found(settings: &[String], point: &Point, default: &Point, tried: 
 
 /// A line a point.
 pub(super) fn csv(report: &Report) -> String {
-    let mut text = String::from(
-        "knob,setting,exp_max_ulp,exp_bound_ulp,exp_mean_ulp,one_minus_exp_max_ulp,one_minus_exp_bound_ulp,one_minus_exp_mean_ulp,gather_max_ulp,gather_bound_ulp,gather_mean_ulp,model_db,model_ssim,worst_pixel,worst_pixel_bound,truth_db,truth_ssim,gather_cycles,vector_cycles,array_cycles,frame_ns,energy_mj,area_mm2,front\n",
+    let units = report.default_point().units.named();
+    let units = units.map(|(name, _)| format!("{name}_max_ulp,{name}_bound_ulp,{name}_mean_ulp"));
+    let mut text = format!(
+        "knob,setting,{},model_db,model_ssim,worst_pixel,worst_pixel_bound,truth_db,truth_ssim,gather_cycles,vector_cycles,array_cycles,frame_ns,energy_mj,area_mm2,front\n",
+        units.join(",")
     );
     let field = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
     for (i, p) in report.points.iter().enumerate() {

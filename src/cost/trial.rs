@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use super::front::Place;
 use super::knobs::{Change, Look, Setting, Way};
-use super::units::{Netlists, UnitErrors};
+use super::units::{Known, UnitErrors};
 use crate::failure::Failure;
 use crate::setup::{Setup, store};
 
@@ -172,7 +172,7 @@ pub(super) struct Bench {
     model: Picture,
     truth: Option<Picture>,
     frames: u32,
-    netlists: Netlists,
+    known: Known,
     /// Of ways that were tried by themselves.
     alone: RefCell<Vec<(Way, Moved)>>,
 }
@@ -190,7 +190,7 @@ impl Bench {
                 None => None,
             },
             frames,
-            netlists: Netlists::default(),
+            known: Known::default(),
             alone: RefCell::default(),
             setup,
         })
@@ -247,7 +247,7 @@ impl Bench {
         Ok(Point {
             knob: knob.to_owned(),
             setting: label.to_owned(),
-            units: UnitErrors::of(scene, config, &self.netlists),
+            units: UnitErrors::of(scene, config, &self.known),
             model: tried.model,
             truth: tried.truth,
             worst,
@@ -275,7 +275,7 @@ impl Bench {
             return Ok(None);
         }
         let float = self.setup.scene.precision();
-        let powers = self.netlists.powers(scene, config);
+        let powers = self.known.powers(scene, config);
         Ok(scene.error_bounds_beside(config, float, &powers)?)
     }
 

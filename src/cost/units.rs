@@ -1,13 +1,15 @@
 //! What the results of a configuration's units are off by.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::OpCode;
 use potamoi_golden::scene::Scene;
 use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::gather::Reducer;
+use potamoi_golden::units::logistic::{Logistic, LogisticReference, logistic_budget};
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::weights::{FRACTION_BITS, trilinear};
 use potamoi_golden::units::widths::{ExpBounds, budget};
@@ -62,28 +64,53 @@ pub(super) struct UnitErrors {
     /// 1 - exp(-s) of depths below 8 that are rounded to its operand, in units of the result, over
     /// 65,536 of them; where rays have opacities.
     pub(super) one_minus_exp: Option<UnitError>,
+    /// 1 / (1 + exp(-x)) and ln(1 + exp(x)), in units of the result, over all operands of -16 to 16;
+    /// where rays' colours and opacities are made of them.
+    pub(super) sigmoid: Option<UnitError>,
+    pub(super) softplus: Option<UnitError>,
     /// Eight values of -1 to 1, coded and interpolated, beside the same unrounded, in units of a
     /// 16-bit feature, at 65,536 places; where features are interpolated.
     pub(super) gathering: Option<UnitError>,
 }
 
-/// Bounds by analysis of netlists, each found once.
+/// What takes time to find and is found once for a scene's model.
 #[derive(Debug, Default)]
-pub(super) struct Netlists {
-    known: RefCell<HashMap<String, Option<f64>>>,
+pub(super) struct Known {
+    /// What the model is rendered with.
+    operations: OnceCell<Vec<OpCode>>,
+    /// By analysis of netlists.
+    bounds: RefCell<HashMap<String, Option<f64>>>,
+    /// To 120 bits, by fraction bits of operands.
+    logistic: RefCell<HashMap<u32, Option<Rc<LogisticReference>>>>,
 }
 
-impl Netlists {
-    /// Of an operation; nothing of one that is not built, or of a unit that cannot be.
+impl Known {
+    /// The bound of an operation; nothing of one that is not built, or of a unit that cannot be.
     fn bound(&self, config: &Config, op: OpCode) -> Option<f64> {
         let key = format!("{op:?} {:?} {:?}", config.vu.ops, config.vu.exp);
-        let known = self.known.borrow().get(&key).copied();
+        let known = self.bounds.borrow().get(&key).copied();
         known.unwrap_or_else(|| {
             let found = exponential_bound(config, op).ok().flatten();
             let found = found.map(|bound| bound.ulp);
-            self.known.borrow_mut().insert(key, found);
+            self.bounds.borrow_mut().insert(key, found);
             found
         })
+    }
+
+    fn takes(&self, scene: &Scene, config: &Config, op: OpCode) -> bool {
+        let all = || scene.operations(config).unwrap_or_default();
+        config.vu.ops.contains(&op) && self.operations.get_or_init(all).contains(&op)
+    }
+
+    /// Sigmoid and softplus of operands of so many fraction bits; nothing of those that it has not.
+    fn logistic(&self, frac_bits: u32) -> Option<Rc<LogisticReference>> {
+        let mut known = self.logistic.borrow_mut();
+        let found = || {
+            let is_known = LogisticReference::BITS.contains(&frac_bits);
+            let own = is_known.then(|| LogisticReference::new(frac_bits).ok())?;
+            own.map(Rc::new)
+        };
+        known.entry(frac_bits).or_insert_with(found).clone()
     }
 
     /// Of the powers that a scene is rendered with: the lesser of the netlist's and the formulas'.
@@ -103,26 +130,30 @@ fn has_rays(scene: &Scene, config: &Config) -> bool {
 }
 
 impl UnitErrors {
-    pub(super) fn of(scene: &Scene, config: &Config, netlists: &Netlists) -> Self {
+    pub(super) fn of(scene: &Scene, config: &Config, known: &Known) -> Self {
         let interpolates = scene.facts().tables.iter().any(|t| t.vertices == 8);
         Self {
-            exponential: exponential(config, netlists),
-            one_minus_exp: has_rays(scene, config).then(|| one_minus_exp(config, netlists)),
+            exponential: exponential(config, known),
+            one_minus_exp: has_rays(scene, config).then(|| one_minus_exp(config, known)),
+            sigmoid: logistic(scene, config, known, Logistic::Sigmoid),
+            softplus: logistic(scene, config, known, Logistic::Softplus),
             gathering: interpolates.then(|| gathering(config)),
         }
     }
 
     /// With their names.
-    pub(super) fn named(&self) -> [(&'static str, Option<UnitError>); 3] {
+    pub(super) fn named(&self) -> [(&'static str, Option<UnitError>); 5] {
         [
             ("exp", self.exponential),
             ("one_minus_exp", self.one_minus_exp),
+            ("sigmoid", self.sigmoid),
+            ("softplus", self.softplus),
             ("gather", self.gathering),
         ]
     }
 }
 
-fn exponential(config: &Config, netlists: &Netlists) -> Option<UnitError> {
+fn exponential(config: &Config, known: &Known) -> Option<UnitError> {
     let exp = &config.vu.exp;
     if !config.vu.ops.contains(&OpCode::Exp) || exp.input.width() > 16 {
         return None;
@@ -134,7 +165,7 @@ fn exponential(config: &Config, netlists: &Netlists) -> Option<UnitError> {
         max_ulp: error.max_ulp,
         mean_ulp: error.mean,
         bound_ulp: budget(exp),
-        netlist_ulp: netlists.bound(config, OpCode::Exp),
+        netlist_ulp: known.bound(config, OpCode::Exp),
     })
 }
 
@@ -144,7 +175,7 @@ fn even(n: u32, prime: u32) -> f64 {
     (f64::from(n) * f64::from(prime).sqrt()).fract()
 }
 
-fn one_minus_exp(config: &Config, netlists: &Netlists) -> UnitError {
+fn one_minus_exp(config: &Config, known: &Known) -> UnitError {
     let exp = &config.vu.exp;
     let twin = ExpTwin::new(exp);
     let bits = exp.one_minus_frac_bits as i32;
@@ -159,9 +190,32 @@ fn one_minus_exp(config: &Config, netlists: &Netlists) -> UnitError {
     // stands for 1, too.
     let beside = |bound: f64| bound.max(1.0) + ulps / code;
     UnitError {
-        netlist_ulp: netlists.bound(config, OpCode::OneMinusExp).map(beside),
+        netlist_ulp: known.bound(config, OpCode::OneMinusExp).map(beside),
         ..UnitError::of(errors, beside(budget(exp)))
     }
+}
+
+fn logistic(scene: &Scene, config: &Config, known: &Known, of: Logistic) -> Option<UnitError> {
+    let exp = &config.vu.exp;
+    let op = match of {
+        Logistic::Sigmoid => OpCode::Sigmoid,
+        Logistic::Softplus => OpCode::Softplus,
+    };
+    if !known.takes(scene, config, op) {
+        return None;
+    }
+    let reference = known.logistic(exp.input.frac_bits())?;
+    let twin = ExpTwin::new(exp);
+    let error = reference.measure(of, exp.output_bits, |code| match of {
+        Logistic::Sigmoid => twin.sigmoid(code),
+        Logistic::Softplus => twin.softplus(code),
+    });
+    Some(UnitError {
+        max_ulp: error.max_ulp,
+        mean_ulp: error.mean,
+        bound_ulp: logistic_budget(of, exp),
+        netlist_ulp: known.bound(config, op),
+    })
 }
 
 fn gathering(config: &Config) -> UnitError {
@@ -201,43 +255,61 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    fn of(scene: &str, text: &str) -> UnitErrors {
-        let config = Config::from_toml(text, "test").unwrap();
-        UnitErrors::of(&Scene::open(scene).unwrap(), &config, &Netlists::default())
+    const FIELDS: &str = include_str!("../../configs/fields.toml");
+
+    /// Errors of a scene's units, as the text sets them.
+    fn of(scene: &str) -> impl Fn(&str) -> UnitErrors {
+        let (scene, known) = (Scene::open(scene).unwrap(), Known::default());
+        move |text| UnitErrors::of(&scene, &Config::from_toml(text, "test").unwrap(), &known)
     }
 
     /// A coarser unit is farther off, none farther than its bound, and each setting moves the error
     /// of the operation that it is of.
     #[test]
     fn errors_are_of_the_operation_that_a_setting_moves() {
-        let paper = of("lantern", "");
-        let check = |text: &str, which: usize| {
-            let own = of("lantern", text);
-            for (i, (name, error)) in own.named().into_iter().enumerate() {
-                let (own, usual) = (error.unwrap(), paper.named()[i].1.unwrap());
+        let (lantern, field) = (of("lantern"), of("moons:efficientnerf"));
+        let fields = |text: &str| field(&format!("{text}{FIELDS}"));
+        type Errors<'a> = &'a dyn Fn(&str) -> UnitErrors;
+        let check = |of: Errors<'_>, text: &str, which: &str, operations: usize| {
+            let [own, usual] = [text, ""].map(|text| of(text).named());
+            let both = own.into_iter().zip(usual);
+            let both = both.filter_map(|((name, own), (_, usual))| Some((name, own?, usual?)));
+            let both: Vec<_> = both.collect();
+            assert_eq!(both.len(), operations, "{both:?}");
+            for (name, own, usual) in both {
                 assert!(own.max_ulp <= own.bound(), "{text} {name}: {own:?}");
                 assert!(
                     own.mean_ulp > 0.0 && own.mean_ulp < own.max_ulp,
                     "{text} {name}"
                 );
                 let is_moved = own.max_ulp > 1.2 * usual.max_ulp;
-                assert_eq!(is_moved, i == which, "{text} {name}: {own:?} {usual:?}");
+                assert_eq!(is_moved, name == which, "{text} {name}: {own:?} {usual:?}");
             }
         };
-        check("vu.exp.one_minus_frac_bits = 12", 1);
-        check("gu.weight_bits = 8", 2);
-        check("gu.feature_bits = 10", 2);
-        let exact = of("lantern", "gu.sums = \"exact\"").gathering.unwrap();
-        assert!(exact.mean_ulp < paper.gathering.unwrap().mean_ulp);
-        let coarse = of("lantern", "vu.exp.iterations = 8");
+        check(
+            &lantern,
+            "vu.exp.one_minus_frac_bits = 12\n",
+            "one_minus_exp",
+            3,
+        );
+        check(&lantern, "gu.weight_bits = 8\n", "gather", 3);
+        check(&lantern, "gu.feature_bits = 10\n", "gather", 3);
+        check(&fields, "gu.feature_bits = 10\n", "none", 4);
+        let exact = lantern("gu.sums = \"exact\"").gathering.unwrap();
+        assert!(exact.mean_ulp < lantern("").gathering.unwrap().mean_ulp);
+        let coarse = lantern("vu.exp.iterations = 8");
         assert!(coarse.exponential.unwrap().max_ulp > 50.0);
         assert!(coarse.one_minus_exp.unwrap().max_ulp > 50.0);
+        let text = FIELDS.replace("iterations = 18", "iterations = 8");
+        let coarse = field(&text);
+        assert!(coarse.sigmoid.unwrap().max_ulp > 50.0);
+        assert!(coarse.softplus.unwrap().max_ulp > 20.0);
     }
 
     /// Splats have records alone.
     #[test]
     fn splats_interpolate_nothing() {
-        let own = of("garden", "");
+        let own = of("garden")("");
         assert!(own.exponential.is_some());
         assert_eq!((own.one_minus_exp, own.gathering), (None, None));
     }

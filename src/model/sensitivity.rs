@@ -1,4 +1,4 @@
-//! What comes out if what is calibrated or assumed of the GPU were otherwise, and without a GPU.
+//! What comes out if what is calibrated or assumed of the GPUs were otherwise, and without a GPU.
 
 use potamoi_sim::soc::{Gpu, Model, Scenario, System, Variant};
 use serde::Serialize;
@@ -10,69 +10,87 @@ use crate::failure::Failure;
 use crate::say::say;
 use crate::tables;
 
-/// One thing about the GPU, changed.
+/// One thing about the GPUs, changed.
 struct Change {
     name: &'static str,
-    make: fn(&mut Gpu),
+    make: fn(&mut System),
+    /// It is of what the remote GPU alone does.
+    is_remote: bool,
 }
 
-const CHANGES: [Change; 12] = [
-    Change {
-        name: "as it is",
-        make: |_| {},
-    },
-    Change {
-        name: "fields' share of the best halved",
-        make: |gpu| gpu.fields_efficiency /= 2.0,
-    },
-    Change {
-        name: "fields' share doubled",
-        make: |gpu| gpu.fields_efficiency *= 2.0,
-    },
-    Change {
-        name: "splats' share of the best halved",
-        make: |gpu| gpu.splats_efficiency /= 2.0,
-    },
-    Change {
-        name: "splats' share doubled",
-        make: |gpu| gpu.splats_efficiency *= 2.0,
-    },
-    Change {
-        name: "warping's share of the best halved",
-        make: |gpu| gpu.pictures_efficiency /= 2.0,
-    },
-    Change {
-        name: "warping's share doubled",
-        make: |gpu| gpu.pictures_efficiency *= 2.0,
-    },
-    Change {
-        name: "all shares 1, as though none were calibrated",
-        make: |gpu| {
-            gpu.fields_efficiency = 1.0;
-            gpu.splats_efficiency = 1.0;
-            gpu.pictures_efficiency = 1.0;
+impl Change {
+    const fn new(name: &'static str, make: fn(&mut System)) -> Self {
+        Self {
+            name,
+            make,
+            is_remote: false,
+        }
+    }
+
+    const fn remote(name: &'static str, make: fn(&mut System)) -> Self {
+        Self {
+            name,
+            make,
+            is_remote: true,
+        }
+    }
+}
+
+/// What programs reach of a machine's best is calibrated once, and taken to hold for both.
+const CHANGES: [Change; 14] = [
+    Change::new("as it is", |_| {}),
+    Change::new("fields' share of the best halved", |system| {
+        both(system, |gpu| gpu.fields_efficiency /= 2.0);
+    }),
+    Change::new("fields' share doubled", |system| {
+        both(system, |gpu| gpu.fields_efficiency *= 2.0);
+    }),
+    Change::new("splats' share of the best halved", |system| {
+        both(system, |gpu| gpu.splats_efficiency /= 2.0);
+    }),
+    Change::new("splats' share doubled", |system| {
+        both(system, |gpu| gpu.splats_efficiency *= 2.0);
+    }),
+    Change::new("warping's share of the best halved", |system| {
+        both(system, |gpu| gpu.pictures_efficiency /= 2.0);
+    }),
+    Change::new("warping's share doubled", |system| {
+        both(system, |gpu| gpu.pictures_efficiency *= 2.0);
+    }),
+    Change::new("all shares 1, as though none were calibrated", |system| {
+        both(system, |gpu| *gpu = gpu.reaching(1.0));
+    }),
+    Change::remote(
+        "the remote GPU's shares doubled, not the device's",
+        |system| {
+            let gpu = &mut system.remote;
+            gpu.fields_efficiency *= 2.0;
+            gpu.splats_efficiency *= 2.0;
+            gpu.pictures_efficiency *= 2.0;
         },
-    },
-    Change {
-        name: "gathers 10 times slower",
-        make: |gpu| gpu.gathering_factor *= 10.0,
-    },
-    Change {
-        name: "gathers 100 times slower",
-        make: |gpu| gpu.gathering_factor *= 100.0,
-    },
-    Change {
-        name: "twice the watts",
-        make: |gpu| {
-            gpu.watts *= 2.0;
-            gpu.idle_watts *= 2.0;
-        },
-    },
-    Change {
-        name: "its work takes no time and no energy",
-        make: without_work,
-    },
+    ),
+    Change::remote("the remote GPU's shares 1, not the device's", |system| {
+        system.remote = system.remote.reaching(1.0);
+    }),
+    Change::new("the device gathers 10 times slower", |system| {
+        system.gpu.gathering_factor *= 10.0;
+    }),
+    Change::new("the device gathers 100 times slower", |system| {
+        system.gpu.gathering_factor *= 100.0;
+    }),
+    Change::new("twice the watts", |system| {
+        system.gpu.watts *= 2.0;
+        system.gpu.idle_watts *= 2.0;
+    }),
+    Change::new("the device's work takes no time and no energy", |system| {
+        without_work(&mut system.gpu);
+    }),
 ];
+
+fn both(system: &mut System, change: fn(&mut Gpu)) {
+    change(&mut system.gpu);
+    change(&mut system.remote);
+}
 
 /// What is left are memory, the units, the array and the link. Its bytes still move.
 fn without_work(gpu: &mut Gpu) {
@@ -94,6 +112,7 @@ struct Mean {
 struct Row {
     change: &'static str,
     gpu: Gpu,
+    remote: Gpu,
     means: Vec<Mean>,
 }
 
@@ -119,9 +138,10 @@ pub(super) fn run(
     let mut rows = vec![];
     for change in &CHANGES {
         let mut system = system.clone();
-        (change.make)(&mut system.gpu);
+        (change.make)(&mut system);
         let mut means = vec![];
-        for &scenario in args.scenario.all() {
+        let scenarios = args.scenario.all().iter();
+        for &scenario in scenarios.filter(|s| !change.is_remote || **s == Scenario::Remote) {
             means.extend(variants.iter().map(|v| Mean {
                 variant: v.name,
                 scenario,
@@ -148,11 +168,14 @@ pub(super) fn run(
                 mean.saving += energy / own[1] / counted.len() as f64;
             }
         }
-        rows.push(Row {
-            change: change.name,
-            gpu: system.gpu,
-            means,
-        });
+        if !means.is_empty() {
+            rows.push(Row {
+                change: change.name,
+                gpu: system.gpu,
+                remote: system.remote,
+                means,
+            });
+        }
     }
     let found = Sensitivity {
         scenes: names.to_vec(),
@@ -180,8 +203,8 @@ fn print(found: &Sensitivity, args: &ModelArgs) {
         let names = found.rows.iter().take(1).flat_map(|row| &row.means);
         let names = names.filter(|m| m.scenario == *scenario && m.variant != "baseline");
         let heading = match scenario {
-            Scenario::Local => "rendered here: the GPU",
-            Scenario::Remote => "references from afar: the device's GPU",
+            Scenario::Local => "rendered here",
+            Scenario::Remote => "references from afar",
         };
         let heading = std::iter::once(heading.to_owned());
         let mut table = tables::plain(
@@ -190,7 +213,10 @@ fn print(found: &Sensitivity, args: &ModelArgs) {
                 .collect::<Vec<_>>(),
         );
         for row in &found.rows {
-            table.add_row([vec![row.change.to_owned()], of(row)].concat());
+            let figures = of(row);
+            if !figures.is_empty() {
+                table.add_row([vec![row.change.to_owned()], figures].concat());
+            }
         }
         say!("{table}");
     }

@@ -3,7 +3,7 @@
 use potamoi_golden::warp::Profile;
 use potamoi_sim::soc::engine::Resource;
 use potamoi_sim::soc::work::Replayed;
-use potamoi_sim::soc::{Frames, Outcome, Scenario, System};
+use potamoi_sim::soc::{Frames, Gpu, Outcome, Scenario, System};
 
 use super::paper::{BY_TRAFFIC, Paper, figure, frames_per_second, gathering_speed_up};
 use super::report::{Found, Report};
@@ -213,13 +213,29 @@ pub(super) fn print(found: &Found, system: &System) {
     );
     say!("\nenergy: {}", found.energy_origin);
     say!(
-        "calibrated: the GPU's programs reach {} of its best for fields, {} for splats, {} for warping and scaling (potamoi model --calibrate); assumed: {} W at work, {} W idle",
-        system.gpu.fields_efficiency,
-        system.gpu.splats_efficiency,
-        system.gpu.pictures_efficiency,
+        "calibrated: the GPU's programs reach {} (potamoi model --calibrate); assumed: {} W at work, {} W idle",
+        shares(&system.gpu),
         system.gpu.watts,
         system.gpu.idle_watts
     );
+    if found
+        .outcomes
+        .iter()
+        .any(|o| o.scenario == Scenario::Remote)
+    {
+        say!(
+            "assumed of the remote GPU, of which nothing was timed: its programs reach {} (--sensitivity --scenario remote)",
+            shares(&system.remote)
+        );
+    }
+}
+
+/// What programs reach of a machine.
+fn shares(gpu: &Gpu) -> String {
+    format!(
+        "{} of its best for fields, {} for splats, {} for warping and scaling",
+        gpu.fields_efficiency, gpu.splats_efficiency, gpu.pictures_efficiency
+    )
 }
 
 /// Speed-ups and savings of many scenes, their means, and the paper's.

@@ -189,7 +189,7 @@ impl Scene {
     ///
     /// # Errors
     /// A configuration in which it cannot be rendered.
-    pub(crate) fn operations(&self, config: &Config) -> Result<Vec<OpCode>, SceneError> {
+    pub fn operations(&self, config: &Config) -> Result<Vec<OpCode>, SceneError> {
         let of = |head: &dyn Head| [head.operations(), vec![OpCode::Multiply]].concat();
         let splats = vec![OpCode::SquareSum, OpCode::Exp, OpCode::Multiply];
         let coded = |field: &dyn Field| -> Result<Vec<OpCode>, SceneError> {

@@ -31,13 +31,16 @@ pub struct LogisticReference {
 }
 
 impl LogisticReference {
-    /// The reference for codes with `frac_bits` fraction bits, 4 to 16 (the
-    /// nearest of these is taken).
+    /// Fraction bits of codes.
+    pub const BITS: std::ops::RangeInclusive<u32> = 4..=16;
+
+    /// The reference for codes with `frac_bits` fraction bits; the nearest of [`Self::BITS`] are
+    /// taken.
     ///
     /// # Errors
     /// The library of arbitrary precision failed.
     pub fn new(frac_bits: u32) -> Result<Self, ReferenceError> {
-        let frac_bits = frac_bits.clamp(4, 16);
+        let frac_bits = frac_bits.clamp(*Self::BITS.start(), *Self::BITS.end());
         let fine = exponentials(0..1 << FINE, -(frac_bits as i32))?;
         let blocks = (16u32 << frac_bits >> FINE) + 1;
         let coarse = exponentials(0..blocks, FINE as i32 - frac_bits as i32)?;
