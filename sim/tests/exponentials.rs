@@ -11,7 +11,7 @@ use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::recorder::{Limits, Recorder};
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::widths::budget;
-use potamoi_hdl::vu::exponential_bound;
+use potamoi_hdl::vu::error_bound;
 use potamoi_sim::cycles::{Exponents, Stalls, vector_cycles};
 use potamoi_sim::rtl::{EngineKind, VectorBatch, VectorUnit};
 use potamoi_sim::verify::{Injection, Settings, Verifier};
@@ -105,7 +105,7 @@ fn every_input_of_every_form() {
             error.max_ulp <= limit.min(budget(exp)),
             "{knobs}: {error:?}"
         );
-        if let Some(bound) = exponential_bound(&config, OpCode::Exp).unwrap() {
+        if let Some(bound) = error_bound(&config, OpCode::Exp).unwrap() {
             assert!(error.max_ulp <= bound.ulp, "{knobs}: {error:?} {bound:?}");
         }
         assert!(error.monotone, "{knobs}");
@@ -254,7 +254,7 @@ fn the_netlist_loses_no_more_than_the_formula_allows() {
                     n % 3 - 1
                 ));
                 let exp = &config.vu.exp;
-                let bound = exponential_bound(&config, OpCode::Exp).unwrap().unwrap();
+                let bound = error_bound(&config, OpCode::Exp).unwrap().unwrap();
                 let twin = ExpTwin::new(exp);
                 let reference = Reference::in_base(exp.input, exp.base).unwrap();
                 let error = reference.measure(exp.output_bits, |u| twin.exp(u)).max_ulp;
@@ -286,9 +286,7 @@ fn one_minus_exp_is_within_its_netlists_bound() {
             "[vu]\nlanes = 1\nops = [\"exp\", \"one-minus-exp\"]\n[vu.exp]\n{knobs}"
         ));
         let exp = &config.vu.exp;
-        let bound = exponential_bound(&config, OpCode::OneMinusExp)
-            .unwrap()
-            .unwrap();
+        let bound = error_bound(&config, OpCode::OneMinusExp).unwrap().unwrap();
         let (twin, bits) = (ExpTwin::new(exp), exp.one_minus_frac_bits);
         let one = 2f64.powi(exp.output_bits as i32);
         let worst = (0..1i32 << 20)

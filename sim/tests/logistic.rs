@@ -5,8 +5,9 @@
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::units::logistic::{Logistic, LogisticReference};
+use potamoi_golden::units::logistic::{Logistic, LogisticReference, logistic_budget};
 use potamoi_golden::units::vu::VectorTwin;
+use potamoi_hdl::vu::error_bound;
 use potamoi_sim::cycles::{Stalls, vector_cycles};
 use potamoi_sim::rtl::{VectorBatch, VectorUnit};
 
@@ -56,6 +57,13 @@ fn every_sigmoid_and_softplus_of_the_unit() {
             println!("{knobs:?}: {of:?} at most {:.4} ulp", error.max_ulp);
             assert!(error.max_ulp <= limits[1 - i], "{knobs}: {of:?} {error:?}");
             assert!(error.monotone, "{knobs}: {of:?}");
+            let bound = error_bound(&config, code).unwrap().unwrap().ulp;
+            let formula = logistic_budget(of, &config.vu.exp);
+            println!("{of:?}: netlist {bound:.3}, formula {formula:.3}");
+            assert!(
+                error.max_ulp <= bound && bound <= formula,
+                "{knobs}: {of:?} {bound} {formula}"
+            );
 
             let vectors = codes.len().div_ceil(8) as u64;
             let (first, last) = (run.vectors[0].0, run.vectors[run.vectors.len() - 1].0);

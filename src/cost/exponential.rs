@@ -7,7 +7,7 @@ use potamoi_formats::fixed::Format;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::units::reference::{ExpError, Reference};
 use potamoi_golden::units::widths::{budget, straightness, truncation};
-use potamoi_hdl::vu::exponential_bound;
+use potamoi_hdl::vu::error_bound;
 use potamoi_sim::cycles::Stalls;
 use potamoi_sim::rtl::{VectorBatch, VectorUnit};
 use serde::Serialize;
@@ -135,7 +135,7 @@ pub(super) fn run(config: &Config, args: &CostArgs) -> Result<(), Failure> {
     let interval = span as f64 / (run.vectors.len().max(2) - 1) as f64;
     // With an early out it is an average.
     let interval = (interval * 1e3).round() / 1e3;
-    let netlist = exponential_bound(config, OpCode::Exp)?;
+    let netlist = error_bound(config, OpCode::Exp)?;
     let engine = exp.engine();
     let report = Report {
         format_version: FORMAT_VERSION,

@@ -13,7 +13,7 @@ use potamoi_golden::units::logistic::{Logistic, LogisticReference, logistic_budg
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::weights::{FRACTION_BITS, trilinear};
 use potamoi_golden::units::widths::{ExpBounds, budget};
-use potamoi_hdl::vu::exponential_bound;
+use potamoi_hdl::vu::error_bound;
 use serde::Serialize;
 
 /// Samples of operations whose operands are more than 16 bits.
@@ -90,7 +90,7 @@ impl Known {
         let key = format!("{op:?} {:?} {:?}", config.vu.ops, config.vu.exp);
         let known = self.bounds.borrow().get(&key).copied();
         known.unwrap_or_else(|| {
-            let found = exponential_bound(config, op).ok().flatten();
+            let found = error_bound(config, op).ok().flatten();
             let found = found.map(|bound| bound.ulp);
             self.bounds.borrow_mut().insert(key, found);
             found

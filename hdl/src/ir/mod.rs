@@ -27,7 +27,7 @@ pub use fault::{Change, Fault, FaultError};
 pub use interpret::{InterpretError, Interpreter, PortHandle};
 pub(crate) use loss::Machine;
 pub use memories::MemoryMacro;
-pub(crate) use node::{Binary, Op};
+pub(crate) use node::{Binary, Op, Unary};
 pub use node::{Instance, MemId, Signal, Ty};
 pub use print::{Header, verilog};
 pub(crate) use range::{Interval, ModuleRanges};

@@ -1,5 +1,5 @@
-//! The largest error of an exponential that the netlist allows, over all operands
-//! at once.
+//! The largest error of an operation that the netlist allows, over all operands at
+//! once: of exponentials, and of what is made of them.
 //!
 //! Two things make a result differ from `2^F exp(-x)`. Bits that the datapath
 //! drops: [`crate::ir`]'s analysis, clock by clock, of the unit as it is printed.
@@ -8,6 +8,7 @@
 //! and constants: the remainder at the end, the start's alignment and bias, and
 //! what each constant that is subtracted is off from its logarithm.
 
+mod logistic;
 mod pieces;
 mod recurrence;
 mod unit;
@@ -17,6 +18,7 @@ use potamoi_formats::units::OpCode;
 
 use super::top::vector_unit;
 use crate::ir::{IrErrors, Module};
+use logistic::Passes;
 use pieces::Pieces;
 use recurrence::Recurrence;
 
@@ -45,22 +47,23 @@ struct Errors {
 
 /// How powers are found.
 enum Method<'a> {
+    Logistic(Passes<'a>),
     Recurrence(Recurrence<'a>),
     Pieces(Pieces<'a>),
 }
 
-/// The bound for `exp` or `one-minus-exp` of a vector unit; `None` where it is not
-/// built, and of what this analysis does not know: the literal form and results with
-/// an exponent.
+/// The bound for `exp`, `one-minus-exp`, and for `sigmoid` and `softplus` of operands of
+/// -16 to 16, of a vector unit; `None` where it is not built, and of what this analysis
+/// does not know: the literal form and results with an exponent.
 ///
 /// # Errors
 /// As [`vector_unit`].
-pub fn exponential_bound(config: &Config, op: OpCode) -> Result<Option<Bound>, IrErrors> {
+pub fn error_bound(config: &Config, op: OpCode) -> Result<Option<Bound>, IrErrors> {
     let exp = &config.vu.exp;
     let known = exp.form != ExpForm::Literal
         && exp.output == ExpOutput::Alpha
         && (exp.base == ExpBase::E || exp.form == ExpForm::Piecewise)
-        && matches!(op, OpCode::Exp | OpCode::OneMinusExp)
+        && op.is_exponential()
         && config.vu.ops.contains(&op);
     if !known {
         return Ok(None);
@@ -76,20 +79,23 @@ pub fn exponential_bound(config: &Config, op: OpCode) -> Result<Option<Bound>, I
 fn largest(config: &Config, op: OpCode, module: &Module) -> Option<Bound> {
     let exp = &config.vu.exp;
     let (fraction, last) = match op {
-        OpCode::Exp => (exp.input.frac_bits(), exp.input.max() as i64),
-        _ => (exp.one_minus_frac_bits, (16 << exp.one_minus_frac_bits) - 1),
+        OpCode::OneMinusExp => (exp.one_minus_frac_bits, (16 << exp.one_minus_frac_bits) - 1),
+        _ => (exp.input.frac_bits(), exp.input.max() as i64),
     };
     let mut method = match exp.form {
+        _ if op.is_logistic() => Method::Logistic(Passes::new(config, op, module)?),
         ExpForm::Piecewise => Method::Pieces(Pieces::new(config, op, module)?),
         _ => Method::Recurrence(Recurrence::new(config, op, module)?),
     };
     let mut todo = match &method {
+        Method::Logistic(passes) => passes.spans(fraction, exp.resolved_bits()),
         Method::Pieces(pieces) => pieces.spans(last, fraction),
         Method::Recurrence(_) => recurrence::spans(last, fraction, exp.resolved_bits()),
     };
     let mut worst: Option<Bound> = None;
     while let Some([low, high]) = todo.pop() {
         let errors = match &mut method {
+            Method::Logistic(passes) => passes.errors(op, [low, high], fraction),
             Method::Pieces(pieces) => pieces.errors([low, high], fraction),
             Method::Recurrence(recurrence) => recurrence.errors([low, high], fraction),
         };

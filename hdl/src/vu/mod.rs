@@ -14,6 +14,6 @@ mod radix4;
 mod sequence;
 mod top;
 
-pub use bound::{Bound, exponential_bound};
+pub use bound::{Bound, error_bound};
 pub use constants::{ln_one_plus, ln_two_times};
 pub use top::vector_unit;

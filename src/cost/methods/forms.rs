@@ -5,7 +5,7 @@ use potamoi_formats::units::OpCode;
 use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::widths::budget;
-use potamoi_hdl::vu::exponential_bound;
+use potamoi_hdl::vu::error_bound;
 use potamoi_sim::synth::fit::{Fit, ScaledEstimate, Work};
 use potamoi_sim::synth::{SynthError, UnitKind, scaling};
 
@@ -55,7 +55,7 @@ fn method(
     let mut config = Config::paper();
     config.vu.exp = exp.clone();
     let hardware = hardware(fit, &config)?;
-    let netlist = exponential_bound(&config, OpCode::Exp).map_err(|e| fail(&e))?;
+    let netlist = error_bound(&config, OpCode::Exp).map_err(|e| fail(&e))?;
     Ok(Method {
         name,
         family,

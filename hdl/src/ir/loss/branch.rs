@@ -1,8 +1,11 @@
 //! Sides of a multiplexer, each with what its condition says.
 
+use num_bigint::BigInt;
+use num_traits::One;
+
 use super::machine::Machine;
 use super::off::Off;
-use crate::ir::node::{Binary, Op, Unary};
+use crate::ir::node::{Binary, Op, Ty, Unary};
 use crate::ir::range::{Interval, truth};
 
 /// How far back a side is looked at again.
@@ -88,11 +91,40 @@ impl Machine<'_> {
                     self.says(a, false, facts);
                 }
             }
+            Op::Binary(Binary::Or, a, b) => {
+                let [a, b] = [at(a), at(b)];
+                if !so {
+                    self.says(a, false, facts);
+                    self.says(b, false, facts);
+                } else if truth(self.value(a)) == Some(false) {
+                    self.says(b, true, facts);
+                } else if truth(self.value(b)) == Some(false) {
+                    self.says(a, true, facts);
+                }
+            }
             Op::Mux(c, t, e) => match truth(self.value(at(c))) {
                 Some(true) => self.says(at(t), so, facts),
                 Some(false) => self.says(at(e), so, facts),
                 None => {}
             },
+            // The top bit says whether half of the range is reached.
+            Op::Slice(a, low)
+                if self.node(at(a)).ty == Ty::u(low + 1) && self.node(bit).ty.width == 1 =>
+            {
+                let a = at(a);
+                let (half, own) = (BigInt::one() << low, self.value(a).clone());
+                let fact = match so {
+                    true => Interval {
+                        high: own.high.max(half.clone()),
+                        low: half,
+                    },
+                    false => Interval {
+                        low: own.low.min(&half - 1u8),
+                        high: half - 1u8,
+                    },
+                };
+                facts.push((a, fact));
+            }
             Op::Binary(op @ (Binary::Le | Binary::Lt), a, b) => {
                 let [a, b] = [at(a), at(b)];
                 let (x, y) = (self.value(a).clone(), self.value(b).clone());

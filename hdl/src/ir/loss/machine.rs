@@ -21,6 +21,8 @@ pub(crate) struct Machine<'a> {
     inputs: BTreeMap<usize, Interval>,
     /// Nodes that changed since the cycle was followed.
     changed: Vec<bool>,
+    /// A node that has less than all its values in this cycle.
+    narrowed: Option<(usize, Interval)>,
     /// Nodes that are looked at with less than all their values.
     pub(super) fixed: Vec<usize>,
     /// Nodes that are read in parts.
@@ -43,6 +45,7 @@ impl<'a> Machine<'a> {
             off,
             inputs: BTreeMap::new(),
             changed,
+            narrowed: None,
             fixed: vec![],
             parts: vec![],
         };
@@ -186,7 +189,13 @@ impl<'a> Machine<'a> {
             }
             Op::Lit(_) if !self.changed[id] => {}
             _ => {
-                let (value, whole, off) = self.result(id);
+                let (mut value, mut whole, off) = self.result(id);
+                if let Some((at, to)) = &self.narrowed
+                    && *at == id
+                    && let Some(both) = value.meet(to)
+                {
+                    (value, whole) = (both.clone(), both);
+                }
                 let unit = self.tree.unit_of[id];
                 let before = &self.known[unit].whole[id - self.tree.units[unit].first_node];
                 self.changed[id] |=
@@ -213,8 +222,21 @@ impl<'a> Machine<'a> {
         (whole.wrap(of.module.nodes[at].ty), whole, off)
     }
 
+    /// What is known of a node in this cycle beside what intervals say; `None` where they
+    /// contradict each other.
+    pub(crate) fn narrow(&mut self, id: usize, to: &Interval) -> Option<()> {
+        self.value(id).meet(to)?;
+        self.narrowed = Some((id, to.clone()));
+        self.changed[id] = true;
+        self.settle();
+        Some(())
+    }
+
     /// Registers take over what they may.
     pub(crate) fn clock(&mut self) {
+        if let Some((id, _)) = self.narrowed.take() {
+            self.changed[id] = true;
+        }
         let mut taken = vec![];
         for &id in &self.order {
             let Op::Reg { next, enable, .. } = &self.node(id).op else {

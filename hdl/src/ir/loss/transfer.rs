@@ -4,7 +4,7 @@ use num_traits::{ToPrimitive, Zero};
 
 use super::off::Off;
 use crate::ir::Module;
-use crate::ir::node::{Binary, Op, Unary};
+use crate::ir::node::{Binary, Op, Ty, Unary};
 use crate::ir::range::{Interval, Known};
 
 /// What is known of the nodes of a module; `None`: there is no bound.
@@ -43,11 +43,18 @@ impl Offs<'_> {
             Op::Binary(Binary::Mul, a, b) => Some(off(a)?.product(off(b)?, value(a), value(b))),
             Op::Shl(a, n) if fits => amounts(value(n), |n| Some(off(a)?.shl(n))),
             Op::Shr(a, n) => amounts(value(n), |n| Some(off(a)?.shr(n, value(a)))),
-            Op::Cast(a) if fits => match &self.module.nodes[*a].op {
-                // The low bits of a signed value, taken for a signed value again.
-                Op::Slice(wide, 0) if !self.known.whole[*a].fits(ty(a)) => off(wide).cloned(),
-                _ => off(a).cloned(),
-            },
+            // The same but for laps of the type.
+            Op::Cast(a) if whole.wrap(node.ty).span() == whole.span() => self.uncut(*a),
+            Op::Binary(Binary::And, a, b) if value(b).is_point() => {
+                let b = value(b).wrap(Ty::u(ty(b).width)).low;
+                if b.is_zero() {
+                    Some(Off::none())
+                } else if b == Ty::u(node.ty.width).max() {
+                    off(a).cloned()
+                } else {
+                    None
+                }
+            }
             Op::Slice(a, low) if self.parts.contains(&(self.first + a)) => {
                 if *low > 0 {
                     Some(Off::none())
@@ -92,6 +99,24 @@ impl Offs<'_> {
             Op::Unary(Unary::Not, a) => Some(bits(&[a])),
             Op::Binary(Binary::And | Binary::Or | Binary::Xor, a, b) => Some(bits(&[a, b])),
             _ => Some(Off::none()),
+        }
+    }
+}
+
+impl Offs<'_> {
+    /// Of a node's result before it is cut to the width.
+    fn uncut(&self, id: usize) -> Option<Off> {
+        let node = &self.module.nodes[id];
+        let off = |n: &usize| self.off[self.first + n].as_ref();
+        if self.known.whole[id].fits(node.ty) {
+            return off(&id).cloned();
+        }
+        match &node.op {
+            Op::Slice(wide, 0) => off(wide).cloned(),
+            Op::Binary(Binary::Add, a, b) => Some(off(a)?.add(off(b)?)),
+            Op::Binary(Binary::Sub, a, b) => Some(off(a)?.add(&off(b)?.neg())),
+            Op::Cast(a) => self.uncut(*a),
+            _ => None,
         }
     }
 }

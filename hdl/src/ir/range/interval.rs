@@ -124,6 +124,11 @@ impl Interval {
         Self::new(&self.low - &turn, &self.high - turn)
     }
 
+    /// How far its ends lie apart.
+    pub(crate) fn span(&self) -> BigInt {
+        &self.high - &self.low
+    }
+
     pub(crate) fn neg(&self) -> Self {
         Self::new(-&self.high, -&self.low)
     }

@@ -45,6 +45,9 @@ impl Known {
                 }
                 Unary::Parity => Interval::new(0, 1),
             },
+            Op::Binary(Binary::And, a, b) if is(&code(b), &Ty::u(ty(b).width).max()) => {
+                of(a).clone()
+            }
             Op::Binary(op, a, b) => binary(*op, of(a), of(b)).unwrap_or_else(all),
             Op::Shl(a, n) => {
                 let (least, most) = amounts(of(n), node.ty.width);

@@ -12,6 +12,18 @@ use super::{Errors, SLACK};
 use crate::ir::{Binary, Interval, Module, Op};
 use crate::vu::constants::{less_than_log, multiples};
 
+/// A power on its way through the registers: what is known of it so far.
+pub(super) struct Power {
+    /// What the remainder starts with for the operand 0, or for one of 8 and more: with its bits,
+    /// had it the operand 0.
+    bias: f64,
+    /// What the start is off, least and most.
+    start: [f64; 2],
+    remain: Interval,
+    multiplied: bool,
+    taken: Taken,
+}
+
 /// What steps have taken from the remainder.
 #[derive(Default)]
 struct Taken {
@@ -24,7 +36,7 @@ struct Taken {
 
 /// The unit, and the signals that are looked at.
 pub(super) struct Recurrence<'a> {
-    unit: Unit<'a>,
+    pub(super) unit: Unit<'a>,
     start: usize,
     remain: usize,
     exponent: usize,
@@ -67,36 +79,19 @@ impl<'a> Recurrence<'a> {
         let (engine, pipelined) = (exp.engine(), exp.pipelined);
         let bias = self.bias(operands[0], fraction)?;
         self.unit.prepare(operands);
-        let mut taken = Taken::default();
-        let mut start = [0.0; 2];
-        let (mut remain, mut multiplied) = (Interval::new(0, 0), false);
+        self.unit.offer(true);
+        let mut power = self.begin(bias)?;
         for cycle in 0..=engine.interval + 1 {
-            // The pipeline is full of the same operands.
-            self.unit.offer(cycle == 0 || pipelined);
-            if cycle == 0 {
-                start = self.unit.machine.off(self.start)?.bounds();
+            if cycle > 0 {
+                // The pipeline is full of the same operands.
+                self.unit.offer(pipelined);
             }
             let done = self.unit.yes(self.unit.done)?;
-            if !multiplied {
-                remain = self.unit.machine.value(self.remain).clone();
-            }
+            self.look(&mut power);
             if done {
                 break;
             }
-            let tail = match self.tail {
-                Some(tail) => self.unit.yes(tail)?,
-                None => false,
-            };
-            multiplied |= tail;
-            let steps = match self.steps {
-                Some(enable) => self.unit.yes(enable)? && !tail,
-                None => false,
-            };
-            if steps {
-                for index in 0..exp.iterations_per_clock {
-                    self.step(index, &mut taken)?;
-                }
-            }
+            self.follow(&mut power)?;
             self.unit.machine.clock();
         }
         if !self.unit.yes(self.unit.done)? {
@@ -104,22 +99,10 @@ impl<'a> Recurrence<'a> {
         }
         if pipelined {
             for index in 0..engine.turn * exp.iterations_per_clock {
-                self.step(index, &mut taken)?;
+                self.step(index, &mut power.taken)?;
             }
         }
-        let unit = 2f64.powi(-(engine.constant_bits as i32));
-        let [least, most] = [remain.low.to_f64()? * unit, remain.high.to_f64()? * unit];
-        let remain = if exp.tail {
-            // The product takes 1 + r for exp(r).
-            [most.ln_1p() - most, 0.0]
-        } else {
-            [-most, -least]
-        };
-        let offset = f64::from(engine.offset) * 2f64.powi(-(engine.accumulator_bits as i32));
-        let exponent = self.unit.point(self.exponent)?.to_f64()?;
-        let fixed = offset.ln_1p() - exponent * LN_2 + (bias - taken.digits.to_f64()?) * unit;
-        let left = [-SLACK, SLACK];
-        let left = [0, 1].map(|i| left[i] + fixed + start[i] * unit + remain[i] + taken.off[i]);
+        let left = self.left(&power)?;
         let exact = -(operands[0] as f64) * 2f64.powi(-(fraction as i32));
         let exact = 2f64.powi(exp.output_bits as i32) * exact.exp();
         let [least, most] = left.map(|left| exact * left.exp_m1());
@@ -127,6 +110,64 @@ impl<'a> Recurrence<'a> {
             dropped: self.unit.dropped()?,
             method: [least.min(0.0), most.max(0.0)],
         })
+    }
+
+    /// The power that begins in this cycle.
+    pub(super) fn begin(&self, bias: f64) -> Option<Power> {
+        Some(Power {
+            bias,
+            start: self.unit.machine.off(self.start)?.bounds(),
+            remain: Interval::new(0, 0),
+            multiplied: false,
+            taken: Taken::default(),
+        })
+    }
+
+    /// Keeps the remainder; the multiplication at the end takes the place of further steps.
+    pub(super) fn look(&self, power: &mut Power) {
+        if !power.multiplied {
+            power.remain = self.unit.machine.value(self.remain).clone();
+        }
+    }
+
+    /// What this cycle takes from the remainder.
+    pub(super) fn follow(&self, power: &mut Power) -> Option<()> {
+        let tail = match self.tail {
+            Some(tail) => self.unit.yes(tail)?,
+            None => false,
+        };
+        power.multiplied |= tail;
+        let steps = match self.steps {
+            Some(enable) => self.unit.yes(enable)? && !tail,
+            None => false,
+        };
+        if steps {
+            for index in 0..self.unit.config.vu.exp.iterations_per_clock {
+                self.step(index, &mut power.taken)?;
+            }
+        }
+        Some(())
+    }
+
+    /// The registers, but for dropped bits, hold `exp(-x + g)` of an operand x: g, least and most.
+    pub(super) fn left(&self, power: &Power) -> Option<[f64; 2]> {
+        let exp = &self.unit.config.vu.exp;
+        let engine = exp.engine();
+        let unit = 2f64.powi(-(engine.constant_bits as i32));
+        let [least, most] = [&power.remain.low, &power.remain.high].map(|v| v.to_f64());
+        let [least, most] = [least? * unit, most? * unit];
+        let remain = if exp.tail {
+            // The product takes 1 + r for exp(r).
+            [most.ln_1p() - most, 0.0]
+        } else {
+            [-most, -least]
+        };
+        let taken = &power.taken;
+        let offset = f64::from(engine.offset) * 2f64.powi(-(engine.accumulator_bits as i32));
+        let exponent = self.unit.point(self.exponent)?.to_f64()?;
+        let fixed = offset.ln_1p() - exponent * LN_2 + (power.bias - taken.digits.to_f64()?) * unit;
+        let slack = [-SLACK, SLACK];
+        Some([0, 1].map(|i| slack[i] + fixed + power.start[i] * unit + remain[i] + taken.off[i]))
     }
 
     /// What the remainder starts with for the operand 0, or for one of 8 and more:
@@ -162,17 +203,7 @@ impl<'a> Recurrence<'a> {
                 digit = constant;
                 continue;
             }
-            let shifted = self
-                .unit
-                .machine
-                .find(&format!("lane0.accum_shifted{index}"))?;
-            let Op::Shr(_, amount) = &self.unit.machine.node(shifted).op else {
-                return None;
-            };
-            let amount = self
-                .unit
-                .point(self.unit.machine.beside(shifted, *amount))?
-                .to_u32()?;
+            let amount = self.amount(index)?;
             let less = less_than_log(&constant, engine.constant_bits, d, amount);
             off = if takes == Some(true) {
                 // It takes the place of smaller digits.
@@ -187,6 +218,16 @@ impl<'a> Recurrence<'a> {
             *sum += off;
         }
         Some(())
+    }
+
+    /// The amount that a step shifts the accumulator by.
+    pub(super) fn amount(&self, index: u32) -> Option<u32> {
+        let machine = &self.unit.machine;
+        let shifted = machine.find(&format!("lane0.accum_shifted{index}"))?;
+        match &machine.node(shifted).op {
+            Op::Shr(_, amount) => self.unit.point(machine.beside(shifted, *amount))?.to_u32(),
+            _ => None,
+        }
     }
 
     /// The comparison that a decision is made by, and what is compared with.

@@ -27,7 +27,11 @@ impl<'a> Unit<'a> {
         signals: &[&str],
         parts: &[&str],
     ) -> Option<Self> {
-        let all = [signals, &["result_valid", "lane0.rounded"]].concat();
+        let result = match op {
+            OpCode::Softplus => "lane0.softplus_rounded",
+            _ => "lane0.rounded",
+        };
+        let all = [signals, &["result_valid", result]].concat();
         let machine = Machine::new(module, &all, parts)?;
         Some(Self {
             config,
@@ -35,7 +39,7 @@ impl<'a> Unit<'a> {
             valid: machine.find("s_axis_vec_tvalid")?,
             data: machine.find("s_axis_vec_tdata")?,
             done: machine.find("result_valid")?,
-            result: machine.find("lane0.rounded")?,
+            result: machine.find(result)?,
             machine,
         })
     }

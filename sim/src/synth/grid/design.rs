@@ -371,6 +371,22 @@ mod tests {
         }
     }
 
+    /// Those of the preset `fields` differ from it in one setting of the exponential.
+    #[test]
+    fn forms_of_fields_are_of_the_preset() {
+        let preset = Config::from_toml(include_str!("../../../../configs/fields.toml"), "fields");
+        let preset = preset.unwrap();
+        let alike = |p: &Point| p.text.starts_with(FIELDS);
+        let all: Vec<_> = forms().into_iter().filter(alike).collect();
+        assert_eq!(all.len(), 9);
+        for point in all {
+            let own = point.config().unwrap();
+            let [own, preset] = [&own, &preset].map(|c| fields(c));
+            let others: Vec<_> = own.iter().filter(|(f, v)| preset[*f] != **v).collect();
+            assert_eq!(others.len(), 1, "{others:?}");
+        }
+    }
+
     #[test]
     fn what_is_no_number_of_a_family_is_named() {
         let of = |text: &str, unit| Family::of(&Config::from_toml(text, "test").unwrap(), unit);
