@@ -381,7 +381,7 @@ mod tests {
         assert_eq!(all.len(), 9);
         for point in all {
             let own = point.config().unwrap();
-            let [own, preset] = [&own, &preset].map(|c| fields(c));
+            let [own, preset] = [&own, &preset].map(fields);
             let others: Vec<_> = own.iter().filter(|(f, v)| preset[*f] != **v).collect();
             assert_eq!(others.len(), 1, "{others:?}");
         }
