@@ -8,7 +8,7 @@ use potamoi_sim::soc::npu::Array;
 use potamoi_sim::soc::work::{FrameWork, Kept, PathOptions, PathReplay};
 use potamoi_sim::soc::{Costs, Memory, Model, Program, System};
 use potamoi_sim::synth::fit::Fit;
-use potamoi_sim::synth::{SynthError, SynthReport, Synthesised};
+use potamoi_sim::synth::{SynthError, SynthReport, Synthesised, UnitKind};
 
 use crate::common::Common;
 use crate::failure::Failure;
@@ -159,6 +159,8 @@ pub(crate) fn config_for(
 /// What is known of units: one file that was given, then what comes with the program.
 struct Known {
     reports: Vec<Synthesised>,
+    /// The first of them, where it was given.
+    is_given: bool,
     records: SynthReport,
     memories: SynthReport,
 }
@@ -174,6 +176,7 @@ impl Known {
             reports.insert(0, Synthesised { config, report });
         }
         Ok(Self {
+            is_given: given.is_some(),
             reports,
             records: SynthReport::of_records()?,
             memories,
@@ -187,7 +190,11 @@ impl Known {
             _ => Program::Fields,
         };
         let (fit, reports) = (Fit::checked_in()?, &self.reports);
-        let costs = Costs::new(config, program, fit, reports, &self.records, &self.memories);
+        let given = (reports.iter().take(usize::from(self.is_given)))
+            .find(|r| r.has(config, UnitKind::Gathering))
+            .map(|r| &r.report);
+        let (records, memories) = (&self.records, &self.memories);
+        let costs = Costs::new(config, program, fit, given, reports, records, memories);
         Ok(costs?)
     }
 }

@@ -102,6 +102,30 @@ fn variants_stand_beside_the_baseline_and_the_paper() {
     let misses = |way: &str| number(scene, &format!("/memory/full/missed/{way}/ns"));
     assert!(misses("replayed") < misses("at_rates"));
     assert!(said.contains("memory, their accesses replayed: "), "{said}");
+    // The GPU and memory are counted, and the remote GPU's energy stands apart.
+    for outcome in outcomes {
+        let frames = 6.0;
+        let us = number(outcome, "/span_ns") * 1e-3;
+        let refreshes = number(outcome, "/refreshes");
+        assert!(
+            (refreshes - 4.0 * us / 3.9).abs() <= 4.0,
+            "{refreshes} {us}"
+        );
+        assert!(number(outcome, "/spent/rows_opened") > 0.0);
+        let is_remote = outcome["scenario"] == "remote";
+        assert_eq!(outcome["remote_mj"].is_number(), is_remote);
+        if is_remote {
+            let busy = number(outcome, "/utilisation/remote");
+            let watts = 250.0 * busy + 15.0 * (1.0 - busy);
+            let mj = number(outcome, "/remote_mj");
+            assert!((mj - watts * us * 1e-3 / frames).abs() < 1e-6 * mj);
+        }
+    }
+    let instructions = |name: &str| number(of("local", name), "/spent/gpu/instructions");
+    assert!(instructions("baseline") > instructions("fs+gu"));
+    assert!(instructions("sparw") < instructions("baseline"));
+    assert!(said.contains("remote GPU, mJ, not the device's"), "{said}");
+    assert!(said.contains("250 W at work, 15 W idle"), "{said}");
     // Only the gathering unit's variants spend on it.
     let spent = |name: &str| number(of("local", name), "/energy/gathering_unit_mj");
     assert!(spent("potamoi") > 0.0 && spent("fs+gu") > spent("potamoi") && spent("sparw") == 0.0);
@@ -113,6 +137,12 @@ fn variants_stand_beside_the_baseline_and_the_paper() {
         name("warping") == 4 && name("thread_name") >= 3,
         "{events:?}"
     );
+    // Memory is shared, and at rest at the end.
+    let moving: Vec<f64> = (events.iter().filter(|e| e["name"] == "memory"))
+        .map(|e| number(e, "/args/jobs that move bytes"))
+        .collect();
+    assert!(moving.iter().any(|jobs| *jobs >= 1.0), "{moving:?}");
+    assert_eq!(moving.last(), Some(&0.0));
     for file in ["e.svg", "r.svg"] {
         let picture = std::fs::read_to_string(at.join(file)).unwrap();
         assert!(
@@ -180,6 +210,7 @@ fn merging_cells_is_compared_with_leaving_them() {
     ];
     let said = model(folder.path(), 0, &arguments);
     assert!(said.contains("the paper: 7.2 > 172.8"), "{said}");
+    assert!(said.contains("garden, 64 x "), "{said}");
     let report = json(&folder.path().join("r.json"));
     let [before, after] = [0, 1].map(|i| report["scenes"][0]["sides"][i].clone());
     assert!(number(&after, "/points_a_mvoxel") > 1.5 * number(&before, "/points_a_mvoxel"));
@@ -350,6 +381,12 @@ fn what_the_gpu_were_otherwise_would_change_is_said() {
     assert!(slow["potamoi"].0 > own["potamoi"].0 && slow["fs+gu"].0 > own["fs+gu"].0);
     assert_eq!(row("twice the watts")["potamoi"].0, own["potamoi"].0);
     assert_ne!(row("twice the watts")["potamoi"].1, own["potamoi"].1);
+    // Counts that nobody measured: more of what all variants do is less to speed up.
+    let found = row("finding a sample takes twice the instructions")["fs+gu"].0;
+    assert_ne!(found, own["fs+gu"].0);
+    assert_eq!(row("projecting and sorting Gaussians, twice"), own);
+    let read = row("reading and interpolating vectors, twice")["potamoi"].0;
+    assert!(read >= own["potamoi"].0, "{read}");
 
     // The remote GPU's shares are taken to be the device's. A faster one leaves less to speed up.
     model(

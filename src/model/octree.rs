@@ -42,6 +42,7 @@ struct Side {
 #[derive(Serialize)]
 struct Merging {
     scene: String,
+    size: [u32; 2],
     sides: [Side; 2],
 }
 
@@ -75,6 +76,7 @@ pub(super) fn run(
         let sides = [side(false)?, side(true)?];
         scenes.push(Merging {
             scene: name.clone(),
+            size: [setup.scene.camera().width, setup.scene.camera().height],
             sides,
         });
     }
@@ -147,7 +149,7 @@ fn print(scenes: &[Merging]) {
     let less = |of: [f64; 2]| format!("{:.1} %", 100.0 * (1.0 - of[1] / of[0]));
     let pair = |of: [f64; 2], digits: usize| format!("{:.digits$} > {:.digits$}", of[0], of[1]);
     let mut sums = [0.0; 4];
-    for Merging { scene, sides } in scenes {
+    for Merging { scene, size, sides } in scenes {
         let of = |f: fn(&Side) -> f64| sides.each_ref().map(f);
         let gathering = of(|s| s.gathering_ns);
         let computation = of(|s| s.computation_ns);
@@ -161,7 +163,7 @@ fn print(scenes: &[Merging]) {
             *sum += a / b / scenes.len() as f64;
         }
         table.add_row([
-            scene.clone(),
+            format!("{scene}, {} x {}", size[0], size[1]),
             pair(of(|s| s.points_a_mvoxel), 1),
             format!("{:.1}", sides[1].tree_bytes as f64 * 1e-3),
             pair(gathering.map(|ns| ns * 1e-3), 1),

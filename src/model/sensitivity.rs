@@ -37,7 +37,7 @@ impl Change {
 }
 
 /// What programs reach of a machine's best is calibrated once, and taken to hold for both.
-const CHANGES: [Change; 14] = [
+const CHANGES: [Change; 18] = [
     Change::new("as it is", |_| {}),
     Change::new("fields' share of the best halved", |system| {
         both(system, |gpu| gpu.fields_efficiency /= 2.0);
@@ -77,6 +77,22 @@ const CHANGES: [Change; 14] = [
     }),
     Change::new("the device gathers 100 times slower", |system| {
         system.gpu.gathering_factor *= 100.0;
+    }),
+    Change::new("finding a sample takes twice the instructions", |system| {
+        system.instructions.sample *= 2.0;
+    }),
+    Change::new("reading and interpolating vectors, twice", |system| {
+        system.instructions.vector *= 2.0;
+        system.instructions.code *= 2.0;
+    }),
+    Change::new("projecting and sorting Gaussians, twice", |system| {
+        let own = &mut system.instructions;
+        own.projected *= 2.0;
+        own.harmonics *= 2.0;
+        own.sorted *= 2.0;
+    }),
+    Change::new("launching a kernel takes no time", |system| {
+        both(system, |gpu| gpu.launch_us = 0.0);
     }),
     Change::new("twice the watts", |system| {
         system.gpu.watts *= 2.0;

@@ -18,6 +18,48 @@ fn percent(of: Option<f64>) -> String {
     of.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
 }
 
+/// What the GPU and memory did, a frame.
+fn counters(outcomes: &[&Outcome]) -> comfy_table::Table {
+    let is_remote = outcomes.iter().any(|o| o.run.remote_mj.is_some());
+    let mut header = vec![
+        "counted, a frame",
+        "kernels",
+        "instructions, millions",
+        "GPU's cache, MB",
+        "shared memory, MB",
+        "GPU's memory, MB",
+        "DMA's transfers",
+        "rows opened",
+        "refreshes",
+    ];
+    header.extend(is_remote.then_some("remote GPU, mJ, not the device's"));
+    let mut table = tables::plain(&header);
+    for o in outcomes {
+        let (spent, frames) = (&o.run.spent, o.run.frames as f64);
+        let gpu = &spent.gpu;
+        let mut row = vec![
+            o.variant.name.to_owned(),
+            format!("{:.1}", gpu.launches as f64 / frames),
+            format!("{:.2}", gpu.instructions * 1e-6 / frames),
+            format!("{:.2}", gpu.cache_bytes * 1e-6 / frames),
+            format!("{:.2}", gpu.shared_bytes * 1e-6 / frames),
+            format!("{:.2}", gpu.memory_bytes * 1e-6 / frames),
+            format!("{:.0}", spent.transfers as f64 / frames),
+            format!("{:.0}", spent.rows_opened / frames),
+            format!("{:.0}", o.run.refreshes as f64 / frames),
+        ];
+        if is_remote {
+            row.push(
+                o.run
+                    .remote_mj
+                    .map_or_else(|| "-".to_owned(), |mj| format!("{mj:.1}")),
+            );
+        }
+        table.add_row(row);
+    }
+    table
+}
+
 /// How much of the time each part of the system works.
 fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
     let parts = [
@@ -194,6 +236,7 @@ pub(super) fn print(found: &Found, system: &System) {
             energy.add_row(row);
         }
         say!("\n{energy}");
+        say!("\n{}", counters(&own));
     }
     let gathered = &found.gathered;
     let (paper, whose) = gathering_speed_up(&found.algorithm);
@@ -224,8 +267,10 @@ pub(super) fn print(found: &Found, system: &System) {
         .any(|o| o.scenario == Scenario::Remote)
     {
         say!(
-            "assumed of the remote GPU, of which nothing was timed: its programs reach {} (--sensitivity --scenario remote)",
-            shares(&system.remote)
+            "assumed of the remote GPU, of which nothing was timed: its programs reach {} (--sensitivity --scenario remote), {} W at work, {} W idle",
+            shares(&system.remote),
+            system.remote.watts,
+            system.remote.idle_watts
         );
     }
 }

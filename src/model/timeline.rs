@@ -4,7 +4,8 @@ use potamoi_sim::soc::Timeline;
 use serde_json::{Value, json};
 
 /// Trace Event Format ("Trace Event Format", the Chromium project): a track a resource, each job
-/// a complete event; what it waited for is among its arguments. Times are microseconds.
+/// a complete event; what it waited for is among its arguments. Of memory and the interconnect, which
+/// jobs share, counters say how many move bytes. Times are microseconds.
 pub(super) fn chrome_trace(timeline: &Timeline) -> Value {
     let mut events = vec![json!({
         "ph": "M", "name": "process_name", "pid": 1, "args": {"name": "potamoi model"},
@@ -36,5 +37,33 @@ pub(super) fn chrome_trace(timeline: &Timeline) -> Value {
             },
         }));
     }
+    for (of, name) in ["memory", "interconnect"].into_iter().enumerate() {
+        for (us, moving) in moving(timeline, of) {
+            events.push(json!({
+                "ph": "C", "name": name, "pid": 1, "ts": us, "args": {"jobs that move bytes": moving},
+            }));
+        }
+    }
     json!({"displayTimeUnit": "ns", "traceEvents": events})
+}
+
+/// When the jobs that move bytes through memory, or through the interconnect, become more or fewer,
+/// and how many they are then.
+fn moving(timeline: &Timeline, of: usize) -> Vec<(f64, i64)> {
+    let mut changes: Vec<(f64, i64)> = timeline
+        .iter()
+        .filter(|(_, at)| at.through_ns[of] > at.begin_ns)
+        .flat_map(|(_, at)| [(at.begin_ns, 1), (at.through_ns[of], -1)])
+        .collect();
+    changes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut levels: Vec<(f64, i64)> = vec![];
+    let mut now = 0;
+    for (ns, change) in changes {
+        now += change;
+        match levels.last_mut() {
+            Some((us, level)) if *us == ns * 1e-3 => *level = now,
+            _ => levels.push((ns * 1e-3, now)),
+        }
+    }
+    levels
 }

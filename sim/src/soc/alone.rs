@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::gpu::{self, Gpu, Kernel, Program};
+use super::gpu::Gpu;
+use super::kernels::{Instructions, Kernel, Program};
 use super::memory::Memory;
 use super::work::FrameWork;
 
@@ -28,9 +29,13 @@ impl AloneTime {
 /// Times a frame on a GPU that does everything; one without a memory of its own has the
 /// system's to itself.
 #[must_use]
-pub fn alone(gpu: &Gpu, memory: &Memory, work: &FrameWork) -> AloneTime {
-    let reached = gpu.reached_by(Program::of(work));
-    let ns = |kernel: Kernel| {
+pub fn alone(
+    gpu: &Gpu,
+    instructions: &Instructions,
+    memory: &Memory,
+    work: &FrameWork,
+) -> AloneTime {
+    let ns = |(program, kernel): (Program, Kernel)| {
         let bytes = match gpu.memory_gb_s {
             Some(_) => 0.0,
             None => {
@@ -39,12 +44,12 @@ pub fn alone(gpu: &Gpu, memory: &Memory, work: &FrameWork) -> AloneTime {
                     + kernel.random_bytes * memory.random(kernel.run_bytes).ns
             }
         };
-        gpu.ns(&kernel, reached).max(bytes) + gpu.launch_ns()
+        gpu.ns(&kernel, gpu.reached_by(program)).max(bytes) + gpu.launch_ns()
     };
-    let gathered = gpu::gathering(work).times(gpu.gathering_factor);
+    let gathered = instructions.gathering(work).times(gpu.gathering_factor);
     AloneTime {
-        indexing_ns: ns(gpu::indexing(work)),
-        gathering_ns: ns(gathered),
-        computation_ns: ns(gpu::computation(work)),
+        indexing_ns: ns((Program::of(work), instructions.indexing(work))),
+        gathering_ns: ns((Program::that_gathers(work), gathered)),
+        computation_ns: instructions.computation(work).map(ns).sum(),
     }
 }

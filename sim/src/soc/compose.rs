@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::alone::alone;
 use super::costs::{CostError, Costs, OnChip};
 use super::engine::{Job, JobId, Resource};
-use super::gpu::{self, Kernel, Program};
+use super::kernels::{Kernel, PIXEL, Program};
 use super::memory::Memory;
 use super::moves::{Known, Moves, unit_moves};
 use super::system::System;
@@ -28,6 +28,10 @@ pub struct Spent {
     pub descriptor_bytes: f64,
     /// Of the bytes read in order, weights.
     pub weight_bytes: f64,
+    /// Rows of memory that are opened.
+    pub rows_opened: f64,
+    /// What the device's GPU did.
+    pub gpu: GpuDone,
     /// Energy of accesses to memory but for descriptors, in picojoules.
     pub memory_pj: f64,
     /// Energy of reading descriptors.
@@ -40,6 +44,21 @@ pub struct Spent {
     pub on_chip: OnChip,
     /// What units did.
     pub done: Batch,
+}
+
+/// What a GPU did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct GpuDone {
+    /// Kernels launched.
+    pub launches: u64,
+    /// Instructions of all threads, by [`Instructions`](super::Instructions).
+    pub instructions: f64,
+    /// Bytes through its cache, whole sectors of 32.
+    pub cache_bytes: f64,
+    /// Bytes through shared memory, those that wait for a bank counted as often as they wait.
+    pub shared_bytes: f64,
+    /// Bytes of memory: those that missed its cache, and what it writes.
+    pub memory_bytes: f64,
 }
 
 /// Makes jobs.
@@ -103,6 +122,7 @@ impl<'a> Composer<'a> {
         self.spent.descriptor_bytes += descriptors.random;
         self.spent.descriptor_pj += descriptors.pj(self.memory);
         self.spent.interconnect_bytes += wired;
+        self.spent.rows_opened += moves.rows(self.memory) + descriptors.rows(self.memory);
         self.spent.memory_pj += moves.pj(self.memory);
         self.spent.streamed_bytes += moves.read;
         self.spent.written_bytes += moves.written;
@@ -134,6 +154,12 @@ impl<'a> Composer<'a> {
         known: [Option<Replayed>; 2],
     ) -> JobId {
         let gpu = &self.system.gpu;
+        let done = &mut self.spent.gpu;
+        done.launches += u64::from(!launched);
+        done.instructions += kernel.instructions;
+        done.cache_bytes += kernel.cache_bytes;
+        done.shared_bytes += kernel.shared_bytes;
+        done.memory_bytes += kernel.memory_bytes();
         let launch_ns = if launched { 0.0 } else { gpu.launch_ns() };
         let own_ns = gpu.ns(kernel, efficiency) + launch_ns;
         let moves = match gpu.memory_gb_s {
@@ -171,12 +197,14 @@ impl<'a> Composer<'a> {
         self.spent.on_chip += own;
         self.spent.done += total;
         let reached = self.system.gpu.reached_by(Program::of(work));
-        let indexing = gpu::indexing(work);
+        let gathers = self.system.gpu.reached_by(Program::that_gathers(work));
+        let instructions = &self.system.instructions;
+        let indexing = instructions.indexing(work);
         let known = Known::of(self.replay, work);
         let slower = self.system.gpu.gathering_factor;
         let gathered = match gathering {
-            Gathering::PixelOrder => gpu::gathering(work).times(slower),
-            Gathering::Streamed => gpu::streamed_gathering(work).times(slower),
+            Gathering::PixelOrder => instructions.gathering(work).times(slower),
+            Gathering::Streamed => instructions.streamed_gathering(work).times(slower),
             Gathering::Unit => Kernel::default(),
         };
         let table = |batch: &Batch| match gathering {
@@ -221,7 +249,7 @@ impl<'a> Composer<'a> {
                 Gathering::PixelOrder | Gathering::Streamed => {
                     let own_part = gathered.part(part).writing(features);
                     let (turn, known) = (turn("gathering", own), known.rates(gathering));
-                    self.reading(turn, &own_part, reached, launched, known)
+                    self.reading(turn, &own_part, gathers, launched, known)
                 }
                 Gathering::Unit => {
                     let moves = unit_moves(work, step, part, &known);
@@ -246,7 +274,7 @@ impl<'a> Composer<'a> {
             let compute = self.push(turn("computation", vec![gather]), Resource::Npu, ns, moves);
             computes.push(compute);
             let shown = Moves {
-                written: part * work.pixels as f64 * gpu::PIXEL,
+                written: part * work.pixels as f64 * PIXEL,
                 transfers: 1,
                 ..Moves::default()
             };
@@ -277,12 +305,14 @@ impl<'a> Composer<'a> {
 
     /// Warps so many pixels of a reference.
     pub(super) fn warp(&mut self, pixels: u64, after: &[JobId], rank: u64) -> JobId {
-        self.whole_picture("warping", &gpu::warping(pixels), after, rank)
+        let warping = self.system.instructions.warping(pixels);
+        self.whole_picture("warping", &warping, after, rank)
     }
 
     /// Scales a picture up to so many pixels.
     pub(super) fn scale(&mut self, pixels: u64, after: &[JobId], rank: u64) -> JobId {
-        self.whole_picture("scaling", &gpu::scaling(pixels), after, rank)
+        let scaling = self.system.instructions.scaling(pixels);
+        self.whole_picture("scaling", &scaling, after, rank)
     }
 
     fn whole_picture(
@@ -305,7 +335,13 @@ impl<'a> Composer<'a> {
         after: &[JobId],
         rank: u64,
     ) -> JobId {
-        let ns = alone(&self.system.remote, self.memory, work).total_ns();
+        let ns = alone(
+            &self.system.remote,
+            &self.system.instructions,
+            self.memory,
+            work,
+        )
+        .total_ns();
         let moves = Moves::default();
         let turn = |stage, after| Turn { stage, after, rank };
         let made = self.push(turn("remote", after.to_vec()), Resource::Remote, ns, moves);

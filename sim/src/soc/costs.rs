@@ -7,7 +7,7 @@ use potamoi_formats::config::Config;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::gpu::Program;
+use super::kernels::Program;
 use super::work::Batch;
 use crate::synth::fit::{Fit, Work};
 use crate::synth::scaling::{self, Factors};
@@ -79,22 +79,22 @@ impl UnitEnergy {
     }
 }
 
-/// The vector unit's logic at 12 nm.
-struct Vector {
+/// A unit's logic at 12 nm.
+struct Logic {
     energy: UnitEnergy,
     /// At its own node.
     leakage_nw: f64,
     area_um2: f64,
 }
 
-impl Vector {
+impl Logic {
     /// As it was measured on netlists; nothing where its power or its node's factors are not known.
-    fn measured(report: &SynthReport) -> Option<Self> {
+    fn measured(report: &SynthReport, unit: UnitKind) -> Option<Self> {
         let factors = scaling::logic(report.library.node_nm?, NODE_NM)?;
         Some(Self {
-            energy: UnitEnergy::measured(report, UnitKind::Vector, factors.energy)?,
-            leakage_nw: power_of(report, UnitKind::Vector)?.leakage_nw,
-            area_um2: report.unit(UnitKind::Vector)?.area_um2 * factors.area,
+            energy: UnitEnergy::measured(report, unit, factors.energy)?,
+            leakage_nw: power_of(report, unit)?.leakage_nw,
+            area_um2: report.unit(unit)?.area_um2 * factors.area,
         })
     }
 
@@ -116,10 +116,12 @@ impl Vector {
             other.vu.exp = r.config.vu.exp.clone();
             r.config.vu.exp.iterations_per_clock == clocks && r.has(&other, UnitKind::Vector)
         };
-        let (known, report) = reports
-            .iter()
-            .filter(alike)
-            .find_map(|r| Some((with(&r.config), Self::measured(&r.report)?)))?;
+        let (known, report) = reports.iter().filter(alike).find_map(|r| {
+            Some((
+                with(&r.config),
+                Self::measured(&r.report, UnitKind::Vector)?,
+            ))
+        })?;
         let at = |of: &Config, busy| {
             fit.estimate(of, UnitKind::Vector, Work { busy, channels: 0 })
                 .ok()
@@ -139,6 +141,7 @@ impl Vector {
         })
     }
 
+    /// The vector unit's by formulas.
     fn estimated(fit: &Fit, config: &Config, factors: &Factors) -> Result<Self, SynthError> {
         let at = |busy| fit.estimate(config, UnitKind::Vector, Work { busy, channels: 0 });
         let (rest, work) = (at(0.0)?, at(1.0)?);
@@ -172,7 +175,7 @@ fn power_of(report: &SynthReport, unit: UnitKind) -> Option<&PowerReport> {
 /// What the gathering unit's energy follows from.
 #[derive(Debug)]
 enum Gatherer {
-    /// Netlists that gathered entries of this kind.
+    /// Netlists that gathered.
     Measured(UnitEnergy),
     /// Formulas, by banks at work: of entries of eight vertices.
     Fitted(Mutex<BTreeMap<u64, UnitEnergy>>),
@@ -238,9 +241,9 @@ impl Costs {
     /// Of the units of a configuration.
     ///
     /// The vector unit's energy and area are those of the first of `reports` that has the same one,
-    /// else by formulas. The gathering unit's is by formulas where entries have vertices, and
-    /// that of `records` where they are splat records, in the proportion in which formulas set
-    /// the configuration's unit to that one's. Memories and the MAC array, which has reducers
+    /// else by formulas. The gathering unit's are `given`'s, whatever its netlist gathered; without
+    /// them by formulas where entries have vertices, and those of `records` where they are splat
+    /// records, in the proportion in which formulas set the configuration's unit to that one's. Memories and the MAC array, which has reducers
     /// of the paper's size, are those of `memories`.
     ///
     /// # Errors
@@ -249,6 +252,7 @@ impl Costs {
         config: &Config,
         program: Program,
         fit: Fit,
+        given: Option<&SynthReport>,
         reports: &[Synthesised],
         records: &SynthReport,
         memories: &SynthReport,
@@ -269,13 +273,30 @@ impl Costs {
         let flop_pj = fit.flop_pj(fit.family(&paper, UnitKind::Gathering)?);
         let reducer = array.modules.iter().find(|m| m.module == "reducer");
         let reducer = reducer.map_or(0.0, |m| m.with_glitches_pj / m.count.max(1) as f64);
-        let gathering = fit.estimate(config, UnitKind::Gathering, most)?;
-        let gatherer = match program {
-            Program::Fields => Gatherer::Fitted(Mutex::default()),
-            Program::Splats => {
+        let given = given.and_then(|given| {
+            let scene = &power_of(given, UnitKind::Gathering)?.activity.scene;
+            Some((scene, Logic::measured(given, UnitKind::Gathering)?))
+        });
+        // Leakage at its own node, area at the system's.
+        let (gathering_nw, gathering_um2, share) = match &given {
+            Some((_, own)) => (own.leakage_nw, own.area_um2, 1.0),
+            None => {
+                let own = fit.estimate(config, UnitKind::Gathering, most)?;
+                let share = own.with_glitches_pj / array.with_glitches_pj;
+                (own.leakage_nw, own.scaled(&factors).area_um2, share)
+            }
+        };
+        let gathering_from = match (&given, program) {
+            (Some((scene, _)), _) => format!("netlists of this configuration, on {scene}"),
+            (None, Program::Splats) => "netlists that gathered splat records".to_owned(),
+            (None, Program::Fields) => "formulas fitted to syntheses".to_owned(),
+        };
+        let gatherer = match (given, program) {
+            (Some((_, own)), _) => Gatherer::Measured(own.energy),
+            (None, Program::Fields) => Gatherer::Fitted(Mutex::default()),
+            (None, Program::Splats) => {
                 let measured = UnitEnergy::measured(records, UnitKind::Gathering, logic);
                 let measured = measured.ok_or(CostError::Power("splat records"))?;
-                let share = gathering.with_glitches_pj / array.with_glitches_pj;
                 Gatherer::Measured(UnitEnergy {
                     rest_pj: measured.rest_pj * share,
                     work_pj: measured.work_pj * share,
@@ -283,19 +304,18 @@ impl Costs {
             }
         };
         let own = reports.iter().find(|r| r.has(config, UnitKind::Vector));
-        let own = own.and_then(|own| Vector::measured(&own.report));
+        let own = own.and_then(|own| Logic::measured(&own.report, UnitKind::Vector));
         let (vector, vector_from) = match own {
             Some(own) => (own, "netlists of this configuration"),
-            None => match Vector::estimated(&fit, config, &factors) {
+            None => match Logic::estimated(&fit, config, &factors) {
                 Ok(own) => (own, "formulas fitted to syntheses"),
                 Err(unknown) => (
-                    Vector::in_proportion(&fit, config, reports).ok_or(unknown)?,
+                    Logic::in_proportion(&fit, config, reports).ok_or(unknown)?,
                     "netlists of a unit with another exponential, in the proportion of formulas",
                 ),
             },
         };
-        let gathering_mm2 = gathering.scaled(&factors).area_um2 * 1e-6;
-        let logic_mw = (gathering.leakage_nw + vector.leakage_nw) * 1e-6;
+        let logic_mw = (gathering_nw + vector.leakage_nw) * 1e-6;
         let port = |unit: &str, name: &'static str| -> Result<(Port, f64), CostError> {
             let (raw, scaled) = memories.memory(unit, name).ok_or(CostError::Memory(name))?;
             let figures = scaled.map_or(raw.figures, |s| s.figures);
@@ -313,19 +333,15 @@ impl Costs {
         let library = &fit.grid().library.name;
         Ok(Self {
             origin: format!(
-                "gathering unit: {}; vector unit: {vector_from}; all in {library}, with glitches, scaled to \
+                "gathering unit: {gathering_from}; vector unit: {vector_from}; all in {library}, with glitches, scaled to \
                  {NODE_NM} nm; memories: CACTI; the array: reducers of the paper's size with two \
-                 registers of 16 bits",
-                match &gatherer {
-                    Gatherer::Measured(_) => "netlists that gathered splat records",
-                    Gatherer::Fitted(_) => "formulas fitted to syntheses",
-                },
+                 registers of 16 bits"
             ),
             reached_ghz: {
                 let own = reports.iter().find(|r| r.report.is_of(config));
                 own.and_then(|own| reached_ghz(&own.report))
             },
-            area_mm2: gathering_mm2 + vector.area_um2 * 1e-6,
+            area_mm2: (gathering_um2 + vector.area_um2) * 1e-6,
             gatherer,
             vector: vector.energy,
             config: config.clone(),

@@ -60,6 +60,8 @@ pub struct Times {
     pub begin_ns: f64,
     /// Its own work was done.
     pub own_done_ns: f64,
+    /// Its bytes were through memory, and through the interconnect; 0 where it has none.
+    pub through_ns: [f64; 2],
     /// It ended.
     pub end_ns: f64,
 }
@@ -201,8 +203,12 @@ fn advance(running: &mut BTreeMap<Resource, Running>, now: f64, times: &mut [Tim
         } else if times[own.job].own_done_ns < times[own.job].begin_ns {
             times[own.job].own_done_ns = times[own.job].begin_ns;
         }
-        for (left, sharing) in own.shared_ns.iter_mut().zip(sharing) {
+        let through = &mut times[own.job].through_ns;
+        for ((left, sharing), through) in own.shared_ns.iter_mut().zip(sharing).zip(through) {
             let done = *left * sharing <= step;
+            if done && *left > 0.0 {
+                *through = now + step;
+            }
             *left = if done { 0.0 } else { *left - step / sharing };
         }
     }
@@ -284,6 +290,7 @@ mod tests {
         let times = run(&jobs).unwrap();
         assert_eq!((times[0].end_ns, times[1].end_ns), (20.0, 20.0));
         assert_eq!((times[0].own_done_ns, times[1].own_done_ns), (12.0, 1.0));
+        assert_eq!(times[0].through_ns, [20.0, 0.0]);
         // A shorter one leaves the rest to the longer.
         let jobs = [job(Gpu, 0.0, 10.0, &[]), job(VectorUnit, 0.0, 4.0, &[])];
         let times = run(&jobs).unwrap();
@@ -307,6 +314,8 @@ mod tests {
         let times = run(&jobs).unwrap();
         // Memory: 2 each until 4, then 8 of one; the interconnect: 4 each until 8, then 8 of the other.
         assert_eq!((times[0].end_ns, times[1].end_ns), (12.0, 16.0));
+        assert_eq!(times[0].through_ns, [12.0, 8.0]);
+        assert_eq!(times[1].through_ns, [4.0, 16.0]);
     }
 
     /// Loads into two halves of a buffer: the third waits until the first was used.

@@ -93,7 +93,7 @@ fn path(splats: bool) -> PathWork {
         reference_frames: vec![(Some(0), 0), (None, 1), (None, 4), (None, 7)],
         targets: (0..12).map(|number| target(number, 3)).collect(),
         chained: (0..12).map(|number| target(number, 3)).collect(),
-        half: frame(splats, 2, 1024),
+        halves: vec![frame(splats, 2, 1024); 4],
         full_quality: Quality::default(),
         warped_quality: Quality::default(),
         chained_quality: Quality::default(),

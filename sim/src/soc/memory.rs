@@ -16,12 +16,14 @@ const BURSTS: u64 = 20_000;
 const SPAN: u64 = 1 << 30;
 
 /// What a byte takes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
     /// Nanoseconds.
     pub ns: f64,
     /// Picojoules beyond standing by, refreshes not counted.
     pub pj: f64,
+    /// Rows that are opened.
+    pub rows: f64,
 }
 
 /// The memory of a system.
@@ -44,8 +46,8 @@ impl Memory {
             geometry: Geometry::lpddr3(channels),
             timing: Timing::LPDDR3_1600,
             currents: Currents::LPDDR3_8GB,
-            read: Rate { ns: 0.0, pj: 0.0 },
-            write: Rate { ns: 0.0, pj: 0.0 },
+            read: Rate::default(),
+            write: Rate::default(),
             random: Mutex::default(),
         };
         let burst = u64::from(own.geometry.burst_bytes);
@@ -70,6 +72,7 @@ impl Memory {
         Rate {
             ns: dram.nanoseconds(done.clocks) / bytes,
             pj: energy.access_pj() / bytes,
+            rows: done.activates as f64 / bytes,
         }
     }
 
@@ -117,6 +120,7 @@ impl Memory {
         Rate {
             ns: of_bursts.ns * over,
             pj: of_bursts.pj * over,
+            rows: of_bursts.rows * over,
         }
     }
 
@@ -126,6 +130,13 @@ impl Memory {
         let burst = f64::from(self.geometry.burst_bytes);
         let bursts = (run_bytes / burst).ceil().max(1.0);
         (bursts * burst / run_bytes.max(1.0)).max(1.0)
+    }
+
+    /// Refreshes of all channels in so many nanoseconds.
+    #[must_use]
+    pub fn refreshes(&self, ns: f64) -> u64 {
+        let each = self.timing.refresh_interval as f64 * self.timing.clock_ns;
+        (ns / each) as u64 * u64::from(self.geometry.channels)
     }
 
     /// Milliwatts of all channels standing by and refreshing, with rows open for a share of the

@@ -1,6 +1,6 @@
 //! Bytes of jobs: how they are read, and what memory and the interconnect take for them.
 
-use super::gpu;
+use super::kernels;
 use super::memory::{Memory, Rate};
 use super::variant::Gathering;
 use super::work::{Batch, FrameWork, PathReplay, Replayed};
@@ -46,6 +46,12 @@ impl Moves {
         self.read * read.ns + self.written * memory.written().ns + self.random * random.ns
     }
 
+    /// Rows of memory that are opened.
+    pub(super) fn rows(&self, memory: &Memory) -> f64 {
+        let [read, random] = self.rates(memory);
+        self.read * read.rows + self.written * memory.written().rows + self.random * random.rows
+    }
+
     pub(super) fn pj(&self, memory: &Memory) -> f64 {
         let [read, random] = self.rates(memory);
         self.read * read.pj + self.written * memory.written().pj + self.random * random.pj
@@ -86,7 +92,7 @@ impl Known {
 
 /// What misses the GPU's cache in pixel-centric order.
 pub(super) fn missed_moves(work: &FrameWork, known: &Known) -> Moves {
-    let kernel = gpu::gathering(work);
+    let kernel = kernels::misses(work);
     Moves {
         read: kernel.read_bytes,
         random: kernel.random_bytes,

@@ -108,6 +108,11 @@ pub struct Run {
     pub interconnect_utilisation: f64,
     /// Of the device, a frame.
     pub energy: EnergyByPart,
+    /// Millijoules a frame of the remote GPU, at work and idle, which are not the device's; none where
+    /// all is rendered here.
+    pub remote_mj: Option<f64>,
+    /// Refreshes of all of the memory's channels, of all frames.
+    pub refreshes: u64,
     /// What was moved and spent, of all frames.
     pub spent: Spent,
 }
@@ -218,6 +223,11 @@ impl Model<'_> {
         let memory_ns: f64 = jobs.iter().map(|job| job.memory_ns).sum();
         let interconnect_ns: f64 = jobs.iter().map(|job| job.interconnect_ns).sum();
         let energy = self.energy(&spent, &busy, span_ns, frames);
+        let remote_mj = busy.get(&Resource::Remote).map(|at_work| {
+            let gpu = &self.system.remote;
+            let microjoules = 1e-3 * (gpu.watts * at_work + gpu.idle_watts * (span_ns - at_work));
+            microjoules * 1e-3 / frames as f64
+        });
         let run = Run {
             frames,
             span_ns,
@@ -227,6 +237,8 @@ impl Model<'_> {
             memory_utilisation: memory_ns / span_ns,
             interconnect_utilisation: interconnect_ns / span_ns,
             energy,
+            remote_mj,
+            refreshes: self.memory.refreshes(span_ns),
             spent,
         };
         Ok((run, jobs.into_iter().zip(times).collect()))

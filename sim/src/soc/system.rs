@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::gpu::Gpu;
+use super::kernels::Instructions;
 use super::npu::Array;
 
 /// The system around the units. Defaults are the paper's (Sec. "Experimental Setup") where it
@@ -41,8 +42,11 @@ pub struct System {
     pub groups_in_flight: u32,
     /// The GPU of the system.
     pub gpu: Gpu,
-    /// The GPU at the other end of the link.
+    /// The GPU at the other end of the link. Nothing is warped or scaled there, and what misses the
+    /// device's cache is taken to miss its own as well: both fields of these are refused.
     pub remote: Gpu,
+    /// What GPUs' programs do.
+    pub instructions: Instructions,
     /// Bytes a second of the link.
     pub link_bytes_per_second: f64,
     /// Nanojoules of a byte that is sent or received.
@@ -69,6 +73,7 @@ impl Default for System {
             groups_in_flight: 2,
             gpu: Gpu::XAVIER,
             remote: Gpu::RTX_2080_TI,
+            instructions: Instructions::default(),
             link_bytes_per_second: 10e6,
             link_nj_per_byte: 100.0,
             link_colour_bytes: 3.0,
@@ -183,10 +188,6 @@ impl System {
             ("gpu.pictures_efficiency", self.gpu.pictures_efficiency),
             ("remote.fields_efficiency", self.remote.fields_efficiency),
             ("remote.splats_efficiency", self.remote.splats_efficiency),
-            (
-                "remote.pictures_efficiency",
-                self.remote.pictures_efficiency,
-            ),
         ];
         for (field, value) in shares {
             if !(value > 0.0 && value <= 1.0) {
@@ -196,6 +197,28 @@ impl System {
         if self.dma_descriptor_bytes > 4096.0 {
             let value = self.dma_descriptor_bytes.to_string();
             return refuse("dma_descriptor_bytes", value, "4096 or less");
+        }
+        let fixed = Gpu::RTX_2080_TI;
+        if self.remote.cache_bytes != fixed.cache_bytes {
+            let value = self.remote.cache_bytes.to_string();
+            return refuse(
+                "remote.cache_bytes",
+                value,
+                "the default's: misses are counted in the device's cache (gpu.cache_bytes), for both",
+            );
+        }
+        if self.remote.pictures_efficiency != fixed.pictures_efficiency {
+            let value = self.remote.pictures_efficiency.to_string();
+            return refuse(
+                "remote.pictures_efficiency",
+                value,
+                "the default's: nothing is warped or scaled there",
+            );
+        }
+        for (field, value) in self.instructions.named() {
+            if !(value.is_finite() && value >= 0.0) {
+                return refuse(field, value.to_string(), "a number from 0 on");
+            }
         }
         let others = [
             ("dma_descriptor_bytes", self.dma_descriptor_bytes),

@@ -91,7 +91,10 @@ impl<'a> Walk<'a> {
         let mut shown: Vec<JobId> = vec![];
         for number in 0..path.targets.len() {
             let (half, rank) = (self.variant.frames == Frames::Half, number as u64);
-            let work = if half { &path.half } else { path.full(number) };
+            let work = match half {
+                true => path.half(number),
+                false => path.full(number),
+            };
             shown = vec![self.full(work, false, &shown, rank)?];
             if half {
                 let pixels = u64::from(path.size[0]) * u64::from(path.size[1]);

@@ -77,10 +77,29 @@ proptest! {
         prop_assert!(near(energy.interconnect_mj, 2e-9 * spent.interconnect_bytes));
         prop_assert!(found.span_ns >= spent.interconnect_bytes / 32.0);
         prop_assert!((gathering == Gathering::Unit) == (energy.gathering_unit_mj > 0.0));
+        // Of these bytes the GPU's: what it gathers and finds, but not what units read and show.
+        let gpu = &spent.gpu;
+        let units = match gathering {
+            Gathering::PixelOrder | Gathering::Streamed => features + weights + shown,
+            Gathering::Unit => read - table + spilled + random + weights + shown,
+        };
+        let on_gpu = match gathering {
+            Gathering::Unit => moved - units - table,
+            _ => moved - units,
+        };
+        prop_assert!(near(gpu.memory_bytes, on_gpu), "{} {on_gpu}", gpu.memory_bytes);
+        let groups = gpu.launches;
+        prop_assert!(groups > 0 && gpu.instructions > 0.0);
+        prop_assert_eq!(gpu.shared_bytes > 0.0, gathering == Gathering::Streamed);
+        let at_best = gpu.instructions / (system.gpu.cores * system.gpu.clock_ghz);
+        prop_assert!(found.span_ns >= at_best);
+        // Rows are opened for bursts, and memory refreshes every 3.9 us.
+        prop_assert!(spent.rows_opened > 0.0 && spent.rows_opened <= spent.interconnect_bytes / 32.0 + 1.0);
+        prop_assert!(found.refreshes.abs_diff((found.span_ns / 3900.0) as u64 * 4) <= 4);
+        prop_assert_eq!(found.remote_mj, None);
     }
 
-    /// Twice as fast a GPU, twice the channels, and of splats twice the feature buffer: no frame is
-    /// slower, but for an anomaly of sharing: what begins sooner takes bytes from what others wait
+    /// Twice of each resource, of splats of the feature buffer, too: no frame is slower, but for an anomaly of sharing: what begins sooner takes bytes from what others wait
     /// for, a block's at most at a time. Of fields a larger buffer is larger groups of rays, too,
     /// fewer of which take turns.
     #[test]
@@ -97,11 +116,55 @@ proptest! {
                 0 => system.feature_buffer_bytes,
                 _ => 2 * system.feature_buffer_bytes,
             },
-            ..system
+            ..system.clone()
         };
-        for (what, own) in [("GPU", faster), ("channels", wider), ("buffer", larger)] {
+        let of = |change: fn(&mut System)| {
+            let mut own = system.clone();
+            change(&mut own);
+            own
+        };
+        for (what, own) in [
+            ("GPU", faster),
+            ("channels", wider),
+            ("buffer", larger),
+            ("interconnect", of(|s| s.interconnect_bytes_a_clock *= 2.0)),
+            ("cores", of(|s| s.gpu.cores *= 2.0)),
+            ("GPU's cache", of(|s| s.gpu.cache_gb_s *= 2.0)),
+            ("GPU's memory", of(|s| s.gpu.memory_gb_s = Some(616.0))),
+            ("launches", of(|s| s.gpu.launch_us /= 2.0)),
+            ("weight buffer", of(|s| s.weight_buffer_bytes *= 2)),
+            ("descriptors", of(|s| s.dma_descriptor_bytes /= 2.0)),
+        ] {
             let after = frame(&own, &work, GATHERING[which]).span_ns;
             prop_assert!(after <= before * (1.0 + SHARING), "{what}: {before} < {after}");
+        }
+    }
+
+    /// Twice the link, twice the remote GPU: no path is slower, by the same anomaly at most.
+    #[test]
+    fn more_afar_slows_no_path(full in any_work(), seed in any_work()) {
+        let sparse = FrameWork { batches: seed.batches, ..full.clone() };
+        let path = path(&full, &sparse);
+        let span = |system: &System, variant| {
+            let model = Model { system, memory: memory(4), costs: costs(Program::of(&full)), clock_ghz: 1.0, weight_bytes: WEIGHTS, replay: None };
+            let run = model.run(&path, variant, Scenario::Remote).unwrap().0.run;
+            // The energy of what works afar is its own.
+            let busy = run.utilisation[&engine::Resource::Remote] * run.span_ns;
+            let watts = system.remote.watts * busy + system.remote.idle_watts * (run.span_ns - busy);
+            assert!(near(run.remote_mj.unwrap(), watts * 1e-6 / 6.0));
+            run.span_ns
+        };
+        let system = System::default();
+        let mut link = system.clone();
+        link.link_bytes_per_second *= 2.0;
+        let mut cores = system.clone();
+        (cores.remote.cores, cores.remote.cache_gb_s) = (2.0 * cores.remote.cores, 2.0 * cores.remote.cache_gb_s);
+        for variant in Variant::ALL {
+            let before = span(&system, variant);
+            for own in [&link, &cores] {
+                let after = span(own, variant);
+                prop_assert!(after <= before * (1.0 + SHARING), "{}: {before} < {after}", variant.name);
+            }
         }
     }
 

@@ -32,6 +32,7 @@ pub(in crate::soc) fn costs(program: Program) -> &'static Costs {
             &config,
             program,
             fit,
+            None,
             &reports,
             &records,
             &reports[0].report,
@@ -158,7 +159,7 @@ fn path(full: &FrameWork, sparse: &FrameWork) -> PathWork {
                 ..target(number)
             })
             .collect(),
-        half: sparse.clone(),
+        halves: vec![sparse.clone(); 2],
         full_quality: Quality::default(),
         warped_quality: Quality::default(),
         chained_quality: Quality::default(),

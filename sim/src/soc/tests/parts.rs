@@ -91,6 +91,51 @@ fn a_raw_frame_takes_the_link_a_fifth_of_a_second() {
     assert!(found.run.frames_per_second < 1.0 / 0.192);
 }
 
+/// Gaussians whose colours are a field (Compact-3DGS): tables are gathered and perceptrons run at
+/// the share of programs for fields, all else at that of splats.
+#[test]
+fn colours_of_a_field_are_gathered_as_fields_are() {
+    let mut work = some_work();
+    (work.samples, work.gaussians, work.pairs) = (0, 1000, 2000);
+    (work.batches[0].macs, work.batches[0].elements) = (1_000_000, 1_000_000);
+    let times = |work: &FrameWork, change: fn(&mut Gpu)| {
+        let mut gpu = Gpu::XAVIER;
+        gpu.launch_us = 0.0;
+        gpu.memory_gb_s = Some(1e6);
+        change(&mut gpu);
+        let found = alone(&gpu, &Instructions::default(), memory(4), work);
+        [found.indexing_ns, found.gathering_ns, found.computation_ns]
+    };
+    let ratios = |work: &FrameWork, change: fn(&mut Gpu)| {
+        let (one, other) = (times(work, |_| {}), times(work, change));
+        [0, 1, 2].map(|i| (one[i] / other[i] * 1e6).round() / 1e6)
+    };
+    let fields = |gpu: &mut Gpu| gpu.fields_efficiency *= 2.0;
+    let splats = |gpu: &mut Gpu| gpu.splats_efficiency *= 2.0;
+    work.reads.tables = 1;
+    assert_eq!(ratios(&work, fields), [1.0, 1.0, 1.0]);
+    assert_eq!(ratios(&work, splats), [2.0, 2.0, 2.0]);
+    work.reads.tables = 17;
+    let [own, other] = [ratios(&work, fields), ratios(&work, splats)];
+    assert_eq!([&own[..2], &other[..2]], [[1.0, 2.0], [2.0, 1.0]]);
+    assert!(own[2] > 1.0 && own[2] < 2.0 && other[2] > 1.0 && other[2] < 2.0);
+    // Both parts are there.
+    let [of_fields, of_splats] = [0.1042, 0.0113].map(|share| 512.0 * 1.377 * share);
+    let expected = 1e6 / of_fields + 5e6 / of_splats;
+    assert!(near(times(&work, |_| {})[2], expected));
+    // On a system's frame likewise.
+    let system = |share| {
+        let mut own = System::default();
+        own.gpu.fields_efficiency = share;
+        own
+    };
+    let own_ns = |share| {
+        let run = frame(&system(share), &work, Gathering::PixelOrder);
+        run.stages["gathering"].own_ns - 1e4
+    };
+    assert!(near(own_ns(0.1), 2.0 * own_ns(0.2)));
+}
+
 /// What is calibrated to the paper's millisecond for a million points takes it.
 #[test]
 fn a_million_points_are_warped_in_a_millisecond() {
@@ -128,6 +173,13 @@ fn systems_that_cannot_be_are_refused_by_field() {
         ("[gpu]\ncores = 0.0", "gpu.cores"),
         ("[gpu]\nshaders = 1", "shaders"),
         ("array_rows = \"many\"", "array_rows"),
+        ("[remote]\ncache_bytes = 1", "remote.cache_bytes"),
+        (
+            "[remote]\npictures_efficiency = 0.5",
+            "remote.pictures_efficiency",
+        ),
+        ("[instructions]\nsample = -1.0", "instructions.sample"),
+        ("[instructions]\nsort = 1.0", "sort"),
     ] {
         let error = System::from_toml(text, "test.toml")
             .unwrap_err()

@@ -13,7 +13,11 @@ fn known_sequences_stand_in_for_rates() {
     work.batches[0].rit_read_bytes = 4000;
     let memory = memory(4);
     let sequence = |pj: f64| {
-        let rate = Rate { ns: 1.0, pj };
+        let rate = Rate {
+            ns: 1.0,
+            pj,
+            rows: 0.0,
+        };
         Some(Replayed {
             bytes: 1,
             at_rates: rate,

@@ -136,8 +136,8 @@ pub struct PathWork {
     pub targets: Vec<TargetWork>,
     /// Frames each warped from the one before, the first of a window in full (Temp-N).
     pub chained: Vec<TargetWork>,
-    /// The first frame at half the width and height (DS-2).
-    pub half: FrameWork,
+    /// Frames at half the width and height (DS-2), at the poses of references.
+    pub halves: Vec<FrameWork>,
     /// Of frames in full.
     pub full_quality: Quality,
     /// Of warped ones.
@@ -248,16 +248,28 @@ impl PathWork {
     /// Never: a path that was counted has a reference.
     #[must_use]
     pub fn full(&self, number: usize) -> &FrameWork {
+        self.standing_for(&self.references, number)
+    }
+
+    /// The same at half the width and height.
+    ///
+    /// # Panics
+    /// Never, likewise.
+    #[must_use]
+    pub fn half(&self, number: usize) -> &FrameWork {
+        self.standing_for(&self.halves, number)
+    }
+
+    fn standing_for<'a>(&self, works: &'a [FrameWork], number: usize) -> &'a FrameWork {
         let window = self.options.window.max(1) as usize;
-        &self.references[(number / window).min(self.references.len() - 1)]
+        &works[(number / window).min(works.len() - 1)]
     }
 
     /// Steps that [`PathWork::count`] tells of.
     #[must_use]
     pub fn steps(options: &PathOptions) -> u64 {
         3 * u64::from(options.frames)
-            + u64::from(options.frames.div_ceil(options.window.max(1)))
-            + 1
+            + 2 * u64::from(options.frames.div_ceil(options.window.max(1)))
     }
 
     /// Renders and counts a path; `step` is told of each frame that is done.
@@ -302,7 +314,7 @@ impl PathWork {
         };
 
         let (mut models, mut truths) = (vec![], vec![]);
-        let (mut full, mut halves) = (Errors::default(), Errors::default());
+        let (mut full, mut halved) = (Errors::default(), Errors::default());
         for camera in &path {
             let model = scene.shade(camera, None)?.picture;
             let truth = match scene.analytic() {
@@ -310,14 +322,14 @@ impl PathWork {
                 None => None,
             };
             full.add(&model, &model, truth.as_ref());
-            halves.add(&half_resolution(scene, camera)?, &model, truth.as_ref());
+            halved.add(&half_resolution(scene, camera)?, &model, truth.as_ref());
             models.push(model);
             truths.push(truth);
             step();
         }
-        let small = first.resized(first.width.div_ceil(2), first.height.div_ceil(2));
         let whole = plan.references.iter().map(|task| task.camera);
-        let cameras: Vec<Camera> = whole.chain([small]).collect();
+        let small = |of: Camera| of.resized(of.width.div_ceil(2), of.height.div_ceil(2));
+        let cameras: Vec<Camera> = whole.clone().chain(whole.map(small)).collect();
         let mut references = vec![];
         for cameras in cameras.chunks(SIDE_BY_SIDE) {
             let counted = cameras.par_iter().map(|camera| {
@@ -329,7 +341,7 @@ impl PathWork {
                 references.push(work?);
             }
         }
-        let half = references.pop().ok_or(PathError::NoFrames)?;
+        let halves = references.split_off(plan.references.len());
         let made = |frames: &mut dyn Iterator<Item = Result<Frame, WarpError>>|
          -> Result<(Vec<TargetWork>, Quality), PathError> {
             let (mut all, mut errors) = (vec![], Errors::default());
@@ -364,11 +376,11 @@ impl PathWork {
                 .collect(),
             targets,
             chained,
-            half,
+            halves,
             full_quality: full.quality(),
             warped_quality,
             chained_quality,
-            half_quality: halves.quality(),
+            half_quality: halved.quality(),
         })
     }
 }

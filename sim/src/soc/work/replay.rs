@@ -167,6 +167,7 @@ fn misses(vectors: &[(u64, u32)], memory: &Memory) -> Option<Replayed> {
     let at_rates = Rate {
         ns: mix(|rate| rate.ns),
         pj: mix(|rate| rate.pj),
+        rows: mix(|rate| rate.rows),
     };
     Some(Replayed::new(memory, &accesses, bytes, at_rates))
 }
@@ -182,6 +183,7 @@ impl Replayed {
             replayed: Rate {
                 ns: burst.ns * moved,
                 pj: burst.pj * moved,
+                rows: burst.rows * moved,
             },
             moved,
         }
