@@ -7,7 +7,7 @@ use potamoi_formats::config::Config;
 use potamoi_golden::precision::Precision;
 use potamoi_golden::scene::Scene;
 use potamoi_golden::units::Twins;
-use potamoi_golden::units::widths::ExpBounds;
+use potamoi_golden::units::bounds::VectorBounds;
 
 /// Every kind of field: built in, and as other programs wrote them (tools/torch-fixtures,
 /// tools/ngp-fixtures).
@@ -107,7 +107,7 @@ fn coarser_formats_are_told_from_finer_ones() {
 #[test]
 fn rays_that_stop_elsewhere_are_in_the_bound() {
     let own = config("");
-    let powers = ExpBounds::by_formula(&own.vu.exp);
+    let powers = VectorBounds::by_formula(&own.vu.exp);
     for name in [
         "cairn:dvgo",
         "cairn:tensorf",

@@ -275,7 +275,7 @@ impl Bench {
             return Ok(None);
         }
         let float = self.setup.scene.precision();
-        let powers = self.known.powers(scene, config);
+        let powers = self.known.vector_bounds(scene, config);
         Ok(scene.error_bounds_beside(config, float, &powers)?)
     }
 

@@ -7,12 +7,13 @@ use std::rc::Rc;
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::OpCode;
 use potamoi_golden::scene::Scene;
+use potamoi_golden::units::bounds::VectorBounds;
 use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::gather::Reducer;
 use potamoi_golden::units::logistic::{Logistic, LogisticReference, logistic_budget};
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::weights::{FRACTION_BITS, trilinear};
-use potamoi_golden::units::widths::{ExpBounds, budget};
+use potamoi_golden::units::widths::budget;
 use potamoi_hdl::vu::error_bound;
 use serde::Serialize;
 
@@ -113,15 +114,24 @@ impl Known {
         known.entry(frac_bits).or_insert_with(found).clone()
     }
 
-    /// Of the powers that a scene is rendered with: the lesser of the netlist's and the formulas'.
-    pub(super) fn powers(&self, scene: &Scene, config: &Config) -> ExpBounds {
-        let formula = ExpBounds::by_formula(&config.vu.exp);
+    /// Of the operations that a scene is rendered with: the lesser of the netlist's and the formulas'.
+    pub(super) fn vector_bounds(&self, scene: &Scene, config: &Config) -> VectorBounds {
+        let formula = VectorBounds::by_formula(&config.vu.exp);
         let known = |op| self.bound(config, op).unwrap_or(f64::INFINITY);
         let one_minus_exp = match has_rays(scene, config) {
             true => known(OpCode::OneMinusExp),
             false => f64::INFINITY,
         };
-        formula.and(ExpBounds::of(known(OpCode::Exp), one_minus_exp))
+        let logistic = |op| match self.takes(scene, config, op) {
+            true => known(op),
+            false => f64::INFINITY,
+        };
+        let netlist = VectorBounds {
+            sigmoid: logistic(OpCode::Sigmoid),
+            softplus: logistic(OpCode::Softplus),
+            ..VectorBounds::of_powers(known(OpCode::Exp), one_minus_exp)
+        };
+        formula.and(netlist)
     }
 }
 

@@ -13,7 +13,7 @@ use potamoi_golden::fields::{
     Table, error_bounds, render_float,
 };
 use potamoi_golden::picture::Picture;
-use potamoi_golden::units::widths::ExpBounds;
+use potamoi_golden::units::bounds::VectorBounds;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{Head, Lanes, Opacities, STOP_BELOW, VoxelError};
 use potamoi_sim::rtl::RtlUnits;
@@ -172,7 +172,7 @@ impl Field for Toy {
     fn bounds(
         &self,
         config: &Config,
-        _: &ExpBounds,
+        _: &VectorBounds,
         _: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
         Ok(Some(Box::new(ToyBounds {
@@ -330,7 +330,7 @@ fn camera() -> Camera {
 /// What its picture may be off by.
 fn bounds(field: &dyn Field) -> Vec<f64> {
     let config = config();
-    let powers = ExpBounds::by_formula(&config.vu.exp);
+    let powers = VectorBounds::by_formula(&config.vu.exp);
     let options = FixedOptions::default();
     let bounds = error_bounds(field, &config, &powers, &camera(), &options);
     bounds.unwrap().unwrap()

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use potamoi_formats::config::Config;
 use potamoi_golden::camera::Camera;
-use potamoi_golden::units::widths::ExpBounds;
+use potamoi_golden::units::bounds::VectorBounds;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{
     FixedFrame, FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, STOP_BELOW,
@@ -112,7 +112,7 @@ pub(crate) fn shown() -> Vec<Shown> {
         let bounds = error_bounds(
             &scene.grid,
             &formats,
-            &ExpBounds::by_formula(exp),
+            &VectorBounds::by_formula(exp),
             &camera(SIZE),
             &scene.options(),
             STOP_BELOW,

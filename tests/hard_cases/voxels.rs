@@ -4,7 +4,7 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::picture::Picture;
-use potamoi_golden::units::widths::ExpBounds;
+use potamoi_golden::units::bounds::VectorBounds;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{
     FixedFrame, FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, STOP_BELOW,
@@ -139,7 +139,7 @@ pub(crate) fn measure() -> Measured {
         let bounds = error_bounds(
             &grid(),
             &formats,
-            &ExpBounds::by_formula(&config.vu.exp),
+            &VectorBounds::by_formula(&config.vu.exp),
             &camera,
             &options(),
             STOP_BELOW,

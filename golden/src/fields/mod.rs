@@ -40,7 +40,7 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 
 use crate::camera::Camera;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 
 pub use batches::BatchSize;
 pub(crate) use batches::{RayGroup, groups};
@@ -111,7 +111,7 @@ pub trait Field: Sync {
     fn bounds(
         &self,
         _: &Config,
-        _: &ExpBounds,
+        _: &VectorBounds,
         _: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
         Ok(None)

@@ -7,7 +7,7 @@ use super::bound::Bounds;
 use super::mlp::Mlp;
 use super::{Coded, Directions, Field, FieldError, Sampling, Table};
 use crate::camera::Camera;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 
 /// A field, and what is left where its rays stop.
 pub struct Stopping<'a> {
@@ -66,10 +66,10 @@ impl Field for Stopping<'_> {
     fn bounds(
         &self,
         config: &Config,
-        powers: &ExpBounds,
+        vector: &VectorBounds,
         camera: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
-        self.field.bounds(config, powers, camera)
+        self.field.bounds(config, vector, camera)
     }
 
     fn perceptrons(&self) -> Vec<&Mlp> {

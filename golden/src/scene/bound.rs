@@ -6,7 +6,7 @@ use super::{Model, Scene, SceneError};
 use crate::fields::{self, Field, Stopping};
 use crate::precision::Precision;
 use crate::splats::{self, Cloud, Order, Pair, Rules, View, Work};
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use crate::voxels::{self, MVoxels};
 
 impl Scene {
@@ -18,12 +18,12 @@ impl Scene {
     /// # Errors
     /// A scene or a configuration that does not fit.
     pub fn error_bounds(&self, config: &Config) -> Result<Option<Vec<f64>>, SceneError> {
-        let powers = ExpBounds::by_formula(&config.vu.exp);
-        self.error_bounds_beside(config, self.precision, &powers)
+        let vector = VectorBounds::by_formula(&config.vu.exp);
+        self.error_bounds_beside(config, self.precision, &vector)
     }
 
     /// The same beside the picture in floating point that stops and leaves out as another precision
-    /// says, of a vector unit whose powers are off by no more than `powers`.
+    /// says, of a vector unit whose results are off by no more than `vector`.
     ///
     /// # Errors
     /// As [`Scene::error_bounds`].
@@ -31,7 +31,7 @@ impl Scene {
         &self,
         config: &Config,
         float: Precision,
-        powers: &ExpBounds,
+        vector: &VectorBounds,
     ) -> Result<Option<Vec<f64>>, SceneError> {
         let exp = &config.vu.exp;
         if !self.choices.left_out().is_empty() || self.precision.hashed_levels.is_some() {
@@ -39,14 +39,14 @@ impl Scene {
         }
         match self.model() {
             Model::Splats(cloud) if self.order == Order::Exact => {
-                Ok(Some(self.splat_bounds(cloud, (exp, powers), float, 0.0)?))
+                Ok(Some(self.splat_bounds(cloud, (exp, vector), float, 0.0)?))
             }
             Model::Compact(model) if self.order == Order::Exact => {
                 let eye = self.camera.position();
                 let off = model.colours_off(eye, config)?;
                 Ok(Some(self.splat_bounds(
                     &model.seen_from(eye),
-                    (exp, powers),
+                    (exp, vector),
                     float,
                     off,
                 )?))
@@ -59,12 +59,12 @@ impl Scene {
                 let options = self.voxel_options();
                 let stop = float.stop_below.unwrap_or(voxels::STOP_BELOW);
                 let bounds =
-                    voxels::error_bounds(grid, formats, powers, &self.camera, &options, stop);
+                    voxels::error_bounds(grid, formats, vector, &self.camera, &options, stop);
                 Ok(Some(bounds.into_iter().map(|[colour, _]| colour).collect()))
             }
-            Model::Dvgo(field) => self.field_bounds(&**field, config, powers, float),
-            Model::Tensorf(field) => self.field_bounds(&**field, config, powers, float),
-            Model::Field(field) => self.field_bounds(&**field, config, powers, float),
+            Model::Dvgo(field) => self.field_bounds(&**field, config, vector, float),
+            Model::Tensorf(field) => self.field_bounds(&**field, config, vector, float),
+            Model::Field(field) => self.field_bounds(&**field, config, vector, float),
             Model::Splats(_) | Model::Compact(_) => Ok(None),
         }
     }
@@ -72,7 +72,7 @@ impl Scene {
     fn splat_bounds(
         &self,
         cloud: &Cloud,
-        (exp, powers): (&ExpConfig, &ExpBounds),
+        (exp, vector): (&ExpConfig, &VectorBounds),
         float: Precision,
         colours_off: f64,
     ) -> Result<Vec<f64>, SceneError> {
@@ -93,7 +93,7 @@ impl Scene {
             &view,
             &Pair { fixed, float },
             exp,
-            powers,
+            vector,
             self.background,
             colours_off,
         ))
@@ -103,7 +103,7 @@ impl Scene {
         &self,
         field: &dyn Field,
         config: &Config,
-        powers: &ExpBounds,
+        vector: &VectorBounds,
         float: Precision,
     ) -> Result<Option<Vec<f64>>, SceneError> {
         let own = field.sampling().stop;
@@ -118,7 +118,7 @@ impl Scene {
         Ok(fields::error_bounds(
             &field,
             config,
-            powers,
+            vector,
             &self.camera,
             &options,
         )?)

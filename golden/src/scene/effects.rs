@@ -7,7 +7,7 @@ use super::{Kind, Model, Scene, SceneError};
 use crate::effects::{Choices, Effect, Facts};
 use crate::fields::{Field, FieldWork};
 use crate::splats::{Cloud, Octree, Partition, Sorting, Work, sh};
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use crate::voxels::{self, Formats, Head, MVoxels, Skip, TRANSMITTANCE};
 
 /// What roundings take of what is left of a ray in floating point, and more.
@@ -88,7 +88,7 @@ impl Scene {
                 let formats = Formats::new(grid, config)?;
                 let off = voxels::opacity_off(
                     &formats,
-                    &ExpBounds::by_formula(&config.vu.exp),
+                    &VectorBounds::by_formula(&config.vu.exp),
                     self.step,
                 );
                 off + self.transmittance_unit()

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | p, q | half a unit of each factor and of the mean, times what they are multiplied by; half a unit of S15.16 |
 //! | u | what p and q are off, half a unit of U3.13 |
-//! | e | between `exp(-u - du)` and `exp(-u + du)`, and the [`ExpBounds`]' units |
+//! | e | between `exp(-u - du)` and `exp(-u + du)`, and the [`VectorBounds`]' units |
 //! | alpha | the opacity's half unit, half a unit; 0 where it may be skipped |
 //! | T' | half a unit of U1.20 a Gaussian |
 //! | colour | half a unit of U4.12, what it is beyond its end, and what a network's is off |
@@ -22,7 +22,7 @@ use super::composite::Limits;
 use super::profile::Rules;
 use super::project::Projected;
 use super::view::View;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 
 /// What arithmetic in 64 bits may add to a product of 36 fraction bits.
 const FLOAT: f64 = 1e-11;
@@ -50,7 +50,7 @@ struct Off {
 }
 
 impl Off {
-    fn of(rules: &Rules, exp: &ExpConfig, powers: &ExpBounds) -> Self {
+    fn of(rules: &Rules, exp: &ExpConfig, powers: &VectorBounds) -> Self {
         Self {
             factor: 2f64.powi(-(rules.conic_bits as i32)) / 2.0,
             mean: MEAN.ulp() / 2.0,
@@ -80,7 +80,7 @@ pub fn error_bounds(
     view: &View,
     rules: &Pair,
     exp: &ExpConfig,
-    powers: &ExpBounds,
+    powers: &VectorBounds,
     background: [f32; 3],
     colours_off: f64,
 ) -> Vec<f64> {

@@ -1,6 +1,7 @@
 //! The units that the renderers compute with: the [`Units`] trait, and twins
 //! that do in Rust, bit by bit, what the hardware does.
 
+pub mod bounds;
 pub mod exp;
 #[cfg(test)]
 mod exp_tests;

@@ -64,43 +64,6 @@ pub fn budget(config: &ExpConfig) -> f64 {
         + f64::from(n + engine.digits) / 2.0 * beyond(engine.constant_bits)
 }
 
-/// The most that powers are off by, in units of the last place; where the largest
-/// code stands for 1, that counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ExpBounds {
-    /// Of `exp(-u)`.
-    pub exp: f64,
-    /// Of `1 - exp(-s)`, how s is brought to the constants' bits included where
-    /// that is known.
-    pub one_minus_exp: f64,
-}
-
-impl ExpBounds {
-    /// As [`budget`] says.
-    #[must_use]
-    pub fn by_formula(config: &ExpConfig) -> Self {
-        Self::of(budget(config), budget(config))
-    }
-
-    /// Of errors before a power of 1 is held below it.
-    #[must_use]
-    pub const fn of(exp: f64, one_minus_exp: f64) -> Self {
-        Self {
-            exp: exp.max(1.0),
-            one_minus_exp: one_minus_exp.max(1.0),
-        }
-    }
-
-    /// The lesser of each.
-    #[must_use]
-    pub const fn and(self, other: Self) -> Self {
-        Self {
-            exp: self.exp.min(other.exp),
-            one_minus_exp: self.one_minus_exp.min(other.one_minus_exp),
-        }
-    }
-}
-
 /// What straight pieces alone cost, in units of the last of `f` bits:
 /// `h^2 y'' / 16`, half a chord's sagitta, with `h = 1 / pieces` and
 /// `y'' = 2 (ln 2)^2` at most, halved by the exponent.

@@ -5,7 +5,7 @@ use super::formats::Formats;
 use super::grid::Grid;
 use super::ray::Ray;
 use crate::camera::Camera;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 
 /// Differences within a grid, by channel: the most between vertices of a cell,
 /// and between neighbours along each axis.
@@ -63,7 +63,7 @@ impl Ranges {
 
 /// What an opacity may be off by of a density that is off by its format alone.
 #[must_use]
-pub fn opacity_off(formats: &Formats, powers: &ExpBounds, step: f64) -> f64 {
+pub fn opacity_off(formats: &Formats, powers: &VectorBounds, step: f64) -> f64 {
     let unit = powers.one_minus_exp * formats.alpha.ulp();
     step * formats.density.ulp() + formats.depth.ulp() + unit
 }
@@ -86,7 +86,7 @@ pub fn opacity_off(formats: &Formats, powers: &ExpBounds, step: f64) -> f64 {
 pub fn error_bounds(
     grid: &Grid,
     formats: &Formats,
-    powers: &ExpBounds,
+    powers: &VectorBounds,
     camera: &Camera,
     options: &FixedOptions,
     stop_below: f64,
@@ -212,7 +212,8 @@ mod tests {
                 (alpha + (-density * step).exp_m1()).abs()
             };
             let most = (0..=20_000).map(off).fold(0.0, f64::max);
-            let part = most / opacity_off(&formats, &ExpBounds::by_formula(&config.vu.exp), step);
+            let part =
+                most / opacity_off(&formats, &VectorBounds::by_formula(&config.vu.exp), step);
             println!("{text:?}: {part:.3} of the bound");
             assert!((least..=1.0).contains(&part), "{text:?}: {part}");
         }

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use super::march::{Samples, check};
 use super::{Field, FieldError, FixedOptions};
 use crate::camera::Camera;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use crate::voxels::Ray;
 
 pub(in crate::fields) use gathered::gathered;
@@ -65,14 +65,14 @@ pub trait Bounds: Sync {
 pub fn error_bounds(
     field: &dyn Field,
     config: &Config,
-    powers: &ExpBounds,
+    vector: &VectorBounds,
     camera: &Camera,
     options: &FixedOptions,
 ) -> Result<Option<Vec<f64>>, FieldError> {
     if config.vu.exp.form != ExpForm::Restoring {
         return Ok(None);
     }
-    let Some(bounds) = field.bounds(config, powers, camera)? else {
+    let Some(bounds) = field.bounds(config, vector, camera)? else {
         return Ok(None);
     };
     let sampling = field.sampling();
@@ -81,7 +81,7 @@ pub fn error_bounds(
         field,
         bounds: &*bounds,
         sampling,
-        errors: UnitErrors::of(config, powers),
+        errors: UnitErrors::of(config, vector),
         weight_bits: config.gu.weight_bits,
         options,
     };

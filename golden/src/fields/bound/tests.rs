@@ -12,7 +12,7 @@ use crate::fields::mac::MacMlp;
 use crate::fields::opacity::{Curve, Opacity, rescale};
 use crate::fields::{Layer, Mlp, fields_preset, softplus};
 use crate::units::Twins;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use crate::voxels::{Lanes, Work};
 
 fn with_lanes<T>(run: impl FnOnce(&mut Lanes<'_>) -> T) -> T {
@@ -132,7 +132,7 @@ proptest! {
             Curve::Exp => number.exp(),
         };
         let exact = -(-depth).exp_m1();
-        let bound = opacity.off(&UnitErrors::of(&config, &ExpBounds::by_formula(&config.vu.exp)), number, Off { known, most }, frac);
+        let bound = opacity.off(&UnitErrors::of(&config, &VectorBounds::by_formula(&config.vu.exp)), number, Off { known, most }, frac);
         prop_assert!((alpha - exact).abs() <= bound, "{alpha} {exact}: {bound}");
     }
 
@@ -150,7 +150,7 @@ proptest! {
         let known = f64::from(code) * unit - logit - within * most;
         let found = logistic_of_units(code, frac, &config);
         let exact = 1.0 / (1.0 + (-logit).exp());
-        let bound = UnitErrors::of(&config, &ExpBounds::by_formula(&config.vu.exp)).logistic(logit, Off { known, most }, frac);
+        let bound = UnitErrors::of(&config, &VectorBounds::by_formula(&config.vu.exp)).logistic(logit, Off { known, most }, frac);
         prop_assert!((found - exact).abs() <= bound, "{found} {exact}: {bound}");
     }
 }
@@ -254,7 +254,7 @@ fn each_part_of_the_units_errors_is_needed() {
             toml: &toml,
         };
         let config = fields_preset().with(&[layer], "test").unwrap();
-        let all = UnitErrors::of(&config, &ExpBounds::by_formula(&config.vu.exp));
+        let all = UnitErrors::of(&config, &VectorBounds::by_formula(&config.vu.exp));
         let mut without = all;
         leave_out(&mut without);
         let opacity =

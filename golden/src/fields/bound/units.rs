@@ -5,8 +5,7 @@ use potamoi_formats::config::Config;
 use super::{Off, Outputs};
 use crate::fields::opacity::{Curve, INTERVAL_BITS, Opacity, THICKEST};
 use crate::fields::softplus;
-use crate::units::logistic::{Logistic, logistic_budget};
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 
 /// Operands of softplus and sigmoid are held at plus and minus this.
 const LOGISTIC_HOLDS: f64 = 16.0;
@@ -31,16 +30,16 @@ pub(in crate::fields) struct UnitErrors {
 }
 
 impl UnitErrors {
-    pub(in crate::fields) fn of(config: &Config, powers: &ExpBounds) -> Self {
+    pub(in crate::fields) fn of(config: &Config, vector: &VectorBounds) -> Self {
         let exp = &config.vu.exp;
         let half = |bits: u32| 2f64.powi(-(bits as i32) - 1);
         let unit = 2f64.powi(-(exp.output_bits as i32));
         let largest = exp.input.max() as f64 * exp.input.ulp();
         Self {
             // The largest code stands for 1, too.
-            power: (powers.exp.max(powers.one_minus_exp) + 1.0) * unit,
-            softplus: logistic_budget(Logistic::Softplus, exp) * unit,
-            sigmoid: (logistic_budget(Logistic::Sigmoid, exp) + 1.0) * unit,
+            power: (vector.exp.max(vector.one_minus_exp) + 1.0) * unit,
+            softplus: vector.softplus * unit,
+            sigmoid: (vector.sigmoid + 1.0) * unit,
             operand: half(exp.input.frac_bits()),
             depth: half(exp.one_minus_frac_bits),
             least: (-largest).exp(),

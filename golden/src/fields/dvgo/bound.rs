@@ -7,7 +7,7 @@ use super::{Dvgo, DvgoHead, FixedDvgo};
 use crate::camera::Camera;
 use crate::fields::FieldError;
 use crate::fields::bound::{Bounds, Off, Pair, UnitErrors};
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use crate::voxels::{Head as _, MVoxels, Ray, Rays};
 
 pub(super) struct DvgoBounds<'a> {
@@ -23,7 +23,7 @@ pub(super) struct DvgoBounds<'a> {
 pub(super) fn bounds<'a>(
     field: &'a Dvgo,
     config: &Config,
-    powers: &ExpBounds,
+    vector: &VectorBounds,
     camera: &Camera,
 ) -> Result<DvgoBounds<'a>, FieldError> {
     let FixedDvgo {
@@ -39,7 +39,7 @@ pub(super) fn bounds<'a>(
         mvoxels,
         frac_bits: [frac_bits],
         pair: Pair::new(&field.mlp, &head.mlp),
-        errors: UnitErrors::of(config, powers),
+        errors: UnitErrors::of(config, vector),
         head,
     })
 }

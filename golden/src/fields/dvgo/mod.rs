@@ -19,7 +19,7 @@ use potamoi_formats::config::Config;
 use super::{Along, Bounds, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
 use crate::camera::Camera;
 use crate::torch::{Checkpoint, Tensor};
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use crate::voxels::Mask;
 
 pub use fixed::{DvgoHead, FixedDvgo};
@@ -467,9 +467,9 @@ impl Field for Dvgo {
     fn bounds(
         &self,
         config: &Config,
-        powers: &ExpBounds,
+        vector: &VectorBounds,
         camera: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
-        Ok(Some(Box::new(bound::bounds(self, config, powers, camera)?)))
+        Ok(Some(Box::new(bound::bounds(self, config, vector, camera)?)))
     }
 }

@@ -8,7 +8,7 @@ use super::{CHANNELS, COEFFICIENTS, EfficientNerf};
 use crate::fields::FieldError;
 use crate::fields::bound::{Bounds, Off, UnitErrors};
 use crate::splats::sh;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use crate::voxels::Head as _;
 
 pub(super) struct EfficientBounds {
@@ -20,12 +20,12 @@ pub(super) struct EfficientBounds {
 pub(super) fn bounds(
     field: &EfficientNerf,
     config: &Config,
-    powers: &ExpBounds,
+    vector: &VectorBounds,
 ) -> Result<EfficientBounds, FieldError> {
     let head = head(field, config)?;
     Ok(EfficientBounds {
         frac_bits: [head.frac_bits()],
-        errors: UnitErrors::of(config, powers),
+        errors: UnitErrors::of(config, vector),
         head,
     })
 }

@@ -22,7 +22,7 @@ use super::{
 use crate::camera::Camera;
 use crate::effects::bands::{self, Bands};
 use crate::splats::sh;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 
 /// Fine cells an edge of a coarse one.
 pub const FINE: usize = 3;
@@ -167,9 +167,9 @@ impl Field for EfficientNerf {
     fn bounds(
         &self,
         config: &Config,
-        powers: &ExpBounds,
+        vector: &VectorBounds,
         _: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
-        Ok(Some(Box::new(bound::bounds(self, config, powers)?)))
+        Ok(Some(Box::new(bound::bounds(self, config, vector)?)))
     }
 }

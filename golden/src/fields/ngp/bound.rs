@@ -8,7 +8,7 @@ use super::{Ngp, cycled};
 use crate::fields::FieldError;
 use crate::fields::bound::{Bounds, Off, Pair, UnitErrors};
 use crate::splats::sh;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use crate::voxels::Head as _;
 
 pub(super) struct NgpBounds {
@@ -22,13 +22,13 @@ pub(super) struct NgpBounds {
 pub(super) fn bounds(
     field: &Ngp,
     config: &Config,
-    powers: &ExpBounds,
+    vector: &VectorBounds,
 ) -> Result<NgpBounds, FieldError> {
     let (frac_bits, head) = head(field, config)?;
     Ok(NgpBounds {
         density: Pair::new(&field.density, &head.density),
         colour: Pair::new(&field.colour, &head.colour),
-        errors: UnitErrors::of(config, powers),
+        errors: UnitErrors::of(config, vector),
         frac_bits,
         head,
     })

@@ -29,7 +29,7 @@ use potamoi_formats::config::Config;
 use super::{Along, Bounds, Coded, Directions, Field, FieldError, HashUnit, Mlp, Sampling, Table};
 use crate::camera::Camera;
 use crate::splats::sh;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use grid::GridShape;
 use occupancy::Occupancy;
 
@@ -206,9 +206,9 @@ impl Field for Ngp {
     fn bounds(
         &self,
         config: &Config,
-        powers: &ExpBounds,
+        vector: &VectorBounds,
         _: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
-        Ok(Some(Box::new(bound::bounds(self, config, powers)?)))
+        Ok(Some(Box::new(bound::bounds(self, config, vector)?)))
     }
 }

@@ -7,7 +7,7 @@ use super::Tensorf;
 use super::fixed::{TensorfHead, head};
 use crate::fields::FieldError;
 use crate::fields::bound::{Bounds, Off, Outputs, Pair, UnitErrors};
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use crate::voxels::Head as _;
 
 pub(super) struct TensorfBounds<'a> {
@@ -22,14 +22,14 @@ pub(super) struct TensorfBounds<'a> {
 pub(super) fn bounds<'a>(
     field: &'a Tensorf,
     config: &Config,
-    powers: &ExpBounds,
+    vector: &VectorBounds,
 ) -> Result<TensorfBounds<'a>, FieldError> {
     let (frac_bits, head) = head(field, config)?;
     Ok(TensorfBounds {
         field,
         basis: Pair::new(&field.basis, &head.basis),
         mlp: Pair::new(&field.mlp, &head.mlp),
-        errors: UnitErrors::of(config, powers),
+        errors: UnitErrors::of(config, vector),
         frac_bits,
         head,
     })

@@ -29,7 +29,7 @@ use super::{
     Along, Bounds, Coded, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus,
 };
 use crate::camera::Camera;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use mask::AlphaMask;
 pub use planes::Known;
 
@@ -415,9 +415,9 @@ impl Field for Tensorf {
     fn bounds(
         &self,
         config: &Config,
-        powers: &ExpBounds,
+        vector: &VectorBounds,
         _: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
-        Ok(Some(Box::new(bound::bounds(self, config, powers)?)))
+        Ok(Some(Box::new(bound::bounds(self, config, vector)?)))
     }
 }

@@ -16,7 +16,7 @@ use crate::splats::array::Forms;
 use crate::splats::profile::Profile;
 use crate::splats::records::record;
 use crate::splats::{Footprint, Saturations};
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 use crate::units::{Twins, Units};
 
 /// Largest part of its bound that a pixel takes, and the bounds' mean square, of bounds and a
@@ -129,7 +129,7 @@ fn sooner_stops_and_fainter_gaussians_have_bounds() {
         };
         let mut own = scene.clone();
         own.set_precision(precision).unwrap();
-        let powers = ExpBounds::by_formula(&config.vu.exp);
+        let powers = VectorBounds::by_formula(&config.vu.exp);
         let bounds = own.error_bounds_beside(&config, scene.precision(), &powers);
         let bounds = bounds.unwrap().unwrap();
         let fixed = own.render_fixed(&config, &mut Twins::new(&config));
@@ -232,7 +232,7 @@ fn each_part_of_an_alphas_bound_is_needed() {
             alpha_min: 1e-3,
             ..Profile::Gsplat.rules()
         };
-        let powers = ExpBounds::by_formula(&config.vu.exp);
+        let powers = VectorBounds::by_formula(&config.vu.exp);
         let off = Off::of(&rules, &config.vu.exp, &powers);
         let mut without = off;
         leave_out(&mut without);

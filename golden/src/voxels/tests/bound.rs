@@ -1,7 +1,7 @@
 //! The bound of the fixed renderer's error, tried.
 
 use super::*;
-use crate::units::widths::ExpBounds;
+use crate::units::bounds::VectorBounds;
 
 /// Largest part of their bounds that colour and transmittance take, of a configuration and
 /// transmittances of so many fraction bits each.
@@ -21,7 +21,7 @@ fn used(grid: &Grid, bounded: (&Config, u32), shown: (&Config, u32)) -> [f64; 2]
     let bounds = error_bounds(
         grid,
         &formats,
-        &ExpBounds::by_formula(&bounded.0.vu.exp),
+        &VectorBounds::by_formula(&bounded.0.vu.exp),
         &camera,
         &options(bounded.1),
         STOP_BELOW,
@@ -105,7 +105,7 @@ fn what_a_stop_leaves_out_counts() {
         let bounds = error_bounds(
             &grid,
             &formats,
-            &ExpBounds::by_formula(exp),
+            &VectorBounds::by_formula(exp),
             &camera,
             &options(terminate),
             STOP_BELOW,

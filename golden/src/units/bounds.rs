@@ -1,0 +1,58 @@
+//! What a vector unit's results may be off by.
+
+use potamoi_formats::config::{ExpConfig, ExpForm};
+
+use super::logistic::{Logistic, logistic_budget};
+use super::widths::budget;
+
+/// The most that results are off by, in units of the last place; infinite where no bound is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VectorBounds {
+    /// Of `exp(-u)`; where the largest code stands for 1, that counts.
+    pub exp: f64,
+    /// Of `1 - exp(-s)`, likewise; how s is brought to the constants' bits included where that is
+    /// known.
+    pub one_minus_exp: f64,
+    /// Of `1 / (1 + exp(-x))`, before a result of 1 is held below it.
+    pub sigmoid: f64,
+    /// Of `ln(1 + exp(x))`.
+    pub softplus: f64,
+}
+
+impl VectorBounds {
+    /// As [`budget`] and [`logistic_budget`] say.
+    #[must_use]
+    pub fn by_formula(config: &ExpConfig) -> Self {
+        let logistic = |of| match config.form {
+            ExpForm::Restoring => logistic_budget(of, config),
+            _ => f64::INFINITY,
+        };
+        Self {
+            sigmoid: logistic(Logistic::Sigmoid),
+            softplus: logistic(Logistic::Softplus),
+            ..Self::of_powers(budget(config), budget(config))
+        }
+    }
+
+    /// Of powers alone, from errors before a power of 1 is held below it.
+    #[must_use]
+    pub const fn of_powers(exp: f64, one_minus_exp: f64) -> Self {
+        Self {
+            exp: exp.max(1.0),
+            one_minus_exp: one_minus_exp.max(1.0),
+            sigmoid: f64::INFINITY,
+            softplus: f64::INFINITY,
+        }
+    }
+
+    /// The lesser of each.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self {
+            exp: self.exp.min(other.exp),
+            one_minus_exp: self.one_minus_exp.min(other.one_minus_exp),
+            sigmoid: self.sigmoid.min(other.sigmoid),
+            softplus: self.softplus.min(other.softplus),
+        }
+    }
+}
