@@ -238,3 +238,36 @@ fn of_field(field: &dyn Field) -> Facts {
         most_opaque: None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::splats::Profile;
+
+    /// What is not skipped takes light, however little above the limit it is.
+    #[test]
+    fn gaussians_that_are_drawn_take_light() {
+        let rules = &Profile::Inria.rules();
+        let depth = |opacity: f64| {
+            let n = 100;
+            let logit = (opacity / (1.0 - opacity)).ln() as f32;
+            let cloud = Cloud::new(
+                0,
+                vec![[0.0; 3]; n],
+                vec![[0.0; 3]; n],
+                vec![[1.0, 0.0, 0.0, 0.0]; n],
+                vec![logit; n],
+                vec![[0.0; 3]; n],
+            );
+            of_cloud(&cloud.unwrap(), rules).thickness.depth
+        };
+        for over in [1.0001f64, 1.005, 1.02, 2.0] {
+            let opacity = over * rules.alpha_min;
+            let expected = -100.0 * (-opacity).ln_1p();
+            let found = depth(opacity);
+            assert!((found / expected - 1.0).abs() < 1e-4, "{over}: {found}");
+        }
+        assert_eq!(depth(0.99 * rules.alpha_min), 0.0);
+    }
+}

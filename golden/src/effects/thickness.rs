@@ -44,6 +44,20 @@ impl Thickness {
 mod tests {
     use super::*;
 
+    /// A depth may be coded a hundredth thicker than it is: what is left of one that is just thin
+    /// enough counts as less.
+    #[test]
+    fn a_depth_counts_as_coarsely_as_it_may_be_coded() {
+        let of = |left: f64| Thickness {
+            depth: -left.ln(),
+            samples: 0.0,
+            stop: 1e-3,
+        };
+        // 2e-3 to the power of 1 / 1.01 is 2.127e-3.
+        assert!(of(2.12e-3).can_stop(0.0));
+        assert!(!of(2.13e-3).can_stop(0.0));
+    }
+
     /// From twice the limit on, what roundings take counted in, no ray stops; where nothing is
     /// known one may.
     #[test]

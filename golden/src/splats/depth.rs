@@ -84,6 +84,31 @@ mod tests {
     }
 
     proptest! {
+        /// What is in order is what sorting leaves as it is, ties by content included.
+        #[test]
+        fn in_order_is_what_sorting_leaves(
+            places in proptest::collection::vec((0u8..3, 0u8..3), 1..6),
+        ) {
+            let n = places.len();
+            let cloud = Cloud::new(
+                0,
+                places.iter().map(|(_, x)| [f32::from(*x), 0.0, 0.0]).collect(),
+                vec![[0.0; 3]; n],
+                vec![[0.0; 4]; n],
+                vec![0.0; n],
+                vec![[0.0; 3]; n],
+            )
+            .unwrap();
+            let depths: Vec<(f64, usize)> =
+                places.iter().map(|(z, _)| f64::from(*z) + 1.0).zip(0..).collect();
+            let key = |(z, i): &(f64, usize)| (*z as u8, places[*i].1);
+            let keys = |all: &[(f64, usize)]| all.iter().map(key).collect::<Vec<_>>();
+            let sorted = sort(&cloud, depths.clone());
+            prop_assert!(keys(&sorted).is_sorted());
+            prop_assert!(is_sorted(&cloud, &sorted));
+            prop_assert_eq!(is_sorted(&cloud, &depths), keys(&depths) == keys(&sorted));
+        }
+
         #[test]
         fn radix_is_a_stable_sort(
             depths in proptest::collection::vec(
