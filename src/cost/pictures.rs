@@ -11,6 +11,14 @@ use crate::charts::{Area, COLOURS, Drawn, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;
 
 const SIZE: (u32, u32) = (1240, 620);
+/// The default's place among the points.
+const DEFAULT: usize = 0;
+/// Around the default.
+const FRAME: ShapeStyle = ShapeStyle {
+    color: RGBAColor(200, 0, 0, 1.0),
+    filled: false,
+    stroke_width: 2,
+};
 
 /// A place of a point by one of its likenesses; none where pictures are equal or nothing is known.
 fn place(point: &Point, of: impl Fn(&Point) -> Option<Likeness>) -> Option<Place> {
@@ -99,7 +107,7 @@ fn panel(
     let mut names: Vec<&str> = vec![];
     for (i, _) in &seen {
         let knob = report.points[*i].knob.as_str();
-        if !names.contains(&knob) {
+        if *i != DEFAULT && !names.contains(&knob) {
             names.push(knob);
         }
     }
@@ -125,11 +133,17 @@ fn panel(
         };
         drawn.label(*name);
     }
-    let knee = report.knee.and_then(|knee| {
-        let found = seen.iter().find(|(i, _)| *i == knee);
+    let at = |wanted: usize| {
+        let found = seen.iter().find(|(i, _)| *i == wanted);
         found.map(|(_, place)| (place.cost, place.quality))
-    });
-    if let Some(at) = knee {
+    };
+    // Many settings lie where the default does: a frame around it is seen.
+    let square = |at| EmptyElement::at(at) + Rectangle::new([(-9, -9), (9, 9)], FRAME);
+    chart
+        .draw_series(at(DEFAULT).map(square))?
+        .label("default")
+        .legend(|(x, y)| Rectangle::new([(x, y - 6), (x + 12, y + 6)], FRAME));
+    if let Some(at) = report.knee.and_then(at) {
         chart
             .draw_series([Circle::new(at, 10, BLACK.stroke_width(2))])?
             .label("knee of the front")
