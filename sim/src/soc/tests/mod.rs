@@ -17,7 +17,7 @@ use super::work::{
 };
 use super::*;
 use crate::synth::fit::Fit;
-use crate::synth::{SynthReport, Synthesised};
+use crate::synth::{SynthReport, Synthesised, UnitKind};
 
 pub(in crate::soc) fn costs(program: Program) -> &'static Costs {
     static ALL: OnceLock<[Costs; 2]> = OnceLock::new();

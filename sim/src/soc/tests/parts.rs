@@ -46,6 +46,44 @@ fn weights_descriptors_and_the_interconnect_cost_what_they_move() {
     assert!(found.span_ns < whole.span_ns && whole.energy.dma_mj > 0.0);
 }
 
+/// A gathering unit of which no formula is, is known where its netlist is given; a given one counts
+/// before formulas.
+#[test]
+fn a_given_gathering_unit_counts_before_formulas() {
+    let reports = Synthesised::checked_in().unwrap();
+    let records = SynthReport::of_records().unwrap();
+    let own = &reports[0].report;
+    let of = |config: &Config, given| {
+        let fit = Fit::checked_in().unwrap();
+        Costs::new(config, Program::Fields, fit, given, &reports, &records, own)
+    };
+    let compact = Config::from_toml("rit.entry = \"compact\"", "test").unwrap();
+    let error = of(&compact, None).unwrap_err().to_string();
+    assert!(error.contains("potamoi synth"), "{error}");
+    let found = of(&compact, Some(own)).unwrap();
+    assert!(
+        found
+            .origin
+            .starts_with("gathering unit: netlists of this configuration, on lantern"),
+        "{}",
+        found.origin
+    );
+    let (given, fitted) = (
+        of(&Config::paper(), Some(own)).unwrap(),
+        of(&Config::paper(), None).unwrap(),
+    );
+    let done = some_work().total();
+    let pj = |costs: &Costs| costs.of(&done, true).unwrap().gathering_pj;
+    // Of the netlist that the formulas were fitted beside: near them, and not the same.
+    let off = pj(&given) / pj(&fitted) - 1.0;
+    assert!(off != 0.0 && off.abs() < 0.8, "{off}");
+    // Energy of the netlist's run: that of its cycles, at the system's node.
+    let scaled = own.scaled_unit(UnitKind::Gathering).unwrap();
+    let area = |costs: &Costs| costs.area_mm2;
+    let both = area(&given) - area(&fitted);
+    assert!(both.abs() < 0.2 * scaled.area_um2 * 1e-6, "{both}");
+}
+
 /// What is at rest, a multiplication's registers and idle watts are part of what a frame takes.
 #[test]
 fn what_waits_takes_energy_too() {
