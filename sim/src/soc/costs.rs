@@ -40,6 +40,15 @@ pub enum CostError {
     /// Nobody measured it.
     #[error("the parameters say nothing of the power of {0}: synthesise them with an activity")]
     Power(&'static str),
+    /// Parameters were given that say too little.
+    #[error(
+        "{source}\nthe parameters that were given lack the power of the gathering unit or the node of their \
+         library: synthesise them with both (potamoi synth --node NM, and power not left out)"
+    )]
+    Given {
+        /// Why they were needed.
+        source: SynthError,
+    },
     /// A memory is not among the parameters.
     #[error("no memory {0} in the parameters: synthesise them with CACTI (tools/setup memories)")]
     Memory(&'static str),
@@ -273,6 +282,7 @@ impl Costs {
         let flop_pj = fit.flop_pj(fit.family(&paper, UnitKind::Gathering)?);
         let reducer = array.modules.iter().find(|m| m.module == "reducer");
         let reducer = reducer.map_or(0.0, |m| m.with_glitches_pj / m.count.max(1) as f64);
+        let is_given = given.is_some();
         let given = given.and_then(|given| {
             let scene = &power_of(given, UnitKind::Gathering)?.activity.scene;
             Some((scene, Logic::measured(given, UnitKind::Gathering)?))
@@ -281,7 +291,11 @@ impl Costs {
         let (gathering_nw, gathering_um2, share) = match &given {
             Some((_, own)) => (own.leakage_nw, own.area_um2, 1.0),
             None => {
-                let own = fit.estimate(config, UnitKind::Gathering, most)?;
+                let own = fit.estimate(config, UnitKind::Gathering, most);
+                let own = own.map_err(|source| match is_given {
+                    true => CostError::Given { source },
+                    false => source.into(),
+                })?;
                 let share = own.with_glitches_pj / array.with_glitches_pj;
                 (own.leakage_nw, own.scaled(&factors).area_um2, share)
             }

@@ -60,6 +60,10 @@ fn a_given_gathering_unit_counts_before_formulas() {
     let compact = Config::from_toml("rit.entry = \"compact\"", "test").unwrap();
     let error = of(&compact, None).unwrap_err().to_string();
     assert!(error.contains("potamoi synth"), "{error}");
+    let mut without = own.clone();
+    without.library.node_nm = None;
+    let error = of(&compact, Some(&without)).unwrap_err().to_string();
+    assert!(error.contains("--node"), "{error}");
     let found = of(&compact, Some(own)).unwrap();
     assert!(
         found
