@@ -2,6 +2,7 @@
 //! takes of them.
 
 mod alone;
+mod blocks;
 mod compose;
 mod costs;
 pub mod dram;
@@ -11,6 +12,7 @@ mod figures;
 mod gathering;
 mod gpu;
 mod kernels;
+mod logic;
 mod memory;
 mod moves;
 pub mod npu;
