@@ -215,9 +215,13 @@ impl Without {
             .contains(&self.name)
         {
             return format!(
-                "without {} ({asked}): it is of the system, of which a frame's picture and its \
-                 units' cycles know nothing; potamoi model has its time and energy",
-                self.name
+                "without {} ({asked}): no pixel and no cycle of the units changes, as it is of the \
+                 system alone; what potamoi model says of it would be missing: {}",
+                self.name,
+                match self.name == Effect::RandomDram.name() {
+                    true => "random MB, and their part of gathering's time and of memory's energy",
+                    false => "the link's time and energy (--scenario remote)",
+                }
             );
         }
         let error = match self.psnr_db {

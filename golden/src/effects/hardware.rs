@@ -45,6 +45,19 @@ pub enum HardwareError {
     /// The scene cannot be rendered in the configuration.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The gathering unit cannot gather what the scene has.
+    #[error(
+        "{scene} has entries of {vertices} vertices, but the gathering unit is built for {built}; \
+         change gu.modes or gu.vertices"
+    )]
+    Vertices {
+        /// The scene.
+        scene: String,
+        /// Vertices of its entries that the unit lacks.
+        vertices: usize,
+        /// Those that it has.
+        built: String,
+    },
     /// What is left breaks a rule.
     #[error("without what {scene} does not use: {breaches}; leave --for-scene out")]
     Rules {
@@ -81,6 +94,14 @@ impl Hardware {
     /// A configuration in which the scene cannot be rendered.
     pub fn of(scene: &Scene, config: &Config) -> Result<Self, HardwareError> {
         let uses = Uses::of(scene, config)?;
+        let built = config.supported_vertices();
+        if let Some(lacking) = uses.vertices.iter().find(|v| !built.contains(v)) {
+            return Err(HardwareError::Vertices {
+                scene: scene.name().to_owned(),
+                vertices: lacking.count(),
+                built: list(&built),
+            });
+        }
         let mut own = Self::whole(config);
         own.gathers = !uses.vertices.is_empty();
         own.computes = !uses.operations.is_empty();
