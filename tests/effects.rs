@@ -277,20 +277,21 @@ fn names_that_are_none_are_refused() {
         );
     }
     // A unit that cannot gather what the scene has.
-    for (preset, scene, lacks) in [("parity", "garden", "1 vertices")] {
-        let arguments = [
-            "--config",
-            preset,
-            "emit",
-            "--out",
-            "o",
-            "--for-scene",
-            scene,
-        ];
-        let said = expect(folder.path(), 2, &arguments);
-        assert!(said.contains(lacks) && said.contains("gu.modes"), "{said}");
-        assert!(!folder.path().join("o").exists());
-    }
+    let arguments = [
+        "--config",
+        "parity",
+        "emit",
+        "--out",
+        "o",
+        "--for-scene",
+        "garden",
+    ];
+    let said = expect(folder.path(), 2, &arguments);
+    assert!(
+        said.contains("1 vertices") && said.contains("gu.modes"),
+        "{said}"
+    );
+    assert!(!folder.path().join("o").exists());
     // Of a path, and of units that floating point has none of.
     for (arguments, expected) in [
         (["model", "--without", "warping"].as_slice(), "--variants"),
