@@ -37,7 +37,7 @@ impl Change {
 }
 
 /// What programs reach of a machine's best is calibrated once, and taken to hold for both.
-const CHANGES: [Change; 18] = [
+const CHANGES: [Change; 19] = [
     Change::new("as it is", |_| {}),
     Change::new("fields' share of the best halved", |system| {
         both(system, |gpu| gpu.fields_efficiency /= 2.0);
@@ -93,6 +93,9 @@ const CHANGES: [Change; 18] = [
     }),
     Change::new("launching a kernel takes no time", |system| {
         both(system, |gpu| gpu.launch_us = 0.0);
+    }),
+    Change::new("one group of rays in flight instead of two", |system| {
+        system.groups_in_flight = 1;
     }),
     Change::new("twice the watts", |system| {
         system.gpu.watts *= 2.0;

@@ -194,6 +194,10 @@ impl System {
                 return refuse(field, value.to_string(), "a share: above 0, 1 at most");
             }
         }
+        if self.gpu.cache_bytes < 64 {
+            let value = self.gpu.cache_bytes.to_string();
+            return refuse("gpu.cache_bytes", value, "64 or more: a line");
+        }
         if self.dma_descriptor_bytes > 4096.0 {
             let value = self.dma_descriptor_bytes.to_string();
             return refuse("dma_descriptor_bytes", value, "4096 or less");

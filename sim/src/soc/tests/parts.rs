@@ -213,6 +213,7 @@ fn systems_that_cannot_be_are_refused_by_field() {
         ("dma_descriptor_bytes = 1e300", "dma_descriptor_bytes"),
         ("[gpu]\nfields_efficiency = 5.0", "gpu.fields_efficiency"),
         ("[gpu]\ncores = 0.0", "gpu.cores"),
+        ("[gpu]\ncache_bytes = 63", "gpu.cache_bytes"),
         ("[gpu]\nshaders = 1", "shaders"),
         ("array_rows = \"many\"", "array_rows"),
         ("[remote]\ncache_bytes = 1", "remote.cache_bytes"),
