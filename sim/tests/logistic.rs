@@ -57,13 +57,17 @@ fn every_sigmoid_and_softplus_of_the_unit() {
             println!("{knobs:?}: {of:?} at most {:.4} ulp", error.max_ulp);
             assert!(error.max_ulp <= limits[1 - i], "{knobs}: {of:?} {error:?}");
             assert!(error.monotone, "{knobs}: {of:?}");
-            let bound = error_bound(&config, code).unwrap().unwrap().ulp;
             let formula = logistic_budget(of, &config.vu.exp);
-            println!("{of:?}: netlist {bound:.3}, formula {formula:.3}");
-            assert!(
-                error.max_ulp <= bound && bound <= formula,
-                "{knobs}: {of:?} {bound} {formula}"
-            );
+            assert!(error.max_ulp <= formula, "{knobs}: {of:?} {formula}");
+            // Of what fits a clock whole the analysis of the netlist takes minutes.
+            if config.vu.exp.iterations_per_clock < config.vu.exp.iterations {
+                let bound = error_bound(&config, code).unwrap().unwrap().ulp;
+                println!("{of:?}: netlist {bound:.3}, formula {formula:.3}");
+                assert!(
+                    error.max_ulp <= bound && bound <= formula,
+                    "{knobs}: {of:?} {bound} {formula}"
+                );
+            }
 
             let vectors = codes.len().div_ceil(8) as u64;
             let (first, last) = (run.vectors[0].0, run.vectors[run.vectors.len() - 1].0);
