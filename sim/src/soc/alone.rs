@@ -35,7 +35,7 @@ pub fn alone(
     memory: &Memory,
     work: &FrameWork,
 ) -> AloneTime {
-    let ns = |(program, kernel): (Program, Kernel)| {
+    let ns = |reached: f64, kernel: Kernel| {
         let bytes = match gpu.memory_gb_s {
             Some(_) => 0.0,
             None => {
@@ -44,12 +44,17 @@ pub fn alone(
                     + kernel.random_bytes * memory.random(kernel.run_bytes).ns
             }
         };
-        gpu.ns(&kernel, gpu.reached_by(program)).max(bytes) + gpu.launch_ns()
+        gpu.ns(&kernel, reached).max(bytes) + gpu.launch_ns()
     };
-    let gathered = instructions.gathering(work).times(gpu.gathering_factor);
+    let gathers = gpu.reached_gathering_by(Program::that_gathers(work));
     AloneTime {
-        indexing_ns: ns((Program::of(work), instructions.indexing(work))),
-        gathering_ns: ns((Program::that_gathers(work), gathered)),
-        computation_ns: instructions.computation(work).map(ns).sum(),
+        indexing_ns: ns(
+            gpu.reached_by(Program::of(work)),
+            instructions.indexing(work),
+        ),
+        gathering_ns: ns(gathers, instructions.gathering(work)),
+        computation_ns: (instructions.computation(work))
+            .map(|(program, kernel)| ns(gpu.reached_by(program), kernel))
+            .sum(),
     }
 }

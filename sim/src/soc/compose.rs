@@ -198,14 +198,13 @@ impl<'a> Composer<'a> {
         self.spent.on_chip += own;
         self.spent.done += total;
         let reached = self.system.gpu.reached_by(Program::of(work));
-        let gathers = self.system.gpu.reached_by(Program::that_gathers(work));
+        let gathers = (self.system.gpu).reached_gathering_by(Program::that_gathers(work));
         let instructions = &self.system.instructions;
         let indexing = instructions.indexing(work);
         let known = Known::of(self.replay, work);
-        let slower = self.system.gpu.gathering_factor;
         let gathered = match gathering {
-            Gathering::PixelOrder => instructions.gathering(work).times(slower),
-            Gathering::Streamed => instructions.streamed_gathering(work).times(slower),
+            Gathering::PixelOrder => instructions.gathering(work),
+            Gathering::Streamed => instructions.streamed_gathering(work),
             Gathering::Unit => Kernel::default(),
         };
         let table = |batch: &Batch| match gathering {

@@ -96,6 +96,12 @@ impl Gpu {
         }
     }
 
+    /// The same of one that gathers.
+    #[must_use]
+    pub const fn reached_gathering_by(&self, program: Program) -> f64 {
+        self.reached_by(program) / self.gathering_factor
+    }
+
     /// Nanoseconds of a kernel by itself at such a share of the best; memory that is shared with
     /// others is not in it.
     #[must_use]

@@ -86,10 +86,13 @@ impl Kernel {
     #[must_use]
     pub fn part(self, share: f64) -> Self {
         Self {
+            instructions: self.instructions * share,
+            cache_bytes: self.cache_bytes * share,
+            shared_bytes: self.shared_bytes * share,
             read_bytes: self.read_bytes * share,
             written_bytes: self.written_bytes * share,
             random_bytes: self.random_bytes * share,
-            ..self.times(share)
+            run_bytes: self.run_bytes,
         }
     }
 
@@ -106,17 +109,6 @@ impl Kernel {
     #[must_use]
     pub const fn memory_bytes(&self) -> f64 {
         self.read_bytes + self.written_bytes + self.random_bytes
-    }
-
-    /// As if it took so many times the work, with the same bytes of memory.
-    #[must_use]
-    pub fn times(self, factor: f64) -> Self {
-        Self {
-            instructions: self.instructions * factor,
-            cache_bytes: self.cache_bytes * factor,
-            shared_bytes: self.shared_bytes * factor,
-            ..self
-        }
     }
 }
 

@@ -203,21 +203,23 @@ impl System {
             return refuse("dma_descriptor_bytes", value, "4096 or less");
         }
         let fixed = Gpu::RTX_2080_TI;
-        if self.remote.cache_bytes != fixed.cache_bytes {
-            let value = self.remote.cache_bytes.to_string();
-            return refuse(
+        for (field, value, fixed, expected) in [
+            (
                 "remote.cache_bytes",
-                value,
+                f64::from(self.remote.cache_bytes),
+                f64::from(fixed.cache_bytes),
                 "the default's: misses are counted in the device's cache (gpu.cache_bytes), for both",
-            );
-        }
-        if self.remote.pictures_efficiency != fixed.pictures_efficiency {
-            let value = self.remote.pictures_efficiency.to_string();
-            return refuse(
+            ),
+            (
                 "remote.pictures_efficiency",
-                value,
+                self.remote.pictures_efficiency,
+                fixed.pictures_efficiency,
                 "the default's: nothing is warped or scaled there",
-            );
+            ),
+        ] {
+            if value != fixed {
+                return refuse(field, value.to_string(), expected);
+            }
         }
         for (field, value) in self.instructions.named() {
             if !(value.is_finite() && value >= 0.0) {

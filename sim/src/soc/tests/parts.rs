@@ -178,6 +178,21 @@ fn colours_of_a_field_are_gathered_as_fields_are() {
     assert!(near(own_ns(0.1), 2.0 * own_ns(0.2)));
 }
 
+/// A GPU that gathers more slowly does the same, in that many times the time.
+#[test]
+fn gathering_more_slowly_is_no_more_work() {
+    let work = some_work();
+    let run = |factor| {
+        let mut system = System::default();
+        system.gpu.gathering_factor = factor;
+        frame(&system, &work, Gathering::PixelOrder)
+    };
+    let (once, slow) = (run(1.0), run(50.0));
+    assert_eq!(once.spent.gpu, slow.spent.gpu);
+    let own = |run: &Run| run.stages["gathering"].own_ns - 1e4;
+    assert!(near(own(&slow), 50.0 * own(&once)));
+}
+
 /// What is calibrated to the paper's millisecond for a million points takes it.
 #[test]
 fn a_million_points_are_warped_in_a_millisecond() {
