@@ -87,6 +87,12 @@ impl OpCode {
         format!("[{}]", names.join(", "))
     }
 
+    /// Whether it takes both operands.
+    #[must_use]
+    pub const fn takes_both(self) -> bool {
+        matches!(self, Self::Add | Self::Multiply | Self::SquareSum)
+    }
+
     /// Whether the shift-register engine computes it.
     #[must_use]
     pub const fn is_exponential(self) -> bool {

@@ -97,7 +97,7 @@ impl Side {
         let (model, work) = (setup.model(), setup.frame()?);
         let frame = model.frame(&work, Gathering::Unit)?;
         let done = work.total();
-        let spent = model.costs.of(&done, true)?;
+        let spent = model.costs.of(&done, true, setup.system.array().units())?;
         let merged = setup.scene.cells().merge;
         let tree = setup.octree();
         let mvoxels: &[usize] = match &tree {
@@ -108,7 +108,7 @@ impl Side {
         let points: usize = mvoxels.iter().sum();
         let columns = setup.system.array_columns as usize;
         let moved = frame.stages.get("gathering").copied().unwrap_or_default();
-        let held = u64::from(setup.system.array_rows) * u64::from(setup.system.array_columns);
+        let held = setup.system.array().units();
         Ok(Self {
             merged,
             mvoxels: mvoxels.len(),

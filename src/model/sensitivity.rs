@@ -1,4 +1,4 @@
-//! What comes out if what is calibrated or assumed of the GPUs were otherwise, and without a GPU.
+//! What comes out if what is calibrated or assumed were otherwise, and without a GPU.
 
 use potamoi_sim::soc::{Gpu, Model, Scenario, System, Variant};
 use serde::Serialize;
@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::say::say;
 use crate::tables;
 
-/// One thing about the GPUs, changed.
+/// One thing, changed.
 struct Change {
     name: &'static str,
     make: fn(&mut System),
@@ -37,7 +37,7 @@ impl Change {
 }
 
 /// What programs reach of a machine's best is calibrated once, and taken to hold for both.
-const CHANGES: [Change; 19] = [
+const CHANGES: [Change; 21] = [
     Change::new("as it is", |_| {}),
     Change::new("fields' share of the best halved", |system| {
         both(system, |gpu| gpu.fields_efficiency /= 2.0);
@@ -96,6 +96,12 @@ const CHANGES: [Change; 19] = [
     }),
     Change::new("one group of rays in flight instead of two", |system| {
         system.groups_in_flight = 1;
+    }),
+    Change::new("16 banks of the feature buffer instead of 48", |system| {
+        (system.feature_banks, system.feature_block_banks) = (16, 16);
+    }),
+    Change::new("a block in one bank of it", |system| {
+        system.feature_block_banks = 1;
     }),
     Change::new("twice the watts", |system| {
         system.gpu.watts *= 2.0;

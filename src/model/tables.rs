@@ -72,7 +72,13 @@ fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
     ];
     let used = |of: &Resource| outcomes.iter().any(|o| o.run.utilisation.contains_key(of));
     let parts: Vec<_> = parts.into_iter().filter(|(of, _)| used(of)).collect();
-    let mut header = vec!["at work", "memory", "interconnect"];
+    let mut header = vec![
+        "at work",
+        "memory",
+        "interconnect",
+        "feature buffer",
+        "weight buffer",
+    ];
     header.extend(parts.iter().map(|(_, name)| *name));
     let mut table = tables::plain(&header);
     for o in outcomes {
@@ -81,6 +87,8 @@ fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
             o.variant.name.to_owned(),
             share(o.run.memory_utilisation),
             share(o.run.interconnect_utilisation),
+            share(o.run.feature_buffer_utilisation),
+            share(o.run.weight_buffer_utilisation),
         ];
         row.extend(parts.iter().map(|(of, _)| {
             let own = o.run.utilisation.get(of);

@@ -1,11 +1,14 @@
 //! Jobs as a Chrome trace.
 
+use std::collections::BTreeSet;
+
 use potamoi_sim::soc::Timeline;
+use potamoi_sim::soc::engine::Shared;
 use serde_json::{Value, json};
 
 /// Trace Event Format ("Trace Event Format", the Chromium project): a track a resource, each job
-/// a complete event; what it waited for is among its arguments. Of memory and the interconnect, which
-/// jobs share, counters say how many move bytes. Times are microseconds.
+/// a complete event; what it waited for is among its arguments. Of what jobs share, memory, the
+/// interconnect and the ports of buffers, counters say how many move bytes. Times are microseconds.
 pub(super) fn chrome_trace(timeline: &Timeline) -> Value {
     let mut events = vec![json!({
         "ph": "M", "name": "process_name", "pid": 1, "args": {"name": "potamoi model"},
@@ -33,27 +36,42 @@ pub(super) fn chrome_trace(timeline: &Timeline) -> Value {
                 "waited_for_resource_ns": at.begin_ns - at.ready_ns,
                 "waited_for_memory_ns": at.end_ns - at.own_done_ns,
                 "own_ns": job.own_ns,
-                "memory_alone_ns": job.memory_ns,
+                "memory_alone_ns": job.alone_ns(Shared::Memory),
             },
         }));
     }
-    for (of, name) in ["memory", "interconnect"].into_iter().enumerate() {
+    let shares = timeline.iter().flat_map(|(job, _)| &job.shares);
+    let shared: BTreeSet<Shared> = shares.map(|share| share.of).collect();
+    for of in shared {
         for (us, moving) in moving(timeline, of) {
             events.push(json!({
-                "ph": "C", "name": name, "pid": 1, "ts": us, "args": {"jobs that move bytes": moving},
+                "ph": "C", "name": name(of), "pid": 1, "ts": us, "args": {"jobs that move bytes": moving},
             }));
         }
     }
     json!({"displayTimeUnit": "ns", "traceEvents": events})
 }
 
-/// When the jobs that move bytes through memory, or through the interconnect, become more or fewer,
-/// and how many they are then.
-fn moving(timeline: &Timeline, of: usize) -> Vec<(f64, i64)> {
-    let mut changes: Vec<(f64, i64)> = timeline
-        .iter()
-        .filter(|(_, at)| at.through_ns[of] > at.begin_ns)
-        .flat_map(|(_, at)| [(at.begin_ns, 1), (at.through_ns[of], -1)])
+fn name(of: Shared) -> String {
+    match of {
+        Shared::Memory => "memory".to_owned(),
+        Shared::Interconnect => "interconnect".to_owned(),
+        Shared::Features(group) => format!("feature buffer, group {group}"),
+        Shared::Weights => "weight buffer".to_owned(),
+    }
+}
+
+/// When the jobs that move bytes through something shared become more or fewer, and how many they are
+/// then.
+fn moving(timeline: &Timeline, of: Shared) -> Vec<(f64, i64)> {
+    let through = timeline.iter().flat_map(|(job, at)| {
+        let own = job.shares.iter().zip(&at.through_ns);
+        own.filter(|(share, _)| share.of == of)
+            .map(|(_, through)| (at.begin_ns, *through))
+    });
+    let mut changes: Vec<(f64, i64)> = through
+        .filter(|(begin, through)| through > begin)
+        .flat_map(|(begin, through)| [(begin, 1), (through, -1)])
         .collect();
     changes.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut levels: Vec<(f64, i64)> = vec![];

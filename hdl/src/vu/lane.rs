@@ -156,11 +156,7 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let orders = Orders::declare(m, kinds);
     let a = m.input("a", Ty::s(32), "");
     let b = m.input("b", Ty::s(32), "");
-    let reads_b = config
-        .vu
-        .ops
-        .iter()
-        .any(|o| matches!(o, OpCode::Add | OpCode::Multiply | OpCode::SquareSum));
+    let reads_b = config.vu.ops.iter().any(|o| o.takes_both());
     if !reads_b {
         m.unused(b, "No operation that is built takes a second operand.");
     }

@@ -5,8 +5,9 @@ use serde::Serialize;
 
 use super::alone::alone;
 use super::blocks::{Block, blocks};
+use super::buffers::Buffered;
 use super::costs::{CostError, Costs, OnChip};
-use super::engine::{Job, JobId, Resource};
+use super::engine::{Job, JobId, Resource, Share, Shared};
 use super::kernels::{Kernel, PIXEL, Program};
 use super::memory::Memory;
 use super::moves::{Known, Moves, unit_moves};
@@ -39,6 +40,10 @@ pub struct Spent {
     pub descriptor_pj: f64,
     /// Bytes over the interconnect: all of these, in whole bursts.
     pub interconnect_bytes: f64,
+    /// Bytes that the global feature buffer reads and writes.
+    pub feature_buffer_bytes: f64,
+    /// Bytes that the weight buffer does.
+    pub weight_buffer_bytes: f64,
     /// Bytes over the link.
     pub link_bytes: f64,
     /// Energy on chip.
@@ -71,6 +76,8 @@ pub(super) struct Composer<'a> {
     replay: Option<&'a PathReplay>,
     /// Bytes of the model's weights, and whether the weight buffer holds them.
     weights: (f64, bool),
+    /// Blocks of the feature buffer so far.
+    blocks: u64,
     /// Jobs so far.
     pub jobs: Vec<Job>,
     /// What they move and spend.
@@ -102,6 +109,7 @@ impl<'a> Composer<'a> {
             clock_ghz,
             replay,
             weights: (weight_bytes as f64, false),
+            blocks: 0,
             jobs: vec![],
             spent: Spent::default(),
         }
@@ -111,7 +119,19 @@ impl<'a> Composer<'a> {
         self.system
     }
 
+    /// A job that leaves the buffers on chip alone.
     fn push(&mut self, turn: Turn, resource: Resource, own_ns: f64, moves: Moves) -> JobId {
+        self.buffered(turn, resource, own_ns, moves, Buffered::default())
+    }
+
+    fn buffered(
+        &mut self,
+        turn: Turn,
+        resource: Resource,
+        own_ns: f64,
+        moves: Moves,
+        buffered: Buffered,
+    ) -> JobId {
         // The next descriptor is read while the bytes of the one before are moved.
         let descriptors = Moves {
             random: moves.transfers as f64 * self.system.dma_descriptor_bytes,
@@ -128,12 +148,22 @@ impl<'a> Composer<'a> {
         self.spent.streamed_bytes += moves.read;
         self.spent.written_bytes += moves.written;
         self.spent.random_bytes += moves.random;
+        self.spent.feature_buffer_bytes += buffered.features;
+        self.spent.weight_buffer_bytes += buffered.weights;
+        let memory_ns = moves.ns(self.memory) + descriptors.ns(self.memory);
+        let wires = self.system.interconnect_bytes_a_clock * self.clock_ghz;
+        let moved = [
+            (Shared::Memory, memory_ns),
+            (Shared::Interconnect, wired / wires),
+        ];
+        let moved = moved.map(|(of, ns)| Share { of, ns });
+        let moved = moved.into_iter().filter(|share| share.ns > 0.0);
+        let on_chip = buffered.shares(self.system, self.clock_ghz);
         self.jobs.push(Job {
             stage: turn.stage,
             resource,
             own_ns,
-            memory_ns: moves.ns(self.memory) + descriptors.ns(self.memory),
-            interconnect_ns: wired / (self.system.interconnect_bytes_a_clock * self.clock_ghz),
+            shares: moved.chain(on_chip).collect(),
             after: turn.after,
             rank: turn.rank,
         });
@@ -194,7 +224,11 @@ impl<'a> Composer<'a> {
         rank: u64,
     ) -> Result<JobId, CostError> {
         let total = work.total();
-        let own = self.costs.of(&total, gathering == Gathering::Unit)?;
+        let own = self.costs.of(
+            &total,
+            gathering == Gathering::Unit,
+            self.system.array().units(),
+        )?;
         self.spent.on_chip += own;
         self.spent.done += total;
         let reached = self.system.gpu.reached_by(Program::of(work));
@@ -245,6 +279,8 @@ impl<'a> Composer<'a> {
                 }
             });
             let features = step.feature_bytes as f64;
+            let block = self.blocks;
+            self.blocks += 1;
             let gather = match gathering {
                 Gathering::PixelOrder | Gathering::Streamed => {
                     let own_part = gathered.part(part).writing(features);
@@ -255,7 +291,8 @@ impl<'a> Composer<'a> {
                     let moves = unit_moves(work, step, part, &known);
                     let ns = self.cycles(step.gather_cycles);
                     let unit = Resource::GatheringUnit;
-                    self.push(turn("gathering", own), unit, ns, moves)
+                    let written = Buffered::gathered(block, step);
+                    self.buffered(turn("gathering", own), unit, ns, moves, written)
                 }
             };
             let mut moves = match gathering {
@@ -267,11 +304,13 @@ impl<'a> Composer<'a> {
                 },
                 Gathering::Unit => Moves::default(),
             };
+            let mut buffered = Buffered::computed(block, step, gathering);
             if step.products > 0 {
-                self.load_weights(&mut moves);
+                buffered = buffered.loading(self.load_weights(&mut moves));
             }
             let ns = self.cycles(step.array_cycles);
-            let compute = self.push(turn("computation", vec![gather]), Resource::Npu, ns, moves);
+            let turn_of = turn("computation", vec![gather]);
+            let compute = self.buffered(turn_of, Resource::Npu, ns, moves, buffered);
             computes.push(compute);
             let shown = Moves {
                 written: part * work.pixels as f64 * PIXEL,
@@ -280,7 +319,9 @@ impl<'a> Composer<'a> {
             };
             let ns = self.cycles(step.vector_cycles);
             let unit = Resource::VectorUnit;
-            let shown = self.push(turn("compositing", vec![compute]), unit, ns, shown);
+            let turn_of = turn("compositing", vec![compute]);
+            let buffered = Buffered::composited(block, step);
+            let shown = self.buffered(turn_of, unit, ns, shown, buffered);
             match last.get_mut(*group) {
                 Some(last) => *last = shown,
                 None => last.push(shown),
@@ -290,17 +331,19 @@ impl<'a> Composer<'a> {
         Ok(last.last().copied().or(sorted).unwrap_or_default())
     }
 
-    /// Weights that the weight buffer does not hold yet; those that it cannot hold are loaded again.
-    fn load_weights(&mut self, moves: &mut Moves) {
+    /// Weights that the weight buffer does not hold yet; those that it cannot hold are loaded again. Their
+    /// bytes.
+    fn load_weights(&mut self, moves: &mut Moves) -> f64 {
         let (bytes, held) = self.weights;
         if held || bytes <= 0.0 {
-            return;
+            return 0.0;
         }
         self.weights.1 = bytes <= self.system.weight_buffer_bytes as f64;
         moves.read += bytes;
         moves.transfers += 1;
         self.spent.weight_bytes += bytes;
         self.spent.on_chip.buffers_pj += self.costs.loaded_weights(bytes);
+        bytes
     }
 
     /// Warps so many pixels of a reference.

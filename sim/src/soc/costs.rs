@@ -10,15 +10,15 @@ use thiserror::Error;
 use super::kernels::Program;
 use super::logic::{Logic, NODE_NM, UnitEnergy, power_of, reached_ghz};
 use super::work::Batch;
-use crate::synth::fit::{Fit, Work};
+use crate::synth::fit::{EstimatedModule, Fit, Work};
 use crate::synth::scaling;
 use crate::synth::{SynthError, SynthReport, Synthesised, UnitKind};
 
 /// Registers of a MAC unit beyond the reducer's own: two inputs of 16 bits (paper, ibid.).
 const MAC_REGISTERS: f64 = 32.0;
 /// Bytes of a word of the global feature buffer, and weights of one of the weight buffer.
-const FEATURE_WORD: f64 = 16.0;
-const WEIGHT_WORD: f64 = 48.0;
+pub(super) const FEATURE_WORD: f64 = 16.0;
+pub(super) const WEIGHT_WORD: f64 = 48.0;
 /// Bytes of a word of a bank of the RIT buffer.
 const RIT_WORD: f64 = 2.0;
 
@@ -62,6 +62,17 @@ pub struct Port {
     pub write_pj: f64,
 }
 
+/// A unit of the MAC array.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MacEnergy {
+    /// Picojoules of a cycle of a product without a multiplication: its clock.
+    pub rest_pj: f64,
+    /// Picojoules of a multiplication and addition beyond that.
+    pub work_pj: f64,
+    /// Its leakage in milliwatts, without its registers'.
+    pub leakage_mw: f64,
+}
+
 /// What the gathering unit's energy follows from.
 #[derive(Debug)]
 enum Gatherer {
@@ -80,8 +91,8 @@ pub struct Costs {
     vector: UnitEnergy,
     /// From the grid's node to 12 nm.
     logic: f64,
-    /// A multiplication and addition in the array.
-    pub mac_pj: f64,
+    /// A unit of the MAC array, whose clock stands still between products.
+    pub mac: MacEnergy,
     /// A bank of the MFT.
     pub mft: Port,
     /// A bank of the RIT buffer.
@@ -162,7 +173,14 @@ impl Costs {
         let array = fit.estimate(&paper, UnitKind::Gathering, most)?;
         let flop_pj = fit.flop_pj(fit.family(&paper, UnitKind::Gathering)?);
         let reducer = array.modules.iter().find(|m| m.module == "reducer");
-        let reducer = reducer.map_or(0.0, |m| m.with_glitches_pj / m.count.max(1) as f64);
+        let reducer = |of: fn(&EstimatedModule) -> f64| {
+            reducer.map_or(0.0, |m| of(m) / m.count.max(1) as f64)
+        };
+        let mac = MacEnergy {
+            rest_pj: (reducer(|m| m.clock_pj) + MAC_REGISTERS * flop_pj) * logic,
+            work_pj: reducer(|m| m.with_glitches_pj - m.clock_pj) * logic,
+            leakage_mw: reducer(|m| m.leakage_nw) * 1e-6,
+        };
         let is_given = given.is_some();
         let given = given.and_then(|given| {
             let scene = &power_of(given, UnitKind::Gathering)?.activity.scene;
@@ -241,7 +259,7 @@ impl Costs {
             vector: vector.energy,
             config: config.clone(),
             logic,
-            mac_pj: (reducer + MAC_REGISTERS * flop_pj) * logic,
+            mac,
             mft,
             rit,
             features,
@@ -251,11 +269,17 @@ impl Costs {
         })
     }
 
-    /// Energy of what was done; `uses_gathering_unit` says whether the gathers were its.
+    /// Energy of what was done beside an array of so many units; `uses_gathering_unit` says whether
+    /// the gathers were its.
     ///
     /// # Errors
     /// A configuration that the model is not of.
-    pub fn of(&self, done: &Batch, uses_gathering_unit: bool) -> Result<OnChip, CostError> {
+    pub fn of(
+        &self,
+        done: &Batch,
+        uses_gathering_unit: bool,
+        array_units: u64,
+    ) -> Result<OnChip, CostError> {
         let mut all = OnChip::default();
         if uses_gathering_unit && done.gather_cycles > 0 {
             all.gathering_pj = match &self.gatherer {
@@ -273,10 +297,13 @@ impl Costs {
                 + rit_words * (self.rit.read_pj + self.rit.write_pj);
         }
         all.vector_pj = self.vector.of(done.vector_cycles, done.vector_busy);
-        all.array_pj = done.macs as f64 * self.mac_pj;
+        let clocked = (done.array_cycles * array_units) as f64;
+        all.array_pj = self.mac.rest_pj * clocked + self.mac.work_pj * done.macs as f64;
         // Whoever gathers, features are written to the buffer that the array reads.
-        let written = done.feature_bytes + done.output_bytes;
-        all.buffers_pj += done.input_bytes as f64 / FEATURE_WORD * self.features.read_pj
+        let read = done.input_bytes + done.partial_bytes + done.operand_bytes;
+        let written =
+            done.feature_bytes + done.output_bytes + done.partial_bytes + done.result_bytes;
+        all.buffers_pj += read as f64 / FEATURE_WORD * self.features.read_pj
             + written as f64 / FEATURE_WORD * self.features.write_pj
             + done.weight_bytes as f64 / WEIGHT_WORD * self.weights.read_pj;
         Ok(all)

@@ -1,9 +1,9 @@
 //! Jobs on resources: what runs when, and what it waits for.
 //!
-//! A resource does one job at a time. Memory and the interconnect are shared: jobs that move bytes at
-//! the same time each get an equal part of both, and a job ends when its own work is done and its
-//! bytes are through both.
-//! Buffers are dependencies: what fills a buffer comes after what emptied it.
+//! A resource does one job at a time. Memory, the interconnect and the ports of buffers are shared:
+//! jobs that move bytes through one of them at the same time each get an equal part of it, and a job
+//! ends when its own work is done and its bytes are through all of them.
+//! Room in buffers is a dependency: what fills a buffer comes after what emptied it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -31,6 +31,29 @@ pub enum Resource {
     Remote,
 }
 
+/// Something whose bytes a clock are shared by the jobs that move some.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shared {
+    /// Memory.
+    Memory,
+    /// Between memory, GPU and accelerator.
+    Interconnect,
+    /// Ports of a group of banks of the global feature buffer, by its number.
+    Features(u32),
+    /// The weight buffer's port.
+    Weights,
+}
+
+/// What a job needs of something shared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share {
+    /// Of what.
+    pub of: Shared,
+    /// Nanoseconds that its bytes need, were they alone.
+    pub ns: f64,
+}
+
 /// Work for a resource.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
@@ -40,10 +63,8 @@ pub struct Job {
     pub resource: Resource,
     /// Nanoseconds that it takes by itself.
     pub own_ns: f64,
-    /// Nanoseconds that memory needs for its bytes, were they alone.
-    pub memory_ns: f64,
-    /// Nanoseconds that the interconnect needs for them, were they alone.
-    pub interconnect_ns: f64,
+    /// What it needs of what is shared, each once.
+    pub shares: Vec<Share>,
     /// Jobs that have to end before: of smaller places.
     pub after: Vec<JobId>,
     /// Of jobs that are ready for the same resource, that with the smallest number begins,
@@ -51,8 +72,17 @@ pub struct Job {
     pub rank: u64,
 }
 
+impl Job {
+    /// Nanoseconds that its bytes need of something shared, were they alone.
+    #[must_use]
+    pub fn alone_ns(&self, of: Shared) -> f64 {
+        let own = self.shares.iter().filter(|share| share.of == of);
+        own.map(|share| share.ns).sum()
+    }
+}
+
 /// When a job was what.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Times {
     /// The last of what it comes after ended.
     pub ready_ns: f64,
@@ -60,8 +90,8 @@ pub struct Times {
     pub begin_ns: f64,
     /// Its own work was done.
     pub own_done_ns: f64,
-    /// Its bytes were through memory, and through the interconnect; 0 where it has none.
-    pub through_ns: [f64; 2],
+    /// Its bytes were through what it shares, in the order of its shares; 0 where it has none.
+    pub through_ns: Vec<f64>,
     /// It ended.
     pub end_ns: f64,
 }
@@ -98,13 +128,36 @@ pub enum EngineError {
 struct Running {
     job: JobId,
     own_ns: f64,
-    /// Of memory and of the interconnect, were the job alone.
-    shared_ns: [f64; 2],
+    /// What is left of each share, were the job alone.
+    shares: Vec<Share>,
 }
 
 impl Running {
     fn is_over(&self) -> bool {
-        self.own_ns <= 0.0 && self.shared_ns.iter().all(|ns| *ns <= 0.0)
+        self.own_ns <= 0.0 && self.shares.iter().all(|share| share.ns <= 0.0)
+    }
+}
+
+/// Jobs that move bytes, by what they move them through.
+struct Moving(Vec<(Shared, f64)>);
+
+impl Moving {
+    fn of(running: &BTreeMap<Resource, Running>) -> Self {
+        let mut all: Vec<(Shared, f64)> = vec![];
+        let shares = running.values().flat_map(|own| &own.shares);
+        for share in shares.filter(|share| share.ns > 0.0) {
+            match all.iter_mut().find(|(of, _)| *of == share.of) {
+                Some((_, jobs)) => *jobs += 1.0,
+                None => all.push((share.of, 1.0)),
+            }
+        }
+        Self(all)
+    }
+
+    /// How many.
+    fn through(&self, of: Shared) -> f64 {
+        let own = self.0.iter().find(|own| own.0 == of);
+        own.map_or(1.0, |(_, jobs)| *jobs)
     }
 }
 
@@ -139,10 +192,11 @@ pub fn run(jobs: &[Job]) -> Result<Vec<Times>, EngineError> {
             if let Some((_, id)) = queue.pop_first() {
                 let job = &jobs[id];
                 times[id].begin_ns = now;
+                times[id].through_ns = vec![0.0; job.shares.len()];
                 let begun = Running {
                     job: id,
                     own_ns: job.own_ns,
-                    shared_ns: [job.memory_ns, job.interconnect_ns],
+                    shares: job.shares.clone(),
                 };
                 running.insert(*resource, begun);
             }
@@ -178,13 +232,10 @@ pub fn run(jobs: &[Job]) -> Result<Vec<Times>, EngineError> {
 
 /// Goes on to the next time at which something is done; the nanoseconds until then.
 fn advance(running: &mut BTreeMap<Resource, Running>, now: f64, times: &mut [Times]) -> f64 {
-    let sharing = [0, 1].map(|of| {
-        let moving = running.values().filter(|own| own.shared_ns[of] > 0.0);
-        moving.count() as f64
-    });
+    let moving = Moving::of(running);
     let next = |own: &Running| {
-        let [memory, interconnect] = [0, 1].map(|of| own.shared_ns[of] * sharing[of]);
-        let left = [own.own_ns, memory, interconnect].into_iter();
+        let shared = own.shares.iter().map(|s| s.ns * moving.through(s.of));
+        let left = std::iter::once(own.own_ns).chain(shared);
         let first = left.filter(|ns| *ns > 0.0).fold(f64::INFINITY, f64::min);
         if first.is_finite() { first } else { 0.0 }
     };
@@ -204,12 +255,13 @@ fn advance(running: &mut BTreeMap<Resource, Running>, now: f64, times: &mut [Tim
             times[own.job].own_done_ns = times[own.job].begin_ns;
         }
         let through = &mut times[own.job].through_ns;
-        for ((left, sharing), through) in own.shared_ns.iter_mut().zip(sharing).zip(through) {
-            let done = *left * sharing <= step;
-            if done && *left > 0.0 {
+        for (share, through) in own.shares.iter_mut().zip(through) {
+            let sharing = moving.through(share.of);
+            let done = share.ns * sharing <= step;
+            if done && share.ns > 0.0 {
                 *through = now + step;
             }
-            *left = if done { 0.0 } else { *left - step / sharing };
+            share.ns = if done { 0.0 } else { share.ns - step / sharing };
         }
     }
     step
@@ -225,11 +277,8 @@ fn check(jobs: &[Job]) -> Result<(), EngineError> {
                 after,
             });
         }
-        for (field, value) in [
-            ("own_ns", job.own_ns),
-            ("memory_ns", job.memory_ns),
-            ("interconnect_ns", job.interconnect_ns),
-        ] {
+        let shares = job.shares.iter().map(|share| ("a share", share.ns));
+        for (field, value) in shares.chain([("own_ns", job.own_ns)]) {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(EngineError::Time {
                     job: id,
@@ -244,192 +293,4 @@ fn check(jobs: &[Job]) -> Result<(), EngineError> {
 }
 
 #[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-    use proptest::prelude::*;
-
-    fn job(resource: Resource, own_ns: f64, memory_ns: f64, after: &[JobId]) -> Job {
-        Job {
-            stage: "test",
-            resource,
-            own_ns,
-            memory_ns,
-            interconnect_ns: 0.0,
-            after: after.to_vec(),
-            rank: 0,
-        }
-    }
-
-    fn end(jobs: &[Job]) -> f64 {
-        let times = run(jobs).unwrap();
-        times.iter().map(|t| t.end_ns).fold(0.0, f64::max)
-    }
-
-    #[test]
-    fn a_resource_does_one_job_at_a_time_and_others_go_on() {
-        use Resource::{Gpu, Npu};
-        let jobs = [
-            job(Gpu, 10.0, 0.0, &[]),
-            job(Gpu, 10.0, 0.0, &[]),
-            job(Npu, 5.0, 0.0, &[0]),
-        ];
-        let times = run(&jobs).unwrap();
-        assert_eq!(
-            (times[1].ready_ns, times[1].begin_ns, times[1].end_ns),
-            (0.0, 10.0, 20.0)
-        );
-        assert_eq!((times[2].begin_ns, times[2].end_ns), (10.0, 15.0));
-    }
-
-    /// Two that move 10 ns of bytes each at the same time take 20; own work goes on beside.
-    #[test]
-    fn memory_is_shared_evenly() {
-        use Resource::{Gpu, VectorUnit};
-        let jobs = [job(Gpu, 12.0, 10.0, &[]), job(VectorUnit, 1.0, 10.0, &[])];
-        let times = run(&jobs).unwrap();
-        assert_eq!((times[0].end_ns, times[1].end_ns), (20.0, 20.0));
-        assert_eq!((times[0].own_done_ns, times[1].own_done_ns), (12.0, 1.0));
-        assert_eq!(times[0].through_ns, [20.0, 0.0]);
-        // A shorter one leaves the rest to the longer.
-        let jobs = [job(Gpu, 0.0, 10.0, &[]), job(VectorUnit, 0.0, 4.0, &[])];
-        let times = run(&jobs).unwrap();
-        assert_eq!((times[1].end_ns, times[0].end_ns), (8.0, 14.0));
-    }
-
-    /// Bytes are through when they are through the slower of both; each is shared by itself.
-    #[test]
-    fn the_interconnect_is_shared_beside_memory() {
-        use Resource::{Gpu, VectorUnit};
-        let through = |mut job: Job, ns| {
-            job.interconnect_ns = ns;
-            job
-        };
-        let slow = [through(job(Gpu, 1.0, 4.0, &[]), 9.0)];
-        assert_eq!(end(&slow), 9.0);
-        let jobs = [
-            through(job(Gpu, 0.0, 10.0, &[]), 4.0),
-            through(job(VectorUnit, 0.0, 2.0, &[]), 12.0),
-        ];
-        let times = run(&jobs).unwrap();
-        // Memory: 2 each until 4, then 8 of one; the interconnect: 4 each until 8, then 8 of the other.
-        assert_eq!((times[0].end_ns, times[1].end_ns), (12.0, 16.0));
-        assert_eq!(times[0].through_ns, [12.0, 8.0]);
-        assert_eq!(times[1].through_ns, [4.0, 16.0]);
-    }
-
-    /// Loads into two halves of a buffer: the third waits until the first was used.
-    #[test]
-    fn two_halves_hide_what_is_loaded_behind_what_is_used() {
-        use Resource::{GatheringUnit, VectorUnit};
-        let chain = |halves: usize| {
-            let mut jobs: Vec<Job> = vec![];
-            let mut used = vec![];
-            for i in 0..10 {
-                let mut after = vec![];
-                if i >= halves {
-                    after.push(used[i - halves]);
-                }
-                jobs.push(job(VectorUnit, 0.0, 6.0, &after));
-                let load = jobs.len() - 1;
-                jobs.push(job(GatheringUnit, 10.0, 0.0, &[load]));
-                used.push(jobs.len() - 1);
-            }
-            end(&jobs)
-        };
-        assert_eq!(chain(1), 160.0);
-        assert_eq!(chain(2), 106.0);
-    }
-
-    #[test]
-    fn what_cannot_be_run_is_refused() {
-        use Resource::Gpu;
-        let order = run(&[job(Gpu, 1.0, 0.0, &[0])]).unwrap_err();
-        assert!(order.to_string().contains("comes after job 0"), "{order}");
-        for bad in [-1.0, f64::NAN, f64::INFINITY] {
-            assert!(run(&[job(Gpu, bad, 0.0, &[])]).is_err());
-            assert!(run(&[job(Gpu, 0.0, bad, &[])]).is_err());
-            let mut wired = job(Gpu, 0.0, 0.0, &[]);
-            wired.interconnect_ns = bad;
-            assert!(run(&[wired]).is_err());
-        }
-    }
-
-    const RESOURCES: [Resource; 4] = [
-        Resource::Gpu,
-        Resource::Npu,
-        Resource::GatheringUnit,
-        Resource::VectorUnit,
-    ];
-
-    fn any_jobs() -> impl Strategy<Value = Vec<Job>> {
-        let one = (
-            0usize..4,
-            [0u32..20, 0u32..20, 0u32..20],
-            prop::collection::vec(any::<usize>(), 0..3),
-        );
-        prop::collection::vec(one, 1..30).prop_map(|all| {
-            let jobs = all.into_iter().enumerate();
-            jobs.map(|(id, (resource, [own, memory, interconnect], after))| {
-                let mut after: Vec<JobId> = match id {
-                    0 => vec![],
-                    _ => after.into_iter().map(|a| a % id).collect(),
-                };
-                after.sort_unstable();
-                after.dedup();
-                Job {
-                    interconnect_ns: interconnect.into(),
-                    ..job(RESOURCES[resource], own.into(), memory.into(), &after)
-                }
-            })
-            .collect()
-        })
-    }
-
-    proptest! {
-        /// Nothing is faster than a resource, than memory, or than a chain of jobs allows.
-        #[test]
-        fn no_limit_is_broken(jobs in any_jobs()) {
-            let times = run(&jobs).unwrap();
-            let end = times.iter().map(|t| t.end_ns).fold(0.0, f64::max);
-            let near = 1.0 - 1e-9;
-            prop_assert!(end >= near * jobs.iter().map(|j| j.memory_ns).sum::<f64>());
-            prop_assert!(end >= near * jobs.iter().map(|j| j.interconnect_ns).sum::<f64>());
-            let most = |j: &Job| j.own_ns.max(j.memory_ns).max(j.interconnect_ns);
-            for resource in RESOURCES {
-                let own = jobs.iter().filter(|j| j.resource == resource);
-                prop_assert!(end >= near * own.map(most).sum::<f64>());
-            }
-            for (job, at) in jobs.iter().zip(&times) {
-                prop_assert!(at.end_ns - at.begin_ns >= near * most(job) - 1e-9);
-                prop_assert!(at.ready_ns <= at.begin_ns && at.begin_ns <= at.own_done_ns);
-                prop_assert!(at.own_done_ns <= at.end_ns + 1e-9);
-                for before in &job.after {
-                    prop_assert!(times[*before].end_ns <= at.begin_ns);
-                }
-            }
-        }
-
-        /// Something is always under way: the end is no later than all work one after the other.
-        #[test]
-        fn no_time_goes_by_idle(jobs in any_jobs()) {
-            let all = jobs.iter().map(|j| j.own_ns + j.memory_ns + j.interconnect_ns);
-            let all: f64 = all.sum();
-            prop_assert!(end(&jobs) <= all + 1e-6);
-        }
-
-        /// Memory that is twice as fast never makes a chain slower.
-        #[test]
-        fn faster_memory_ends_a_chain_no_later(jobs in any_jobs()) {
-            let chain = |factor: f64| -> Vec<Job> {
-                let chained = jobs.iter().enumerate().map(|(id, own)| Job {
-                    memory_ns: own.memory_ns * factor,
-                    after: id.checked_sub(1).into_iter().collect(),
-                    ..own.clone()
-                });
-                chained.collect()
-            };
-            prop_assert!(end(&chain(0.5)) <= end(&chain(1.0)) + 1e-9);
-        }
-    }
-}
+mod tests;

@@ -29,12 +29,15 @@ pub(super) fn frame(splats: bool, batches: u64, pixels: u64) -> FrameWork {
             elements: 30_000 * i,
             vector_cycles: 5000 * i,
             vector_busy: 4000 * i,
+            operand_bytes: 200_000 * i,
+            result_bytes: 120_000 * i,
             products: 3,
             macs: 2_000_000 * i,
             array_cycles: 7000 * i,
             input_bytes: 70_000 * i,
             weight_bytes: 34_560 * i,
             output_bytes: 11_000 * i,
+            partial_bytes: 22_000 * i,
         })
         .collect();
     let entries: u64 = batches.iter().map(|b| b.entries).sum();
@@ -107,6 +110,8 @@ fn path(splats: bool) -> PathWork {
 fn figures_are_what_they_were() {
     let narrow = System {
         feature_buffer_bytes: 64 * 1024,
+        feature_banks: 4,
+        feature_block_banks: 2,
         groups_in_flight: 1,
         weight_buffer_bytes: 1024,
         interconnect_bytes_a_clock: 8.0,

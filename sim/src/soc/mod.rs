@@ -3,6 +3,7 @@
 
 mod alone;
 mod blocks;
+mod buffers;
 mod compose;
 mod costs;
 pub mod dram;
@@ -26,7 +27,7 @@ pub mod work;
 
 pub use alone::{AloneTime, alone};
 pub use compose::{GpuDone, Spent};
-pub use costs::{CostError, Costs, OnChip, Port};
+pub use costs::{CostError, Costs, MacEnergy, OnChip, Port};
 pub use gathering::{Gathered, MemorySaving};
 pub use gpu::Gpu;
 pub use kernels::{Instructions, Kernel, Program};

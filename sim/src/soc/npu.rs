@@ -14,6 +14,9 @@ pub enum Dataflow {
     InputStationary,
 }
 
+/// Bytes of an accumulator.
+const PARTIAL: u64 = 4;
+
 /// The array (paper, Sec. "Experimental Setup": 24 x 24).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Array {
@@ -35,6 +38,12 @@ impl Array {
         dataflow: Dataflow::WeightStationary,
         is_double_buffered: false,
     };
+
+    /// Its units.
+    #[must_use]
+    pub const fn units(&self) -> u64 {
+        self.rows * self.columns
+    }
 
     /// How often the array is filled, and how many vectors stream through each time.
     #[must_use]
@@ -74,10 +83,24 @@ impl Array {
         }
     }
 
+    /// Bytes of partial sums, of 32 bits (paper, ibid.), that leave the array and come back: where a
+    /// product is deeper than weights that stay have rows, every fold but the last of a column
+    /// hands its sums on. Sums that stay never leave.
+    #[must_use]
+    pub const fn partial_bytes(&self, product: &Product) -> u64 {
+        let handed_on = match self.dataflow {
+            Dataflow::OutputStationary => 0,
+            Dataflow::WeightStationary | Dataflow::InputStationary => {
+                product.depth.div_ceil(self.rows).saturating_sub(1)
+            }
+        };
+        handed_on * product.rows * product.columns * PARTIAL
+    }
+
     /// Share of the units' cycles that multiply.
     #[must_use]
     pub fn utilisation(&self, product: &Product) -> f64 {
-        let all = self.cycles(product) * self.rows * self.columns;
+        let all = self.cycles(product) * self.units();
         product.operations() as f64 / all.max(1) as f64
     }
 }
@@ -194,6 +217,12 @@ mod tests {
             };
             let of = product(rows, columns, depth);
             prop_assert!(array.utilisation(&of) <= 1.0);
+            // No more than a vector of sums goes out in a cycle, and one back in.
+            if array.dataflow == Dataflow::WeightStationary {
+                let vector = array.columns * PARTIAL * array.cycles(&of);
+                prop_assert!(array.partial_bytes(&of) <= vector);
+                prop_assert_eq!(array.partial_bytes(&of) > 0, of.depth > array.rows);
+            }
             let more = product(rows + 1, columns + 1, depth + 1);
             prop_assert!(array.cycles(&of) <= array.cycles(&more));
             if is_double_buffered {

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use thiserror::Error;
 
+use super::buffers;
 use super::compose::{Composer, Spent};
 use super::costs::{CostError, Costs};
-use super::engine::{self, EngineError, Job, Resource, Times};
+use super::engine::{self, EngineError, Job, Resource, Shared, Times};
 use super::memory::Memory;
 use super::system::System;
 use super::variant::{Frames, Gathering, Scenario, Variant};
@@ -57,7 +58,7 @@ pub struct EnergyByPart {
     pub interconnect_mj: f64,
     /// Memory: standing by and refreshing.
     pub standby_mj: f64,
-    /// Memories on chip and logic at rest.
+    /// Memories on chip, logic and the array at rest.
     pub leakage_mj: f64,
     /// The link.
     pub link_mj: f64,
@@ -106,6 +107,10 @@ pub struct Run {
     pub memory_utilisation: f64,
     /// Share of the span that the interconnect needs for them.
     pub interconnect_utilisation: f64,
+    /// Share of the span that the feature buffer's ports need for its bytes, all banks at work.
+    pub feature_buffer_utilisation: f64,
+    /// Share of the span that the weight buffer's port needs for its bytes.
+    pub weight_buffer_utilisation: f64,
     /// Of the device, a frame.
     pub energy: EnergyByPart,
     /// Millijoules a frame of the remote GPU, at work and idle, which are not the device's; none where
@@ -220,8 +225,8 @@ impl Model<'_> {
         for (stage, waits) in waits {
             stages.entry(stage).or_default().waiting_ns = covered(waits) / frames as f64;
         }
-        let memory_ns: f64 = jobs.iter().map(|job| job.memory_ns).sum();
-        let interconnect_ns: f64 = jobs.iter().map(|job| job.interconnect_ns).sum();
+        let shared_ns = |of| jobs.iter().map(|job| job.alone_ns(of)).sum::<f64>();
+        let [features, weights] = buffers::bytes_a_ns(self.system, self.clock_ghz);
         let energy = self.energy(&spent, &busy, span_ns, frames);
         let remote_mj = busy.get(&Resource::Remote).map(|at_work| {
             let gpu = &self.system.remote;
@@ -234,8 +239,10 @@ impl Model<'_> {
             frames_per_second: frames as f64 / span_ns * 1e9,
             stages,
             utilisation: busy.iter().map(|(of, ns)| (*of, ns / span_ns)).collect(),
-            memory_utilisation: memory_ns / span_ns,
-            interconnect_utilisation: interconnect_ns / span_ns,
+            memory_utilisation: shared_ns(Shared::Memory) / span_ns,
+            interconnect_utilisation: shared_ns(Shared::Interconnect) / span_ns,
+            feature_buffer_utilisation: spent.feature_buffer_bytes / features / span_ns,
+            weight_buffer_utilisation: spent.weight_buffer_bytes / weights / span_ns,
             energy,
             remote_mj,
             refreshes: self.memory.refreshes(span_ns),
@@ -269,7 +276,10 @@ impl Model<'_> {
             dma_mj: mj(spent.descriptor_pj),
             interconnect_mj: mj(spent.interconnect_bytes * self.system.interconnect_pj_per_byte),
             standby_mj: mj(self.memory.standby_mw(open) * span_ns),
-            leakage_mj: mj(self.costs.leakage_mw * span_ns),
+            leakage_mj: {
+                let array_mw = self.costs.mac.leakage_mw * self.system.array().units() as f64;
+                mj((self.costs.leakage_mw + array_mw) * span_ns)
+            },
             link_mj: mj(spent.link_bytes * self.system.link_nj_per_byte * 1e3),
         }
     }

@@ -23,7 +23,12 @@ pub struct System {
     pub feature_buffer_bytes: u64,
     /// Bytes of a block of it: blocks are filled while others are read.
     pub feature_block_bytes: u32,
-    /// Bytes of the weight buffer: weights that fit are loaded once a path.
+    /// Banks of it, of one port of 16 bytes each: a block of 32 KB of the paper's is one of them.
+    pub feature_banks: u32,
+    /// Banks over which the words of a block lie in turn: groups of so many serve a block. An
+    /// assumption: all of them.
+    pub feature_block_banks: u32,
+    /// Bytes of the weight buffer, of one port of 48 bytes: weights that fit are loaded once a path.
     pub weight_buffer_bytes: u64,
     /// Channels of LPDDR3-1600, 6.4 GB/s each.
     pub memory_channels: u32,
@@ -65,6 +70,8 @@ impl Default for System {
             array_double_buffered: false,
             feature_buffer_bytes: 1_536 * 1024,
             feature_block_bytes: 32 * 1024,
+            feature_banks: 48,
+            feature_block_banks: 48,
             weight_buffer_bytes: 96 * 1024,
             memory_channels: 4,
             dma_descriptor_bytes: 64.0,
@@ -159,6 +166,16 @@ impl System {
         if self.feature_buffer_bytes < 2 * u64::from(self.feature_block_bytes) {
             let value = self.feature_buffer_bytes.to_string();
             return refuse("feature_buffer_bytes", value, "two blocks or more");
+        }
+        if !(1..=1024).contains(&self.feature_banks) {
+            let value = self.feature_banks.to_string();
+            return refuse("feature_banks", value, "1 to 1024");
+        }
+        if self.feature_block_banks == 0
+            || !self.feature_banks.is_multiple_of(self.feature_block_banks)
+        {
+            let value = self.feature_block_banks.to_string();
+            return refuse("feature_block_banks", value, "a divisor of feature_banks");
         }
         let positive = [
             (

@@ -56,6 +56,15 @@ proptest! {
         if gathering == Gathering::Unit {
             prop_assert!(found.span_ns >= total.gather_cycles as f64);
         }
+        // Buffers on chip: all bytes of their ports, 48 of 16 bytes a clock, and one of 48.
+        let array = total.input_bytes + total.output_bytes + 2 * total.partial_bytes;
+        let vector = total.operand_bytes + total.result_bytes;
+        let buffered = features + (array + vector) as f64;
+        prop_assert!(near(spent.feature_buffer_bytes, buffered));
+        prop_assert!(found.span_ns >= buffered / 768.0 * (1.0 - 1e-9));
+        let weighed = total.weight_bytes as f64 + weights;
+        prop_assert!(near(spent.weight_buffer_bytes, weighed));
+        prop_assert!(found.span_ns >= weighed / 48.0 * (1.0 - 1e-9));
         for share in found.utilisation.values() {
             prop_assert!((0.0..=1.0 + 1e-9).contains(share));
         }
@@ -137,6 +146,13 @@ proptest! {
         ] {
             let after = frame(&own, &work, GATHERING[which]).span_ns;
             prop_assert!(after <= before * (1.0 + SHARING), "{what}: {before} < {after}");
+        }
+        // Banks, of which so few are a limit.
+        let banks = |all, block| System { feature_banks: all, feature_block_banks: block, ..system.clone() };
+        let before = frame(&banks(2, 2), &work, GATHERING[which]).span_ns;
+        for (all, block) in [(4, 2), (4, 4)] {
+            let after = frame(&banks(all, block), &work, GATHERING[which]).span_ns;
+            prop_assert!(after <= before * (1.0 + SHARING), "{all}, {block}: {before} < {after}");
         }
     }
 

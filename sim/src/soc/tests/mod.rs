@@ -68,12 +68,15 @@ fn any_work() -> impl Strategy<Value = FrameWork> {
             elements: vector,
             vector_cycles: vector,
             vector_busy: vector,
+            operand_bytes: vector * 6,
+            result_bytes: vector * 4,
             products: 1,
             macs: array * 100,
             array_cycles: array,
             input_bytes: entries * 26,
             weight_bytes: 1152,
             output_bytes: entries * 6,
+            partial_bytes: entries * 12,
         },
     );
     let batches = prop::collection::vec(batch, 1..12);

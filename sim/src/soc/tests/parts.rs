@@ -46,6 +46,69 @@ fn weights_descriptors_and_the_interconnect_cost_what_they_move() {
     assert!(found.span_ns < whole.span_ns && whole.energy.dma_mj > 0.0);
 }
 
+/// A block in one bank of one port is a limit of its own, which blocks over all banks are not; what
+/// the buffers move and spend is the same.
+#[test]
+fn ports_of_the_feature_buffer_are_a_limit() {
+    let work = figures::frame(false, 9, 4096);
+    let total = work.total();
+    let of = |system: &System| frame(system, &work, Gathering::Unit);
+    let wide = of(&System::default());
+    let gathered = total.feature_bytes;
+    let array = total.input_bytes + total.output_bytes + 2 * total.partial_bytes;
+    let vector = total.operand_bytes + total.result_bytes;
+    let moved = (gathered + array + vector) as f64;
+    assert!(near(wide.spent.feature_buffer_bytes, moved));
+    assert!(near(
+        wide.feature_buffer_utilisation,
+        moved / (48.0 * 16.0 * wide.span_ns)
+    ));
+    let loaded = wide.spent.weight_bytes;
+    let weights = total.weight_bytes as f64 + loaded;
+    assert!(near(wide.spent.weight_buffer_bytes, weights));
+    assert!(near(
+        wide.weight_buffer_utilisation,
+        weights / (48.0 * wide.span_ns)
+    ));
+    let own = costs(Program::Fields);
+    let read = total.input_bytes + total.partial_bytes + total.operand_bytes;
+    let pj = read as f64 / 16.0 * own.features.read_pj
+        + (moved - read as f64) / 16.0 * own.features.write_pj
+        + total.weight_bytes as f64 / 48.0 * own.weights.read_pj
+        + loaded / 48.0 * own.weights.write_pj;
+    assert!(near(wide.energy.buffers_mj, pj * 1e-9));
+    // One bank in all serves 16 bytes a nanosecond, to everyone.
+    let one = System {
+        feature_banks: 1,
+        feature_block_banks: 1,
+        ..System::default()
+    };
+    let narrow = of(&one);
+    assert!(
+        narrow.span_ns >= moved / 16.0 * (1.0 - 1e-9),
+        "{} {}",
+        narrow.span_ns,
+        moved / 16.0
+    );
+    assert!(
+        narrow.span_ns > wide.span_ns,
+        "{} {}",
+        narrow.span_ns,
+        wide.span_ns
+    );
+    assert!(narrow.feature_buffer_utilisation > 0.5);
+    assert_eq!(narrow.spent, wide.spent);
+    // Of 48 that each hold whole blocks, no unit gets more than one at a time.
+    let apart = of(&System {
+        feature_block_banks: 1,
+        ..System::default()
+    });
+    for bytes in [gathered, array, vector] {
+        assert!(apart.span_ns >= bytes as f64 / 16.0);
+    }
+    assert!(wide.span_ns <= apart.span_ns && apart.span_ns <= narrow.span_ns);
+}
+
 /// A gathering unit of which no formula is, is known where its netlist is given; a given one counts
 /// before formulas.
 #[test]
@@ -77,7 +140,7 @@ fn a_given_gathering_unit_counts_before_formulas() {
         of(&Config::paper(), None).unwrap(),
     );
     let done = some_work().total();
-    let pj = |costs: &Costs| costs.of(&done, true).unwrap().gathering_pj;
+    let pj = |costs: &Costs| costs.of(&done, true, 576).unwrap().gathering_pj;
     // Of the netlist that the formulas were fitted beside: near them, and not the same.
     let off = pj(&given) / pj(&fitted) - 1.0;
     assert!(off != 0.0 && off.abs() < 0.8, "{off}");
@@ -94,12 +157,22 @@ fn what_waits_takes_energy_too() {
     let own = costs(Program::Fields);
     assert!(own.leakage_mw > 0.1, "{}", own.leakage_mw);
     // Two registers of 16 bits are a part of a multiplication that can be seen.
-    assert!(own.mac_pj > 0.1 && own.mac_pj < 2.0, "{}", own.mac_pj);
+    assert!(
+        (0.1..2.0).contains(&(own.mac.rest_pj + own.mac.work_pj)),
+        "{:?}",
+        own.mac
+    );
     let work = some_work();
     let system = System::default();
     let run = frame(&system, &work, Gathering::Unit);
     let span = run.span_ns;
-    assert!(near(run.energy.leakage_mj, own.leakage_mw * span * 1e-9));
+    let at_rest = own.leakage_mw + 576.0 * own.mac.leakage_mw;
+    assert!(own.mac.leakage_mw > 0.0 && near(run.energy.leakage_mj, at_rest * span * 1e-9));
+    // A product that fills the array badly clocks units that multiply nothing.
+    let done = work.total();
+    let (rest, worked) = (own.mac.rest_pj, own.mac.work_pj * done.macs as f64);
+    let clocked = 576.0 * done.array_cycles as f64;
+    assert!(near(run.energy.array_mj, (rest * clocked + worked) * 1e-9));
     let busy = run.utilisation[&engine::Resource::Gpu] * span;
     let gpu = &system.gpu;
     let watts = gpu.watts * busy + gpu.idle_watts * (span - busy);
@@ -220,6 +293,9 @@ fn systems_that_cannot_be_are_refused_by_field() {
         ("array_rows = 0", "array_rows"),
         ("groups_in_flight = 0", "groups_in_flight"),
         ("feature_buffer_bytes = 100", "feature_buffer_bytes"),
+        ("feature_banks = 0", "feature_banks"),
+        ("feature_block_banks = 0", "feature_block_banks"),
+        ("feature_block_banks = 36", "feature_block_banks"),
         ("feature_block_bytes = 100", "feature_block_bytes"),
         ("[remote]\nmemory_gb_s = 0.0", "remote.memory_gb_s"),
         ("link_bytes_per_second = 0.0", "link_bytes_per_second"),

@@ -18,7 +18,7 @@ use super::path::{PathError, PathOptions, PathWork};
 use super::replay::PathReplay;
 
 /// Raised where what is counted changes.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Work that could neither be counted nor read.
 #[derive(Debug, Error)]

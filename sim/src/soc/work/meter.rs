@@ -13,6 +13,8 @@ use crate::rtl::{GatherWork, RtlError};
 
 /// Bytes of a feature code or an activation.
 const CODE: u64 = 2;
+/// Bytes of an operand or a result of the vector unit.
+const OPERAND: u64 = 4;
 
 /// What is gathered at a time, and what is computed of it: one step of the pipeline of a frame.
 /// A batch begins with the first gather behind a vector operation.
@@ -47,6 +49,10 @@ pub struct Batch {
     pub vector_cycles: u64,
     /// Of them, those in which it works.
     pub vector_busy: u64,
+    /// Bytes of operands: the unit keeps none from one operation to the next.
+    pub operand_bytes: u64,
+    /// Bytes of results.
+    pub result_bytes: u64,
     /// Products of matrices.
     pub products: u64,
     /// Multiplications of them.
@@ -59,11 +65,13 @@ pub struct Batch {
     pub weight_bytes: u64,
     /// Bytes of outputs of products.
     pub output_bytes: u64,
+    /// Bytes of partial sums that are written and read again.
+    pub partial_bytes: u64,
 }
 
 impl Batch {
     /// All counts.
-    fn counts(&mut self) -> [&mut u64; 20] {
+    fn counts(&mut self) -> [&mut u64; 23] {
         [
             &mut self.runs,
             &mut self.mvoxels,
@@ -79,12 +87,15 @@ impl Batch {
             &mut self.elements,
             &mut self.vector_cycles,
             &mut self.vector_busy,
+            &mut self.operand_bytes,
+            &mut self.result_bytes,
             &mut self.products,
             &mut self.macs,
             &mut self.array_cycles,
             &mut self.input_bytes,
             &mut self.weight_bytes,
             &mut self.output_bytes,
+            &mut self.partial_bytes,
         ]
     }
 
@@ -277,6 +288,8 @@ impl Units for Meter<'_> {
             elements: a.len() as u64,
             vector_cycles: cycles.elapsed,
             vector_busy: cycles.busy,
+            operand_bytes: OPERAND * (a.len() as u64) * (1 + u64::from(op.code.takes_both())),
+            result_bytes: OPERAND * a.len() as u64,
             ..Batch::default()
         };
         self.units.vector(op, a, b, out)
@@ -286,7 +299,8 @@ impl Units for Meter<'_> {
         let (folds, _) = self.array.folds(&product);
         let across = product.columns.div_ceil(self.array.columns);
         let array_cycles = self.array.cycles(&product);
-        let held = self.array.rows * self.array.columns;
+        let held = self.array.units();
+        let partial_bytes = self.array.partial_bytes(&product);
         *self.batch() += Batch {
             products: 1,
             macs: product.operations(),
@@ -294,6 +308,7 @@ impl Units for Meter<'_> {
             input_bytes: product.rows * product.depth * across * CODE,
             weight_bytes: folds * held * CODE,
             output_bytes: product.rows * product.columns * CODE,
+            partial_bytes,
             ..Batch::default()
         };
         self.units.multiplied(product);

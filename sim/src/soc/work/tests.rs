@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use potamoi_formats::config::Config;
+use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::effects::{Choices, Effect};
 use potamoi_golden::mask::Mask;
 use potamoi_golden::precision::Precision;
@@ -217,9 +218,26 @@ fn products_are_counted_as_the_array_does_them() {
         input_bytes: 2 * 4096 * 39 * 6,
         weight_bytes: 2 * 576 * 12,
         output_bytes: 2 * 4096 * 128,
+        // Sums of 32 bits that the first fold of rows hands to the second.
+        partial_bytes: 4 * 4096 * 128,
         ..Batch::default()
     };
     assert_eq!(batches, [expected]);
+}
+
+/// Operands and results of 32 bits: two are read of a sum, one of an exponential.
+#[test]
+fn operands_and_results_are_counted() {
+    let config = Config::paper();
+    let mut twins = Twins::new(&config);
+    let mut meter = Meter::new(&mut twins, &config, Array::PAPER);
+    for (code, b) in [(OpCode::Add, &[1; 30][..]), (OpCode::Exp, &[0; 30][..])] {
+        let op = VectorOp::new(code);
+        meter.vector(op, &[1000; 30], b, &mut [0; 30]).unwrap();
+    }
+    let batches = meter.into_batches();
+    let bytes = (batches[0].operand_bytes, batches[0].result_bytes);
+    assert_eq!((batches.len(), bytes), (1, (4 * 30 * 3, 4 * 30 * 2)));
 }
 
 proptest! {
