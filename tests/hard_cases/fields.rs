@@ -9,15 +9,17 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::camera::Camera;
 use potamoi_golden::fields::mac::MacMlp;
 use potamoi_golden::fields::{
-    Along, Bounds, Coded, Field, FieldError, FixedField, FixedOptions, Layer, Mlp, Off, Sampling,
-    Table, error_bounds, render_float,
+    Along, AnyField, Bounds, Coded, Field, FieldError, FixedField, FixedOptions, Layer, Mlp, Off,
+    Sampling, Table, error_bounds, render_float,
 };
 use potamoi_golden::picture::Picture;
+use potamoi_golden::scene::Model;
 use potamoi_golden::units::bounds::VectorBounds;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{Head, Lanes, Opacities, STOP_BELOW, VoxelError};
 use potamoi_sim::rtl::RtlUnits;
 
+use super::modelled::Case;
 use super::obvious::{Obvious, ObviousUnits};
 use super::sampled::{Shown, farthest};
 use super::scenes::SIZE;
@@ -344,6 +346,21 @@ fn through(field: &Toy, units: &mut dyn Units) -> Picture {
     let fixed = FixedField::new(field, &config()).unwrap();
     let options = FixedOptions::default();
     fixed.render(&camera(), &options, units).unwrap().picture
+}
+
+/// Both fields, to be modelled.
+pub(crate) fn cases() -> Vec<Case> {
+    let one = |(name, field): (&'static str, Toy)| Case {
+        name,
+        camera: camera(),
+        picture: through(&field, &mut Twins::new(&config())),
+        step: None,
+        config: config(),
+        model: Model::Field(AnyField::new("toy", field)),
+    };
+    [("hashed", hashed()), ("perceptron", wide(false))]
+        .map(one)
+        .to_vec()
 }
 
 pub(crate) fn shown() -> Vec<Shown> {

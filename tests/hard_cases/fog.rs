@@ -4,6 +4,7 @@
 use glam::DVec3;
 use potamoi_formats::config::Config;
 use potamoi_golden::camera::Camera;
+use potamoi_golden::scene::Model;
 use potamoi_golden::units::bounds::VectorBounds;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{
@@ -12,6 +13,7 @@ use potamoi_golden::voxels::{
 };
 use potamoi_sim::rtl::RtlUnits;
 
+use super::modelled::Case;
 use super::obvious::{Obvious, ObviousUnits};
 use super::sampled::{Shown, farthest};
 use super::scenes::SIZE;
@@ -96,6 +98,20 @@ impl Scene {
         let camera = camera(size);
         render_fixed(&self.grid, &mvoxels, &camera, &self.options(), units).unwrap()
     }
+}
+
+/// Of each scene a small picture, to be modelled.
+pub(crate) fn cases() -> Vec<Case> {
+    let size = [9, 7];
+    let one = |scene: Scene| Case {
+        name: scene.name,
+        camera: camera(size),
+        picture: scene.through(size, &mut Twins::new(&scene.config)).picture,
+        step: Some(scene.step),
+        config: scene.config,
+        model: Model::Voxels(Box::new(scene.grid)),
+    };
+    all().into_iter().map(one).collect()
 }
 
 /// Of each scene what the obvious form, ours and floats show.

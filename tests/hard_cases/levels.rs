@@ -52,8 +52,9 @@ impl Shown {
 }
 
 /// What frames of the system hold, and the test that has them.
-const SYSTEM: [(&str, &str); 5] = [
+const SYSTEM: [(&str, &str); 6] = [
     ("splats", "every_hard_scene_is_modelled"),
+    ("pictures", "pictures_of_samples_are_modelled"),
     ("samples", "hard_paths_are_modelled"),
     ("turns", "hard_paths_are_modelled"),
     ("still", "hard_paths_are_modelled"),
@@ -114,7 +115,7 @@ fn every_case_says_where_it_is_shown() {
     let mut pictures: Vec<&str> = scenes::all().iter().map(|s| s.name).collect();
     pictures.extend(sampled::all().iter().map(|s| s.scene));
     pictures.push("voxels");
-    let system = tests("system.rs");
+    let system = [tests("system.rs"), tests("modelled.rs")].concat();
     for (what, test) in SYSTEM {
         assert!(system.iter().any(|t| t == test), "{what}: {test}");
     }

@@ -11,6 +11,7 @@ mod fields;
 mod files;
 mod fog;
 mod levels;
+mod modelled;
 mod naive;
 mod obvious;
 mod pictures;

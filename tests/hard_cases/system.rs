@@ -39,7 +39,7 @@ fn model(folder: &Path, arguments: &[&str]) -> Output {
 }
 
 /// Every number of a report is 0 or more; one that is none would be written as null.
-fn sound(value: &Value, path: &str) -> u32 {
+pub(crate) fn sound(value: &Value, path: &str) -> u32 {
     match value {
         Value::Number(n) => {
             let n = n.as_f64().unwrap();

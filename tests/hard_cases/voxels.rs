@@ -4,6 +4,7 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::picture::Picture;
+use potamoi_golden::scene::Model;
 use potamoi_golden::units::bounds::VectorBounds;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{
@@ -12,6 +13,7 @@ use potamoi_golden::voxels::{
 };
 use potamoi_sim::rtl::RtlUnits;
 
+use super::modelled::Case;
 use super::sampled::farthest;
 
 const POINTS: [usize; 3] = [9, 16, 15];
@@ -50,6 +52,19 @@ fn options() -> FixedOptions {
         step: STEP,
         ..FixedOptions::default()
     }
+}
+
+/// What each camera sees, to be modelled.
+pub(crate) fn cases() -> Vec<Case> {
+    let one = |camera: Camera| Case {
+        name: "voxels",
+        picture: fixed(&camera, &mut Twins::new(&Config::paper())).picture,
+        camera,
+        step: Some(STEP),
+        config: Config::paper(),
+        model: Model::Voxels(Box::new(grid())),
+    };
+    cameras().map(one).to_vec()
 }
 
 /// What a sample counts for, by where it is.

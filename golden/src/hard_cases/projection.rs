@@ -9,7 +9,12 @@ use super::{Case, Draws, Worst, cases};
 use crate::camera::Camera;
 use crate::splats::{Cloud, Footprint, Profile, Projected, Saturations, View, record, rotation};
 
-cases!(at_and_behind_the_camera, far_outside_the_frame, quaternions);
+cases!(
+    at_and_behind_the_camera,
+    beside_the_frame,
+    far_outside_the_frame,
+    quaternions
+);
 
 fn camera() -> Camera {
     Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 1.0, 32, 32)
@@ -59,6 +64,64 @@ fn at_and_behind_the_camera() -> Case {
         fails,
         bound: 0.0,
         from: "culled by a comparison, and finite in 64 bits up to the largest scale",
+        ours,
+    }
+}
+
+/// Gaussians far beside the frame, the larger the nearer they are: where their projection's slope is
+/// taken at the mean, it smears them over all of the frame. What there is along a pixel's ray is a
+/// Gaussian of the ray's distance, exact in 64 bits: all are alike in every direction.
+fn beside_the_frame() -> Case {
+    let camera = camera();
+    let (mut fails, mut ours) = (Worst::default(), Worst::default());
+    for profile in Profile::ALL {
+        let rules = profile.rules();
+        for (slope, depth) in [(3.0, 0.3), (5.0, 0.4), (10.0, 1.0), (30.0, 4.0)] {
+            // Of standard deviations from the frame's edge: three and a half on screen, more in space.
+            let sigma = depth * slope / 5.0;
+            let mean = DVec3::new(slope * depth, 0.0, depth);
+            let log_scale = [sigma.ln() as f32; 3];
+            let cloud = Cloud::new(
+                0,
+                vec![mean.to_array().map(|v| v as f32)],
+                vec![log_scale],
+                vec![[1.0, 0.0, 0.0, 0.0]],
+                vec![20.0],
+                vec![[0.0; 3]],
+            );
+            let view = View::new(&cloud.unwrap(), &camera, profile).unwrap();
+            // The same at the mean's own slope.
+            let per_depth = camera.focal / depth;
+            let at_the_mean = Footprint::new(
+                per_depth.x * sigma * DVec3::new(1.0, 0.0, -slope),
+                per_depth.y * sigma * DVec3::Y,
+                rules.dilation,
+            );
+            let centre = DVec2::new(slope, 0.0) * camera.focal + camera.centre;
+            for (x, y) in (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y))) {
+                let pixel = DVec2::new(x.into(), y.into()) + 0.5;
+                let ray = ((pixel - camera.centre) / camera.focal).extend(1.0);
+                let away = mean.cross(ray.normalize()).length() / sigma;
+                assert!((-0.5 * away * away).exp() < rules.alpha_min);
+                let drawn = |f: &Footprint| {
+                    let [xx, xy, yy] = f.covariance;
+                    let d = centre - pixel;
+                    let form = yy * d.x * d.x - 2.0 * xy * d.x * d.y + xx * d.y * d.y;
+                    (-0.5 * form / f.determinant).exp() >= rules.alpha_min
+                };
+                fails.count(drawn(&at_the_mean));
+                // Of what reaches no pixel nothing is left.
+                ours.count(view.splats().iter().any(|own| drawn(&own.footprint)));
+            }
+        }
+    }
+    Case {
+        name: "Gaussians far beside the frame, as wide as they are near",
+        naive: "the projection's slope at the mean",
+        unit: "pixels of 16,384 drawn where alpha is below 1/255 along the ray",
+        fails,
+        bound: 0.0,
+        from: "the slope is held at 1.3 of the frame's edge: they are as far off on screen as in space",
         ours,
     }
 }

@@ -75,14 +75,10 @@ impl Scene {
         }
     }
 
-    /// A model as it is seen unless something else is said.
-    pub(super) fn of(
-        name: &str,
-        model: Model,
-        camera: Camera,
-        up: DVec3,
-        background: [f32; 3],
-    ) -> Self {
+    /// A model in memory, seen through a camera with a vertical axis for ways around it, over linear
+    /// RGB, rendered as it is unless something else is said.
+    #[must_use]
+    pub fn of(name: &str, model: Model, camera: Camera, up: DVec3, background: [f32; 3]) -> Self {
         Self {
             name: name.to_owned(),
             model: model.into(),
