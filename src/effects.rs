@@ -108,7 +108,8 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
         spinner.set_message(format!("measuring {}", finding.effect));
         let wall = watch.wall(finding.effect, finding.is_called_for)?;
         let work = cost(finding.effect, &cycles, &counts, left, &scene);
-        effects.push(Found::new(finding, work, wall, &scene));
+        let is_there = watch.is_there(finding.effect);
+        effects.push(Found::new(finding, work, wall, is_there, &scene));
     }
     let forced = match Effect::ALL.iter().any(|effect| choices.forces(*effect)) {
         true => {

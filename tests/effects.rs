@@ -60,6 +60,12 @@ fn every_effect_has_evidence_a_cost_and_a_saving() {
             false => assert!(saved.is_null() || saved.is_number(), "{effect}"),
         }
     }
+    // What there is nothing of to simulate saves nothing.
+    for name in ["view_mlp", "hash_levels", "remote_link"] {
+        let effect = of(&report, name);
+        assert_eq!(effect["saving"]["wall_ms"], 0.0, "{effect}");
+        assert_eq!(effect["cost"]["wall_ms"], 0.0, "{effect}");
+    }
     // Opaque and diffuse: no harmonics, no perceptron.
     for name in ["spherical_harmonics", "view_mlp", "hash_levels", "sorting"] {
         assert!(!calls(&report, name), "{name}");

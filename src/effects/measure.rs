@@ -183,6 +183,11 @@ impl Stopwatch<'_> {
         Ok(pairs.map(|pairs| Wall { of, pairs }))
     }
 
+    /// Whether there is something of an effect that the simulator could do here, called for or not.
+    pub(super) fn is_there(&self, effect: Effect) -> bool {
+        self.timed(effect).is_some()
+    }
+
     /// What shows an effect's time best.
     fn timed(&self, effect: Effect) -> Option<&'static str> {
         let facts = self.scene.facts();

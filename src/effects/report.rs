@@ -50,7 +50,8 @@ pub(super) struct Found {
 struct Cost {
     #[serde(flatten)]
     work: Work,
-    /// Wall time of the simulator with it, less that without it; where both can be run.
+    /// Wall time of the simulator with it, less that without it, where both were run; nothing, 0, of
+    /// what there is nothing of to simulate.
     wall_ms: Option<f64>,
     /// What was timed, and how long it took.
     wall: Option<Wall>,
@@ -60,7 +61,7 @@ struct Cost {
 #[derive(Serialize)]
 struct Saving {
     /// Of the simulator's wall time; nothing, 0, of one that is called for, since it is not left out;
-    /// none where nothing was timed, or it would take nothing that can be.
+    /// nor of one that there is nothing of to simulate. None where nothing was timed.
     wall_ms: Option<f64>,
     /// Of modelled cycles: none, since the hardware does no work that is not called for.
     cycles: u64,
@@ -104,7 +105,14 @@ impl Work {
 }
 
 impl Found {
-    pub(super) fn new(finding: &Finding, work: Work, wall: Option<Wall>, scene: &Scene) -> Self {
+    /// `is_there` says whether the simulator could do something of it.
+    pub(super) fn new(
+        finding: &Finding,
+        work: Work,
+        wall: Option<Wall>,
+        is_there: bool,
+        scene: &Scene,
+    ) -> Self {
         let called_for = finding.is_called_for;
         // What is not called for is not in what was counted, but for what all models have.
         let work = match (called_for, finding.effect) {
@@ -116,7 +124,8 @@ impl Found {
                 ..work
             },
         };
-        let taken = wall.map(|wall| wall.pairs.difference_ms);
+        let nothing = (!called_for && !is_there).then_some(0.0);
+        let taken = wall.map(|wall| wall.pairs.difference_ms).or(nothing);
         Self {
             name: finding.effect.name(),
             degree: finding.effect.degree(),
@@ -178,6 +187,9 @@ impl Found {
             (true, Some(timed)) => say!("{pad}costs {}; {timed}", self.cost.work.words()),
             (true, None) => say!("{pad}costs {}", self.cost.work.words()),
             (false, Some(timed)) => say!("{pad}saves {timed}"),
+            (false, None) if self.saving.wall_ms == Some(0.0) => {
+                say!("{pad}saves nothing: none of it would be simulated, forced or not");
+            }
             (false, None) => {}
         }
     }
