@@ -114,8 +114,8 @@ pub(super) fn roofline(path: &Path, found: &Found, system: &System) -> Result<()
             .y_desc("multiplications a nanosecond")
             .label_style(LETTERS)
             .draw()?;
-        let steps = (0..=200).map(|i| left * (right / left).powf(f64::from(i) / 200.0));
-        let roof = steps.map(|x| (x, (x * bandwidth).min(array)));
+        let corners = [left.max(low / bandwidth), array / bandwidth, right];
+        let roof = corners.map(|x| (x, (x * bandwidth).min(array)));
         chart
             .draw_series(LineSeries::new(roof, BLACK.stroke_width(2)))?
             .label(format!("array {array:.0} a ns, memory {bandwidth:.1} GB/s"))
