@@ -47,13 +47,16 @@ pub(crate) struct CostArgs {
     /// Frames of the path by which warping is measured
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
     frames: u32,
-    /// Search for the fastest configuration whose picture is at least so good, in dB beside the
+    /// Search for the cheapest configuration whose picture is at least so good, in dB beside the
     /// ground truth (beside the model where there is none), and prove it by its Verilog
     #[arg(long, value_name = "DB", group = "goal", conflicts_with_all = ["unit", "budget_ms"])]
     target_psnr: Option<f64>,
     /// Search for the best picture within so many milliseconds a frame, likewise
     #[arg(long, value_name = "MS", group = "goal", conflicts_with = "unit")]
     budget_ms: Option<f64>,
+    /// What the cheapest has least of; settings of which it is not known are passed over
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = Price::Time, requires = "target_psnr")]
+    by: Price,
     /// Where the configuration that was found is written
     #[arg(
         long,
@@ -92,6 +95,36 @@ enum Unit {
     Exp,
     /// Forms of the exponential side by side, over all inputs, beside what others use
     Methods,
+}
+
+/// What a search saves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Price {
+    /// Of a frame
+    Time,
+    /// Of a frame, by the whole system
+    Energy,
+    /// Of both units' cells
+    Area,
+}
+
+impl Price {
+    /// Of what time in nanoseconds, energy in millijoules and area in square millimetres are known.
+    fn of(self, [time, energy, area]: [Option<f64>; 3]) -> Option<f64> {
+        match self {
+            Self::Time => time,
+            Self::Energy => energy,
+            Self::Area => area,
+        }
+    }
+
+    fn words(self, cost: f64) -> String {
+        match self {
+            Self::Time => format!("{:.3} ms a frame", cost * 1e-6),
+            Self::Energy => format!("{cost:.3} mJ a frame"),
+            Self::Area => format!("{cost:.4} mm^2"),
+        }
+    }
 }
 
 pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {

@@ -112,7 +112,7 @@ mod tests {
             all in prop::collection::vec((0u32..20, 0u32..20), 1..40)
         ) {
             let all: Vec<Place> = all.iter().map(|(c, q)| Place {
-                cost: f64::from(*c), quality: f64::from(*q),
+                cost: 0.125 * f64::from(*c), quality: 0.125 * f64::from(*q),
             }).collect();
             let kept = front(&all);
             for (i, own) in all.iter().enumerate() {

@@ -252,6 +252,41 @@ mod tests {
         }
     }
 
+    /// No two settings of a knob change the same, and each has the number that its label says.
+    #[test]
+    fn every_setting_changes_something_else() {
+        for name in ["garden", "cairn:voxels", "cairn:ngp", "cairn:dvgo"] {
+            let scene = Scene::open(name).unwrap();
+            for knob in of(&scene) {
+                for (i, own) in knob.settings.iter().enumerate() {
+                    let told = format!("{name}: {} {}", knob.name, own.label);
+                    for other in &knob.settings[..i] {
+                        assert_ne!(own.change, other.change, "{told}, {}", other.label);
+                        assert_ne!(own.label, other.label, "{told}");
+                    }
+                    let text = match &own.change {
+                        Change::Config { toml, .. } => toml.clone(),
+                        Change::Scene(Look::Precision(precision)) => {
+                            let given = precision.given();
+                            assert_eq!(given.len(), 1, "{told}");
+                            given[0].1.clone()
+                        }
+                        _ => continue,
+                    };
+                    let last = own.label.split(' ').next_back().unwrap();
+                    if let Ok(number) = last.parse::<f64>() {
+                        let mut numbers = text.split(|c: char| !c.is_ascii_digit() && c != '.');
+                        assert!(
+                            numbers.any(|n| n.parse() == Ok(number))
+                                || text.ends_with(&format!(".{last}\"")),
+                            "{told}: {text}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
     #[test]
     fn unknown_knobs_are_refused_by_name() {
         let garden = || of(&Scene::open("garden").unwrap());

@@ -2,14 +2,14 @@
 
 use potamoi_golden::units::Twins;
 use potamoi_sim::rtl::EngineKind;
-use potamoi_sim::verify::{Settings, Verifier};
+use potamoi_sim::verify::{Injection, Settings, Verifier};
 use serde::Serialize;
 
 use super::front::{Place, front, knee};
 use super::knobs::{self, Asked, Change, Knob, Setting};
 use super::search::{Chosen, Goal, search_by_ways_alone};
 use super::trial::{Bench, Paths, Point};
-use super::{CostArgs, FORMAT_VERSION, pictures, tables};
+use super::{CostArgs, FORMAT_VERSION, Price, pictures, tables};
 use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
@@ -178,7 +178,7 @@ fn seek(
     };
     let place = |chosen: &Chosen, paths: Paths| -> Result<_, Failure> {
         let own = settings(chosen);
-        if let Some(known) = measured(report, &own) {
+        if let Some(known) = measured(report, &own, args.by) {
             return Ok(known);
         }
         tried += 1;
@@ -194,7 +194,7 @@ fn seek(
             return Ok(None);
         }
         let plain: Vec<&Setting> = own.iter().map(|(_, setting)| *setting).collect();
-        Ok(bench.place(&plain, paths).ok())
+        Ok(bench.place(&plain, paths, args.by).ok().flatten())
     };
     let reach = |chosen: &Chosen| -> Result<(), Failure> {
         let text = text(bench, &settings(chosen))?;
@@ -203,15 +203,20 @@ fn seek(
     let found = search_by_ways_alone(goal, &counts, place, reach)?;
     spinner.finish_and_clear();
     let Some((chosen, at, is_met)) = found else {
-        return Err(Failure::Inconclusive(
-            "the default cannot be measured".to_owned(),
-        ));
+        return Err(Failure::Inconclusive(match args.by {
+            Price::Time => "the default cannot be measured".to_owned(),
+            Price::Energy | Price::Area => {
+                "energy and area of the default are not known: potamoi synth --json finds them, and \
+                 --synth takes them"
+                    .to_owned()
+            }
+        }));
     };
     if !is_met {
         return Err(Failure::Inconclusive(format!(
-            "no settings reach it: the nearest have {:.2} dB at {:.3} ms a frame",
+            "no settings reach it: the nearest have {:.2} dB at {}",
             at.quality,
-            at.cost * 1e-6
+            args.by.words(at.cost)
         )));
     }
     let own = settings(&chosen);
@@ -224,19 +229,19 @@ fn seek(
     let plain: Vec<&Setting> = own.iter().map(|(_, setting)| *setting).collect();
     let text = text(bench, &own)?;
     files::write(&args.found, &format!("{UNPROVED}{text}"))?;
-    prove(bench, &plain)?;
+    prove(bench, &plain, None)?;
     files::write(&args.found, &text)?;
     say!("written to {}", args.found.display());
     Ok(found)
 }
 
 /// What is known of no setting or one alone: its place, or that it cannot be.
-fn measured(report: &Report, own: &[(&Knob, &Setting)]) -> Option<Option<Place>> {
+fn measured(report: &Report, own: &[(&Knob, &Setting)], price: Price) -> Option<Option<Place>> {
     match own {
-        [] => Some(Some(report.default_point().place())),
+        [] => Some(report.default_point().priced(price)),
         [(knob, setting)] => {
             let of = |point: &&Point| point.knob == knob.name && point.setting == setting.label;
-            Some(report.points.iter().find(of).map(Point::place))
+            Some((report.points.iter().find(of)).and_then(|point| point.priced(price)))
         }
         _ => None,
     }
@@ -268,8 +273,9 @@ fn text(bench: &Bench, own: &[(&Knob, &Setting)]) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// Holds the Verilog of what was found against the golden models on its frame.
-fn prove(bench: &Bench, own: &[&Setting]) -> Result<(), Failure> {
+/// Holds the Verilog of what was found against the golden models on its frame; with a fault in it,
+/// to see that it is found.
+fn prove(bench: &Bench, own: &[&Setting], inject: Option<Injection>) -> Result<(), Failure> {
     let (config, scene) = bench.apply(own)?;
     let counts = scene
         .render_fixed(&config, &mut Twins::new(&config))?
@@ -281,7 +287,7 @@ fn prove(bench: &Bench, own: &[&Setting]) -> Result<(), Failure> {
         seed: 0,
         gather_every,
         vector_every,
-        inject: None,
+        inject,
         excerpt: None,
     };
     let bar = progress::bar(total.iter().sum(), "verifying");
@@ -309,4 +315,32 @@ fn prove(bench: &Bench, own: &[&Setting]) -> Result<(), Failure> {
         total[1]
     );
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use potamoi_golden::scene::Scene;
+
+    /// Of both units, in the configuration that a setting makes.
+    #[test]
+    fn a_fault_of_what_was_found_is_not_proved() {
+        let mut scene = Scene::open("lantern").unwrap();
+        scene.set_size(Some(12), None).unwrap();
+        let common = crate::common::Common::default();
+        let setup = Setup::of_times(&common, scene, None).unwrap();
+        let bench = Bench::new(setup, 2).unwrap();
+        let knobs = knobs::of(&bench.setup.scene);
+        let iterations = knobs.iter().find(|knob| knob.name == "iterations").unwrap();
+        let own = [&iterations.settings[0]];
+        assert!(prove(&bench, &own, None).is_ok());
+        for fault in [Injection::Bit, Injection::Bubble, Injection::Exp] {
+            let proved = prove(&bench, &own, Some(fault));
+            assert!(
+                matches!(proved, Err(Failure::Check(_))),
+                "{fault:?}: {proved:?}"
+            );
+        }
+    }
 }

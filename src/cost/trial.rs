@@ -13,6 +13,7 @@ use potamoi_sim::soc::work::{Counted, FrameWork, PathOptions};
 use potamoi_sim::soc::{Frames, Gathering, Model, Scenario, Variant};
 use serde::Serialize;
 
+use super::Price;
 use super::front::Place;
 use super::knobs::{Change, Look, Setting, Way};
 use super::units::{Known, UnitErrors};
@@ -132,13 +133,19 @@ impl Point {
     pub(super) fn place(&self) -> Place {
         place(self.model, self.truth, self.frame_ns)
     }
+
+    /// With another cost than time; none where that is not known.
+    pub(super) fn priced(&self, price: Price) -> Option<Place> {
+        let costs = [Some(self.frame_ns), self.energy_mj, self.area_mm2];
+        (price.of(costs)).map(|cost| place(self.model, self.truth, cost))
+    }
 }
 
 /// Quality beside the truth where that is known, else beside the model. Equal pictures are
 /// as good as any.
-fn place(model: Likeness, truth: Option<Likeness>, frame_ns: f64) -> Place {
+fn place(model: Likeness, truth: Option<Likeness>, cost: f64) -> Place {
     Place {
-        cost: frame_ns,
+        cost,
         quality: truth.unwrap_or(model).db.unwrap_or(f64::INFINITY),
     }
 }
@@ -214,13 +221,19 @@ impl Bench {
         Ok((config, scene))
     }
 
-    /// Where settings lie, without what their results are off by.
+    /// Where settings lie, without what their results are off by; none where the price is not known.
     ///
     /// # Errors
     /// As [`Bench::point`].
-    pub(super) fn place(&self, settings: &[&Setting], paths: Paths) -> Result<Place, Failure> {
+    pub(super) fn place(
+        &self,
+        settings: &[&Setting],
+        paths: Paths,
+        price: Price,
+    ) -> Result<Option<Place>, Failure> {
         let tried = self.tried(settings, paths)?;
-        Ok(place(tried.model, tried.truth, tried.frame_ns))
+        let costs = [Some(tried.frame_ns), tried.energy_mj, tried.area_mm2];
+        Ok((price.of(costs)).map(|cost| place(tried.model, tried.truth, cost)))
     }
 
     /// All that is said of settings.

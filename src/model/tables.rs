@@ -215,7 +215,8 @@ pub(super) fn print(found: &Found, system: &System) {
             .into_iter()
             .filter(|s| own.iter().any(|o| o.run.stages.contains_key(s)))
             .collect();
-        let mut header = vec!["ms a frame: own work + its bytes + waiting for the unit"];
+        let mut header =
+            vec!["ms a frame: own work + its bytes (most of them by) + waiting for the unit"];
         header.extend(&used);
         let mut times = tables::plain(&header);
         for o in &own {
@@ -226,7 +227,11 @@ pub(super) fn print(found: &Found, system: &System) {
                     |t| {
                         let [own, bytes, waiting] =
                             [t.own_ns, t.memory_ns, t.waiting_ns].map(|ns| ns * 1e-6);
-                        format!("{own:.2} + {bytes:.2} + {waiting:.2}")
+                        let by = match bytes < 0.005 {
+                            true => String::new(),
+                            false => format!(" ({})", t.last_through.most()),
+                        };
+                        format!("{own:.2} + {bytes:.2}{by} + {waiting:.2}")
                     },
                 )
             }));

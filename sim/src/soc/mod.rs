@@ -32,6 +32,8 @@ pub use gathering::{Gathered, MemorySaving};
 pub use gpu::Gpu;
 pub use kernels::{Instructions, Kernel, Program};
 pub use memory::{Memory, Rate};
-pub use outcome::{EnergyByPart, Model, ModelError, Outcome, Run, StageTime, Timeline};
+pub use outcome::{
+    EnergyByPart, LastThrough, Model, ModelError, Outcome, Run, StageTime, Timeline,
+};
 pub use system::{System, SystemError};
 pub use variant::{Frames, Gathering, Scenario, Variant};

@@ -33,8 +33,47 @@ pub struct StageTime {
     pub own_ns: f64,
     /// Its own work done, waiting for its bytes.
     pub memory_ns: f64,
+    /// Of that, by what the last of them came through.
+    pub last_through: LastThrough,
     /// While something of it was ready and waited for its resource.
     pub waiting_ns: f64,
+}
+
+/// Nanoseconds that jobs waited for bytes, by what the last of them came through.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct LastThrough {
+    /// Memory.
+    pub memory_ns: f64,
+    /// Between memory, GPU and accelerator.
+    pub interconnect_ns: f64,
+    /// Ports of the global feature buffer.
+    pub feature_buffer_ns: f64,
+    /// The weight buffer's port.
+    pub weight_buffer_ns: f64,
+}
+
+impl LastThrough {
+    fn wait(&mut self, of: Shared, ns: f64) {
+        *match of {
+            Shared::Memory => &mut self.memory_ns,
+            Shared::Interconnect => &mut self.interconnect_ns,
+            Shared::Features(_) => &mut self.feature_buffer_ns,
+            Shared::Weights => &mut self.weight_buffer_ns,
+        } += ns;
+    }
+
+    /// What most was waited for.
+    #[must_use]
+    pub fn most(&self) -> &'static str {
+        let all = [
+            ("memory", self.memory_ns),
+            ("interconnect", self.interconnect_ns),
+            ("feature buffer", self.feature_buffer_ns),
+            ("weight buffer", self.weight_buffer_ns),
+        ];
+        let most = |best: (_, f64), own: (_, f64)| if own.1 > best.1 { own } else { best };
+        all.into_iter().fold(all[0], most).0
+    }
 }
 
 /// Millijoules a frame, of the device.
@@ -215,7 +254,12 @@ impl Model<'_> {
         for (job, at) in jobs.iter().zip(&times) {
             let stage = stages.entry(job.stage).or_default();
             stage.own_ns += (at.own_done_ns - at.begin_ns) / frames as f64;
-            stage.memory_ns += (at.end_ns - at.own_done_ns) / frames as f64;
+            let waited_ns = (at.end_ns - at.own_done_ns) / frames as f64;
+            stage.memory_ns += waited_ns;
+            let shares = job.shares.iter().zip(&at.through_ns);
+            if let Some((last, _)) = shares.max_by(|a, b| a.1.total_cmp(b.1)) {
+                stage.last_through.wait(last.of, waited_ns);
+            }
             waits
                 .entry(job.stage)
                 .or_default()

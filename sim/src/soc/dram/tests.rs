@@ -60,6 +60,34 @@ fn random_bursts_are_bound_by_activates() {
     assert!((2.2e9..2.56e9).contains(&rate), "{rate}");
 }
 
+/// A write after a read waits until the bus has turned: read latency, burst and turnaround, less
+/// the write's own latency.
+#[test]
+fn the_bus_turns_between_a_read_and_a_write() {
+    let write = Access {
+        address: 32,
+        is_write: true,
+    };
+    let read_alone = serve(1, &[read(0)]).clocks;
+    let turned = TIMING.read_latency + TIMING.burst + TIMING.turnaround - TIMING.write_latency;
+    let written = turned + TIMING.write_latency - TIMING.read_latency;
+    assert_eq!(serve(1, &[read(0), write]).clocks, read_alone + written);
+}
+
+/// Four hits of an open row are served, then the oldest access may open another, if the bank has
+/// the time between two hits to close the row: another bank takes turns with it.
+#[test]
+fn hits_do_not_starve_another_row() {
+    let [other_bank, other_row] = [4096, 8 * 4096];
+    let mut accesses = vec![read(0), read(other_row)];
+    accesses.extend((1..100).flat_map(|i| [read(32 * i), read(other_bank + 32 * i)]));
+    assert_eq!(serve(1, &accesses).activates, 4);
+    // Behind them it is no interruption.
+    accesses.remove(1);
+    accesses.push(read(other_row));
+    assert_eq!(serve(1, &accesses).activates, 3);
+}
+
 /// JESD209-3C figures of the device: an access to an open row, and to a closed one.
 #[test]
 fn energies_are_those_of_the_currents() {

@@ -204,6 +204,11 @@ fn a_raw_frame_takes_the_link_a_fifth_of_a_second() {
     assert!((found.run.stages["link"].own_ns - 0.192e9).abs() < 1.0);
     assert!((found.run.energy.link_mj - 192.0).abs() < 1e-9);
     assert!(found.run.frames_per_second < 1.0 / 0.192);
+    // A reference has depths of two bytes beside its colours of three.
+    let warped = Variant::named("sparw").unwrap();
+    let references = model.run(&path, warped, Scenario::Remote).unwrap().0;
+    let number = path.references.len() as f64 / path.targets.len() as f64;
+    assert!(near(references.run.stages["link"].own_ns, number * 0.32e9));
 }
 
 /// Gaussians whose colours are a field (Compact-3DGS): tables are gathered and perceptrons run at
@@ -249,6 +254,50 @@ fn colours_of_a_field_are_gathered_as_fields_are() {
         run.stages["gathering"].own_ns - 1e4
     };
     assert!(near(own_ns(0.1), 2.0 * own_ns(0.2)));
+}
+
+/// Reads that wait for a bank of shared memory take its time again: of half of them, twice.
+#[test]
+fn conflicts_of_shared_memory_take_its_time() {
+    let mut system = System::default();
+    // Nothing but shared memory takes time.
+    (system.instructions.vector, system.instructions.code) = (0.0, 0.0);
+    let own_ns = |conflict_rate| {
+        let mut work = some_work();
+        work.reads.conflict_rate = conflict_rate;
+        let run = frame(&system, &work, Gathering::Streamed);
+        run.stages["gathering"].own_ns - 1e4
+    };
+    assert!(own_ns(0.0) > 0.0);
+    assert!(near(own_ns(0.5), 2.0 * own_ns(0.0)));
+}
+
+/// What a stage waited for is named: memory as it is, the ports of a feature buffer of one bank.
+#[test]
+fn what_is_waited_for_is_named() {
+    let mut work = some_work();
+    let batch = &mut work.batches[0];
+    (batch.row_bytes, batch.mvoxels) = (1_000_000, 100);
+    (batch.input_bytes, batch.partial_bytes, batch.array_cycles) = (100_000, 1_000_000, 1000);
+    let of = |system: &System, stage| frame(system, &work, Gathering::Unit).stages[stage];
+    let slow = System {
+        memory_channels: 1,
+        ..System::default()
+    };
+    let gathering = of(&slow, "gathering");
+    assert!(gathering.memory_ns > 0.0);
+    assert_eq!(gathering.last_through.most(), "memory");
+    let slow = System {
+        feature_banks: 1,
+        feature_block_banks: 1,
+        ..System::default()
+    };
+    let computation = of(&slow, "computation");
+    assert_eq!(computation.last_through.most(), "feature buffer");
+    let parts = computation.last_through;
+    let sum =
+        parts.memory_ns + parts.interconnect_ns + parts.feature_buffer_ns + parts.weight_buffer_ns;
+    assert!(near(sum, computation.memory_ns) && sum > 0.0);
 }
 
 /// A GPU that gathers more slowly does the same, in that many times the time.

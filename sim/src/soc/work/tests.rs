@@ -59,6 +59,25 @@ fn counts_are_those_of_the_renderer() {
     }
 }
 
+/// Sums of entries that lie in several `MVoxel`s, where none keeps a halo, go out and come back.
+#[test]
+fn partial_sums_go_out_and_back() {
+    let config = Config::paper();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("split.toml");
+    let text = "[model]\nkind = \"builtin\"\nname = \"lantern\"\n[render]\nhalo = \"split\"\n";
+    std::fs::write(&path, text).unwrap();
+    let scene = scene(path.to_str().unwrap(), 24);
+    let rendered = scene
+        .render_fixed(&config, &mut Twins::new(&config))
+        .unwrap();
+    let streams = rendered.counts.streams;
+    assert!(streams.partial_sums > 0);
+    let work = FrameWork::count(&scene, &config, Array::PAPER, CACHE, None).unwrap();
+    let spilled = streams.spills + 2 * streams.partial_sums;
+    assert_eq!(work.spilled_bytes, spilled);
+}
+
 /// The formulas' sums: vertices are read in just the cycles in which the unit issues, and neither
 /// sum is more than it takes.
 #[test]
