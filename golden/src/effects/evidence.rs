@@ -328,3 +328,50 @@ impl Known<'_> {
         (hashed > 0 || fetched > 0, evidence.join("; "))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::super::{Perceptron, TableFacts};
+    use super::*;
+
+    /// Of what is counted one is enough, and none is not.
+    #[test]
+    fn one_is_enough() {
+        let scene = Scene::open("lantern").unwrap();
+        let config = Config::paper();
+        let calls = |effect: Effect, number: usize| {
+            let mut facts = scene.facts().clone();
+            let table = facts.tables[0];
+            facts.tables = vec![table, table];
+            facts.tables.extend((0..number).map(|_| TableFacts {
+                is_hashed: true,
+                ..table
+            }));
+            facts.perceptron = Some(Perceptron {
+                inputs: [39, 27],
+                weights: [27 * 64, number as u64],
+            });
+            let known = Known {
+                scene: &scene,
+                facts: &facts,
+                seen: Seen::default(),
+                config: &config,
+                around: Surroundings::default(),
+                is_still: false,
+                void: Some([number as u64, 8]),
+                merged: Some([8, 8 - number]),
+            };
+            known.finding(effect).0
+        };
+        for effect in [
+            Effect::HashLevels,
+            Effect::ViewMlp,
+            Effect::VoidTest,
+            Effect::OctreeMerging,
+            Effect::RandomDram,
+        ] {
+            assert!(calls(effect, 1) && !calls(effect, 0), "{effect}");
+        }
+    }
+}
