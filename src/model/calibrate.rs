@@ -32,6 +32,8 @@ const DEFAULT: [&str; 3] = ["all:dvgo", "all:splats", "all:ngp"];
 struct Timed {
     scene: String,
     algorithm: &'static str,
+    /// Pixels of a row and rows.
+    size: [u32; 2],
     gaussians: u64,
     model_bytes: u64,
     #[serde(skip)]
@@ -73,6 +75,7 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         scenes.push(Timed {
             scene: name,
             algorithm: setup.scene.model().algorithm(),
+            size: [setup.scene.camera().width, setup.scene.camera().height],
             gaussians: work.gaussians,
             model_bytes: work.reads.model_bytes,
             best: at_best,
@@ -159,6 +162,15 @@ fn print(found: &Factors) {
         ]);
     }
     say!("{table}");
+    let is_other = |t: &&Timed| t.size != [SIDE, SIDE];
+    if let Some(other) = found.report.scenes.iter().find(is_other) {
+        let [width, height] = other.size;
+        say!(
+            "these factors are not the paper's GPU: {} is {width} x {height}, and what they are set to was timed at \
+             {SIDE} x {SIDE} (without --width and --height)",
+            other.scene
+        );
+    }
     for ((algorithm, target), factor) in TIMED
         .iter()
         .zip([found.fields_efficiency, found.splats_efficiency])
