@@ -3,6 +3,7 @@
 
 mod conservation;
 mod parts;
+mod rooms;
 mod traffic;
 
 use std::sync::OnceLock;
