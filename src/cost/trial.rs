@@ -137,7 +137,7 @@ impl Point {
     /// With another cost than time; none where that is not known.
     pub(super) fn priced(&self, price: Price) -> Option<Place> {
         let costs = [Some(self.frame_ns), self.energy_mj, self.area_mm2];
-        (price.of(costs)).map(|cost| place(self.model, self.truth, cost))
+        priced(self.model, self.truth, costs, price)
     }
 }
 
@@ -148,6 +148,16 @@ fn place(model: Likeness, truth: Option<Likeness>, cost: f64) -> Place {
         cost,
         quality: truth.unwrap_or(model).db.unwrap_or(f64::INFINITY),
     }
+}
+
+/// [`place`] by one of time, energy and area, where that is known.
+fn priced(
+    model: Likeness,
+    truth: Option<Likeness>,
+    costs: [Option<f64>; 3],
+    price: Price,
+) -> Option<Place> {
+    price.of(costs).map(|cost| place(model, truth, cost))
 }
 
 /// A frame with settings, as it is shown and what it takes.
@@ -233,7 +243,7 @@ impl Bench {
     ) -> Result<Option<Place>, Failure> {
         let tried = self.tried(settings, paths)?;
         let costs = [Some(tried.frame_ns), tried.energy_mj, tried.area_mm2];
-        Ok((price.of(costs)).map(|cost| place(tried.model, tried.truth, cost)))
+        Ok(priced(tried.model, tried.truth, costs, price))
     }
 
     /// All that is said of settings.

@@ -31,7 +31,7 @@ pub enum ModelError {
 pub struct StageTime {
     /// At work.
     pub own_ns: f64,
-    /// Its own work done, waiting for its bytes.
+    /// Its own work done, waiting for its bytes, whatever they go through.
     pub memory_ns: f64,
     /// Of that, by what the last of them came through.
     pub last_through: LastThrough,
