@@ -16,6 +16,7 @@ pub mod mask;
 pub mod mesh;
 pub mod picture;
 pub mod precision;
+pub mod record;
 pub mod scene;
 pub mod splats;
 pub mod ssim;

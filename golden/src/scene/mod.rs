@@ -9,6 +9,7 @@ mod description;
 mod effects;
 mod error;
 mod exact;
+pub mod file_formats;
 mod fixed;
 #[cfg(test)]
 mod fuzz;
@@ -49,6 +50,7 @@ use crate::fields::dvgo::Dvgo;
 use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, Field};
 use crate::precision::Precision;
+use crate::record::Notes;
 use crate::splats::compact::Compact;
 use crate::splats::{Cells, Cloud, Order, Profile};
 use crate::voxels::{Grid, Halo};
@@ -154,6 +156,8 @@ pub struct Scene {
     step: f64,
     /// Whether the model was read from a file.
     from_file: bool,
+    /// What its files say that is not used, and what they leave to be assumed.
+    notes: Notes,
     /// The field that a built-in model was sampled from.
     truth: Option<Analytic>,
     /// What is carried out whatever is called for.

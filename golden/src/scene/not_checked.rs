@@ -112,6 +112,7 @@ impl Scene {
                 left_out.join(", ")
             ));
         }
+        all.extend(self.notes.sentences());
         if !self.from_file {
             return all;
         }

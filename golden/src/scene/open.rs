@@ -13,6 +13,7 @@ use crate::fields::ngp::Ngp;
 use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, HashUnit};
 use crate::precision::Precision;
+use crate::record::Notes;
 use crate::splats::compact::{self, Compact};
 use crate::splats::{Order, Profile, files};
 use crate::voxels::Halo;
@@ -94,6 +95,7 @@ impl Scene {
             cells: crate::splats::Cells::MERGED,
             step: STEP,
             from_file: false,
+            notes: Notes::default(),
             truth: None,
             choices: Choices::default(),
             precision: Precision::default(),
