@@ -27,6 +27,9 @@ use crate::setup::{Setup, store};
 use crate::warp::RulesOf;
 use report::{Found, Report};
 
+/// What is read of a system, in bytes: far more than any has.
+const LARGEST_SYSTEM: u64 = 1 << 20;
+
 #[derive(Debug, Args)]
 pub(crate) struct ModelArgs {
     #[command(flatten)]
@@ -201,7 +204,7 @@ impl ModelArgs {
         let Some(path) = &self.system else {
             return Ok(System::default());
         };
-        let text = std::fs::read_to_string(path)
+        let text = potamoi_golden::files::read_text(path, LARGEST_SYSTEM)
             .map_err(|error| Failure::Usage(format!("--system {}: {error}", path.display())))?;
         Ok(System::from_toml(&text, &path.display().to_string())?)
     }

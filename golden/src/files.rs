@@ -1,7 +1,9 @@
 //! Files that are whole or not there, and of bounded size.
 
-use std::io::{Read as _, Write as _};
+use std::io::Write as _;
 use std::path::Path;
+
+pub use potamoi_formats::files::{open, read, read_text};
 
 /// Writes to a temporary name in the same folder, then renames.
 ///
@@ -44,28 +46,6 @@ fn beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         .map_err(|e| std::io::Error::from(e.kind()))
 }
 
-/// Opens a file.
-///
-/// # Errors
-/// The file cannot be read, or is none: devices and pipes have no end.
-pub fn open(path: &Path) -> std::io::Result<std::fs::File> {
-    let file = std::fs::File::open(path)?;
-    if !file.metadata()?.is_file() {
-        return Err(std::io::Error::other("not a regular file"));
-    }
-    Ok(file)
-}
-
-/// What a file holds; `None` if that is more than `most` bytes.
-///
-/// # Errors
-/// The file cannot be read, or is none: devices and pipes have no end.
-pub fn read(path: &Path, most: u64) -> std::io::Result<Option<Vec<u8>>> {
-    let mut bytes = vec![];
-    open(path)?.take(most + 1).read_to_end(&mut bytes)?;
-    Ok((bytes.len() as u64 <= most).then_some(bytes))
-}
-
 /// Temporary files are private; what is written for others should not be.
 #[cfg(unix)]
 fn readable(file: &std::fs::File) -> std::io::Result<()> {
@@ -82,18 +62,6 @@ fn readable(_: &std::fs::File) -> std::io::Result<()> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-
-    #[test]
-    fn no_more_is_read_than_was_allowed() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("f");
-        write(&path, b"abc").unwrap();
-        assert_eq!(read(&path, 3).unwrap(), Some(b"abc".to_vec()));
-        assert_eq!(read(&path, 2).unwrap(), None);
-        #[cfg(unix)]
-        assert!(read(Path::new("/dev/zero"), 1000).is_err());
-        assert!(read(folder.path(), 1000).is_err());
-    }
 
     #[test]
     fn a_file_is_replaced_whole_and_nothing_stays_beside_it() {

@@ -12,7 +12,6 @@ mod pieces;
 pub mod rules;
 mod vu;
 
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -152,13 +151,7 @@ impl Config {
             path: path.to_owned(),
             source,
         };
-        let file = std::fs::File::open(path).map_err(fail)?;
-        // Devices have no end.
-        if !file.metadata().map_err(fail)?.is_file() {
-            return Err(fail(std::io::Error::other("not a regular file")));
-        }
-        let mut text = String::new();
-        file.take(LIMIT).read_to_string(&mut text).map_err(fail)?;
+        let text = crate::files::read_text(path, LIMIT).map_err(fail)?;
         Self::from_toml(&text, &path.display().to_string())
     }
 

@@ -103,11 +103,7 @@ impl Checkpoint {
             path: path.to_owned(),
             problem,
         };
-        let file = File::open(path).map_err(fail)?;
-        if !file.metadata().map_err(fail)?.is_file() {
-            return Err(fail(std::io::Error::other("not a regular file")));
-        }
-        let mut file = BufReader::new(file);
+        let mut file = BufReader::new(crate::files::open(path).map_err(fail)?);
         if legacy::is_head(file.fill_buf().map_err(fail)?) {
             let says = "what torch.save wrote before PyTorch 1.6: load it there and save it again \
                         with PyTorch 1.6 or newer";

@@ -16,6 +16,8 @@ const FIELDS: &str = include_str!("../../../synth/fields-asap7.json");
 const RECORDS: &str = include_str!("../../../synth/records-asap7.json");
 /// Sums of rounded decimals.
 const NEAR: f64 = 1e-9;
+/// What is read of a file, in bytes: a hundred times those that are kept.
+const LIMIT: u64 = 2 << 20;
 
 /// Parameters, and the configuration that they are of.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,7 +97,8 @@ impl SynthReport {
             why,
             remedy: REMEDY,
         };
-        let text = std::fs::read_to_string(path).map_err(|e| fail(e.to_string()))?;
+        let text =
+            potamoi_golden::files::read_text(path, LIMIT).map_err(|e| fail(e.to_string()))?;
         Self::parse(&text).map_err(fail)
     }
 

@@ -7,7 +7,6 @@
 //! output; inputs and outputs of a network are rounded up to 16. Inputs past
 //! the features of the grid are zero there, so their weights are dropped.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
@@ -106,12 +105,9 @@ pub(super) fn load(path: &Path) -> Result<Ngp, FieldError> {
         path: path.to_owned(),
         source,
     };
-    let file = File::open(path).map_err(fail)?;
-    let metadata = file.metadata().map_err(fail)?;
-    if !metadata.is_file() {
-        return Err(fail(std::io::Error::other("not a regular file")).into());
-    }
-    from_reader(path, BufReader::new(file), metadata.len())
+    let file = crate::files::open(path).map_err(fail)?;
+    let length = file.metadata().map_err(fail)?.len();
+    from_reader(path, BufReader::new(file), length)
 }
 
 /// A snapshot from `length` bytes of anything that is read; `path` names it in

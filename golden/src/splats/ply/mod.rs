@@ -31,12 +31,6 @@ pub enum PlyError {
         /// Why.
         source: std::io::Error,
     },
-    /// Not a regular file.
-    #[error("{path} is no regular file: name a PLY file")]
-    NoFile {
-        /// The path.
-        path: PathBuf,
-    },
     /// Does not begin with `ply`.
     #[error("{origin}: not a PLY file: expected the line `ply` first")]
     NotPly {
@@ -153,14 +147,9 @@ pub(in crate::splats) fn open(path: &Path) -> Result<(BufReader<File>, u64), Ply
         path: path.to_owned(),
         source,
     };
-    let file = File::open(path).map_err(fail)?;
-    let meta = file.metadata().map_err(fail)?;
-    if !meta.is_file() {
-        return Err(PlyError::NoFile {
-            path: path.to_owned(),
-        });
-    }
-    Ok((BufReader::with_capacity(1 << 16, file), meta.len()))
+    let file = crate::files::open(path).map_err(fail)?;
+    let length = file.metadata().map_err(fail)?.len();
+    Ok((BufReader::with_capacity(1 << 16, file), length))
 }
 
 /// Reads a cloud from `length` bytes; `origin` names them in errors.

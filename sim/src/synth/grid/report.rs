@@ -17,6 +17,8 @@ const NEAR: f64 = 1e-5;
 const SLICED: f64 = 0.05;
 /// Version of the file.
 const FORMAT_VERSION: u32 = 2;
+/// What is read of a grid, in bytes: a hundred times those that are kept.
+const LIMIT: u64 = 16 << 20;
 
 /// Configurations that went through synthesis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -120,7 +122,8 @@ impl Grid {
     /// # Errors
     /// It cannot be read, is of another version, or its points are not the grid's.
     pub fn read(path: &Path) -> Result<Self, SynthError> {
-        let text = std::fs::read_to_string(path).map_err(|e| wrong(path, e.to_string()))?;
+        let text = potamoi_golden::files::read_text(path, LIMIT)
+            .map_err(|e| wrong(path, e.to_string()))?;
         Self::parse(&text, path)
     }
 

@@ -1,0 +1,137 @@
+//! Input files: regular ones, of bounded size.
+//!
+//! Every reader opens its files here, so that a pipe, a device or a folder in a file's place is
+//! refused in the same words, and nothing waits for a pipe that nobody writes.
+
+use std::fs::{File, FileType};
+use std::io::{Error, Read as _, Result};
+use std::path::Path;
+
+/// Opens a regular file.
+///
+/// # Errors
+/// The file cannot be read, or it is no regular file: pipes and devices have no end, and opening
+/// one may wait for ever or act on hardware, so that neither is opened.
+pub fn open(path: &Path) -> Result<File> {
+    check(std::fs::metadata(path)?.file_type())?;
+    let file = File::open(path)?;
+    // What is opened may have been put there since.
+    check(file.metadata()?.file_type())?;
+    Ok(file)
+}
+
+/// What a file holds; `None` if that is more than `most` bytes.
+///
+/// # Errors
+/// As [`open`]; memory for it is refused.
+pub fn read(path: &Path, most: u64) -> Result<Option<Vec<u8>>> {
+    let file = open(path)?;
+    let length = file.metadata()?.len();
+    if length > most {
+        return Ok(None);
+    }
+    let mut bytes = vec![];
+    let room = usize::try_from(length).map_err(|_| too_much(length))?;
+    bytes
+        .try_reserve_exact(room)
+        .map_err(|_| too_much(length))?;
+    file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
+    Ok((bytes.len() as u64 <= most).then_some(bytes))
+}
+
+/// The text of a file of at most `most` bytes.
+///
+/// # Errors
+/// As [`read`]; the file is larger, or no UTF-8.
+pub fn read_text(path: &Path, most: u64) -> Result<String> {
+    let bytes = read(path, most)?
+        .ok_or_else(|| Error::other(format!("more than {most} bytes, the most that are read")))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        Error::other(format!("byte {at} is not UTF-8 text"))
+    })
+}
+
+/// Refuses what is no regular file, by what it is.
+///
+/// # Errors
+/// It is a folder, a pipe, a socket or a device.
+pub fn check(kind: FileType) -> Result<()> {
+    match name_of(kind) {
+        None => Ok(()),
+        Some(name) => Err(Error::other(format!("{name} and not a regular file"))),
+    }
+}
+
+/// What a file is that is no regular one.
+#[must_use]
+pub fn name_of(kind: FileType) -> Option<&'static str> {
+    if kind.is_file() {
+        return None;
+    }
+    if kind.is_dir() {
+        return Some("a folder");
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt as _;
+        if kind.is_fifo() {
+            return Some("a FIFO");
+        }
+        if kind.is_socket() {
+            return Some("a socket");
+        }
+        if kind.is_char_device() || kind.is_block_device() {
+            return Some("a device");
+        }
+    }
+    Some("something else")
+}
+
+fn too_much(length: u64) -> Error {
+    Error::new(
+        std::io::ErrorKind::OutOfMemory,
+        format!("its {length} bytes do not fit in memory"),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn no_more_is_read_than_was_allowed() {
+        let path = std::env::temp_dir().join(format!("potamoi-files-{}", std::process::id()));
+        std::fs::write(&path, b"abc").unwrap();
+        let read_of = |most| (read(&path, most).unwrap(), read_text(&path, most).ok());
+        let most = (Some(b"abc".to_vec()), Some("abc".to_owned()));
+        assert_eq!(read_of(3), most);
+        assert_eq!(read_of(2), (None, None));
+        std::fs::write(&path, [b'a', 0xff]).unwrap();
+        let error = read_text(&path, 9).unwrap_err().to_string();
+        assert_eq!(error, "byte 1 is not UTF-8 text");
+        std::fs::remove_file(&path).unwrap();
+    }
+
+    #[test]
+    fn what_is_no_regular_file_is_refused_by_name() {
+        let said = |path: &Path| read(path, 1000).unwrap_err().to_string();
+        assert_eq!(
+            said(&std::env::temp_dir()),
+            "a folder and not a regular file"
+        );
+        #[cfg(unix)]
+        {
+            let device = "a device and not a regular file";
+            assert_eq!(said(Path::new("/dev/zero")), device);
+            let folder = std::env::temp_dir();
+            let pipe = folder.join(format!("potamoi-fifo-{}", std::process::id()));
+            let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+            assert!(made.unwrap().success());
+            // It would wait for ever where it were opened.
+            assert_eq!(said(&pipe), "a FIFO and not a regular file");
+            std::fs::remove_file(&pipe).unwrap();
+        }
+    }
+}
