@@ -15,8 +15,9 @@ use potamoi_hdl::ir::IrErrors;
 use potamoi_sim::rtl::RtlError;
 use potamoi_sim::runtime::RuntimeError;
 use potamoi_sim::soc::work::KeepError;
-use potamoi_sim::soc::{CostError, ModelError, SystemError};
+use potamoi_sim::soc::{CostError, ModelError as SystemModelError, SystemError};
 use potamoi_sim::synth::SynthError;
+use potamoi_verilated::Error as ModelError;
 use thiserror::Error;
 
 use crate::doctor::DoctorError;
@@ -60,7 +61,7 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Cost(#[from] CostError),
     #[error(transparent)]
-    Model(#[from] ModelError),
+    Model(#[from] SystemModelError),
     #[error(transparent)]
     Doctor(#[from] DoctorError),
     /// A check said no; what it found is printed before.
@@ -103,8 +104,12 @@ impl Failure {
             Self::Unit(error) => unit_code(&**error),
             Self::Rtl(error) => rtl_code(error),
             Self::Synth(error) => match error {
-                SynthError::MissingTool { .. } | SynthError::NoLibrary { .. } => 3,
+                SynthError::MissingTool { .. }
+                | SynthError::NoLibrary { .. }
+                | SynthError::Broken { .. } => 3,
                 SynthError::Tool { .. } | SynthError::Output { .. } | SynthError::Netlist(_) => 1,
+                SynthError::Cache(error) => model_code(error),
+                SynthError::Rtl(error) => rtl_code(error),
                 _ => 2,
             },
             Self::Doctor(error) => match error {
@@ -122,10 +127,22 @@ fn unit_code(error: &(dyn Error + Send + Sync + 'static)) -> u8 {
 }
 
 fn rtl_code(error: &RtlError) -> u8 {
-    use potamoi_verilated::Error as ModelError;
     match error {
-        RtlError::MissingTool { .. } | RtlError::Model(ModelError::MissingTool { .. }) => 3,
+        RtlError::MissingTool { .. } | RtlError::BrokenTool { .. } => 3,
+        RtlError::Model(error) => model_code(error),
         RtlError::Stream(_) | RtlError::Work(_) | RtlError::Fault(_) | RtlError::Folder(_) => 2,
+        _ => 1,
+    }
+}
+
+/// Code of a model that was not built or run: faults of the machine are no failed check.
+fn model_code(error: &ModelError) -> u8 {
+    match error {
+        ModelError::MissingTool { .. }
+        | ModelError::OldTool { .. }
+        | ModelError::Broken { .. }
+        | ModelError::Load { .. } => 3,
+        ModelError::NoCacheDir | ModelError::Untrusted { .. } | ModelError::Io { .. } => 2,
         _ => 1,
     }
 }

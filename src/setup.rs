@@ -129,8 +129,8 @@ impl Setup {
 
 /// Where counted work is kept.
 pub(crate) fn store() -> Result<Kept, Failure> {
-    let models = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
-    Ok(Kept::new(&models.with_file_name("work")))
+    let folder = potamoi_verilated::cache::folder("work").map_err(SynthError::from)?;
+    Ok(Kept::new(&folder))
 }
 
 /// The configuration that was asked for; where none was, the preset that has what the scene's

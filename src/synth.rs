@@ -146,8 +146,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     let written = [&args.json, &args.report, &args.grid, &args.forms];
     files::prepare(written.map(Option::as_ref))?;
     let config = common.read_config()?;
-    let cache = potamoi_verilated::default_cache_folder().map_err(SynthError::from)?;
-    let cache = cache.with_file_name("synth");
+    let cache = potamoi_verilated::cache::folder("synth").map_err(SynthError::from)?;
     if let Some(Family::Ecp5) = args.fpga {
         return fpga::run(&config, args, &cache);
     }

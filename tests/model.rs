@@ -12,7 +12,7 @@ use serde_json::Value;
 fn model(folder: &Path, code: i32, arguments: &[&str]) -> String {
     let output = potamoi()
         .current_dir(folder)
-        .env("POTAMOI_CACHE", folder.join("cache/models"))
+        .env("POTAMOI_CACHE", folder.join("cache"))
         .arg("model")
         .args(arguments)
         .output()

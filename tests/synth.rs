@@ -312,7 +312,7 @@ fn the_checked_in_parameters_are_made_again() {
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("synth/paper-asap7.json");
     let output = potamoi()
         .current_dir(at)
-        .env("POTAMOI_CACHE", at.join("cache/models"))
+        .env("POTAMOI_CACHE", at.join("cache"))
         .args(["synth", "--node", "7", "--json", "here.json", "--liberty"])
         .arg(data.join("liberty/asap7_rvt_tt_62cells.lib.gz"))
         .arg("--compare")
@@ -355,7 +355,7 @@ fn memories_are_left_out_and_said_so_without_cacti() {
     let synth = |arguments: &[&str], code: i32| {
         let output = potamoi()
             .current_dir(at)
-            .env("POTAMOI_CACHE", at.join("cache/models"))
+            .env("POTAMOI_CACHE", at.join("cache"))
             .env("PATH", &path)
             .args([&["--config", "small", "synth", "--unit", "gu"], arguments].concat())
             .output()
@@ -391,7 +391,7 @@ fn a_small_unit_is_placed_and_routed() {
     let place = |seed: &str| {
         let output = potamoi()
             .current_dir(at)
-            .env("POTAMOI_CACHE", at.join("cache/models"))
+            .env("POTAMOI_CACHE", at.join("cache"))
             .args([
                 "--config",
                 "four.toml",
@@ -465,7 +465,7 @@ fn the_same_figures_come_twice() {
     let synth = |cache: &str, code: i32, more: &[&str]| {
         let output = potamoi()
             .current_dir(at)
-            .env("POTAMOI_CACHE", at.join(cache).join("models"))
+            .env("POTAMOI_CACHE", at.join(cache))
             .args([&["--config", "small", "synth"], more].concat())
             .output()
             .unwrap();

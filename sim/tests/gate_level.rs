@@ -39,8 +39,8 @@ fn handful() -> Library {
 
 /// Yosys, and the folder of what it made earlier.
 fn tools() -> (Tools, PathBuf) {
-    let cache = potamoi_verilated::default_cache_folder().unwrap();
-    (Tools::yosys_alone().unwrap(), cache.with_file_name("synth"))
+    let cache = potamoi_verilated::cache::folder("synth").unwrap();
+    (Tools::yosys_alone().unwrap(), cache)
 }
 
 /// A unit in cells.

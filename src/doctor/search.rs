@@ -2,13 +2,17 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
+
+use potamoi_golden::files;
+use potamoi_verilated::child;
 
 use super::tools::Tool;
 
-/// A program that has not said its version by then does not work.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Characters of what a program says of itself that are looked at.
+const LONGEST: usize = 1000;
+/// Bytes of a header with a version, far more than any has.
+const LARGEST_HEADER: u64 = 1 << 20;
 
 /// What the search depends on, so that a test can stand in for it.
 pub(super) struct Surroundings<'a> {
@@ -101,7 +105,7 @@ pub(super) fn version(tool: &Tool, place: &Place) -> Result<String, String> {
         .ok()
         .filter(|_| tool.name == "verilator")
         .map(|root| Path::new(root.trim()).join("include/verilated_config.h"))
-        .and_then(|path| std::fs::read_to_string(path).ok());
+        .and_then(|path| files::read_text(&path, LARGEST_HEADER).ok());
     header
         .as_deref()
         .and_then(|h| number(h.split("#define VERILATOR_VERSION ").nth(1)?))
@@ -111,32 +115,17 @@ pub(super) fn version(tool: &Tool, place: &Place) -> Result<String, String> {
 
 /// What a program prints on standard output.
 fn ask(place: &Place, arguments: &[&str]) -> Result<String, String> {
-    let mut child = Command::new(&place.program)
-        .args(&place.arguments)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .map_err(|e| format!("it does not start: {e}"))?;
-    let start = Instant::now();
-    let status = loop {
-        if let Some(status) = child.try_wait().map_err(|e| e.to_string())? {
-            break status;
-        }
-        if start.elapsed() > PATIENCE {
-            // Whether it could be ended changes nothing: it is of no use.
-            let _ = child.kill();
-            let _ = child.wait();
-            return Err(format!("no answer within {} s", PATIENCE.as_secs()));
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    };
-    let output = child.wait_with_output().map_err(|e| e.to_string())?;
-    if status.success() {
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    let mut command = Command::new(&place.program);
+    command.args(&place.arguments).args(arguments);
+    let done = child::run(&command, child::TO_ANSWER).map_err(|fault| fault.to_string())?;
+    if done.status.success() {
+        let said = String::from_utf8_lossy(&done.out);
+        Ok(said.chars().take(LONGEST).collect())
     } else {
-        Err(format!("asked for its version it ends with {status}"))
+        Err(format!(
+            "asked for its version it ends with {}",
+            done.status
+        ))
     }
 }
 

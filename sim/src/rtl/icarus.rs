@@ -5,19 +5,22 @@
 //! are not 0 or 1 are kept apart.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::PathBuf;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::Command;
 use std::sync::Arc;
 
 use potamoi_hdl::ir::{Header, Module, verilog};
-use tempfile::TempDir;
+use potamoi_verilated::cache::Scratch;
+use potamoi_verilated::child::{self, Fault, Talker};
 
 use super::model::RtlError;
 
+/// Characters of a failed program's words that are shown.
+const SAID: usize = 2000;
+
 /// A compiled testbench.
 pub(super) struct Program {
-    folder: Arc<TempDir>,
+    folder: Arc<Scratch>,
     inputs: Vec<Port>,
     outputs: Vec<Port>,
 }
@@ -49,12 +52,11 @@ pub(super) struct Icarus {
     values: [Vec<Vec<u32>>; 2],
     /// Of every output, the digits that are not known, by words.
     unknown: Vec<Vec<u32>>,
-    child: Child,
-    to: Option<ChildStdin>,
-    from: BufReader<ChildStdout>,
+    talker: Talker,
     line: String,
+    answer: String,
     cycle: u64,
-    _folder: Arc<TempDir>,
+    _folder: Arc<Scratch>,
 }
 
 impl Program {
@@ -67,7 +69,7 @@ impl Program {
         module: &Arc<Module>,
         sources: &BTreeMap<String, String>,
     ) -> Result<Self, RtlError> {
-        let folder = TempDir::with_prefix("potamoi-icarus-").map_err(RtlError::Folder)?;
+        let folder = Scratch::temporary().map_err(RtlError::Folder)?;
         let mut inputs = vec![Port {
             name: "rst_n".to_owned(),
             width: 1,
@@ -91,18 +93,23 @@ impl Program {
             std::fs::write(folder.path().join(name), text).map_err(RtlError::Folder)?;
             files.push(name.into());
         }
-        let done = Command::new("iverilog")
+        let mut iverilog = Command::new("iverilog");
+        iverilog
             .current_dir(folder.path())
             .args(["-g2005", "-Wall", "-s", "testbench", "-o", "run.vvp"])
-            .args(&files)
-            .output()
-            .map_err(|e| missing("iverilog", e))?;
+            .args(&files);
+        let done = child::run(&iverilog, child::TO_READ).map_err(|f| broken("iverilog", f))?;
         if !done.status.success() {
+            let said = String::from_utf8_lossy(&done.err);
             return Err(RtlError::Icarus(format!(
                 "iverilog refuses the module {}: {}",
                 module.name(),
-                String::from_utf8_lossy(&done.stderr)
+                said.chars().take(SAID).collect::<String>()
             )));
+        }
+        if !folder.path().join("run.vvp").is_file() {
+            let reason = "it left no program".to_owned();
+            return Err(broken("iverilog", Fault::Ended { reason }));
         }
         Ok(Self {
             folder: Arc::new(folder),
@@ -112,16 +119,9 @@ impl Program {
     }
 
     pub(super) fn start(&self) -> Result<Icarus, RtlError> {
-        let mut child = Command::new("vvp")
-            .current_dir(self.folder.path())
-            .args(["-n", "run.vvp"])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .map_err(|e| missing("vvp", e))?;
-        let (to, from) = (child.stdin.take(), child.stdout.take());
-        let from = from.ok_or_else(|| RtlError::Icarus("vvp has no standard output".to_owned()))?;
+        let mut vvp = Command::new("vvp");
+        vvp.current_dir(self.folder.path()).args(["-n", "run.vvp"]);
+        let talker = child::talk(&vvp, child::TO_READ).map_err(|f| broken("vvp", f))?;
         let zeros = |ports: &[Port]| {
             let words = |p: &Port| vec![0; p.width.div_ceil(32) as usize];
             ports.iter().map(words).collect::<Vec<_>>()
@@ -130,25 +130,24 @@ impl Program {
             values: [zeros(&self.inputs), zeros(&self.outputs)],
             unknown: zeros(&self.outputs),
             ports: [self.inputs.clone(), self.outputs.clone()],
-            child,
-            to,
-            from: BufReader::new(from),
+            talker,
             line: String::new(),
+            answer: String::new(),
             cycle: 0,
             _folder: self.folder.clone(),
         })
     }
 }
 
-fn missing(tool: &'static str, error: std::io::Error) -> RtlError {
-    if error.kind() == std::io::ErrorKind::NotFound {
-        RtlError::MissingTool {
+/// Why one of the programs gave no answer.
+fn broken(tool: &'static str, fault: Fault) -> RtlError {
+    match fault {
+        Fault::Missing { .. } => RtlError::MissingTool {
             tool,
             disables: "the icarus engine",
             get: "install the package iverilog",
-        }
-    } else {
-        RtlError::Icarus(format!("cannot run {tool}: {error}"))
+        },
+        fault => RtlError::BrokenTool { tool, fault },
     }
 }
 
@@ -230,7 +229,6 @@ impl Icarus {
 
     /// One clock cycle: outputs as they are before its edge.
     pub(super) fn exchange(&mut self) -> Result<(), RtlError> {
-        let lost = |e: std::io::Error| RtlError::Icarus(format!("lost touch with vvp: {e}"));
         self.line.clear();
         for value in &self.values[0] {
             for word in value.iter().rev() {
@@ -239,14 +237,10 @@ impl Icarus {
             self.line.push(' ');
         }
         self.line.push('\n');
-        let to = self.to.as_mut();
-        let to = to.ok_or_else(|| RtlError::Icarus("vvp has no standard input".to_owned()))?;
-        to.write_all(self.line.as_bytes()).map_err(lost)?;
-        to.flush().map_err(lost)?;
-        self.line.clear();
-        self.from.read_line(&mut self.line).map_err(lost)?;
+        let asked = self.talker.ask(&self.line, &mut self.answer);
+        asked.map_err(|fault| broken("vvp", fault))?;
         self.cycle += 1;
-        let mut texts = self.line.split_ascii_whitespace();
+        let mut texts = self.answer.split_ascii_whitespace();
         let values = self.values[1].iter_mut().zip(&mut self.unknown);
         for (port, (value, unknown)) in self.ports[1].iter().zip(values) {
             let text = texts.next().unwrap_or_default();
@@ -299,14 +293,6 @@ fn parse(text: &str, value: &mut [u32], unknown: &mut [u32]) -> bool {
         }
     }
     true
-}
-
-impl Drop for Icarus {
-    fn drop(&mut self) {
-        // Without input the testbench ends.
-        self.to = None;
-        let _ = self.child.wait();
-    }
 }
 
 #[cfg(test)]

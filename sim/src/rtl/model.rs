@@ -32,6 +32,14 @@ pub enum RtlError {
         /// How to get it.
         get: &'static str,
     },
+    /// A tool does not work, whatever its input is.
+    #[error("{tool} does not work: {fault}; `potamoi doctor` shows which tools are found")]
+    BrokenTool {
+        /// Its program.
+        tool: &'static str,
+        /// What it did.
+        fault: potamoi_verilated::child::Fault,
+    },
     /// Icarus Verilog failed.
     #[error("Icarus Verilog: {0}")]
     Icarus(String),

@@ -1,13 +1,15 @@
 //! Memories by CACTI, an analytical model of memory compilers' arrays.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
+use potamoi_verilated::cache::Scratch;
+use potamoi_verilated::child;
 use serde::{Deserialize, Serialize};
 
 use super::SynthError;
 use super::scaling::Factors;
-use super::tools::says;
+use super::tools::{broken, says};
 
 /// Version of what is kept of a memory.
 const KEPT: &str = "potamoi-cacti 1";
@@ -98,7 +100,7 @@ impl Cacti {
     /// # Errors
     /// It is missing.
     pub fn find(cache: &Path) -> Result<Self, SynthError> {
-        let version = says(PROGRAM, &["--version"]).filter(|line| line.starts_with("CACTI "));
+        let version = says(PROGRAM, &["--version"])?.filter(|line| line.starts_with("CACTI "));
         match version {
             Some(version) => Ok(Self {
                 version,
@@ -151,7 +153,7 @@ impl Cacti {
         if let Some(figures) = found.and_then(|text| serde_json::from_slice(&text).ok()) {
             return Ok(figures);
         }
-        let folder = tempfile::tempdir().map_err(cannot(&std::env::temp_dir()))?;
+        let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
         let input = folder.path().join("memory.cfg");
         std::fs::write(&input, text).map_err(cannot(&input))?;
         let fail = |said: String| SynthError::Tool {
@@ -160,16 +162,15 @@ impl Cacti {
             said,
             remedy: "tools/setup memories makes the version that works",
         };
-        let output = Command::new(PROGRAM)
-            .args(["-infile".as_ref(), input.as_os_str()])
-            .stdin(Stdio::null())
-            .output()
-            .map_err(|e| fail(e.to_string()))?;
+        let mut cacti = Command::new(PROGRAM);
+        cacti.args(["-infile".as_ref(), input.as_os_str()]);
+        let output =
+            child::run(&cacti, child::TO_READ).map_err(|fault| broken(PROGRAM, name, fault))?;
         // It ends well where it refuses, and writes nothing.
         let table = std::fs::read_to_string(folder.path().join("memory.cfg.out"));
         let table = table.ok().filter(|_| output.status.success());
         let figures = table.as_deref().and_then(read).ok_or_else(|| {
-            let text = String::from_utf8_lossy(&output.stderr);
+            let text = String::from_utf8_lossy(&output.err);
             let first = text.lines().find(|l| !l.trim().is_empty());
             let said = first.unwrap_or("no array of this size");
             fail(format!("no figures, {}: {said}", output.status))

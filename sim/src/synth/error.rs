@@ -118,6 +118,16 @@ pub enum SynthError {
     /// There is no folder for what is kept.
     #[error(transparent)]
     Cache(#[from] potamoi_verilated::Error),
+    /// A program does not work, whatever its input is.
+    #[error("{tool} does not work ({unit}): {fault}; `potamoi doctor` shows which tools are found")]
+    Broken {
+        /// Its name.
+        tool: &'static str,
+        /// The unit, or what it was asked.
+        unit: String,
+        /// What it did.
+        fault: potamoi_verilated::child::Fault,
+    },
     /// A program failed.
     #[error("{tool} failed on {unit}: {said}; {remedy}")]
     Tool {

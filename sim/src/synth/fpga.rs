@@ -7,6 +7,7 @@ use std::process::Command;
 
 use potamoi_formats::config::Config;
 use potamoi_hdl::ir::{Header, verilog};
+use potamoi_verilated::cache::Scratch;
 use serde::{Deserialize, Serialize};
 
 use super::error::CHECK_VERSIONS;
@@ -45,17 +46,27 @@ impl FpgaTools {
             remedy: "tools/setup fpga",
         };
         Ok(Self {
-            yosys: version(YOSYS, "-V", "Yosys ").ok_or_else(|| missing(YOSYS))?,
-            nextpnr: version(NEXTPNR, "--version", "nextpnr-").ok_or_else(|| missing(NEXTPNR))?,
+            yosys: version(YOSYS, "-V", "Yosys ")?.ok_or_else(|| missing(YOSYS))?,
+            nextpnr: version(NEXTPNR, "--version", "nextpnr-")?.ok_or_else(|| missing(NEXTPNR))?,
         })
     }
 }
 
 /// `name` and the number behind it, of what a program says of itself.
-fn version(program: &str, argument: &str, name: &str) -> Option<String> {
+///
+/// # Errors
+/// As [`says`].
+fn version(
+    program: &'static str,
+    argument: &str,
+    name: &str,
+) -> Result<Option<String>, SynthError> {
     let said = says(program, &[argument])?;
-    let number = said.rsplit_once(name)?.1.split([' ', ')']).next()?;
-    (!number.is_empty()).then(|| format!("{name}{number}"))
+    let number = said.as_deref().and_then(|said| {
+        let (_, after) = said.rsplit_once(name)?;
+        after.split([' ', ')']).next().filter(|n| !n.is_empty())
+    });
+    Ok(number.map(|number| format!("{name}{number}")))
 }
 
 /// How many of a device's parts a unit takes.
@@ -189,7 +200,7 @@ pub fn place_and_route(
         return Ok((report, true));
     }
 
-    let folder = tempfile::tempdir().map_err(cannot(&std::env::temp_dir()))?;
+    let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
     let write = |name: &str, text: &str| {
         let path = folder.path().join(name);
         std::fs::write(&path, text).map_err(cannot(&path))

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use potamoi_verilated::cache::Scratch;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -73,7 +74,7 @@ impl Retiming<'_> {
         if let Some(found) = read_kept(&kept) {
             return Ok(found);
         }
-        let folder = tempfile::tempdir().map_err(cannot(&std::env::temp_dir()))?;
+        let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
         let files = [
             (LIBRARY, &*library.text),
             (NETLIST, &netlist),

@@ -1,7 +1,9 @@
 //! Where Yosys and OpenSTA are, and how they are run.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
+
+use potamoi_verilated::child::{self, Fault};
 
 use super::SynthError;
 use super::error::CHECK_LIBRARY;
@@ -33,7 +35,7 @@ impl Tools {
     /// One is missing.
     pub fn find() -> Result<Self, SynthError> {
         let mut tools = Self::yosys_alone()?;
-        tools.opensta = says("sta", &["-version"]).ok_or(SynthError::MissingTool {
+        tools.opensta = says("sta", &["-version"])?.ok_or(SynthError::MissingTool {
             tool: "sta",
             disables: "the clock of a netlist",
             remedy: "tools/setup synth, or: apt-get install opensta",
@@ -46,9 +48,12 @@ impl Tools {
     /// # Errors
     /// It is missing.
     pub fn yosys_alone() -> Result<Self, SynthError> {
-        let pyosys = says(PYOSYS, &["--version"]);
+        let pyosys = says(PYOSYS, &["--version"])?;
         let is_pyosys = pyosys.is_some();
-        let yosys = pyosys.or_else(|| says("yosys", &["-V"]));
+        let yosys = match pyosys {
+            Some(found) => Some(found),
+            None => says("yosys", &["-V"])?,
+        };
         let yosys = yosys.ok_or(SynthError::MissingTool {
             tool: "yosys",
             disables: "synthesis",
@@ -88,15 +93,34 @@ impl Tools {
     }
 }
 
-/// The first line that a program prints, on standard output if it can, if it is there
-/// and ends well.
-pub(super) fn says(program: &str, arguments: &[&str]) -> Option<String> {
+/// The first line that a program prints, on standard output if it can; none where it is not
+/// here, fails or says nothing.
+///
+/// # Errors
+/// It does not answer in time, or a signal ends it.
+pub(super) fn says(
+    program: &'static str,
+    arguments: &[&str],
+) -> Result<Option<String>, SynthError> {
     let mut command = Command::new(program);
-    let output = command.args(arguments).stdin(Stdio::null()).output().ok()?;
-    let text = [output.stdout, output.stderr].concat();
-    let text = String::from_utf8_lossy(&text);
-    let line = text.lines().next()?.trim().to_owned();
-    (output.status.success() && !line.is_empty()).then_some(line)
+    match child::says(command.args(arguments), child::TO_ANSWER) {
+        Ok(text) => Ok(text
+            .as_deref()
+            .and_then(|text| text.lines().next())
+            .map(|line| line.trim().to_owned())
+            .filter(|line| !line.is_empty())),
+        Err(Fault::Missing { .. }) => Ok(None),
+        Err(fault) => Err(broken(program, "its version", fault)),
+    }
+}
+
+/// A program that gives no result, whatever its input is.
+pub(super) fn broken(tool: &'static str, unit: &str, fault: Fault) -> SynthError {
+    SynthError::Broken {
+        tool,
+        unit: unit.to_owned(),
+        fault,
+    }
 }
 
 /// Runs a program in `folder`; gives what it printed. Beside the program's name is what to
@@ -113,12 +137,9 @@ pub(super) fn run(
         said,
         remedy,
     };
-    let output = command
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .map_err(|e| fail(e.to_string()))?;
-    let text = [&*output.stdout, &*output.stderr].concat();
+    let output = child::run(command.current_dir(folder), child::TO_BUILD)
+        .map_err(|fault| broken(tool, unit, fault))?;
+    let text = [&*output.out, &*output.err].concat();
     let text = String::from_utf8_lossy(&text).into_owned();
     // OpenSTA goes on after errors, and ends well.
     let is_wrong = |line: &str| line.starts_with("Error");

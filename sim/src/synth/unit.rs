@@ -9,6 +9,7 @@ use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_hdl::gu::gathering_unit;
 use potamoi_hdl::ir::{Header, IrErrors, Module, verilog};
 use potamoi_hdl::vu::vector_unit;
+use potamoi_verilated::cache::Scratch;
 use serde::{Deserialize, Serialize};
 
 use super::error::CHECK_LIBRARY;
@@ -166,7 +167,7 @@ pub fn synthesise(
         });
     }
 
-    let folder = tempfile::tempdir().map_err(cannot(&std::env::temp_dir()))?;
+    let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
     let write = |name: &str, text: &str| {
         let path = folder.path().join(name);
         std::fs::write(&path, text).map_err(cannot(&path))

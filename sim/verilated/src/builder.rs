@@ -1,7 +1,7 @@
 //! Describes a model and builds it.
 
 use crate::{
-    Direction, Error, Library, Port, Toolchain,
+    Direction, Error, Library, Port, Toolchain, cache,
     compile::{self, Spec},
 };
 use std::{collections::BTreeMap, path::PathBuf};
@@ -127,8 +127,10 @@ impl ModelBuilder {
         self
     }
 
-    /// Where built models are kept. Unless set: `POTAMOI_CACHE`, or `potamoi/models` in
-    /// `XDG_CACHE_HOME` or in `.cache` of `HOME`.
+    /// Where built models are kept. Unless set: `models` in the folder of [`crate::cache::root`].
+    ///
+    /// The folder is made if it is not there. Models are loaded from it as code, so that one which
+    /// others own or can write is refused.
     #[must_use]
     pub fn cache_dir(mut self, path: impl Into<PathBuf>) -> Self {
         self.cache = Some(path.into());
@@ -146,8 +148,8 @@ impl ModelBuilder {
 
     pub(crate) fn cache_folder(&self) -> Result<PathBuf, Error> {
         match &self.cache {
-            Some(path) => Ok(path.clone()),
-            None => default_cache_folder(),
+            Some(path) => cache::claim(path),
+            None => cache::folder(cache::MODELS),
         }
     }
 
@@ -163,7 +165,8 @@ impl ModelBuilder {
     /// # Errors
     /// [`Error::Tool`] with Verilator's text for Verilog it refuses, [`Error::NoSuchPort`] and
     /// [`Error::PortMismatch`] for ports that are not as stated, [`Error::BadName`] and
-    /// [`Error::NoSource`] for a description that cannot be built, and [`Error::Io`].
+    /// [`Error::NoSource`] for a description that cannot be built, [`Error::Broken`] for tools that
+    /// do not work, [`Error::Untrusted`] for a cache that others can write, and [`Error::Io`].
     pub fn build(&self, tools: &Toolchain) -> Result<Library, Error> {
         let (entry, ports) = self.entry(tools)?;
         let id = self.spec()?.key(tools).hex();
@@ -265,27 +268,6 @@ fn check_file(name: &str) -> Result<(), Error> {
     })
 }
 
-/// The folder in which models are kept unless another one is named: `POTAMOI_CACHE`,
-/// else `potamoi/models` in `XDG_CACHE_HOME` or in `.cache` of `HOME`.
-///
-/// # Errors
-/// None of the three is set.
-pub fn default_cache_folder() -> Result<PathBuf, Error> {
-    default_cache(&|name| std::env::var_os(name).filter(|v| !v.is_empty()))
-}
-
-fn default_cache(set: &dyn Fn(&str) -> Option<std::ffi::OsString>) -> Result<PathBuf, Error> {
-    if let Some(cache) = set("POTAMOI_CACHE") {
-        return Ok(cache.into());
-    }
-    let base = set("XDG_CACHE_HOME")
-        .map(PathBuf::from)
-        .filter(|p| p.is_absolute())
-        .or_else(|| set("HOME").map(|h| PathBuf::from(h).join(".cache")));
-    base.map(|b| b.join("potamoi/models"))
-        .ok_or(Error::NoCacheDir)
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -304,25 +286,5 @@ mod tests {
         for bad in ["", "1a", "a-b", "a b", "--x", "a\"", "é"] {
             assert!(check_identifier("module", bad).is_err(), "{bad:?}");
         }
-    }
-
-    #[test]
-    fn the_cache_folder_follows_the_environment() {
-        let with = |pairs: &'static [(&str, &str)]| {
-            default_cache(&|n| pairs.iter().find(|p| p.0 == n).map(|p| p.1.into()))
-        };
-        let all = &[
-            ("POTAMOI_CACHE", "/c"),
-            ("XDG_CACHE_HOME", "/x"),
-            ("HOME", "/h"),
-        ];
-        assert_eq!(with(all).unwrap(), PathBuf::from("/c"));
-        let xdg = &[("XDG_CACHE_HOME", "/x"), ("HOME", "/h")];
-        assert_eq!(with(xdg).unwrap(), PathBuf::from("/x/potamoi/models"));
-        assert_eq!(
-            with(&[("HOME", "/h")]).unwrap(),
-            PathBuf::from("/h/.cache/potamoi/models")
-        );
-        assert_eq!(with(&[]).unwrap_err(), Error::NoCacheDir);
     }
 }

@@ -1,7 +1,7 @@
 //! Runs Verilator and the C++ compiler.
 
 use crate::{
-    Error, Toolchain, headers,
+    Error, Toolchain, child, headers,
     ports::{Member, Port, parse_header},
     store::{self, Entry, Key, Product, SCRATCH},
 };
@@ -22,6 +22,9 @@ const OUTPUT_LIMIT: usize = 8192;
 /// Where it is compiled by itself: it is small and on the path of every evaluation.
 const SHIM_OPTIMISE: &str = "-O2";
 const SHIM_OBJECT: &str = "shim.o";
+
+pub(crate) const SEE_DOCTOR: &str = "`potamoi doctor` shows which tools are found, and their versions; a full disk or too little \
+     memory shows in what the tool says";
 
 /// Names of the files in a product that this crate reads.
 pub(crate) const LIBRARY: &str = "model.so";
@@ -167,18 +170,27 @@ fn make(cache: &Path, tools: &Toolchain, spec: &Spec, folder: &Path) -> Result<P
     verilator.args(["--top-module", &spec.top]);
     let is_header = |name: &str| name.ends_with(".vh") || name.ends_with(".svh");
     verilator.args(spec.sources.iter().map(|s| &s.0).filter(|n| !is_header(n)));
-    run(verilator, &format!("reading the Verilog of {}", spec.top))?;
+    let doing = format!("reading the Verilog of {}", spec.top);
+    read(&verilator, &doing)?;
 
     let obj = scratch.join(OBJ);
-    let header = obj.join("Vm.h");
-    let header = fs::read_to_string(&header).map_err(|e| Error::io("read", &header, &e))?;
-    let members = parse_header(&header);
+    let lacking = |problem: String| broken(&verilator, &doing, problem);
+    let header = fs::read_to_string(obj.join("Vm.h")).map_err(|e| {
+        lacking(format!(
+            "it ended well, but left no readable {OBJ}/Vm.h: {e}"
+        ))
+    })?;
+    let members = parse_header(&header)
+        .map_err(|line| lacking(format!("{OBJ}/Vm.h declares no port so: `{line}`")))?;
     write_prelude(&scratch)?;
     if !spec.vcd && !spec.keep_objects {
         headers::provide(cache, tools, spec.optimise, &scratch)?;
     }
     write(&scratch.join("shim.cpp"), &shim(&members))?;
     let mut unit = unit(&obj)?;
+    if unit.is_empty() {
+        return Err(lacking(format!("it ended well, but left no C++ in {OBJ}")));
+    }
     let object = |name: &str| folder.join(SCRATCH).join(name);
     let mut jobs = vec![("unit.cpp", MODEL_OBJECT, spec.optimise)];
     let mut objects = vec![object(MODEL_OBJECT)];
@@ -368,23 +380,44 @@ fn all(commands: Vec<Command>, doing: &str) -> Result<(), Error> {
     })
 }
 
-pub(crate) fn run(mut command: Command, doing: &str) -> Result<(), Error> {
-    let tool = command.get_program().to_string_lossy().into_owned();
-    let fail = |status: String, output: String| Error::Tool {
-        tool: tool.clone(),
-        doing: doing.to_string(),
-        status,
-        output,
-    };
-    let out = command
-        .output()
-        .map_err(|e| fail("it did not start".into(), e.to_string()))?;
-    if out.status.success() {
+/// Runs Verilator, which refuses Verilog that is wrong.
+fn read(command: &Command, doing: &str) -> Result<(), Error> {
+    let done = child::run(command, child::TO_READ)
+        .map_err(|fault| broken(command, doing, fault.to_string()))?;
+    if done.status.success() {
         return Ok(());
     }
-    let said = [out.stderr, out.stdout].concat();
-    let said = String::from_utf8_lossy(&said);
-    Err(fail(out.status.to_string(), shorten(said.trim())))
+    Err(Error::Tool {
+        tool: command.get_program().to_string_lossy().into_owned(),
+        doing: doing.to_string(),
+        status: done.status.to_string(),
+        output: said(&done),
+    })
+}
+
+/// Runs the compiler, on what Verilator wrote: that it refuses it is the fault of neither's input.
+pub(crate) fn run(command: Command, doing: &str) -> Result<(), Error> {
+    let done = child::run(&command, child::TO_BUILD)
+        .map_err(|fault| broken(&command, doing, fault.to_string()))?;
+    if done.status.success() {
+        return Ok(());
+    }
+    let problem = format!("{}:\n{}\n", done.status, said(&done));
+    Err(broken(&command, doing, problem))
+}
+
+fn broken(command: &Command, doing: &str, problem: String) -> Error {
+    Error::Broken {
+        tool: command.get_program().to_string_lossy().into_owned(),
+        doing: doing.to_string(),
+        problem,
+        remedy: SEE_DOCTOR,
+    }
+}
+
+fn said(done: &child::Done) -> String {
+    let said = [&*done.err, &*done.out].concat();
+    shorten(String::from_utf8_lossy(&said).trim())
 }
 
 /// The start and the end of a long text: the first error is what matters, the last says how

@@ -57,12 +57,36 @@ pub enum Error {
         /// How to get it.
         remedy: &'static str,
     },
-    /// The environment does not say where to keep built models.
+    /// A tool does not do what it should, whatever its input is: it does not start, does not end,
+    /// is killed, or leaves no result.
+    #[error("{tool} does not work ({doing}): {problem}. {remedy}")]
+    Broken {
+        /// The program.
+        tool: String,
+        /// What it was asked to do.
+        doing: String,
+        /// What it did.
+        problem: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The environment does not say where to keep files.
     #[error(
-        "no folder for built models: none of POTAMOI_CACHE, XDG_CACHE_HOME and HOME is set; \
-         set POTAMOI_CACHE or call ModelBuilder::cache_dir"
+        "no folder for kept files: neither POTAMOI_CACHE nor an absolute XDG_CACHE_HOME or HOME is \
+         set; set POTAMOI_CACHE to a folder of your own"
     )]
     NoCacheDir,
+    /// A folder of kept files that somebody else may have filled.
+    #[error(
+        "the folder of kept files {path:?} is not used, since models are loaded from it as code: \
+         {problem}; name a folder of your own in POTAMOI_CACHE, or: chmod go-w {path:?}"
+    )]
+    Untrusted {
+        /// The folder.
+        path: PathBuf,
+        /// Who can write it.
+        problem: String,
+    },
     /// A name that cannot be used as a module, file or port.
     #[error("{what} {name:?} cannot be used: {expected}")]
     BadName {

@@ -43,6 +43,8 @@
 )]
 
 mod builder;
+pub mod cache;
+pub mod child;
 mod compile;
 mod error;
 mod headers;
@@ -53,7 +55,7 @@ mod ports;
 mod store;
 mod toolchain;
 
-pub use builder::{ModelBuilder, Opt, Trace, Warnings, default_cache_folder};
+pub use builder::{ModelBuilder, Opt, Trace, Warnings};
 pub use error::{Error, Stop};
 pub use library::Library;
 pub use model::{Clock, Model};

@@ -105,29 +105,49 @@ pub(crate) struct Member {
     pub(crate) cpp: String,
 }
 
+/// Verilator's own limit of a signal's width (`--max-num-width`), in bits.
+const WIDEST: u32 = 1 << 16;
+
 /// Reads the ports from the class header Verilator generated, such as `VL_INW(&a,64,0,3);`.
-pub(crate) fn parse_header(header: &str) -> Vec<Member> {
-    header
-        .lines()
-        .filter_map(|line| member(line.trim()))
-        .collect()
+///
+/// # Errors
+/// The line that declares a port as Verilator does not.
+pub(crate) fn parse_header(header: &str) -> Result<Vec<Member>, String> {
+    let mut members: Vec<Member> = vec![];
+    for line in header.lines().map(str::trim) {
+        let found = ["VL_INOUT", "VL_IN", "VL_OUT"]
+            .into_iter()
+            .find_map(|kind| Some((kind, line.strip_prefix(kind)?)));
+        if let Some((kind, rest)) = found.filter(|(_, rest)| rest.contains("(&")) {
+            let member = member(kind, rest).filter(|m| members.iter().all(|o| o.cpp != m.cpp));
+            members.push(member.ok_or_else(|| line.chars().take(80).collect::<String>())?);
+        }
+    }
+    Ok(members)
 }
 
-fn member(line: &str) -> Option<Member> {
-    let dir = ["VL_INOUT", "VL_IN", "VL_OUT"]
-        .into_iter()
-        .find(|p| line.starts_with(p))?;
-    let (_, args) = line.split_once("(&")?;
+fn member(kind: &str, rest: &str) -> Option<Member> {
+    let (storage, args) = rest.split_once("(&")?;
     let args: Vec<&str> = args.split_once(')')?.0.split(',').map(str::trim).collect();
     let [cpp, msb, lsb, ..] = args[..] else {
         return None;
     };
     let (msb, lsb): (i64, i64) = (msb.parse().ok()?, lsb.parse().ok()?);
-    Some(Member {
+    let bits = u32::try_from(msb.abs_diff(lsb)).ok()?.checked_add(1)?;
+    let most = match storage {
+        "8" => 8,
+        "16" => 16,
+        "" => 32,
+        "64" => 64,
+        "W" => WIDEST,
+        _ => return None,
+    };
+    let is_name = !cpp.is_empty() && cpp.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    (bits <= most && is_name).then(|| Member {
         port: Port {
             name: decode(cpp),
-            bits: u32::try_from(msb.abs_diff(lsb) + 1).ok()?,
-            dir: match dir {
+            bits,
+            dir: match kind {
                 "VL_IN" => Direction::Input,
                 "VL_OUT" => Direction::Output,
                 _ => Direction::Inout,
@@ -171,7 +191,8 @@ mod tests {
         let got = parse_header(
             "    VL_IN8(&clk,0,0);\n    VL_OUTW(&z,64,0,3);\n    VL_INOUT16(&io,15,0);\n\
              VL_IN64(&a___05Fb,40,0);\n VL_IN8(&__SYM__for,6,0);\n CData& other;\n",
-        );
+        )
+        .unwrap();
         let text: Vec<String> = got.iter().map(|m| m.port.to_string()).collect();
         assert_eq!(
             text,
@@ -184,6 +205,22 @@ mod tests {
             ]
         );
         assert_eq!(got.last().unwrap().cpp, "__SYM__for");
+    }
+
+    #[test]
+    fn what_verilator_does_not_write_is_no_port() {
+        for line in [
+            "VL_IN8(&clk,999999999,0);",
+            "VL_IN8(&clk,8,0);",
+            "VL_INW(&a,70000,0,3);",
+            "VL_IN9(&clk,0,0);",
+            "VL_IN8(&a b,0,0);",
+            "VL_IN8(&clk,x,0);",
+            "VL_IN8(&clk",
+            "VL_IN8(&clk,0,0); \n VL_IN8(&clk,0,0);",
+        ] {
+            assert!(parse_header(line).is_err(), "{line}");
+        }
     }
 
     #[test]

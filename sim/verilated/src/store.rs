@@ -4,11 +4,15 @@
 //! there whole or not at all. Its manifest lists the hash of every file: a damaged product is
 //! moved away and made again.
 
-use crate::Error;
+use crate::{
+    Error,
+    cache::{self, Scratch},
+};
 use std::{
     collections::BTreeMap,
     fs,
-    path::{Path, PathBuf},
+    os::unix::fs::PermissionsExt as _,
+    path::{Component, Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
 };
 
@@ -38,7 +42,7 @@ impl Entry {
     pub(crate) fn members(&self) -> Result<Vec<crate::ports::Member>, Error> {
         let header = self.folder.join("obj/Vm.h");
         let text = fs::read_to_string(&header).map_err(|e| Error::io("read", &header, &e))?;
-        Ok(crate::ports::parse_header(&text))
+        crate::ports::parse_header(&text).map_err(|line| Error::Peer(format!("{header:?}: {line}")))
     }
 }
 
@@ -68,17 +72,14 @@ pub(crate) fn fetch(
     key: &Key,
     make: &dyn Fn(&Path) -> Result<Product, Error>,
 ) -> Result<Entry, Error> {
-    fs::create_dir_all(cache).map_err(|e| Error::io("create the folder", cache, &e))?;
-    let cache = &fs::canonicalize(cache).map_err(|e| Error::io("find the folder", cache, &e))?;
+    let cache = &cache::claim(cache)?;
     let place = cache.join(format!("{name}-{}", key.hex()));
     let lock = lock_of(&place);
     let _held = lock.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(notes) = verified(&place) {
         return Ok(entry(place, notes, true));
     }
-    let temporary = tempfile::Builder::new()
-        .prefix(".building-")
-        .tempdir_in(cache)
+    let temporary = Scratch::within(cache, cache::BUILDING)
         .map_err(|e| Error::io("create a temporary folder in", cache, &e))?;
     let folder = temporary.path();
     let scratch = folder.join(SCRATCH);
@@ -88,6 +89,10 @@ pub(crate) fn fetch(
     let manifest = folder.join(MANIFEST);
     fs::write(&manifest, describe(folder, &product)?)
         .map_err(|e| Error::io("write", &manifest, &e))?;
+    let files = product.files.iter().map(String::as_str);
+    for name in files.chain([MANIFEST]) {
+        close_to_others(folder, name)?;
+    }
     settle(cache, folder, place)
 }
 
@@ -116,7 +121,7 @@ fn settle(cache: &Path, made: &Path, place: PathBuf) -> Result<Entry, Error> {
             return Ok(entry(place, notes, false));
         }
         // What is in the way is damaged. Another process may move it first, which is as good.
-        if let Ok(trash) = tempfile::Builder::new().prefix(".trash-").tempdir_in(cache) {
+        if let Ok(trash) = Scratch::within(cache, cache::TRASH) {
             let _ = fs::rename(&place, trash.path().join("damaged"));
         }
     }
@@ -149,8 +154,38 @@ fn describe(folder: &Path, product: &Product) -> Result<String, Error> {
     Ok(text)
 }
 
-/// The notes of the product at `place`, if all of it is there and unchanged.
+/// Whatever the user's mask of permissions is, nobody else can write a product's file, nor the
+/// folders that it lies in.
+fn close_to_others(product: &Path, name: &str) -> Result<(), Error> {
+    let mut path = product.join(name);
+    let mut mode = if path.extension().is_none() && name != MANIFEST {
+        0o700
+    } else {
+        0o600
+    };
+    while path != product {
+        fs::set_permissions(&path, fs::Permissions::from_mode(mode))
+            .map_err(|e| Error::io("set the permissions of", &path, &e))?;
+        (path, mode) = (path.parent().unwrap_or(product).to_path_buf(), 0o700);
+    }
+    Ok(())
+}
+
+/// Whether a file of a product, and all folders that it lies in, are this user's alone.
+fn is_own(place: &Path, name: &str) -> bool {
+    let inside = Path::new(name);
+    let is_plain = (inside.components()).all(|c| matches!(c, Component::Normal(_)));
+    is_plain
+        && inside
+            .ancestors()
+            .all(|part| cache::is_own(&place.join(part)))
+}
+
+/// The notes of the product at `place`, if all of it is there, unchanged, and this user's own.
 fn verified(place: &Path) -> Option<Vec<String>> {
+    if !is_own(place, MANIFEST) {
+        return None;
+    }
     let text = fs::read_to_string(place.join(MANIFEST)).ok()?;
     let (body, end) = text.split_at(text.rfind("end ")?);
     let hash = blake3::hash(body.as_bytes()).to_hex();
@@ -166,7 +201,7 @@ fn verified(place: &Path) -> Option<Vec<String>> {
         match line.split_once(' ')? {
             ("file", rest) => {
                 let (hash, name) = rest.split_once(' ')?;
-                if hash_file(&place.join(name)).ok()? != hash {
+                if !is_own(place, name) || hash_file(&place.join(name)).ok()? != hash {
                     return None;
                 }
             }
@@ -200,7 +235,18 @@ mod tests {
         let key = Key::new("test").with("x");
         let count = AtomicUsize::new(0);
         let first = fetch(cache.path(), "n", &key, &make(&count)).unwrap();
-        let damage: [&dyn Fn(); 6] = [
+        let file = first.folder.join("a");
+        let open = |path: &Path| {
+            fs::set_permissions(path, fs::Permissions::from_mode(0o777)).unwrap();
+        };
+        let damage: [&dyn Fn(); 9] = [
+            &|| open(&file),
+            &|| open(&first.folder),
+            &|| {
+                let other = cache.path().join("m-other");
+                fs::rename(&file, &other).unwrap();
+                std::os::unix::fs::symlink(&other, &file).unwrap();
+            },
             &|| fs::write(first.folder.join("a"), "alphb").unwrap(),
             &|| fs::write(first.folder.join("a"), "").unwrap(),
             &|| fs::remove_file(first.folder.join("a")).unwrap(),
@@ -221,6 +267,7 @@ mod tests {
                     .cached
             );
         }
+        fs::remove_file(cache.path().join("m-other")).unwrap();
         let left = fs::read_dir(cache.path()).unwrap().count();
         assert_eq!(left, 1, "temporary folders are removed");
     }

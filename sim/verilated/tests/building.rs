@@ -27,10 +27,18 @@ fn fresh_cache() -> tempfile::TempDir {
         let from = entry.unwrap().path();
         let name = from.file_name().unwrap().to_str().unwrap();
         if name.starts_with("runtime-") {
-            std::os::unix::fs::symlink(&from, cache.path().join(name)).unwrap();
+            copy(&from, &cache.path().join(name));
         }
     }
     cache
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+    }
 }
 
 fn builder(cache: &Path) -> ModelBuilder {

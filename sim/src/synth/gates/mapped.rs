@@ -10,6 +10,7 @@ use crate::synth::error::CHECK_LIBRARY;
 use crate::synth::script::{LIBRARY, NETLIST, scripts};
 use crate::synth::tools::SYNTH;
 use crate::synth::{Library, SynthError, Tools};
+use potamoi_verilated::cache::Scratch;
 
 /// Version of what is kept of a netlist.
 const KEPT: &str = "potamoi-netlist 1";
@@ -112,7 +113,7 @@ impl Run<'_> {
             return Ok(text);
         }
         std::fs::create_dir_all(cache).map_err(cannot(cache))?;
-        let folder = tempfile::tempdir().map_err(cannot(&std::env::temp_dir()))?;
+        let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
         let own = [(LIBRARY, &*library.text), (SYNTH, script)];
         for (file, text) in texts.iter().map(|(f, t)| (*f, *t)).chain(own) {
             let path = folder.path().join(file);

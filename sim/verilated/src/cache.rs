@@ -1,0 +1,238 @@
+//! The folder of what is kept between runs, and folders of unfinished work.
+//!
+//! Models are loaded from the folder as code. It is therefore used only if nobody else can write
+//! it, and so are its entries. Unfinished work lies in a [`Scratch`], which is locked while its
+//! owner lives, so that the next run tells what a killed one left from what is still in use.
+
+use crate::Error;
+use rustix::fs::FlockOperation;
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::fs::{self, DirBuilder, File, Metadata};
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// Folder of the built models inside the root.
+pub const MODELS: &str = "models";
+
+/// Beginnings of the names of unfinished work.
+pub(crate) const BUILDING: &str = ".building-";
+pub(crate) const TRASH: &str = ".trash-";
+const SCRATCH: &str = "potamoi-scratch-";
+
+/// Permission bits of folders: the owner's alone.
+const PRIVATE: u32 = 0o700;
+/// Permission bits that let others write.
+const OTHERS_WRITE: u32 = 0o022;
+
+/// The folder of all that is kept: `POTAMOI_CACHE`, else `potamoi` in `XDG_CACHE_HOME` or in
+/// `.cache` of `HOME`.
+///
+/// # Errors
+/// [`Error::NoCacheDir`]: none of the three is set.
+pub fn root() -> Result<PathBuf, Error> {
+    root_of(&|name| std::env::var_os(name).filter(|v| !v.is_empty()))
+}
+
+fn root_of(set: &dyn Fn(&str) -> Option<OsString>) -> Result<PathBuf, Error> {
+    if let Some(cache) = set("POTAMOI_CACHE") {
+        return Ok(cache.into());
+    }
+    let absolute = |name| set(name).map(PathBuf::from).filter(|p| p.is_absolute());
+    absolute("XDG_CACHE_HOME")
+        .or_else(|| absolute("HOME").map(|home| home.join(".cache")))
+        .map(|base| base.join("potamoi"))
+        .ok_or(Error::NoCacheDir)
+}
+
+/// A folder inside the root, such as [`MODELS`]: made if it is not there, with permissions of the
+/// user alone, and swept.
+///
+/// # Errors
+/// As [`root`] and [`claim`].
+pub fn folder(kind: &str) -> Result<PathBuf, Error> {
+    let root = claim(&root()?)?;
+    claim(&root.join(kind))
+}
+
+/// Makes a folder of kept files where it is not there, checks it, and removes what killed runs
+/// left unfinished in it; gives its canonical path.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Untrusted`] where somebody else owns it or can write it.
+pub fn claim(folder: &Path) -> Result<PathBuf, Error> {
+    DirBuilder::new()
+        .recursive(true)
+        .mode(PRIVATE)
+        .create(folder)
+        .map_err(|e| Error::io("create the folder", folder, &e))?;
+    let found = fs::canonicalize(folder).map_err(|e| Error::io("find the folder", folder, &e))?;
+    let metadata = fs::metadata(&found).map_err(|e| Error::io("read", folder, &e))?;
+    distrust(&metadata).map_or(Ok(()), |problem| {
+        Err(Error::Untrusted {
+            path: folder.to_owned(),
+            problem,
+        })
+    })?;
+    static SWEPT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    let mut swept = SWEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    if swept.insert(found.clone()) {
+        sweep(&found, &[BUILDING, TRASH]);
+    }
+    Ok(found)
+}
+
+/// Why a file or folder may hold what somebody else put there; none where only this user can.
+#[must_use]
+pub fn distrust(metadata: &Metadata) -> Option<String> {
+    let user = rustix::process::geteuid().as_raw();
+    if metadata.uid() != user {
+        return Some(format!(
+            "it belongs to user {}, and this is user {user}",
+            metadata.uid()
+        ));
+    }
+    let mode = metadata.mode() & 0o7777;
+    let is_link = metadata.file_type().is_symlink();
+    (!is_link && mode & OTHERS_WRITE != 0)
+        .then(|| format!("others than its owner can write it (mode {mode:04o})"))
+}
+
+/// Whether a file or folder inside a claimed one is this user's own, writable by no one else, and
+/// no link.
+pub fn is_own(path: &Path) -> bool {
+    fs::symlink_metadata(path)
+        .is_ok_and(|found| !found.file_type().is_symlink() && distrust(&found).is_none())
+}
+
+/// A folder of unfinished work: removed when it is dropped, or by the next run if its process is
+/// killed.
+#[derive(Debug)]
+pub struct Scratch {
+    folder: tempfile::TempDir,
+    /// Locked as long as the process lives.
+    _lock: Option<File>,
+}
+
+impl Scratch {
+    /// A new one in the folder of temporary files.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn temporary() -> std::io::Result<Self> {
+        static SWEPT: Mutex<bool> = Mutex::new(false);
+        let folder = std::env::temp_dir();
+        let mut swept = SWEPT.lock().unwrap_or_else(PoisonError::into_inner);
+        if !std::mem::replace(&mut *swept, true) {
+            sweep(&folder, &[SCRATCH]);
+        }
+        Self::within(&folder, SCRATCH)
+    }
+
+    pub(crate) fn within(parent: &Path, prefix: &str) -> std::io::Result<Self> {
+        loop {
+            let folder = tempfile::Builder::new().prefix(prefix).tempdir_in(parent)?;
+            let lock = File::open(folder.path())?;
+            // Where the file system knows no locks nothing is swept either.
+            let lock = match rustix::fs::flock(&lock, FlockOperation::LockExclusive) {
+                Ok(()) => Some(lock),
+                Err(_) => None,
+            };
+            // A sweep may have come between its making and its lock.
+            if folder.path().is_dir() {
+                return Ok(Self {
+                    folder,
+                    _lock: lock,
+                });
+            }
+        }
+    }
+
+    /// Its path.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+/// Removes unfinished work of runs that live no more.
+fn sweep(folder: &Path, prefixes: &[&str]) {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        let path = entry.path();
+        if !prefixes.iter().any(|prefix| name.starts_with(prefix)) || !is_own(&path) {
+            continue;
+        }
+        let Ok(file) = File::open(&path) else {
+            continue;
+        };
+        if rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok() {
+            // What cannot be removed is found again by the next run.
+            let _ = fs::remove_dir_all(&path);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use std::os::unix::fs::PermissionsExt as _;
+
+    #[test]
+    fn the_root_follows_the_environment() {
+        let with = |pairs: &'static [(&str, &str)]| {
+            root_of(&|n| pairs.iter().find(|p| p.0 == n).map(|p| p.1.into()))
+        };
+        let all = &[
+            ("POTAMOI_CACHE", "/c"),
+            ("XDG_CACHE_HOME", "/x"),
+            ("HOME", "/h"),
+        ];
+        assert_eq!(with(all).unwrap(), PathBuf::from("/c"));
+        let xdg = &[("XDG_CACHE_HOME", "/x"), ("HOME", "/h")];
+        assert_eq!(with(xdg).unwrap(), PathBuf::from("/x/potamoi"));
+        let home = with(&[("XDG_CACHE_HOME", "x"), ("HOME", "/h")]).unwrap();
+        assert_eq!(home, PathBuf::from("/h/.cache/potamoi"));
+        assert_eq!(with(&[]).unwrap_err(), Error::NoCacheDir);
+        assert_eq!(with(&[("HOME", "h")]).unwrap_err(), Error::NoCacheDir);
+    }
+
+    #[test]
+    fn folders_are_the_users_own() {
+        let outer = tempfile::tempdir().unwrap();
+        let folder = outer.path().join("a/b");
+        let set = |mode| fs::set_permissions(&folder, fs::Permissions::from_mode(mode)).unwrap();
+        claim(&folder).unwrap();
+        let mode = fs::metadata(&folder).unwrap().mode() & 0o7777;
+        assert_eq!(mode, PRIVATE);
+        for open in [0o720, 0o702, 0o777, 0o1777] {
+            set(open);
+            let error = claim(&folder).unwrap_err();
+            assert!(matches!(error, Error::Untrusted { .. }), "{error}");
+        }
+        set(0o755);
+        claim(&folder).unwrap();
+    }
+
+    #[test]
+    fn what_a_killed_run_left_is_swept_and_what_is_in_use_stays() {
+        let cache = tempfile::tempdir().unwrap();
+        let used = Scratch::within(cache.path(), BUILDING).unwrap();
+        let left = cache.path().join(".building-left");
+        fs::create_dir_all(left.join("deep")).unwrap();
+        let other = cache.path().join("m-0");
+        fs::create_dir(&other).unwrap();
+        claim(cache.path()).unwrap();
+        assert!(!left.exists());
+        assert!(used.path().is_dir() && other.is_dir());
+        let path = used.path().to_owned();
+        drop(used);
+        assert!(!path.exists());
+    }
+}
