@@ -86,7 +86,7 @@ impl From<Vertices> for u8 {
 }
 
 /// One entry: the rows to read and their weights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
 pub struct RitEntry {
     /// Where the features belong: the ray sample's slot, or the tile number.
     /// Bits 15..0 travel in the tag of word 0, bits 31..16 in that of word 1.

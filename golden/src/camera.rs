@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 /// A pinhole camera in the OpenCV convention: x right, y down, looking along
 /// +z. Pixel centres lie at integer + 0.5.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Camera {
     /// Pixels a row.
     pub width: u32,

@@ -7,6 +7,7 @@
 pub mod analytic;
 pub mod camera;
 pub mod characterise;
+pub mod content;
 pub mod effects;
 pub mod fields;
 pub mod files;

@@ -6,7 +6,7 @@ use crate::splats::Rules;
 
 /// Cut-offs, widths and levels, in place of those of a renderer's rules and of the
 /// hardware's formats. By default all are theirs.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Precision {
     /// A pixel or a ray stops where less light is left: 1e-6 to 0.5. The rules have 1e-4 of splats,
     /// 1e-3 of voxels, DirectVoxGO and EfficientNeRF, 0.01 of Instant-NGP, 1e-6 of TensoRF.

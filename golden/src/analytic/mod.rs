@@ -37,7 +37,7 @@ use crate::voxels::{Grid, VoxelError};
 use field::{Field, Frame, Motion};
 
 /// A built-in analytic scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Analytic {
     /// Stones in balance: diffuse solids.
     Cairn,

@@ -14,11 +14,17 @@ type Merging = ((usize, u32), [usize; 2]);
 pub(crate) struct Cache {
     facts: Arc<OnceLock<Facts>>,
     merging: Arc<OnceLock<Merging>>,
+    content: Arc<OnceLock<blake3::Hash>>,
 }
 
 impl Cache {
     pub(crate) fn facts(&self, find: impl FnOnce() -> Facts) -> &Facts {
         self.facts.get_or_init(find)
+    }
+
+    /// A hash of all of the model's numbers.
+    pub(crate) fn content(&self, find: impl FnOnce() -> blake3::Hash) -> blake3::Hash {
+        *self.content.get_or_init(find)
     }
 
     /// MVoxels before and after merging, of so many rows and with sides halved so often. Others

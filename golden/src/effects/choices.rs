@@ -6,7 +6,7 @@ use super::Effect;
 
 /// Effects that are carried out although nothing calls for them, and effects that are left out
 /// although something does. By default neither.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Choices {
     forced: u32,
     left_out: u32,

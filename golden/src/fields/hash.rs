@@ -7,7 +7,7 @@ use serde::Deserialize;
 const PRIMES: [u32; 3] = [1, 2_654_435_761, 805_459_861];
 
 /// What has an entry of its own in a hashed table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum HashUnit {
     /// A vertex, as Instant-NGP has it.

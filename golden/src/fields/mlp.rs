@@ -6,7 +6,7 @@ use super::FieldError;
 const MAX_WIDTH: usize = 1 << 12;
 
 /// One layer: `y = W x + b`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Layer {
     inputs: usize,
     /// Row by row, a row an output.
@@ -82,7 +82,7 @@ impl Layer {
 }
 
 /// Layers after one another, ReLU between them, none behind the last.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Mlp {
     layers: Vec<Layer>,
     widest: usize,

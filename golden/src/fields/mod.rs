@@ -38,6 +38,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
+use serde::{Serialize, Serializer};
 
 use crate::camera::Camera;
 use crate::units::bounds::VectorBounds;
@@ -139,17 +140,35 @@ pub trait Field: Sync {
     }
 }
 
+/// A field of which all numbers can be hashed.
+trait Stored: Field + Send {
+    fn content(&self) -> blake3::Hash;
+}
+
+impl<T: Field + Send + Serialize> Stored for T {
+    fn content(&self) -> blake3::Hash {
+        crate::content::hash_of(self)
+    }
+}
+
 /// A field of any kind. Clones share it, and fields are equal that share one.
 #[derive(Clone)]
 pub struct AnyField {
     kind: &'static str,
-    field: Arc<dyn Field + Send>,
+    field: Arc<dyn Stored + Send>,
+}
+
+impl Serialize for AnyField {
+    /// Its kind, and a hash of its numbers in their place.
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        (self.kind, self.field.content().as_bytes()).serialize(to)
+    }
 }
 
 impl AnyField {
     /// Takes a field of a kind, told by its usual name.
     #[must_use]
-    pub fn new(kind: &'static str, field: impl Field + Send + 'static) -> Self {
+    pub fn new(kind: &'static str, field: impl Field + Send + Serialize + 'static) -> Self {
         Self {
             kind,
             field: Arc::new(field),

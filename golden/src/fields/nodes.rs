@@ -8,7 +8,7 @@ use rayon::prelude::*;
 const NONE: u32 = u32::MAX;
 
 /// Which coarse cells have a node, and where its fine cells are.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Nodes {
     /// Coarse cells along each axis.
     cells: [usize; 3],

@@ -13,7 +13,7 @@ const MAX_HASHED_POINTS: usize = 1 << 20;
 const MAX_CODES: usize = 1 << 36;
 
 /// A table without its values.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct TableShape {
     points: [usize; 3],
     channels: usize,
@@ -21,7 +21,7 @@ pub struct TableShape {
 }
 
 /// Where vertices have their rows.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 enum Layout {
     /// One each, x fastest.
     Dense,

@@ -11,7 +11,7 @@ const MAX_VALUES: usize = 1 << 30;
 
 /// A table. Lines have one axis of more than one vertex, planes two, volumes
 /// three.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Table {
     shape: TableShape,
     values: Vec<f32>,

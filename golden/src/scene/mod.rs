@@ -14,6 +14,7 @@ mod fixed;
 #[cfg(test)]
 mod fuzz;
 pub mod garden;
+mod identity;
 mod images;
 pub mod lantern;
 mod not_checked;
@@ -61,7 +62,7 @@ const NGP_MVOXEL: &str = "Instant-NGP, hashed by MVoxel";
 const EFFICIENT_NERF: &str = "EfficientNeRF";
 
 /// What is shown.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub enum Model {
     /// 3D Gaussians.
     Splats(Cloud),

@@ -4,43 +4,11 @@ use std::str::FromStr as _;
 use std::sync::Arc;
 
 use super::description::RenderDescription;
-use super::open::STEP;
 use super::{Kind, Model, Scene, SceneError};
-use crate::analytic::Analytic;
 use crate::effects::Cache;
 use crate::precision::{Precision, PrecisionError};
 use crate::splats::{Order, Profile};
 use crate::voxels::Halo;
-
-/// How a scene is rendered.
-#[derive(Debug, PartialEq)]
-#[allow(dead_code, reason = "read as text")]
-struct Manner {
-    profile: Profile,
-    order: Order,
-    group_tiles: Option<[u32; 2]>,
-    group_side: Option<u32>,
-    halo: Halo,
-    step: f64,
-    background: [f32; 3],
-    precision: Precision,
-}
-
-impl Manner {
-    /// That of a built-in scene.
-    fn plain(analytic: Analytic) -> Self {
-        Self {
-            profile: Profile::Inria,
-            order: Order::Exact,
-            group_tiles: None,
-            group_side: None,
-            halo: Halo::Shared,
-            step: STEP,
-            background: analytic.background(),
-            precision: Precision::default(),
-        }
-    }
-}
 
 impl Scene {
     pub(super) fn rules(&mut self, render: &RenderDescription) -> Result<(), SceneError> {
@@ -188,30 +156,5 @@ impl Scene {
         self.precision = precision;
         self.found = Cache::default();
         Ok(())
-    }
-
-    /// How it is rendered, in text that differs where work or pictures may; none of a built-in scene
-    /// as it is.
-    #[must_use]
-    pub fn manner(&self) -> Option<String> {
-        let own = Manner {
-            profile: self.profile,
-            order: self.order,
-            group_tiles: self.group_tiles,
-            group_side: self.group_side,
-            halo: self.halo,
-            step: self.step,
-            background: self.background,
-            precision: self.precision,
-        };
-        let plain = self.is_builtin().map(Manner::plain);
-        (plain.as_ref() != Some(&own)).then(|| format!("{own:?}"))
-    }
-
-    /// The field of a scene that its name alone says all about.
-    #[must_use]
-    pub fn is_builtin(&self) -> Option<Analytic> {
-        let name = self.name.split(':').next();
-        self.truth.filter(|own| Some(own.name()) == name)
     }
 }

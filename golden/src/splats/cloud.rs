@@ -88,7 +88,7 @@ pub enum CloudError {
 /// infinity stand for opacity 1 and 0. Quaternions need not be normalised; a
 /// zero quaternion is the identity, which is what the rotation formula of the
 /// reference rasteriser makes of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Cloud {
     degree: usize,
     means: Vec<[f32; 3]>,

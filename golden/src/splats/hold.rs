@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use potamoi_formats::record::SplatRecord;
 
 /// In which order gathered records are composited.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize)]
 pub enum Order {
     /// By rank. Records are held back until every MVoxel to come starts at a
     /// higher rank.

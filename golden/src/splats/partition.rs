@@ -8,7 +8,7 @@ use super::cloud::Cloud;
 const FINEST: u32 = 256;
 
 /// How a cloud is cut into MVoxels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Cells {
     /// How often the sides of the coarsest grid that fits are halved, 8 times at most.
     pub halvings: u32,

@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::composite::TRANSMITTANCE;
 
 /// A renderer whose rules are followed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize)]
 pub enum Profile {
     /// The reference rasteriser of 3D Gaussian splatting.
     #[default]

@@ -23,7 +23,7 @@ pub use twins::{Twins, UnitCounts};
 
 /// What the gathering unit does for one MVoxel: the rows that are loaded and
 /// the entries that read them.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GatherTask {
     /// Vertices an entry.
     pub vertices: Vertices,

@@ -48,7 +48,7 @@ impl Layout {
 }
 
 /// A regular grid of vertices with features, in floating point.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Grid {
     points: [usize; 3],
     corner: DVec3,

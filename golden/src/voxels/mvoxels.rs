@@ -31,7 +31,7 @@ pub struct MVoxels {
 }
 
 /// A grid of its own that says where anything may be.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Mask {
     /// Vertices along x, y, z.
     pub points: [usize; 3],

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
+use potamoi_golden::content::hash_of;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
@@ -74,6 +75,21 @@ impl Memory {
             pj: energy.access_pj() / bytes,
             rows: done.activates as f64 / bytes,
         }
+    }
+
+    /// A hash of all that decides what accesses take.
+    #[must_use]
+    pub fn identity(&self) -> blake3::Hash {
+        let Self {
+            geometry,
+            timing,
+            currents,
+            // Found of the others.
+            read: _,
+            write: _,
+            random: _,
+        } = self;
+        hash_of(&(geometry, timing, currents))
     }
 
     /// Channels.

@@ -4,7 +4,7 @@
 use potamoi_golden::units::Product;
 
 /// Which operand stays in the array.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Dataflow {
     /// Weights: K along the rows, N along the columns.
     WeightStationary,

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::SynthError;
 use super::scaling::Factors;
 use super::tools::{broken, says};
+use crate::kept::{self, Key};
 
 /// Version of what is kept of a memory.
 const KEPT: &str = "potamoi-cacti 1";
@@ -137,20 +138,16 @@ impl Cacti {
             why,
         })?;
         let text = configuration(shape);
-        let mut key = blake3::Hasher::new();
-        for part in [KEPT, &self.version, &text] {
-            key.update(&(part.len() as u64).to_le_bytes());
-            key.update(part.as_bytes());
-        }
-        let key = &key.finalize().to_hex()[..32];
+        let key = Key::new("memory", KEPT)
+            .text("cacti", &self.version)
+            .text("configuration", &text);
         let cannot = |path: &Path| {
             let path = path.to_owned();
             move |source| SynthError::File { path, source }
         };
         std::fs::create_dir_all(&self.cache).map_err(cannot(&self.cache))?;
-        let kept = self.cache.join(format!("memory-{key}.json"));
-        let found = std::fs::read(&kept).ok();
-        if let Some(figures) = found.and_then(|text| serde_json::from_slice(&text).ok()) {
+        let kept = key.file(&self.cache, "json");
+        if let Some(figures) = kept::read(&kept) {
             return Ok(figures);
         }
         let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
@@ -175,8 +172,7 @@ impl Cacti {
             let said = first.unwrap_or("no array of this size");
             fail(format!("no figures, {}: {said}", output.status))
         })?;
-        let json = serde_json::to_vec_pretty(&figures).map_err(|e| cannot(&kept)(e.into()))?;
-        potamoi_golden::files::write(&kept, &json).map_err(cannot(&kept))?;
+        kept::write(&kept, &figures).map_err(cannot(&kept))?;
         Ok(figures)
     }
 }

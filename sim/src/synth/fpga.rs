@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::error::CHECK_VERSIONS;
 use super::tools::{run, says};
 use super::{SynthError, UnitKind};
+use crate::kept::{self, Key};
 
 /// Version of what is kept, and of the report.
 const KEPT: &str = "potamoi-fpga 1";
@@ -178,25 +179,19 @@ pub fn place_and_route(
     ]
     .concat();
 
-    let mut key = blake3::Hasher::new();
-    let mut with = |part: &str| {
-        key.update(&(part.len() as u64).to_le_bytes());
-        key.update(part.as_bytes());
-    };
-    [KEPT, &tools.yosys, &tools.nextpnr, &script]
-        .iter()
-        .for_each(|part| with(part));
-    arguments.iter().for_each(|part| with(part));
-    files.values().for_each(|text| with(text));
-    let key = &key.finalize().to_hex()[..32];
+    let key = Key::new(format!("{unit}-ecp5"), KEPT)
+        .text("yosys", &tools.yosys)
+        .text("nextpnr", &tools.nextpnr)
+        .text("script", &script)
+        .value("arguments", &arguments)
+        .value("verilog", &files);
     let cannot = |path: &Path| {
         let path = path.to_owned();
         move |source| SynthError::File { path, source }
     };
     std::fs::create_dir_all(cache).map_err(cannot(cache))?;
-    let kept = cache.join(format!("{unit}-ecp5-{key}.json"));
-    let found = std::fs::read(&kept).ok();
-    if let Some(report) = found.and_then(|text| serde_json::from_slice(&text).ok()) {
+    let kept = key.file(cache, "json");
+    if let Some(report) = kept::read(&kept) {
         return Ok((report, true));
     }
 
@@ -228,8 +223,7 @@ pub fn place_and_route(
         what: "utilisation and clock".to_owned(),
         remedy: CHECK_VERSIONS,
     })?;
-    let json = serde_json::to_vec_pretty(&report).map_err(|e| cannot(&kept)(e.into()))?;
-    potamoi_golden::files::write(&kept, &json).map_err(cannot(&kept))?;
+    kept::write(&kept, &report).map_err(cannot(&kept))?;
     Ok((report, false))
 }
 

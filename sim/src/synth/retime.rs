@@ -10,6 +10,7 @@ use super::error::CHECK_LIBRARY;
 use super::script::{LIBRARY, NETLIST};
 use super::tools::TIMING;
 use super::{Library, Made, SynthError, Tools, UnitKind};
+use crate::kept::{self, Key};
 
 /// What a netlist is timed with.
 pub(super) struct Retiming<'a> {
@@ -51,27 +52,14 @@ impl Retiming<'_> {
         let (library, unit) = (self.library, self.unit);
         let from = &self.made.netlist;
         let netlist = std::fs::read_to_string(from).map_err(cannot(from))?;
-        let mut key = blake3::Hasher::new();
-        let opensta = &self.tools.opensta;
-        let own = [
-            wanted.version,
-            wanted.script,
-            opensta,
-            &library.sha256,
-            &netlist,
-        ];
-        for part in own
-            .into_iter()
-            .chain(wanted.others.iter().map(|(_, text)| *text))
-        {
-            key.update(&(part.len() as u64).to_le_bytes());
-            key.update(part.as_bytes());
-        }
-        let key = &key.finalize().to_hex()[..32];
-        let kept = self
-            .cache
-            .join(format!("{unit}-{}-{key}.json", wanted.name));
-        if let Some(found) = read_kept(&kept) {
+        let key = Key::new(format!("{unit}-{}", wanted.name), wanted.version)
+            .text("script", wanted.script)
+            .text("opensta", &self.tools.opensta)
+            .text("library", &library.sha256)
+            .text("netlist", &netlist)
+            .value("other_files", &wanted.others);
+        let kept = key.file(self.cache, "json");
+        if let Some(found) = kept::read(&kept) {
             return Ok(found);
         }
         let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
@@ -91,13 +79,8 @@ impl Retiming<'_> {
             what: wanted.what.to_owned(),
             remedy: CHECK_LIBRARY,
         })?;
-        let json = serde_json::to_vec_pretty(&found).map_err(|e| cannot(&kept)(e.into()))?;
-        potamoi_golden::files::write(&kept, &json).map_err(cannot(&kept))?;
+        kept::write(&kept, &found).map_err(cannot(&kept))?;
         // As it is read again, so that nothing depends on whether it was kept.
-        Ok(read_kept(&kept).unwrap_or(found))
+        Ok(kept::read(&kept).unwrap_or(found))
     }
-}
-
-fn read_kept<T: DeserializeOwned>(path: &Path) -> Option<T> {
-    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
 }

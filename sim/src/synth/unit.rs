@@ -18,6 +18,7 @@ use super::netlist::{self, MemoryArea, ModuleArea};
 use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, scripts};
 use super::tools::{FINISH, SYNTH, TIMING};
 use super::{FlopMemory, Library, Power, SynthError, Tools, WithMemories, fanout, memories};
+use crate::kept::{self, Key};
 
 /// Version of what is kept of a unit.
 const KEPT: &str = "potamoi-synth 4";
@@ -138,28 +139,24 @@ pub fn synthesise(
         tools.yosys_version(),
     );
 
-    let mut key = blake3::Hasher::new();
-    let mut with = |part: &str| {
-        key.update(&(part.len() as u64).to_le_bytes());
-        key.update(part.as_bytes());
-    };
-    let limits = format!("{FAN_OUT} {LOAD}");
-    let origins = [KEPT, &limits, &tools.yosys, &tools.opensta, &library.sha256];
-    let texts = [&*scripts.yosys, &scripts.finish, &scripts.sta];
-    for part in origins.into_iter().chain(texts) {
-        with(part);
-    }
-    scripts.others.iter().for_each(|(_, text)| with(text));
-    files.values().for_each(|text| with(text));
-    let key = &key.finalize().to_hex()[..32];
+    let key = Key::new(unit.to_string(), KEPT)
+        .text("limits", &format!("{FAN_OUT} {LOAD}"))
+        .text("yosys", &tools.yosys)
+        .text("opensta", &tools.opensta)
+        .text("library", &library.sha256)
+        .value("scripts", &[&*scripts.yosys, &scripts.finish, &scripts.sta])
+        .value("other_files", &scripts.others)
+        .value("verilog", &files);
     let cannot = |path: &Path| {
         let path = path.to_owned();
         move |source| SynthError::File { path, source }
     };
     std::fs::create_dir_all(cache).map_err(cannot(cache))?;
-    let kept = cache.join(format!("{unit}-{key}.json"));
-    let netlist = cache.join(format!("{unit}-{key}.v"));
-    if let Some(report) = read_kept(&kept).filter(|_| netlist.is_file()) {
+    let kept = key.file(cache, "json");
+    let netlist = key.file(cache, "v");
+    if let Some((report, hash)) = kept::read::<(UnitReport, String)>(&kept)
+        && hash_of(&netlist).is_some_and(|found| found == hash)
+    {
         return Ok(Made {
             report,
             netlist,
@@ -231,8 +228,8 @@ pub fn synthesise(
     };
     let text = read(NETLIST).map_err(|_| no("yosys", "netlist"))?;
     potamoi_golden::files::write(&netlist, text.as_bytes()).map_err(cannot(&netlist))?;
-    let json = serde_json::to_vec_pretty(&report).map_err(|e| cannot(&kept)(e.into()))?;
-    potamoi_golden::files::write(&kept, &json).map_err(cannot(&kept))?;
+    let hash = blake3::hash(text.as_bytes()).to_hex().to_string();
+    kept::write(&kept, &(&report, hash)).map_err(cannot(&kept))?;
     Ok(Made {
         report,
         netlist,
@@ -240,8 +237,11 @@ pub fn synthesise(
     })
 }
 
-fn read_kept(path: &Path) -> Option<UnitReport> {
-    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
+/// Hash of a kept netlist that is nobody else's.
+fn hash_of(netlist: &Path) -> Option<String> {
+    let bytes = std::fs::read(netlist).ok()?;
+    let is_own = potamoi_verilated::cache::is_own(netlist);
+    is_own.then(|| blake3::hash(&bytes).to_hex().to_string())
 }
 
 pub(super) struct LongestPath {

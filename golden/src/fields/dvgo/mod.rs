@@ -35,7 +35,7 @@ const STOP: f64 = 1e-3;
 const RANGE: [f64; 2] = [2.0, 6.0];
 
 /// A DirectVoxGO model of its fine stage.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Dvgo {
     /// Channel 0 is the density, the features follow.
     tables: [Table; 1],

@@ -41,7 +41,7 @@ const LEAST_WEIGHT: f64 = 1e-4;
 const STOP: f64 = 1e-3;
 
 /// An EfficientNeRF model. Densities are optical depths of a fine cell's edge.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct EfficientNerf {
     tables: [Table; 1],
     nodes: Nodes,

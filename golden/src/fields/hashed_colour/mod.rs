@@ -36,7 +36,7 @@ const MAX_LOG2: u32 = 24;
 const NETWORK: usize = 64 * 48 + 64 * 64 + 16 * 64;
 
 /// A colour that depends on place and direction.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct HashedColour {
     shape: GridShape,
     tables: Vec<Table>,

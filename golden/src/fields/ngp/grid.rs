@@ -2,7 +2,7 @@
 //! whether its vertices have one each.
 
 /// Sizes of a hash grid.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct GridShape {
     /// Levels, coarse to fine.
     pub levels: u32,

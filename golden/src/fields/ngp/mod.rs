@@ -44,7 +44,7 @@ const STOP: f64 = 0.01;
 const RANGE: [f64; 2] = [0.0, 1e9];
 
 /// From the world to the frame of the unit cube.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 struct Placement {
     scale: f64,
     /// Before axes are cycled.
@@ -67,7 +67,7 @@ impl Placement {
 }
 
 /// An Instant-NGP model.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Ngp {
     shape: GridShape,
     /// What has an entry of a hashed level.

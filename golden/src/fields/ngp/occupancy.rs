@@ -13,7 +13,7 @@ const THINNEST: f64 = 0.01;
 
 /// Occupied cells, one bit each, cube after cube from the innermost, the unit
 /// cube.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(super) struct Occupancy {
     /// In Morton order.
     bits: Vec<u64>,

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// Bits at the vertices of a grid of its own.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(super) struct AlphaMask {
     /// Vertices along x, y, z.
     pub(super) points: [usize; 3],

@@ -43,7 +43,7 @@ const MAX_FREQUENCIES: usize = 16;
 const STOP: f64 = 1e-6;
 
 /// What makes a density of a sum of products.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Activation {
     /// `ln(1 + exp(x + shift))`.
     Softplus,
@@ -52,7 +52,7 @@ pub enum Activation {
 }
 
 /// A TensoRF model.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Tensorf {
     /// The planes, then the lines; density components come before those of
     /// appearance.
@@ -71,7 +71,7 @@ pub struct Tensorf {
 }
 
 /// What a model says besides its numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Rules {
     /// Corners of the box on whose faces the outer vertices lie.
     pub bounds: [DVec3; 2],

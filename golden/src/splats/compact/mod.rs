@@ -49,7 +49,7 @@ const ARRAYS: [&str; 9] = [
 ];
 
 /// A Compact-3DGS model.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Compact {
     /// Without colour.
     gaussians: Cloud,

@@ -3,7 +3,7 @@
 use super::{Counts, Timing};
 
 /// Supply currents of one device in milliamperes, as pairs of VDD1 and VDD2.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Currents {
     /// Volts of VDD1 and VDD2.
     pub volts: [f64; 2],

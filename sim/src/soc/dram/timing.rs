@@ -1,7 +1,7 @@
 //! Sizes and delays of LPDDR3 (JEDEC JESD209-3C, 8 Gb x32 at 1600 MT/s).
 
 /// How addresses are spread.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Geometry {
     /// Channels, a power of two: bursts one after the other go round them.
     pub channels: u32,
@@ -54,7 +54,7 @@ pub(super) struct Place {
 }
 
 /// Delays in clocks of the bus, half its transfers a second.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Timing {
     /// Nanoseconds of a clock.
     pub clock_ns: f64,

@@ -1,14 +1,11 @@
 //! Work that was counted is kept, by what it was counted of.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::Config;
-use potamoi_golden::effects::Choices;
 use potamoi_golden::scene::Scene;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use super::super::memory::Memory;
@@ -16,9 +13,10 @@ use super::super::npu::Array;
 use super::frame::FrameWork;
 use super::path::{PathError, PathOptions, PathWork};
 use super::replay::PathReplay;
+use crate::kept::{self, Key};
 
-/// Raised where what is counted changes.
-const VERSION: u32 = 3;
+/// Of the code: raised where what is counted changes.
+const VERSION: &str = "4";
 
 /// Work that could neither be counted nor read.
 #[derive(Debug, Error)]
@@ -34,30 +32,6 @@ pub enum KeepError {
         /// Why.
         source: std::io::Error,
     },
-}
-
-/// What work is of.
-#[derive(Serialize)]
-struct Key<'a, O> {
-    version: u32,
-    program: &'static str,
-    kind: &'static str,
-    configuration: String,
-    scene: &'a str,
-    camera: String,
-    merges: bool,
-    #[serde(skip_serializing_if = "super::is_default")]
-    halvings: u32,
-    /// Effects that are forced or left out, and whether frames that stand still count as their
-    /// reference: what was counted before is of neither.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    choices: Option<String>,
-    /// How it is rendered, where that is not as its name says.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    manner: Option<String>,
-    options: O,
-    /// Of a model that its name does not say all of: its numbers.
-    model: Option<String>,
 }
 
 /// Where work is kept.
@@ -88,9 +62,8 @@ impl Kept {
         options: &PathOptions,
         step: &(dyn Fn() + Sync),
     ) -> Result<(PathWork, bool), KeepError> {
-        self.get("path", scene, config, options, || {
-            PathWork::count(scene, config, options, step)
-        })
+        let key = key("path", scene, config).value("path", options);
+        self.get(&key, || PathWork::count(scene, config, options, step))
     }
 
     /// The same of the frame that the scene's camera sees.
@@ -104,12 +77,8 @@ impl Kept {
         array: Array,
         cache: u32,
     ) -> Result<(FrameWork, bool), KeepError> {
-        let options = FrameOptions {
-            array: [array.rows, array.columns],
-            is_double_buffered: array.is_double_buffered,
-            cache,
-        };
-        self.get("frame", scene, config, options, || {
+        let key = array_of(key("frame", scene, config), array, cache);
+        self.get(&key, || {
             Ok(FrameWork::count(scene, config, array, cache, None)?)
         })
     }
@@ -125,46 +94,20 @@ impl Kept {
         options: &PathOptions,
         memory: &Memory,
     ) -> Result<PathReplay, KeepError> {
-        let key = (options, memory.channels());
-        let found = self.get("replay", scene, config, key, || {
-            PathReplay::of(scene, config, options, memory)
-        })?;
+        let key = key("replay", scene, config)
+            .value("path", options)
+            .hash("memory", memory.identity());
+        let found = self.get(&key, || PathReplay::of(scene, config, options, memory))?;
         Ok(found.0)
     }
 
     fn get<T: Serialize + DeserializeOwned>(
         &self,
-        kind: &'static str,
-        scene: &Scene,
-        config: &Config,
-        options: impl Serialize,
+        key: &Key,
         count: impl FnOnce() -> Result<T, PathError>,
     ) -> Result<(T, bool), KeepError> {
-        let key = Key {
-            version: VERSION,
-            program: env!("CARGO_PKG_VERSION"),
-            kind,
-            configuration: config.hash(),
-            scene: scene.name(),
-            camera: format!("{:?}", scene.camera()),
-            merges: scene.cells().merge,
-            halvings: scene.cells().halvings,
-            choices: (scene.choices() != Choices::default() || scene.path_length().is_some())
-                .then(|| format!("{:?}, still as its reference", scene.choices())),
-            manner: scene.manner(),
-            options,
-            model: scene
-                .is_builtin()
-                .is_none()
-                .then(|| written_down(scene.model())),
-        };
-        // A key of numbers and text is always written.
-        let text = serde_json::to_vec(&key).unwrap_or_default();
-        let path = self
-            .folder
-            .join(format!("{}.json", hex(&Sha256::digest(&text))));
-        let bytes = std::fs::read(&path).ok();
-        if let Some(work) = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
+        let path = key.file(&self.folder, "json");
+        if let Some(work) = kept::read(&path) {
             return Ok((work, true));
         }
         let work = count()?;
@@ -173,35 +116,33 @@ impl Kept {
             source,
         };
         std::fs::create_dir_all(&self.folder).map_err(fail)?;
-        let mut file = tempfile::NamedTempFile::new_in(&self.folder).map_err(fail)?;
-        serde_json::to_writer(&mut file, &work).map_err(|e| fail(e.into()))?;
-        file.persist(&path).map_err(|e| fail(e.error))?;
+        kept::write(&path, &work).map_err(fail)?;
         Ok((work, false))
     }
 }
 
-#[derive(Serialize, Deserialize)]
-struct FrameOptions {
-    array: [u64; 2],
-    is_double_buffered: bool,
-    cache: u32,
+/// What all counted work depends on: the program's version, every number of the configuration,
+/// and every part of the scene.
+fn key(kind: &str, scene: &Scene, config: &Config) -> Key {
+    let key = Key::new(kind, VERSION).value("configuration", config);
+    (scene.identity().into_iter()).fold(key, |key, (part, hash)| key.hash(part, hash))
 }
 
-/// Of what it says of itself.
-fn written_down(model: &dyn std::fmt::Debug) -> String {
-    struct Hashed(Sha256);
-    impl std::fmt::Write for Hashed {
-        fn write_str(&mut self, text: &str) -> std::fmt::Result {
-            self.0.update(text);
-            Ok(())
-        }
-    }
-    let mut hashed = Hashed(Sha256::new());
-    // Hashing does not fail.
-    let _ = write!(hashed, "{model:?}");
-    hex(&hashed.0.finalize())
+/// What a frame's work depends on beside.
+fn array_of(key: Key, array: Array, cache: u32) -> Key {
+    // A new field has to be a part.
+    let Array {
+        rows,
+        columns,
+        dataflow,
+        is_double_buffered,
+    } = array;
+    key.value("rows", &rows)
+        .value("columns", &columns)
+        .value("dataflow", &dataflow)
+        .value("is_double_buffered", &is_double_buffered)
+        .value("cache", &cache)
 }
 
-fn hex(hash: &[u8]) -> String {
-    hash.iter().take(16).map(|b| format!("{b:02x}")).collect()
-}
+#[cfg(test)]
+mod tests;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use potamoi_hdl::ir::{Header, Module, verilog};
 
+use crate::kept::{self, Key};
 use crate::synth::error::CHECK_LIBRARY;
 use crate::synth::script::{LIBRARY, NETLIST, scripts};
 use crate::synth::tools::SYNTH;
@@ -97,19 +98,17 @@ impl Run<'_> {
             tools,
             cache,
         } = self;
-        let mut key = blake3::Hasher::new();
-        let origins = [KEPT, &tools.yosys, &library.sha256, script];
-        for part in origins.into_iter().chain(texts.values().copied()) {
-            key.update(&(part.len() as u64).to_le_bytes());
-            key.update(part.as_bytes());
-        }
-        let key = &key.finalize().to_hex()[..32];
+        let key = Key::new(format!("{unit}-cells"), KEPT)
+            .text("yosys", &tools.yosys)
+            .text("library", &library.sha256)
+            .text("script", script)
+            .value("verilog", texts);
         let cannot = |path: &Path| {
             let path = path.to_owned();
             move |source| SynthError::File { path, source }
         };
-        let kept = cache.join(format!("{unit}-cells-{key}.v"));
-        if let Ok(text) = std::fs::read_to_string(&kept) {
+        let kept = key.file(cache, "v");
+        if let Some(text) = kept::read_text(&kept) {
             return Ok(text);
         }
         std::fs::create_dir_all(cache).map_err(cannot(cache))?;
@@ -127,7 +126,7 @@ impl Run<'_> {
             what: "netlist".to_owned(),
             remedy: CHECK_LIBRARY,
         })?;
-        potamoi_golden::files::write(&kept, text.as_bytes()).map_err(cannot(&kept))?;
+        kept::write_text(&kept, &text).map_err(cannot(&kept))?;
         Ok(text)
     }
 }

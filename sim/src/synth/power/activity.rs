@@ -20,7 +20,7 @@ const VECTORS: usize = 16;
 const ELEMENTS: usize = 1 << 20;
 
 /// A share of a scene's work for the gathering unit.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct GatherWindow {
     pub(super) tasks: Vec<GatherTask>,
     /// Features or sums, in task and entry order, all channels of an entry together.
@@ -28,7 +28,7 @@ pub struct GatherWindow {
 }
 
 /// A share of a scene's exponentials.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct VectorWindow {
     pub(super) op: Option<VectorOp>,
     /// Operands and results of each run.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use potamoi_formats::config::{Config, rules};
 use potamoi_hdl::ir::Module;
 
+use crate::kept::{self, Key};
 use crate::synth::gates::{Flat, netlist};
 use crate::synth::{Library, SynthError, Tools, UnitKind, UnitReport};
 
@@ -82,8 +83,8 @@ pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Power, SynthError> {
         let path = path.to_owned();
         move |source| SynthError::File { path, source }
     };
-    let kept = cache.join(format!("{}-power-{}.json", order.unit, order.key(&parts)));
-    if let Some(power) = read_kept(&kept) {
+    let kept = order.key(&parts).file(cache, "json");
+    if let Some(power) = kept::read(&kept) {
         return Ok(power);
     }
     let power = match order.compute(&work, &parts, &measure) {
@@ -92,14 +93,9 @@ pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Power, SynthError> {
         Err(Lack::Wrong(error)) => return Err(error),
     };
     std::fs::create_dir_all(cache).map_err(cannot(cache))?;
-    let json = serde_json::to_vec_pretty(&power).map_err(|e| cannot(&kept)(e.into()))?;
-    potamoi_golden::files::write(&kept, &json).map_err(cannot(&kept))?;
+    kept::write(&kept, &power).map_err(cannot(&kept))?;
     // As it is read again, so that nothing depends on whether it was kept.
-    Ok(read_kept(&kept).unwrap_or(power))
-}
-
-fn read_kept(path: &Path) -> Option<Power> {
-    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
+    Ok(kept::read(&kept).unwrap_or(power))
 }
 
 /// A netlist to be run, and the work that it is given, run after run.
@@ -199,23 +195,19 @@ impl Order<'_> {
     }
 
     /// Of everything that an estimate depends on.
-    fn key(&self, parts: &[Part]) -> String {
-        let mut key = blake3::Hasher::new();
-        let mut with = |part: &str| {
-            key.update(&(part.len() as u64).to_le_bytes());
-            key.update(part.as_bytes());
-        };
-        let (report, _) = self.made;
-        let modules = serde_json::to_string(report).unwrap_or_default();
-        let origins = [KEPT, &self.library.sha256, self.scene, &modules];
-        origins.into_iter().for_each(&mut with);
-        with(&format!("{:?}", self.config));
-        with(self.made.1);
-        for part in parts {
-            with(&part.netlist);
-            with(&format!("{:?}", part.works));
-        }
-        key.finalize().to_hex()[..32].to_owned()
+    /// What an estimate depends on.
+    fn key(&self, parts: &[Part]) -> Key {
+        let (report, netlist) = self.made;
+        let key = Key::new(format!("{}-power", self.unit), KEPT)
+            .text("library", &self.library.sha256)
+            .text("scene", self.scene)
+            .value("report", report)
+            .value("configuration", self.config)
+            .text("netlist", netlist);
+        parts.iter().fold(key, |key, part| {
+            key.text("part_netlist", &part.netlist)
+                .value("part_work", &part.works)
+        })
     }
 
     /// Runs the parts' work with `measure` and adds up.

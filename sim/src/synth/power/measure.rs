@@ -16,7 +16,7 @@ use super::still::Still;
 const REST: u64 = 64;
 
 /// Work for a unit of cells.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(super) enum Work {
     Gather(GatherWindow),
     Vector(VectorWindow),
