@@ -388,6 +388,50 @@ fn a_trace_is_verified_without_its_scene_and_refused_when_changed() {
     assert!(said.contains("array `"), "{said}");
 }
 
+/// Of a configuration with exact sums, a trace holds the parts of samples that several
+/// MVoxels share.
+#[test]
+fn a_trace_of_exact_sums_is_verified_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let model = "[model]\nkind = \"builtin\"\nname = \"lantern\"\n";
+    let split = format!("{model}[render]\nhalo = \"split\"\n");
+    std::fs::write(at.join("split.toml"), split).unwrap();
+    std::fs::write(at.join("exact.toml"), "[gu]\nsums = \"exact\"\n").unwrap();
+    let exact = ["--config", "exact.toml"];
+    let scene = ["--scene", "split.toml", "--width", "8"];
+    let trace = ["trace", "--all", "--out", "t.npz", "--json", "t.json"];
+    expect(at, 0, &[&exact[..], &trace, &scene].concat());
+    let verify = [
+        "verify",
+        "--engine",
+        "interpreter",
+        "--level",
+        "full",
+        "--json",
+    ];
+    expect(at, 0, &[&exact[..], &verify, &["s.json"], &scene].concat());
+    expect(
+        at,
+        0,
+        &[&exact[..], &verify, &["v.json", "--trace", "t.npz"]].concat(),
+    );
+    let [trace, of_scene, of_trace] = ["t", "s", "v"].map(|n| json(&at.join(format!("{n}.json"))));
+    assert!(of_scene["samples"].as_u64().unwrap() > 100, "{of_scene}");
+    assert_eq!(trace["samples"], of_scene["samples"]);
+    assert_eq!(of_trace["samples"], of_scene["samples"]);
+    // What cannot sum parts is left out of a comparison, which is of the same samples.
+    let layouts = ["layouts", "--json", "l.json"];
+    let said = expect(at, 0, &[&exact[..], &layouts, &scene].concat());
+    assert!(said.contains("left out: parity"), "{said}");
+    let layouts = json(&at.join("l.json"));
+    assert_eq!(layouts["samples"], of_scene["samples"]);
+    assert!(
+        layouts["layouts"][0]["cycles"].as_u64().unwrap() > 100,
+        "{layouts}"
+    );
+}
+
 #[test]
 fn other_engines_agree_on_a_share() {
     let folder = tempfile::tempdir().unwrap();

@@ -6,7 +6,7 @@ use potamoi_formats::config::{
 };
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::VectorOp;
-use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
+use potamoi_golden::units::{GatherTask, Product, Twins, UnitError, Units};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -177,6 +177,15 @@ impl Layout {
         (seconds * f64::from(self.config.clock_mhz) * 1e6).ceil() as u64
     }
 
+    /// From here on a unit that gives unrounded sums, as parts of cells need.
+    fn demand_sums(&mut self) {
+        if self.config.gu.sums == Sums::Rounded && self.refused.is_none() {
+            self.config.gu.sums = Sums::Exact;
+            let breaches = rules::check(&self.config);
+            self.refused = (!breaches.is_empty()).then(|| breaches.to_string());
+        }
+    }
+
     /// Adds tasks that follow one another from reset.
     fn add(&mut self, tasks: &[GatherTask]) {
         if self.refused.is_none() {
@@ -231,17 +240,29 @@ impl Layouts {
             samples: 0,
         }
     }
-}
 
-impl Units for Layouts {
-    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
-        self.twins.gather(tasks, features)?;
+    fn count(&mut self, tasks: &[GatherTask]) {
         for tasks in runs(tasks) {
             self.samples += tasks.iter().map(|t| t.entries.len() as u64).sum::<u64>();
             self.layouts
                 .par_iter_mut()
                 .for_each(|layout| layout.add(tasks));
         }
+    }
+}
+
+impl Units for Layouts {
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        self.twins.gather(tasks, features)?;
+        self.count(tasks);
+        Ok(())
+    }
+
+    /// What gives no unrounded sums is left out from here on, with the reason.
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        self.twins.sums(tasks, sums)?;
+        self.layouts.iter_mut().for_each(Layout::demand_sums);
+        self.count(tasks);
         Ok(())
     }
 
@@ -253,5 +274,49 @@ impl Units for Layouts {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         self.twins.vector(op, a, b, out)
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        self.twins.multiplied(product);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use potamoi_golden::scene::Scene;
+
+    use super::*;
+
+    /// Parts of samples are counted too; what cannot sum them is left out with the reason.
+    #[test]
+    fn parts_of_samples_are_compared() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("split.toml");
+        let model = "[model]\nkind = \"builtin\"\nname = \"lantern\"\n";
+        std::fs::write(&path, format!("{model}[render]\nhalo = \"split\"\n")).unwrap();
+        let mut scene = Scene::open(path.to_str().unwrap()).unwrap();
+        scene.set_size(Some(16), Some(16)).unwrap();
+        let config = Config::from_toml("[gu]\nsums = \"exact\"\n", "test").unwrap();
+        let mut units = Layouts::new(&config, Layout::all(&config));
+        scene.render_fixed(&config, &mut units).unwrap();
+        let mut twins = Twins::new(&config);
+        scene.render_fixed(&config, &mut twins).unwrap();
+        assert_eq!(units.samples, twins.counts().feature_vectors);
+        assert!(units.samples > 100);
+        let own = &units.layouts[0];
+        assert_eq!(own.refused, None);
+        assert!(own.busy >= units.samples * 8 / u64::from(own.ports * 8));
+        let mut compared = 0;
+        for layout in &units.layouts {
+            let sums = layout.organisation == Organisation::ChannelMajor
+                && layout.entry == EntryKind::Paper;
+            match &layout.refused {
+                None => assert!(sums && layout.cycles > 0),
+                Some(reason) => assert!(!sums && reason.contains("gu.sums = "), "{reason}"),
+            }
+            compared += usize::from(sums);
+        }
+        assert!(compared >= 3, "{compared}");
     }
 }

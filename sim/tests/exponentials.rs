@@ -205,8 +205,9 @@ fn both_scenes_pass(forms: &[&str]) {
 /// vectors as long as their slowest lane.
 #[test]
 fn an_early_out_on_splats() {
-    let mut twins = Twins::new(&config("[vu.exp]\nearly_out = true"));
-    let mut recorder = Recorder::new(&mut twins, Limits::NONE);
+    let early = config("[vu.exp]\nearly_out = true");
+    let mut twins = Twins::new(&early);
+    let mut recorder = Recorder::new(&mut twins, &early, Limits::NONE);
     garden_through(&mut recorder, 96).unwrap();
     let exps: Vec<_> = recorder
         .computed

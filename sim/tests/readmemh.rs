@@ -51,7 +51,23 @@ fn the_testbenches_of_exact_sums_and_shared_rows_do_so_too() {
     check("banks = 32\nrecords_a_row = 2\nsums = \"exact\"\npipelined = true");
 }
 
+/// Of samples that lie in several MVoxels, the sums of their parts come out of the hardware.
+#[test]
+fn the_testbenches_of_parted_samples_do_so_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("split.toml");
+    let model = "[model]\nkind = \"builtin\"\nname = \"lantern\"\n";
+    std::fs::write(&path, format!("{model}[render]\nhalo = \"split\"\n")).unwrap();
+    let scene = Scene::open(path.to_str().unwrap()).unwrap();
+    check_scenes("banks = 8\nsums = \"exact\"", [("split", scene)]);
+}
+
 fn check(gu: &str) {
+    let scenes = ["garden", "lantern"].map(|name| (name, Scene::open(name).unwrap()));
+    check_scenes(gu, scenes);
+}
+
+fn check_scenes<const N: usize>(gu: &str, scenes: [(&str, Scene); N]) {
     let text = format!("[gu]\n{gu}\n[rit]\nentries = 16\n[vu]\nlanes = 5");
     let config = Config::from_toml(&text, "test").unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -61,8 +77,7 @@ fn check(gu: &str) {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(path, text).unwrap();
     }
-    for name in ["garden", "lantern"] {
-        let mut scene = Scene::open(name).unwrap();
+    for (name, mut scene) in scenes {
         scene.set_size(Some(20), Some(20)).unwrap();
         let limits = Limits {
             entries: 120,

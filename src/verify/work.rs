@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, Sums};
 use potamoi_golden::scene::Scene;
 use potamoi_golden::trace::Trace;
 use potamoi_golden::units::{Twins, Units};
@@ -86,8 +86,17 @@ fn replay(path: &Path, trace: &Trace, units: &mut dyn Units) -> Result<(), Failu
         ))
     };
     let tasks: Vec<_> = trace.gathered.iter().map(|g| g.task.clone()).collect();
-    let mut features = vec![];
-    units.gather(&tasks, &mut features).map_err(Failure::Unit)?;
+    let mut features: Vec<i32> = vec![];
+    match trace.sums {
+        Sums::Exact => units.sums(&tasks, &mut features),
+        Sums::Rounded => {
+            let mut codes = vec![];
+            let gathered = units.gather(&tasks, &mut codes);
+            features.extend(codes.into_iter().map(i32::from));
+            gathered
+        }
+    }
+    .map_err(Failure::Unit)?;
     let expected = trace.gathered.iter().flat_map(|g| &g.features);
     if !features.iter().eq(expected) {
         return Err(differs("features"));

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use potamoi_formats::config::Config;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
+use potamoi_golden::units::{GatherTask, Product, Twins, UnitError, Units};
 
 /// Which operation, and how.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,6 +93,11 @@ impl Units for ObviousUnits {
         self.twins.gather(&tasks, features)
     }
 
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        let tasks: Vec<_> = tasks.iter().map(|task| self.interpolated(task)).collect();
+        self.twins.sums(&tasks, sums)
+    }
+
     fn vector(
         &mut self,
         op: VectorOp,
@@ -130,5 +135,9 @@ impl Units for ObviousUnits {
             }
             _ => self.twins.vector(op, a, b, out),
         }
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        self.twins.multiplied(product);
     }
 }

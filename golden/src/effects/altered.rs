@@ -94,6 +94,21 @@ impl<'u> Altered<'u> {
         Ok(())
     }
 
+    /// Where further segments are left out, 0 in every channel of theirs.
+    fn first_pass<T: Copy + Default>(&self, tasks: &[GatherTask], results: &mut [T]) {
+        if !self.choices.leaves_out(Effect::Segments) {
+            return;
+        }
+        let mut rest = results;
+        for task in tasks {
+            let (own, after) = rest.split_at_mut(task.entries.len() * task.channels);
+            rest = after;
+            for codes in own.chunks_exact_mut(task.channels.max(1)) {
+                codes[self.pass.min(task.channels)..].fill(T::default());
+            }
+        }
+    }
+
     /// The first term of a power's series.
     fn first_term(&self, code: OpCode, a: i32) -> i32 {
         let [input, one_minus, output] = self.bits;
@@ -120,21 +135,29 @@ impl Units for Altered<'_> {
         if self.choices.forces(Effect::Trilinear) {
             self.weigh(tasks, &features[begin..])?;
         }
-        if self.choices.leaves_out(Effect::Segments) {
-            let mut rest = &mut features[begin..];
-            for task in tasks {
-                let (own, after) = rest.split_at_mut(task.entries.len() * task.channels);
-                rest = after;
-                for codes in own.chunks_exact_mut(task.channels.max(1)) {
-                    codes[self.pass.min(task.channels)..].fill(0);
-                }
-            }
-        }
+        self.first_pass(tasks, &mut features[begin..]);
         Ok(())
     }
 
     fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
-        self.units.sums(tasks, sums)
+        let weighted = tasks.iter().any(|task| task.vertices.is_structured());
+        if weighted && self.choices.leaves_out(Effect::Trilinear) {
+            return Err(
+                "interpolation cannot be left out of sums of parts of a cell, whose nearest \
+                 vertex may lie in another MVoxel: use render.halo = \"shared\""
+                    .into(),
+            );
+        }
+        let begin = sums.len();
+        self.units.sums(tasks, sums)?;
+        if self.choices.forces(Effect::Trilinear) {
+            let rounded = sums[begin..]
+                .iter()
+                .map(|s| self.reducer.round((*s).into()));
+            self.weigh(tasks, &rounded.collect::<Vec<_>>())?;
+        }
+        self.first_pass(tasks, &mut sums[begin..]);
+        Ok(())
     }
 
     fn vector(

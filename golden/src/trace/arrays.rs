@@ -192,6 +192,11 @@ impl<'a> Packed<'a> {
         ))
     }
 
+    /// Name of the next array.
+    pub(super) fn next_name(&self) -> Option<&str> {
+        Some(self.infos.get(self.next)?.name.as_str())
+    }
+
     /// The next array, which must have this name.
     fn take(&mut self, name: &str) -> Result<Values, TraceError> {
         let wrong = |problem: String| array_error(self.path, name, problem);

@@ -10,6 +10,7 @@
 //! | `gather_entry_rows` | u16, E x 8 | row of each vertex; 0 past V |
 //! | `gather_entry_weights` | u16, E x 8 | weight of each vertex, U1.W; 0 past V |
 //! | `gather_features` | i16 | expected features, entry after entry, all channels |
+//! | `gather_sums` | i32 | instead of `gather_features` where `gu.sums = "exact"`: unrounded sums, in units of 2^-W |
 //! | `vector_ops` | u32, N x 4 | code, shift, rounding (0 floor, 1 half-up, 2 half-even), elements |
 //! | `vector_a`, `vector_b`, `vector_results` | i32 | operands and expected results |
 
@@ -20,7 +21,7 @@ mod tests;
 
 use std::path::Path;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::{OpCode, VectorOp};
@@ -36,6 +37,9 @@ pub use error::TraceError;
 
 /// Version of the file format.
 pub const FORMAT_VERSION: u32 = 1;
+/// What the gathering unit gives: codes, or unrounded sums.
+const CODES: &str = "gather_features";
+const EXACT: &str = "gather_sums";
 /// The largest file that is read, in bytes.
 const LIMIT: u64 = 1 << 32;
 
@@ -48,6 +52,8 @@ pub struct Trace {
     pub configuration: String,
     /// Formats, by name, as text such as `U0.16`.
     pub formats: Vec<(String, String)>,
+    /// What the gathering unit gives: codes of 16 bits, or unrounded sums.
+    pub sums: Sums,
     /// For the gathering unit.
     pub gathered: Vec<Gathered>,
     /// For the vector unit.
@@ -71,7 +77,7 @@ impl Trace {
     /// As [`Scene::render_fixed`].
     pub fn record(scene: &Scene, config: &Config, limits: Limits) -> Result<Self, SceneError> {
         let mut twins = Twins::new(config);
-        let mut recorder = Recorder::new(&mut twins, limits);
+        let mut recorder = Recorder::new(&mut twins, config, limits);
         scene.render_fixed(config, &mut recorder)?;
         let exp = &config.vu.exp;
         let formats = [
@@ -91,6 +97,7 @@ impl Trace {
             scene: scene.name().to_owned(),
             configuration: config.hash(),
             formats: formats.map(|(name, f)| (name.to_owned(), f)).to_vec(),
+            sums: config.gu.sums,
             gathered: recorder.gathered,
             computed: recorder.computed,
         })
@@ -120,6 +127,14 @@ impl Trace {
             }
             features.extend_from_slice(&g.features);
         }
+        let features = match self.sums {
+            Sums::Rounded => {
+                let narrow = |code| i16::try_from(code).map_err(|_| format!("code {code}"));
+                let codes: Result<Vec<i16>, String> = features.into_iter().map(narrow).collect();
+                (CODES, Values::I16(list(codes?)))
+            }
+            Sums::Exact => (EXACT, Values::I32(list(features))),
+        };
         let (mut ops, mut a, mut b, mut results) = (vec![], vec![], vec![], vec![]);
         for c in &self.computed {
             ops.push([
@@ -145,7 +160,7 @@ impl Trace {
             ("gather_slots", Values::U32(list(slots))),
             ("gather_entry_rows", Values::U16(rows(&entry_rows))),
             ("gather_entry_weights", Values::U16(rows(&weights))),
-            ("gather_features", Values::I16(list(features))),
+            features,
             ("vector_ops", Values::U32(rows(&ops))),
             ("vector_a", Values::I32(list(a))),
             ("vector_b", Values::I32(list(b))),
@@ -196,6 +211,14 @@ impl Trace {
                 expected,
             });
         }
+        if trace.sums != config.gu.sums {
+            let (name, other) = match trace.sums {
+                Sums::Exact => (EXACT, CODES),
+                Sums::Rounded => (CODES, EXACT),
+            };
+            let problem = format!("expected `{other}`, as gu.sums of the configuration says");
+            return Err(array_error(path, name, problem));
+        }
         Ok(trace)
     }
 
@@ -214,10 +237,20 @@ impl Trace {
         let mut slots = Parts::new(path, "gather_slots", packed.u32s("gather_slots", None)?);
         let entry_rows = packed.u16s("gather_entry_rows", Some(8))?;
         let weights = packed.u16s("gather_entry_weights", Some(8))?;
-        let features = packed.i16s("gather_features", None)?;
+        let sums = match packed.next_name() {
+            Some(EXACT) => Sums::Exact,
+            _ => Sums::Rounded,
+        };
+        let (name, features) = match sums {
+            Sums::Exact => (EXACT, packed.i32s(EXACT, None)?),
+            Sums::Rounded => {
+                let codes = packed.i16s(CODES, None)?;
+                (CODES, codes.into_iter().map(i32::from).collect())
+            }
+        };
         let mut entry_rows = Parts::new(path, "gather_entry_rows", entry_rows);
         let mut weights = Parts::new(path, "gather_entry_weights", weights);
-        let mut features = Parts::new(path, "gather_features", features);
+        let mut features = Parts::new(path, name, features);
         let mut gathered = vec![];
         for (i, [vertices, channels, rows, entries]) in fours(&tasks).enumerate() {
             let vertices = Vertices::ALL
@@ -286,6 +319,7 @@ impl Trace {
             scene: header.scene,
             configuration: header.configuration,
             formats: header.formats,
+            sums,
             gathered,
             computed,
         })

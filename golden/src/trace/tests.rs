@@ -8,6 +8,7 @@ use proptest::prelude::*;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 use super::*;
+use crate::units::Units as _;
 
 fn small(name: &str, limits: Limits) -> Trace {
     let mut scene = Scene::open(name).unwrap();
@@ -30,6 +31,51 @@ fn what_was_written_is_read_back_and_the_same_bytes_come_again() {
         // Nothing is left beside it.
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
+}
+
+/// Of samples that lie in several MVoxels, sums go through the unit: they are all kept.
+#[test]
+fn exact_sums_are_recorded_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("split.toml");
+    let text = "[model]\nkind = \"builtin\"\nname = \"lantern\"\n[render]\nhalo = \"split\"\n";
+    fs::write(&scene, text).unwrap();
+    let mut scene = Scene::open(scene.to_str().unwrap()).unwrap();
+    scene.set_size(Some(16), Some(16)).unwrap();
+    let config = Config::from_toml("[gu]\nsums = \"exact\"\n", "test").unwrap();
+    let trace = Trace::record(&scene, &config, Limits::NONE).unwrap();
+    let mut twins = Twins::new(&config);
+    scene.render_fixed(&config, &mut twins).unwrap();
+    let counts = twins.counts();
+    let tasks: Vec<_> = trace.gathered.iter().map(|g| g.task.clone()).collect();
+    let entries: u64 = tasks.iter().map(|t| t.entries.len() as u64).sum();
+    assert!(entries > 100);
+    assert_eq!(
+        (tasks.len() as u64, entries),
+        (counts.gathers, counts.feature_vectors)
+    );
+    let mut sums = vec![];
+    twins.sums(&tasks, &mut sums).unwrap();
+    let kept: Vec<i32> = trace
+        .gathered
+        .iter()
+        .flat_map(|g| g.features.clone())
+        .collect();
+    assert_eq!(kept, sums);
+    // What no code of 16 bits holds is among them.
+    assert!(sums.iter().any(|sum| i16::try_from(*sum).is_err()));
+    let path = folder.path().join("t.npz");
+    trace.write(&path).unwrap();
+    assert_eq!(Trace::read(&path, &config).unwrap(), trace);
+    // One with codes says that it is of this configuration.
+    let mut forged = small("lantern", Limits::NONE);
+    forged.configuration = config.hash();
+    forged.write(&path).unwrap();
+    let error = Trace::read(&path, &config).unwrap_err().to_string();
+    assert!(
+        error.contains("array `gather_features`: expected `gather_sums`"),
+        "{error}"
+    );
 }
 
 #[test]

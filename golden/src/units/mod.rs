@@ -60,6 +60,9 @@ pub type UnitError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Units that gather features and compute element by element. The twins are
 /// one implementation, the Verilated hardware another.
+///
+/// No call has a default body: units around other units that forgot one would drop
+/// or miscount its work without a word.
 pub trait Units {
     /// Gathers MVoxel after MVoxel. Appends, for every task and every entry in
     /// order, `channels` feature codes to `features`.
@@ -74,10 +77,7 @@ pub trait Units {
     /// # Errors
     /// As [`Units::gather`]; units of another configuration than
     /// `gu.sums = "exact"` have none.
-    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
-        let _ = (tasks, sums);
-        Err("these units give no unrounded sums: use gu.sums = \"exact\"".into())
-    }
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError>;
 
     /// Computes `out[i] = op(a[i], b[i])`. All slices have one length.
     ///
@@ -93,7 +93,5 @@ pub trait Units {
 
     /// Tells of a product that the MAC array computes, whose results the renderer finds
     /// itself.
-    fn multiplied(&mut self, product: Product) {
-        let _ = product;
-    }
+    fn multiplied(&mut self, product: Product);
 }

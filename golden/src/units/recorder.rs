@@ -1,16 +1,19 @@
 //! Units that keep what goes through them.
 
+use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
 
+use super::gather::Reducer;
 use super::{GatherTask, Product, UnitError, Units};
 
-/// A gathering task and its features.
+/// A gathering task and what the unit gives of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gathered {
     /// What was gathered.
     pub task: GatherTask,
-    /// `channels` codes for every entry.
-    pub features: Vec<i16>,
+    /// `channels` values for every entry: codes of 16 bits, or unrounded sums of a unit with
+    /// `gu.sums = "exact"`.
+    pub features: Vec<i32>,
 }
 
 /// A vector operation and its results.
@@ -46,6 +49,8 @@ impl Limits {
 /// Keeps the work and the results of other units.
 pub struct Recorder<'u> {
     units: &'u mut dyn Units,
+    sums: Sums,
+    reducer: Reducer,
     limits: Limits,
     /// Tasks, in order.
     pub gathered: Vec<Gathered>,
@@ -54,41 +59,58 @@ pub struct Recorder<'u> {
 }
 
 impl<'u> Recorder<'u> {
-    /// A recorder of `units`.
-    pub fn new(units: &'u mut dyn Units, limits: Limits) -> Self {
+    /// A recorder of `units`, which are those of `config`.
+    pub fn new(units: &'u mut dyn Units, config: &Config, limits: Limits) -> Self {
         Self {
             units,
+            sums: config.gu.sums,
+            reducer: Reducer::new(config),
             limits,
             gathered: vec![],
             computed: vec![],
         }
     }
-}
 
-impl Units for Recorder<'_> {
-    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
-        let mut at = features.len();
-        self.units.gather(tasks, features)?;
+    fn keep<T: Copy + Into<i32>>(&mut self, tasks: &[GatherTask], features: &[T]) {
+        let mut at = 0;
         for task in tasks {
             if self.limits.entries == 0 {
                 break;
             }
-            let codes = task.entries.len() * task.channels;
-            let own = features.get(at..at + codes).unwrap_or_default();
+            let values = task.entries.len() * task.channels;
+            let own = features.get(at..at + values).unwrap_or_default();
             self.gathered.push(Gathered {
                 task: task.clone(),
-                features: own.to_vec(),
+                features: own.iter().map(|value| (*value).into()).collect(),
             });
-            at += codes;
+            at += values;
             let entries = task.entries.len() as u64;
             self.limits.entries = self.limits.entries.saturating_sub(entries);
         }
+    }
+}
+
+impl Units for Recorder<'_> {
+    /// A unit of exact sums has no rounded ones: its sums are kept, and rounded here.
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        if self.sums == Sums::Exact {
+            let mut sums = vec![];
+            self.sums(tasks, &mut sums)?;
+            let rounded = sums.into_iter().map(|sum| self.reducer.round(sum.into()));
+            features.extend(rounded);
+            return Ok(());
+        }
+        let begin = features.len();
+        self.units.gather(tasks, features)?;
+        self.keep(tasks, &features[begin..]);
         Ok(())
     }
 
-    /// Sums go through; they are not kept.
     fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
-        self.units.sums(tasks, sums)
+        let begin = sums.len();
+        self.units.sums(tasks, sums)?;
+        self.keep(tasks, &sums[begin..]);
+        Ok(())
     }
 
     fn vector(

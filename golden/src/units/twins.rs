@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::gather::{GatherError, GatherTwin};
 use super::vu::VectorTwin;
-use super::{GatherTask, UnitError, Units};
+use super::{GatherTask, Product, UnitError, Units};
 
 /// Work that went through the units.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -131,4 +131,7 @@ impl Units for Twins {
         *self.counts.elements.entry(op.code).or_default() += out.len() as u64;
         Ok(())
     }
+
+    /// Not counted.
+    fn multiplied(&mut self, _product: Product) {}
 }

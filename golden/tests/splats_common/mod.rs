@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use potamoi_formats::fixed::round_shift;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::units::{GatherTask, UnitError, Units};
+use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
 
 /// The folder of shared data, where there is one.
 pub(crate) fn shared() -> Option<PathBuf> {
@@ -38,6 +38,10 @@ impl Units for PlainUnits {
         Ok(())
     }
 
+    fn sums(&mut self, _: &[GatherTask], _: &mut Vec<i32>) -> Result<(), UnitError> {
+        Err("no part of a cell is expected".into())
+    }
+
     fn vector(
         &mut self,
         op: VectorOp,
@@ -68,4 +72,6 @@ impl Units for PlainUnits {
         }
         Ok(())
     }
+
+    fn multiplied(&mut self, _: Product) {}
 }

@@ -191,6 +191,13 @@ fn units_that_return_too_little_are_found_out() {
             features.pop();
             Ok(())
         }
+        fn sums(
+            &mut self,
+            tasks: &[potamoi_golden::units::GatherTask],
+            sums: &mut Vec<i32>,
+        ) -> Result<(), potamoi_golden::units::UnitError> {
+            self.0.sums(tasks, sums)
+        }
         fn vector(
             &mut self,
             op: potamoi_formats::units::VectorOp,
@@ -199,6 +206,9 @@ fn units_that_return_too_little_are_found_out() {
             out: &mut [i32],
         ) -> Result<(), potamoi_golden::units::UnitError> {
             self.0.vector(op, a, b, out)
+        }
+        fn multiplied(&mut self, product: potamoi_golden::units::Product) {
+            self.0.multiplied(product);
         }
     }
     let (cloud, camera) = small();

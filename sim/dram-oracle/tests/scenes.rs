@@ -10,7 +10,7 @@ use common::agree;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
 use potamoi_golden::scene::Scene;
-use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
+use potamoi_golden::units::{GatherTask, Product, Twins, UnitError, Units};
 use potamoi_sim::soc::dram::Access;
 
 const BURST: u64 = 32;
@@ -28,8 +28,8 @@ struct Loads {
     accesses: Vec<Access>,
 }
 
-impl Units for Loads {
-    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+impl Loads {
+    fn load(&mut self, tasks: &[GatherTask]) {
         for task in tasks {
             let bursts = (2 * task.rows.len() as u64).div_ceil(BURST);
             let end = &mut self.end;
@@ -43,7 +43,18 @@ impl Units for Loads {
                 is_write: false,
             }));
         }
+    }
+}
+
+impl Units for Loads {
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        self.load(tasks);
         self.twins.gather(tasks, features)
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        self.load(tasks);
+        self.twins.sums(tasks, sums)
     }
 
     fn vector(
@@ -54,6 +65,10 @@ impl Units for Loads {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         self.twins.vector(op, a, b, out)
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        self.twins.multiplied(product);
     }
 }
 

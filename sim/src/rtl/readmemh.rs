@@ -4,10 +4,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use potamoi_formats::config::{Config, Sums};
+use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_golden::units::recorder::{Computed, Gathered};
-use potamoi_golden::units::{Twins, Units};
 use serde::Serialize;
 
 use super::gather_check::Expected;
@@ -106,19 +105,7 @@ pub fn readmemh(
         };
         let same: Vec<_> = gathered.iter().take_while(kind).collect();
         let tasks: Vec<_> = same.iter().map(|g| g.task.clone()).collect();
-        let features: Vec<i32> = match config.gu.sums {
-            Sums::Rounded => {
-                let codes = same.iter().flat_map(|g| &g.features);
-                codes.map(|code| (*code).into()).collect()
-            }
-            Sums::Exact => {
-                let mut sums = vec![];
-                Twins::new(config)
-                    .sums(&tasks, &mut sums)
-                    .map_err(|e| RtlError::Usage(e.to_string()))?;
-                sums
-            }
-        };
+        let features: Vec<i32> = same.iter().flat_map(|g| &g.features).copied().collect();
         let work = GatherWork::new(config, &tasks)?;
         work.run().check(config)?;
         gather(config, &work, &features, &mut files)?;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
 use potamoi_golden::units::gather::Reducer;
-use potamoi_golden::units::{GatherTask, UnitCounts, UnitError, Units};
+use potamoi_golden::units::{GatherTask, Product, UnitCounts, UnitError, Units};
 
 use super::engine::EngineKind;
 use super::gather::GatherUnit;
@@ -190,4 +190,7 @@ impl Units for RtlUnits {
     ) -> Result<(), UnitError> {
         Ok(self.computed(op, a, b, out)?)
     }
+
+    /// Found in Rust: no unit computes it.
+    fn multiplied(&mut self, _product: Product) {}
 }

@@ -16,7 +16,7 @@ use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
 use potamoi_golden::units::gather::GatherTwin;
 use potamoi_golden::units::vu::VectorTwin;
-use potamoi_golden::units::{GatherTask, UnitError, Units};
+use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
@@ -269,4 +269,7 @@ impl Units for Verifier<'_> {
         self.show_progress();
         Ok(())
     }
+
+    /// Found in Rust: no unit computes it.
+    fn multiplied(&mut self, _product: Product) {}
 }

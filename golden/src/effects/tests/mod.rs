@@ -57,7 +57,7 @@ fn calls(scene: &Scene, effect: Effect) -> bool {
 fn everything(scene: &Scene, config: &Config) -> impl PartialEq + use<> {
     let float = scene.render_float().unwrap();
     let mut twins = Twins::new(config);
-    let mut recorder = Recorder::new(&mut twins, Limits::NONE);
+    let mut recorder = Recorder::new(&mut twins, config, Limits::NONE);
     let fixed = scene.render_fixed(config, &mut recorder).unwrap();
     let (gathered, computed) = (recorder.gathered, recorder.computed);
     assert!(gathered.len() + computed.len() > 0 || fixed.counts.feature_vectors == 0);

@@ -6,7 +6,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
 
 use super::super::*;
-use crate::units::{GatherTask, Twins, UnitError, Units};
+use crate::units::{GatherTask, Product, Twins, UnitError, Units};
 
 #[test]
 fn descriptions_name_model_camera_and_rules() {
@@ -223,6 +223,10 @@ impl Units for Entries {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         self.0.vector(op, a, b, out)
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        self.0.multiplied(product);
     }
 }
 

@@ -33,6 +33,10 @@ impl Units for Told {
         self.twins.gather(tasks, features)
     }
 
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        self.twins.sums(tasks, sums)
+    }
+
     fn vector(
         &mut self,
         op: VectorOp,

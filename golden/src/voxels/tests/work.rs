@@ -3,7 +3,7 @@
 use potamoi_formats::units::VectorOp;
 
 use super::*;
-use crate::units::{UnitError, Units};
+use crate::units::{Product, UnitError, Units};
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
@@ -90,6 +90,10 @@ impl Units for Broken {
         Ok(())
     }
 
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        self.twins.sums(tasks, sums)
+    }
+
     fn vector(
         &mut self,
         op: VectorOp,
@@ -98,6 +102,10 @@ impl Units for Broken {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         self.twins.vector(op, a, b, out)
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        self.twins.multiplied(product);
     }
 }
 

@@ -7,7 +7,7 @@ use potamoi_formats::config::{Config, RitPath};
 use potamoi_formats::units::VectorOp;
 use potamoi_golden::mask::Mask;
 use potamoi_golden::scene::{Scene, SceneError};
-use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
+use potamoi_golden::units::{GatherTask, Product, Twins, UnitError, Units};
 use potamoi_golden::warp::{Plan, PlanOptions, ReferenceFrom, Sequence, Warper};
 use serde::{Deserialize, Serialize};
 
@@ -268,6 +268,10 @@ impl Units for Loads {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         self.twins.vector(op, a, b, out)
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        self.twins.multiplied(product);
     }
 }
 

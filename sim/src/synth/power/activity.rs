@@ -6,7 +6,7 @@ use potamoi_formats::config::{Config, Organisation, Sums};
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::units::gather::Reducer;
-use potamoi_golden::units::{GatherTask, Twins, UnitError, Units};
+use potamoi_golden::units::{GatherTask, Product, Twins, UnitError, Units};
 
 /// MVoxels of a share: those with the most entries.
 const MVOXELS: usize = 4;
@@ -165,6 +165,10 @@ impl Units for Sampler {
             }
         }
         Ok(())
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        self.twins.multiplied(product);
     }
 }
 
