@@ -70,7 +70,7 @@ pub(crate) fn state(module: &Module) -> (bool, bool) {
     };
     let read = read_memories(module, &live);
     let mut memories = module.memories.iter().zip(&read);
-    let registers = nodes().any(|n| matches!(n.op, Op::Reg { .. }))
+    let registers = nodes().any(|n| matches!(n.op, Op::Reg { .. } | Op::OutOfReset))
         || module.instances.iter().any(|i| i.module.has_registers());
     let clocked = registers
         || nodes().any(|n| matches!(n.op, Op::ReadSync(..)))

@@ -36,7 +36,7 @@ pub use range::{Ranges, ranges};
 use node::{Contract, Inst, Memory, Node, Port};
 
 /// A finished module.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Module {
     pub(crate) name: String,
     pub(crate) doc: String,
@@ -95,6 +95,22 @@ impl Module {
             .map(|own| (&*own.name, own.module.name()))
     }
 
+    /// The module without the gates that keep ports low in reset: what it is while
+    /// `rst_n` is high.
+    #[must_use]
+    pub fn without_reset_gates(&self) -> Self {
+        let mut module = self.clone();
+        for port in module.ports.iter_mut().filter(|p| p.low_in_reset) {
+            port.low_in_reset = false;
+            if let Op::Binary(_, _, otherwise) = module.nodes[port.node].op {
+                port.node = otherwise;
+                let name = &mut module.nodes[otherwise].name;
+                *name = name.take().map(|_| port.name.clone());
+            }
+        }
+        module
+    }
+
     /// Whether the module or anything below it holds state: it then has a
     /// `clk` port.
     #[must_use]
@@ -102,7 +118,8 @@ impl Module {
         self.clocked
     }
 
-    /// Whether there is a register here or below: it then has an `rst_n` port.
+    /// Whether there is a register here or below, or anything else that reset
+    /// changes: it then has an `rst_n` port.
     #[must_use]
     pub const fn has_registers(&self) -> bool {
         self.registers

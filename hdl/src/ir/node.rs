@@ -129,6 +129,8 @@ pub(crate) enum Unary {
 #[derive(Debug, Clone)]
 pub(crate) enum Op {
     Input,
+    /// `rst_n` itself: 0 in reset.
+    OutOfReset,
     /// A constant; with a name it prints as a localparam.
     Lit(BigInt),
     Unary(Unary, usize),
@@ -166,6 +168,7 @@ impl Op {
     pub(crate) fn operands(&self) -> Vec<usize> {
         match self {
             Self::Input
+            | Self::OutOfReset
             | Self::Lit(_)
             | Self::Reg { .. }
             | Self::ReadSync(..)
@@ -217,6 +220,8 @@ pub(crate) struct Port {
     pub(crate) name: String,
     pub(crate) node: usize,
     pub(crate) output: bool,
+    /// Its node is the conjunction of `rst_n` and what it is otherwise.
+    pub(crate) low_in_reset: bool,
     pub(crate) doc: String,
 }
 

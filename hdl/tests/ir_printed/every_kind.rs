@@ -220,4 +220,5 @@ fn state(t: &mut Sheet, [a, b]: [Signal; 2], enable: Signal) {
     let held = t.m.reg(&format!("{p}_held"), b.ty(), 0);
     t.m.set_next_if(held, enable, b);
     t.show("reg_enabled", held);
+    t.m.output_low_in_reset(&format!("{p}_awake"), enable, "");
 }

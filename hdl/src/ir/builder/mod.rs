@@ -130,6 +130,25 @@ impl ModuleBuilder {
         s
     }
 
+    /// 0 while `rst_n` is low, in the same cycle; registers need no such word.
+    pub fn out_of_reset(&mut self) -> Signal {
+        self.node(Op::OutOfReset, Ty::bit())
+    }
+
+    /// An output port of one bit that is low while `rst_n` is: a stream's ready, so that
+    /// a master that is not reset keeps its beat.
+    pub fn output_low_in_reset(&mut self, name: &str, s: Signal, doc: &str) {
+        let up = self.out_of_reset();
+        let gated = self.and(up, s);
+        self.output(name, gated, doc);
+        self.module
+            .ports
+            .iter_mut()
+            .last()
+            .into_iter()
+            .for_each(|p| p.low_in_reset = true);
+    }
+
     /// An output port.
     pub fn output(&mut self, name: &str, s: Signal, doc: &str) {
         self.port(name, s, true, doc);
@@ -140,6 +159,7 @@ impl ModuleBuilder {
             name: name.to_owned(),
             node: s.id,
             output,
+            low_in_reset: false,
             doc: doc.to_owned(),
         });
     }
@@ -175,10 +195,10 @@ impl ModuleBuilder {
         }
         let node = &mut self.module.nodes[s.id];
         match &node.name {
-            None => node.name = Some(name.to_owned()),
+            None if !matches!(node.op, Op::OutOfReset) => node.name = Some(name.to_owned()),
             Some(old) if old == name => {}
-            // A second name for one value is a wire of its own.
-            Some(_) => {
+            // A second name for one value is a wire of its own, and `rst_n` has one.
+            _ => {
                 let alias = self.node(Op::Cast(s.id), s.ty);
                 self.module.nodes[alias.id].name = Some(name.to_owned());
                 return alias;

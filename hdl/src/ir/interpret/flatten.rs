@@ -57,6 +57,8 @@ pub(super) struct Flat {
     pub(super) states: Vec<State>,
     pub(super) writes: Vec<Write>,
     pub(super) memories: Vec<Rows>,
+    /// `rst_n` of all modules.
+    pub(super) reset: Option<Slot>,
     seed: u64,
 }
 
@@ -77,6 +79,7 @@ impl Flat {
             states: vec![],
             writes: vec![],
             memories: vec![],
+            reset: None,
             seed,
         }
     }
@@ -155,6 +158,7 @@ impl Flat {
                 let given = source.or_else(|| inputs.get(&id).copied());
                 return given.unwrap_or_else(|| self.allocate(ty));
             }
+            Op::OutOfReset => return self.reset.unwrap_or_else(|| self.allocate(ty)),
             Op::Lit(value) => {
                 let s = self.allocate(ty);
                 self.values[s.at..].copy_from_slice(&code(value, ty.width));

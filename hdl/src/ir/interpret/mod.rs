@@ -81,6 +81,7 @@ impl Interpreter {
         let mut flat = Flat::new(seed);
         let mut pins = vec![];
         let rst_n = module.has_registers().then(|| flat.allocate(Ty::bit()));
+        flat.reset = rst_n;
         pins.extend(rst_n.map(|slot| Pin {
             name: "rst_n".to_owned(),
             slot,

@@ -45,6 +45,39 @@ fn a_register_resets_holds_and_takes_over() {
     assert_eq!(run.peek("r").unwrap().count_ones(), 69);
 }
 
+/// Before any clock, and again in the middle of a run; without its gate it is what it
+/// is out of reset. No register asks for the `rst_n` of this module.
+#[test]
+fn a_port_that_is_low_in_reset_is_so_at_once() {
+    let mut b = ModuleBuilder::new("gate");
+    let up = b.input("up", Ty::bit(), "");
+    b.output_low_in_reset("ready", up, "as up");
+    let module = b.finish().unwrap();
+    let mut run = Interpreter::new(&module, 7);
+    let [rst_n, up, ready] = ["rst_n", "up", "ready"].map(|name| run.port(name).unwrap());
+    run.set_u64(up, 1).unwrap();
+    for reset in [0, 1, 0] {
+        run.set_u64(rst_n, reset).unwrap();
+        run.eval().unwrap();
+        assert_eq!(run.get_u64(ready).unwrap(), reset);
+    }
+    let header = crate::ir::Header {
+        origin: String::new(),
+        command: String::new(),
+    };
+    let text = crate::ir::verilog(&module, &header)
+        .remove("gate.v")
+        .unwrap();
+    assert!(text.contains("// as up; low in reset\n"), "{text}");
+    assert!(text.contains("assign ready = rst_n & up;"), "{text}");
+    let bare = module.without_reset_gates();
+    let text = crate::ir::verilog(&bare.into(), &header)
+        .remove("gate.v")
+        .unwrap();
+    assert!(text.contains("// as up\n"), "{text}");
+    assert!(text.contains("assign ready = up;"), "{text}");
+}
+
 #[test]
 fn memories_read_first_hold_and_ignore_what_is_past_them() {
     let mut b = ModuleBuilder::new("store");

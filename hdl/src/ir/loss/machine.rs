@@ -173,7 +173,7 @@ impl<'a> Machine<'a> {
         }
         match &node.op {
             Op::Reg { .. } => {}
-            Op::Input | Op::InstanceOut(..) => match needs.first() {
+            Op::Input | Op::OutOfReset | Op::InstanceOut(..) => match needs.first() {
                 Some(source) => {
                     let (value, off) = (self.value(*source).clone(), self.off[*source].clone());
                     self.take_over(id, value, off);

@@ -83,6 +83,7 @@ impl<'a> Exprs<'a> {
             top: Some(top),
         };
         match &node.op {
+            Op::OutOfReset => atom("rst_n".to_owned()),
             Op::Input | Op::Reg { .. } | Op::ReadSync(..) | Op::InstanceOut(..) => {
                 atom(self.names.ident(id).unwrap_or_default().to_owned())
             }

@@ -118,12 +118,12 @@ impl<'a> Printer<'a> {
                 (true, true) => "output reg ",
                 (true, false) => "output wire",
             };
-            rows.push((
-                kind.into(),
-                bits(node.ty.width),
-                p.name.clone(),
-                p.doc.clone(),
-            ));
+            let doc = match (p.low_in_reset, p.doc.as_str()) {
+                (false, doc) => doc.to_owned(),
+                (true, "") => "low in reset".to_owned(),
+                (true, doc) => format!("{doc}; low in reset"),
+            };
+            rows.push((kind.into(), bits(node.ty.width), p.name.clone(), doc));
         }
         let range = rows.iter().map(|r| r.1.len()).max().unwrap_or(0);
         let name = rows.iter().map(|r| r.2.len()).max().unwrap_or(0) + 1;

@@ -138,12 +138,12 @@ impl<'a> Names<'a> {
             let shared = needs.uses[id] > 1
                 && !matches!(
                     node.op,
-                    Op::Lit(_) | Op::Cast(_) | Op::Slice(..) | Op::Repeat(..)
+                    Op::Lit(_) | Op::Cast(_) | Op::Slice(..) | Op::Repeat(..) | Op::OutOfReset
                 );
             let needed = match &node.op {
                 Op::Select(..) | Op::ReadAsync(..) => true,
                 Op::Binary(Binary::Mul, ..) | Op::Shr(..) => node.ty.signed || needs.sliced[id],
-                Op::Lit(_) | Op::Cast(_) => false,
+                Op::Lit(_) | Op::Cast(_) | Op::OutOfReset => false,
                 Op::Slice(..) | Op::Cat(_) | Op::Repeat(..) => needs.sliced[id],
                 _ => needs.sliced[id] || needs.index[id],
             };

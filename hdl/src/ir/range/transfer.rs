@@ -95,6 +95,7 @@ impl Known {
                 joined.unwrap_or_else(all)
             }
             Op::Input
+            | Op::OutOfReset
             | Op::Reg { .. }
             | Op::ReadSync(..)
             | Op::ReadAsync(..)
