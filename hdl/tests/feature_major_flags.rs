@@ -112,3 +112,71 @@ fn channels_out_of_range_are_flagged() {
         assert_eq!(unit.get("stat_errors"), flags, "{channels}");
     }
 }
+
+/// Blocks of two rows of two channels: what is no block raises a flag, and a beat
+/// without rows is none, or the end behind a block.
+#[test]
+fn blocks_that_are_not_as_they_must_be_are_flagged() {
+    const ROW: u64 = 0b0011;
+    const BOTH: u64 = 0b1111;
+    for (what, beats, flags) in [
+        ("one block", &[(BOTH, 0), (BOTH, 1)][..], 0),
+        (
+            "a row in the last block",
+            &[(BOTH, 0), (BOTH, 0), (ROW, 0), (ROW, 1)],
+            0,
+        ),
+        (
+            "bare beats within",
+            &[(0, 0), (BOTH, 0), (0, 0), (BOTH, 1)],
+            0,
+        ),
+        ("a bare end", &[(BOTH, 0), (BOTH, 0), (0, 1)], 0),
+        ("a bare end behind a row", &[(ROW, 0), (ROW, 0), (0, 1)], 0),
+        (
+            "a bare end behind all rows",
+            &[(BOTH, 0), (BOTH, 0), (BOTH, 0), (BOTH, 0), (0, 1)],
+            0,
+        ),
+        ("an end within a block", &[(BOTH, 1)], ROW_DROPPED),
+        (
+            "a bare end within a block",
+            &[(BOTH, 0), (0, 1)],
+            ROW_DROPPED,
+        ),
+        ("half a row", &[(0b0111, 0)], ROW_DROPPED),
+        ("no first row", &[(0b1100, 0)], ROW_DROPPED),
+        (
+            "other rows with the second channel",
+            &[(BOTH, 0), (ROW, 1)],
+            ROW_DROPPED,
+        ),
+        (
+            "a block behind a partial one",
+            &[(ROW, 0), (ROW, 0), (ROW, 0)],
+            ROW_DROPPED,
+        ),
+    ] {
+        let mut unit = Unit::new(2);
+        unit.set("s_axis_mft_tvalid", 1);
+        for (keep, last) in beats {
+            unit.set("s_axis_mft_tkeep", *keep);
+            unit.set("s_axis_mft_tlast", *last);
+            unit.0.clock().unwrap();
+        }
+        unit.set("s_axis_mft_tvalid", 0);
+        assert_eq!(unit.get("stat_errors"), flags, "{what}");
+    }
+}
+
+/// Features of two channels, of the rows that were loaded before the bare beat.
+#[test]
+fn a_bare_last_beat_of_rows_loads_what_came_before() {
+    let mut unit = Unit::new(1);
+    unit.load(&[0x2222_1111, 0x4444_3333], 0);
+    assert_eq!(unit.gather([0, 1]), [0x1111, 0x2222]);
+    assert_eq!(unit.get("stat_errors"), 0);
+    unit.load(&[0x2222_1111, 0x4444_3333], 0);
+    assert_eq!(unit.gather([1, 2]), [0x2222, 0]);
+    assert_eq!(unit.get("stat_errors"), ROW_NOT_LOADED);
+}

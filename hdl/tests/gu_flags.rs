@@ -177,6 +177,125 @@ fn each_broken_promise_raises_its_own_flag() {
     }
 }
 
+impl Unit {
+    /// Sends beats with so many clocks before each, and then waits; gives (`tkeep`, `tlast`)
+    /// of every beat that comes back.
+    fn play(&mut self, beats: &[(Beat, u64)]) -> Vec<(u64, u64)> {
+        let mut found = vec![];
+        let mut clock = |unit: &mut Self| {
+            if unit.get("m_axis_feat_tvalid") == 1 {
+                found.push((unit.get("m_axis_feat_tkeep"), unit.get("m_axis_feat_tlast")));
+            }
+            unit.run.clock().unwrap();
+        };
+        for ((data, keep, last), gap) in beats {
+            (0..*gap).for_each(|_| clock(self));
+            self.set("s_axis_rit_tvalid", 1);
+            self.set("s_axis_rit_tdata", *data);
+            self.set("s_axis_rit_tkeep", *keep);
+            self.set("s_axis_rit_tlast", u64::from(*last));
+            assert_eq!(self.get("s_axis_rit_tready"), 1);
+            clock(self);
+            self.set("s_axis_rit_tvalid", 0);
+        }
+        (0..60).for_each(|_| clock(self));
+        found
+    }
+}
+
+/// The groups before may have been issued or not: the features end with a beat of
+/// their own, the table is let go of, and the next MVoxel finds it.
+#[test]
+fn a_bare_last_beat_ends_its_mvoxel_after_any_gap() {
+    let bare = (u64::MAX, 0, true);
+    // Two single ids fill a beat, an entry of eight vertices six.
+    let ids = vec![(2 << 32 | 1, FULL, false)];
+    let mut cell = entry(even());
+    cell[5].2 = false;
+    for (log2, beats, features) in [(0, ids, 2), (3, cell, 1)] {
+        for gap in 0..24 {
+            let mut unit = Unit::of("", log2, 1);
+            let mut sent: Vec<_> = beats.iter().map(|beat| (*beat, 0)).collect();
+            sent.push((bare, gap));
+            let mut wanted = vec![(3, 0); features];
+            wanted.push((0, 1));
+            for mvoxel in 0..3 {
+                unit.rows(&[1, 2, 3, 4]);
+                let found = unit.play(&sent);
+                assert_eq!(found, wanted, "{log2}, gap {gap}, MVoxel {mvoxel}");
+            }
+            assert_eq!(unit.flags(), 0);
+        }
+    }
+}
+
+/// Wherever bare beats stand and whatever they say: the same features.
+#[test]
+fn bare_beats_within_an_mvoxel_are_none() {
+    let beats = entry(even());
+    let mut unit = Unit::of("", 3, 1);
+    unit.rows(&[1, 2, 3, 4]);
+    let bare = ((u64::MAX, 0, false), 1);
+    let sent: Vec<_> = beats.iter().flat_map(|b| [bare, bare, (*b, 0)]).collect();
+    assert_eq!(unit.play(&sent), [(3, 1)]);
+    assert_eq!(unit.get("stat_entries"), 1);
+    assert_eq!(unit.flags(), 0);
+}
+
+/// Halfway through an entry, and before any.
+#[test]
+fn a_bare_last_beat_behind_no_whole_entry_is_flagged() {
+    let bare = ((0, 0, true), 0);
+    for beats in [&entry(even())[..3], &[]] {
+        let mut unit = Unit::of("", 3, 1);
+        unit.rows(&[1, 2, 3, 4]);
+        let mut sent: Vec<_> = beats.iter().map(|beat| (*beat, 0)).collect();
+        sent.push(bare);
+        unit.play(&sent);
+        assert_eq!(unit.flags() & !0b111, 1 << 3, "{} beats", beats.len());
+    }
+}
+
+/// An MVoxel is streamed once for every segment, or not.
+#[test]
+fn a_tuser_that_changes_within_an_mvoxel_is_flagged() {
+    for turns_at in 0..7 {
+        let mut unit = Unit::of("", 3, 1);
+        unit.rows(&[1, 2, 3, 4]);
+        for (at, beat) in entry(even()).into_iter().enumerate() {
+            unit.set("s_axis_rit_tuser", u64::from(at >= turns_at));
+            unit.set("s_axis_rit_tvalid", 1);
+            unit.set("s_axis_rit_tdata", beat.0);
+            unit.set("s_axis_rit_tkeep", beat.1);
+            unit.set("s_axis_rit_tlast", u64::from(beat.2));
+            unit.run.clock().unwrap();
+        }
+        unit.set("s_axis_rit_tvalid", 0);
+        let turns = (1..6).contains(&turns_at);
+        assert_eq!(unit.flags(), u64::from(turns) << 4, "{turns_at}");
+    }
+}
+
+/// In every clock of a reset, the first one included, and before any clock.
+#[test]
+fn no_stream_is_ready_in_reset() {
+    let module = gathering_unit(&Config::from_toml(UNIT, "test").unwrap()).unwrap();
+    let mut unit = Unit::new(&module, 3, 1);
+    for reset in [1, 0, 0, 1] {
+        unit.set("rst_n", reset);
+        for stream in ["rit", "mft"] {
+            assert_eq!(unit.get(&format!("s_axis_{stream}_tready")), reset);
+        }
+        unit.run.clock().unwrap();
+    }
+    let mut fresh = Unit {
+        run: Interpreter::new(&module, 5),
+    };
+    for stream in ["rit", "mft"] {
+        assert_eq!(fresh.get(&format!("s_axis_{stream}_tready")), 0);
+    }
+}
+
 /// Untrusted weights need not sum to one.
 #[test]
 fn any_weights_raise_no_sum_flag() {

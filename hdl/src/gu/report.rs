@@ -106,7 +106,7 @@ pub(super) fn outputs(
 ) {
     for (instance, name) in [(rit, "s_axis_rit_tready"), (table, "s_axis_mft_tready")] {
         let ready = m.out(instance, name);
-        m.output(name, ready, "");
+        m.output_low_in_reset(name, ready, "");
     }
     statistics(m, config, io, stats);
     let doc = "sticky; docs/gathering-unit.md names the bits";

@@ -101,7 +101,7 @@ pub(super) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.output(
         "errors",
         write.errors,
-        "{too large to keep, gap in a beat, ragged entries}",
+        "{too large to keep, bytes or tuser not as they must be, ragged entries}",
     );
     builder.finish()
 }

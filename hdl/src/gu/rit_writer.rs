@@ -27,6 +27,39 @@ pub(super) struct Written {
     pub(super) errors: Signal,
 }
 
+/// Where an MVoxel ends with a last beat.
+struct End {
+    groups: Signal,
+    /// Entries of the last group.
+    keep: Signal,
+}
+
+impl End {
+    /// A last beat with bytes ends its MVoxel with the last group that it begins or
+    /// completes. The groups before one without may be read already: it ends the
+    /// MVoxel with a group that is only begun, or else with one that has no entry.
+    fn of(
+        m: &mut ModuleBuilder,
+        shape: &Shape,
+        some: Signal,
+        [full, all, keep]: [Signal; 3],
+    ) -> Self {
+        let one_more = plus_one(m, full);
+        let groups = m.mux(some, all, one_more);
+        let groups = m.name(groups, "groups_at_end");
+        let keep = if shape.ports == 1 {
+            some
+        } else {
+            let is_full = m.bit(keep, shape.ports - 1);
+            let begun = m.not(is_full);
+            let counts = m.or(some, begun);
+            let mask = m.repeat(counts, shape.ports);
+            m.and(keep, mask)
+        };
+        Self { groups, keep }
+    }
+}
+
 /// What a beat completes, for one entry size.
 struct Progress {
     full_groups: Signal,
@@ -111,6 +144,11 @@ impl Writer {
         let ready = m.not(half_closed);
         let ready = m.name(ready, "write_ready");
         let accept = m.and(self.valid, ready);
+        // A beat without bytes is none, but for the end that it may mark.
+        let some = m.any(self.keep);
+        let some = m.name(some, "some_bytes");
+        let counts = m.or(some, self.last);
+        let accept = m.and(accept, counts);
         let accept = m.name(accept, "write_accept");
 
         let (kept, keep_is_right) = self.kept(m, shape);
@@ -147,6 +185,16 @@ impl Writer {
             )
         };
         let whole = pick(m, "whole_entries", |p| p.whole);
+        let begins_row = is(m, phase, 0);
+        let later_row = m.any(row);
+        let earlier = m.or(later_row, second);
+        let within_row = m.not(begins_row);
+        let goes_on = m.or(earlier, within_row);
+        let goes_on = m.name(goes_on, "follows_beats");
+        m.note(goes_on, "the MVoxel has brought entries already");
+        let end = End::of(m, shape, some, [full_groups, all_groups, last_keep]);
+        // Rows hold whole entries.
+        let ends_row = m.and(begins_row, earlier);
 
         let last_beat = m.param("LAST_BEAT_OF_ROW", shape.phases - 1, phase.ty(), "");
         let row_done = m.eq(phase, last_beat);
@@ -166,12 +214,12 @@ impl Writer {
         let no_group = m.lit(0, shape.group_ty());
         let middle_group = m.mux(row_done, no_group, full_groups);
         let middle_row = m.mux(row_done, next_row, row_wide);
-        let end_group = m.mux(self.last, all_groups, middle_group);
+        let end_group = m.mux(self.last, end.groups, middle_group);
         let end_group = m.name(end_group, "new_end_group");
         let end_row = m.mux(self.last, row_wide, middle_row);
         let end_row = m.name(end_row, "new_end_row");
         let all_ports = m.lit(ones(shape.ports), Ty::u(shape.ports));
-        let keep = m.mux(self.last, last_keep, all_ports);
+        let keep = m.mux(self.last, end.keep, all_ports);
         let keep = m.name(keep, "new_last_keep");
 
         let upper = half;
@@ -209,7 +257,7 @@ impl Writer {
         let row_after = m.mux(closes, zero, row_plus_one);
         m.set_next_if(row, row_steps, row_after);
         let not_last = m.not(self.last);
-        let not_last = m.name(not_last, "goes_on");
+        let not_last = m.name(not_last, "not_last");
         m.set_next_if(second, close, not_last);
 
         let enables = (0..shape.phases)
@@ -222,9 +270,17 @@ impl Writer {
         let address = m.cat(&[half, row]);
         let address = m.name(address, "write_address");
 
+        let no_bytes = m.not(some);
+        let ends_before = m.and(no_bytes, ends_row);
+        let whole = m.or(whole, ends_before);
         let not_whole = m.not(whole);
         let ragged = m.and(self.last, not_whole);
         let gap = m.not(keep_is_right);
+        let user = m.reg("write_user", bit, 0);
+        m.set_next_if(user, accept, self.user);
+        let other_user = m.xor(user, self.user);
+        let user_turns = m.and(goes_on, other_user);
+        let gap = m.or(gap, user_turns);
         let one = m.lit(1, segments.ty());
         let several = m.gt(segments, one);
         let kept = m.not(self.user);

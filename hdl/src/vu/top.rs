@@ -98,7 +98,7 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         free
     };
     let ready = m.and(room, free);
-    let ready = m.name(ready, "s_axis_vec_tready");
+    let ready = m.name(ready, "may_accept");
     let accept = m.and(valid, ready);
     let accept = m.name(accept, "accept");
     let built: Vec<_> = vu.ops.iter().map(|op| is_op(m, code, *op)).collect();
@@ -283,7 +283,7 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let reserved = sticky(m, "rounding_reserved", clear, reserved);
 
     m.section("Outputs");
-    m.output("s_axis_vec_tready", ready, "does not depend on tvalid");
+    m.output_low_in_reset("s_axis_vec_tready", ready, "does not depend on tvalid");
     m.output("m_axis_vec_tvalid", offered, "results");
     let width = 32 * lanes;
     let values = m.slice(out, 0, width);

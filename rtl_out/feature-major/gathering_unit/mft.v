@@ -23,7 +23,7 @@ module mft (
   output wire         is_loaded,          // the half to read holds its MVoxel
   output wire [9:0]   rows,               // rows that the half to read holds
   output wire [255:0] words,              // what each bank read last
-  output wire         overflow            // a row past the MVoxel's rows is dropped
+  output wire         overflow            // a row past the MVoxel's rows is dropped, or a block is not as it must be
 );
 
   localparam [5:0] MVOXEL_BLOCKS = 6'd32;
@@ -40,7 +40,8 @@ module mft (
   reg [3:0] write_channel;
   reg [5:0] write_block;  // B rows that are written together
   wire write_ready = ~(write_half ? loaded_1 : loaded_0);
-  wire write_accept = s_axis_mft_tvalid & write_ready;
+  wire some_rows = |s_axis_mft_tkeep;
+  wire write_accept = s_axis_mft_tvalid & write_ready & (some_rows | s_axis_mft_tlast);
   wire write_done = write_accept & s_axis_mft_tlast;
   reg [6:0] write_segment;
   wire [6:0] write_next_segment = write_segment + 7'd1;
@@ -49,20 +50,57 @@ module mft (
   wire write_ends_block = write_channel == write_top_channel;
   wire write_room = write_block < MVOXEL_BLOCKS;
   wire write = write_accept & write_room;
-  wire [9:0] rows_of_last_block = write_room ? {5'd0, {4'd0, s_axis_mft_tkeep[0]} + {4'd0,
+  wire begins_block = write_channel == 4'd0;
+  wire [15:0] s_axis_mft_tkeep_30_joined = {s_axis_mft_tkeep[30], s_axis_mft_tkeep[28],
+      s_axis_mft_tkeep[26], s_axis_mft_tkeep[24], s_axis_mft_tkeep[22], s_axis_mft_tkeep[20],
+      s_axis_mft_tkeep[18], s_axis_mft_tkeep[16], s_axis_mft_tkeep[14], s_axis_mft_tkeep[12],
+      s_axis_mft_tkeep[10], s_axis_mft_tkeep[8], s_axis_mft_tkeep[6], s_axis_mft_tkeep[4],
+      s_axis_mft_tkeep[2], s_axis_mft_tkeep[0]};
+  reg [15:0] block_rows;  // rows that the block's first channel has
+  wire not_begins_block = ~begins_block;
+  reg block_partial;  // the block before has fewer than B rows
+  wire block_misshapen = write_accept & ((some_rows & ((s_axis_mft_tkeep[0] ^ s_axis_mft_tkeep[1]) |
+      (s_axis_mft_tkeep[2] ^ s_axis_mft_tkeep[3]) | (s_axis_mft_tkeep[2] & (~s_axis_mft_tkeep[0])) |
+      (s_axis_mft_tkeep[4] ^ s_axis_mft_tkeep[5]) | (s_axis_mft_tkeep[4] & (~s_axis_mft_tkeep[2])) |
+      (s_axis_mft_tkeep[6] ^ s_axis_mft_tkeep[7]) | (s_axis_mft_tkeep[6] & (~s_axis_mft_tkeep[4])) |
+      (s_axis_mft_tkeep[8] ^ s_axis_mft_tkeep[9]) | (s_axis_mft_tkeep[8] & (~s_axis_mft_tkeep[6])) |
+      (s_axis_mft_tkeep[10] ^ s_axis_mft_tkeep[11]) | (s_axis_mft_tkeep[10] &
+      (~s_axis_mft_tkeep[8])) | (s_axis_mft_tkeep[12] ^ s_axis_mft_tkeep[13]) |
+      (s_axis_mft_tkeep[12] & (~s_axis_mft_tkeep[10])) | (s_axis_mft_tkeep[14] ^
+      s_axis_mft_tkeep[15]) | (s_axis_mft_tkeep[14] & (~s_axis_mft_tkeep[12])) |
+      (s_axis_mft_tkeep[16] ^ s_axis_mft_tkeep[17]) | (s_axis_mft_tkeep[16] &
+      (~s_axis_mft_tkeep[14])) | (s_axis_mft_tkeep[18] ^ s_axis_mft_tkeep[19]) |
+      (s_axis_mft_tkeep[18] & (~s_axis_mft_tkeep[16])) | (s_axis_mft_tkeep[20] ^
+      s_axis_mft_tkeep[21]) | (s_axis_mft_tkeep[20] & (~s_axis_mft_tkeep[18])) |
+      (s_axis_mft_tkeep[22] ^ s_axis_mft_tkeep[23]) | (s_axis_mft_tkeep[22] &
+      (~s_axis_mft_tkeep[20])) | (s_axis_mft_tkeep[24] ^ s_axis_mft_tkeep[25]) |
+      (s_axis_mft_tkeep[24] & (~s_axis_mft_tkeep[22])) | (s_axis_mft_tkeep[26] ^
+      s_axis_mft_tkeep[27]) | (s_axis_mft_tkeep[26] & (~s_axis_mft_tkeep[24])) |
+      (s_axis_mft_tkeep[28] ^ s_axis_mft_tkeep[29]) | (s_axis_mft_tkeep[28] &
+      (~s_axis_mft_tkeep[26])) | (s_axis_mft_tkeep[30] ^ s_axis_mft_tkeep[31]) |
+      (s_axis_mft_tkeep[30] & (~s_axis_mft_tkeep[28])) | (not_begins_block &
+      (s_axis_mft_tkeep_30_joined != block_rows)) | (begins_block & block_partial) |
+      (s_axis_mft_tlast & (~write_ends_block)))) | ((~some_rows) & s_axis_mft_tlast &
+      not_begins_block));
+  wire [9:0] rows_of_block = write_room ? {5'd0, {4'd0, s_axis_mft_tkeep[0]} + {4'd0,
       s_axis_mft_tkeep[2]} + {4'd0, s_axis_mft_tkeep[4]} + {4'd0, s_axis_mft_tkeep[6]} + {4'd0,
       s_axis_mft_tkeep[8]} + {4'd0, s_axis_mft_tkeep[10]} + {4'd0, s_axis_mft_tkeep[12]} + {4'd0,
       s_axis_mft_tkeep[14]} + {4'd0, s_axis_mft_tkeep[16]} + {4'd0, s_axis_mft_tkeep[18]} + {4'd0,
       s_axis_mft_tkeep[20]} + {4'd0, s_axis_mft_tkeep[22]} + {4'd0, s_axis_mft_tkeep[24]} + {4'd0,
       s_axis_mft_tkeep[26]} + {4'd0, s_axis_mft_tkeep[28]} + {4'd0, s_axis_mft_tkeep[30]}} : 10'd0;
   wire [9:0] write_block_wide = {4'd0, write_block};
-  wire [9:0] rows_after = {write_block_wide[5:0], 4'd0} + rows_of_last_block;
+  wire [9:0] rows_with_block = {write_block_wide[5:0], 4'd0} + rows_of_block;
+  reg [9:0] rows_held;  // rows of the blocks that are written
+  wire [9:0] rows_after = some_rows ? rows_with_block : rows_held;
 
   always @(posedge clk) begin
     if (!rst_n) begin
       write_channel <= 4'd0;
       write_block <= 6'd0;
       write_segment <= 7'd0;
+      block_rows <= 16'd0;
+      block_partial <= 1'b0;
+      rows_held <= 10'd0;
     end else begin
       if (write_accept) begin
         write_channel <= (write_ends_block | s_axis_mft_tlast) ? 4'd0 : (write_channel + 4'd1);
@@ -71,6 +109,15 @@ module mft (
       end
       if (write_done) begin
         write_segment <= write_in_last_segment ? 7'd0 : write_next_segment;
+      end
+      if (write_accept & some_rows & begins_block) begin
+        block_rows <= s_axis_mft_tkeep_30_joined;
+      end
+      if (write_accept & (write_ends_block | s_axis_mft_tlast)) begin
+        block_partial <= (~(&s_axis_mft_tkeep)) & (~s_axis_mft_tlast);
+      end
+      if (write_accept & (write_ends_block | s_axis_mft_tlast)) begin
+        rows_held <= s_axis_mft_tlast ? 10'd0 : rows_after;
       end
     end
   end
@@ -297,14 +344,9 @@ module mft (
   assign words = {bank15_rdata, bank14_rdata, bank13_rdata, bank12_rdata, bank11_rdata,
       bank10_rdata, bank9_rdata, bank8_rdata, bank7_rdata, bank6_rdata, bank5_rdata, bank4_rdata,
       bank3_rdata, bank2_rdata, bank1_rdata, bank0_rdata};
-  assign overflow = write_accept & (~write_room);
+  assign overflow = (write_accept & some_rows & (~write_room)) | block_misshapen;
 
-  // A row has two bytes; their bits are alike.
-  wire unused_ok = &{1'b0, cfg_channels[6:4], s_axis_mft_tkeep[1], s_axis_mft_tkeep[3],
-      s_axis_mft_tkeep[5], s_axis_mft_tkeep[7], s_axis_mft_tkeep[9], s_axis_mft_tkeep[11],
-      s_axis_mft_tkeep[13], s_axis_mft_tkeep[15], s_axis_mft_tkeep[17], s_axis_mft_tkeep[19],
-      s_axis_mft_tkeep[21], s_axis_mft_tkeep[23], s_axis_mft_tkeep[25], s_axis_mft_tkeep[27],
-      s_axis_mft_tkeep[29], s_axis_mft_tkeep[31], write_block_wide[9:6]};
+  wire unused_ok = &{1'b0, cfg_channels[6:4], write_block_wide[9:6]};
 endmodule
 
 `default_nettype wire

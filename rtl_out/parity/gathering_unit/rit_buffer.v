@@ -24,7 +24,7 @@ module rit_buffer (
   output wire [255:0] p_weight,           // one a port and group of banks
   output wire [31:0]  p_slot,             // slots
   output wire         s_axis_rit_tready,
-  output wire [2:0]   errors              // {too large to keep, gap in a beat, ragged entries}
+  output wire [2:0]   errors              // {too large to keep, bytes or tuser not as they must be, ragged entries}
 );
 
   localparam [2:0] LAST_BEAT_OF_ROW = 3'd5;
@@ -154,7 +154,8 @@ module rit_buffer (
   reg [2:0] write_phase;
   reg write_second;  // the MVoxel has filled a half already
   wire write_ready = ~(write_half ? closed_1 : closed_0);
-  wire write_accept = s_axis_rit_tvalid & write_ready;
+  wire some_bytes = |s_axis_rit_tkeep;
+  wire write_accept = s_axis_rit_tvalid & write_ready & (some_bytes | s_axis_rit_tlast);
   wire at_least_4 = (write_phase == 3'd0) ? s_axis_rit_tkeep[6] : 1'b1;
   wire at_least_8 = (write_phase == 3'd0) ? s_axis_rit_tkeep[14] : 1'b1;
   reg at_least_12;
@@ -380,21 +381,27 @@ module rit_buffer (
   wire [2:0] all_groups = all_groups_v8;
   wire [1:0] keep_of_last_group = keep_v8;
   wire whole_entries = whole_v8;
+  wire write_phase_is_0 = write_phase == 3'd0;
+  wire write_row_or_write_second = (|write_row) | write_second;
+  // the MVoxel has brought entries already
+  wire follows_beats = write_row_or_write_second | (~write_phase_is_0);
+  wire [2:0] groups_at_end = some_bytes ? all_groups : (full_groups + 3'd1);
   wire row_done = write_phase == LAST_BEAT_OF_ROW;
   wire ends_half = s_axis_rit_tlast | (row_done & (write_row == LAST_ROW));
   wire write_close = write_accept & ends_half;
   wire [6:0] write_row_now = {1'd0, write_row};
-  wire [2:0] new_end_group = s_axis_rit_tlast ? all_groups : row_done ? 3'd0 : full_groups;
+  wire [2:0] new_end_group = s_axis_rit_tlast ? groups_at_end : row_done ? 3'd0 : full_groups;
   wire [6:0] new_end_row = s_axis_rit_tlast ? write_row_now : row_done ? (write_row_now + 7'd1) :
       write_row_now;
-  wire [1:0] new_last_keep = s_axis_rit_tlast ? keep_of_last_group : 2'd3;
+  wire [1:0] new_last_keep = s_axis_rit_tlast ? (keep_of_last_group & {2{some_bytes |
+      (~keep_of_last_group[1])}}) : 2'd3;
   wire in_lower = ~write_half;
   wire write_half_0 = write_accept & in_lower;
   wire touch_half_0 = write_half_0 | release_0;
   wire write_half_1 = write_accept & write_half;
   wire touch_half_1 = write_half_1 | release_1;
   wire row_is_over = row_done | ends_half;
-  wire goes_on = ~s_axis_rit_tlast;
+  wire not_last = ~s_axis_rit_tlast;
   wire write_phase_0 = write_accept & (write_phase == 3'd0);
   wire write_phase_1 = write_accept & (write_phase == 3'd1);
   wire write_phase_2 = write_accept & (write_phase == 3'd2);
@@ -402,6 +409,7 @@ module rit_buffer (
   wire write_phase_4 = write_accept & (write_phase == 3'd4);
   wire write_phase_5 = write_accept & (write_phase == 3'd5);
   wire [6:0] write_address = {write_half, write_row};
+  reg write_user;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -421,6 +429,7 @@ module rit_buffer (
       write_row <= 6'd0;
       write_phase <= 3'd0;
       write_second <= 1'b0;
+      write_user <= 1'b0;
     end else begin
       if (touch_half_0) begin
         closed_0 <= write_close & in_lower;
@@ -444,7 +453,7 @@ module rit_buffer (
       end
       if (write_close) begin
         write_half <= in_lower;
-        write_second <= goes_on;
+        write_second <= not_last;
       end
       if (write_accept & row_is_over) begin
         write_row <= ends_half ? 6'd0 : (write_row + 6'd1);
@@ -452,6 +461,7 @@ module rit_buffer (
       if (write_accept) begin
         write_phase <= ends_half ? 3'd0 : (write_phase == LAST_BEAT_OF_ROW) ? 3'd0 : (write_phase +
             3'd1);
+        write_user <= s_axis_rit_tuser;
       end
     end
   end
@@ -1321,8 +1331,8 @@ module rit_buffer (
       p_weight0_2, p_weight0_1, p_weight0_0};
   assign p_slot = {p_tag1, p_tag0};
   assign s_axis_rit_tready = write_ready;
-  assign errors = {write_accept & ends_half & goes_on & write_second & (~s_axis_rit_tuser) & (7'd1 <
-      cfg_segments), write_accept & (~(s_axis_rit_tlast ? ((s_axis_rit_tkeep[0] ==
+  assign errors = {write_accept & ends_half & not_last & write_second & (~s_axis_rit_tuser) & (7'd1
+      < cfg_segments), write_accept & ((~(s_axis_rit_tlast ? ((s_axis_rit_tkeep[0] ==
       s_axis_rit_tkeep[1]) & (s_axis_rit_tkeep[2] == s_axis_rit_tkeep[3]) & ((~s_axis_rit_tkeep[2])
       | s_axis_rit_tkeep[0]) & (s_axis_rit_tkeep[4] == s_axis_rit_tkeep[5]) &
       ((~s_axis_rit_tkeep[4]) | s_axis_rit_tkeep[2]) & (s_axis_rit_tkeep[6] == s_axis_rit_tkeep[7])
@@ -1331,8 +1341,9 @@ module rit_buffer (
       == s_axis_rit_tkeep[11]) & ((~s_axis_rit_tkeep[10]) | s_axis_rit_tkeep[8]) &
       (s_axis_rit_tkeep[12] == s_axis_rit_tkeep[13]) & ((~s_axis_rit_tkeep[12]) |
       s_axis_rit_tkeep[10]) & (s_axis_rit_tkeep[14] == s_axis_rit_tkeep[15]) &
-      ((~s_axis_rit_tkeep[14]) | s_axis_rit_tkeep[12])) : (&s_axis_rit_tkeep))), write_accept &
-      s_axis_rit_tlast & (~whole_entries)};
+      ((~s_axis_rit_tkeep[14]) | s_axis_rit_tkeep[12])) : (&s_axis_rit_tkeep))) | (follows_beats &
+      (write_user ^ s_axis_rit_tuser))), write_accept & s_axis_rit_tlast & (~(whole_entries |
+      ((~some_bytes) & write_phase_is_0 & write_row_or_write_second)))};
 
   // One entry size is built.
   wire unused_ok = &{1'b0, cfg_vertices, product_y0_0[10:0], product_y0_0_rounded[16],

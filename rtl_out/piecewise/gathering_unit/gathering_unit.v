@@ -26,8 +26,8 @@ module gathering_unit (
   output wire [127:0]  m_axis_feat_tkeep,   // ports that hold an entry
   output wire          m_axis_feat_tlast,   // ends the MVoxel and segment
   output wire [31:0]   m_axis_feat_tuser,   // slot of each entry
-  output wire          s_axis_rit_tready,
-  output wire          s_axis_mft_tready,
+  output wire          s_axis_rit_tready,   // low in reset
+  output wire          s_axis_mft_tready,   // low in reset
   output reg  [31:0]   stat_busy,           // cycles in which a vertex was issued
   output reg  [31:0]   stat_stall_fifo,     // stalls: no room for what would come
   output reg  [31:0]   stat_stall_mft,      // stalls: MVoxel not loaded
@@ -939,8 +939,8 @@ module gathering_unit (
   assign m_axis_feat_tkeep = {{64{kept_ports[1]}}, {64{kept_ports[0]}}};
   assign m_axis_feat_tlast = results_data[1058];
   assign m_axis_feat_tuser = results_data[1055:1024];
-  assign s_axis_rit_tready = rit_s_axis_rit_tready;
-  assign s_axis_mft_tready = mft_s_axis_mft_tready;
+  assign s_axis_rit_tready = rst_n & rit_s_axis_rit_tready;
+  assign s_axis_mft_tready = rst_n & mft_s_axis_mft_tready;
   assign stat_errors = {bad_setting, mft_row_dropped, rit_too_large, gap_in_beat, ragged_entries,
       weights_off_one, 1'b0, row_not_loaded};
 endmodule

@@ -16,7 +16,7 @@ module vector_unit (
   input  wire          s_axis_vec_tlast,   // passed on
   input  wire [11:0]   s_axis_vec_tuser,   // operation 4, shift 6, rounding 2 bits
   input  wire          m_axis_vec_tready,
-  output wire          s_axis_vec_tready,  // does not depend on tvalid
+  output wire          s_axis_vec_tready,  // does not depend on tvalid; low in reset
   output wire          m_axis_vec_tvalid,  // results
   output wire [767:0]  m_axis_vec_tdata,   // lane i in bits 32 i + 31 .. 32 i; lanes not kept are 0
   output wire [23:0]   m_axis_vec_tkeep,
@@ -39,8 +39,8 @@ module vector_unit (
   wire [3:0] code = s_axis_vec_tuser[3:0];
   reg [2:0] in_flight;  // vectors accepted and not yet taken by the sink
   wire room = in_flight < 3'd7;
-  assign s_axis_vec_tready = room;
-  wire accept = s_axis_vec_tvalid & s_axis_vec_tready;
+  wire may_accept = room;
+  wire accept = s_axis_vec_tvalid & may_accept;
   wire is_power = code == OP_EXP;
   wire is_one_minus = code == OP_ONE_MINUS_EXP;
   wire is_exp = is_power | is_one_minus;
@@ -519,6 +519,7 @@ module vector_unit (
 
   // Outputs
 
+  assign s_axis_vec_tready = rst_n & may_accept;
   assign m_axis_vec_tvalid = fifo_valid;
   assign m_axis_vec_tdata = fifo_data[767:0];
   assign m_axis_vec_tkeep = fifo_data[791:768];

@@ -9,7 +9,7 @@ use super::passes::{Passes, Settings};
 use super::shape::Shape;
 use crate::gu::table_halves::TableHalves;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
-use crate::parts::{bits_for, plus_one, popcount, ram};
+use crate::parts::{bits_for, is, plus_one, popcount, ram};
 
 /// Builds `mft`: a beat brings one channel of B rows, one word a bank; every
 /// bank reads a word of its own.
@@ -35,7 +35,6 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "one channel of B rows, lowest row lowest",
     );
     let keep = m.input("s_axis_mft_tkeep", Ty::u(2 * banks), "rows there are");
-    m.unused(keep, "A row has two bytes; their bits are alike.");
     let last = m.input("s_axis_mft_tlast", bit, "ends the MVoxel's segment");
     let read = m.input("read", Ty::u(banks), "banks that read at the clock edge");
     let lines = m.input("lines", Ty::u(banks * shape.line_bits), "line of each");
@@ -58,6 +57,11 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.note(write_block, "B rows that are written together");
     let ready = halves.ready(m);
     let accept = m.and(valid, ready);
+    // A beat without rows is none, but for the end that it may mark.
+    let some = m.any(keep);
+    let some = m.name(some, "some_rows");
+    let counts = m.or(some, last);
+    let accept = m.and(accept, counts);
     let accept = m.name(accept, "write_accept");
     let done = m.and(accept, last);
     let done = m.name(done, "write_done");
@@ -82,17 +86,34 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let block_after = m.mux(last, zero_block, block_after);
     m.set_next_if(write_block, accept, block_after);
     let kept: Vec<_> = (0..banks).map(|b| m.bit(keep, 2 * b)).collect();
+    let first_channel = is(m, write_channel, 0);
+    let first_channel = m.name(first_channel, "begins_block");
+    let block = Block {
+        kept: kept.clone(),
+        first: first_channel,
+        ends: channel_ends,
+    };
+    let misshapen = block.misshapen(m, keep, [accept, last, some]);
     let kept = popcount(m, &kept);
     let kept = m.extend(kept, count_ty.width);
     let none = m.lit(0, count_ty);
     let kept = m.mux(room, kept, none);
-    let kept = m.name(kept, "rows_of_last_block");
+    let kept = m.name(kept, "rows_of_block");
     let before = m.extend(write_block, count_ty.width);
     let before = m.shl_const(before, shape.bank_bits);
-    let rows_after = m.add(before, kept);
+    let with_block = m.add(before, kept);
+    let with_block = m.name(with_block, "rows_with_block");
+    let held = m.reg("rows_held", count_ty, 0);
+    m.note(held, "rows of the blocks that are written");
+    let rows_after = m.mux(some, with_block, held);
     let rows_after = m.name(rows_after, "rows_after");
+    let held_after = m.mux(last, none, rows_after);
+    let block_over = m.or(channel_ends, last);
+    let block_over = m.and(accept, block_over);
+    m.set_next_if(held, block_over, held_after);
     let no_room = m.not(room);
-    let overflow = m.and(accept, no_room);
+    let overflow = m.all_of(&[accept, some, no_room]);
+    let overflow = m.or(overflow, misshapen);
     let readable = halves.advance(m, done, rows_after, release);
     m.section("Reader");
     let write_line = m.truncate(write_block, shape.line_bits);
@@ -131,7 +152,67 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.output(
         "overflow",
         overflow,
-        "a row past the MVoxel's rows is dropped",
+        "a row past the MVoxel's rows is dropped, or a block is not as it must be",
     );
     builder.finish()
+}
+
+/// A beat's place in its block: one channel of B rows.
+struct Block {
+    /// Of each row, that it is there.
+    kept: Vec<Signal>,
+    /// It is the block's first channel, or the last one.
+    first: Signal,
+    ends: Signal,
+}
+
+impl Block {
+    /// Whether a beat breaks what holds of blocks: whole rows from row 0 on, the same
+    /// ones with every channel, fewer than B in the last block alone, and an end behind
+    /// the last channel.
+    fn misshapen(
+        &self,
+        m: &mut ModuleBuilder,
+        keep: Signal,
+        [accept, last, some]: [Signal; 3],
+    ) -> Signal {
+        let mut wrong = vec![];
+        for (b, low) in self.kept.iter().enumerate() {
+            let high = m.bit(keep, 2 * b as u32 + 1);
+            wrong.push(m.xor(*low, high));
+            if b > 0 {
+                let gap = m.not(self.kept[b - 1]);
+                wrong.push(m.and(*low, gap));
+            }
+        }
+        let highest_first: Vec<_> = self.kept.iter().rev().copied().collect();
+        let rows = m.cat(&highest_first);
+        let of_block = m.reg("block_rows", rows.ty(), 0);
+        m.note(of_block, "rows that the block's first channel has");
+        let begins = m.all_of(&[accept, some, self.first]);
+        m.set_next_if(of_block, begins, rows);
+        let later = m.not(self.first);
+        let differs = m.ne(rows, of_block);
+        wrong.push(m.and(later, differs));
+
+        let partial = m.reg("block_partial", Ty::bit(), 0);
+        m.note(partial, "the block before has fewer than B rows");
+        let over = m.or(self.ends, last);
+        let over = m.and(accept, over);
+        let full = m.all(keep);
+        let not_full = m.not(full);
+        let goes_on = m.not(last);
+        let then_partial = m.and(not_full, goes_on);
+        m.set_next_if(partial, over, then_partial);
+        wrong.push(m.and(self.first, partial));
+        let amid = m.not(self.ends);
+        wrong.push(m.and(last, amid));
+        let wrong = m.any_of(&wrong);
+        let with_rows = m.and(some, wrong);
+        let none = m.not(some);
+        let without = m.all_of(&[none, last, later]);
+        let wrong = m.or(with_rows, without);
+        let wrong = m.and(accept, wrong);
+        m.name(wrong, "block_misshapen")
+    }
 }
