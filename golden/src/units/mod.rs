@@ -11,6 +11,7 @@ pub mod logistic;
 pub mod one_minus;
 pub mod recorder;
 pub mod reference;
+pub mod streams;
 pub mod twins;
 pub mod vu;
 pub mod weights;
