@@ -22,10 +22,12 @@ impl Exponents {
     }
 
     /// The smallest exponent k of a vector's powers `R_accum 2^-k`, whose kept
-    /// lanes have the first operands `a`; 0 where no length depends on it.
+    /// lanes have the first operands `a`; 0 where no length depends on it, and the
+    /// largest number where no lane is kept.
     #[must_use]
     pub fn least(&self, op: OpCode, a: &[i32]) -> u32 {
-        let exponents = |twin: &ExpTwin| a.iter().map(|a| twin.exponent(op, *a)).min();
-        self.twin.as_ref().and_then(exponents).unwrap_or_default()
+        let Some(twin) = &self.twin else { return 0 };
+        let exponents = a.iter().map(|a| twin.exponent(op, *a));
+        exponents.min().unwrap_or(u32::MAX)
     }
 }

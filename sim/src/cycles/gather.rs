@@ -229,7 +229,8 @@ impl GatherModel {
         let asked = offered.filter(|p| p.vertex != 0 || (room && loaded));
         let turns = &mut self.turns;
         let issued = asked.filter(|p| {
-            let turns = turns.as_mut();
+            // Without an entry there is nothing to wait for.
+            let turns = turns.as_mut().filter(|_| p.kept > 0);
             turns.is_none_or(|turns| turns.turn(p.vertex, p.vertex == last_vertex))
         });
         let stall = match (issued.is_some(), asked.is_some(), self.counting) {

@@ -13,6 +13,9 @@ struct RitHalf {
     closed: bool,
     ends_mvoxel: bool,
     again: bool,
+    /// Its last beat has no bytes and ends no group that is begun: a group without
+    /// entries ends it.
+    bare_group: bool,
 }
 
 /// A vertex of one group on its way from the RIT buffer to the MFT.
@@ -78,7 +81,8 @@ impl RitBuffer {
     }
 
     pub(super) fn is_idle(&self) -> bool {
-        self.rit.iter().all(|h| h.bytes == 0) && self.stages.iter().all(Option::is_none)
+        self.rit.iter().all(|h| h.bytes == 0 && !h.closed)
+            && self.stages.iter().all(Option::is_none)
     }
 
     /// What the last stage offers.
@@ -109,9 +113,14 @@ impl RitBuffer {
     }
 
     fn write_rit(&mut self, beat: RitBeat) {
+        let bare = beat.halfwords == 0;
+        if bare && !beat.last {
+            return;
+        }
         let half = &mut self.rit[self.rit_writer];
         half.bytes += 2 * u64::from(beat.halfwords);
         half.again = beat.again;
+        half.bare_group = bare && half.bytes.is_multiple_of(self.ports * self.entry);
         if beat.last || half.bytes >= self.half_bytes {
             half.closed = true;
             half.ends_mvoxel = beat.last;
@@ -125,7 +134,7 @@ impl RitBuffer {
         let half = self.rit[self.reader.half];
         let entries = half.bytes / self.entry;
         let groups = if half.closed {
-            entries.div_ceil(self.ports)
+            entries.div_ceil(self.ports) + u64::from(half.bare_group)
         } else {
             entries / self.ports
         };
@@ -136,7 +145,9 @@ impl RitBuffer {
         let last_of_half = half.closed && at.group + 1 == groups;
         let picked = Picked {
             vertex: at.vertex,
-            kept: (entries - at.group * self.ports).min(self.ports) as u32,
+            kept: entries
+                .saturating_sub(at.group * self.ports)
+                .min(self.ports) as u32,
             first_group: !at.under_way,
             last_group: last_of_half && half.ends_mvoxel,
         };

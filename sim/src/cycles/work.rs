@@ -151,7 +151,8 @@ pub(super) fn check_channel_major(config: &Config) -> Result<(), WorkError> {
 /// One beat of the RIT stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RitBeat {
-    /// Valid halfwords, from the lowest.
+    /// Valid halfwords, from the lowest; 0 on a beat that may mark an end and brings
+    /// nothing else.
     pub halfwords: u32,
     /// `tlast`: the MVoxel's last beat.
     pub last: bool,

@@ -39,7 +39,7 @@ pub(super) struct GatherCheck<'a, T> {
 pub(super) struct Expected {
     group: Group,
     pub(super) data: Vec<u32>,
-    mask: Vec<u32>,
+    pub(super) mask: Vec<u32>,
     pub(super) keep: Vec<u32>,
     keep_mask: Vec<u32>,
 }

@@ -236,7 +236,7 @@ impl<'a> GatherWork<'a> {
     }
 
     /// The channels of a segment.
-    fn channels_of(&self, segment: usize) -> std::ops::Range<usize> {
+    pub(super) fn channels_of(&self, segment: usize) -> std::ops::Range<usize> {
         let low = segment * self.segment_channels;
         low..self.channels.min(low + self.segment_channels)
     }

@@ -2,6 +2,7 @@
 //! another engine), the streams of the units on its ports, and the comparison
 //! with golden values and cycle models.
 
+mod beats;
 mod checked;
 mod engine;
 mod excerpt;
@@ -23,6 +24,7 @@ mod vector;
 mod vector_check;
 mod vector_drive;
 
+pub use beats::{FeatureBeat, GatherBeats, InputBeat, feature_beats};
 pub use checked::Check;
 pub use engine::EngineKind;
 pub(crate) use gates::GateEngine;

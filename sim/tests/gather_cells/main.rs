@@ -3,6 +3,7 @@
 //! the cycle model in every cycle.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+mod cells;
 mod random;
 mod split;
 
@@ -16,7 +17,8 @@ use potamoi_sim::rtl::{Check, GatherUnit, GatherWork};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use random::{all, cells, check};
+use cells::cells;
+use random::{all, check};
 
 const AGAIN: &str = "cargo test -p potamoi-sim --test gather_cells";
 const EIGHT: &str = "modes = \"structured\"\nvertices = [8]\n";

@@ -6,8 +6,9 @@ use potamoi_sim::rtl::GatherUnit;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::random::{all, cells, check};
+use super::random::{all, check};
 use super::{EIGHT, config};
+use crate::cells::cells;
 
 #[test]
 fn ports_take_turns_at_the_parts_of_banks() {
