@@ -80,6 +80,11 @@ impl PowerArgs {
         self.activity.as_deref() != Some(NONE)
     }
 
+    /// Whether it is of the scenes that are taken unless any are named.
+    pub(super) fn is_default(&self) -> bool {
+        self.activity.is_none()
+    }
+
     /// Steps of a unit: its synthesis, and its power.
     pub(super) fn steps(&self) -> u64 {
         match (self.is_wanted(), self.whole) {

@@ -42,11 +42,13 @@ impl UnitKind {
         }
     }
 
+    /// Its netlist, but for the gate that keeps each ready low in reset.
     pub(super) fn module(self, config: &Config) -> Result<Arc<Module>, IrErrors> {
-        match self {
-            Self::Gathering => gathering_unit(config),
-            Self::Vector => vector_unit(config),
-        }
+        let module = match self {
+            Self::Gathering => gathering_unit(config)?,
+            Self::Vector => vector_unit(config)?,
+        };
+        Ok(Arc::new(module.without_reset_gates()))
     }
 }
 
