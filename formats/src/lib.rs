@@ -6,6 +6,7 @@
 
 pub mod compact;
 pub mod config;
+pub mod document;
 pub mod files;
 pub mod fixed;
 pub mod record;

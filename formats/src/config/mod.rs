@@ -17,6 +17,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::document;
+
 pub use exp::{Engine, ExpBase, ExpConfig, ExpForm, ExpOutput};
 pub use gu::{
     EntryKind, ExtraPorts, GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, RitPath, Sums,
@@ -96,7 +98,7 @@ pub enum ConfigError {
         origin: String,
         /// Path of the field.
         field: String,
-        /// What the reader says, with the place in the file.
+        /// What is wrong there.
         message: String,
     },
     /// One or more rules are broken.
@@ -107,6 +109,20 @@ pub enum ConfigError {
         /// Every rule that is broken.
         breaches: RuleBreaches,
     },
+}
+
+impl ConfigError {
+    fn parse(origin: &str, wrong: &document::Wrong) -> Self {
+        let field = match wrong.field() {
+            field if field.is_empty() => "(the file)".to_owned(),
+            field => field,
+        };
+        Self::Parse {
+            origin: origin.to_owned(),
+            field,
+            message: wrong.problem().to_owned(),
+        }
+    }
 }
 
 /// The presets' names, for messages.
@@ -120,17 +136,13 @@ impl Config {
     /// # Errors
     /// Not TOML, unknown fields, wrong kinds, or broken rules.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, ConfigError> {
-        let parse = |field: String, message: String| ConfigError::Parse {
-            origin: origin.to_owned(),
-            field,
-            message,
-        };
-        let reader = toml::Deserializer::parse(text)
-            .map_err(|e| parse("(the file)".to_owned(), e.to_string().trim_end().to_owned()))?;
-        let config: Self = serde_path_to_error::deserialize(reader).map_err(|e| {
-            let field = e.path().to_string();
-            parse(field, e.into_inner().to_string().trim_end().to_owned())
-        })?;
+        Self::from_bytes(text.as_bytes(), origin)
+    }
+
+    fn from_bytes(bytes: &[u8], origin: &str) -> Result<Self, ConfigError> {
+        let config: Self = document::toml(bytes)
+            .and_then(|document| document.read())
+            .map_err(|wrong| ConfigError::parse(origin, &wrong))?;
         let breaches = rules::check(&config);
         if breaches.is_empty() {
             Ok(config)
@@ -151,8 +163,9 @@ impl Config {
             path: path.to_owned(),
             source,
         };
-        let text = crate::files::read_text(path, LIMIT).map_err(fail)?;
-        Self::from_toml(&text, &path.display().to_string())
+        let bytes = crate::files::read(path, LIMIT).map_err(fail)?;
+        let long = || fail(std::io::Error::other(format!("more than {LIMIT} bytes")));
+        Self::from_bytes(&bytes.ok_or_else(long)?, &path.display().to_string())
     }
 
     /// The paper's configuration.
@@ -206,6 +219,7 @@ mod tests {
             ("[gu]\nbanks = \"many\"\n", "gu.banks"),
             ("[vu.exp]\ninput = \"3.13\"\n", "vu.exp.input"),
             ("[gu]\nvertices = [3]\n", "gu.vertices[0]"),
+            ("[gu]\nvertices = [8, 8.5]\n", "gu.vertices[1]"),
             ("[gu\n", "(the file)"),
         ] {
             match Config::from_toml(text, "bad.toml").unwrap_err() {

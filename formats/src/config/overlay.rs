@@ -1,6 +1,7 @@
 //! Configurations laid over one another, as TOML.
 
 use super::{Config, ConfigError};
+use crate::document::Wrong;
 
 /// What is laid over a configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,11 +30,7 @@ impl Config {
     /// # Errors
     /// As [`Config::from_toml`], of the result.
     pub fn with(&self, layers: &[Layer<'_>], origin: &str) -> Result<Self, ConfigError> {
-        let parse = |message: String| ConfigError::Parse {
-            origin: origin.to_owned(),
-            field: "(the file)".to_owned(),
-            message,
-        };
+        let parse = |problem: String| ConfigError::parse(origin, &Wrong::new(problem));
         let mut all = toml::Table::try_from(self).map_err(|e| parse(e.to_string()))?;
         for Layer { derived, toml } in layers {
             let exp = all.get_mut("vu").and_then(|vu| vu.get_mut("exp"));
@@ -42,7 +39,7 @@ impl Config {
             }
             let given: toml::Table = toml
                 .parse()
-                .map_err(|e: toml::de::Error| parse(e.to_string()))?;
+                .map_err(|e: toml::de::Error| parse(e.message().to_owned()))?;
             overlay(&mut all, given);
         }
         let text = toml::to_string(&all).map_err(|e| parse(e.to_string()))?;

@@ -1,0 +1,158 @@
+//! Documents of named values, which is what TOML and JSON files are: one way from their bytes to
+//! the types that read them, and one place where what is wrong is put into words.
+//!
+//! A document is read into a [`Value`], of which every key is once and in the file's order, and a
+//! type is made of it by [`Value::read`]. More than serde's derived readers do by themselves:
+//!
+//! - a list has exactly as many values as its type has places;
+//! - a key that its type does not have is refused, at every depth;
+//! - whole numbers may be written `640.0` or `6.4e2`, and 640.5 is none;
+//! - a number that its type cannot hold is refused;
+//! - a byte-order mark, and Latin-1 in comments, do no harm.
+//!
+//! ```
+//! use potamoi_formats::document;
+//!
+//! #[derive(serde::Deserialize)]
+//! struct Size { sides: [u32; 2] }
+//!
+//! let size: Size = document::json(b"{\"sides\": [640.0, 480]}").unwrap().read().unwrap();
+//! assert_eq!(size.sides, [640, 480]);
+//! let wrong = document::toml(b"sides = [640, 480, 9]").unwrap().read::<Size>();
+//! let wrong = wrong.err().unwrap().to_string();
+//! assert_eq!(wrong, "field `sides`: found 3 values, expected 2");
+//! ```
+
+mod build;
+mod decode;
+#[cfg(test)]
+mod tests;
+mod wrong;
+
+use std::fmt::Write as _;
+
+use serde::Deserialize;
+
+pub use build::{json, of_toml, toml};
+pub use wrong::Wrong;
+
+/// Characters of a value that are told.
+const TOLD: usize = 60;
+
+/// What a document says.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// Nothing; of JSON alone.
+    Null,
+    /// Yes or no.
+    Bool(bool),
+    /// A number without a point.
+    Int(i64),
+    /// One above 2^63.
+    Large(u64),
+    /// A number with a point or an exponent.
+    Float(f64),
+    /// Characters.
+    Text(Box<str>),
+    /// Values in a row.
+    List(Box<[Value]>),
+    /// Values by name, each name once.
+    Map(Box<[(Box<str>, Value)]>),
+}
+
+impl Value {
+    /// Makes a type of it.
+    ///
+    /// # Errors
+    /// It is of another kind, or a part of it is missing, too much, unknown or out of range.
+    pub fn read<'de, T: Deserialize<'de>>(&'de self) -> Result<T, Wrong> {
+        T::deserialize(self)
+    }
+
+    /// The value of a name.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&Self> {
+        let Self::Map(entries) = self else {
+            return None;
+        };
+        let found = entries.iter().find(|(key, _)| **key == *name);
+        found.map(|(_, value)| value)
+    }
+
+    /// As a number.
+    #[must_use]
+    pub const fn number(&self) -> Option<f64> {
+        match self {
+            Self::Int(value) => Some(*value as f64),
+            Self::Large(value) => Some(*value as f64),
+            Self::Float(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// As a whole number, however it is written.
+    #[must_use]
+    pub fn whole(&self) -> Option<i128> {
+        match self {
+            Self::Int(value) => Some((*value).into()),
+            Self::Large(value) => Some((*value).into()),
+            // Past 2^64 no type here has room.
+            Self::Float(value) if value.fract() == 0.0 && value.abs() <= 2f64.powi(64) => {
+                Some(*value as i128)
+            }
+            _ => None,
+        }
+    }
+
+    /// As characters.
+    #[must_use]
+    pub const fn text(&self) -> Option<&str> {
+        match self {
+            Self::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// As values in a row.
+    #[must_use]
+    pub const fn list(&self) -> Option<&[Self]> {
+        match self {
+            Self::List(values) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// How messages tell it.
+    #[must_use]
+    pub fn shown(&self) -> String {
+        match self {
+            Self::Null => "null".to_owned(),
+            Self::Bool(value) => value.to_string(),
+            Self::Int(value) => value.to_string(),
+            Self::Large(value) => value.to_string(),
+            Self::Float(value) => format!("{value:?}"),
+            Self::Text(text) => {
+                let cut: String = text.chars().take(TOLD).collect();
+                format!("\"{cut}\"")
+            }
+            Self::List(values) => match self.numbers() {
+                Some(numbers) => numbers,
+                None => format!("a list of {}", values.len()),
+            },
+            Self::Map(_) => "a section of named values".to_owned(),
+        }
+    }
+
+    /// A short list of numbers as it stands.
+    fn numbers(&self) -> Option<String> {
+        let values = self.list().filter(|values| values.len() <= 4)?;
+        let mut text = "[".to_owned();
+        for (at, value) in values.iter().enumerate() {
+            value.number()?;
+            let comma = if at == 0 { "" } else { ", " };
+            // Writing to a text does not fail.
+            let _ = write!(text, "{comma}{}", value.shown());
+        }
+        Some(text + "]")
+    }
+}
