@@ -31,6 +31,7 @@ use std::time::{Duration, Instant};
 use criterion::{Criterion, Throughput};
 use glam::DVec3;
 use potamoi_golden::camera::Camera;
+use potamoi_golden::record::Notes;
 use potamoi_golden::scene::{Model, Scene, camera_file, garden};
 use potamoi_golden::splats::{Cloud, FloatOptions, Profile, render_float};
 
@@ -100,7 +101,8 @@ fn published(data: Option<&Path>, name: &str, file: &str) -> Option<(Cloud, Came
         println!("skipped: {name}: no shared data (set POTAMOI_SHARED)");
         return None;
     };
-    let cameras = camera_file::read(&data.join(camera)).expect("a camera file");
+    let cameras =
+        camera_file::read(&data.join(camera), &mut Notes::default()).expect("a camera file");
     match Scene::open(data.join(file).to_str()?) {
         Ok(scene) => match scene.model() {
             Model::Splats(cloud) => Some((cloud.clone(), cameras[0].camera)),

@@ -59,7 +59,7 @@ impl Fate {
 /// A row of a format's table: a key, or a family of keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Key {
-    /// Its name; one `*` stands for any characters, none included.
+    /// Its name; each `*` stands for any characters, none included.
     pub name: &'static str,
     /// What becomes of it.
     pub fate: Fate,
@@ -69,12 +69,24 @@ pub struct Key {
 
 impl Key {
     fn matches(&self, key: &str) -> bool {
-        match self.name.split_once('*') {
-            None => self.name == key,
-            Some((head, tail)) => {
-                key.len() >= head.len() + tail.len() && key.starts_with(head) && key.ends_with(tail)
+        let mut parts = self.name.split('*');
+        let Some(mut rest) = parts.next().and_then(|head| key.strip_prefix(head)) else {
+            return false;
+        };
+        let mut parts = parts.peekable();
+        if parts.peek().is_none() {
+            return rest.is_empty();
+        }
+        while let Some(part) = parts.next() {
+            if parts.peek().is_none() {
+                return rest.ends_with(part);
+            }
+            match rest.find(part) {
+                Some(at) => rest = &rest[at + part.len()..],
+                None => return false,
             }
         }
+        true
     }
 }
 
@@ -157,6 +169,30 @@ impl Notes {
         other.assumed.into_iter().for_each(|what| self.assume(what));
     }
 
+    /// The same of a part of a file, whose keys are told with `prefix` before them.
+    #[must_use]
+    pub fn under(self, prefix: &str) -> Self {
+        let told = |key| format!("{prefix}{key}");
+        Self {
+            not_used: self.not_used.into_iter().map(told).collect(),
+            ..self
+        }
+    }
+
+    /// The same of a file beside the scene's: both are told with its name before
+    /// them.
+    #[must_use]
+    pub fn of_file(self, path: &std::path::Path) -> Self {
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        let prefix = format!("{}: ", name.display());
+        let told = |what| format!("{prefix}{what}");
+        let assumed = self.assumed.iter().map(told).collect();
+        Self {
+            assumed,
+            ..self.under(&prefix)
+        }
+    }
+
     /// Keys that are not used.
     #[must_use]
     pub fn not_used(&self) -> &[String] {
@@ -232,6 +268,18 @@ impl<V> Record<V> {
         );
         let at = self.left.iter().position(|(name, _)| name == key)?;
         Some(self.left.remove(at).1)
+    }
+
+    /// Takes keys that are refused wherever their values say that they change
+    /// nothing.
+    pub fn take_neutral(&mut self, is_neutral: impl Fn(&V) -> bool) {
+        let refused = |key: &str| {
+            self.format
+                .row(key)
+                .is_some_and(|r| r.fate == Fate::Refused)
+        };
+        self.left
+            .retain(|(key, value)| !(refused(key) && is_neutral(value)));
     }
 
     /// Judges what is left: lists it in `notes`.
@@ -322,6 +370,21 @@ mod tests {
     fn stars_stand_for_any_characters_but_do_not_overlap() {
         assert!(KEYS[2].matches("k__end") && !KEYS[2].matches("k_end"));
         assert!(KEYS[1].matches("rest_") && !KEYS[1].matches("rest"));
+        let both = key("*mid*end", Fate::Listed);
+        assert!(both.matches("midend") && both.matches("a mid b end"));
+        assert!(!both.matches("end mid") && !both.matches("mid"));
+        let all = key("*mid*", Fate::Listed);
+        assert!(all.matches("mid") && all.matches("a mid b") && !all.matches("mi d"));
+    }
+
+    #[test]
+    fn values_that_change_nothing_are_taken_of_refused_keys_alone() {
+        let entries = [("k_1_end", 0), ("k_2_end", 7), ("note", 0), ("new", 0)];
+        let entries = entries.map(|(key, value)| (key.to_owned(), value));
+        let mut record = Record::new(&OPEN, entries);
+        record.take_neutral(|value| *value == 0);
+        let left: Vec<_> = record.keys().collect();
+        assert_eq!(left, ["k_2_end", "note", "new"]);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use potamoi_formats::config::Config;
 use potamoi_golden::fields::dvgo::Dvgo;
 use potamoi_golden::fields::render_float;
 use potamoi_golden::picture::Picture;
+use potamoi_golden::record::Notes;
 use potamoi_golden::scene::transforms;
 use potamoi_golden::units::Twins;
 use potamoi_golden::voxels::{FixedOptions, Halo, Volume, render_volume};
@@ -47,7 +48,11 @@ fn test_pose_0_of_lego_is_as_far_from_the_truth_as_its_training_says() {
         return;
     };
     let field = Dvgo::load(&data.join("lego_dvgo/fine_last.tar"), 0.5).unwrap();
-    let path = transforms::read(&data.join("lego_orbit/transforms.json")).unwrap();
+    let path = transforms::read(
+        &data.join("lego_orbit/transforms.json"),
+        &mut Notes::default(),
+    )
+    .unwrap();
     let report = std::fs::read(data.join("lego_dvgo/result.json")).unwrap();
     let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
     let stated = report["test_psnr_200"][0].as_f64().unwrap();
@@ -73,7 +78,11 @@ fn a_split_halo_changes_no_bit_of_lego() {
         return;
     };
     let field = Dvgo::load(&data.join("lego_dvgo/fine_last.tar"), 0.5).unwrap();
-    let path = transforms::read(&data.join("lego_orbit/transforms.json")).unwrap();
+    let path = transforms::read(
+        &data.join("lego_orbit/transforms.json"),
+        &mut Notes::default(),
+    )
+    .unwrap();
     let camera = path[0].camera.resized(48, 48);
     let config =
         Config::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/fields.toml"));
@@ -120,7 +129,11 @@ fn fixed_against_float(side: u32) {
     };
     let step = 0.5;
     let field = Dvgo::load(&data.join("lego_dvgo/fine_last.tar"), step).unwrap();
-    let path = transforms::read(&data.join("lego_orbit/transforms.json")).unwrap();
+    let path = transforms::read(
+        &data.join("lego_orbit/transforms.json"),
+        &mut Notes::default(),
+    )
+    .unwrap();
     let camera = path[0].camera.resized(side, side);
     let float = render_float(&field, &camera, [1.0; 3]).unwrap();
     let config =

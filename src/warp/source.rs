@@ -191,7 +191,7 @@ impl Source {
     pub(super) fn left_open(&self) -> Vec<String> {
         match self {
             Self::Scene(scene) => scene.left_open(),
-            Self::Images(_) => vec![],
+            Self::Images(images) => images.left_open(),
         }
     }
 

@@ -3,20 +3,76 @@
 //!
 //! A camera holds `width`, `height`, `fx`, `fy` in pixels, `position`, and
 //! `rotation` (camera to world, by rows). `cx` and `cy` default to the centre;
-//! `background` (linear RGB) to black. Other fields are ignored.
+//! `background` (linear RGB) to black. Other fields are listed, and refused
+//! where they tell of a lens that is no pinhole.
 
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
+use potamoi_formats::document::{self, Value};
 use serde::Deserialize;
 use thiserror::Error;
 
 use crate::camera::Camera;
+use crate::record::Fate::{Honoured, Listed, Refused};
+use crate::record::{Fate, Format, Key, Notes, Record};
 
 /// The largest camera file, in bytes.
 const LIMIT: u64 = 1 << 26;
 /// How far `rotation` may be from orthonormal: files hold some 7 digits.
 const ROTATION_TOLERANCE: f64 = 1e-4;
+
+const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
+    Key { name, fate, about }
+}
+
+const PINHOLE: &str = "only pinholes are rendered: give the cameras of undistorted pictures; 0 or \
+                       false is accepted";
+
+/// Its keys.
+pub(super) static CAMERAS: Format = Format {
+    name: "cameras.json",
+    files: "`--camera` and `[camera] kind = \"opencv-json\"`: the cameras that 3D Gaussian splatting \
+            writes, or one of them",
+    keys: &[
+        key("width", Honoured, "pixels a row"),
+        key("height", Honoured, "rows"),
+        key("fx", Honoured, "focal length in pixels"),
+        key("fy", Honoured, "the same of columns"),
+        key(
+            "cx",
+            Honoured,
+            "principal point in pixels; the middle unless given",
+        ),
+        key("cy", Honoured, "the same of columns"),
+        key("position", Honoured, "where the camera is"),
+        key("rotation", Honoured, "camera to world, by rows"),
+        key(
+            "background",
+            Honoured,
+            "linear RGB behind everything; black unless given",
+        ),
+        key("id", Listed, "the order of the file counts"),
+        key("img_name", Listed, "the picture that the camera took"),
+        key("k1", Refused, PINHOLE),
+        key("k2", Refused, PINHOLE),
+        key("k3", Refused, PINHOLE),
+        key("k4", Refused, PINHOLE),
+        key("k5", Refused, PINHOLE),
+        key("k6", Refused, PINHOLE),
+        key("p1", Refused, PINHOLE),
+        key("p2", Refused, PINHOLE),
+        key("skew", Refused, PINHOLE),
+        key("*distortion*", Refused, PINHOLE),
+        key("*fisheye*", Refused, PINHOLE),
+        key("*ortho*", Refused, PINHOLE),
+        key("*equirect*", Refused, PINHOLE),
+        key("*panorama*", Refused, PINHOLE),
+        key("*model*", Refused, PINHOLE),
+        key("rolling_shutter*", Refused, "a frame is seen at one moment"),
+    ],
+    others: Listed,
+};
 
 /// A camera and what is behind everything that it sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,7 +133,6 @@ pub enum CameraFileError {
     },
 }
 
-#[derive(Deserialize)]
 struct Entry {
     width: u32,
     height: u32,
@@ -90,12 +145,13 @@ struct Entry {
     background: Option<[f32; 3]>,
 }
 
-/// Reads the cameras of a file, at least one.
+/// Reads the cameras of a file, at least one, in its order. `notes` takes what is
+/// not used.
 ///
 /// # Errors
 /// The file cannot be read, is no camera file, or holds values that make no
 /// camera.
-pub fn read(path: &Path) -> Result<Vec<FileCamera>, CameraFileError> {
+pub fn read(path: &Path, notes: &mut Notes) -> Result<Vec<FileCamera>, CameraFileError> {
     let fail = |source| CameraFileError::Read {
         path: path.to_owned(),
         source,
@@ -104,26 +160,31 @@ pub fn read(path: &Path) -> Result<Vec<FileCamera>, CameraFileError> {
     let bytes = bytes.ok_or_else(|| CameraFileError::TooLarge {
         path: path.to_owned(),
     })?;
-    let text = String::from_utf8(bytes).map_err(|e| fail(std::io::Error::other(e)))?;
-    parse(&text, &path.display().to_string())
+    parse(&bytes, &path.display().to_string(), notes)
 }
 
-/// Reads cameras from text; `origin` names it in errors.
+/// Reads cameras from JSON; `origin` names it in errors.
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(text: &str, origin: &str) -> Result<Vec<FileCamera>, CameraFileError> {
-    let wrong = |e: serde_json::Error| CameraFileError::Parse {
+pub fn parse(
+    json: &[u8],
+    origin: &str,
+    notes: &mut Notes,
+) -> Result<Vec<FileCamera>, CameraFileError> {
+    let wrong = |message: String| CameraFileError::Parse {
         origin: origin.to_owned(),
-        message: e.to_string(),
+        message,
     };
-    // The shape is found first, so that errors name the field.
-    let value: serde_json::Value = serde_json::from_str(text).map_err(wrong)?;
-    let entries: Vec<Entry> = if value.is_array() {
-        serde_json::from_value(value).map_err(wrong)?
-    } else {
-        vec![serde_json::from_value(value).map_err(wrong)?]
+    let document = document::json(json).map_err(|e| wrong(e.to_string()))?;
+    let entries = match document {
+        Value::List(values) => values.into_vec(),
+        one => vec![one],
     };
+    let entries = entries.into_iter().enumerate().map(|(i, value)| {
+        Entry::read(value, notes).map_err(|message| wrong(format!("camera {i}: {message}")))
+    });
+    let entries: Vec<Entry> = entries.collect::<Result<_, _>>()?;
     if entries.is_empty() {
         return Err(CameraFileError::Empty {
             origin: origin.to_owned(),
@@ -145,7 +206,60 @@ pub fn parse(text: &str, origin: &str) -> Result<Vec<FileCamera>, CameraFileErro
         .collect()
 }
 
+/// What a field that may be left out says.
+fn optional<T: for<'a> Deserialize<'a>>(
+    record: &mut Record<Value>,
+    name: &str,
+) -> Result<Option<T>, String> {
+    let Some(value) = record.take(name).filter(|value| *value != Value::Null) else {
+        return Ok(None);
+    };
+    let read = value.read().map_err(|e| e.under(name).to_string());
+    read.map(Some)
+}
+
+fn required<T: for<'a> Deserialize<'a>>(
+    record: &mut Record<Value>,
+    name: &str,
+) -> Result<T, String> {
+    optional(record, name)?.ok_or_else(|| format!("field `{name}`: it is missing"))
+}
+
+/// Whether a value says that a lens is a pinhole after all.
+fn is_pinhole(value: &Value) -> bool {
+    match value {
+        Value::Null | Value::Bool(false) => true,
+        Value::Text(model) => model.to_uppercase().ends_with("PINHOLE"),
+        Value::List(values) => values.iter().all(is_pinhole),
+        other => other.number() == Some(0.0),
+    }
+}
+
 impl Entry {
+    fn read(value: Value, notes: &mut Notes) -> Result<Self, String> {
+        let Value::Map(entries) = value else {
+            let found = value.shown();
+            return Err(format!("found {found}, expected named values, `{{...}}`"));
+        };
+        let entries = entries.into_vec().into_iter();
+        let mut record = Record::new(&CAMERAS, entries.map(|(key, value)| (key.into(), value)));
+        record.take_neutral(is_pinhole);
+        let from = &mut record;
+        let entry = Self {
+            width: required(from, "width")?,
+            height: required(from, "height")?,
+            fx: required(from, "fx")?,
+            fy: required(from, "fy")?,
+            cx: optional(from, "cx")?,
+            cy: optional(from, "cy")?,
+            position: required(from, "position")?,
+            rotation: required(from, "rotation")?,
+            background: optional(from, "background")?,
+        };
+        record.finish(notes).map_err(|e| e.to_string())?;
+        Ok(entry)
+    }
+
     fn check(&self) -> Result<FileCamera, (&'static str, String, &'static str)> {
         for (field, value) in [("width", self.width), ("height", self.height)] {
             if !(1..=32_768).contains(&value) {
@@ -208,10 +322,46 @@ mod tests {
     const ONE: &str = r#"{"id": 3, "width": 40, "height": 20, "fx": 30.5, "fy": 31,
         "position": [1, 2, 3], "rotation": [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]}"#;
 
+    fn parsed(text: &str) -> Result<Vec<FileCamera>, CameraFileError> {
+        parse(text.as_bytes(), "c.json", &mut Notes::default())
+    }
+
+    /// Every row of the table is met, and a key without one.
+    #[test]
+    fn every_key_is_honoured_refused_or_listed() {
+        let rows = CAMERAS.keys.iter().map(|row| (row.name, row.fate));
+        for (name, fate) in rows.chain([("a key that nobody knows", Listed)]) {
+            let key = name.replace('*', "_");
+            if fate == Honoured {
+                continue;
+            }
+            let with = |value: &str| {
+                let text = ONE.replacen("\"id\": 3", &format!("\"{key}\": {value}"), 1);
+                let mut notes = Notes::default();
+                let read = parse(text.as_bytes(), "c.json", &mut notes);
+                let listed = notes.not_used() == [&key[..]];
+                (
+                    read.is_err_and(|e| e.to_string().contains(&format!("`{key}`"))),
+                    listed,
+                )
+            };
+            assert_eq!(with("11"), (fate == Refused, fate == Listed), "{key}");
+            assert_eq!(with("0"), (false, fate == Listed), "{key}");
+        }
+    }
+
+    #[test]
+    fn numbers_and_marks_are_read_as_others_do() {
+        let sound = parsed(ONE).unwrap();
+        let floats = ONE.replace("40", "40.0").replace("20,", "2e1,");
+        assert_eq!(parsed(&floats).unwrap(), sound);
+        assert_eq!(parsed(&format!("\u{feff}{ONE}\r\n")).unwrap(), sound);
+    }
+
     #[test]
     fn a_camera_alone_and_a_list_are_read() {
-        let one = parse(ONE, "c.json").unwrap();
-        let many = parse(&format!("[{ONE}, {ONE}]"), "c.json").unwrap();
+        let one = parsed(ONE).unwrap();
+        let many = parsed(&format!("[{ONE}, {ONE}]")).unwrap();
         assert_eq!(many, [one[0], one[0]]);
         let c = one[0].camera;
         assert_eq!(c.centre, DVec2::new(20.0, 10.0));
@@ -229,12 +379,10 @@ mod tests {
     #[test]
     fn what_makes_no_camera_is_refused_by_field() {
         let refused = |from: &str, to: &str, expected: &str| {
-            let text = parse(&ONE.replace(from, to), "c.json")
-                .unwrap_err()
-                .to_string();
+            let text = parsed(&ONE.replace(from, to)).unwrap_err().to_string();
             assert!(text.contains("c.json") && text.contains(expected), "{text}");
         };
-        refused("\"fx\": 30.5, ", "", "missing field `fx`");
+        refused("\"fx\": 30.5, ", "", "camera 0: field `fx`: it is missing");
         refused("30.5", "0", "fx is 0");
         refused("30.5", "-1e999", "c.json");
         refused("30.5", "1e300", "fx is 1e300");
@@ -248,21 +396,30 @@ mod tests {
         refused("\"width\": 40", "\"width\": -4", "-4");
         refused("[0, 1, 0]", "[0, 2, 0]", "rotation");
         refused("[0, 1, 0]", "[0, -1, 0]", "rotation");
-        refused("[0, 1, 0]", "[0, 1]", "length");
-        refused("\"width\"", "width", "c.json");
-        assert!(
-            parse("[]", "c.json")
-                .unwrap_err()
-                .to_string()
-                .contains("no camera")
+        refused(
+            "[0, 1, 0]",
+            "[0, 1]",
+            "`rotation[1]`: found 2 values, expected 3",
         );
-        assert!(parse("", "c.json").is_err() && parse("7", "c.json").is_err());
+        refused(
+            "[1, 2, 3]",
+            "[1, 2, 3, 4]",
+            "`position`: found 4 values, expected 3",
+        );
+        refused("[0, 1, 0]", "[0, 0, 0]", "rotation");
+        refused("40", "40.5", "`width`: found 40.5, expected a whole number");
+        refused("\"id\"", "\"fx\": 1, \"id\"", "it stands twice");
+        refused("\"width\"", "width", "c.json");
+        assert!(parsed("[]").unwrap_err().to_string().contains("no camera"));
+        assert!(parsed("").is_err() && parsed("7").is_err() && parsed("[7]").is_err());
     }
 
     #[test]
     fn files_that_cannot_be_read_are_refused() {
-        let text = read(Path::new("no/camera.json")).unwrap_err().to_string();
+        let text = read(Path::new("no/camera.json"), &mut Notes::default())
+            .unwrap_err()
+            .to_string();
         assert!(text.contains("no/camera.json"), "{text}");
-        assert!(read(Path::new(env!("CARGO_MANIFEST_DIR"))).is_err());
+        assert!(read(Path::new(env!("CARGO_MANIFEST_DIR")), &mut Notes::default()).is_err());
     }
 }

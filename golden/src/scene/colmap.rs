@@ -5,7 +5,7 @@
 //! camera, and the centre of the upper left pixel is at (0.5, 0.5): all of it
 //! is this project's convention too, so that no number is converted.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Display;
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
@@ -17,6 +17,8 @@ use thiserror::Error;
 
 use super::transforms::PathFrame;
 use crate::camera::Camera;
+use crate::record::Fate::{Honoured, Listed, Refused};
+use crate::record::{Fate, Format, Key, Notes, Record};
 
 /// The longest line, in bytes: one of `images.txt` holds every point of an image.
 const MAX_LINE: u64 = 1 << 26;
@@ -28,6 +30,75 @@ const MAX_ENTRIES: usize = 1 << 20;
 const MAX_SIDE: f64 = 16384.0;
 /// How far a quaternion's length may be from 1: files may hold few digits.
 const UNIT_TOLERANCE: f64 = 1e-2;
+
+const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
+    Key { name, fate, about }
+}
+
+const UNDISTORT: &str = "only pinholes are rendered; colmap image_undistorter makes such pictures";
+
+/// The folder, by its files.
+pub(super) static FOLDER: Format = Format {
+    name: "COLMAP's folder",
+    files: "`[camera] kind = \"colmap\"`: a reconstruction as text. Of other files of the folder \
+            nothing is said.",
+    keys: &[
+        key(
+            "cameras.txt",
+            Honoured,
+            "intrinsics; a mark before the text does no harm",
+        ),
+        key(
+            "images.txt",
+            Honoured,
+            "poses and names, one image a line, and behind it a line of points, which may be empty; \
+             or images alone, if no line of the file could be one of points",
+        ),
+        key("cameras.bin", Listed, "the text is read"),
+        key("images.bin", Listed, "the text is read"),
+        key("points3D.*", Listed, "no camera"),
+        key("rigs.*", Listed, "images say their own poses"),
+        key("frames.*", Listed, "images say their own poses"),
+    ],
+    others: Listed,
+};
+
+/// Lines of `cameras.txt`: models and their parameters.
+pub(super) static INTRINSICS: Format = Format {
+    name: "COLMAP's cameras.txt",
+    files: "Models, and the parameters of theirs.",
+    keys: &[
+        key("SIMPLE_PINHOLE", Honoured, "f, cx, cy"),
+        key("PINHOLE", Honoured, "fx, fy, cx, cy"),
+        key("SIMPLE_RADIAL", Honoured, "if k is 0"),
+        key("RADIAL", Honoured, "if k1 and k2 are 0"),
+        key("OPENCV", Honoured, "if k1, k2, p1 and p2 are 0"),
+        key("FULL_OPENCV", Refused, UNDISTORT),
+        key("*FISHEYE", Refused, UNDISTORT),
+        key("FOV", Refused, UNDISTORT),
+        key("DIVISION", Refused, UNDISTORT),
+    ],
+    others: Refused,
+};
+
+/// Lines of `images.txt`.
+pub(super) static POSES: Format = Format {
+    name: "COLMAP's images.txt",
+    files: "Fields of an image.",
+    keys: &[
+        key("IMAGE_ID", Honoured, "each once"),
+        key(
+            "QW, QX, QY, QZ",
+            Honoured,
+            "the rotation from world to camera; of length 1",
+        ),
+        key("TX, TY, TZ", Honoured, "the translation"),
+        key("CAMERA_ID", Honoured, "a camera of cameras.txt"),
+        key("NAME", Honoured, "the picture; images are sorted by it"),
+        key("POINTS2D[]", Listed, "no camera"),
+    ],
+    others: Refused,
+};
 
 /// Poses that cannot be used.
 #[derive(Debug, Error)]
@@ -72,15 +143,17 @@ pub enum ColmapError {
 /// What is wrong in a line: field, value, what was expected.
 type Wrong = (&'static str, String, String);
 
-/// Reads all images of a folder, at least one, sorted by name.
+/// Reads all images of a folder, at least one, sorted by name. `notes` takes what
+/// is not used.
 ///
 /// # Errors
 /// A file cannot be read, is no such text, or holds numbers that make no
 /// undistorted camera.
-pub fn read(folder: &Path) -> Result<Vec<PathFrame>, ColmapError> {
+pub fn read(folder: &Path, notes: &mut Notes) -> Result<Vec<PathFrame>, ColmapError> {
+    files(folder, notes);
     let cameras = Text::open(folder.join("cameras.txt"))?.cameras()?;
     let mut images = Text::open(folder.join("images.txt"))?;
-    let mut frames = images.images(&cameras)?;
+    let mut frames = images.images(&cameras, notes)?;
     frames.sort_by(|a, b| a.picture.cmp(&b.picture));
     let twice = frames.windows(2).find(|w| w[0].picture == w[1].picture);
     match (twice, frames.is_empty()) {
@@ -91,6 +164,19 @@ pub fn read(folder: &Path) -> Result<Vec<PathFrame>, ColmapError> {
         (None, true) => Err(images.wrong("no image".to_owned(), "at least one")),
         (None, false) => Ok(frames),
     }
+}
+
+/// Lists files of a reconstruction that are not read.
+fn files(folder: &Path, notes: &mut Notes) {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let mut known: Vec<_> = names.filter(|name| FOLDER.row(name).is_some()).collect();
+    known.sort();
+    let mut record = Record::new(&FOLDER, known.into_iter().map(|name| (name, ())));
+    record.take("cameras.txt");
+    record.take("images.txt");
+    // No row of the table is refused.
+    let _ = record.finish(notes);
 }
 
 /// A file, one line of it at a time.
@@ -110,6 +196,12 @@ impl Text {
                 file: BufReader::new(file),
                 bytes: vec![],
                 number: 0,
+            }),
+            Err(source) if path.with_extension("bin").exists() => Err(ColmapError::Read {
+                source: std::io::Error::other(format!(
+                    "{source}; the binary form beside it is not read"
+                )),
+                path,
             }),
             Err(source) => Err(ColmapError::Read { path, source }),
         }
@@ -147,6 +239,10 @@ impl Text {
         if read as u64 > MAX_LINE {
             let expected = format!("at most {MAX_LINE} bytes a line");
             return Err(self.at(("text", "longer".to_owned(), expected)));
+        }
+        // The mark that some editors put before UTF-8.
+        if self.number == 1 && self.bytes.starts_with(b"\xef\xbb\xbf") {
+            self.bytes.drain(..3);
         }
         Ok(read > 0)
     }
@@ -186,32 +282,84 @@ impl Text {
         Ok(cameras)
     }
 
-    /// Two lines an image: its pose, and its points, which may be none.
-    fn images(&mut self, cameras: &HashMap<u32, Camera>) -> Result<Vec<PathFrame>, ColmapError> {
+    /// Images, with a line of points behind each, which may be empty; or images
+    /// alone. A line that could be both is refused, so that no image is taken for
+    /// points, whatever its name.
+    fn images(
+        &mut self,
+        cameras: &HashMap<u32, Camera>,
+        notes: &mut Notes,
+    ) -> Result<Vec<PathFrame>, ColmapError> {
+        let read = |line: &[u8]| Fields::of(line).and_then(|fields| image(fields, cameras));
         let mut frames = vec![];
+        let mut ids = HashSet::new();
+        let mut has_points = None;
         while self.advance_to_text()? {
-            let frame = Fields::of(self.line()).and_then(|fields| image(fields, cameras));
-            frames.push(frame.map_err(|wrong| self.at(wrong))?);
-            if frames.len() > MAX_ENTRIES {
-                let expected = format!("at most {MAX_ENTRIES} images");
-                return Err(self.wrong("more".to_owned(), &expected));
-            }
-            // A file whose empty lines were taken out would lose every other
-            // image unseen.
-            if !self.advance()? {
-                break;
-            }
-            let values = self.line().split(u8::is_ascii_whitespace);
-            let values = values.filter(|v| !v.is_empty()).count();
-            if !values.is_multiple_of(3) {
-                let expected = "X, Y and POINT3D_ID of each point, or an empty line behind \
-                                every image";
-                let found = format!("{values} values");
-                return Err(self.at(("POINTS2D[]", found, expected.to_owned())));
+            loop {
+                let (id, frame) = read(self.line()).map_err(|wrong| self.at(wrong))?;
+                if has_points == Some(false) && are_points(self.line()) {
+                    return Err(self.at(either()));
+                }
+                if !ids.insert(id) {
+                    let wrong = ("IMAGE_ID", id.to_string(), "each image once".to_owned());
+                    return Err(self.at(wrong));
+                }
+                frames.push(frame);
+                if frames.len() > MAX_ENTRIES {
+                    let expected = format!("at most {MAX_ENTRIES} images");
+                    return Err(self.wrong("more".to_owned(), &expected));
+                }
+                if has_points == Some(false) {
+                    break;
+                }
+                if !self.advance()? {
+                    return Ok(frames);
+                }
+                let (points, next) = (are_points(self.line()), read(self.line()));
+                match (points, next) {
+                    (true, Ok(_)) => return Err(self.at(either())),
+                    (true, Err(_)) => {
+                        if !self.line().is_empty() {
+                            notes.list("images.txt: POINTS2D[]");
+                        }
+                        has_points = Some(true);
+                        break;
+                    }
+                    // The second line of the file tells that there are none.
+                    (false, Ok(_)) if has_points.is_none() => has_points = Some(false),
+                    (false, _) => {
+                        let found = format!("\"{}\"", shown(String::from_utf8_lossy(self.line())));
+                        let expected = "X, Y and POINT3D_ID of each point, as behind the images \
+                                        before, or an empty line";
+                        return Err(self.at(("POINTS2D[]", found, expected.to_owned())));
+                    }
+                }
             }
         }
         Ok(frames)
     }
+}
+
+/// Whether a line is of points: X, Y and POINT3D_ID of each, or nothing at all.
+fn are_points(line: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(line) else {
+        return false;
+    };
+    let is_number = |text: &str| text.parse::<f64>().is_ok_and(f64::is_finite);
+    let is_id = |text: &str| text == "-1" || text.parse::<u64>().is_ok();
+    let values: Vec<&str> = text.split_ascii_whitespace().collect();
+    let points = values.chunks(3);
+    points.into_iter().all(|point| match point {
+        [x, y, id] => is_number(x) && is_number(y) && is_id(id),
+        _ => false,
+    })
+}
+
+/// A line that could be an image and points.
+fn either() -> Wrong {
+    let expected = "an image or points; this line could be both: put a line of points, or an empty \
+                    one, behind every image, as COLMAP does, or name pictures by more than numbers";
+    ("line", "ambiguous".to_owned(), expected.to_owned())
 }
 
 /// The fields of a line, one after the other.
@@ -220,7 +368,14 @@ struct Fields<'a>(&'a str);
 impl<'a> Fields<'a> {
     fn of(line: &'a [u8]) -> Result<Self, Wrong> {
         let text = std::str::from_utf8(line);
-        let text = text.map_err(|e| ("text", e.to_string(), "UTF-8".to_owned()))?;
+        let text = text.map_err(|e| {
+            let at = e.valid_up_to() + 1;
+            (
+                "text",
+                format!("not UTF-8 at byte {at}"),
+                "UTF-8: save it so".to_owned(),
+            )
+        })?;
         Ok(Self(text))
     }
 
@@ -254,7 +409,21 @@ impl<'a> Fields<'a> {
     }
 
     fn id(&mut self, field: &'static str) -> Result<u32, Wrong> {
-        self.parse(field, "a whole number from 0 to 4294967295")
+        let expected = "a whole number from 0 to 4294967295";
+        let ids = 0.0..=f64::from(u32::MAX);
+        self.whole(field, ids, expected).map(|id| id as u32)
+    }
+
+    /// A whole number, however it is written.
+    fn whole<R>(&mut self, field: &'static str, range: R, expected: &str) -> Result<f64, Wrong>
+    where
+        R: std::ops::RangeBounds<f64>,
+    {
+        let value = self.number(field, range, expected)?;
+        match value.fract() == 0.0 {
+            true => Ok(value),
+            false => Err((field, shown(value), expected.to_owned())),
+        }
     }
 }
 
@@ -281,7 +450,8 @@ fn intrinsics(mut fields: Fields<'_>) -> Result<(u32, Camera), Wrong> {
             return Err(("MODEL", shown(other), expected.to_owned()));
         }
     };
-    let mut side = |field| fields.number(field, 1.0..=MAX_SIDE, "1 to 16384 pixels");
+    let mut side =
+        |field| fields.whole(field, 1.0..=MAX_SIDE, "a whole number of 1 to 16384 pixels");
     let [width, height] = [side("WIDTH")?, side("HEIGHT")?];
     let mut focal = |field| fields.number(field, 1e-3..=1e9, "0.001 to 1e9 pixels");
     let focal = match focals {
@@ -314,8 +484,11 @@ fn intrinsics(mut fields: Fields<'_>) -> Result<(u32, Camera), Wrong> {
 }
 
 /// `IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME`.
-fn image(mut fields: Fields<'_>, cameras: &HashMap<u32, Camera>) -> Result<PathFrame, Wrong> {
-    fields.id("IMAGE_ID")?;
+fn image(
+    mut fields: Fields<'_>,
+    cameras: &HashMap<u32, Camera>,
+) -> Result<(u32, PathFrame), Wrong> {
+    let image = fields.id("IMAGE_ID")?;
     let mut part = |field| fields.number(field, -2.0..=2.0, "a part of a unit quaternion");
     let [w, x, y, z] = [part("QW")?, part("QX")?, part("QY")?, part("QZ")?];
     let turn = DQuat::from_xyzw(x, y, z, w);
@@ -337,13 +510,14 @@ fn image(mut fields: Fields<'_>, cameras: &HashMap<u32, Camera>) -> Result<PathF
             "the picture's name".to_owned(),
         ));
     }
-    Ok(PathFrame {
+    let frame = PathFrame {
         camera: Camera {
             world_to_camera: DAffine3::from_rotation_translation(turn.normalize(), shift),
             ..*lens
         },
         picture: PathBuf::from(fields.0),
-    })
+    };
+    Ok((image, frame))
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ fn read_texts(cameras: &str, images: &str) -> Result<Vec<PathFrame>, ColmapError
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("cameras.txt"), cameras).unwrap();
     fs::write(folder.path().join("images.txt"), images).unwrap();
-    read(folder.path())
+    read(folder.path(), &mut Notes::default())
 }
 
 /// The pixel at which a world point is seen.
@@ -58,7 +58,7 @@ struct Told {
 fn points_are_seen_where_colmap_sees_them() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/colmap");
     let told: Told = serde_json::from_slice(&fs::read(folder.join("seen.json")).unwrap()).unwrap();
-    let frames = read(&folder).unwrap();
+    let frames = read(&folder, &mut Notes::default()).unwrap();
     assert_eq!(frames.len(), 5);
     assert_eq!(frames[0].picture, Path::new("shots/view 4.png"));
     for frame in &frames {
@@ -132,24 +132,142 @@ fn what_makes_no_camera_is_refused_by_file_line_and_field() {
             ["line 1", "CAMERA_ID is 7.5"],
         ),
         (
-            format!("{IMAGE}{next}"),
-            ["line 2", "POINTS2D[] is 10 values"],
+            format!("{IMAGE}1 2 3\n{next}{}", next.replace("2 1 0", "3 1 0")),
+            ["line 4", "POINTS2D[] is \"3 1 0"],
         ),
+        (
+            format!("{IMAGE}1 2 3 4\n"),
+            ["line 2", "POINTS2D[] is \"1 2 3 4"],
+        ),
+        (format!("{IMAGE}1 2 3.5\n"), ["line 2", "POINTS2D[]"]),
+        (format!("{IMAGE}1 nan 3\n"), ["line 2", "POINTS2D[]"]),
+        (format!("{IMAGE}# points\n"), ["line 2", "POINTS2D[]"]),
         (format!("{IMAGE}\n{next}\n"), ["two images", "a.png"]),
+        (format!("{IMAGE}\n{IMAGE}\n"), ["line 3", "IMAGE_ID is 1"]),
     ] {
         refused(CAMERA, &images, &parts);
     }
     // No text, no file, no folder.
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("cameras.txt"), b"7 \xff\n").unwrap();
-    let error = read(folder.path()).unwrap_err().to_string();
+    let error = read(folder.path(), &mut Notes::default())
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("line 1: text is"), "{error}");
     fs::write(folder.path().join("cameras.txt"), CAMERA).unwrap();
-    let error = read(folder.path()).unwrap_err().to_string();
+    let error = read(folder.path(), &mut Notes::default())
+        .unwrap_err()
+        .to_string();
     assert!(
         error.contains("images.txt") && error.contains("cannot read"),
         "{error}"
     );
+}
+
+/// Poses of the images of a file, by name.
+fn poses(images: &str) -> Result<Vec<PathFrame>, String> {
+    let error = |e: ColmapError| e.to_string();
+    read_texts(CAMERA, images).map_err(error)
+}
+
+/// Names of any number of words, of which some make lines of nine, twelve or
+/// fifteen values: as many as three, four or five points have.
+#[test]
+fn images_without_lines_of_points_are_read_where_no_line_could_be_points() {
+    let names = ["a.png", "b (1).png", "c 1 2.png", "d 1 2 3 4 5.png", "e"];
+    let line = |i: usize, name: &str| format!("{i} 1 0 0 0 {i} 0 0 7 {name}\n");
+    let lines = names.iter().enumerate();
+    let alone: String = lines.clone().map(|(i, name)| line(i, name)).collect();
+    let spaced: String = lines
+        .clone()
+        .map(|(i, name)| line(i, name) + "\n")
+        .collect();
+    let points: String = lines
+        .map(|(i, name)| line(i, name) + "1 2.5 -1 3 4 7\n")
+        .collect();
+    let expected = poses(&spaced).unwrap();
+    assert_eq!(expected.len(), names.len());
+    assert_eq!(poses(&points).unwrap(), expected);
+    assert_eq!(poses(&alone).unwrap(), expected);
+    assert_eq!(poses(&format!("{alone}\n\n")).unwrap(), expected);
+    let commented = alone.replace("\n3 ", "\n# a comment\n3 ");
+    assert_eq!(poses(&commented).unwrap(), expected);
+    // Numbers for a name: the line could be of points.
+    for at in [1, 2, 4] {
+        let mut lines: Vec<String> = alone.lines().map(str::to_owned).collect();
+        lines[at] = line(at, "10 20 30").trim_end().to_owned();
+        let error = poses(&lines.join("\n")).unwrap_err();
+        let number = format!("line {}: ", at + 1);
+        assert!(
+            error.contains(&number) && error.contains("could be both"),
+            "{error}"
+        );
+    }
+    // A line of points that was lost among others.
+    let lost = points
+        .replacen("1 2.5 -1 3 4 7\n", "", 2)
+        .replacen("\n1 1", "\n1 2 3\n1 1", 1);
+    assert!(poses(&lost).unwrap_err().contains("POINTS2D[]"), "{lost}");
+}
+
+#[test]
+fn what_is_not_used_of_a_folder_is_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write(
+        "cameras.txt",
+        &format!("\u{feff}{}", CAMERA.replace("40 20", "40.0 2e1")),
+    );
+    let notes = || {
+        let mut notes = Notes::default();
+        read(folder.path(), &mut notes).unwrap();
+        notes.not_used().join(", ")
+    };
+    write("images.txt", &format!("\u{feff}{IMAGE}\r\n"));
+    assert_eq!(notes(), "");
+    fs::write(
+        folder.path().join("images.txt"),
+        [b"# Gr\xfc\xdfe\n", format!("{IMAGE}1 2 -1\n").as_bytes()].concat(),
+    )
+    .unwrap();
+    for name in [
+        "points3D.txt",
+        "rigs.txt",
+        "frames.bin",
+        "images.bin",
+        "notes.md",
+    ] {
+        write(name, "");
+    }
+    let all = "frames.bin, images.bin, points3D.txt, rigs.txt, images.txt: POINTS2D[]";
+    assert_eq!(notes(), all);
+    fs::remove_file(folder.path().join("images.txt")).unwrap();
+    let error = read(folder.path(), &mut Notes::default())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("binary form") && error.contains("model_converter"),
+        "{error}"
+    );
+    write("cameras.txt", &CAMERA.replace("40", "40.5"));
+    let error = read(folder.path(), &mut Notes::default())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("WIDTH is 40.5: expected a whole number"),
+        "{error}"
+    );
+}
+
+/// Every model has a row; those that are refused are refused by name.
+#[test]
+fn every_model_is_honoured_or_refused() {
+    for row in INTRINSICS.keys {
+        let name = row.name.replace('*', "OPENCV_");
+        let read = read_texts(&format!("7 {name} 40 20 30 31 20 0 0 0\n"), IMAGE);
+        let refused = read.is_err_and(|e| e.to_string().contains("MODEL is"));
+        assert_eq!(refused, row.fate == Fate::Refused, "{name}");
+    }
 }
 
 /// A line is read, not the file; one without an end is not.
@@ -159,7 +277,9 @@ fn a_line_without_an_end_is_refused() {
     fs::write(folder.path().join("cameras.txt"), CAMERA).unwrap();
     let images = fs::File::create(folder.path().join("images.txt")).unwrap();
     images.set_len(MAX_LINE + 1).unwrap();
-    let error = read(folder.path()).unwrap_err().to_string();
+    let error = read(folder.path(), &mut Notes::default())
+        .unwrap_err()
+        .to_string();
     assert!(
         error.contains("images.txt, line 1: text is longer: expected at most"),
         "{error}"
@@ -187,6 +307,6 @@ proptest::proptest! {
             }
             fs::write(folder.path().join(name), bytes).unwrap();
         }
-        sound(read(folder.path()), folder.path())?;
+        sound(read(folder.path(), &mut Notes::default()), folder.path())?;
     }
 }

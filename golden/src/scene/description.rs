@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use potamoi_formats::document::{self, Value};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use toml::{Table, Value};
 
 use super::SceneError;
 use super::images::ImagesDescription;
 use crate::fields::HashUnit;
+use crate::record::Fate::Honoured;
+use crate::record::{Fate, Format, Key};
 
 /// The largest description, in bytes.
 const LIMIT: u64 = 1 << 20;
@@ -24,14 +26,94 @@ pub(super) struct Description {
     pub(super) render: RenderDescription,
 }
 
-/// The sections of the file; two of them are read by their `kind`.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Sections {
-    model: Table,
-    camera: Option<Table>,
-    #[serde(default)]
-    render: RenderDescription,
+/// Its fields.
+pub(super) static DESCRIPTION: Format = Format {
+    name: "Scene descriptions",
+    files: "`.toml`. Every list has as many values as stand here, at every depth.",
+    keys: &[
+        key(
+            "model.kind",
+            "builtin, splats, compact-3dgs, ngp, dvgo, tensorf or images",
+        ),
+        key("model.name", "of a built-in scene"),
+        key("model.representation", "what a built-in scene is made into"),
+        key(
+            "model.path",
+            "the file or folder, from the description's folder",
+        ),
+        key(
+            "model.hash_unit",
+            "of Instant-NGP: vertex or mvoxel, as the file was fitted",
+        ),
+        key("model.depth", "of images: the folder of depths"),
+        key(
+            "model.depth_scale",
+            "of images: units of the poses a unit of the depths, above 0",
+        ),
+        key(
+            "model.void_above",
+            "of images: depths above are void, above 0",
+        ),
+        key(
+            "camera.kind",
+            "orbit, opencv-json, transforms or colmap; not of images",
+        ),
+        key(
+            "camera.path",
+            "the file or folder, from the description's folder",
+        ),
+        key("camera.index", "which camera of the file, from 0"),
+        key("camera.name", "of COLMAP: which image"),
+        key("camera.width", "pixels a row, 1 to 16384"),
+        key("camera.height", "rows, 1 to 16384"),
+        key("camera.azimuth", "degrees"),
+        key("camera.elevation", "degrees, between -89.9 and 89.9"),
+        key("camera.distance", "1e-9 to 1e9"),
+        key("camera.fov", "vertical field of view, 0.1 to 179 degrees"),
+        key("camera.target", "three numbers from -1e9 to 1e9"),
+        key("render.profile", "of splats: a renderer's rules"),
+        key(
+            "render.background",
+            "linear RGB, three numbers; of images, too",
+        ),
+        key("render.order", "of splats: exact or approximate"),
+        key(
+            "render.group_tiles",
+            "of splats: columns and rows of tiles, two whole numbers above 0",
+        ),
+        key(
+            "render.group_side",
+            "of voxels and fields: pixels a side of a ray group, above 0",
+        ),
+        key("render.halo", "of voxels and fields: shared or split"),
+        key(
+            "render.step",
+            "of voxels: edges from sample to sample, 1/64 to 8",
+        ),
+        key(
+            "render.stop_below",
+            "what is left of the light where a pixel stops",
+        ),
+        key(
+            "render.alpha_min",
+            "the alpha below which splats are skipped",
+        ),
+        key(
+            "render.transmittance_bits",
+            "fraction bits of transmittances",
+        ),
+        key(
+            "render.conic_bits",
+            "fraction bits of the factors of conics",
+        ),
+        key("render.hashed_levels", "hashed levels that are gathered"),
+    ],
+    others: Fate::Refused,
+};
+
+const fn key(name: &'static str, about: &'static str) -> Key {
+    let fate = Honoured;
+    Key { name, fate, about }
 }
 
 /// `[model]`.
@@ -189,40 +271,194 @@ impl Description {
         let bytes = crate::files::read(path, LIMIT).map_err(fail)?;
         let bytes = bytes
             .ok_or_else(|| wrong(format!("expected a description of at most {LIMIT} bytes")))?;
-        let text = String::from_utf8(bytes).map_err(|e| wrong(e.to_string()))?;
-        Self::parse(&text).map_err(wrong)
+        Self::parse(&bytes).map_err(wrong)
     }
 
-    /// Errors name the field, and its line where the reader knows it.
-    fn parse(text: &str) -> Result<Self, String> {
-        let reader = toml::Deserializer::parse(text).map_err(|e| e.to_string())?;
-        let sections: Sections = serde_path_to_error::deserialize(reader)
-            .map_err(|e| format!("field `{}`: {}", e.path(), e.inner()))?;
+    /// Errors name the field, or the line of what is no TOML.
+    fn parse(bytes: &[u8]) -> Result<Self, String> {
+        let document = document::toml(bytes).map_err(|e| e.to_string())?;
+        let sections = |name: &str| document.get(name);
+        if let Value::Map(entries) = &document {
+            let known = ["model", "camera", "render"];
+            let unknown = entries.iter().find(|(key, _)| !known.contains(&&**key));
+            if let Some((key, _)) = unknown {
+                let all = known.join(", ");
+                return Err(format!(
+                    "field `{key}`: no such section: expected some of {all}"
+                ));
+            }
+        }
+        let model = sections("model").ok_or("section `[model]` is missing")?;
+        let render = match sections("render") {
+            Some(value) => value.read().map_err(|e| e.under("render").to_string())?,
+            None => RenderDescription::default(),
+        };
         Ok(Self {
-            model: by_kind("model", sections.model)?,
-            camera: match sections.camera {
-                Some(table) => by_kind("camera", table)?,
+            model: by_kind("model", model)?,
+            camera: match sections("camera") {
+                Some(value) => by_kind("camera", value)?,
                 None => CameraDescription::Default,
             },
-            render: sections.render,
+            render,
         })
     }
 }
 
 /// Reads a section whose `kind` says which fields it has.
-fn by_kind<T: DeserializeOwned>(section: &str, mut table: Table) -> Result<T, String> {
-    let kind = match table.remove("kind") {
-        Some(Value::String(kind)) => kind,
-        Some(other) => return Err(format!("field `{section}.kind`: {other} is not a text")),
-        None => return Err(format!("field `{section}.kind` is missing")),
+fn by_kind<T: DeserializeOwned>(section: &str, value: &Value) -> Result<T, String> {
+    let Value::Map(entries) = value else {
+        let found = value.shown();
+        return Err(format!(
+            "field `{section}`: found {found}, expected a section with a `kind`"
+        ));
     };
-    let tagged = Table::from_iter([(kind.clone(), Value::Table(table))]);
-    serde_path_to_error::deserialize(Value::Table(tagged)).map_err(|e| {
-        let path = e.path().to_string();
-        let field = match path.strip_prefix(&kind) {
+    let kind = match value.get("kind") {
+        Some(Value::Text(kind)) => kind.clone(),
+        Some(other) => {
+            let found = other.shown();
+            return Err(format!(
+                "field `{section}.kind`: found {found}, expected a text"
+            ));
+        }
+        None => return Err(format!("field `{section}.kind`: it is missing")),
+    };
+    let fields = entries.iter().filter(|(key, _)| **key != *"kind").cloned();
+    let tagged = Value::Map([(kind.clone(), Value::Map(fields.collect()))].into());
+    tagged.read().map_err(|e| {
+        let path = e.field();
+        let field = match path.strip_prefix(&*kind) {
             Some(rest) => format!("{section}{rest}"),
             None => format!("{section}.kind"),
         };
-        format!("field `{field}`: {}", e.inner().message())
+        format!("field `{field}`: {}", e.problem())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    const KINDS: [(&str, &[&str]); 2] = [
+        (
+            "model",
+            &[
+                "builtin",
+                "splats",
+                "compact-3dgs",
+                "ngp",
+                "dvgo",
+                "tensorf",
+                "images",
+            ],
+        ),
+        ("camera", &["opencv-json", "transforms", "colmap", "orbit"]),
+    ];
+
+    fn parsed(text: &str) -> Result<Description, String> {
+        Description::parse(text.as_bytes())
+    }
+
+    /// The fields that the readers themselves name, against the rows of the table.
+    #[test]
+    fn every_field_has_a_row_and_no_other_is_read() {
+        let mut fields = vec!["model.kind".to_owned(), "camera.kind".to_owned()];
+        let mut refused = |section: &str, text: &str| {
+            let error = parsed(text).unwrap_err();
+            let start = format!("field `{section}.kin`: no such field here: expected ");
+            let names = error.strip_prefix(&start).unwrap();
+            let names = names.trim_start_matches("one of ").replace('`', "");
+            fields.extend(names.split(", ").map(|name| format!("{section}.{name}")));
+        };
+        for (section, kinds) in KINDS {
+            for kind in kinds {
+                let other = match section {
+                    "model" => "",
+                    _ => "[model]\nkind = \"builtin\"\nname = \"moons\"\n",
+                };
+                let text = format!("{other}[{section}]\nkind = \"{kind}\"\nkin = 1\n");
+                refused(section, &text);
+            }
+        }
+        refused(
+            "render",
+            "[model]\nkind = \"builtin\"\nname = \"a\"\n[render]\nkin = 1\n",
+        );
+        fields.sort();
+        fields.dedup();
+        let mut rows: Vec<_> = DESCRIPTION.keys.iter().map(|row| row.name).collect();
+        rows.sort_unstable();
+        assert_eq!(fields, rows);
+        let error = parsed("modell = 1").unwrap_err();
+        assert!(
+            error.starts_with("field `modell`: no such section"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn what_is_no_description_is_refused_by_field_in_words_of_our_own() {
+        let model = "[model]\nkind = \"builtin\"\nname = \"moons\"\n";
+        for (text, expected) in [
+            ("", "section `[model]` is missing"),
+            (
+                "model = 3",
+                "field `model`: found 3, expected a section with a `kind`",
+            ),
+            ("[model]\n", "field `model.kind`: it is missing"),
+            (
+                "[model]\nkind = 3",
+                "field `model.kind`: found 3, expected a text",
+            ),
+            (
+                "[model]\nkind = \"ply\"",
+                "field `model.kind`: found \"ply\", expected one of builtin,",
+            ),
+            (
+                "[model]\nkind = \"splats\"",
+                "field `model.path`: it is missing",
+            ),
+            ("[model", "line 1, column 7: no TOML: "),
+        ] {
+            let error = parsed(text).unwrap_err();
+            assert!(error.starts_with(expected), "{text}: {error}");
+        }
+        for (text, expected) in [
+            (
+                "background = [1, 0, 0, 9]",
+                "render.background`: found 4 values, expected 3",
+            ),
+            (
+                "background = [1, 0]",
+                "render.background`: found 2 values, expected 3",
+            ),
+            (
+                "group_tiles = [1, 2, 3]",
+                "render.group_tiles`: found 3 values, expected 2",
+            ),
+            (
+                "group_side = 1.5",
+                "render.group_side`: found 1.5, expected a whole number",
+            ),
+            ("halo = 3", "render.halo`: found 3, expected a text"),
+        ] {
+            let error = parsed(&format!("{model}[render]\n{text}")).unwrap_err();
+            assert!(
+                error.starts_with(&format!("field `{expected}")),
+                "{text}: {error}"
+            );
+        }
+        let target = "[camera]\nkind = \"orbit\"\ntarget = [0, 0, 0, 1]";
+        let error = parsed(&format!("{model}{target}")).unwrap_err();
+        assert_eq!(error, "field `camera.target`: found 4 values, expected 3");
+        let size = "[camera]\nkind = \"orbit\"\nwidth = 64.0\nheight = 4.8e1";
+        let CameraDescription::Orbit { width, height, .. } =
+            parsed(&format!("\u{feff}{model}{size}\r\n"))
+                .unwrap()
+                .camera
+        else {
+            unreachable!()
+        };
+        assert_eq!((width, height), (Some(64), Some(48)));
+    }
 }

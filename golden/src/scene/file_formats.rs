@@ -3,7 +3,17 @@
 use crate::record::Format;
 
 /// Every format, in the order of the book's table.
-pub static FORMATS: &[&Format] = &[];
+pub static FORMATS: &[&Format] = &[
+    &super::description::DESCRIPTION,
+    &super::camera_file::CAMERAS,
+    &super::transforms::PATH,
+    &super::transforms::FRAME,
+    &super::colmap::FOLDER,
+    &super::colmap::INTRINSICS,
+    &super::colmap::POSES,
+    &super::picture_files::PNG,
+    &super::picture_files::EXR,
+];
 
 #[cfg(test)]
 mod tests {

@@ -2,18 +2,20 @@
 //! what warping starts from.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
 use image::{ImageFormat, ImageReader};
 use serde::Deserialize;
 
-use super::SceneError;
-use super::description::{Description, ModelDescription};
+use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
 use super::transforms::{self, PathFrame};
+use super::{SceneError, picture_files};
 use crate::camera::Camera;
 use crate::files;
 use crate::mask::Mask;
 use crate::picture::Picture;
+use crate::record::Notes;
 use crate::warp::{Geometry, Renderer, Shaded, VOID_BELOW, WarpError, is_void};
 
 /// The largest image file, in bytes.
@@ -49,6 +51,31 @@ const fn infinity() -> f64 {
     f64::INFINITY
 }
 
+/// What files were found to say that is not used, so far. No part of what a
+/// sequence is.
+#[derive(Debug, Clone, Default)]
+struct Heard(Arc<Mutex<Notes>>);
+
+impl PartialEq for Heard {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Heard {
+    fn add(&self, notes: Notes) {
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .extend(notes);
+    }
+
+    fn all(&self) -> Notes {
+        let notes = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        notes.clone()
+    }
+}
+
 /// An image sequence. Frames are read when they are asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Images {
@@ -57,6 +84,7 @@ pub struct Images {
     description: ImagesDescription,
     frames: Vec<PathFrame>,
     background: [f32; 3],
+    heard: Heard,
 }
 
 impl Images {
@@ -77,22 +105,55 @@ impl Images {
         let ModelDescription::Images(images) = description.model else {
             return Ok(None);
         };
+        let wrong = |message: &str| SceneError::Description {
+            path: path.to_owned(),
+            message: message.to_owned(),
+        };
         let positive = images.depth_scale > 0.0 && images.depth_scale.is_finite();
         if !(positive && images.void_above > 0.0) {
-            return Err(SceneError::Description {
-                path: path.to_owned(),
-                message: "field `model`: expected a positive depth_scale and void_above".to_owned(),
-            });
+            let message = "field `model`: expected a positive depth_scale and void_above";
+            return Err(wrong(message));
+        }
+        if description.camera != CameraDescription::Default {
+            let message = "section `[camera]`: an image sequence has the cameras of its \
+                           transforms.json: leave it out";
+            return Err(wrong(message));
+        }
+        let background = description.render.background;
+        let alone = RenderDescription {
+            background,
+            ..RenderDescription::default()
+        };
+        if description.render != alone {
+            let message = "section `[render]`: of an image sequence `background` alone counts: \
+                           leave the others out";
+            return Err(wrong(message));
+        }
+        let background = background.unwrap_or_default();
+        if !background.iter().all(|v| v.is_finite()) {
+            return Err(wrong("field `render.background`: expected finite numbers"));
         }
         let folder = path.parent().unwrap_or(Path::new("")).join(&images.path);
-        let frames = transforms::read(&folder.join("transforms.json"))?;
+        let heard = Heard::default();
+        let mut notes = Notes::default();
+        let cameras = folder.join("transforms.json");
+        let frames = transforms::read(&cameras, &mut notes)?;
+        heard.add(notes.of_file(&cameras));
         Ok(Some(Self {
             name: name.to_owned(),
             folder,
             description: images,
             frames,
-            background: description.render.background.unwrap_or_default(),
+            background,
+            heard,
         }))
+    }
+
+    /// What files that were read so far say that is not used, and what was
+    /// assumed.
+    #[must_use]
+    pub fn left_open(&self) -> Vec<String> {
+        self.heard.all().sentences()
     }
 
     /// Its name.
@@ -151,6 +212,13 @@ impl Images {
             source,
         })?;
         let bytes = bytes.ok_or_else(|| fail(format!("expected at most {LIMIT} bytes")))?;
+        let mut notes = Notes::default();
+        match depth {
+            true => picture_files::exr(&bytes, &mut notes).map_err(fail)?,
+            false => picture_files::png(&bytes, &mut notes).map_err(fail)?,
+        }
+        let what = if depth { "depths: " } else { "pictures: " };
+        self.heard.add(notes.under(what));
         let mut reader = ImageReader::new(std::io::Cursor::new(bytes));
         reader.set_format(if depth {
             ImageFormat::OpenExr

@@ -20,6 +20,7 @@ pub mod lantern;
 mod not_checked;
 mod open;
 mod orbit;
+mod picture_files;
 mod ready;
 mod render;
 mod rules;

@@ -39,6 +39,14 @@ impl Scene {
                 _ => return Err(self.value("render.halo", name.clone(), "shared or split")),
             };
         }
+        let sides = render.group_tiles.into_iter().flatten();
+        if sides.chain(render.group_side).any(|side| side == 0) {
+            let (field, value) = match render.group_tiles {
+                Some(tiles) => ("render.group_tiles", format!("{tiles:?}")),
+                None => ("render.group_side", "0".to_owned()),
+            };
+            return Err(self.value(field, value, "whole numbers above 0"));
+        }
         self.group_tiles = render.group_tiles;
         self.group_side = render.group_side;
         if let Some(step) = render.step {

@@ -10,6 +10,7 @@ use super::open::SIDE;
 use super::transforms::PathFrame;
 use super::{Kind, Orbit, Scene, SceneError, camera_file, colmap, transforms};
 use crate::camera::Camera;
+use crate::record::Notes;
 
 /// The largest picture side, in pixels.
 const MAX_SIDE: u32 = 1 << 14;
@@ -60,7 +61,9 @@ impl Scene {
                 height,
             } => {
                 let path = folder.join(path);
-                let frames = transforms::read(&path)?;
+                let mut notes = Notes::default();
+                let frames = transforms::read(&path, &mut notes)?;
+                self.notes.extend(notes.of_file(&path));
                 self.follow(cameras_of(&frames), *index, &path)?;
                 self.set_size(*width, *height)
             }
@@ -72,7 +75,9 @@ impl Scene {
                 height,
             } => {
                 let path = folder.join(path);
-                let frames = colmap::read(&path)?;
+                let mut notes = Notes::default();
+                let frames = colmap::read(&path, &mut notes)?;
+                self.notes.extend(notes);
                 let index = match (index, name) {
                     (Some(_), Some(name)) => {
                         let expected = "it left out, as camera.index is given";
@@ -172,7 +177,9 @@ impl Scene {
     /// A file that cannot be used, no such camera in it, or a background that
     /// the model's colour format does not hold.
     pub fn set_camera_file(&mut self, path: &Path, index: usize) -> Result<(), SceneError> {
-        let cameras = camera_file::read(path)?;
+        let mut notes = Notes::default();
+        let cameras = camera_file::read(path, &mut notes)?;
+        self.notes.extend(notes.of_file(path));
         self.follow(cameras.iter().map(|c| c.camera).collect(), index, path)?;
         self.set_background("camera.background", cameras[index].background)
     }
