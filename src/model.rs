@@ -176,10 +176,12 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
                 last = Some(timeline);
             }
         }
-        let found = Found::new(&path, &setup, was_kept, outcomes)?;
+        let mut found = Found::new(&path, &setup, was_kept, outcomes)?;
+        let cameras = setup.scene.path(args.fps, args.frames)?;
+        found.not_checked = setup.scene.left_open_along(&cameras);
         if names.len() == 1 {
             tables::print(&found, &system);
-            say_not_checked(&setup.scene.left_open());
+            say_not_checked(&found.not_checked);
         }
         if let Some(file) = &args.energy {
             pictures::energy(file, &found)?;
@@ -204,9 +206,15 @@ impl ModelArgs {
         let Some(path) = &self.system else {
             return Ok(System::default());
         };
-        let text = potamoi_golden::files::read_text(path, LARGEST_SYSTEM)
-            .map_err(|error| Failure::Usage(format!("--system {}: {error}", path.display())))?;
-        Ok(System::from_toml(&text, &path.display().to_string())?)
+        let fail =
+            |problem: String| Failure::Usage(format!("--system {}: {problem}", path.display()));
+        let bytes = potamoi_golden::files::read(path, LARGEST_SYSTEM);
+        let bytes = bytes.map_err(|error| fail(error.to_string()))?;
+        let long = || fail(format!("expected at most {LARGEST_SYSTEM} bytes"));
+        Ok(System::from_bytes(
+            &bytes.ok_or_else(long)?,
+            &path.display().to_string(),
+        )?)
     }
 
     /// The baseline, which all are compared with, and those that were asked for.

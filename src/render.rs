@@ -7,6 +7,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, OpCode, VECTOR_UNIT};
+use potamoi_golden::camera::Camera;
 use potamoi_golden::effects::{Choices, Effect, Hardware};
 use potamoi_golden::scene::{FrameCounts, Rendered, Scene};
 use potamoi_golden::splats::Flips;
@@ -260,7 +261,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
                 .filter_map(|(unit, is_built)| is_built.then_some(unit))
                 .collect()
         }),
-        not_checked: not_checked(&scene, args.numerics),
+        not_checked: not_checked(&scene, args.numerics, &[*scene.camera()]),
         seconds,
     };
     print(&report, &scene, args);
@@ -270,13 +271,13 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What a picture leaves open: in floating point nothing outside the units is in
+/// What pictures through cameras leave open: in floating point nothing outside the units is in
 /// question.
-pub(crate) fn not_checked(scene: &Scene, numerics: Numerics) -> Vec<String> {
+pub(crate) fn not_checked(scene: &Scene, numerics: Numerics, cameras: &[Camera]) -> Vec<String> {
     match numerics {
-        Numerics::Truth => vec![],
-        Numerics::Float => scene.left_open(),
-        Numerics::Fixed | Numerics::Rtl => scene.not_checked(),
+        Numerics::Truth => scene.unseen(cameras).into_iter().collect(),
+        Numerics::Float => scene.left_open_along(cameras),
+        Numerics::Fixed | Numerics::Rtl => scene.not_checked_along(cameras),
     }
 }
 

@@ -84,7 +84,7 @@ pub(crate) fn run(mut scene: Scene, config: &Config, wanted: &Sequence<'_>) -> R
         numerics: wanted.numerics,
         configuration: config.hash(),
         frames,
-        not_checked: not_checked(&scene, wanted.numerics),
+        not_checked: not_checked(&scene, wanted.numerics, &cameras),
         seconds: start.elapsed().as_secs_f64(),
     };
     if let (Some(first), Some(last)) = (names.first(), names.last()) {

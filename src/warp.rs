@@ -172,7 +172,7 @@ impl WarpArgs {
             fps: source.is_timed().then_some(self.fps),
             model: footage.quality(),
             variants,
-            not_checked: source.left_open(),
+            not_checked: source.left_open(&path),
             seconds: start.elapsed().as_secs_f64(),
         })
     }

@@ -66,6 +66,8 @@ pub(super) struct Found {
     pub(super) gathered: Gathered,
     /// The baseline first.
     pub(super) outcomes: Vec<Outcome>,
+    /// What files leave open, and frames in which nothing is in view.
+    pub(super) not_checked: Vec<String>,
 }
 
 impl Found {
@@ -96,6 +98,7 @@ impl Found {
             memory: model.replay.copied(),
             gathered: model.gathered(path.full(0))?,
             outcomes,
+            not_checked: vec![],
         })
     }
 

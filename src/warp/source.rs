@@ -187,10 +187,10 @@ impl Source {
         }
     }
 
-    /// What a model's file leaves open.
-    pub(super) fn left_open(&self) -> Vec<String> {
+    /// What a model's file leaves open, and frames in which nothing is in view.
+    pub(super) fn left_open(&self, path: &[Camera]) -> Vec<String> {
         match self {
-            Self::Scene(scene) => scene.left_open(),
+            Self::Scene(scene) => scene.left_open_along(path),
             Self::Images(images) => images.left_open(),
         }
     }

@@ -33,6 +33,7 @@ const FRAC: u32 = 14;
 const COARSE: u32 = 6;
 
 /// One table: a density, and features that a perceptron makes a colour of, or colours as they are.
+#[derive(serde::Serialize)]
 struct Toy {
     table: [Table; 1],
     /// Fraction bits of what follows the density.

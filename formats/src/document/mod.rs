@@ -34,7 +34,7 @@ use std::fmt::Write as _;
 use serde::Deserialize;
 
 pub use build::{json, of_toml, toml};
-pub use wrong::Wrong;
+pub use wrong::{Wrong, foreign};
 
 /// Characters of a value that are told.
 const TOLD: usize = 60;
@@ -77,6 +77,50 @@ impl Value {
         };
         let found = entries.iter().find(|(key, _)| **key == *name);
         found.map(|(_, value)| value)
+    }
+
+    /// The same laid over another: values in the place of others, sections part by
+    /// part.
+    #[must_use]
+    pub fn over(self, base: Self) -> Self {
+        match (self, base) {
+            (Self::Map(own), Self::Map(base)) => {
+                let mut all = base.into_vec();
+                for (key, value) in own {
+                    match all.iter_mut().find(|(known, _)| *known == key) {
+                        None => all.push((key, value)),
+                        Some((_, under)) => {
+                            let base = std::mem::replace(under, Self::Null);
+                            *under = value.over(base);
+                        }
+                    }
+                }
+                Self::Map(all.into())
+            }
+            (own, _) => own,
+        }
+    }
+
+    /// The first key of this document that another does not have, as what was made
+    /// of a type that this was read into: so that a type whose reader passes keys
+    /// over does not lose one.
+    #[must_use]
+    pub fn lost_in(&self, kept: &Self) -> Option<Wrong> {
+        match (self, kept) {
+            (Self::Map(own), _) => own.iter().find_map(|(key, value)| {
+                let lost = match kept.get(key) {
+                    None if *value == Self::Null => None,
+                    None => Some(Wrong::new("no such field here")),
+                    Some(kept) => value.lost_in(kept),
+                };
+                lost.map(|wrong| wrong.under(key))
+            }),
+            (Self::List(own), Self::List(kept)) => {
+                let mut pairs = own.iter().zip(kept).enumerate();
+                pairs.find_map(|(at, (own, kept))| own.lost_in(kept).map(|wrong| wrong.at(at)))
+            }
+            _ => None,
+        }
     }
 
     /// As a number.

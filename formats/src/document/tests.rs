@@ -163,6 +163,28 @@ fn marks_and_comments_do_no_harm_and_lost_text_is_refused() {
     );
 }
 
+#[test]
+fn documents_are_laid_over_one_another_section_by_section() {
+    let base = toml(b"a = 1\n[t]\nb = 2\nc = 3").unwrap();
+    let laid = toml(b"d = 4\n[t]\nc = 5").unwrap().over(base);
+    assert_eq!(
+        laid,
+        json(b"{\"a\":1,\"t\":{\"b\":2,\"c\":5},\"d\":4}").unwrap()
+    );
+    let number = json(b"{\"t\":7}").unwrap().over(laid);
+    assert_eq!(number.get("t"), Some(&Value::Int(7)));
+}
+
+#[test]
+fn keys_that_a_reader_loses_are_found() {
+    let own = json(b"{\"a\": 1, \"rows\": [{\"b\": 2}, {\"b\": 3, \"new\": 4, \"none\": null}]}")
+        .unwrap();
+    assert_eq!(own.lost_in(&own), None);
+    let kept = json(b"{\"a\": 1, \"rows\": [{\"b\": 2}, {\"b\": 3}]}").unwrap();
+    let lost = own.lost_in(&kept).unwrap().to_string();
+    assert_eq!(lost, "field `rows[1].new`: no such field here");
+}
+
 /// The words of the readers beneath, none of which a user is to see.
 const FOREIGN: [&str; 14] = [
     "u32",

@@ -142,3 +142,111 @@ fn kind(found: Unexpected<'_>) -> String {
         _ => "something else".to_owned(),
     }
 }
+
+/// The words of a reader beneath, such as serde's own of MessagePack, in ours.
+#[must_use]
+pub fn foreign(said: &str) -> String {
+    if let Some(rest) = said.strip_prefix("missing field ") {
+        return format!("{rest} is missing");
+    }
+    if let Some(rest) = said.strip_prefix("duplicate field ") {
+        return format!("{rest} stands twice: expected once");
+    }
+    let both = ["invalid type: ", "invalid value: ", "invalid length "]
+        .iter()
+        .find_map(|start| said.strip_prefix(start)?.split_once(", expected "));
+    if let Some((found, expected)) = both {
+        return format!("found {}, expected {}", plain(found), plain(expected));
+    }
+    let lower = said.to_lowercase();
+    let known = [
+        ("array had incorrect length", "a list has too many values"),
+        (
+            "wrong msgpack marker",
+            "a value of another kind than expected",
+        ),
+        ("out of range", "a number is out of range"),
+        ("depth limit", "it is nested too deeply"),
+        ("io error", "the data ends in the middle, or is damaged"),
+        ("failed to", "the data ends in the middle, or is damaged"),
+    ];
+    match known.iter().find(|(part, _)| lower.contains(part)) {
+        Some((_, words)) => (*words).to_owned(),
+        None => said.to_owned(),
+    }
+}
+
+/// A kind of value by a name that is not of a programming language.
+fn plain(kind: &str) -> String {
+    let first = kind.split(' ').next().unwrap_or_default();
+    match first.trim_start_matches('a') {
+        _ if kind.starts_with("struct") => "named values".to_owned(),
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number from 0 on".to_owned(),
+        "i8" | "i16" | "i32" | "i64" => "a whole number".to_owned(),
+        "f32" | "f64" => "a number".to_owned(),
+        _ => match kind {
+            "sequence" | "a sequence" => "a list".to_owned(),
+            "map" | "a map" => "named values".to_owned(),
+            "a string" => "a text".to_owned(),
+            "a boolean" => "true or false".to_owned(),
+            "byte array" => "bytes".to_owned(),
+            _ => kind
+                .replace("string ", "")
+                .replace("integer ", "")
+                .replace("floating point ", "")
+                .replace("boolean ", "")
+                .replace("an array of length", "a list of length"),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_other_readers_are_put_into_ours() {
+        for (said, ours) in [
+            ("missing field `otype`", "`otype` is missing"),
+            (
+                "duplicate field `otype`",
+                "`otype` stands twice: expected once",
+            ),
+            (
+                "invalid type: string \"x\", expected u32",
+                "found \"x\", expected a whole number from 0 on",
+            ),
+            (
+                "invalid type: integer `3`, expected a string",
+                "found `3`, expected a text",
+            ),
+            (
+                "invalid type: map, expected f64",
+                "found named values, expected a number",
+            ),
+            (
+                "invalid type: sequence, expected struct Network",
+                "found a list, expected named values",
+            ),
+            (
+                "invalid value: integer `-1`, expected u32",
+                "found `-1`, expected a whole number from 0 on",
+            ),
+            (
+                "invalid length 2, expected an array of length 3",
+                "found 2, expected a list of length 3",
+            ),
+            (
+                "array had incorrect length, expected 3",
+                "a list has too many values",
+            ),
+            (
+                "IO error while reading marker: failed to fill",
+                "the data ends in the middle, or is damaged",
+            ),
+            ("an empty list", "an empty list"),
+        ] {
+            assert_eq!(foreign(said), ours);
+        }
+    }
+}

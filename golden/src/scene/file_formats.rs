@@ -13,6 +13,9 @@ pub static FORMATS: &[&Format] = &[
     &super::colmap::POSES,
     &super::picture_files::PNG,
     &super::picture_files::EXR,
+    &crate::fields::dvgo::DVGO,
+    &crate::fields::tensorf::TENSORF,
+    &crate::fields::ngp::NGP,
 ];
 
 #[cfg(test)]

@@ -115,6 +115,52 @@ fn a_frame_from_the_same_place_is_warped_whole() {
     }
 }
 
+/// What a description, a path, a picture or a depth says is used, refused or said.
+#[test]
+fn nothing_of_a_sequence_is_dropped() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path());
+    let toml = fs::read_to_string(folder.path().join("s.toml")).unwrap();
+    for (more, expected) in [
+        ("[camera]\nkind = \"orbit\"\n", "`[camera]`"),
+        ("group_side = 3\n", "`[render]`"),
+        ("order = \"exact\"\n", "`[render]`"),
+    ] {
+        fs::write(folder.path().join("s.toml"), format!("{toml}{more}")).unwrap();
+        let error = open(folder.path()).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    let background = toml.replace("[0, 0.5, 1]", "[0, nan, 1]");
+    fs::write(folder.path().join("s.toml"), background).unwrap();
+    let error = open(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("render.background"), "{error}");
+    fs::write(folder.path().join("s.toml"), &toml).unwrap();
+    let path = folder.path().join("transforms.json");
+    let cameras = fs::read_to_string(&path).unwrap();
+    fs::write(&path, cameras.replacen('{', "{\"aabb_scale\": 4, ", 1)).unwrap();
+    let images = open(folder.path()).unwrap().unwrap();
+    assert_eq!(
+        images.left_open(),
+        ["not used of the file: transforms.json: aabb_scale"]
+    );
+    let camera = images.path(1).unwrap()[0];
+    images.shade(&camera, None).unwrap();
+    let said = images.left_open().join("; ");
+    assert!(said.contains("depths: channel G"), "{said}");
+    // A picture of linear colours, behind whose header a chunk says so.
+    let file = folder.path().join("test/a.png");
+    let plain = fs::read(&file).unwrap();
+    let (head, rest) = plain.split_at(33);
+    let gamma = [
+        0, 0, 0, 4, b'g', b'A', b'M', b'A', 0, 1, 0x86, 0xa0, 0x31, 0xe8, 0x96, 0x5f,
+    ];
+    fs::write(&file, [head, &gamma, rest].concat()).unwrap();
+    let Err(error) = images.shade(&camera, None) else {
+        panic!("read")
+    };
+    assert!(error.to_string().contains("`gAMA`"), "{error}");
+}
+
 #[test]
 fn what_cannot_be_used_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();

@@ -29,6 +29,7 @@ pub(crate) mod surface;
 #[cfg(test)]
 mod tests;
 pub mod transforms;
+mod unseen;
 mod view;
 
 pub use builtin::{BUILTIN, Representation};

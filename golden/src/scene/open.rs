@@ -120,15 +120,19 @@ impl Scene {
 
     /// A checkpoint over white, on which such models of objects are trained.
     fn dvgo(path: &Path) -> Result<Self, SceneError> {
-        let model = Model::Dvgo(Box::new(Dvgo::load(path, STEP)?));
-        Ok(Self::framed(path, model, [1.0; 3]))
+        let field = Dvgo::load(path, STEP)?;
+        let notes = field.notes().clone();
+        let scene = Self::framed(path, Model::Dvgo(Box::new(field)), [1.0; 3]);
+        Ok(Self { notes, ..scene })
     }
 
     /// The same of a checkpoint of TensoRF, whose samples are as far apart as it
     /// says.
     fn tensorf(path: &Path) -> Result<Self, SceneError> {
-        let model = Model::Tensorf(Box::new(Tensorf::load(path)?));
-        Ok(Self::framed(path, model, [1.0; 3]))
+        let field = Tensorf::load(path)?;
+        let notes = field.notes().clone();
+        let scene = Self::framed(path, Model::Tensorf(Box::new(field)), [1.0; 3]);
+        Ok(Self { notes, ..scene })
     }
 
     /// A snapshot, over black. A `unit` has to be what it was fitted with: it says
@@ -152,8 +156,10 @@ impl Scene {
             HashUnit::Vertex => NGP,
             HashUnit::MVoxel => NGP_MVOXEL,
         };
+        let notes = snapshot.notes().clone();
         let field = AnyField::new(kind, snapshot);
-        Ok(Self::framed(path, Model::Field(field), [0.0; 3]))
+        let scene = Self::framed(path, Model::Field(field), [0.0; 3]);
+        Ok(Self { notes, ..scene })
     }
 
     /// A field in the world of `transforms.json`, z up, seen from

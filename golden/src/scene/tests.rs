@@ -2,6 +2,7 @@
 
 mod described;
 mod masked;
+mod shared_cases;
 
 use std::fs;
 

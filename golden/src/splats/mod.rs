@@ -51,4 +51,4 @@ pub use project::Projected;
 pub(crate) use project::{rotation, sigmoid};
 pub use records::{Saturations, record};
 pub use schedule::{Group, Load, MVoxel, Schedule, ScheduleOptions, tasks};
-pub use view::{Sorting, TILE, View, Work, is_in_order};
+pub use view::{Sorting, TILE, View, Work, is_any_in_view, is_in_order};

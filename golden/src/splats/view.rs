@@ -268,6 +268,32 @@ impl View {
     }
 }
 
+/// Whether a Gaussian touches a tile of a camera's picture.
+///
+/// # Errors
+/// A camera that cannot be used.
+pub fn is_any_in_view(
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+) -> Result<bool, RenderError> {
+    check(camera)?;
+    let rules = profile.rules();
+    let grid = Grid {
+        columns: camera.width.div_ceil(TILE),
+        rows: camera.height.div_ceil(TILE),
+    };
+    let projection = Projection::new(cloud, camera, &rules, 0);
+    let depths = projection.depths();
+    Ok(depths.par_iter().any(|(_, index)| {
+        let mut touches = false;
+        coverage::tiles(&projection.project(*index), grid, &rules, |_| {
+            touches = true
+        });
+        touches
+    }))
+}
+
 /// Whether a camera sees a cloud's Gaussians in the order in which they are stored, front to back.
 ///
 /// # Errors

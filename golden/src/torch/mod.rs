@@ -22,12 +22,12 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 use zip::{CompressionMethod, ZipArchive};
 
+use crate::record::{Fate, Format, KeyError, Notes, Record};
 use value::{Arena, Value};
 
 /// The largest description, in bytes.
 const PICKLE_LIMIT: u64 = 1 << 24;
-/// What is told of what was not read: so many names, so many characters of each.
-const TOLD: usize = 32;
+/// Characters of a key that are told.
 const TOLD_NAME: usize = 60;
 
 /// A checkpoint that cannot be used.
@@ -51,6 +51,14 @@ pub enum TorchError {
         path: PathBuf,
         /// What is wrong.
         problem: String,
+    },
+    /// It says something that no renderer here does.
+    #[error("checkpoint {path}: {source}")]
+    Key {
+        /// The file.
+        path: PathBuf,
+        /// The key, and why.
+        source: KeyError,
     },
     /// Something of it is missing or of another kind.
     #[error("checkpoint {path}: `{field}` is {found}; expected {expected}")]
@@ -182,6 +190,19 @@ impl Checkpoint {
             Some(Value::Array(at)) => self.array(keys, at),
             other => Err(self.field(keys, kind(other), "a tensor")),
         }
+        .and_then(|tensor| self.finite(keys, tensor))
+    }
+
+    /// Refuses numbers with which nothing can be computed.
+    fn finite(&self, keys: &[&str], tensor: Tensor) -> Result<Tensor, TorchError> {
+        match tensor.values.iter().position(|v| !v.is_finite()) {
+            None => Ok(tensor),
+            Some(at) => {
+                let found = format!("{} at number {at}", tensor.values[at]);
+                let expected = "finite numbers alone: training has failed, or the file is damaged";
+                Err(self.field(keys, found, expected))
+            }
+        }
     }
 
     /// The tensor under these keys, if it has this shape.
@@ -219,6 +240,15 @@ impl Checkpoint {
         }
     }
 
+    /// Whether it says yes under these keys; nothing where it says something else.
+    #[must_use]
+    pub fn flag(&self, keys: &[&str]) -> Option<bool> {
+        match self.find(keys) {
+            Some(Value::Bool(value)) => Some(value),
+            _ => None,
+        }
+    }
+
     /// The text under these keys, if there is one.
     #[must_use]
     pub fn text(&self, keys: &[&str]) -> Option<&str> {
@@ -244,11 +274,10 @@ impl Checkpoint {
         self.arena.lists[at].iter().map(number).collect()
     }
 
-    /// What nobody asked for so far, by path: items of the whole, and of those
-    /// that were asked for their items; in the order of the file, at most a few
-    /// dozen, and how many more there are.
-    #[must_use]
-    pub fn unread(&self) -> Vec<String> {
+    /// Keys by path, those of the whole and those of its dictionaries, in the
+    /// order of the file; only what nobody asked for, if wanted so. What is not
+    /// asked for as a whole is not looked into then.
+    fn entries(&self, unread: bool) -> Vec<(String, Value)> {
         let asked = self.asked.borrow();
         let mut found = vec![];
         let items = |value: Value| match value {
@@ -264,19 +293,57 @@ impl Checkpoint {
         };
         for (at, (key, value)) in outer {
             let whole: String = name(*key);
-            if !asked.contains(&(root, at)) {
-                found.push(whole);
-            } else if let Some((dict, inner)) = items(*value) {
-                let unread = inner.filter(|(at, _)| !asked.contains(&(dict, *at)));
-                found.extend(unread.map(|(_, (key, _))| format!("{whole}/{}", name(*key))));
+            if !(unread && asked.contains(&(root, at))) {
+                found.push((whole.clone(), *value));
+                if unread {
+                    continue;
+                }
+            }
+            if let Some((dict, inner)) = items(*value) {
+                let wanted = inner.filter(|(at, _)| !(unread && asked.contains(&(dict, *at))));
+                let path = |key: Value| format!("{whole}/{}", name(key));
+                found.extend(wanted.map(|(_, (key, value))| (path(*key), *value)));
             }
         }
-        let more = found.len().saturating_sub(TOLD);
-        if more > 0 {
-            found.truncate(TOLD);
-            found.push(format!("and {more} more"));
-        }
         found
+    }
+
+    /// The keys of the whole and of its dictionaries, by path.
+    #[cfg(test)]
+    pub(crate) fn keys(&self) -> Vec<String> {
+        let entries = self.entries(false).into_iter();
+        entries.map(|(key, _)| key).collect()
+    }
+
+    /// Judges all keys by the table of their format, before any is read.
+    ///
+    /// # Errors
+    /// The first that is refused, unless its value says that it changes nothing.
+    pub fn refuse(&self, format: &'static Format) -> Result<(), TorchError> {
+        let refused = |key: &str| format.row(key).is_some_and(|row| row.fate == Fate::Refused);
+        let entries = self.entries(false).into_iter();
+        let record = Record::new(format, entries.filter(|(key, _)| refused(key)));
+        self.judged(record, &mut Notes::default())
+    }
+
+    /// Lists what nobody asked for.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::refuse`].
+    pub fn finish(&self, format: &'static Format, notes: &mut Notes) -> Result<(), TorchError> {
+        self.judged(Record::new(format, self.entries(true)), notes)
+    }
+
+    fn judged(&self, mut record: Record<Value>, notes: &mut Notes) -> Result<(), TorchError> {
+        record.take_neutral(|value| match value {
+            Value::None | Value::Bool(false) | Value::Int(0) => true,
+            Value::Float(value) => *value == 0.0,
+            _ => false,
+        });
+        record.finish(notes).map_err(|source| TorchError::Key {
+            path: self.path.clone(),
+            source,
+        })
     }
 
     /// An error about the field under these keys.

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use ndarray::ArrayD;
 use ndarray_npy::{ReadNpyExt as _, WriteNpyExt as _};
+use potamoi_formats::document;
 use serde::{Deserialize, Serialize};
 use zip::read::ZipArchive;
 use zip::write::{SimpleFileOptions, ZipWriter};
@@ -155,7 +156,8 @@ impl<'a> Packed<'a> {
         let wrong = |problem: String| array_error(path, HEADER, problem);
         let text =
             ndarray::Array1::<u8>::read_npy(&member[..]).map_err(|e| wrong(e.to_string()))?;
-        let header: H = serde_json::from_slice(&text.to_vec()).map_err(|e| wrong(e.to_string()))?;
+        let header = document::json(&text.to_vec()).and_then(|header| header.read());
+        let header: H = header.map_err(|e| wrong(e.to_string()))?;
         let infos = infos(&header).to_vec();
         let names: Vec<String> = (0..zip.len())
             .filter_map(|i| Some(zip.by_index_raw(i).ok()?.name().to_owned()))

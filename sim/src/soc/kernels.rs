@@ -250,21 +250,6 @@ impl Instructions {
             ..Kernel::default()
         }
     }
-
-    /// By the names of their fields.
-    pub(super) fn named(&self) -> [(&'static str, f64); 9] {
-        [
-            ("instructions.sample", self.sample),
-            ("instructions.vector", self.vector),
-            ("instructions.code", self.code),
-            ("instructions.projected", self.projected),
-            ("instructions.harmonics", self.harmonics),
-            ("instructions.sorted", self.sorted),
-            ("instructions.element", self.element),
-            ("instructions.warped", self.warped),
-            ("instructions.scaled", self.scaled),
-        ]
-    }
 }
 
 /// Bytes of memory that gathering in pixel-centric order asks for.

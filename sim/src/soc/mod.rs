@@ -18,6 +18,7 @@ mod memory;
 mod moves;
 pub mod npu;
 mod outcome;
+mod ranges;
 mod system;
 #[cfg(test)]
 mod tests;

@@ -1,12 +1,13 @@
 //! What the system is made of: every number with what it is and where it is from.
 
-use potamoi_formats::config::overlay;
+use potamoi_formats::document::{self, Value};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::gpu::Gpu;
 use super::kernels::Instructions;
 use super::npu::Array;
+use super::ranges::RANGES;
 
 /// The system around the units. Defaults are the paper's (Sec. "Experimental Setup") where it
 /// has them, and named assumptions otherwise.
@@ -120,21 +121,30 @@ impl System {
     /// # Errors
     /// Text that is no TOML, an unknown field, a value out of range.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, SystemError> {
+        Self::from_bytes(text.as_bytes(), name)
+    }
+
+    /// The same of a file's bytes.
+    ///
+    /// # Errors
+    /// As [`System::from_toml`].
+    pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, SystemError> {
         let fail = |problem: String| SystemError::Text {
             name: name.to_owned(),
             problem,
         };
-        let given: toml::Table = text
-            .parse()
-            .map_err(|e: toml::de::Error| fail(e.to_string()))?;
+        let wrong = |wrong: document::Wrong| fail(wrong.to_string());
+        let given = document::toml(bytes).map_err(wrong)?;
         // Parts of the GPUs, too, are as in the default where they are not named.
-        let mut all = toml::Table::try_from(Self::default()).map_err(|e| fail(e.to_string()))?;
-        overlay(&mut all, given);
-        let system: Self = all
-            .try_into()
-            .map_err(|e: toml::de::Error| fail(e.to_string()))?;
+        let default = Self::default().document().map_err(fail)?;
+        let system: Self = given.over(default).read().map_err(wrong)?;
         system.check(name)?;
         Ok(system)
+    }
+
+    fn document(&self) -> Result<Value, String> {
+        let table = toml::Table::try_from(self).map_err(|e| e.to_string())?;
+        document::of_toml(table).map_err(|e| e.to_string())
     }
 
     fn check(&self, name: &str) -> Result<(), SystemError> {
@@ -146,78 +156,40 @@ impl System {
                 expected,
             })
         };
-        for (field, value, most) in [
-            ("array_rows", self.array_rows, 1024),
-            ("array_columns", self.array_columns, 1024),
-            ("groups_in_flight", self.groups_in_flight, 1 << 20),
-        ] {
-            if !(1..=most).contains(&value) {
-                return refuse(field, value.to_string(), "1 or more, sides up to 1024");
+        let values = self.document().map_err(|problem| SystemError::Text {
+            name: name.to_owned(),
+            problem,
+        })?;
+        for range in &RANGES {
+            let value = range
+                .field
+                .split('.')
+                .try_fold(&values, |at, part| at.get(part));
+            // A memory of its own is none that every GPU has.
+            let value = value.and_then(Value::number);
+            if let Some(value) = value.filter(|value| !range.holds(*value)) {
+                return refuse(range.field, value.to_string(), range.expected);
             }
         }
         if ![1, 2, 4, 8, 16].contains(&self.memory_channels) {
             let value = self.memory_channels.to_string();
             return refuse("memory_channels", value, "1, 2, 4, 8 or 16");
         }
-        if self.feature_block_bytes < 1024 {
-            let value = self.feature_block_bytes.to_string();
-            return refuse("feature_block_bytes", value, "1024 or more");
-        }
         if self.feature_buffer_bytes < 2 * u64::from(self.feature_block_bytes) {
             let value = self.feature_buffer_bytes.to_string();
             return refuse("feature_buffer_bytes", value, "two blocks or more");
         }
-        if !(1..=1024).contains(&self.feature_banks) {
-            let value = self.feature_banks.to_string();
-            return refuse("feature_banks", value, "1 to 1024");
-        }
-        if self.feature_block_banks == 0
-            || !self.feature_banks.is_multiple_of(self.feature_block_banks)
-        {
+        if !self.feature_banks.is_multiple_of(self.feature_block_banks) {
             let value = self.feature_block_banks.to_string();
             return refuse("feature_block_banks", value, "a divisor of feature_banks");
         }
-        let positive = [
-            (
-                "interconnect_bytes_a_clock",
-                self.interconnect_bytes_a_clock,
-            ),
-            ("link_bytes_per_second", self.link_bytes_per_second),
-            ("gpu.memory_gb_s", self.gpu.memory_gb_s.unwrap_or(1.0)),
-            ("remote.memory_gb_s", self.remote.memory_gb_s.unwrap_or(1.0)),
-            ("gpu.cores", self.gpu.cores),
-            ("gpu.clock_ghz", self.gpu.clock_ghz),
-            ("gpu.cache_gb_s", self.gpu.cache_gb_s),
-            ("gpu.gathering_factor", self.gpu.gathering_factor),
-            ("remote.gathering_factor", self.remote.gathering_factor),
-            ("remote.cores", self.remote.cores),
-            ("remote.clock_ghz", self.remote.clock_ghz),
-            ("remote.cache_gb_s", self.remote.cache_gb_s),
-        ];
-        for (field, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return refuse(field, value.to_string(), "a positive number");
+        for (field, gpu, expected) in [
+            ("gpu.idle_watts", &self.gpu, "gpu.watts at most"),
+            ("remote.idle_watts", &self.remote, "remote.watts at most"),
+        ] {
+            if gpu.idle_watts > gpu.watts {
+                return refuse(field, gpu.idle_watts.to_string(), expected);
             }
-        }
-        let shares = [
-            ("gpu.fields_efficiency", self.gpu.fields_efficiency),
-            ("gpu.splats_efficiency", self.gpu.splats_efficiency),
-            ("gpu.pictures_efficiency", self.gpu.pictures_efficiency),
-            ("remote.fields_efficiency", self.remote.fields_efficiency),
-            ("remote.splats_efficiency", self.remote.splats_efficiency),
-        ];
-        for (field, value) in shares {
-            if !(value > 0.0 && value <= 1.0) {
-                return refuse(field, value.to_string(), "a share: above 0, 1 at most");
-            }
-        }
-        if self.gpu.cache_bytes < 64 {
-            let value = self.gpu.cache_bytes.to_string();
-            return refuse("gpu.cache_bytes", value, "64 or more: a line");
-        }
-        if self.dma_descriptor_bytes > 4096.0 {
-            let value = self.dma_descriptor_bytes.to_string();
-            return refuse("dma_descriptor_bytes", value, "4096 or less");
         }
         let fixed = Gpu::RTX_2080_TI;
         for (field, value, fixed, expected) in [
@@ -238,29 +210,6 @@ impl System {
                 return refuse(field, value.to_string(), expected);
             }
         }
-        for (field, value) in self.instructions.named() {
-            if !(value.is_finite() && value >= 0.0) {
-                return refuse(field, value.to_string(), "a number from 0 on");
-            }
-        }
-        let others = [
-            ("dma_descriptor_bytes", self.dma_descriptor_bytes),
-            ("interconnect_pj_per_byte", self.interconnect_pj_per_byte),
-            ("link_nj_per_byte", self.link_nj_per_byte),
-            ("link_colour_bytes", self.link_colour_bytes),
-            ("link_depth_bytes", self.link_depth_bytes),
-            ("gpu.launch_us", self.gpu.launch_us),
-            ("gpu.watts", self.gpu.watts),
-            ("gpu.idle_watts", self.gpu.idle_watts),
-            ("remote.launch_us", self.remote.launch_us),
-            ("remote.watts", self.remote.watts),
-            ("remote.idle_watts", self.remote.idle_watts),
-        ];
-        for (field, value) in others {
-            if !(value.is_finite() && value >= 0.0) {
-                return refuse(field, value.to_string(), "a number from 0 on");
-            }
-        }
         Ok(())
     }
 
@@ -273,5 +222,90 @@ impl System {
             is_double_buffered: self.array_double_buffered,
             ..Array::PAPER
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn numbers(value: &Value, path: &str, found: &mut Vec<String>) {
+        match value {
+            Value::Map(entries) => {
+                for (key, value) in entries {
+                    let path = match path {
+                        "" => key.to_string(),
+                        path => format!("{path}.{key}"),
+                    };
+                    numbers(value, &path, found);
+                }
+            }
+            other if other.number().is_some() => found.push(path.to_owned()),
+            _ => {}
+        }
+    }
+
+    fn all() -> System {
+        let mut all = System::default();
+        all.gpu.memory_gb_s = Some(100.0);
+        all
+    }
+
+    /// A number without a range could be any.
+    #[test]
+    fn every_number_has_a_range_and_every_range_a_number() {
+        let mut found = vec![];
+        numbers(&all().document().unwrap(), "", &mut found);
+        let mut rows: Vec<_> = RANGES.iter().map(|range| range.field.to_owned()).collect();
+        found.sort();
+        rows.sort();
+        assert_eq!(found, rows);
+    }
+
+    /// Just outside of each range, and numbers that are none.
+    #[test]
+    fn numbers_out_of_their_ranges_are_refused_by_field() {
+        for range in &RANGES {
+            for odd in ["-1", "-1e-9", "1e16", "nan", "inf", "-inf", "1e400"] {
+                let text = format!("{} = {odd}", range.field);
+                let error = System::from_toml(&text, "s.toml").unwrap_err().to_string();
+                let last = range.field.rsplit('.').next().unwrap();
+                assert!(
+                    error.contains(last) && error.contains("s.toml"),
+                    "{text}: {error}"
+                );
+            }
+        }
+        for text in [
+            "gpu.clock_ghz = 0",
+            "gpu.memory_gb_s = 0.0",
+            "gpu.cache_gb_s = 0",
+            "gpu.fields_efficiency = 1.0001",
+            "gpu.gathering_factor = 0",
+            "gpu.idle_watts = 16",
+            "remote.idle_watts = 251",
+            "link_bytes_per_second = 0",
+            "interconnect_bytes_a_clock = 0",
+            "array_rows = 24.5",
+            "array_rows = true",
+            "gpu = 3",
+        ] {
+            assert!(System::from_toml(text, "s.toml").is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers_and_marks_are_read_as_others_do() {
+        let read = |text: &[u8]| System::from_bytes(text, "s.toml").unwrap();
+        let expected = System {
+            array_rows: 32,
+            ..System::default()
+        };
+        assert_eq!(read(b"array_rows = 32.0"), expected);
+        assert_eq!(
+            read(b"\xef\xbb\xbf# Gr\xfc\xdfe\r\narray_rows = 3.2e1\r\n"),
+            expected
+        );
     }
 }

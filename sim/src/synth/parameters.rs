@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use potamoi_formats::config::{Config, PRESETS};
+use potamoi_formats::document::{self, Value};
 
 use super::grid::is_same_unit;
 use super::report::{
@@ -103,18 +104,20 @@ impl SynthReport {
     }
 
     pub(super) fn parse(text: &str) -> Result<Self, String> {
-        #[derive(serde::Deserialize)]
-        struct Version {
-            format_version: u32,
+        let document =
+            document::json(text.as_bytes()).map_err(|e| format!("no parameters: {e}"))?;
+        let version = document.get("format_version").and_then(Value::whole);
+        if version != Some(FORMAT_VERSION.into()) {
+            let found = version.map_or("missing".to_owned(), |v| v.to_string());
+            return Err(format!("format_version {found}, expected {FORMAT_VERSION}"));
         }
-        let Version { format_version } =
-            serde_json::from_str(text).map_err(|e| format!("no parameters: {e}"))?;
-        if format_version != FORMAT_VERSION {
-            return Err(format!(
-                "format_version {format_version}, expected {FORMAT_VERSION}"
-            ));
+        let report: Self = document.read().map_err(|e| e.to_string())?;
+        // Readers of types within types pass keys over that neither has.
+        let kept = serde_json::to_vec(&report).map_err(|e| e.to_string())?;
+        let kept = document::json(&kept).map_err(|e| e.to_string())?;
+        if let Some(lost) = document.lost_in(&kept) {
+            return Err(lost.to_string());
         }
-        let report: Self = serde_json::from_str(text).map_err(|e| e.to_string())?;
         report.check()?;
         Ok(report)
     }
@@ -379,6 +382,56 @@ mod tests {
         );
     }
 
+    /// A key more in each kind of object, at every depth, of each kind of file.
+    #[test]
+    fn keys_that_nobody_knows_are_refused_at_every_depth() {
+        use serde_json::Value;
+
+        /// Paths of objects, of lists the first one's alone.
+        fn objects(value: &Value, path: &str, found: &mut Vec<String>) {
+            match value {
+                Value::Object(entries) => {
+                    found.push(path.to_owned());
+                    for (key, value) in entries {
+                        objects(value, &format!("{path}/{key}"), found);
+                    }
+                }
+                Value::Array(values) => {
+                    if let Some(first) = values.first() {
+                        objects(first, &format!("{path}/0"), found);
+                    }
+                }
+                _ => {}
+            }
+        }
+
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../synth");
+        type Parse = fn(&str) -> Result<(), String>;
+        let report: Parse = |text| SynthReport::parse(text).map(drop);
+        let grid: Parse = |text| {
+            let read = crate::synth::grid::Grid::parse(text, Path::new("grid.json"));
+            read.map(drop).map_err(|e| e.to_string())
+        };
+        for (file, parse, least) in [
+            ("paper-asap7.json", report, 10),
+            ("grid-asap7.json", grid, 6),
+            ("forms-asap7.json", grid, 6),
+        ] {
+            let text = std::fs::read_to_string(root.join(file)).unwrap();
+            parse(&format!("\u{feff}{text}")).unwrap();
+            let good: Value = serde_json::from_str(&text).unwrap();
+            let mut paths = vec![];
+            objects(&good, "", &mut paths);
+            assert!(paths.len() >= least, "{file}: {paths:?}");
+            for path in paths {
+                let mut more = good.clone();
+                more.pointer_mut(&path).unwrap()["news"] = 1.into();
+                let error = parse(&more.to_string()).unwrap_err();
+                assert!(error.contains("news"), "{file}{path}: {error}");
+            }
+        }
+    }
+
     #[test]
     fn what_is_wrong_is_named() {
         let text = std::fs::read_to_string(path()).unwrap();
@@ -438,7 +491,7 @@ mod tests {
                 |v| v["scaled"]["memories"]["macros"] = serde_json::json!([]),
                 "as many as in raw",
             ),
-            (|v| v["raw"]["unit"] = 1.into(), "unknown field `unit`"),
+            (|v| v["raw"]["unit"] = 1.into(), "raw.unit"),
         ];
         for (change, said) in changes {
             let mut bad = good.clone();

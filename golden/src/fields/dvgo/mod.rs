@@ -8,6 +8,7 @@
 
 mod bound;
 mod fixed;
+mod keys;
 #[cfg(test)]
 mod tests;
 
@@ -18,11 +19,13 @@ use potamoi_formats::config::Config;
 
 use super::{Along, Bounds, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
 use crate::camera::Camera;
+use crate::record::Notes;
 use crate::torch::{Checkpoint, Tensor};
 use crate::units::bounds::VectorBounds;
 use crate::voxels::Mask;
 
 pub use fixed::{DvgoHead, FixedDvgo};
+pub(crate) use keys::DVGO;
 
 /// Rounds of sines and cosines of the direction, by the factor 2.
 const MAX_FREQUENCIES: usize = 16;
@@ -53,8 +56,9 @@ pub struct Dvgo {
     /// Factors of the direction whose sines and cosines are inputs.
     frequencies: Vec<f64>,
     mlp: Mlp,
-    /// What a checkpoint holds beside.
-    ignored: Vec<String>,
+    /// What a checkpoint says that is not used.
+    #[serde(skip)]
+    notes: Notes,
 }
 
 impl Dvgo {
@@ -70,7 +74,13 @@ impl Dvgo {
     }
 
     fn read(file: &mut Checkpoint, step: f64) -> Result<Self, FieldError> {
+        file.refuse(&DVGO)?;
         let state = |name| ["model_state_dict", name];
+        let direct = ["model_kwargs", "rgbnet_direct"];
+        if file.flag(&direct) == Some(false) {
+            let expected = "True: colours that are the perceptron's alone";
+            return Err(file.field(&direct, "False".to_owned(), expected).into());
+        }
         for (name, wanted) in [("density_type", "DenseGrid"), ("k0_type", "DenseGrid")] {
             let keys = ["model_kwargs", name];
             if let Some(found) = file.text(&keys).filter(|found| *found != wanted) {
@@ -141,6 +151,9 @@ impl Dvgo {
         };
         let last = DVec3::from(points.map(|p| (p - 1) as f64));
         let mask = mask(file, bounds[0], size / last)?;
+        let shift = within(file, &state("act_shift"), FINITE)?;
+        let mut notes = Notes::default();
+        file.finish(&DVGO, &mut notes)?;
         Ok(Self {
             tables: [Table::new(
                 points,
@@ -149,7 +162,7 @@ impl Dvgo {
             )?],
             bounds,
             mask,
-            shift: within(file, &state("act_shift"), FINITE)?,
+            shift,
             interval: step * ratio,
             step: step * voxel,
             spacing_of_steps: step,
@@ -157,7 +170,7 @@ impl Dvgo {
             least,
             frequencies,
             mlp,
-            ignored: file.unread(),
+            notes,
         })
     }
 }
@@ -250,7 +263,7 @@ impl Dvgo {
                 .map(|k| 2f64.powi(k))
                 .collect(),
             mlp: parts.mlp,
-            ignored: vec![],
+            notes: Notes::default(),
         })
     }
 }
@@ -370,10 +383,10 @@ fn encode(direction: DVec3, frequencies: &[f64], out: &mut Vec<f64>) {
 }
 
 impl Dvgo {
-    /// What of its checkpoint was not used, by name.
+    /// What its checkpoint says that is not used.
     #[must_use]
-    pub fn ignored(&self) -> &[String] {
-        &self.ignored
+    pub const fn notes(&self) -> &Notes {
+        &self.notes
     }
 
     /// What a checkpoint does not say and was taken instead.

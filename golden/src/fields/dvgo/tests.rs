@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::record::Fate;
 use crate::torch::made::{Made, harms, survives};
 
 /// A small one, with everything that is read: two features, one frequency.
@@ -104,7 +105,108 @@ fn the_whole_one_is_read() {
     assert_eq!((field.interval, field.shift), (0.5, -2.0));
     assert!((field.step - 0.5 * (8f64 / 60.0).cbrt()).abs() < 1e-12);
     assert!(field.mask.is_some());
-    assert_eq!(field.ignored(), ["global_step", "model_kwargs/alpha_init"]);
+    let expected = ["global_step", "model_kwargs/alpha_init"];
+    assert_eq!(field.notes().not_used(), expected);
+}
+
+/// `whole` with one more item, of the whole or of one of its dictionaries.
+fn with(key: &str, value: Made) -> Made {
+    let Made::Dict(mut root) = whole() else {
+        unreachable!()
+    };
+    match key.split_once('/') {
+        None => root.push((key.to_owned(), value)),
+        Some((part, name)) => {
+            let held = root.iter_mut().find(|(known, _)| known == part);
+            let Some((_, Made::Dict(items))) = held else {
+                unreachable!()
+            };
+            items.retain(|(known, _)| known != name);
+            items.push((name.to_owned(), value));
+        }
+    }
+    Made::Dict(root)
+}
+
+/// Keys of other variants by name, whatever else the file holds or lacks; the
+/// others, known or not, are used or listed.
+#[test]
+fn every_key_is_honoured_refused_or_listed() {
+    let rows = DVGO.keys.iter().map(|row| (row.name, row.fate));
+    let new = [("news", Fate::Listed), ("model_kwargs/news", Fate::Listed)];
+    for (name, fate) in rows.chain(new) {
+        if fate == Fate::Honoured {
+            continue;
+        }
+        let key = name.replace('*', "new");
+        let loaded = load(with(&key, Made::Tensor(vec![1], vec![0.0])).save().path());
+        match (fate, loaded) {
+            (Fate::Refused, Err(error)) => {
+                let error = error.to_string();
+                assert!(
+                    error.contains(&format!("`{key}` cannot be honoured")),
+                    "{error}"
+                );
+                let none = load(with(&key, Made::Int(0)).save().path()).unwrap();
+                assert!(!none.notes().not_used().contains(&key), "{key}");
+            }
+            (Fate::Listed, Ok(field)) => assert!(field.notes().not_used().contains(&key), "{key}"),
+            (_, loaded) => unreachable!("{key}: {loaded:?}"),
+        }
+    }
+    // Without what the bounded model needs, the key is still what is named.
+    let unbounded = Made::dict([
+        ("model_kwargs", Made::dict([])),
+        (
+            "model_state_dict",
+            Made::dict([("scene_center", Made::tensor(&[3]))]),
+        ),
+    ]);
+    let error = load(unbounded.save().path()).unwrap_err().to_string();
+    assert!(
+        error.contains("`model_state_dict/scene_center`") && error.contains("unbounded"),
+        "{error}"
+    );
+    let kept = load(
+        with("model_kwargs/rgbnet_direct", Made::Int(1))
+            .save()
+            .path(),
+    );
+    assert!(kept.is_ok());
+}
+
+/// Every key of the files that are read has a row.
+#[test]
+fn the_table_has_a_row_for_every_key_of_fixtures() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures");
+    let tensorf = &crate::fields::tensorf::TENSORF;
+    for (file, format) in [("dvgo/tiny.tar", &DVGO), ("tensorf/tiny.th", tensorf)] {
+        let keys = Checkpoint::open(&folder.join(file)).unwrap().keys();
+        assert!(keys.len() > 20, "{file}");
+        for key in keys {
+            assert!(format.row(&key).is_some(), "{file}: no row for {key}");
+        }
+    }
+}
+
+#[test]
+fn numbers_that_are_none_are_refused_by_tensor() {
+    for (key, shape) in [
+        ("model_state_dict/density.grid", vec![1, 1, 3, 4, 5]),
+        ("model_state_dict/k0.grid", vec![1, 2, 3, 4, 5]),
+        ("model_state_dict/rgbnet.2.weight", vec![3, 6]),
+    ] {
+        for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let mut values = vec![0.5; shape.iter().product()];
+            values[7] = number;
+            let made = with(key, Made::Tensor(shape.clone(), values));
+            let error = load(made.save().path()).unwrap_err().to_string();
+            assert!(
+                error.contains(&format!("`{key}` is {number} at number 7")),
+                "{error}"
+            );
+        }
+    }
 }
 
 /// Numbers that would make distances or depths of nothing, each by its name.
@@ -152,7 +254,7 @@ fn numbers_out_of_range_are_refused_by_name() {
             "model_state_dict",
             "xyz_max",
             Made::Tensor(vec![3], vec![1.0, f32::INFINITY, 1.0]),
-            "above xyz_min",
+            "finite",
         ),
         (
             "model_state_dict",

@@ -23,6 +23,7 @@ pub(super) struct Encoding {
     #[serde(rename = "type")]
     pub(super) kind: Option<String>,
     pub(super) interpolation: Option<String>,
+    pub(super) stochastic_interpolation: Option<bool>,
     pub(super) n_levels: Option<u32>,
     pub(super) n_features: Option<u32>,
     pub(super) n_features_per_level: Option<u32>,

@@ -17,6 +17,7 @@ mod bound;
 mod document;
 mod fixed;
 pub mod grid;
+mod keys;
 mod occupancy;
 mod parameters;
 mod snapshot;
@@ -28,11 +29,13 @@ use potamoi_formats::config::Config;
 
 use super::{Along, Bounds, Coded, Directions, Field, FieldError, HashUnit, Mlp, Sampling, Table};
 use crate::camera::Camera;
+use crate::record::Notes;
 use crate::splats::sh;
 use crate::units::bounds::VectorBounds;
 use grid::GridShape;
 use occupancy::Occupancy;
 
+pub(crate) use keys::NGP;
 pub(super) use parameters::table as level_table;
 pub use snapshot::SnapshotError;
 
@@ -88,9 +91,18 @@ pub struct Ngp {
     side: f64,
     /// What is shown of it, in the world.
     bounds: [DVec3; 2],
+    /// What the snapshot says that is not used.
+    #[serde(skip)]
+    notes: Notes,
 }
 
 impl Ngp {
+    /// What its file says that is not used.
+    #[must_use]
+    pub const fn notes(&self) -> &Notes {
+        &self.notes
+    }
+
     /// Loads a snapshot, `.ingp` or `.msgpack`.
     ///
     /// # Errors

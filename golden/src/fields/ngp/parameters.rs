@@ -4,7 +4,7 @@ use half::f16;
 
 use super::document::{Document, Network};
 use super::grid::Level;
-use super::snapshot::{Wrong, check, is};
+use super::snapshot::{Wrong, check, finite, is};
 use crate::fields::{FieldError, HashUnit, Layer, Mlp, Table};
 
 /// What widths of a fully fused network are rounded up to.
@@ -81,7 +81,9 @@ impl<'a> Numbers<'a> {
             let field = "snapshot.n_params";
             check(count == expected as u64, field, count, expected.to_string())?;
         }
-        Ok(Self { bytes, half })
+        let all = Self { bytes, half };
+        finite(&Self { ..all }.take(expected), "snapshot.params_binary")?;
+        Ok(all)
     }
 
     /// The next `count`, of which there are as many: the sum was checked.

@@ -12,14 +12,16 @@ use std::path::{Path, PathBuf};
 
 use flate2::bufread::{GzDecoder, ZlibDecoder};
 use glam::DVec3;
+use potamoi_formats::document;
 use thiserror::Error;
 
 use super::document::{Bounds, Direction, Document, Encoding};
 use super::grid::{GridShape, Level};
 use super::occupancy::{CELLS, Occupancy, VOLUME};
 use super::parameters::{ALIGNMENT, Numbers, halves, parameters, perceptron, table, widths};
-use super::{Ngp, Placement};
+use super::{NGP, Ngp, Placement};
 use crate::fields::{FieldError, HashUnit};
+use crate::record::{KeyError, Notes, Record};
 
 /// The largest document, in bytes, once expanded: of any file, of small ones, and
 /// over the file's own length. Occupancy is mostly zeros, which hardly take room
@@ -31,6 +33,8 @@ const EXPANSION: u64 = 64;
 const DEPTH: usize = 64;
 /// Inputs of the colour network that tell the direction: degree 4, 16 numbers.
 const DIRECTION: usize = 16;
+/// The most keys that are passed over.
+const MAX_UNREAD: usize = 4096;
 /// The largest box, in unit cubes.
 const MAX_AABB_SCALE: u32 = 128;
 /// The most vertices along an axis of a level.
@@ -60,6 +64,14 @@ pub enum SnapshotError {
         /// What is wrong.
         problem: String,
     },
+    /// It says something that no renderer here does.
+    #[error("snapshot {path}: {source}")]
+    Key {
+        /// The file.
+        path: PathBuf,
+        /// The key, and why.
+        source: KeyError,
+    },
     /// Something of it is not as it should be, or of a variant that is not
     /// read.
     #[error("snapshot {path}: `{field}` is {found}; expected {expected}")]
@@ -80,6 +92,18 @@ pub(super) struct Wrong {
     field: String,
     found: String,
     expected: String,
+}
+
+/// Refuses numbers with which nothing can be computed.
+pub(super) fn finite(values: &[f32], field: &str) -> Result<(), Wrong> {
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(at) => {
+            let found = format!("{} at number {at}", values[at]);
+            let expected = "finite numbers alone: training has failed, or the file is damaged";
+            check(false, field, found, expected)
+        }
+    }
 }
 
 /// Refuses unless it holds.
@@ -117,7 +141,15 @@ pub(super) fn from_reader(
     bytes: impl BufRead,
     length: u64,
 ) -> Result<Ngp, FieldError> {
-    let document = read(path, bytes, length)?;
+    let (document, unread) = read(path, bytes, length)?;
+    let mut notes = Notes::default();
+    let record = Record::new(&NGP, unread.into_iter().map(|key| (key, ())));
+    record
+        .finish(&mut notes)
+        .map_err(|source| SnapshotError::Key {
+            path: path.to_owned(),
+            source,
+        })?;
     let wrong = |wrong: Wrong| SnapshotError::Field {
         path: path.to_owned(),
         field: wrong.field,
@@ -167,10 +199,11 @@ pub(super) fn from_reader(
         corner,
         side,
         bounds,
+        notes,
     })
 }
 
-fn read(path: &Path, mut bytes: impl BufRead, length: u64) -> Result<Document, SnapshotError> {
+fn read(path: &Path, mut bytes: impl BufRead, length: u64) -> Result<Told, SnapshotError> {
     let first = bytes.fill_buf().map_err(|source| SnapshotError::Read {
         path: path.to_owned(),
         source,
@@ -195,20 +228,40 @@ fn read(path: &Path, mut bytes: impl BufRead, length: u64) -> Result<Document, S
     })
 }
 
+/// A document, and the keys in it that were passed over, by path.
+type Told = (Document, Vec<String>);
+
 /// The document, or the field, what is wrong there, and how many bytes might
 /// still have come.
-fn parse(bytes: std::io::Take<impl Read>) -> Result<Document, (String, String, u64)> {
+fn parse(bytes: std::io::Take<impl Read>) -> Result<Told, (String, String, u64)> {
     let mut reader = rmp_serde::Deserializer::new(BufReader::new(bytes));
     reader.set_max_depth(DEPTH);
-    let document = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
+    let mut track = serde_path_to_error::Track::new();
+    let tracked = serde_path_to_error::Deserializer::new(&mut reader, &mut track);
+    let mut unread: Vec<String> = vec![];
+    let document = serde_ignored::deserialize(tracked, |path| {
+        if unread.len() <= MAX_UNREAD {
+            // What may be left out is told with a question mark.
+            unread.push(path.to_string().replace('?', ""));
+        }
+    });
+    let document: Document = document.map_err(|e: rmp_serde::decode::Error| {
         let left = reader.get_ref().get_ref().limit();
-        (e.path().to_string(), e.inner().to_string(), left)
+        (
+            track.path().to_string(),
+            document::foreign(&e.to_string()),
+            left,
+        )
     })?;
+    if unread.len() > MAX_UNREAD {
+        let problem = format!("more than {MAX_UNREAD} keys that nobody knows");
+        return Err((".".to_owned(), problem, 1));
+    }
     // The checksum of packed bytes is compared where they end.
     let rest = reader.get_mut().fill_buf().map(<[u8]>::len);
     let left = reader.get_ref().get_ref().limit();
     let problem = match rest {
-        Ok(0) if left > 0 => return Ok(document),
+        Ok(0) if left > 0 => return Ok((document, unread)),
         Ok(_) => "bytes follow the end of the document; expected none".to_owned(),
         Err(e) => e.to_string(),
     };
@@ -251,6 +304,9 @@ fn supported(document: &Document) -> Result<(), Wrong> {
     let linear = is(&encoding.interpolation, "Linear");
     let found = encoding.interpolation.as_deref().unwrap_or_default();
     check(linear, "encoding.interpolation", found, "Linear")?;
+    let stochastic = encoding.stochastic_interpolation == Some(true);
+    let field = "encoding.stochastic_interpolation";
+    check(!stochastic, field, "true", "false")?;
     direction(&document.dir_encoding)
 }
 
@@ -358,6 +414,17 @@ fn placement(document: &Document) -> Result<Placement, Wrong> {
 fn shown(document: &Document, corner: f64, side: f64) -> Result<[DVec3; 2], Wrong> {
     let snapshot = &document.snapshot;
     let whole = [DVec3::splat(corner), DVec3::splat(corner + side)];
+    for (field, bounds) in [
+        ("snapshot.aabb", snapshot.aabb),
+        ("snapshot.render_aabb", snapshot.render_aabb),
+    ] {
+        let Some(Bounds { min, max }) = bounds else {
+            continue;
+        };
+        let right = (min.iter().zip(max)).all(|(low, high)| low.is_finite() && *low < high);
+        let found = format!("{min:?} to {max:?}");
+        check(right, field, found, "finite corners, `min` below `max`")?;
+    }
     if let Some(Bounds { min, max }) = snapshot.aabb {
         let off = |found: [f64; 3], at: DVec3| (DVec3::from(found) - at).abs().max_element();
         let fits = off(min, whole[0]) < 1e-5 && off(max, whole[1]) < 1e-5;
@@ -410,5 +477,6 @@ fn occupancy(document: &Document) -> Result<Option<Occupancy>, Wrong> {
     let fits = bytes.len() == 2 * cubes * VOLUME;
     check(fits, "snapshot.density_grid_binary", found, expected)?;
     let thickness: Vec<f32> = halves(bytes).collect();
+    finite(&thickness, "snapshot.density_grid_binary")?;
     Ok(Some(Occupancy::new(&thickness)))
 }

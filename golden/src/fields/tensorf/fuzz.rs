@@ -75,7 +75,44 @@ fn the_whole_one_is_read() {
     assert_eq!(field.points(), [4, 3, 5]);
     assert!(field.mask.is_some());
     let ignored = ["kwargs/pos_pe", "the far end of kwargs/near_far"];
-    assert_eq!(field.ignored(), ignored);
+    assert_eq!(field.notes().not_used(), ignored);
+}
+
+/// Keys of other models by name; the others, known or not, are used or listed.
+#[test]
+fn every_key_is_honoured_refused_or_listed() {
+    use crate::record::Fate;
+    let rows = super::TENSORF.keys.iter().map(|row| (row.name, row.fate));
+    let new = [("news", Fate::Listed), ("kwargs/news", Fate::Listed)];
+    for (name, fate) in rows.chain(new).filter(|(_, fate)| *fate != Fate::Honoured) {
+        let key = name.replace('*', "_new");
+        let Made::Dict(mut root) = whole() else {
+            unreachable!()
+        };
+        let made = Made::Tensor(vec![1], vec![0.0]);
+        match key.split_once('/') {
+            None => root.push((key.clone(), made)),
+            Some((part, name)) => {
+                let held = root.iter_mut().find(|(known, _)| known == part);
+                let Some((_, Made::Dict(items))) = held else {
+                    unreachable!()
+                };
+                items.retain(|(known, _)| known != name);
+                items.push((name.to_owned(), made));
+            }
+        }
+        match (fate, Tensorf::load(Made::Dict(root).save().path())) {
+            (Fate::Refused, Err(error)) => {
+                let error = error.to_string();
+                assert!(
+                    error.contains(&format!("`{key}` cannot be honoured")),
+                    "{error}"
+                );
+            }
+            (Fate::Listed, Ok(field)) => assert!(field.notes().not_used().contains(&key), "{key}"),
+            (_, loaded) => unreachable!("{key}: {:?}", loaded.err()),
+        }
+    }
 }
 
 proptest! {

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 
 use super::mask::AlphaMask;
-use super::{Activation, LINES, PLANES, Rules, Tensorf};
+use super::{Activation, LINES, PLANES, Rules, TENSORF, Tensorf};
 use crate::fields::{FieldError, Layer, Mlp, Table};
 use crate::torch::{Checkpoint, TorchError};
 
@@ -183,6 +183,7 @@ impl Tensorf {
     }
 
     fn read(file: &mut Checkpoint) -> Result<Self, FieldError> {
+        file.refuse(&TENSORF)?;
         let rules = rules(file)?;
         let points = wholes(file, "gridSize", 2..=MAX_POINTS)?;
         let density = wholes(file, "density_n_comp", 1..=MAX_COMPONENTS)?;
@@ -237,11 +238,9 @@ impl Tensorf {
         ];
         let mut field = Self::new(tables, density, basis, Mlp::new(layers)?, rules)?;
         field.mask = mask(file)?;
-        field.ignored = file.unread();
+        file.finish(&TENSORF, &mut field.notes)?;
         // Rays end at the box, or where nothing is left.
-        field
-            .ignored
-            .push("the far end of kwargs/near_far".to_owned());
+        field.notes.list("the far end of kwargs/near_far");
         Ok(field)
     }
 }

@@ -16,6 +16,7 @@ mod bound;
 mod fixed;
 #[cfg(test)]
 mod fuzz;
+mod keys;
 mod load;
 mod mask;
 mod planes;
@@ -29,7 +30,9 @@ use super::{
     Along, Bounds, Coded, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus,
 };
 use crate::camera::Camera;
+use crate::record::Notes;
 use crate::units::bounds::VectorBounds;
+pub(crate) use keys::TENSORF;
 use mask::AlphaMask;
 pub use planes::Known;
 
@@ -64,8 +67,9 @@ pub struct Tensorf {
     mlp: Mlp,
     rules: Rules,
     mask: Option<AlphaMask>,
-    /// What a checkpoint holds beside.
-    ignored: Vec<String>,
+    /// What a checkpoint says that is not used.
+    #[serde(skip)]
+    notes: Notes,
     /// Vertices along x, y, z.
     points: [usize; 3],
 }
@@ -250,7 +254,7 @@ impl Tensorf {
             mlp,
             rules,
             mask: None,
-            ignored: vec![],
+            notes: Notes::default(),
             points,
         })
     }
@@ -267,10 +271,10 @@ impl Tensorf {
         self.points
     }
 
-    /// What of its checkpoint was not used, by name.
+    /// What its checkpoint says that is not used.
     #[must_use]
-    pub fn ignored(&self) -> &[String] {
-        &self.ignored
+    pub const fn notes(&self) -> &Notes {
+        &self.notes
     }
 
     /// Takes samples at another distance, in mean voxel edges.

@@ -78,6 +78,14 @@ fn descriptions_name_model_camera_and_rules() {
         refused(&render, "render.background");
     }
     refused(&format!("{model}[render]\norder = \"any\""), "render.order");
+    for tiles in ["[0, 0]", "[0, 2]", "[2, 0]"] {
+        let render = format!("{model}[render]\ngroup_tiles = {tiles}");
+        refused(&render, &format!("render.group_tiles is {tiles}"));
+    }
+    let side = model.replace("garden", "lantern") + "[render]\ngroup_side = 0";
+    refused(&side, "render.group_side is 0");
+    let long = format!("{model}[render]\nbackground = [1, 0, 0, 9]");
+    refused(&long, "`render.background`: found 4 values, expected 3");
     // Values of the wrong kind are named too.
     let orbit = format!("{model}[camera]\nkind = \"orbit\"\n");
     refused(&format!("{orbit}width = \"x\""), "`camera.width`");
@@ -93,7 +101,7 @@ fn descriptions_name_model_camera_and_rules() {
     refused(&format!("{model}[camera]\nkind = 3"), "`camera.kind`");
     refused(
         &format!("{model}[camera]\nfov = 3"),
-        "`camera.kind` is missing",
+        "`camera.kind`: it is missing",
     );
     refused(&format!("{model}[render]\nstep = true"), "`render.step`");
     let lantern = model.replace("garden", "lantern");
@@ -145,7 +153,7 @@ fn the_cameras_of_a_file_are_a_path() {
         (format!("{poses}name = \"no.png\""), "camera.name is no.png"),
         (format!("{poses}index = 5"), "camera.index is 5"),
         (format!("{poses}index = 0\nname = \"a\""), "left out"),
-        (poses.replace("colmap\"\n", "no\"\n"), "`no`"),
+        (poses.replace("colmap\"\n", "no\"\n"), "found \"no\""),
         (poses.replace("fixtures/colmap", "no"), "cameras.txt"),
     ] {
         let error = open(&camera).unwrap_err().to_string();

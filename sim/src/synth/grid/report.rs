@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use potamoi_formats::config::Config;
+use potamoi_formats::document::{self, Value};
 use potamoi_hdl::ir::{Header, verilog};
 use serde::{Deserialize, Serialize};
 
@@ -132,18 +133,15 @@ impl Grid {
     /// # Errors
     /// As [`Grid::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, SynthError> {
-        #[derive(Deserialize)]
-        struct Version {
-            format_version: u32,
-        }
-        let version: Version = serde_json::from_str(text)
+        let document = document::json(text.as_bytes())
             .map_err(|e| wrong(path, format!("no grid of `potamoi synth`: {e}")))?;
-        let found = version.format_version;
-        if found != FORMAT_VERSION {
+        let version = document.get("format_version").and_then(Value::whole);
+        if version != Some(FORMAT_VERSION.into()) {
+            let found = version.map_or("missing".to_owned(), |v| v.to_string());
             let why = format!("format_version {found}, expected {FORMAT_VERSION}");
             return Err(wrong(path, why));
         }
-        let grid: Self = serde_json::from_str(text).map_err(|e| wrong(path, e.to_string()))?;
+        let grid: Self = document.read().map_err(|e| wrong(path, e.to_string()))?;
         if grid.figures != figures(&grid.points) {
             let why = "figures or points are not those that it was written with".to_owned();
             return Err(wrong(path, why));
