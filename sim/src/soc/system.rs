@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn numbers_out_of_their_ranges_are_refused_by_field() {
         for range in &RANGES {
-            for odd in ["-1", "-1e-9", "1e16", "nan", "inf", "-inf", "1e400"] {
+            for odd in ["-1", "-1e-9", "1e16", "nan", "inf", "-inf"] {
                 let text = format!("{} = {odd}", range.field);
                 let error = System::from_toml(&text, "s.toml").unwrap_err().to_string();
                 let last = range.field.rsplit('.').next().unwrap();

@@ -423,9 +423,10 @@ mod tests {
             let mut paths = vec![];
             objects(&good, "", &mut paths);
             assert!(paths.len() >= least, "{file}: {paths:?}");
-            for path in paths {
+            // There, keys are names of memories.
+            for path in paths.iter().filter(|path| !path.ends_with("/access_ps")) {
                 let mut more = good.clone();
-                more.pointer_mut(&path).unwrap()["news"] = 1.into();
+                more.pointer_mut(path).unwrap()["news"] = 1.into();
                 let error = parse(&more.to_string()).unwrap_err();
                 assert!(error.contains("news"), "{file}{path}: {error}");
             }
