@@ -212,19 +212,26 @@ fn a_bare_last_beat_ends_its_mvoxel_after_any_gap() {
     let ids = vec![(2 << 32 | 1, FULL, false)];
     let mut cell = entry(even());
     cell[5].2 = false;
-    for (log2, beats, features) in [(0, ids, 2), (3, cell, 1)] {
-        for gap in 0..24 {
-            let mut unit = Unit::of("", log2, 1);
-            let mut sent: Vec<_> = beats.iter().map(|beat| (*beat, 0)).collect();
-            sent.push((bare, gap));
-            let mut wanted = vec![(3, 0); features];
-            wanted.push((0, 1));
-            for mvoxel in 0..3 {
-                unit.rows(&[1, 2, 3, 4]);
-                let found = unit.play(&sent);
-                assert_eq!(found, wanted, "{log2}, gap {gap}, MVoxel {mvoxel}");
+    let one_port: &[&[(u64, u64)]] = &[&[(3, 0), (3, 0), (0, 1)], &[(3, 0), (0, 1)]];
+    // A group of two that is only begun ends the features itself.
+    let two_ports: &[&[(u64, u64)]] = &[&[(15, 0), (0, 1)], &[(3, 1)]];
+    for (ports, wanted) in [(1, one_port), (2, two_ports)] {
+        let text = UNIT.replace("ports = 1", &format!("ports = {ports}"));
+        let text = text.replace("[rit]\n", "[rit]\nstream_bits = 64\n");
+        let module = gathering_unit(&Config::from_toml(&text, "test").unwrap()).unwrap();
+        for ((log2, beats), wanted) in [(0, &ids), (3, &cell)].into_iter().zip(wanted) {
+            for gap in 0..24 {
+                let mut unit = Unit::new(&module, log2, 1);
+                let mut sent: Vec<_> = beats.iter().map(|beat| (*beat, 0)).collect();
+                sent.push((bare, gap));
+                for mvoxel in 0..3 {
+                    unit.rows(&[1, 2, 3, 4]);
+                    let found = unit.play(&sent);
+                    let label = format!("{ports} ports, {log2}, gap {gap}, MVoxel {mvoxel}");
+                    assert_eq!(found, *wanted, "{label}");
+                }
+                assert_eq!(unit.flags(), 0);
             }
-            assert_eq!(unit.flags(), 0);
         }
     }
 }
