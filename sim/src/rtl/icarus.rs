@@ -96,6 +96,7 @@ impl Program {
         let mut iverilog = Command::new("iverilog");
         iverilog
             .current_dir(folder.path())
+            .env("TMPDIR", folder.path())
             .args(["-g2005", "-Wall", "-s", "testbench", "-o", "run.vvp"])
             .args(&files);
         let done = child::run(&iverilog, child::TO_READ).map_err(|f| broken("iverilog", f))?;

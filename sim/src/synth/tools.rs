@@ -137,8 +137,10 @@ pub(super) fn run(
         said,
         remedy,
     };
-    let output = child::run(command.current_dir(folder), child::TO_BUILD)
-        .map_err(|fault| broken(tool, unit, fault))?;
+    // Temporary files of a program that is killed go with the folder.
+    command.current_dir(folder).env("TMPDIR", folder);
+    let output =
+        child::run(&command, child::TO_BUILD).map_err(|fault| broken(tool, unit, fault))?;
     let text = [&*output.out, &*output.err].concat();
     let text = String::from_utf8_lossy(&text).into_owned();
     // OpenSTA goes on after errors, and ends well.

@@ -117,7 +117,7 @@ pub(crate) fn tools_key(kind: &str, tools: &Toolchain, flags: &[&str]) -> Key {
         .with(tools.verilator_version())
         .with(&tools.verilator_root().to_string_lossy())
         .with(tools.cxx_version())
-        .with(&format!("{:?}", tools.cxx()))
+        .with(&tools.cxx_words().join("\0"))
         .with(PRELUDE)
         .with(&flags.join(" "))
 }
@@ -346,6 +346,8 @@ pub(crate) fn compiler(tools: &Toolchain, folder: &Path, vcd: bool) -> Command {
     let include = tools.verilator_root().join("include");
     command
         .current_dir(folder)
+        // Its temporary files go with the folder, even if it is killed.
+        .env("TMPDIR", folder)
         .args(common_flags(vcd))
         .arg("-I.");
     // clang has no unique symbols to turn off and does not know the flag.

@@ -125,6 +125,11 @@ impl Toolchain {
         verilator_command(&self.verilator, self.set_root.as_deref())
     }
 
+    /// The compiler's command, word by word.
+    pub(crate) fn cxx_words(&self) -> &[String] {
+        &self.cxx
+    }
+
     pub(crate) fn cxx(&self) -> Command {
         let (program, args) = split(&self.cxx);
         let mut command = Command::new(program);
