@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::cache::CacheArgs;
 use crate::characterise::CharacteriseArgs;
 use crate::common::Common;
 use crate::cost::CostArgs;
@@ -54,6 +55,8 @@ pub(crate) enum Command {
     Model(Box<ModelArgs>),
     /// Measure what accuracy costs in time
     Cost(CostArgs),
+    /// List what is kept between runs, or remove it
+    Cache(CacheArgs),
     /// Show which outside tools are here, and what is lost without each
     Doctor(DoctorArgs),
 }
@@ -67,9 +70,13 @@ pub(crate) struct DoctorArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct EmitArgs {
-    /// Folder that is made, or filled
+    /// Folder that is made, or filled: files of an earlier emission are replaced as one step, and
+    /// others stay
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    /// Replace files of the same names that were edited, or that this command did not write
+    #[arg(long)]
+    pub(crate) overwrite: bool,
     /// Leave out of the configuration what no camera of a scene can use, and write what is left
     /// beside the Verilog: a built-in scene, a model file or a description
     #[arg(long, value_name = "SCENE")]

@@ -10,6 +10,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::files::{self, FileError};
+use crate::say::say;
 use search::{Surroundings, locate, numbers, version};
 use tools::{TOOLS, Tool};
 
@@ -80,11 +81,12 @@ struct Report {
 /// [`DoctorError::Missing`] when a required tool cannot be used, [`DoctorError::File`] when the
 /// report cannot be written.
 pub(crate) fn run(json: Option<&Path>) -> Result<(), DoctorError> {
+    files::prepare([json.map(Path::to_path_buf).as_ref()])?;
     let report = examine(&Surroundings {
         variable: &|name| std::env::var_os(name),
         folder: std::env::current_dir().unwrap_or_default(),
     });
-    print!("{}", text(&report));
+    say!("{}", text(&report).trim_end());
     if let Some(path) = json {
         files::write(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }

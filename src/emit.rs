@@ -1,19 +1,20 @@
 //! `potamoi emit`: the Verilog of both units.
 
+mod set;
+
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_golden::effects::{Hardware, LeftOut};
 use potamoi_golden::scene::Scene;
-use potamoi_hdl::emit::{GENERATED, emit};
+use potamoi_hdl::emit::emit;
 use serde::Serialize;
 
 use crate::cli::EmitArgs;
 use crate::common::Common;
 use crate::failure::Failure;
-use crate::files::{self, FileError};
+use crate::files;
 use crate::say::say;
 
 /// The file that a configuration is written to that is reduced to a scene.
@@ -43,6 +44,18 @@ struct Report {
 pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
     let asked = common.read_config()?;
+    if let (Some(config), Some(scene)) = (&common.config, &args.for_scene) {
+        let own = args.out.join(CONFIGURATION);
+        if let (Ok(read), Ok(written)) = (config.canonicalize(), own.canonicalize())
+            && read == written
+        {
+            return Err(Failure::Usage(format!(
+                "--config {} would be replaced by what is left of it for {scene}: name another \
+                 folder with --out",
+                config.display()
+            )));
+        }
+    }
     let hardware = match &args.for_scene {
         Some(name) => Hardware::of(&Scene::open(name)?, &asked)?,
         None => Hardware::whole(&asked),
@@ -70,13 +83,11 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         .for_scene
         .is_some()
         .then(|| args.out.join(CONFIGURATION));
-    if let Some(path) = &written {
-        files::write(path, &text_of(&config)?)?;
+    let mut all = made.clone();
+    if written.is_some() {
+        all.insert(CONFIGURATION.to_owned(), text_of(&config)?);
     }
-    for (path, text) in &made {
-        files::write(&args.out.join(path), text)?;
-    }
-    let stale = remove_stale(&args.out, &made)?;
+    let stale = set::replace(&args.out, &all, &config.hash(), args.overwrite)?;
     let (organisation, organisation_reason) = config.organisation();
     let report = Report {
         format_version: FORMAT_VERSION,
@@ -110,11 +121,9 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
             say!("  it calls for everything in the configuration");
         }
     }
-    for path in &stale {
-        say!(
-            "removed {}, a module of another configuration",
-            path.display()
-        );
+    for name in &stale {
+        let path = args.out.join(name);
+        say!("removed {}, of another configuration", path.display());
     }
     say!(
         "{} modules, {} lines of Verilog-2005 in {}, configuration {}",
@@ -145,31 +154,4 @@ const fn name_of(organisation: Organisation) -> &'static str {
         Organisation::Parity => "parity",
         Organisation::FeatureMajor => "feature-major",
     }
-}
-
-/// Removes what an earlier run left in the units' folders: modules that this
-/// generator wrote and the configuration does not have. Other files stay.
-fn remove_stale(out: &Path, made: &BTreeMap<String, String>) -> Result<Vec<PathBuf>, Failure> {
-    let mut removed = vec![];
-    for unit in [GATHERING_UNIT, VECTOR_UNIT] {
-        let folder = out.join(unit);
-        if !folder.is_dir() {
-            continue;
-        }
-        let listing = std::fs::read_dir(&folder).map_err(|e| FileError::new(&folder, e))?;
-        for entry in listing {
-            let path = entry.map_err(|e| FileError::new(&folder, e))?.path();
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            if !name.ends_with(".v") || made.contains_key(&format!("{unit}/{name}")) {
-                continue;
-            }
-            let text = std::fs::read_to_string(&path).unwrap_or_default();
-            if text.lines().any(|line| line.starts_with(GENERATED)) {
-                std::fs::remove_file(&path).map_err(|e| FileError::new(&path, e))?;
-                removed.push(path);
-            }
-        }
-    }
-    removed.sort();
-    Ok(removed)
 }

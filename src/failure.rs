@@ -72,6 +72,9 @@ pub(crate) enum Failure {
     Inconclusive(String),
     #[error("{0}")]
     Usage(String),
+    /// What was printed did not all arrive.
+    #[error("cannot write standard output: {0}; what was printed is not whole")]
+    Output(String),
 }
 
 impl Failure {
@@ -94,7 +97,8 @@ impl Failure {
             | Self::Work(_)
             | Self::Cost(_)
             | Self::Model(_)
-            | Self::Usage(_) => 2,
+            | Self::Usage(_)
+            | Self::Output(_) => 2,
             Self::Netlist(_) | Self::Check(_) => 1,
             Self::Inconclusive(_) => 4,
             Self::Scene(error) => match error.unit() {

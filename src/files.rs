@@ -1,6 +1,8 @@
 //! Files that are whole or not there.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use thiserror::Error;
 
@@ -20,11 +22,31 @@ impl FileError {
 
 /// Finds out, before any work, that its results can be written; makes their
 /// folders.
+///
+/// # Errors
+/// One cannot be written, or is an output already that was found out about before.
 pub(crate) fn prepare<'a>(
     paths: impl IntoIterator<Item = Option<&'a PathBuf>>,
 ) -> Result<(), FileError> {
+    static KNOWN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     for path in paths.into_iter().flatten() {
-        potamoi_golden::files::prepare(path).map_err(|e| FileError::new(path, e))?;
+        let fail = |e| FileError::new(path, e);
+        potamoi_golden::files::prepare(path).map_err(fail)?;
+        // Streams may be written to twice.
+        let Some(place) = potamoi_golden::files::place(path).map_err(fail)? else {
+            continue;
+        };
+        let folder = place.parent().filter(|p| !p.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize();
+        let whole = folder
+            .map_err(fail)?
+            .join(place.file_name().unwrap_or_default());
+        if !known.insert(whole) {
+            return Err(fail(std::io::Error::other(
+                "it is another output of this command already",
+            )));
+        }
     }
     Ok(())
 }

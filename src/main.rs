@@ -1,8 +1,9 @@
 //! The `potamoi` command line.
 //!
-//! Exit codes: 0 right, 1 a check failed, 2 usage or configuration, 3 a tool
-//! is missing, 4 inconclusive.
+//! Exit codes: 0 right, 1 a check failed, 2 usage, configuration, input or output, 3 a tool
+//! is missing or does not work, 4 inconclusive.
 
+mod cache;
 mod characterise;
 mod charts;
 mod cli;
@@ -15,9 +16,11 @@ mod estimate;
 mod failure;
 mod files;
 mod layouts;
+mod limits;
 mod model;
 mod progress;
 mod render;
+mod roles;
 mod say;
 mod scene;
 mod sequence;
@@ -30,11 +33,35 @@ mod warp;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory as _, FromArgMatches as _};
+
+use failure::Failure;
 
 fn main() -> ExitCode {
-    let cli = cli::Cli::parse();
-    let done = match &cli.command {
+    let matches = cli::Cli::command().get_matches();
+    let cli = match cli::Cli::from_arg_matches(&matches) {
+        Ok(cli) => cli,
+        Err(error) => error.exit(),
+    };
+    if let Some(code) = limits::run_within() {
+        return code;
+    }
+    let done = roles::check(&matches).and_then(|()| run(&cli));
+    let done = match (done, say::lost()) {
+        (Ok(()), Some(why)) => Err(Failure::Output(why)),
+        (done, _) => done,
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            say::error(format_args!("{failure}"));
+            failure.exit_code()
+        }
+    }
+}
+
+fn run(cli: &cli::Cli) -> Result<(), Failure> {
+    match &cli.command {
         cli::Command::Emit(args) => emit::run(&cli.common, args),
         cli::Command::Trace(args) => trace::run(&cli.common, args),
         cli::Command::Verify(args) => verify::run(&cli.common, args),
@@ -47,13 +74,7 @@ fn main() -> ExitCode {
         cli::Command::Estimate(args) => estimate::run(&cli.common, args),
         cli::Command::Model(args) => model::run(&cli.common, args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
+        cli::Command::Cache(args) => cache::run(args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()).map_err(Into::into),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            eprintln!("error: {failure}");
-            failure.exit_code()
-        }
     }
 }

@@ -1,33 +1,110 @@
-//! Files that are whole or not there, and of bounded size.
+//! Output files: written whole or not at all, in place of regular files alone.
+//!
+//! A file is written beside its place and then renamed, so that a run that is cut off leaves the
+//! one before. A link is written through: what it names is replaced, and the link stays. A device
+//! or a pipe (`/dev/null`, `/dev/stdout`, `>(command)`) is written into, and never replaced.
 
-use std::io::Write as _;
-use std::path::Path;
+use std::fs::{File, FileType};
+use std::io::{Error, ErrorKind, Read as _, Result, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
-pub use potamoi_formats::files::{open, read, read_text};
+pub use potamoi_formats::files::{check, name_of, open, read, read_text};
+use rustix::fs::{FlockOperation, Mode, OFlags};
+use tempfile::NamedTempFile;
 
-/// Writes to a temporary name in the same folder, then renames.
+/// Beginning of the names of unfinished files.
+const UNFINISHED: &str = ".potamoi-";
+
+/// Writes to a temporary name in the same folder, then renames; into devices and pipes as they are.
 ///
 /// # Errors
-/// The folder does not exist or cannot be written.
-pub fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut file = beside(path)?;
-    file.write_all(bytes)?;
-    readable(file.as_file())?;
-    file.persist(path).map_err(|e| e.error)?;
-    Ok(())
+/// The folder does not exist or cannot be written; a folder, socket or disk is in the way; the disk
+/// is full.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    let Some(place) = place(path)? else {
+        return into(path)?.write_all(bytes);
+    };
+    let mut file = Unfinished::beside(&place)?;
+    file.0.write_all(bytes)?;
+    file.finish()
 }
 
 /// Whether a file can be written here, found out before the work whose result
 /// it is; makes its folder.
 ///
 /// # Errors
-/// The folder cannot be made or written.
-pub fn prepare(path: &Path) -> std::io::Result<()> {
-    std::fs::create_dir_all(folder(path))?;
-    if path.is_dir() {
-        return Err(std::io::ErrorKind::IsADirectory.into());
+/// As [`write`]; the folder cannot be made.
+pub fn prepare(path: &Path) -> Result<()> {
+    match place(path)? {
+        // Held from now on: whoever reads from a pipe sees no end before the result.
+        None => into(path).map(|stream| {
+            static HELD: Mutex<Vec<File>> = Mutex::new(vec![]);
+            HELD.lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .push(stream);
+        }),
+        Some(place) => {
+            std::fs::create_dir_all(folder(&place))?;
+            Unfinished::beside(&place).map(drop)
+        }
     }
-    beside(path).map(drop)
+}
+
+/// Where the file itself is that a path names, behind all links; none where the path names a
+/// stream, which is written into.
+///
+/// # Errors
+/// A folder, a socket or a disk is there; a link that leads nowhere.
+pub fn place(path: &Path) -> Result<Option<PathBuf>> {
+    // Names of open files: renaming over what they lead to would cut them off.
+    let is_open_file = path.starts_with("/dev") || path.starts_with("/proc");
+    let found = match std::fs::metadata(path) {
+        Ok(found) => found.file_type(),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            let is_link = std::fs::symlink_metadata(path).is_ok();
+            let leads_nowhere = Error::other("a link that leads nowhere: remove it first");
+            return if is_link {
+                Err(leads_nowhere)
+            } else {
+                Ok(Some(path.to_owned()))
+            };
+        }
+        Err(error) => return Err(error),
+    };
+    if found.is_dir() {
+        return Err(ErrorKind::IsADirectory.into());
+    }
+    if is_stream(found) || (found.is_file() && is_open_file) {
+        return Ok(None);
+    }
+    if !found.is_file() {
+        return Err(Error::other("a socket or a disk, which is never written"));
+    }
+    let is_link = std::fs::symlink_metadata(path)?.file_type().is_symlink();
+    Ok(Some(if is_link {
+        std::fs::canonicalize(path)?
+    } else {
+        path.to_owned()
+    }))
+}
+
+fn is_stream(kind: FileType) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+    kind.is_char_device() || kind.is_fifo()
+}
+
+/// Opens a stream to write into, without waiting for somebody who reads.
+fn into(path: &Path) -> Result<File> {
+    let flags = OFlags::WRONLY | OFlags::APPEND | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    let opened = rustix::fs::open(path, flags, Mode::empty()).map_err(|error| {
+        if error == rustix::io::Errno::NXIO {
+            return Error::other("a FIFO that nobody reads");
+        }
+        error.into()
+    })?;
+    rustix::fs::fcntl_setfl(&opened, OFlags::APPEND)?;
+    Ok(File::from(opened))
 }
 
 fn folder(path: &Path) -> &Path {
@@ -37,31 +114,103 @@ fn folder(path: &Path) -> &Path {
     }
 }
 
-/// A temporary file in the folder of another.
-fn beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    tempfile::Builder::new()
-        .prefix(".potamoi")
-        .tempfile_in(folder(path))
-        // The temporary name, which the library adds, would say nothing to a user.
-        .map_err(|e| std::io::Error::from(e.kind()))
+/// A file that is being written, beside its place. It is locked while its process lives, and what a
+/// killed one left is removed by the next that writes into the same folder.
+#[derive(Debug)]
+pub struct Unfinished(NamedTempFile, PathBuf);
+
+impl Unfinished {
+    /// Of a file at `place`, which is no link.
+    ///
+    /// # Errors
+    /// Its folder cannot be written.
+    pub fn beside(place: &Path) -> Result<Self> {
+        let folder = folder(place);
+        sweep(folder, UNFINISHED);
+        loop {
+            let file = tempfile::Builder::new()
+                .prefix(UNFINISHED)
+                .tempfile_in(folder)
+                // The temporary name, which the library adds, would say nothing to a user.
+                .map_err(|e| Error::from(e.kind()))?;
+            // Where the file system knows no locks nothing is swept either.
+            let _ = rustix::fs::flock(file.as_file(), FlockOperation::LockExclusive);
+            // A sweep may have come between its making and its lock.
+            if file.path().exists() {
+                return Ok(Self(file, place.to_owned()));
+            }
+        }
+    }
+
+    /// Where it is until it is finished.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Puts it in its place.
+    ///
+    /// # Errors
+    /// It cannot be renamed.
+    pub fn finish(self) -> Result<()> {
+        readable(self.0.as_file())?;
+        self.0.persist(&self.1).map_err(|e| e.error)?;
+        Ok(())
+    }
+}
+
+/// Removes files and folders whose names begin so and that no process holds locked.
+pub fn sweep(folder: &Path, prefix: &str) {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        if !entry.file_name().to_string_lossy().starts_with(prefix) {
+            continue;
+        }
+        let path = entry.path();
+        let Ok(kind) = entry.file_type() else {
+            continue;
+        };
+        if !kind.is_file() && !kind.is_dir() {
+            continue;
+        }
+        let Ok(file) = File::open(&path) else {
+            continue;
+        };
+        if rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok() {
+            // What cannot be removed is found again by the next run.
+            let _ = if kind.is_dir() {
+                std::fs::remove_dir_all(&path)
+            } else {
+                std::fs::remove_file(&path)
+            };
+        }
+    }
+}
+
+/// Whether a regular file holds just these bytes.
+#[must_use]
+pub fn holds(path: &Path, bytes: &[u8]) -> bool {
+    let Ok(file) = open(path) else {
+        return false;
+    };
+    let mut found = vec![];
+    let most = bytes.len() as u64 + 1;
+    file.take(most).read_to_end(&mut found).is_ok() && found == bytes
 }
 
 /// Temporary files are private; what is written for others should not be.
-#[cfg(unix)]
-fn readable(file: &std::fs::File) -> std::io::Result<()> {
+fn readable(file: &File) -> Result<()> {
     use std::os::unix::fs::PermissionsExt as _;
     file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn readable(_: &std::fs::File) -> std::io::Result<()> {
-    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use std::os::unix::fs::symlink;
 
     #[test]
     fn a_file_is_replaced_whole_and_nothing_stays_beside_it() {
@@ -78,5 +227,58 @@ mod tests {
         assert!(prepare(&path.join("g")).is_err(), "a file is no folder");
         let left = std::fs::read_dir(folder.path().join("new")).unwrap();
         assert_eq!(left.count(), 0);
+    }
+
+    #[test]
+    fn links_are_written_through_and_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("target"), "old").unwrap();
+        symlink("target", at("link")).unwrap();
+        symlink("nothing", at("dangling")).unwrap();
+        write(&at("link"), b"new").unwrap();
+        let kind = std::fs::symlink_metadata(at("link")).unwrap().file_type();
+        assert!(kind.is_symlink());
+        assert_eq!(std::fs::read(at("target")).unwrap(), b"new");
+        for refuse in [write(&at("dangling"), b"x"), prepare(&at("dangling"))] {
+            assert!(refuse.unwrap_err().to_string().contains("leads nowhere"));
+        }
+    }
+
+    #[test]
+    fn streams_are_written_into_and_never_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let null = folder.path().join("null");
+        symlink("/dev/null", &null).unwrap();
+        for path in [Path::new("/dev/null"), &null] {
+            prepare(path).unwrap();
+            write(path, b"x").unwrap();
+            assert!(!std::fs::metadata(path).unwrap().is_file());
+        }
+        assert!(write(Path::new("/dev/full"), b"x").is_err());
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        let error = prepare(&pipe).unwrap_err().to_string();
+        assert_eq!(error, "a FIFO that nobody reads");
+        let reads = OFlags::RDONLY | OFlags::NONBLOCK;
+        let reader = rustix::fs::open(&pipe, reads, Mode::empty()).unwrap();
+        write(&pipe, b"through").unwrap();
+        let mut text = String::new();
+        File::from(reader).read_to_string(&mut text).unwrap();
+        assert_eq!(text, "through");
+    }
+
+    #[test]
+    fn what_a_killed_run_left_is_swept_and_what_is_in_use_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let left = folder.path().join(".potamoi-left");
+        std::fs::write(&left, "half").unwrap();
+        let used = Unfinished::beside(&folder.path().join("f")).unwrap();
+        assert!(!left.exists());
+        write(&folder.path().join("g"), b"x").unwrap();
+        assert!(used.path().exists());
+        used.finish().unwrap();
+        assert!(folder.path().join("f").exists());
     }
 }

@@ -14,6 +14,7 @@ pub mod files;
 #[cfg(test)]
 mod hard_cases;
 pub mod mask;
+pub mod memory;
 pub mod mesh;
 pub mod picture;
 pub mod precision;

@@ -1,5 +1,6 @@
 //! Results that are kept between runs: found by a key of named parts, believed by a checksum.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use potamoi_golden::files;
@@ -142,7 +143,9 @@ fn read_bytes(path: &Path) -> Option<Vec<u8>> {
 }
 
 fn not_believed(path: &Path, why: &str) {
-    eprintln!(
+    // Standard error may be closed.
+    let _ = writeln!(
+        std::io::stderr().lock(),
         "note: the kept result {} is not used, since {why}: it is made again",
         path.display()
     );

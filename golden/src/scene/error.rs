@@ -39,6 +39,14 @@ pub enum SceneError {
         /// The endings that are read.
         expected: String,
     },
+    /// A model does not fit in memory.
+    #[error("cannot load {path}: {why}; raise the limit, or name a smaller model")]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// What is lacking.
+        why: String,
+    },
     /// A description cannot be read.
     #[error("cannot read {path}: {source}; name a file that is there and can be read")]
     Read {

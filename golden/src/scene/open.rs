@@ -49,6 +49,12 @@ impl Scene {
             return scene;
         }
         let path = Path::new(name);
+        if let Some(why) = crate::memory::too_large(path) {
+            return Err(SceneError::Memory {
+                path: path.to_owned(),
+                why,
+            });
+        }
         if files::is_splats(path) {
             return Self::model_file(path);
         }

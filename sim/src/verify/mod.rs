@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
+use potamoi_golden::files::{self, Unfinished};
 use potamoi_golden::units::gather::GatherTwin;
 use potamoi_golden::units::vu::VectorTwin;
 use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
@@ -174,20 +175,23 @@ impl<'p> Verifier<'p> {
         dump: impl FnOnce(&Path) -> Result<u64, RtlError>,
     ) -> Option<Result<Excerpt, String>> {
         let path = self.settings.excerpt.clone()?;
-        let mut partial = path.clone().into_os_string();
-        partial.push(".partial");
-        let time = dump(Path::new(&partial)).map_err(|e| e.to_string());
-        let moved = time.and_then(|time| {
-            std::fs::rename(&partial, &path).map_err(|e| {
-                let path = path.display();
-                format!("cannot write {path}: {e}; name a folder that can be written")
-            })?;
-            Ok(Excerpt { path, time })
-        });
-        if moved.is_err() {
-            let _ = std::fs::remove_file(&partial);
-        }
-        Some(moved)
+        let cannot = |e: std::io::Error| {
+            let path = path.display();
+            format!("cannot write {path}: {e}; name a folder that can be written")
+        };
+        let dumped = || {
+            let Some(place) = files::place(&path).map_err(cannot)? else {
+                return dump(&path).map_err(|e| e.to_string());
+            };
+            let partial = Unfinished::beside(&place).map_err(cannot)?;
+            let time = dump(partial.path()).map_err(|e| e.to_string())?;
+            partial.finish().map_err(cannot)?;
+            Ok(time)
+        };
+        Some(dumped().map(|time| Excerpt {
+            path: path.clone(),
+            time,
+        }))
     }
 
     fn fail(

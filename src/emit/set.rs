@@ -1,0 +1,336 @@
+//! A set of files that takes the place of another as one step.
+//!
+//! The new set is written whole into a folder of its own inside the old one: a full disk ends there.
+//! Renaming that folder decides for the new set. Its files then take their places one by one, which
+//! needs no room; a run that is killed there is finished by the next one before it does anything
+//! else. A manifest lists the files with their hashes, so that what others wrote or edited is
+//! told from what an emission left.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use potamoi_golden::files::{holds, name_of, read, read_text, sweep};
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+use crate::files::FileError;
+
+/// Lists what an emission wrote.
+pub(super) const MANIFEST: &str = "manifest.json";
+/// Begins the name of a set that is being written.
+const WRITING: &str = ".potamoi-emit-";
+/// A whole set that takes its place.
+const WHOLE: &str = ".potamoi-emitted";
+/// In that folder: paths of files that go.
+const GONE: &str = "gone.json";
+const NEW: &str = "new";
+const FORMAT_VERSION: u32 = 1;
+/// Bytes of a manifest, and of a file of a set, that are read.
+const LARGEST: u64 = 256 << 20;
+
+/// Files by their path below the folder.
+pub(super) type Set = BTreeMap<String, String>;
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Manifest {
+    format_version: u32,
+    configuration: String,
+    /// blake3 of each file, by its path below the folder.
+    files: BTreeMap<String, String>,
+}
+
+/// Replaces the files of an earlier emission by these; gives the paths of those that are gone.
+///
+/// # Errors
+/// Files of those names are in the folder that no emission wrote, or that were edited since, unless
+/// `overwrite`; a file cannot be written, in which case the old set stays.
+pub(super) fn replace(
+    out: &Path,
+    set: &Set,
+    configuration: &str,
+    overwrite: bool,
+) -> Result<Vec<String>, Failure> {
+    fs::create_dir_all(out).map_err(|e| FileError::new(out, e))?;
+    finish(out)?;
+    sweep(out, WRITING);
+    let old = manifest_of(out);
+    let foreign = foreign(out, set, &old, overwrite)?;
+    if !foreign.is_empty() && !overwrite {
+        return Err(Failure::Usage(format!(
+            "{} holds files that this command did not write, or that were edited since: {}; name \
+             another folder, or replace them with --overwrite",
+            out.display(),
+            foreign.join(", ")
+        )));
+    }
+    let gone: Vec<String> = old
+        .keys()
+        .filter(|path| !set.contains_key(*path) && out.join(path).exists())
+        .cloned()
+        .collect();
+    write(out, set, configuration, &gone)?;
+    finish(out)?;
+    Ok(gone)
+}
+
+/// Files of the old manifest; none where there is none that can be read.
+fn manifest_of(out: &Path) -> BTreeMap<String, String> {
+    let text = read_text(&out.join(MANIFEST), LARGEST).ok();
+    let manifest: Option<Manifest> = text.and_then(|text| serde_json::from_str(&text).ok());
+    let files = manifest.map(|m| m.files).unwrap_or_default();
+    files
+        .into_iter()
+        .filter(|(path, _)| is_inside(path))
+        .collect()
+}
+
+/// Whether a path stays below the folder that it is joined to.
+fn is_inside(path: &str) -> bool {
+    let mut parts = Path::new(path).components();
+    parts.all(|part| matches!(part, std::path::Component::Normal(_)))
+}
+
+/// Files in the way that are not as an emission left them.
+fn foreign(
+    out: &Path,
+    set: &Set,
+    old: &BTreeMap<String, String>,
+    overwrite: bool,
+) -> Result<Vec<String>, Failure> {
+    let mut foreign = vec![];
+    let names = set
+        .keys()
+        .chain(old.keys().filter(|p| !set.contains_key(*p)));
+    for name in names {
+        let path = out.join(name);
+        let Ok(found) = fs::symlink_metadata(&path) else {
+            continue;
+        };
+        if let Some(what) = name_of(found.file_type()) {
+            if overwrite && found.file_type().is_symlink() {
+                continue;
+            }
+            return Err(Failure::Usage(format!(
+                "{} is {} and is never replaced: name another folder",
+                path.display(),
+                if found.file_type().is_symlink() {
+                    "a link"
+                } else {
+                    what
+                }
+            )));
+        }
+        let is_same = set
+            .get(name)
+            .is_some_and(|text| holds(&path, text.as_bytes()));
+        let is_listed = || {
+            let bytes = read(&path, LARGEST).ok().flatten();
+            let hash = bytes.map(|bytes| hash(&bytes));
+            hash.is_some() && hash.as_ref() == old.get(name)
+        };
+        if !is_same && !is_listed() {
+            foreign.push(name.clone());
+        }
+    }
+    Ok(foreign)
+}
+
+fn hash(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+/// Writes the whole set beside the old one, and decides for it.
+fn write(out: &Path, set: &Set, configuration: &str, gone: &[String]) -> Result<(), Failure> {
+    let fail = |path: &Path| {
+        let path = path.to_owned();
+        move |e| FileError::new(&path, e)
+    };
+    let folder = tempfile::Builder::new()
+        .prefix(WRITING)
+        .tempdir_in(out)
+        .map_err(|e| FileError::new(out, e.kind().into()))?;
+    // Held until the set is whole: the next run sweeps what nobody holds.
+    let lock = fs::File::open(folder.path()).map_err(fail(out))?;
+    let _ = rustix::fs::flock(&lock, rustix::fs::FlockOperation::LockExclusive);
+    let manifest = Manifest {
+        format_version: FORMAT_VERSION,
+        configuration: configuration.to_owned(),
+        files: set
+            .iter()
+            .map(|(p, text)| (p.clone(), hash(text.as_bytes())))
+            .collect(),
+    };
+    let text =
+        |value: Result<String, serde_json::Error>| value.map_err(|e| FileError::new(out, e.into()));
+    let listed = text(serde_json::to_string_pretty(&manifest))? + "\n";
+    let new = folder.path().join(NEW);
+    let all = set
+        .iter()
+        .map(|(path, text)| (path.as_str(), text.as_str()));
+    for (name, text) in all.chain([(MANIFEST, listed.as_str())]) {
+        let path = new.join(name);
+        let place = out.join(name);
+        fs::create_dir_all(path.parent().unwrap_or(&new)).map_err(fail(&place))?;
+        fs::write(&path, text).map_err(fail(&place))?;
+        // Folders are made before the decision too.
+        fs::create_dir_all(place.parent().unwrap_or(out)).map_err(fail(&place))?;
+    }
+    let path = folder.path().join(GONE);
+    fs::write(&path, text(serde_json::to_string(gone))?).map_err(fail(out))?;
+    let whole = out.join(WHOLE);
+    fs::rename(folder.path(), &whole).map_err(fail(&whole))?;
+    Ok(())
+}
+
+/// Finishes what a run began that had its set whole, whether that was this one or one that was
+/// killed.
+fn finish(out: &Path) -> Result<(), Failure> {
+    let whole = out.join(WHOLE);
+    if !whole.is_dir() {
+        return Ok(());
+    }
+    let new = whole.join(NEW);
+    let mut names = vec![];
+    // It is gone where all had their places already.
+    if new.is_dir() {
+        below(&new, &new, &mut names).map_err(|e| FileError::new(&whole, e))?;
+    }
+    // The manifest is last: until then the old one may call the files edited.
+    names.sort_by_key(|name| (name == Path::new(MANIFEST), name.clone()));
+    for name in names {
+        let place = out.join(&name);
+        fs::create_dir_all(place.parent().unwrap_or(out)).map_err(|e| FileError::new(&place, e))?;
+        fs::rename(new.join(&name), &place).map_err(|e| FileError::new(&place, e))?;
+    }
+    let gone = read_text(&whole.join(GONE), LARGEST).ok();
+    let gone: Vec<String> = gone
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .unwrap_or_default();
+    for name in gone.iter().filter(|name| is_inside(name)) {
+        match fs::remove_file(out.join(name)) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(FileError::new(&out.join(name), e).into());
+            }
+            _ => {}
+        }
+    }
+    fs::remove_dir_all(&whole).map_err(|e| FileError::new(&whole, e))?;
+    Ok(())
+}
+
+/// Paths of all files in a folder, from `root` on.
+fn below(root: &Path, folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            below(root, &path, found)?;
+        } else if let Ok(name) = path.strip_prefix(root) {
+            found.push(name.to_owned());
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn set(names: &[&str], text: &str) -> Set {
+        names
+            .iter()
+            .map(|n| ((*n).to_owned(), format!("{text} {n}\n")))
+            .collect()
+    }
+
+    /// Everything in a folder, but the manifest.
+    fn content(out: &Path) -> Set {
+        let mut names = vec![];
+        below(out, out, &mut names).unwrap();
+        let names = names.iter().map(|n| n.display().to_string());
+        names
+            .filter(|n| n != MANIFEST)
+            .map(|n| (n.clone(), fs::read_to_string(out.join(&n)).unwrap()))
+            .collect()
+    }
+
+    #[test]
+    fn a_set_replaces_another_and_leaves_the_rest() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("o");
+        let (old, new) = (set(&["u/a.v", "u/b.v"], "old"), set(&["u/a.v", "c"], "new"));
+        replace(&out, &old, "1", false).unwrap();
+        fs::write(out.join("u/mine.v"), "mine").unwrap();
+        assert_eq!(replace(&out, &new, "2", false).unwrap(), ["u/b.v"]);
+        let mut expected = new.clone();
+        expected.insert("u/mine.v".to_owned(), "mine".to_owned());
+        assert_eq!(content(&out), expected);
+        assert!(replace(&out, &new, "2", false).unwrap().is_empty());
+    }
+
+    #[test]
+    fn edited_and_foreign_files_stay_unless_told_otherwise() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path();
+        let (old, new) = (set(&["a.v", "b.v"], "old"), set(&["a.v", "c.v"], "new"));
+        fs::write(out.join("c.v"), "foreign").unwrap();
+        replace(out, &old, "1", false).unwrap();
+        fs::write(out.join("b.v"), "edited").unwrap();
+        let before = content(out);
+        let said = replace(out, &new, "2", false).unwrap_err().to_string();
+        assert!(said.contains("b.v") && said.contains("c.v") && said.contains("--overwrite"));
+        assert!(!said.contains("a.v"), "{said}");
+        assert_eq!(content(out), before);
+        replace(out, &new, "2", true).unwrap();
+        assert_eq!(content(out), new);
+    }
+
+    #[test]
+    fn a_run_that_was_cut_off_left_the_old_set_or_is_finished() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path();
+        let (old, new) = (set(&["a.v", "b.v"], "old"), set(&["a.v", "c.v"], "new"));
+        replace(out, &old, "1", false).unwrap();
+        // Cut off while it was written.
+        fs::create_dir(out.join(".potamoi-emit-x")).unwrap();
+        fs::write(out.join(".potamoi-emit-x/a.v"), "half").unwrap();
+        replace(out, &old, "1", false).unwrap();
+        assert_eq!(content(out), old);
+        // Cut off after one of its files had its place.
+        write(out, &new, "2", &["b.v".to_owned()]).unwrap();
+        fs::rename(out.join(WHOLE).join(NEW).join("a.v"), out.join("a.v")).unwrap();
+        finish(out).unwrap();
+        assert_eq!(content(out), new);
+        assert_eq!(manifest_of(out).len(), 2);
+        // Cut off when nothing but the folder was left to remove.
+        fs::create_dir(out.join(WHOLE)).unwrap();
+        replace(out, &new, "2", false).unwrap();
+        assert_eq!(content(out), new);
+    }
+
+    #[test]
+    fn devices_and_links_are_never_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path();
+        std::os::unix::fs::symlink("/dev/null", out.join("a.v")).unwrap();
+        let said = replace(out, &set(&["a.v"], "new"), "1", false).unwrap_err();
+        assert!(said.to_string().contains("is a link"), "{said}");
+        fs::remove_file(out.join("a.v")).unwrap();
+        let pipe = out.join("a.v");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        for overwrite in [false, true] {
+            let said = replace(out, &set(&["a.v"], "new"), "1", overwrite).unwrap_err();
+            assert!(said.to_string().contains("a FIFO"), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_manifest_reaches_no_file_outside() {
+        for bad in ["../a", "/a", "a/../../b"] {
+            assert!(!is_inside(bad), "{bad}");
+        }
+        assert!(is_inside("gathering_unit/a.v"));
+    }
+}

@@ -1,0 +1,275 @@
+//! Which arguments name inputs and which outputs, and that no file is both or twice.
+//!
+//! Looked at before any work, for all commands at once: an output that is a file of the inputs
+//! would be lost, and one file for two outputs holds one of them.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
+
+use clap::ArgMatches;
+
+use crate::failure::Failure;
+
+/// Files that a description names are followed so far.
+const DEPTH: u32 = 3;
+/// Larger descriptions are not searched for files that they name.
+const LARGEST: u64 = 64 << 20;
+/// Files of an input folder that are looked at.
+const MOST: usize = 100_000;
+
+/// What an argument names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// A file or folder that is read, or a name that is none.
+    Input,
+    /// A file that is written.
+    Output,
+    /// A folder that files are written into.
+    Folder,
+}
+
+/// The role of an argument of a command; none of those that name no file.
+fn role(command: &str, argument: &str) -> Option<Role> {
+    Some(match (command, argument) {
+        ("verify", "trace") | ("estimate", "grid") => Role::Input,
+        ("emit" | "warp", "out") | (_, "readmemh" | "netlists") => Role::Folder,
+        (
+            _,
+            "config" | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "system" | "synth"
+            | "liberty" | "compare" | "activity",
+        ) => Role::Input,
+        (
+            _,
+            "out" | "json" | "vcd" | "csv" | "plot" | "found" | "table" | "energy" | "roofline"
+            | "trace" | "report" | "grid" | "forms",
+        ) => Role::Output,
+        _ => return None,
+    })
+}
+
+/// Refuses arguments by which a file would be lost.
+///
+/// # Errors
+/// One file is named for two outputs, or an output is a file that is read.
+pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
+    let Some((command, own)) = matches.subcommand() else {
+        return Ok(());
+    };
+    let (mut inputs, mut outputs) = (vec![], vec![]);
+    for id in own.ids() {
+        let Some(role) = role(command, id.as_str()) else {
+            continue;
+        };
+        for value in own.get_raw(id.as_str()).into_iter().flatten() {
+            let flag = format!("--{}", id.as_str().replace('_', "-"));
+            let list = match role {
+                Role::Input => &mut inputs,
+                Role::Output => &mut outputs,
+                Role::Folder => continue,
+            };
+            list.push((flag, PathBuf::from(value)));
+        }
+    }
+    twice(&outputs)?;
+    let lost: Vec<_> = outputs
+        .iter()
+        .filter_map(|(flag, path)| Some((flag, path, regular(path)?)))
+        .collect();
+    if lost.is_empty() {
+        return Ok(());
+    }
+    for (input, from) in &inputs {
+        let mut read = BTreeSet::new();
+        files_of(from, DEPTH, &mut read);
+        for (flag, path, file) in &lost {
+            if read.contains(file) {
+                return Err(Failure::Usage(format!(
+                    "{flag} {} is a file that {input} {} reads, which would be lost: name another \
+                     output",
+                    path.display(),
+                    from.display()
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses one file for two outputs.
+fn twice(outputs: &[(String, PathBuf)]) -> Result<(), Failure> {
+    for (i, (flag, path)) in outputs.iter().enumerate() {
+        for (before, other) in &outputs[..i] {
+            if is_same(path, other) {
+                return Err(Failure::Usage(format!(
+                    "{before} {} and {flag} {} are one file, which would hold one of the two: name \
+                     two",
+                    other.display(),
+                    path.display()
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether two outputs would be one file. Streams may be written to twice.
+fn is_same(a: &Path, b: &Path) -> bool {
+    match (fs::metadata(a).ok(), fs::metadata(b).ok()) {
+        (Some(x), Some(y)) => x.is_file() && (x.dev(), x.ino()) == (y.dev(), y.ino()),
+        (None, None) => absolute(a) == absolute(b),
+        _ => false,
+    }
+}
+
+/// A path that does not exist, by the nearest folder above it that does.
+fn absolute(path: &Path) -> Option<PathBuf> {
+    let whole = std::path::absolute(path).ok()?;
+    let mut plain = PathBuf::new();
+    for part in whole.components() {
+        match part {
+            std::path::Component::ParentDir => {
+                plain.pop();
+            }
+            part => plain.push(part),
+        }
+        if let Ok(found) = fs::canonicalize(&plain) {
+            plain = found;
+        }
+    }
+    Some(plain)
+}
+
+/// Device and number of a regular file that is there.
+fn regular(path: &Path) -> Option<(u64, u64)> {
+    let found = fs::metadata(path).ok()?;
+    found.is_file().then(|| (found.dev(), found.ino()))
+}
+
+/// All files that reading a path reads, as far as it says: itself, those in it where it is a
+/// folder, and those that a description names.
+fn files_of(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
+    if path.is_dir() {
+        let entries = fs::read_dir(path).into_iter().flatten().flatten();
+        for entry in entries {
+            if depth == 0 || found.len() > MOST {
+                return;
+            }
+            files_of(&entry.path(), depth - 1, found);
+        }
+        return;
+    }
+    let Some(file) = regular(path) else {
+        return;
+    };
+    if !found.insert(file) || depth == 0 {
+        return;
+    }
+    let is_text = |ending: &str| path.extension().is_some_and(|e| e == ending);
+    if !is_text("toml") && !is_text("json") {
+        return;
+    }
+    let Ok(text) = potamoi_golden::files::read_text(path, LARGEST) else {
+        return;
+    };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut names = vec![];
+    if is_text("toml") {
+        let value: Option<toml::Value> = toml::from_str(&text).ok();
+        let value = value.and_then(|value| serde_json::to_value(value).ok());
+        value.iter().for_each(|value| texts(value, &mut names));
+    } else {
+        let value: Option<serde_json::Value> = serde_json::from_str(&text).ok();
+        value.iter().for_each(|value| texts(value, &mut names));
+    }
+    for name in names {
+        let named = folder.join(&name);
+        files_of(&named, depth - 1, found);
+        // Frames of a path are named without their ending.
+        files_of(&named.with_extension("png"), 0, found);
+    }
+}
+
+/// All texts in a value.
+fn texts(value: &serde_json::Value, found: &mut Vec<String>) {
+    match value {
+        serde_json::Value::String(text) if text.len() < 4096 => found.push(text.clone()),
+        serde_json::Value::Array(items) => items.iter().for_each(|item| texts(item, found)),
+        serde_json::Value::Object(fields) => fields.values().for_each(|v| texts(v, found)),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    /// Whoever adds an argument that names a file says here what it is.
+    #[test]
+    fn every_argument_that_names_a_file_has_a_role() {
+        let root = crate::cli::Cli::command();
+        let mut lacking = vec![];
+        for command in root.get_subcommands() {
+            let own = command.get_arguments().chain(root.get_arguments());
+            for argument in own {
+                let names = argument.get_value_names().unwrap_or_default();
+                let is_path = names.iter().any(|name| {
+                    ["FILE", "DIR", "SCENE", "SCENES", "FOLDER"].contains(&name.as_str())
+                });
+                let id = argument.get_id().as_str();
+                if is_path && role(command.get_name(), id).is_none() {
+                    lacking.push(format!("{} --{id}", command.get_name()));
+                }
+            }
+        }
+        assert!(lacking.is_empty(), "{lacking:?}");
+    }
+
+    fn said(arguments: &[&str]) -> Option<String> {
+        let matches = crate::cli::Cli::command().try_get_matches_from(arguments);
+        check(&matches.unwrap()).err().map(|e| e.to_string())
+    }
+
+    #[test]
+    fn one_file_has_one_part() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name).display().to_string();
+        let render = |out: &str, json: &str, scene: &str| {
+            said(&[
+                "potamoi", "render", "--scene", scene, "--out", out, "--json", json,
+            ])
+        };
+        let (a, b) = (at("a.png"), at("b.json"));
+        assert_eq!(render(&a, &b, "garden"), None);
+        let twice = render(&a, &at("x/../a.png"), "garden").unwrap();
+        assert!(twice.contains("are one file"), "{twice}");
+        fs::write(&a, "a").unwrap();
+        std::os::unix::fs::symlink(&a, &b).unwrap();
+        assert!(render(&a, &b, "garden").is_some(), "a link to the other");
+        assert_eq!(render("/dev/null", "/dev/null", "garden"), None);
+
+        // Files that are read, directly or because a description says so.
+        fs::remove_file(&b).unwrap();
+        fs::write(at("m.ply"), "ply").unwrap();
+        fs::write(
+            at("s.toml"),
+            "[model]\nkind = \"splats\"\npath = \"m.ply\"\n",
+        )
+        .unwrap();
+        let lost = render(&a, &at("m.ply"), &at("m.ply")).unwrap();
+        assert!(
+            lost.contains("--json") && lost.contains("would be lost"),
+            "{lost}"
+        );
+        assert!(render(&a, &at("m.ply"), &at("s.toml")).is_some());
+        assert!(render(&a, &at("s.toml"), &at("s.toml")).is_some());
+        assert_eq!(render(&a, &b, &at("s.toml")), None);
+        fs::create_dir(at("f")).unwrap();
+        fs::write(at("f/meta.json"), "{}").unwrap();
+        assert!(render(&a, &at("f/meta.json"), &at("f")).is_some());
+    }
+}
