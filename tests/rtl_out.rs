@@ -38,6 +38,10 @@ fn read(folder: &Path) -> BTreeMap<String, String> {
     let mut files = BTreeMap::new();
     for unit in std::fs::read_dir(folder).unwrap() {
         let unit = unit.unwrap().path();
+        // The manifest lies beside the units' folders.
+        if !unit.is_dir() {
+            continue;
+        }
         for file in std::fs::read_dir(&unit).unwrap() {
             let path = file.unwrap().path();
             let name = path.strip_prefix(folder).unwrap().display().to_string();
