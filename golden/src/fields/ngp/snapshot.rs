@@ -242,7 +242,7 @@ fn parse(bytes: std::io::Take<impl Read>) -> Result<Told, (String, String, u64)>
     let document = serde_ignored::deserialize(tracked, |path| {
         if unread.len() <= MAX_UNREAD {
             // What may be left out is told with a question mark.
-            unread.push(path.to_string().replace('?', ""));
+            unread.push(path.to_string().replace(".?", ""));
         }
     });
     let document: Document = document.map_err(|e: rmp_serde::decode::Error| {
