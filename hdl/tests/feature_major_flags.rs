@@ -179,4 +179,17 @@ fn a_bare_last_beat_of_rows_loads_what_came_before() {
     unit.load(&[0x2222_1111, 0x4444_3333], 0);
     assert_eq!(unit.gather([1, 2]), [0x2222, 0]);
     assert_eq!(unit.get("stat_errors"), ROW_NOT_LOADED);
+
+    // Of the block before one row is there.
+    let mut unit = Unit::new(1);
+    unit.set("s_axis_mft_tvalid", 1);
+    for (keep, last) in [(0b0011, 0), (0, 1)] {
+        unit.set("s_axis_mft_tdata", 0x2222_1111);
+        unit.set("s_axis_mft_tkeep", keep);
+        unit.set("s_axis_mft_tlast", last);
+        unit.0.clock().unwrap();
+    }
+    unit.set("s_axis_mft_tvalid", 0);
+    assert_eq!(unit.gather([0, 1]), [0x1111, 0]);
+    assert_eq!(unit.get("stat_errors"), ROW_NOT_LOADED);
 }
