@@ -1,5 +1,7 @@
 //! The Gaussians of a scene, as they are trained and stored.
 
+mod turn;
+
 use std::cmp::Ordering;
 use std::fmt;
 
@@ -96,6 +98,7 @@ pub struct Cloud {
     rotations: Vec<[f32; 4]>,
     opacity_logits: Vec<f32>,
     sh: Vec<[f32; 3]>,
+    antialiased: bool,
 }
 
 impl Cloud {
@@ -163,7 +166,27 @@ impl Cloud {
             rotations,
             opacity_logits,
             sh,
+            antialiased: false,
         })
+    }
+
+    /// Whether it was trained with antialiasing: what the pixel filter adds to a footprint's area
+    /// is taken from the opacity.
+    #[must_use]
+    pub const fn is_antialiased(&self) -> bool {
+        self.antialiased
+    }
+
+    /// The same Gaussians, trained so or not.
+    #[must_use]
+    pub const fn antialiased(mut self, antialiased: bool) -> Self {
+        self.set_antialiased(antialiased);
+        self
+    }
+
+    /// Says that they were trained so, or not.
+    pub const fn set_antialiased(&mut self, antialiased: bool) {
+        self.antialiased = antialiased;
     }
 
     /// Gaussians, at least one.
@@ -259,6 +282,7 @@ impl Cloud {
             order.iter().map(|&i| self.opacity_logits[i]).collect(),
             sh,
         )
+        .map(|cloud| cloud.antialiased(self.antialiased))
     }
 
     /// Orders two Gaussians by every value they hold: a tie-break that does

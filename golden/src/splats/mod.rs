@@ -6,6 +6,7 @@
 //! Gaussians in depth order and the tiles that each covers.
 
 mod array;
+mod axes;
 mod bound;
 mod cloud;
 pub mod compact;
@@ -20,6 +21,7 @@ mod float;
 mod footprint;
 mod frame;
 mod hold;
+mod loaded;
 mod octree;
 mod partition;
 pub mod ply;
@@ -31,6 +33,7 @@ pub mod sh;
 mod tile;
 mod view;
 
+pub use axes::{Axes, UnknownAxes};
 pub use bound::{Pair, error_bounds};
 pub use cloud::{Cloud, CloudError, Field};
 #[cfg(test)]
@@ -44,6 +47,7 @@ pub use footprint::Footprint;
 pub use frame::{Decisions, Flips};
 pub(crate) use hold::Hold;
 pub use hold::{HoldStats, Order};
+pub use loaded::Loaded;
 pub use octree::Octree;
 pub use partition::{Cells, Partition};
 pub use profile::{Extent, Profile, Rules, UnknownProfile};

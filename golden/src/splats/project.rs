@@ -21,7 +21,7 @@ pub struct Projected {
     pub mean: DVec2,
     /// Shape.
     pub footprint: Footprint,
-    /// Opacity, 0 to 1.
+    /// Opacity, 0 to 1; of an antialiased model what the pixel filter leaves of it.
     pub opacity: f64,
     /// Colour from the camera's side, not below 0.
     pub colour: DVec3,
@@ -124,6 +124,7 @@ impl<'a> Projection<'a> {
             per_depth.y * (axes.row(1) - held.y * axes.row(2)),
             self.rules.dilation,
         );
+        let opacity = sigmoid(f64::from(cloud.opacity_logits()[index]));
         let towards = match self.degree {
             // Seen alike from everywhere.
             0 => DVec3::ZERO,
@@ -134,7 +135,10 @@ impl<'a> Projection<'a> {
             depth: view.z,
             mean: slope * camera.focal + camera.centre - 0.5 + self.rules.pixel_centre,
             footprint,
-            opacity: sigmoid(f64::from(cloud.opacity_logits()[index])),
+            opacity: match cloud.is_antialiased() {
+                true => opacity * footprint.kept(),
+                false => opacity,
+            },
             colour: sh::colour(&cloud.sh(index)[..sh::coefficients(self.degree)], towards),
         }
     }

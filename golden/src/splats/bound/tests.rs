@@ -165,6 +165,7 @@ fn any_splat(random: &mut Pcg64Mcg, size: f64, round: bool) -> Projected {
         footprint: Footprint {
             covariance: [1.0, 0.0, 1.0],
             determinant: 1.0,
+            undilated: 0.0,
             factor,
         },
         opacity: any(0.5, 0.99),
