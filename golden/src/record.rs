@@ -241,6 +241,11 @@ impl<V> Record<V> {
         }
     }
 
+    /// Adds a key that was found behind the others.
+    pub fn add(&mut self, key: String, value: V) {
+        self.left.push((key, value));
+    }
+
     /// Whether a key is there and not taken.
     #[must_use]
     pub fn has(&self, key: &str) -> bool {

@@ -169,7 +169,7 @@ fn floats_of_packed_splat_files() {
             let place = body + 4 * property;
             wrong[place..place + 4].copy_from_slice(&odd.to_le_bytes());
             fs::write(&path, &wrong).unwrap();
-            let error = files::read(&path).unwrap_err().to_string();
+            let error = files::read(&path, None).unwrap_err().to_string();
             let named = error.contains("odd.compressed.ply") && error.contains("chunk 0");
             assert!(named, "{odd} as property {property}: {error}");
         }

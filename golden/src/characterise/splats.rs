@@ -3,8 +3,9 @@
 use super::accesses::{Lanes, Vectors, count, firsts};
 use super::fields::Colours;
 use super::{Accesses, Size};
-use crate::fields::{FieldError, HashedColour};
+use crate::fields::FieldError;
 use crate::mask::Mask;
+use crate::splats::compact::Compact;
 use crate::splats::{Cloud, View};
 
 /// A tile a lane: Gaussians in depth order, behind the vectors of other tables.
@@ -40,7 +41,7 @@ impl Lanes for Tiles {
 /// 2^32 vectors or more.
 pub fn splat_accesses(
     cloud: &Cloud,
-    colour: Option<&HashedColour>,
+    colour: Option<&Compact>,
     full: Option<Size>,
     view: &View,
     only: Option<&Mask>,
@@ -50,7 +51,8 @@ pub fn splat_accesses(
         Size::Entries(entries) => Some(entries),
         Size::Points(_) | Size::Cells(_) => None,
     });
-    let colours = colour.map(|field| Colours::new(field, cloud.means(), entries));
+    let centres = colour.map(Compact::asked_at).unwrap_or_default();
+    let colours = colour.map(|model| Colours::new(model.colour(), &centres, entries));
     let (colours, vectors) = colours.transpose()?.unzip();
     let mut vectors = vectors.unwrap_or_default();
     // Mean, scales, rotation, opacity and three colours a coefficient.

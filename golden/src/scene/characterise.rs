@@ -92,7 +92,7 @@ impl Scene {
             Kind::Splats(cloud) => {
                 let view = View::new(cloud, &self.camera, self.profile)?;
                 let colour = match self.model() {
-                    Model::Compact(model) => Some(model.colour()),
+                    Model::Compact(model) => Some(&**model),
                     _ => None,
                 };
                 Ok(splat_accesses(cloud, colour, None, &view, only, capacity)?)
@@ -154,7 +154,7 @@ impl Scene {
     ) -> Result<Characterised, SceneError> {
         let view = View::new(cloud, &self.camera, self.profile)?;
         let colour = match self.model() {
-            Model::Compact(model) => Some(model.colour()),
+            Model::Compact(model) => Some(&**model),
             _ => None,
         };
         let options = self.splat_options(config);
@@ -163,8 +163,8 @@ impl Scene {
             || splat_traffic(cloud, &view, &options, sides),
         );
         let mut traffic = traffic?;
-        if let Some(field) = colour {
-            let colours = colour_traffic(field, cloud.means(), config)?;
+        if let Some(model) = colour {
+            let colours = colour_traffic(model.colour(), &model.asked_at(), config)?;
             for own in &mut traffic {
                 *own = own.and(colours);
             }

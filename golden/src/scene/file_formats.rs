@@ -1,6 +1,7 @@
 //! The file formats that are read, by their keys.
 
 use crate::record::Format;
+use crate::splats::{compact, files, ply};
 
 /// Every format, in the order of the book's table.
 pub static FORMATS: &[&Format] = &[
@@ -16,6 +17,12 @@ pub static FORMATS: &[&Format] = &[
     &crate::fields::dvgo::DVGO,
     &crate::fields::tensorf::TENSORF,
     &crate::fields::ngp::NGP,
+    &ply::FORMAT,
+    &files::packed_ply::FORMAT,
+    &files::splat::FORMAT,
+    &files::spz::FORMAT,
+    &files::sog::FORMAT,
+    &compact::FORMAT,
 ];
 
 #[cfg(test)]

@@ -129,7 +129,9 @@ fn playbot_stays_within_the_formats_promise() {
     .resized(400, 400);
     let config = Config::paper();
     for name in ["playbot_8k", "playbot_31k"] {
-        let cloud = ply::read(&data.join(format!("splats/{name}.ply"))).unwrap();
+        let cloud = ply::read(&data.join(format!("splats/{name}.ply")))
+            .unwrap()
+            .cloud;
         let mut units = Twins::new(&config);
         hold_to_float(name, &cloud, &camera, Profile::Inria, &mut units);
         assert_eq!(units.gather_flags(), 0);

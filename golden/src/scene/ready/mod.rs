@@ -64,5 +64,5 @@ fn coded(scene: Analytic) -> &'static [u8] {
 
 /// The coded splats of a scene.
 pub(super) fn compact(scene: Analytic) -> Result<Compact, FileError> {
-    Compact::parse(coded(scene), &format!("{}.npz", scene.name()))
+    Compact::parse(coded(scene), &format!("{}.npz", scene.name()), None).map(|(model, _)| model)
 }

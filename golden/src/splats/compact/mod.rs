@@ -23,10 +23,13 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
-use super::Cloud;
+use super::axes::Axes;
+use super::cloud::Cloud;
 use super::files::{self, FileError, Origin};
+use super::loaded::Raw;
 use super::sh;
 use crate::fields::{FieldError, FieldWork, FixedColour, HashedColour};
+use crate::record::{Fate, Format, Key, Notes, Record};
 use crate::units::Units;
 use crate::voxels::FixedStats;
 use codes::Stages;
@@ -54,31 +57,83 @@ pub struct Compact {
     /// Without colour.
     gaussians: Cloud,
     colour: HashedColour,
+    /// Of the file, in which colours are asked for.
+    axes: Axes,
 }
 
+const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
+    Key { name, fate, about }
+}
+
+/// Arrays of the archive.
+pub static FORMAT: Format = Format {
+    name: "Compact-3DGS",
+    files: "`.npz`: arrays of the archive",
+    keys: &[
+        key("xyz", Fate::Honoured, "centres, f2 (N, 3)"),
+        key("opacity", Fate::Honoured, "f2 (N, 1), 0 to 1"),
+        key("scale", Fate::Honoured, "codes, u1"),
+        key("rotation", Fate::Honoured, "codes, u1"),
+        key("hash", Fate::Honoured, "tables of the colours' field, f2"),
+        key(
+            "mlp",
+            Fate::Honoured,
+            "matrices of its perceptron, f2 (8192,)",
+        ),
+        key(
+            "codebook_scale",
+            Fate::Honoured,
+            "a pickle, read as data, or f4 (stages, codes, 3)",
+        ),
+        key(
+            "codebook_rotation",
+            Fate::Honoured,
+            "a pickle, read as data, or f4 (stages, codes, 4)",
+        ),
+        key(
+            "rvq_info",
+            Fate::Honoured,
+            "stages and bits of a code, i8 (2,)",
+        ),
+        key(
+            "huftable_*",
+            Fate::Refused,
+            "Huffman codes of the post-processed variant; expected is the plain one, point_cloud.npz, which is written without --comp",
+        ),
+        key("comment of *", Fate::Listed, "of the archive"),
+        key("bytes after *", Fate::Listed, "what follows the archive"),
+    ],
+    others: Fate::Listed,
+};
+
 impl Compact {
-    /// Loads a model, `.npz`.
+    /// Loads a model, `.npz`, with what of the file is not used or had to be assumed. It is
+    /// turned from the axes `asked` for, or right, down and to the front.
     ///
     /// # Errors
     /// The file cannot be read, is no such model, or its post-processed variant.
-    pub fn load(path: &Path) -> Result<Self, FileError> {
+    pub fn load(path: &Path, asked: Option<Axes>) -> Result<(Self, Notes), FileError> {
         let origin = path.display().to_string();
-        Self::parse(&files::whole(path)?, &origin)
+        Self::parse(&files::whole(path)?, &origin, asked)
     }
 
     /// Reads a model from a file's bytes; `origin` names it in errors.
     ///
     /// # Errors
     /// As [`Compact::load`].
-    pub fn parse(bytes: &[u8], origin: &str) -> Result<Self, FileError> {
+    pub fn parse(
+        bytes: &[u8],
+        origin: &str,
+        asked: Option<Axes>,
+    ) -> Result<(Self, Notes), FileError> {
         let name = Origin(origin);
         let mut npz = Npz::open(bytes, name)?;
-        if let Some(table) = npz.names().find(|n| n.starts_with("huftable")) {
-            let field = format!("array `{table}`");
-            let expected = "the plain variant, point_cloud.npz, which is written without --comp";
-            let found = "there, so this is the post-processed variant with Huffman codes";
-            return Err(name.field(field, found, expected));
+        let mut record = Record::new(&FORMAT, npz.keys().map(|own| (own, ())));
+        for own in ARRAYS {
+            record.take(own);
         }
+        let mut notes = Notes::default();
+        record.finish(&mut notes).map_err(|e| name.key(e))?;
         npz.require(&ARRAYS)?;
         let xyz = npz.array("xyz")?;
         let right = matches!(xyz.shape[..], [n, 3] if n > 0);
@@ -116,10 +171,28 @@ impl Compact {
             opacities.iter().map(logit).collect(),
             vec![[0.0; 3]; count],
         );
-        Ok(Self {
-            gaussians: gaussians.map_err(|e| name.cloud(e))?,
-            colour: colour.map_err(|e| name.part("colour", e))?,
-        })
+        let colour = colour.map_err(|e| name.part("colour", e))?;
+        let raw = Raw::new(gaussians.map_err(|e| name.cloud(e))?, notes);
+        let axes = asked.unwrap_or(raw.usual);
+        let loaded = raw.turned(asked);
+        let model = Self {
+            gaussians: loaded.cloud,
+            colour,
+            axes,
+        };
+        Ok((model, loaded.notes))
+    }
+
+    /// Says that it was trained with antialiasing, or not.
+    pub const fn set_antialiased(&mut self, antialiased: bool) {
+        self.gaussians.set_antialiased(antialiased);
+    }
+
+    /// Centres in the axes of the file, in which colours are asked for.
+    #[must_use]
+    pub fn asked_at(&self) -> Vec<[f32; 3]> {
+        let means = self.gaussians.means().iter();
+        means.map(|own| self.axes.point_of_file(*own)).collect()
     }
 
     /// Its Gaussians, all of the same colour.
@@ -137,7 +210,8 @@ impl Compact {
     /// The Gaussians in the colours that a camera at `eye` sees them in.
     #[must_use]
     pub fn seen_from(&self, eye: DVec3) -> Cloud {
-        let means = self.gaussians.means();
+        let means = self.asked_at();
+        let eye = self.axes.of_file(eye);
         let colours = means.par_iter().map_init(Vec::new, |scratch, mean| {
             let at = DVec3::from(mean.map(f64::from));
             let direction = (at - eye).normalize_or_zero();
@@ -162,6 +236,7 @@ impl Compact {
         units: &mut dyn Units,
     ) -> Result<(Cloud, FixedStats), FieldError> {
         let centres = self.centres();
+        let eye = self.axes.of_file(eye);
         let fixed = FixedColour::new(&self.colour, &centres, config)?;
         let mut stats = FixedStats::default();
         let colours = fixed.seen_from(eye, &centres, work, units, &mut stats)?;
@@ -173,12 +248,12 @@ impl Compact {
     /// # Errors
     /// As [`Compact::seen_in_codes`], but for units.
     pub fn colours_off(&self, eye: DVec3, config: &Config) -> Result<f64, FieldError> {
-        let off = self.colour.off(&self.centres(), eye, config)?;
+        let off = (self.colour).off(&self.centres(), self.axes.of_file(eye), config)?;
         Ok(sh::basis(DVec3::X)[0] * off)
     }
 
     fn centres(&self) -> Vec<DVec3> {
-        let means = self.gaussians.means().iter();
+        let means = self.asked_at().into_iter();
         means.map(|m| DVec3::from(m.map(f64::from))).collect()
     }
 }

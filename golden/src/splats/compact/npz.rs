@@ -6,7 +6,7 @@ use std::io::{Cursor, Read as _};
 use half::f16;
 use zip::ZipArchive;
 
-use crate::splats::files::{FileError, Origin};
+use crate::splats::files::{FileError, Origin, after_archive};
 
 /// What a member may unpack to, in lengths of the whole file.
 const RATIO: u64 = 64;
@@ -20,6 +20,7 @@ pub(super) struct Npz<'a> {
     name: Origin<'a>,
     zip: ZipArchive<Cursor<&'a [u8]>>,
     most: u64,
+    beside: Vec<String>,
 }
 
 /// An array.
@@ -35,9 +36,20 @@ pub(super) struct Array<'a> {
 
 impl<'a> Npz<'a> {
     pub(super) fn open(bytes: &'a [u8], name: Origin<'a>) -> Result<Self, FileError> {
-        let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| name.part("ZIP archive", e))?;
-        let most = bytes.len() as u64 * RATIO;
-        Ok(Self { name, zip, most })
+        let damaged = |_| name.part("ZIP archive", "there is none, or it is cut off");
+        let zip = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
+        Ok(Self {
+            name,
+            most: bytes.len() as u64 * RATIO,
+            beside: after_archive(&zip, bytes),
+            zip,
+        })
+    }
+
+    /// Names of the arrays, and of what the archive holds beside them.
+    pub(super) fn keys(&self) -> impl Iterator<Item = String> {
+        let names = self.names().map(str::to_owned);
+        names.chain(self.beside.iter().cloned())
     }
 
     /// Names of the arrays, in order.
@@ -63,11 +75,12 @@ impl<'a> Npz<'a> {
         let (name, field) = (self.name, array(own));
         let fail = |message: String| name.part(field.clone(), message);
         let file = self.zip.by_name(&format!("{own}.npy"));
-        let file = file.map_err(|e| fail(e.to_string()))?;
+        let file =
+            file.map_err(|_| fail("the archive has no such member that can be read".to_owned()))?;
         let mut bytes = vec![];
         file.take(self.most + 1)
             .read_to_end(&mut bytes)
-            .map_err(|e| fail(e.to_string()))?;
+            .map_err(|_| fail("it ends early, or its checksum is wrong".to_owned()))?;
         if bytes.len() as u64 > self.most {
             let most = self.most;
             return Err(fail(format!(

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::record::KeyError;
 use crate::splats::CloudError;
 use crate::splats::ply::PlyError;
 
@@ -41,6 +42,14 @@ pub enum FileError {
         /// What would be right.
         expected: String,
     },
+    /// Something that cannot be honoured.
+    #[error("{origin}: {source}")]
+    Key {
+        /// The file.
+        origin: String,
+        /// What, and why.
+        source: Box<KeyError>,
+    },
     /// A part of the file cannot be unpacked.
     #[error("{origin}: {part}: {message}; the file is damaged or of another format")]
     Part {
@@ -48,7 +57,7 @@ pub enum FileError {
         origin: String,
         /// Which part of it.
         part: String,
-        /// What the reader of that part said.
+        /// What is wrong with it.
         message: String,
     },
     /// Values that make no cloud.
@@ -92,6 +101,14 @@ impl Origin<'_> {
             origin: self.0.to_owned(),
             part: part.into(),
             message: message.split_whitespace().collect::<Vec<_>>().join(" "),
+        }
+    }
+
+    /// Something that cannot be honoured.
+    pub(in crate::splats) fn key(self, source: KeyError) -> FileError {
+        FileError::Key {
+            origin: self.0.to_owned(),
+            source: source.into(),
         }
     }
 

@@ -16,12 +16,90 @@ use ply_rs_bw::ply::{ElementDef, Encoding, Header as PlyHeader, PropertyType, Sc
 
 use super::error::{FileError, Origin};
 use super::values;
-use crate::splats::ply::PlyError;
-use crate::splats::ply::header::{self, Header};
+use crate::record::{Fate, Format, Key, Notes, Record};
+use crate::splats::loaded::{Loaded, Raw};
+use crate::splats::ply::header::{self, Header, type_name};
+use crate::splats::ply::{PlyError, SAID, says};
 use crate::splats::{Cloud, sh};
 
 /// Gaussians of a chunk; the last may have fewer.
 const CHUNK: usize = 256;
+/// Bounds of chunks, the smallest first.
+const POSITIONS: [&str; 6] = ["min_x", "min_y", "min_z", "max_x", "max_y", "max_z"];
+const SCALES: [&str; 6] = [
+    "min_scale_x",
+    "min_scale_y",
+    "min_scale_z",
+    "max_scale_x",
+    "max_scale_y",
+    "max_scale_z",
+];
+const COLOURS: [&str; 6] = ["min_r", "min_g", "min_b", "max_r", "max_g", "max_b"];
+/// Words of a vertex.
+const WORDS: [&str; 4] = [
+    "packed_position",
+    "packed_rotation",
+    "packed_scale",
+    "packed_color",
+];
+
+const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
+    Key { name, fate, about }
+}
+
+/// Elements and their properties, with a point between them.
+pub static FORMAT: Format = Format {
+    name: "packed PLY of PlayCanvas",
+    files: "`.ply` with a property `packed_position`, such as `.compressed.ply`: `element.property`, and comments",
+    keys: &[
+        key(
+            "chunk.min_*",
+            Fate::Honoured,
+            "smallest value in 256 Gaussians: x, y, z, scale_x, scale_y, scale_z and, but for old files, r, g, b; not above the largest",
+        ),
+        key("chunk.max_*", Fate::Honoured, "largest value"),
+        key(
+            "vertex.packed_position",
+            Fate::Honoured,
+            "fractions of the bounds in 11, 10 and 11 bits",
+        ),
+        key(
+            "vertex.packed_rotation",
+            Fate::Honoured,
+            "three components of the quaternion in 10 bits each, and which is left out",
+        ),
+        key(
+            "vertex.packed_scale",
+            Fate::Honoured,
+            "logarithms, as positions",
+        ),
+        key(
+            "vertex.packed_color",
+            Fate::Honoured,
+            "colour and opacity in 8 bits each",
+        ),
+        key(
+            "sh.f_rest_*",
+            Fate::Honoured,
+            "coefficients, channel by channel, as bytes over -4 to 4",
+        ),
+        SAID[0],
+        SAID[1],
+        SAID[2],
+        key("comment *", Fate::Listed, "any other"),
+        key(
+            "obj_info *",
+            Fate::Listed,
+            "but for what is a comment above",
+        ),
+        key(
+            "bytes after *",
+            Fate::Listed,
+            "what follows the last element",
+        ),
+    ],
+    others: Fate::Listed,
+};
 
 /// Whether vertices are packed.
 pub(super) fn is_packed(header: &PlyHeader) -> bool {
@@ -33,14 +111,16 @@ pub(super) fn is_packed(header: &PlyHeader) -> bool {
 ///
 /// # Errors
 /// No complete packed PLY file.
-pub fn parse(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
+pub fn parse(bytes: &[u8], origin: &str) -> Result<Loaded, FileError> {
     let header = header::read(&mut &*bytes, origin)?;
-    decode(&header, &bytes[header.bytes..], origin)
+    Ok(decode(&header, &bytes[header.bytes..], origin)?.turned(None))
 }
 
 /// Reads a cloud from what follows the header.
-pub(super) fn decode(header: &Header, body: &[u8], origin: &str) -> Result<Cloud, FileError> {
+pub(super) fn decode(header: &Header, body: &[u8], origin: &str) -> Result<Raw, FileError> {
     let name = Origin(origin);
+    let mut record = Record::new(&FORMAT, entries(header));
+    let says = says::take(&mut record, origin)?;
     if header.ply.encoding != Encoding::BinaryLittleEndian {
         let value = header.ply.encoding.to_string();
         return Err(name.field("format", value, "binary_little_endian for packed vertices"));
@@ -67,35 +147,40 @@ pub(super) fn decode(header: &Header, body: &[u8], origin: &str) -> Result<Cloud
         return Err(name.field("count of element `chunk`", chunks.count, expected));
     }
     let bounds = |names: [&str; 6]| Bounds::read(&chunks, names, name);
-    let position = bounds(["min_x", "min_y", "min_z", "max_x", "max_y", "max_z"])?;
-    let scale = bounds([
-        "min_scale_x",
-        "min_scale_y",
-        "min_scale_z",
-        "max_scale_x",
-        "max_scale_y",
-        "max_scale_z",
-    ])?;
-    let colour = if chunks.has("min_r") {
-        bounds(["min_r", "min_g", "min_b", "max_r", "max_g", "max_b"])?
+    let position = bounds(POSITIONS)?;
+    let scale = bounds(SCALES)?;
+    let colour = if COLOURS.iter().any(|own| chunks.has(own)) {
+        bounds(COLOURS)?
     } else {
         Bounds(vec![[0.0, 0.0, 0.0, 1.0, 1.0, 1.0]; chunks.count])
     };
     let word = |column: &str| vertices.column(column, &ScalarType::UInt, name);
-    let [p, r, s, c] = [
-        word("packed_position")?,
-        word("packed_rotation")?,
-        word("packed_scale")?,
-        word("packed_color")?,
-    ];
+    let [p, r, s, c] = WORDS.map(word);
+    let [p, r, s, c] = [p?, r?, s?, c?];
     let (degree, rest) = harmonics(&header.ply, body, count, name)?;
+    let mut notes = Notes::default();
+    for own in POSITIONS.into_iter().chain(SCALES).chain(COLOURS) {
+        record.take(&format!("chunk.{own}"));
+    }
+    for own in WORDS {
+        record.take(&format!("vertex.{own}"));
+    }
+    for i in 0..3 * (sh::coefficients(degree) - 1) {
+        record.take(&format!("sh.f_rest_{i}"));
+    }
+    record.finish(&mut notes).map_err(|e| name.key(e))?;
+    // All elements but lists, which are refused, are as long as this.
+    let left = (body.len() as u128).saturating_sub(needed);
+    if left > 0 {
+        notes.list(format!("bytes after the last element ({left})"));
+    }
     let each = sh::coefficients(degree) - 1;
     let logits = values::logits();
     let fractions = |i: usize, at: usize| {
         let word = vertices.word(i, at);
         [bits(word, 21, 11), bits(word, 11, 10), bits(word, 0, 11)]
     };
-    Cloud::new(
+    let cloud = Cloud::new(
         degree,
         values::each(count, |i| position.at(i, fractions(i, p)).map(|v| v as f32)),
         values::each(count, |i| scale.at(i, fractions(i, s)).map(|v| v as f32)),
@@ -112,7 +197,20 @@ pub(super) fn decode(header: &Header, body: &[u8], origin: &str) -> Result<Cloud
             }
         }),
     )
-    .map_err(|e| name.cloud(e))
+    .map_err(|e| name.cloud(e))?;
+    Ok(Raw {
+        up: says.up,
+        ..Raw::new(cloud.antialiased(says.antialiased), notes)
+    })
+}
+
+fn entries(header: &Header) -> Vec<(String, String)> {
+    let elements = header.ply.elements.iter();
+    let properties = elements.flat_map(|(name, element)| {
+        let own = element.properties.keys();
+        own.map(move |property| (format!("{name}.{property}"), String::new()))
+    });
+    properties.chain(says::entries(&header.ply)).collect()
 }
 
 /// `width` bits from `low` on, as a fraction of the largest such number.
@@ -133,20 +231,6 @@ fn harmonic(code: u8) -> f32 {
         0 => -4.0,
         255 => 4.0,
         _ => (f32::from(code) + 0.5) / 32.0 - 4.0,
-    }
-}
-
-/// As PLY headers write it.
-const fn type_name(scalar: &ScalarType) -> &'static str {
-    match scalar {
-        ScalarType::Char => "char",
-        ScalarType::UChar => "uchar",
-        ScalarType::Short => "short",
-        ScalarType::UShort => "ushort",
-        ScalarType::Int => "int",
-        ScalarType::UInt => "uint",
-        ScalarType::Float => "float",
-        ScalarType::Double => "double",
     }
 }
 
@@ -193,6 +277,11 @@ impl Bounds {
                 if !bounds[k].is_finite() {
                     let field = format!("chunk {i}, property `{property}`");
                     return Err(name.field(field, bounds[k], "a finite number"));
+                }
+                if k >= 3 && bounds[k] < bounds[k - 3] {
+                    let field = format!("chunk {i}, property `{property}`");
+                    let expected = format!("at least its `{}`, {}", names[k - 3], bounds[k - 3]);
+                    return Err(name.field(field, bounds[k], expected));
                 }
             }
         }

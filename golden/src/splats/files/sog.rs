@@ -19,10 +19,13 @@ use rayon::prelude::*;
 use zip::ZipArchive;
 
 use super::error::{FileError, Origin};
-use super::{META, limited, values};
+use super::{META, after_archive, limited, values};
+use crate::record::{Fate, Format, Key, Notes};
 use crate::splats::Cloud;
+use crate::splats::loaded::{Loaded, Raw};
 use meta::Meta;
 
+mod entries;
 mod meta;
 
 /// The largest `meta.json`, in bytes.
@@ -34,38 +37,130 @@ const SPARE_PIXELS: u64 = 1 << 20;
 /// Palette entries in a row of the image of centroids.
 const PALETTE_ROW: usize = 64;
 
+const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
+    Key { name, fate, about }
+}
+
+/// Fields of `meta.json` by the path that leads to them, and members of the archive.
+pub static FORMAT: Format = Format {
+    name: "SOG of PlayCanvas",
+    files: "`.sog`, a folder with `meta.json`, or that file: the fields of `meta.json`, and members of the archive",
+    keys: &[
+        key("version", Fate::Honoured, "2"),
+        key("count", Fate::Honoured, "Gaussians, 1 or more"),
+        key(
+            "antialias",
+            Fate::Honoured,
+            "trained with antialiasing: true or false",
+        ),
+        key(
+            "model",
+            Fate::Honoured,
+            "`antialiased` or `default`, which say the same",
+        ),
+        key(
+            "means.mins",
+            Fate::Honoured,
+            "smallest `sign(v) ln(abs(v) + 1)` along each axis, not above the largest",
+        ),
+        key("means.maxs", Fate::Honoured, "largest"),
+        key(
+            "means.files",
+            Fate::Honoured,
+            "images of lower and upper bytes",
+        ),
+        key(
+            "scales.codebook",
+            Fate::Honoured,
+            "256 logarithms of sizes; a first one of null is a mean step below the second",
+        ),
+        key("scales.files", Fate::Honoured, "an image of codes"),
+        key(
+            "quats.files",
+            Fate::Honoured,
+            "an image of three components of quaternions, and which is left out",
+        ),
+        key("sh0.codebook", Fate::Honoured, "256 constant coefficients"),
+        key(
+            "sh0.files",
+            Fate::Honoured,
+            "an image of codes and opacities",
+        ),
+        key(
+            "shN.count",
+            Fate::Honoured,
+            "entries of the palette of other coefficients, 1 to 65536",
+        ),
+        key("shN.bands", Fate::Honoured, "their degree, 1 to 3"),
+        key("shN.codebook", Fate::Honoured, "256 coefficients"),
+        key(
+            "shN.files",
+            Fate::Honoured,
+            "images of the palette and of labels",
+        ),
+        key("shN", Fate::Honoured, "null: none"),
+        key("asset.*", Fate::Listed, "who wrote it"),
+        key(
+            "member *",
+            Fate::Listed,
+            "a file of the archive that no field names",
+        ),
+        key("comment of *", Fate::Listed, "of the archive"),
+        key("bytes after *", Fate::Listed, "what follows the archive"),
+    ],
+    others: Fate::Listed,
+};
+
 /// Reads a cloud from a ZIP file; `origin` names it in errors.
 ///
 /// # Errors
 /// No SOG file of version 2, a damaged part, or values that make no cloud.
-pub fn parse(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
+pub fn parse(bytes: &[u8], origin: &str) -> Result<Loaded, FileError> {
+    Ok(raw(bytes, origin)?.turned(None))
+}
+
+pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
     let name = Origin(origin);
-    let mut archive =
-        ZipArchive::new(Cursor::new(bytes)).map_err(|e| name.part("ZIP archive", e))?;
+    let damaged = |_| name.part("ZIP archive", "there is none, or it is cut off");
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
+    let mut unread: Vec<String> = archive.file_names().map(str::to_owned).collect();
+    let beside = after_archive(&archive, bytes);
     // Images are packed already.
     let most = bytes.len() as u64 + LONGEST_META;
-    decode(name, |member, limit| {
-        let file = archive.by_name(member).map_err(|e| name.part(member, e))?;
+    let mut raw = decode(name, |member, limit| {
+        unread.retain(|own| own != member);
+        let file = (archive.by_name(member))
+            .map_err(|_| name.part(member, "the archive has no such member that can be read"))?;
         let limit = limit.min(most);
         let mut content = vec![];
         file.take(limit + 1)
             .read_to_end(&mut content)
-            .map_err(|e| name.part(member, e))?;
+            .map_err(|_| name.part(member, "it ends early, or its checksum is wrong"))?;
         if content.len() as u64 > limit {
             let field = format!("length of `{member}`");
             return Err(name.field(field, "more", format!("at most {limit} bytes")));
         }
         Ok(content)
-    })
+    })?;
+    for member in unread {
+        raw.notes.list(format!("member {member}"));
+    }
+    for own in beside {
+        raw.notes.list(own);
+    }
+    Ok(raw)
 }
 
 /// Reads a cloud from a folder with a `meta.json`.
 ///
 /// # Errors
 /// As [`parse`], or a file that is missing.
-pub fn read_folder(folder: &Path) -> Result<Cloud, FileError> {
-    let origin = folder.display().to_string();
-    decode(Origin(&origin), |member, limit| {
+pub fn read_folder(folder: &Path) -> Result<Loaded, FileError> {
+    Ok(raw_folder(folder, &folder.display().to_string())?.turned(None))
+}
+
+pub(super) fn raw_folder(folder: &Path, origin: &str) -> Result<Raw, FileError> {
+    decode(Origin(origin), |member, limit| {
         limited(&folder.join(member), limit)
     })
 }
@@ -83,9 +178,10 @@ struct Images {
 fn decode(
     name: Origin<'_>,
     mut read: impl FnMut(&str, u64) -> Result<Vec<u8>, FileError>,
-) -> Result<Cloud, FileError> {
+) -> Result<Raw, FileError> {
     let text = read(META, LONGEST_META)?;
-    let meta = Meta::parse(&text, name)?;
+    let mut notes = Notes::default();
+    let meta = Meta::parse(&text, &mut notes, name)?;
     let files = meta.files();
     let mut contents = vec![];
     for (field, file) in &files {
@@ -116,7 +212,8 @@ fn decode(
             pixels(bytes, file, meta.count, size, name)
         })
         .collect::<Result<_, _>>()?;
-    build(&meta, Images::sort(images, name)?, name)
+    let cloud = build(&meta, Images::sort(images, name)?, name)?;
+    Ok(Raw::new(cloud.antialiased(meta.antialiased), notes))
 }
 
 impl Images {
@@ -149,12 +246,12 @@ fn pixels(
     size: Option<[u32; 2]>,
     name: Origin<'_>,
 ) -> Result<RgbaImage, FileError> {
-    let fail = |e: &dyn std::fmt::Display| name.part(file, e);
+    let fail = || name.part(file, "it is no image that can be read, such as WebP");
     let decoder = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
-        .map_err(|e| fail(&e))?
+        .map_err(|_| fail())?
         .into_decoder()
-        .map_err(|e| fail(&e))?;
+        .map_err(|_| fail())?;
     let (width, height) = decoder.dimensions();
     let pixels = u64::from(width) * u64::from(height);
     let most = 4 * count as u64 + SPARE_PIXELS;
@@ -172,7 +269,7 @@ fn pixels(
         let field = format!("size of `{file}`");
         return Err(name.field(field, format!("{width} x {height}"), expected));
     }
-    let image = DynamicImage::from_decoder(decoder).map_err(|e| fail(&e))?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|_| fail())?;
     Ok(image.into_rgba8())
 }
 

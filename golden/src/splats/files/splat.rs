@@ -7,8 +7,47 @@
 
 use super::error::{FileError, Origin};
 use super::values;
+use crate::record::{Fate, Format, Key, Notes};
 use crate::splats::Cloud;
+use crate::splats::loaded::{Loaded, Raw};
 
+/// Without a header it has no keys: these are the parts of its rows.
+pub static FORMAT: Format = Format {
+    name: "antimatter15's splat",
+    files: "`.splat`: 32 bytes a Gaussian and no header",
+    keys: &[
+        Key {
+            name: "position",
+            fate: Fate::Honoured,
+            about: "three floats",
+        },
+        Key {
+            name: "scale",
+            fate: Fate::Honoured,
+            about: "three floats, not logarithms; 0 is the smallest normal float",
+        },
+        Key {
+            name: "colour",
+            fate: Fate::Honoured,
+            about: "four bytes of 1/255, the last of them the opacity",
+        },
+        Key {
+            name: "rotation",
+            fate: Fate::Honoured,
+            about: "four bytes `128 + 128 q`; of length 0 it is no rotation",
+        },
+    ],
+    others: Fate::Refused,
+};
+
+/// How files of other formats begin.
+const OTHERS: [(&[u8], &str); 5] = [
+    (b"ply\n", "PLY"),
+    (b"ply\r", "PLY"),
+    (b"NGSP", "SPZ"),
+    (b"\x1f\x8b\x08", "gzip"),
+    (b"PK\x03\x04", "ZIP"),
+];
 /// Bytes of a Gaussian.
 const ROW: usize = 32;
 
@@ -17,8 +56,18 @@ const ROW: usize = 32;
 ///
 /// # Errors
 /// No whole number of Gaussians, or values that make no cloud.
-pub fn parse(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
+pub fn parse(bytes: &[u8], origin: &str) -> Result<Loaded, FileError> {
+    Ok(raw(bytes, origin)?.turned(None))
+}
+
+pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
     let name = Origin(origin);
+    // Any bytes would do, so that those of another format are told by how they begin.
+    let other = OTHERS.iter().find(|(start, _)| bytes.starts_with(start));
+    if let Some((_, format)) = other {
+        let expected = "rows of 32 bytes; give the file the ending of its format";
+        return Err(name.field("content", format!("a {format} file"), expected));
+    }
     let (rows, rest) = bytes.as_chunks::<ROW>();
     if !rest.is_empty() {
         let expected = format!("a multiple of {ROW}, the bytes of a Gaussian");
@@ -38,7 +87,7 @@ pub fn parse(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
     }
     let logits = values::logits();
     let count = rows.len();
-    Cloud::new(
+    let cloud = Cloud::new(
         0,
         values::each(count, |i| [0, 1, 2].map(|k| float(&rows[i], k))),
         values::each(count, |i| {
@@ -51,6 +100,9 @@ pub fn parse(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
         values::coefficients(count, 0, |i, out| {
             out[0] = [24, 25, 26].map(|k| values::constant(f64::from(rows[i][k]) / 255.0));
         }),
-    )
-    .map_err(|e| name.cloud(e))
+    );
+    Ok(Raw::new(
+        cloud.map_err(|e| name.cloud(e))?,
+        Notes::default(),
+    ))
 }

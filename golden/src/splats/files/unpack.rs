@@ -1,17 +1,19 @@
 //! The containers of `.spz` files.
 //!
-//! Versions 2 and 3 are one gzip stream: 16 bytes of header, the arrays one
-//! after another, then extensions, which are not read. Version 4 has 32 bytes
+//! Versions 1 to 3 are one gzip stream, or what it would unpack to: 16 bytes of
+//! header, the arrays one after another, then extensions. Version 4 has 32 bytes
 //! of header, extensions, a table of each stream's bytes packed and unpacked,
 //! and a ZSTD stream for each array that is not empty.
 
 use std::io::Read;
 
-use flate2::read::GzDecoder;
+use flate2::bufread::GzDecoder;
 use rayon::prelude::*;
 use ruzstd::decoding::StreamingDecoder;
 
 use super::error::{FileError, Origin};
+use super::spz::{EXTENDED, FORMAT};
+use crate::record::Record;
 use crate::splats::sh;
 
 const MAGIC: &[u8; 4] = b"NGSP";
@@ -25,10 +27,6 @@ const ENTRY: usize = 16;
 const WINDOW: u64 = 8 << 20;
 /// The most unpacked bytes after the arrays, of extensions.
 const EXTRA: usize = 1 << 20;
-/// Extension that says in which axes the file is.
-const AXES: u32 = 0xadbe_0003;
-/// The axes that a file has without it: right, up, back.
-const RIGHT_UP_BACK: u32 = 4;
 /// The names of the arrays, for errors.
 const NAMES: [&str; 6] = [
     "positions",
@@ -41,7 +39,7 @@ const NAMES: [&str; 6] = [
 
 /// What every version's header says.
 pub(super) struct Header {
-    /// 2 to 4.
+    /// 1 to 4.
     pub(super) version: u32,
     /// Gaussians, at least one.
     pub(super) count: usize,
@@ -49,6 +47,9 @@ pub(super) struct Header {
     pub(super) degree: usize,
     /// Bits of a position after the point.
     pub(super) fraction_bits: u8,
+    flags: u8,
+    /// Up to version 3 reserved; of version 4 the number of streams.
+    last: u8,
 }
 
 impl Header {
@@ -61,8 +62,8 @@ impl Header {
             return Err(name.field("magic", format!("{:02x?}", &bytes[..4]), "`NGSP`"));
         }
         let version = word(4);
-        if !(2..=4).contains(&version) {
-            return Err(name.field("version", version, "2, 3 or 4"));
+        if !(1..=4).contains(&version) {
+            return Err(name.field("version", version, "1, 2, 3 or 4"));
         }
         let (count, degree, fraction_bits) = (word(8) as usize, bytes[12], bytes[13]);
         if !(1..=packed).contains(&count) {
@@ -81,6 +82,8 @@ impl Header {
             count,
             degree: usize::from(degree),
             fraction_bits,
+            flags: bytes[14],
+            last: bytes[15],
         })
     }
 
@@ -91,8 +94,20 @@ impl Header {
 
     /// Bytes of each array.
     fn lengths(&self) -> [usize; 6] {
-        let rotation = if self.version == 2 { 3 } else { 4 };
-        [9, 1, 3, 3, rotation, self.rest()].map(|each| each * self.count)
+        let position = if self.version == 1 { 6 } else { 9 };
+        let rotation = if self.version <= 2 { 3 } else { 4 };
+        [position, 1, 3, 3, rotation, self.rest()].map(|each| each * self.count)
+    }
+
+    /// Keys of the flags that are set.
+    fn flags(&self) -> impl Iterator<Item = String> {
+        let set = (0..8).map(|bit| self.flags & 1 << bit);
+        set.filter(|bit| *bit != 0)
+            .map(|bit| format!("flag 0x{bit:02x}"))
+    }
+
+    fn is_extended(&self) -> bool {
+        self.flags().any(|key| key == EXTENDED)
     }
 }
 
@@ -100,35 +115,56 @@ impl Header {
 pub(super) struct Arrays {
     pub(super) header: Header,
     pub(super) bytes: [Vec<u8>; 6],
+    /// Flags, extensions and whatever else the file holds.
+    pub(super) record: Record<Vec<u8>>,
 }
 
 /// Unpacks a file of any version.
 pub(super) fn unpack(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
-    if bytes.starts_with(MAGIC) {
-        streams(bytes, name)
-    } else {
-        gzip(bytes, name)
+    if !bytes.starts_with(MAGIC) {
+        return gzip(bytes, name);
+    }
+    match bytes.first_chunk() {
+        Some(head) if Header::read(head, bytes.len(), name)?.version < 4 => {
+            body(&mut &*bytes, bytes.len(), name)
+        }
+        _ => streams(bytes, name),
     }
 }
 
 fn gzip(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
     let mut reader = GzDecoder::new(bytes);
+    let mut arrays = body(&mut reader, bytes.len(), name)?;
+    let left = reader.into_inner().len();
+    if left > 0 {
+        arrays
+            .record
+            .add(format!("bytes after the gzip stream ({left})"), vec![]);
+    }
+    Ok(arrays)
+}
+
+/// Header, arrays and extensions of a version up to 3, of a file of so many bytes.
+fn body(reader: &mut impl Read, file: usize, name: Origin<'_>) -> Result<Arrays, FileError> {
+    let wrong = |_| {
+        name.part(
+            "gzip stream",
+            "it is no gzip stream, or ends early, or its data or checksum is wrong",
+        )
+    };
     let mut head = [0; HEADER];
-    reader
-        .read_exact(&mut head)
-        .map_err(|e| name.part("gzip stream", e))?;
-    let header = Header::read(&head, bytes.len(), name)?;
+    reader.read_exact(&mut head).map_err(wrong)?;
+    let header = Header::read(&head, file, name)?;
     if header.version == 4 {
-        return Err(name.field("version", 4, "2 or 3 in a gzip stream"));
+        return Err(name.field("version", 4, "1, 2 or 3 in a gzip stream"));
     }
     let lengths = header.lengths();
     let needed: usize = lengths.iter().sum();
     let mut body = vec![];
     // To the end, where the checksum is.
-    reader
-        .take((needed + EXTRA + 1) as u64)
+    (reader.take((needed + EXTRA + 1) as u64))
         .read_to_end(&mut body)
-        .map_err(|e| name.part("gzip stream", e))?;
+        .map_err(wrong)?;
     if !(needed..=needed + EXTRA).contains(&body.len()) {
         let expected = format!("{needed}, and at most {EXTRA} of extensions");
         return Err(name.field("bytes after the header", body.len(), expected));
@@ -139,7 +175,37 @@ fn gzip(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
         left = rest;
         array.to_vec()
     });
-    Ok(Arrays { header, bytes })
+    let mut record = record(&header, left, "the arrays", name)?;
+    if header.last != 0 {
+        record.add(
+            format!("reserved byte of the header ({})", header.last),
+            vec![],
+        );
+    }
+    Ok(Arrays {
+        header,
+        bytes,
+        record,
+    })
+}
+
+/// Flags and extensions.
+fn record(
+    header: &Header,
+    extensions: &[u8],
+    after: &str,
+    name: Origin<'_>,
+) -> Result<Record<Vec<u8>>, FileError> {
+    let mut all: Vec<_> = header.flags().map(|key| (key, vec![])).collect();
+    match records(extensions, name) {
+        Ok(own) => all.extend(own),
+        Err(error) if header.is_extended() => return Err(error),
+        Err(_) => all.push((
+            format!("bytes after {after} ({})", extensions.len()),
+            vec![],
+        )),
+    }
+    Ok(Record::new(&FORMAT, all))
 }
 
 fn streams(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
@@ -149,12 +215,9 @@ fn streams(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
     };
     let common = head.first_chunk().unwrap_or(&[0; HEADER]);
     let header = Header::read(common, bytes.len(), name)?;
-    if header.version != 4 {
-        return Err(name.field("version", header.version, "4 outside a gzip stream"));
-    }
     let lengths = header.lengths();
     let wanted = lengths.iter().filter(|l| **l > 0).count();
-    let streams = usize::from(head[HEADER - 1]);
+    let streams = usize::from(header.last);
     let table = u32::from_le_bytes([head[16], head[17], head[18], head[19]]) as usize;
     if streams != wanted {
         return Err(name.field("number of streams", streams, wanted.to_string()));
@@ -164,7 +227,10 @@ fn streams(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
         let expected = format!("{HEADER_4} to {most}, within the file");
         return Err(name.field("offset of the table of streams", table, expected));
     }
-    refuse_other_axes(&bytes[HEADER_4..table], name)?;
+    let mut record = record(&header, &bytes[HEADER_4..table], "the header", name)?;
+    if head[20..].iter().any(|byte| *byte != 0) {
+        record.add("reserved bytes of the header".to_owned(), vec![]);
+    }
     let (entries, mut packed) = bytes[table..].split_at(streams * ENTRY);
     let mut parts = [&[][..]; 6];
     for ((part, index), entry) in parts.iter_mut().zip(0..).zip(entries.chunks(ENTRY)) {
@@ -188,6 +254,12 @@ fn streams(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
         };
         (*part, packed) = (this, rest);
     }
+    if !packed.is_empty() {
+        record.add(
+            format!("bytes after the streams ({})", packed.len()),
+            vec![],
+        );
+    }
     let unpacked: Vec<Vec<u8>> = (0..streams)
         .into_par_iter()
         .map(|i| {
@@ -198,27 +270,29 @@ fn streams(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
     let mut unpacked = unpacked.into_iter();
     Ok(Arrays {
         header,
+        record,
         bytes: [(); 6].map(|()| unpacked.next().unwrap_or_default()),
     })
 }
 
-/// Extensions are records of type, length and content. One of them matters: a
-/// file in other axes would be shown upside down.
-fn refuse_other_axes(mut records: &[u8], name: Origin<'_>) -> Result<(), FileError> {
+/// Extensions are records of type, length and content.
+fn records(mut bytes: &[u8], name: Origin<'_>) -> Result<Vec<(String, Vec<u8>)>, FileError> {
     let word = |b: &[u8], at: usize| u32::from_le_bytes([b[at], b[at + 1], b[at + 2], b[at + 3]]);
-    while records.len() >= 8 {
-        let (kind, length) = (word(records, 0), word(records, 4) as usize);
-        let Some((content, rest)) = records[8..].split_at_checked(length) else {
-            let expected = format!("at most {}, within the extensions", records.len() - 8);
+    let mut all = vec![];
+    while !bytes.is_empty() {
+        if bytes.len() < 8 {
+            let expected = "8 for each, its type and its length, and its content";
+            return Err(name.field("bytes of an extension", bytes.len(), expected));
+        }
+        let (kind, length) = (word(bytes, 0), word(bytes, 4) as usize);
+        let Some((content, rest)) = bytes[8..].split_at_checked(length) else {
+            let expected = format!("at most {}, within the extensions", bytes.len() - 8);
             return Err(name.field("length of an extension", length, expected));
         };
-        if kind == AXES && length >= 4 && ![0, RIGHT_UP_BACK].contains(&word(content, 0)) {
-            let expected = format!("{RIGHT_UP_BACK}: right, up, back");
-            return Err(name.field("coordinate system", word(content, 0), expected));
-        }
-        records = rest;
+        all.push((format!("extension 0x{kind:08x}"), content.to_vec()));
+        bytes = rest;
     }
-    Ok(())
+    Ok(all)
 }
 
 /// One ZSTD frame of a known length.
@@ -231,13 +305,14 @@ fn zstd(packed: &[u8], length: usize) -> Result<Vec<u8>, String> {
             "a window of {window} bytes: expected at most {most}"
         ));
     }
-    let mut decoder = StreamingDecoder::new(packed).map_err(|e| e.to_string())?;
+    let damaged = || "it cannot be unpacked".to_owned();
+    let mut decoder = StreamingDecoder::new(packed).map_err(|_| damaged())?;
     let mut bytes = vec![];
     decoder
         .by_ref()
         .take(length as u64 + 1)
         .read_to_end(&mut bytes)
-        .map_err(|e| e.to_string())?;
+        .map_err(|_| damaged())?;
     if bytes.len() != length {
         let found = if bytes.len() < length { "less" } else { "more" };
         return Err(format!("{found} than the {length} bytes of its entry"));

@@ -1,103 +1,240 @@
 //! The header of a PLY file, checked before anything is read by it.
 
-use std::collections::BTreeSet;
 use std::io::{BufRead, Read};
 
-use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{
-    DefaultElement, ElementDef, Encoding, Header as PlyHeader, PropertyType, ScalarType,
+    ElementDef, Encoding, Header as PlyHeader, PropertyDef, PropertyType, ScalarType,
 };
 
 use super::PlyError;
-use crate::splats::sh;
 
 /// The longest header, in bytes.
-const LIMIT: usize = 1 << 16;
+const LIMIT: usize = 1 << 24;
+/// Characters of a line that errors show.
+const SHOWN: usize = 60;
+/// What some editors put first.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+/// The types of properties, by the two names that each has.
+const TYPES: [(&str, &str, ScalarType); 8] = [
+    ("char", "int8", ScalarType::Char),
+    ("uchar", "uint8", ScalarType::UChar),
+    ("short", "int16", ScalarType::Short),
+    ("ushort", "uint16", ScalarType::UShort),
+    ("int", "int32", ScalarType::Int),
+    ("uint", "uint32", ScalarType::UInt),
+    ("float", "float32", ScalarType::Float),
+    ("double", "float64", ScalarType::Double),
+];
 
 /// A header and the bytes it took.
 pub(crate) struct Header {
     pub(crate) ply: PlyHeader,
     pub(crate) bytes: usize,
+    /// What ends a line: a line feed, or a carriage return alone.
+    pub(crate) line_end: u8,
 }
 
 /// Reads up to and including `end_header`.
 pub(crate) fn read(reader: &mut impl BufRead, origin: &str) -> Result<Header, PlyError> {
-    let wrong = |message: String| PlyError::Header {
+    let fail = |message: String| PlyError::Header {
         origin: origin.to_owned(),
         message,
     };
-    let mut text = Vec::new();
-    loop {
-        let start = text.len();
-        let room = (LIMIT - start) as u64;
-        let read = reader
-            .by_ref()
-            .take(room)
-            .read_until(b'\n', &mut text)
-            .map_err(|e| wrong(e.to_string()))?;
-        let line = text[start..].trim_ascii_end();
-        if start == 0 && line != b"ply" {
-            return Err(PlyError::NotPly {
-                origin: origin.to_owned(),
-            });
-        }
-        if line == b"end_header" && text.ends_with(b"\n") {
-            break;
-        }
-        if read == 0 || !text.ends_with(b"\n") {
+    let (mut bytes, line_end) = first_line(reader, origin)?;
+    let mut parts = Parts::default();
+    let mut line = Vec::new();
+    for number in 2.. {
+        line.clear();
+        let room = (LIMIT - bytes) as u64;
+        let read = (reader.by_ref().take(room))
+            .read_until(line_end, &mut line)
+            .map_err(|e| fail(e.to_string()))?;
+        if read == 0 || line.last() != Some(&line_end) {
             return Err(PlyError::NoHeaderEnd {
                 origin: origin.to_owned(),
                 limit: LIMIT,
             });
         }
-    }
-    let words = std::str::from_utf8(&text).map_err(|_| wrong("not UTF-8 text".to_owned()))?;
-    refuse_duplicates(words).map_err(wrong)?;
-    let ply = Parser::<DefaultElement>::new()
-        .read_header(&mut text.as_slice())
-        .map_err(|e| {
-            let message = e.to_string();
-            wrong(message.split_whitespace().collect::<Vec<_>>().join(" "))
+        bytes += read;
+        let line = text(&line);
+        if line.trim() == "end_header" {
+            break;
+        }
+        (parts.line(line.trim())).map_err(|message| {
+            let shown: String = line.trim().chars().take(SHOWN).collect();
+            fail(format!("line {number}: `{shown}`: {message}"))
         })?;
-    // Nothing in the file would bound their number.
-    if let Some((name, _)) = ply
-        .elements
-        .iter()
-        .find(|(_, e)| e.properties.is_empty() && e.count > 0)
-    {
-        return Err(wrong(format!("element `{name}` has no property")));
     }
     Ok(Header {
-        ply,
-        bytes: text.len(),
+        ply: parts.finish().map_err(fail)?,
+        bytes,
+        line_end,
     })
 }
 
-/// The parser keeps the last of two namesakes and so loses count of columns.
-fn refuse_duplicates(text: &str) -> Result<(), String> {
-    let mut elements = BTreeSet::new();
-    let mut properties = BTreeSet::new();
-    for (number, line) in text.lines().enumerate() {
-        let mut words = line.split_whitespace();
-        let (first, last) = (words.next(), words.next_back());
-        match (first, last) {
-            (Some("element"), _) => {
-                let name = line.split_whitespace().nth(1).unwrap_or_default();
-                properties.clear();
-                if !elements.insert(name) {
-                    return Err(format!("line {}: a second element `{name}`", number + 1));
-                }
-            }
-            (Some("property"), Some(name)) => {
-                let new = properties.insert(name);
-                if !new {
-                    return Err(format!("line {}: a second property `{name}`", number + 1));
-                }
-            }
-            _ => {}
+/// Comments are of any encoding; where they are no UTF-8, they are Latin-1, all of whose codes are
+/// characters.
+fn text(line: &[u8]) -> String {
+    std::str::from_utf8(line).map_or_else(
+        |_| line.iter().map(|byte| char::from(*byte)).collect(),
+        str::to_owned,
+    )
+}
+
+/// Reads `ply`, and says how many bytes it took and what ends a line.
+fn first_line(reader: &mut impl BufRead, origin: &str) -> Result<(usize, u8), PlyError> {
+    let not_ply = || PlyError::NotPly {
+        origin: origin.to_owned(),
+    };
+    let mut line = vec![];
+    for byte in reader.by_ref().take(64).bytes() {
+        let byte = byte.map_err(|_| not_ply())?;
+        line.push(byte);
+        if byte == b'\n' || byte == b'\r' {
+            break;
         }
     }
-    Ok(())
+    let start = line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&line);
+    let Some((end, word)) = start.split_last() else {
+        return Err(not_ply());
+    };
+    if word.trim_ascii_end() != b"ply" {
+        return Err(not_ply());
+    }
+    if *end == b'\n' {
+        return Ok((line.len(), b'\n'));
+    }
+    let follows = reader.fill_buf().map_err(|_| not_ply())?;
+    if follows.first() == Some(&b'\n') {
+        reader.consume(1);
+        return Ok((line.len() + 1, b'\n'));
+    }
+    Ok((line.len(), b'\r'))
+}
+
+/// What the lines so far declare.
+#[derive(Default)]
+struct Parts {
+    ply: PlyHeader,
+    has_format: bool,
+    element: Option<ElementDef>,
+}
+
+impl Parts {
+    /// Takes a line; an error is what is wrong with it.
+    fn line(&mut self, line: &str) -> Result<(), String> {
+        let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        let words: Vec<&str> = rest.split_whitespace().collect();
+        match (word, &words[..]) {
+            ("", _) => Ok(()),
+            ("comment", _) => {
+                self.ply.comments.push(rest.trim().to_owned());
+                Ok(())
+            }
+            ("obj_info", _) => {
+                self.ply.obj_infos.push(rest.trim().to_owned());
+                Ok(())
+            }
+            ("format", [encoding, "1.0"]) if !self.has_format => {
+                let known = [
+                    Encoding::Ascii,
+                    Encoding::BinaryLittleEndian,
+                    Encoding::BinaryBigEndian,
+                ];
+                let found = known.into_iter().find(|own| own.to_string() == *encoding);
+                self.ply.encoding = found.ok_or(
+                    "expected format ascii, binary_little_endian or binary_big_endian, and 1.0",
+                )?;
+                self.has_format = true;
+                Ok(())
+            }
+            ("format", _) => Err("expected one format, of version 1.0".to_owned()),
+            ("element", [name, count]) => {
+                self.close();
+                if self.ply.elements.contains_key(*name) {
+                    return Err(format!("a second element `{name}`"));
+                }
+                let mut element = ElementDef::new((*name).to_owned());
+                element.count = (count.parse()).map_err(|_| {
+                    format!("a count of `{count}`: expected a whole number, and not a negative one")
+                })?;
+                self.element = Some(element);
+                Ok(())
+            }
+            ("element", _) => Err("expected element, a name and a count".to_owned()),
+            ("property", words) => self.property(words),
+            _ => Err(
+                "expected format, comment, obj_info, element, property or end_header".to_owned(),
+            ),
+        }
+    }
+
+    fn property(&mut self, words: &[&str]) -> Result<(), String> {
+        let Some(element) = &mut self.element else {
+            return Err("expected it after an element".to_owned());
+        };
+        let (name, data_type) = match words {
+            ["list", count, item, name] => {
+                let count = scalar(count)?;
+                if matches!(count, ScalarType::Float | ScalarType::Double) {
+                    return Err("expected a list's length to be of a whole type".to_owned());
+                }
+                (name, PropertyType::List(count, scalar(item)?))
+            }
+            [kind, name] => (name, PropertyType::Scalar(scalar(kind)?)),
+            _ => return Err("expected property, a type and a name".to_owned()),
+        };
+        if element.properties.contains_key(*name) {
+            return Err(format!("a second property `{name}`"));
+        }
+        let name = (*name).to_owned();
+        let property = PropertyDef {
+            name: name.clone(),
+            data_type,
+        };
+        element.properties.insert(name, property);
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        if let Some(element) = self.element.take() {
+            self.ply.elements.insert(element.name.clone(), element);
+        }
+    }
+
+    fn finish(mut self) -> Result<PlyHeader, String> {
+        self.close();
+        if !self.has_format {
+            return Err("no line `format`: expected one, such as `format ascii 1.0`".to_owned());
+        }
+        // Nothing in the file would bound their number.
+        let mut elements = self.ply.elements.iter();
+        if let Some((name, _)) = elements.find(|(_, e)| e.properties.is_empty() && e.count > 0) {
+            return Err(format!("element `{name}` has no property"));
+        }
+        Ok(self.ply)
+    }
+}
+
+fn scalar(word: &str) -> Result<ScalarType, String> {
+    let mut types = TYPES.into_iter();
+    let found = types.find(|(name, other, _)| [*name, *other].contains(&word));
+    found.map(|(_, _, kind)| kind).ok_or_else(|| {
+        let halves = ["half", "float16"].contains(&word);
+        let names = TYPES.map(|(name, _, _)| name).join(", ");
+        let what = match halves {
+            true => ": PLY has no floats of 16 bits; write the file again with float",
+            false => "",
+        };
+        format!("type `{word}`: expected {names}{what}")
+    })
+}
+
+/// As headers write it.
+pub(in crate::splats) fn type_name(scalar: &ScalarType) -> &'static str {
+    let mut types = TYPES.iter();
+    let found = types.find(|(_, _, kind)| kind == scalar);
+    found.map_or("", |(name, _, _)| *name)
 }
 
 pub(in crate::splats) const fn scalar_bytes(scalar: &ScalarType) -> u128 {
@@ -132,70 +269,5 @@ pub(crate) fn least_bytes(header: &PlyHeader) -> u128 {
     match header.encoding {
         Encoding::Ascii => sum.saturating_sub(1),
         _ => sum,
-    }
-}
-
-/// Which column of a vertex holds what.
-pub(super) struct Columns {
-    pub(super) degree: usize,
-    pub(super) mean: [usize; 3],
-    pub(super) scale: [usize; 3],
-    pub(super) rotation: [usize; 4],
-    pub(super) opacity: usize,
-    pub(super) constant: [usize; 3],
-    /// Channel-major: all of red, then green, then blue.
-    pub(super) rest: Vec<usize>,
-}
-
-impl Columns {
-    /// Finds every property that a Gaussian needs.
-    pub(super) fn find(header: &PlyHeader, origin: &str) -> Result<Self, PlyError> {
-        let empty = || PlyError::Empty {
-            origin: origin.to_owned(),
-        };
-        let vertex = header.elements.get("vertex").ok_or_else(empty)?;
-        if vertex.count == 0 {
-            return Err(empty());
-        }
-        let column = |name: &str| -> Result<usize, PlyError> {
-            match vertex.properties.get_full(name) {
-                Some((i, _, p)) if matches!(p.data_type, PropertyType::Scalar(_)) => Ok(i),
-                Some(_) => Err(PlyError::Header {
-                    origin: origin.to_owned(),
-                    message: format!("property `{name}` is a list: expected a scalar"),
-                }),
-                None => Err(PlyError::Missing {
-                    origin: origin.to_owned(),
-                    property: name.to_owned(),
-                }),
-            }
-        };
-        let found = vertex
-            .properties
-            .keys()
-            .filter(|name| name.starts_with("f_rest_"))
-            .count();
-        let degree = (0..=sh::MAX_DEGREE)
-            .find(|d| 3 * (sh::coefficients(*d) - 1) == found)
-            .ok_or_else(|| PlyError::Degree {
-                origin: origin.to_owned(),
-                found,
-            })?;
-        Ok(Self {
-            degree,
-            mean: [column("x")?, column("y")?, column("z")?],
-            constant: [column("f_dc_0")?, column("f_dc_1")?, column("f_dc_2")?],
-            rest: (0..found)
-                .map(|i| column(&format!("f_rest_{i}")))
-                .collect::<Result<_, _>>()?,
-            opacity: column("opacity")?,
-            scale: [column("scale_0")?, column("scale_1")?, column("scale_2")?],
-            rotation: [
-                column("rot_0")?,
-                column("rot_1")?,
-                column("rot_2")?,
-                column("rot_3")?,
-            ],
-        })
     }
 }

@@ -2,23 +2,133 @@
 //!
 //! Properties are found by name, in any order: `x y z`, `f_dc_0..2`,
 //! `f_rest_*` (channel-major, 0, 9, 24 or 45 of them for degrees 0 to 3),
-//! `opacity` (a logit), `scale_0..2` (logarithms), `rot_0..3` (`w, x, y, z`).
-//! Others, normals for one, are read past. Binary files of either byte order
-//! and text files are read.
+//! `opacity` (a logit), `scale_0..2` (logarithms), `rot_0..3` (`w, x, y, z`),
+//! and `filter_3D` of Mip-Splatting, which is fused into sizes and opacities.
+//! Others, normals for one, are listed. Without `scale_2` Gaussians are the
+//! discs of 2DGS, drawn as Gaussians of no thickness. Binary files of either
+//! byte order and text files are read, with any line ends.
 
+mod columns;
 pub(crate) mod header;
+mod rows;
+pub(super) mod says;
+mod vertices;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use ply_rs_bw::parser::Parser;
-use ply_rs_bw::ply::{ElementDef, Encoding, Property, PropertyAccess};
+use ply_rs_bw::ply::{ElementDef, Encoding, PropertyAccess};
 use thiserror::Error;
 
-use super::cloud::{Cloud, CloudError};
-use super::sh;
-use header::Columns;
+use super::cloud::CloudError;
+use super::loaded::{Loaded, Raw};
+use crate::record::{Fate, Format, Key, KeyError, Notes, Record};
+use columns::Columns;
+use header::Header;
+use rows::{Layout, Rows};
+use vertices::Vertices;
+
+const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
+    Key { name, fate, about }
+}
+
+/// Rows of comments, which packed files have too.
+pub(super) const SAID: [Key; 3] = [
+    key(
+        says::RENDER_MODE,
+        Fate::Honoured,
+        "`mip`: trained with antialiasing; `default`: not",
+    ),
+    key(
+        says::ANTIALIASED,
+        Fate::Honoured,
+        "1: trained with antialiasing; 0: not",
+    ),
+    key(
+        says::VERTICAL_AXIS,
+        Fate::Honoured,
+        "x, y or z, with a sign: up in the default view and in orbits; anything else is listed",
+    ),
+];
+/// Why Gaussians that change with time are refused.
+const MOVES: &str = "Gaussians that move or change with time are not rendered; export one moment";
+/// Why other kernels are refused.
+const KERNEL: &str = "kernels that are no Gaussians are not rendered";
+
+/// Its properties are those of element `vertex`.
+pub static FORMAT: Format = Format {
+    name: "PLY of 3D Gaussian splatting",
+    files: "`.ply`: properties of element `vertex`, comments and other elements",
+    keys: &[
+        key(
+            "x",
+            Fate::Honoured,
+            "centre; of `double`s far from the origin, their middle is subtracted first",
+        ),
+        key("y", Fate::Honoured, "the same"),
+        key("z", Fate::Honoured, "the same"),
+        key(
+            "f_dc_*",
+            Fate::Honoured,
+            "the constant coefficient of red, green and blue: 0 to 2",
+        ),
+        key(
+            "f_rest_*",
+            Fate::Honoured,
+            "the other coefficients, channel by channel: 0, 9, 24 or 45",
+        ),
+        key(
+            "opacity",
+            Fate::Honoured,
+            "before the sigmoid; may be infinite",
+        ),
+        key(
+            "scale_*",
+            Fate::Honoured,
+            "logarithms of sizes; minus infinity is a size of 0. Two: 2DGS, drawn as discs of no thickness",
+        ),
+        key(
+            "rot_*",
+            Fate::Honoured,
+            "the quaternion w, x, y, z, of any length; of length 0 it is no rotation",
+        ),
+        key(
+            "filter_3D",
+            Fate::Honoured,
+            "the filter of Mip-Splatting: fused into sizes and opacities",
+        ),
+        key("nx", Fate::Listed, "normals, which Gaussians have none of"),
+        key("ny", Fate::Listed, "the same"),
+        key("nz", Fate::Listed, "the same"),
+        key("t", Fate::Refused, MOVES),
+        key("trbf_*", Fate::Refused, MOVES),
+        key("motion_*", Fate::Refused, MOVES),
+        key("omega_*", Fate::Refused, MOVES),
+        key("scale_t", Fate::Refused, MOVES),
+        key("rot_r_*", Fate::Refused, MOVES),
+        key("beta", Fate::Refused, KERNEL),
+        key("sb_params_*", Fate::Refused, KERNEL),
+        key("shape", Fate::Refused, KERNEL),
+        SAID[0],
+        SAID[1],
+        SAID[2],
+        key("comment *", Fate::Listed, "any other"),
+        key(
+            "obj_info *",
+            Fate::Listed,
+            "but for what is a comment above",
+        ),
+        key("element *", Fate::Listed, "other elements are read past"),
+        key(
+            "bytes after *",
+            Fate::Listed,
+            "what follows the last element",
+        ),
+    ],
+    others: Fate::Listed,
+};
 
 /// A file that holds no readable cloud.
 #[derive(Debug, Error)]
@@ -63,6 +173,35 @@ pub enum PlyError {
         origin: String,
         /// The property.
         property: String,
+    },
+    /// A property of a type that it cannot have.
+    #[error(
+        "{origin}: element `vertex`, property `{property}` is {found}: expected float or double; \
+         codes of other types say nothing of what they stand for: write the file again with float"
+    )]
+    Type {
+        /// The file.
+        origin: String,
+        /// The property.
+        property: String,
+        /// Its type.
+        found: &'static str,
+    },
+    /// A comment with a value that it cannot have.
+    #[error("{origin}: {message}")]
+    Comment {
+        /// The file.
+        origin: String,
+        /// Which, its value, and what would be right.
+        message: String,
+    },
+    /// Something that cannot be honoured.
+    #[error("{origin}: {source}")]
+    Key {
+        /// The file.
+        origin: String,
+        /// What, and why.
+        source: Box<KeyError>,
     },
     /// A number of `f_rest_*` properties that is no degree.
     #[error(
@@ -109,7 +248,8 @@ pub enum PlyError {
     /// NaN or infinite, where it is not allowed.
     #[error(
         "{origin}: vertex {index}, property `{property}` is {value}: \
-         expected a finite number (only `opacity` may be infinite)"
+         expected a finite number (`opacity` may be infinite, sizes minus infinity; \
+         `filter_3D` is not negative)"
     )]
     NotFinite {
         /// The file.
@@ -136,7 +276,7 @@ pub enum PlyError {
 /// # Errors
 /// The file cannot be read or is no complete 3D Gaussian splatting PLY file
 /// with finite values.
-pub fn read(path: &Path) -> Result<Cloud, PlyError> {
+pub fn read(path: &Path) -> Result<Loaded, PlyError> {
     let (reader, length) = open(path)?;
     parse(reader, length, &path.display().to_string())
 }
@@ -156,10 +296,30 @@ pub(in crate::splats) fn open(path: &Path) -> Result<(BufReader<File>, u64), Ply
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(mut reader: impl BufRead, length: u64, origin: &str) -> Result<Cloud, PlyError> {
+pub fn parse(mut reader: impl BufRead, length: u64, origin: &str) -> Result<Loaded, PlyError> {
     let header = header::read(&mut reader, origin)?;
-    let columns = Columns::find(&header.ply, origin)?;
+    Ok(body(&header, reader, length, origin)?.turned(None))
+}
+
+/// Reads what follows a header, of a file of `length` bytes.
+pub(super) fn body(
+    header: &Header,
+    reader: impl BufRead,
+    length: u64,
+    origin: &str,
+) -> Result<Raw, PlyError> {
     let found = length.saturating_sub(header.bytes as u64);
+    let mut record = Record::new(&FORMAT, entries(header));
+    let columns = Columns::take(&header.ply, &mut record, origin)?;
+    let says = says::take(&mut record, origin)?;
+    let mut notes = Notes::default();
+    if columns.scale[2].is_none() {
+        notes.assume("2DGS: discs, drawn as Gaussians of no thickness");
+    }
+    record.finish(&mut notes).map_err(|source| PlyError::Key {
+        origin: origin.to_owned(),
+        source: source.into(),
+    })?;
     let needed = header::least_bytes(&header.ply);
     if needed > u128::from(found) {
         return Err(PlyError::Truncated {
@@ -168,64 +328,87 @@ pub fn parse(mut reader: impl BufRead, length: u64, origin: &str) -> Result<Clou
             found,
         });
     }
-    let parser = Parser::<Scalars>::new();
+    let mut rows = Rows::new(reader, header);
+    let mut values = vec![];
+    let mut vertices = None;
     for (name, element) in &header.ply.elements {
-        let mut vertices = (name == "vertex").then(|| Vertices::new(&columns, element.count));
+        let layout = Layout::of(element);
+        let mut own = (name == "vertex").then(|| Vertices::new(&columns, element.count));
         for index in 0..element.count {
-            let values = read_element(&parser, &mut reader, header.ply.encoding, element).map_err(
-                |message| PlyError::Element {
-                    origin: origin.to_owned(),
-                    element: name.clone(),
-                    index,
-                    message,
-                },
-            )?;
-            if let Some(v) = &mut vertices {
-                v.push(&columns, &values.0)
-                    .map_err(|column| PlyError::NotFinite {
-                        origin: origin.to_owned(),
-                        index,
-                        property: element
-                            .properties
-                            .get_index(column)
-                            .map_or_else(String::new, |(n, _)| n.clone()),
-                        value: values.0.get(column).copied().unwrap_or(f64::NAN),
-                    })?;
+            (rows.read(&layout, &mut values)).map_err(|message| PlyError::Element {
+                origin: origin.to_owned(),
+                element: name.clone(),
+                index,
+                message,
+            })?;
+            if let Some(own) = &mut own {
+                own.push(&columns, &values)
+                    .map_err(|column| not_finite(origin, index, element, column, &values))?;
             }
         }
-        if let Some(v) = vertices {
-            return v.finish(&columns).map_err(|source| PlyError::Cloud {
-                origin: origin.to_owned(),
-                source,
-            });
-        }
+        vertices = own.or(vertices);
     }
-    Err(PlyError::Empty {
+    let left = rows.rest().map_err(|e| PlyError::Header {
         origin: origin.to_owned(),
+        message: e.to_string(),
+    })?;
+    if left > 0 {
+        notes.list(format!("bytes after the last element ({left})"));
+    }
+    let vertices = vertices.ok_or_else(|| PlyError::Empty {
+        origin: origin.to_owned(),
+    })?;
+    let (cloud, origin) = vertices
+        .finish(&columns)
+        .map_err(|source| PlyError::Cloud {
+            origin: origin.to_owned(),
+            source,
+        })?;
+    if origin != glam::DVec3::ZERO {
+        let [x, y, z] = origin.to_array();
+        notes.assume(format!(
+            "centres from ({x}, {y}, {z}) on, which floats do not hold"
+        ));
+    }
+    Ok(Raw {
+        origin,
+        up: says.up,
+        ..Raw::new(cloud.antialiased(says.antialiased), notes)
     })
 }
 
-/// The scalar values of one element, in the order of the header.
-struct Scalars(Vec<f64>);
-
-impl PropertyAccess for Scalars {
-    fn new() -> Self {
-        Self(Vec::new())
+/// Properties of vertices, other elements, and what comments say.
+fn entries(header: &Header) -> Vec<(String, String)> {
+    let mut all = vec![];
+    for (name, element) in &header.ply.elements {
+        if name != "vertex" {
+            all.push((format!("element {name}"), String::new()));
+            continue;
+        }
+        all.extend(
+            element
+                .properties
+                .keys()
+                .map(|own| (own.clone(), String::new())),
+        );
     }
+    all.extend(says::entries(&header.ply));
+    all
+}
 
-    fn set_property(&mut self, _: &str, property: Property) {
-        self.0.push(match property {
-            Property::Char(v) => f64::from(v),
-            Property::UChar(v) => f64::from(v),
-            Property::Short(v) => f64::from(v),
-            Property::UShort(v) => f64::from(v),
-            Property::Int(v) => f64::from(v),
-            Property::UInt(v) => f64::from(v),
-            Property::Float(v) => f64::from(v),
-            Property::Double(v) => v,
-            // Lists keep their place; no column is one.
-            _ => f64::NAN,
-        });
+fn not_finite(
+    origin: &str,
+    index: usize,
+    element: &ElementDef,
+    column: usize,
+    values: &[f64],
+) -> PlyError {
+    let property = element.properties.get_index(column);
+    PlyError::NotFinite {
+        origin: origin.to_owned(),
+        index,
+        property: property.map_or_else(String::new, |(name, _)| name.clone()),
+        value: values.get(column).copied().unwrap_or(f64::NAN),
     }
 }
 
@@ -248,74 +431,7 @@ pub(crate) fn read_element<E: PropertyAccess>(
             }
         }
     };
-    read.map_err(|e| {
-        let text = e.to_string();
-        text.split_whitespace().collect::<Vec<_>>().join(" ")
-    })
-}
-
-/// The vertices read so far.
-struct Vertices {
-    means: Vec<[f32; 3]>,
-    log_scales: Vec<[f32; 3]>,
-    rotations: Vec<[f32; 4]>,
-    opacities: Vec<f32>,
-    sh: Vec<[f32; 3]>,
-}
-
-impl Vertices {
-    /// `count` is safe to reserve: the file holds bytes for each vertex.
-    fn new(columns: &Columns, count: usize) -> Self {
-        Self {
-            means: Vec::with_capacity(count),
-            log_scales: Vec::with_capacity(count),
-            rotations: Vec::with_capacity(count),
-            opacities: Vec::with_capacity(count),
-            sh: Vec::with_capacity(count.saturating_mul(sh::coefficients(columns.degree))),
-        }
-    }
-
-    /// Takes one vertex; an error is the column of a value that is not finite.
-    fn push(&mut self, columns: &Columns, values: &[f64]) -> Result<(), usize> {
-        let get = |column: usize| -> Result<f32, usize> {
-            let value = values.get(column).copied().unwrap_or(f64::NAN) as f32;
-            if value.is_finite() {
-                Ok(value)
-            } else {
-                Err(column)
-            }
-        };
-        let three =
-            |c: [usize; 3]| -> Result<[f32; 3], usize> { Ok([get(c[0])?, get(c[1])?, get(c[2])?]) };
-        self.means.push(three(columns.mean)?);
-        self.log_scales.push(three(columns.scale)?);
-        let r = columns.rotation;
-        self.rotations
-            .push([get(r[0])?, get(r[1])?, get(r[2])?, get(r[3])?]);
-        let opacity = values.get(columns.opacity).copied().unwrap_or(f64::NAN);
-        if opacity.is_nan() {
-            return Err(columns.opacity);
-        }
-        self.opacities.push(opacity as f32);
-        self.sh.push(three(columns.constant)?);
-        let rest = sh::coefficients(columns.degree) - 1;
-        for c in 0..rest {
-            let at = |channel: usize| columns.rest[channel * rest + c];
-            self.sh.push(three([at(0), at(1), at(2)])?);
-        }
-        Ok(())
-    }
-
-    fn finish(self, columns: &Columns) -> Result<Cloud, CloudError> {
-        Cloud::new(
-            columns.degree,
-            self.means,
-            self.log_scales,
-            self.rotations,
-            self.opacities,
-            self.sh,
-        )
-    }
+    read.map_err(|_| "it has not the values that the header declares".to_owned())
 }
 
 #[cfg(test)]

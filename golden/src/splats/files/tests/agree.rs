@@ -104,7 +104,7 @@ fn check(found: &Cloud, steps: &Steps<'_>) {
 
 #[test]
 fn packed_ply_is_within_half_a_step_of_its_chunks() {
-    let cloud = packed_ply::parse(&fixture("cloud.compressed.ply"), "f").unwrap();
+    let cloud = packed_cloud(&fixture("cloud.compressed.ply"), "f").unwrap();
     // Bounds are reached, so that those of what was read are those of the file.
     let range = |i: usize, value: &dyn Fn(usize) -> f32| {
         let chunk = i / 256 * 256;
@@ -146,7 +146,7 @@ fn spz_is_within_half_a_step() {
             [4.5 / 128.0, 8.5 / 128.0],
         ),
     ] {
-        let cloud = spz::parse(&fixture(&format!("cloud.v{version}.spz")), "f").unwrap();
+        let cloud = spz_cloud(&fixture(&format!("cloud.v{version}.spz")), "f").unwrap();
         check(
             &cloud,
             &Steps {
@@ -164,8 +164,8 @@ fn spz_is_within_half_a_step() {
     }
     let [three, four] = [3, 4].map(|v| fixture(&format!("cloud.v{v}.spz")));
     assert_eq!(
-        spz::parse(&three, "f").unwrap(),
-        spz::parse(&four, "f").unwrap()
+        spz_cloud(&three, "f").unwrap(),
+        spz_cloud(&four, "f").unwrap()
     );
 }
 
@@ -173,7 +173,7 @@ fn spz_is_within_half_a_step() {
 /// scales and colours are the nearest of 256 values.
 #[test]
 fn sog_is_within_its_steps() {
-    let cloud = sog::parse(&fixture("cloud.sog"), "f").unwrap();
+    let cloud = sog_cloud(&fixture("cloud.sog"), "f").unwrap();
     let range = 2.0 * 3f32.ln();
     check(
         &cloud,
@@ -209,7 +209,10 @@ fn a_folder_is_read_as_its_archive_is() {
     archive.extract(folder.path()).unwrap();
     let file = folder.path().join("a.SOG");
     std::fs::write(&file, &bytes).unwrap();
-    assert_eq!(read(folder.path()).unwrap(), read(&file).unwrap());
+    assert_eq!(
+        read_cloud(folder.path()).unwrap(),
+        read_cloud(&file).unwrap()
+    );
     assert!(is_splats(folder.path()) && is_splats(&file));
     assert!(!is_splats(Path::new("scene.toml")) && !is_splats(Path::new("garden")));
 }
@@ -218,7 +221,7 @@ fn a_folder_is_read_as_its_archive_is() {
 #[test]
 fn packed_ply_without_colour_bounds_has_colours_of_zero_to_one() {
     let bytes = fixture("cloud.compressed.ply");
-    let with = packed_ply::parse(&bytes, "f").unwrap();
+    let with = packed_cloud(&bytes, "f").unwrap();
     let end = b"end_header\n";
     let at = bytes.windows(end.len()).position(|w| w == end).unwrap() + end.len();
     let text = String::from_utf8(bytes[..at].to_vec()).unwrap();
@@ -229,7 +232,7 @@ fn packed_ply_without_colour_bounds_has_colours_of_zero_to_one() {
     let (chunks, rest) = bytes[at..].split_at(2 * 72);
     old.extend(chunks.chunks(72).flat_map(|row| &row[..48]));
     old.extend(rest);
-    let without = packed_ply::parse(&old, "f").unwrap();
+    let without = packed_cloud(&old, "f").unwrap();
     for i in 0..COUNT {
         assert_eq!(without.means()[i], with.means()[i]);
         assert_eq!(without.sh(i)[1..], with.sh(i)[1..]);
@@ -244,7 +247,7 @@ fn packed_ply_without_colour_bounds_has_colours_of_zero_to_one() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.ply");
     std::fs::write(&file, &old).unwrap();
-    assert_eq!(read(&file).unwrap(), without);
+    assert_eq!(read_cloud(&file).unwrap(), without);
 }
 
 #[test]
@@ -254,7 +257,7 @@ fn splat_rows_are_read_as_defined() {
         row.extend(v.to_le_bytes());
     }
     row.extend([255, 0, 51, 255, 0, 128, 192, 255]);
-    let cloud = splat::parse(&row, "f").unwrap();
+    let cloud = splat_cloud(&row, "f").unwrap();
     assert_eq!(cloud.means(), [[1.5, -2.0, 0.25]]);
     let smallest = f32::MIN_POSITIVE.ln();
     assert_eq!(cloud.log_scales(), [[0.0, 0.5f32.ln(), smallest]]);

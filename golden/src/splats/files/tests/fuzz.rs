@@ -52,7 +52,7 @@ proptest! {
         for name in ["cloud.v2.spz", "cloud.v3.spz"] {
             let mut bytes = gunzip(&fixture(name));
             apply(&mut bytes, if header { 16 } else { usize::MAX }, &damage);
-            sane(spz::parse(&gzip(&bytes), "f"));
+            sane(spz_cloud(&gzip(&bytes), "f"));
         }
     }
 
@@ -61,12 +61,12 @@ proptest! {
         let mut members = members(&fixture("cloud.sog"));
         let member = member.index(members.len());
         apply(&mut members[member].1, if header { 64 } else { usize::MAX }, &damage);
-        sane(sog::parse(&archive(&members), "f"));
+        sane(sog_cloud(&archive(&members), "f"));
     }
 
     #[test]
     fn noise(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-        sane(splat::parse(&bytes, "f"));
+        sane(splat_cloud(&bytes, "f"));
         for (name, parse) in FIXTURES {
             sane(parse(&bytes, "f"));
             let head = fixture(name);

@@ -9,7 +9,7 @@ mod refuse;
 use std::path::PathBuf;
 
 use super::*;
-use crate::splats::{CloudError, sh};
+use crate::splats::{Cloud, CloudError, sh};
 
 /// Gaussians of the fixtures.
 const COUNT: usize = 300;
@@ -23,12 +23,32 @@ fn fixture(name: &str) -> Vec<u8> {
 /// The fixtures and what reads them.
 type Parse = fn(&[u8], &str) -> Result<Cloud, FileError>;
 const FIXTURES: [(&str, Parse); 5] = [
-    ("cloud.compressed.ply", packed_ply::parse),
-    ("cloud.v2.spz", spz::parse),
-    ("cloud.v3.spz", spz::parse),
-    ("cloud.v4.spz", spz::parse),
-    ("cloud.sog", sog::parse),
+    ("cloud.compressed.ply", packed_cloud),
+    ("cloud.v2.spz", spz_cloud),
+    ("cloud.v3.spz", spz_cloud),
+    ("cloud.v4.spz", spz_cloud),
+    ("cloud.sog", sog_cloud),
 ];
+
+fn packed_cloud(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
+    packed_ply::parse(bytes, origin).map(|loaded| loaded.cloud)
+}
+
+fn spz_cloud(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
+    spz::parse(bytes, origin).map(|loaded| loaded.cloud)
+}
+
+fn sog_cloud(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
+    sog::parse(bytes, origin).map(|loaded| loaded.cloud)
+}
+
+fn splat_cloud(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
+    splat::parse(bytes, origin).map(|loaded| loaded.cloud)
+}
+
+fn read_cloud(path: &Path) -> Result<Cloud, FileError> {
+    read(path, None).map(|loaded| loaded.cloud)
+}
 
 /// Property `p` of Gaussian `i`: 12 bits of a hash over a range.
 fn value(i: usize, p: usize) -> f32 {

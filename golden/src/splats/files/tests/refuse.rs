@@ -26,28 +26,28 @@ fn refused(parse: Parse, bytes: &[u8], expected: &str) {
 #[test]
 fn splat() {
     refused(
-        splat::parse,
+        splat_cloud,
         &[0; 33],
         "length in bytes is 33: expected a multiple of 32",
     );
-    refused(splat::parse, &[], "no Gaussian");
+    refused(splat_cloud, &[], "no Gaussian");
     let row = |at: usize, value: f32| {
         let mut row = [0; 64];
         row[at..at + 4].copy_from_slice(&value.to_le_bytes());
         row
     };
     refused(
-        splat::parse,
+        splat_cloud,
         &row(32, f32::NAN),
         "Gaussian 1: mean[0] is NaN",
     );
     refused(
-        splat::parse,
+        splat_cloud,
         &row(48, -1.0),
         "Gaussian 1: scale[1] is -1: expected",
     );
     refused(
-        splat::parse,
+        splat_cloud,
         &row(20, f32::INFINITY),
         "Gaussian 0: scale[2] is inf",
     );
@@ -120,13 +120,13 @@ fn packed_ply() {
         ),
         ("end_header", "end_heather", "header"),
     ] {
-        refused(packed_ply::parse, &changed(from, to), expected);
+        refused(packed_cloud, &changed(from, to), expected);
     }
-    refused(packed_ply::parse, &good[..good.len() - 1], "cut off");
+    refused(packed_cloud, &good[..good.len() - 1], "cut off");
     let mut nan = good.clone();
     let body = good.len() - 300 * 61 - 2 * 72;
     nan[body + 72 + 4..body + 72 + 8].copy_from_slice(&f32::NAN.to_le_bytes());
-    refused(packed_ply::parse, &nan, "chunk 1, property `min_y` is NaN");
+    refused(packed_cloud, &nan, "chunk 1, property `min_y` is NaN");
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn spz_headers() {
     let three = gunzip(&fixture("cloud.v3.spz"));
     let four = fixture("cloud.v4.spz");
     for (at, bytes, expected) in [
-        (4, &[1][..], "version is 1: expected 2, 3 or 4"),
+        (4, &[0][..], "version is 0: expected 1, 2, 3 or 4"),
         (4, &[5], "version is 5"),
         (8, &[0, 0, 0, 0], "number of Gaussians is 0"),
         (
@@ -153,30 +153,31 @@ fn spz_headers() {
             let mut bad = good.clone();
             bad[at..at + bytes.len()].copy_from_slice(bytes);
             let bad = if pack { gzip(&bad) } else { bad };
-            refused(spz::parse, &bad, expected);
+            refused(spz_cloud, &bad, expected);
         }
     }
     let mut other = three.clone();
     other[0] = b'X';
-    refused(spz::parse, &gzip(&other), "magic");
-    refused(spz::parse, b"neither", "gzip stream");
+    refused(spz_cloud, &gzip(&other), "magic");
+    refused(spz_cloud, b"neither", "gzip stream");
     refused(
-        spz::parse,
+        spz_cloud,
         &gzip(&three[..three.len() - 1]),
         "bytes after the header is",
     );
     let cut = fixture("cloud.v3.spz");
-    refused(spz::parse, &cut[..cut.len() - 9], "gzip stream");
+    refused(spz_cloud, &cut[..cut.len() - 9], "gzip stream");
     other[0] = b'N';
     other[4] = 4;
     refused(
-        spz::parse,
+        spz_cloud,
         &gzip(&other),
-        "version is 4: expected 2 or 3 in a gzip stream",
+        "version is 4: expected 1, 2 or 3 in a gzip stream",
     );
+    // Bare of version 3 it is the arrays that follow.
     let mut plain = four;
     plain[4] = 3;
-    refused(spz::parse, &plain, "version is 3: expected 4 outside");
+    refused(spz_cloud, &plain, "bytes after the header is");
 }
 
 #[test]
@@ -207,7 +208,7 @@ fn spz_streams() {
     ] {
         let mut bad = four.clone();
         bad[at..at + bytes.len()].copy_from_slice(bytes);
-        refused(spz::parse, &bad, expected);
+        refused(spz_cloud, &bad, expected);
     }
     // Extensions are read past, but for one that says that the axes are others.
     let extended = |record: &[u8]| {
@@ -217,13 +218,18 @@ fn spz_streams() {
         [&bytes, record, &four[32..]].concat()
     };
     let unknown = extended(&[9, 9, 9, 9, 3, 0, 0, 0, 1, 2, 3]);
-    let known = spz::parse(&four, "f").unwrap();
-    assert_eq!(spz::parse(&unknown, "f").unwrap(), known);
+    let known = spz_cloud(&four, "f").unwrap();
+    assert_eq!(spz_cloud(&unknown, "f").unwrap(), known);
     let axes = |code: u8| extended(&[3, 0, 0xbe, 0xad, 4, 0, 0, 0, code, 0, 0, 0]);
-    assert_eq!(spz::parse(&axes(4), "f").unwrap(), known);
-    refused(spz::parse, &axes(6), "coordinate system is 6: expected 4");
+    assert_eq!(spz_cloud(&axes(4), "f").unwrap(), known);
+    assert_ne!(spz_cloud(&axes(6), "f").unwrap(), known);
     refused(
-        spz::parse,
+        spz_cloud,
+        &axes(9),
+        "coordinate system is 9: expected 0 to 8",
+    );
+    refused(
+        spz_cloud,
         &extended(&[0, 0, 0, 0, 9, 0, 0, 0]),
         "length of an extension is 9",
     );
@@ -235,7 +241,7 @@ fn bombs() {
     let mut bytes = b"NGSP\x03\0\0\0\x01\0\0\0\0\x0c\0\0".to_vec();
     bytes.resize(64 << 20, 0);
     refused(
-        spz::parse,
+        spz_cloud,
         &gzip(&bytes),
         "bytes after the header is 1048597",
     );
@@ -252,7 +258,7 @@ fn bombs() {
     bad.extend(&four[40..128]);
     bad.extend(&frame);
     bad.extend(&four[128 + packed..]);
-    refused(spz::parse, &bad, "stream `positions`: ");
+    refused(spz_cloud, &bad, "stream `positions`: ");
 }
 
 #[test]
@@ -333,19 +339,19 @@ fn sog() {
         assert!(meta.contains(from), "{from}");
         let text = meta.replacen(from, to, 1);
         refused(
-            sog::parse,
+            sog_cloud,
             &with("meta.json", Some(text.as_bytes())),
             expected,
         );
     }
-    refused(sog::parse, &with("scales.webp", None), "scales.webp");
+    refused(sog_cloud, &with("scales.webp", None), "scales.webp");
     refused(
-        sog::parse,
+        sog_cloud,
         &with("scales.webp", Some(b"RIFF")),
         "scales.webp",
     );
-    refused(sog::parse, &with("meta.json", None), "meta.json");
-    refused(sog::parse, b"PK", "ZIP archive");
+    refused(sog_cloud, &with("meta.json", None), "meta.json");
+    refused(sog_cloud, b"PK", "ZIP archive");
     // A picture of 16383 x 16383 by its header, which nothing is reserved for.
     let mut wide = good
         .iter()
@@ -356,7 +362,7 @@ fn sog() {
     assert_eq!(&wide[12..16], b"VP8L");
     wide[21..25].copy_from_slice(&(16382u32 | 16382 << 14 | 1 << 28).to_le_bytes());
     refused(
-        sog::parse,
+        sog_cloud,
         &with("scales.webp", Some(&wide)),
         "size of `scales.webp` is 16383 x 16383",
     );
@@ -364,12 +370,12 @@ fn sog() {
     let at = meta.find("\"codebook\":[").unwrap() + 12;
     let comma = at + meta[at..].find(',').unwrap();
     let text = [&meta[..at], "null", &meta[comma..]].concat();
-    assert!(sog::parse(&with("meta.json", Some(text.as_bytes())), "f").is_ok());
+    assert!(sog_cloud(&with("meta.json", Some(text.as_bytes())), "f").is_ok());
 }
 
 #[test]
 fn paths() {
-    let text = |name: &str| read(Path::new(name)).unwrap_err().to_string();
+    let text = |name: &str| read_cloud(Path::new(name)).unwrap_err().to_string();
     for name in ["no/a.ply", "no/a.splat", "no/a.spz", "no/a.sog"] {
         assert!(
             text(name).contains(&format!("cannot read {name}: ")),
@@ -380,7 +386,7 @@ fn paths() {
     assert!(text("a.obj").contains("expected a name that ends in .ply, .splat, .spz, .sog"));
     assert!(text(env!("CARGO_MANIFEST_DIR")).contains("a folder with a meta.json"));
     assert!(matches!(
-        splat::parse(&[], "f"),
+        splat_cloud(&[], "f"),
         Err(FileError::Cloud {
             source: CloudError::Empty,
             ..
