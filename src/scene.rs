@@ -7,6 +7,7 @@ use clap::Args;
 use potamoi_golden::analytic::Analytic;
 use potamoi_golden::effects::Choices;
 use potamoi_golden::scene::{BUILTIN, Representation, Scene};
+use potamoi_golden::splats::Axes;
 
 use crate::common::quoted;
 use crate::failure::Failure;
@@ -33,6 +34,10 @@ pub(crate) struct SceneArgs {
     /// Rows
     #[arg(long, value_name = "PIXELS")]
     height: Option<u32>,
+    /// Where x, y and z of a splat file point, such as right-down-front or right-up-back, in place
+    /// of what the file says or has by its format; it is turned with its harmonics, cameras are not
+    #[arg(long, value_name = "AXES")]
+    axes: Option<Axes>,
     /// Effects that are carried out although nothing calls for them, with commas between them, or
     /// all of them (potamoi effects says which there are): the result is the same
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
@@ -112,7 +117,7 @@ impl SceneArgs {
 
     /// The same, whatever is forced or left out.
     pub(crate) fn open_as_called_for(&self, name: &str) -> Result<Scene, Failure> {
-        let mut scene = Scene::open(name)?;
+        let mut scene = Scene::open_in(name, self.axes)?;
         if let Some(path) = &self.camera {
             scene.set_camera_file(path, self.camera_index)?;
         }
@@ -142,6 +147,11 @@ impl SceneArgs {
         self.camera.is_some() || self.width.is_some() || self.height.is_some()
     }
 
+    /// Axes that are asked for in place of a file's.
+    pub(crate) const fn axes(&self) -> Option<Axes> {
+        self.axes
+    }
+
     pub(crate) fn name(&self) -> &str {
         self.scene.as_deref().unwrap_or(DEFAULT)
     }
@@ -155,6 +165,9 @@ impl SceneArgs {
         }
         if self.camera_index != 0 {
             let _ = write!(text, " --camera-index {}", self.camera_index);
+        }
+        if let Some(axes) = self.axes {
+            let _ = write!(text, " --axes {axes}");
         }
         for (name, effects) in [("force", &self.force), ("without", &self.without)] {
             if !effects.is_empty() {

@@ -91,11 +91,13 @@ pub(super) enum Source {
 impl Source {
     pub(super) fn open(args: &SceneArgs, name: &str) -> Result<Self, Failure> {
         match Images::open(name)? {
-            Some(_) if args.looks_otherwise() => Err(Failure::Usage(format!(
-                "--scene {}: an image sequence has cameras and a size of its own: leave out \
-                 --camera, --width and --height",
-                name
-            ))),
+            Some(_) if args.looks_otherwise() || args.axes().is_some() => {
+                Err(Failure::Usage(format!(
+                    "--scene {}: an image sequence has cameras and a size of its own: leave out \
+                 --camera, --width, --height and --axes",
+                    name
+                )))
+            }
             Some(images) => Ok(Self::Images(images)),
             None => Ok(Self::Scene(Box::new(args.open_named(name)?))),
         }

@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use potamoi_formats::document::{self, Value};
-use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, Error as _};
+use serde::{Deserialize, Deserializer};
 
 use super::SceneError;
 use super::images::ImagesDescription;
 use crate::fields::HashUnit;
 use crate::record::Fate::Honoured;
 use crate::record::{Fate, Format, Key};
+use crate::splats::Axes;
 
 /// The largest description, in bytes.
 const LIMIT: u64 = 1 << 20;
@@ -40,6 +41,10 @@ pub(super) static DESCRIPTION: Format = Format {
         key(
             "model.path",
             "the file or folder, from the description's folder",
+        ),
+        key(
+            "model.axes",
+            "of splats and Compact-3DGS: where x, y and z of the file point, such as right-up-back",
         ),
         key(
             "model.hash_unit",
@@ -106,6 +111,10 @@ pub(super) static DESCRIPTION: Format = Format {
             "render.conic_bits",
             "fraction bits of the factors of conics",
         ),
+        key(
+            "render.antialiased",
+            "of splats: as trained with antialiasing; what the file says unless given",
+        ),
         key("render.hashed_levels", "hashed levels that are gathered"),
     ],
     others: Fate::Refused,
@@ -131,12 +140,18 @@ pub(super) enum ModelDescription {
     Splats {
         /// A file or SOG folder, from the description's folder.
         path: PathBuf,
+        /// Where its x, y and z point; what the file says or its format has unless given.
+        #[serde(default, deserialize_with = "axes")]
+        axes: Option<Axes>,
     },
     /// A Compact-3DGS model.
     #[serde(rename = "compact-3dgs")]
     Compact3dgs {
         /// Its `.npz`, from the description's folder.
         path: PathBuf,
+        /// Where its x, y and z point; right, down and to the front unless given.
+        #[serde(default, deserialize_with = "axes")]
+        axes: Option<Axes>,
     },
     /// An Instant-NGP snapshot.
     Ngp {
@@ -248,10 +263,17 @@ pub(super) struct RenderDescription {
     pub(super) alpha_min: Option<f64>,
     /// Fraction bits of transmittances, for splats and voxels.
     pub(super) transmittance_bits: Option<u32>,
+    /// Whether splats were trained with antialiasing; what their file says unless given.
+    pub(super) antialiased: Option<bool>,
     /// Fraction bits of the factors of splats' conics.
     pub(super) conic_bits: Option<u32>,
     /// Levels whose vertices share entries that are gathered, from the coarsest.
     pub(super) hashed_levels: Option<u32>,
+}
+
+fn axes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Axes>, D::Error> {
+    let text = String::deserialize(deserializer)?;
+    text.parse().map(Some).map_err(D::Error::custom)
 }
 
 impl Description {

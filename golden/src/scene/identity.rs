@@ -29,6 +29,9 @@ impl Scene {
             precision,
             // Words about the files: nothing is rendered otherwise for them.
             notes: _,
+            // The model is turned already, and it and the camera are from the origin on.
+            axes: _,
+            origin: _,
             // What follows from the model.
             found,
         } = self;

@@ -55,7 +55,7 @@ use crate::fields::{AnyField, Field};
 use crate::precision::Precision;
 use crate::record::Notes;
 use crate::splats::compact::Compact;
-use crate::splats::{Cells, Cloud, Order, Profile};
+use crate::splats::{Axes, Cells, Cloud, Order, Profile};
 use crate::voxels::{Grid, Halo};
 
 /// Kinds of [`Model::Field`].
@@ -159,6 +159,10 @@ pub struct Scene {
     step: f64,
     /// Whether the model was read from a file.
     from_file: bool,
+    /// The axes that a file of splats was read in, where they were asked for.
+    axes: Option<Axes>,
+    /// Where in the file's world the model's origin lies.
+    origin: DVec3,
     /// What its files say that is not used, and what they leave to be assumed.
     notes: Notes,
     /// The field that a built-in model was sampled from.

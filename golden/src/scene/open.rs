@@ -15,7 +15,7 @@ use crate::fields::{AnyField, HashUnit};
 use crate::precision::Precision;
 use crate::record::Notes;
 use crate::splats::compact::{self, Compact};
-use crate::splats::{Order, Profile, files};
+use crate::splats::{Axes, Order, Profile, files};
 use crate::voxels::Halo;
 
 /// Pixels a side of a picture whose size nobody gave.
@@ -41,10 +41,26 @@ impl Scene {
     /// # Errors
     /// No such scene, or a file that cannot be used.
     pub fn open(name: &str) -> Result<Self, SceneError> {
-        Self::opened(name).map_err(|e| e.of(name))
+        Self::open_in(name, None)
     }
 
-    fn opened(name: &str) -> Result<Self, SceneError> {
+    /// The same of splats whose axes are others than their file says or has by its format; what is
+    /// opened is turned, cameras are not.
+    ///
+    /// # Errors
+    /// As [`Scene::open`], or axes for what is no file of splats.
+    pub fn open_in(name: &str, axes: Option<Axes>) -> Result<Self, SceneError> {
+        let scene = Self::opened(name, axes).map_err(|e| e.of(name))?;
+        match axes {
+            Some(axes) if scene.axes != Some(axes) => {
+                let expected = "it left out: it is for files of splats";
+                Err(scene.value("axes", axes.to_string(), expected))
+            }
+            _ => Ok(scene),
+        }
+    }
+
+    fn opened(name: &str, axes: Option<Axes>) -> Result<Self, SceneError> {
         if let Some(scene) = Self::builtin(name) {
             return scene;
         }
@@ -56,12 +72,12 @@ impl Scene {
             });
         }
         if files::is_splats(path) {
-            return Self::model_file(path);
+            return Self::model_file(path, axes);
         }
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match ending.as_deref() {
-            Some("toml") => Self::described(path),
-            Some(compact::ENDING) => Self::compact(path),
+            Some("toml") => Self::described(path, axes),
+            Some(compact::ENDING) => Self::compact(path, axes),
             Some("tar") => Self::dvgo(path),
             Some("th") => Self::tensorf(path),
             Some("ingp" | "msgpack") => Self::ngp(path, None),
@@ -101,6 +117,8 @@ impl Scene {
             cells: crate::splats::Cells::MERGED,
             step: STEP,
             from_file: false,
+            axes: None,
+            origin: DVec3::ZERO,
             notes: Notes::default(),
             truth: None,
             choices: Choices::default(),
@@ -109,19 +127,22 @@ impl Scene {
         }
     }
 
-    fn model_file(path: &Path) -> Result<Self, SceneError> {
-        Ok(Self::splats(path, Model::Splats(files::read(path)?)))
-    }
-
-    fn compact(path: &Path) -> Result<Self, SceneError> {
-        let model = Box::new(Compact::load(path)?);
-        Ok(Self::splats(path, Model::Compact(model)))
-    }
-
-    /// Gaussians as 3DGS trains them, y down, over black, seen from
+    /// Gaussians as 3DGS trains them, y down unless the file says otherwise, over black, seen from
     /// [`Scene::default_orbit`].
-    fn splats(path: &Path, model: Model) -> Self {
-        Self::file(path, model, DVec3::NEG_Y, [0.0; 3])
+    fn model_file(path: &Path, axes: Option<Axes>) -> Result<Self, SceneError> {
+        let loaded = files::read(path, axes)?;
+        let up = loaded.up.unwrap_or(DVec3::NEG_Y);
+        let mut scene = Self::file(path, Model::Splats(loaded.cloud), up, [0.0; 3]);
+        (scene.axes, scene.origin, scene.notes) = (axes, loaded.origin, loaded.notes);
+        Ok(scene)
+    }
+
+    fn compact(path: &Path, axes: Option<Axes>) -> Result<Self, SceneError> {
+        let (model, notes) = Compact::load(path, axes)?;
+        let model = Model::Compact(Box::new(model));
+        let mut scene = Self::file(path, model, DVec3::NEG_Y, [0.0; 3]);
+        (scene.axes, scene.notes) = (axes, notes);
+        Ok(scene)
     }
 
     /// A checkpoint over white, on which such models of objects are trained.
@@ -183,7 +204,8 @@ impl Scene {
         scene
     }
 
-    fn described(path: &Path) -> Result<Self, SceneError> {
+    /// `asked` goes before the axes of the description.
+    fn described(path: &Path, asked: Option<Axes>) -> Result<Self, SceneError> {
         let description = Description::read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut scene = match &description.model {
@@ -204,8 +226,12 @@ impl Scene {
                 name,
                 representation,
             } => Self::represented(name, name, representation.as_deref())?,
-            ModelDescription::Splats { path } => Self::model_file(&folder.join(path))?,
-            ModelDescription::Compact3dgs { path } => Self::compact(&folder.join(path))?,
+            ModelDescription::Splats { path, axes } => {
+                Self::model_file(&folder.join(path), asked.or(*axes))?
+            }
+            ModelDescription::Compact3dgs { path, axes } => {
+                Self::compact(&folder.join(path), asked.or(*axes))?
+            }
             ModelDescription::Ngp { path, hash_unit } => Self::ngp(&folder.join(path), *hash_unit)?,
             ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path))?,
             ModelDescription::Tensorf { path } => Self::tensorf(&folder.join(path))?,

@@ -47,6 +47,9 @@ impl Scene {
             };
             return Err(self.value(field, value, "whole numbers above 0"));
         }
+        if let Some(antialiased) = render.antialiased {
+            self.set_antialiased(antialiased);
+        }
         self.group_tiles = render.group_tiles;
         self.group_side = render.group_side;
         if let Some(step) = render.step {
@@ -89,6 +92,12 @@ impl Scene {
                 "voxels and fields that are interpolated",
             ),
             ("render.step", render.step.is_some(), stepped, "voxels"),
+            (
+                "render.antialiased",
+                render.antialiased.is_some(),
+                splats,
+                "splats",
+            ),
         ] {
             if given && !ours {
                 let expected = format!("it left out: it is for {kind}");
@@ -96,6 +105,26 @@ impl Scene {
             }
         }
         Ok(())
+    }
+
+    /// Whether splats are drawn as trained with antialiasing: what the pixel filter adds to their
+    /// area is taken from their opacity.
+    #[must_use]
+    pub fn is_antialiased(&self) -> bool {
+        matches!(self.model.kind(), Kind::Splats(cloud) if cloud.is_antialiased())
+    }
+
+    /// Draws splats so, or not, whatever their file says; other models stay what they are.
+    pub fn set_antialiased(&mut self, antialiased: bool) {
+        if antialiased == self.is_antialiased() {
+            return;
+        }
+        match Arc::make_mut(&mut self.model) {
+            Model::Splats(cloud) => cloud.set_antialiased(antialiased),
+            Model::Compact(model) => model.set_antialiased(antialiased),
+            _ => return,
+        }
+        self.found = Cache::default();
     }
 
     /// Sets how far apart samples are, in voxel edges; of fields that step so.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use potamoi_formats::record::COLOUR;
 
 use super::description::CameraDescription;
@@ -110,7 +110,7 @@ impl Scene {
                     elevation: elevation.unwrap_or(default.elevation),
                     distance: distance.unwrap_or(default.distance),
                     fov: fov.unwrap_or(default.fov),
-                    target: target.map_or(default.target, DVec3::from),
+                    target: target.map_or(default.target, |own| DVec3::from(own) - self.origin),
                 };
                 self.check_orbit(&orbit)?;
                 self.camera = orbit.camera(self.up, SIDE, SIDE);
@@ -196,8 +196,19 @@ impl Scene {
             let expected = format!("0 to {}, as {} has", cameras.len() - 1, file.display());
             return Err(self.value("camera.index", index.to_string(), &expected));
         };
-        self.camera = camera;
-        self.path = cameras.split_off(index);
+        // Cameras are of the file's world, the model from its own origin on.
+        let there = DAffine3::from_translation(self.origin);
+        let from_origin = |own: Camera| Camera {
+            world_to_camera: own.world_to_camera * there,
+            ..own
+        };
+        if self.origin == DVec3::ZERO {
+            self.camera = camera;
+            self.path = cameras.split_off(index);
+            return Ok(());
+        }
+        self.camera = from_origin(camera);
+        self.path = cameras.drain(index..).map(from_origin).collect();
         Ok(())
     }
 
