@@ -237,7 +237,8 @@ fn numbers_that_are_none_and_boxes_that_are_none_are_refused() {
     // Halves: not a number, and plus and minus infinity.
     for half in [0x7e00u16, 0x7c00, 0xfc00] {
         // Parameters of this fixture have 32 bits, of which these would be half.
-        for field in ["snapshot.density_grid_binary"] {
+        {
+            let field = "snapshot.density_grid_binary";
             let bytes = patched(|d| {
                 let Value::Binary(all) = at(d, field) else {
                     unreachable!()
