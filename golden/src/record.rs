@@ -146,6 +146,11 @@ const NAMED: usize = 40;
 /// Characters of a key that are told.
 const TOLD: usize = 60;
 
+/// What a file calls something, shortly: names and values of a damaged file can be long.
+pub(crate) fn told(text: &str) -> String {
+    text.chars().take(TOLD).collect()
+}
+
 impl Notes {
     /// Adds a key, or a part of one, that is not used.
     pub fn list(&mut self, key: impl Into<String>) {
@@ -293,7 +298,7 @@ impl<V> Record<V> {
     /// The first key that is refused.
     pub fn finish(self, notes: &mut Notes) -> Result<(), KeyError> {
         for (key, _) in self.left {
-            let told: String = key.chars().take(TOLD).collect();
+            let told = told(&key);
             match self.format.row(&key) {
                 Some(row) if row.fate == Fate::Refused => {
                     let why = row.about;

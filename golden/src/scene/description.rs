@@ -10,7 +10,7 @@ use super::SceneError;
 use super::images::ImagesDescription;
 use crate::fields::HashUnit;
 use crate::record::Fate::Honoured;
-use crate::record::{Fate, Format, Key};
+use crate::record::{Fate, Format, Key, told};
 use crate::splats::Axes;
 
 /// The largest description, in bytes.
@@ -306,7 +306,8 @@ impl Description {
             if let Some((key, _)) = unknown {
                 let all = known.join(", ");
                 return Err(format!(
-                    "field `{key}`: no such section: expected some of {all}"
+                    "field `{}`: no such section: expected some of {all}",
+                    told(key)
                 ));
             }
         }

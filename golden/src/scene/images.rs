@@ -285,6 +285,7 @@ impl Images {
         Ok(depths)
     }
 
+    /// As the file has them. What lies behind the camera is not known.
     fn stored_depth(&self, frame: &PathFrame) -> Result<Vec<f32>, SceneError> {
         let stem = frame.picture.file_stem().unwrap_or_default();
         let folder = self.folder.join(&self.description.depth);
@@ -294,6 +295,8 @@ impl Images {
             let depth = f64::from(pixel.0[0]) * self.description.depth_scale;
             if depth > self.description.void_above {
                 f32::INFINITY
+            } else if depth < 0.0 {
+                f32::NAN
             } else {
                 depth as f32
             }

@@ -83,6 +83,21 @@ fn frames_are_over_their_background_and_depths_in_the_units_of_the_poses() {
     );
 }
 
+/// Behind the camera is nothing that a depth could be of.
+#[test]
+fn depths_behind_the_camera_are_not_known() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path());
+    let depths = [1.0f32, -1.0, f32::NEG_INFINITY, f32::NAN, 0.25, 0.5];
+    let [w, h] = SIDES;
+    let depth = ImageBuffer::from_fn(w, h, |x, _| Rgb([depths[x as usize]; 3]));
+    depth.save(folder.path().join("depth/a.exr")).unwrap();
+    let images = open(folder.path()).unwrap().unwrap();
+    let found = images.depth(&images.path(1).unwrap()[0]).unwrap();
+    assert!(found[1..4].iter().all(|d| d.is_nan()), "{found:?}");
+    assert_eq!(found[4], 2.5);
+}
+
 /// Frames from nearly the same place: what has a surface is warped, what has none is void, and
 /// nothing else. From the same place the reference is shown as it is.
 #[test]

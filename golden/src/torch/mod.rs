@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 use zip::{CompressionMethod, ZipArchive};
 
-use crate::record::{Fate, Format, KeyError, Notes, Record};
+use crate::record::{Fate, Format, KeyError, Notes, Record, told};
 use value::{Arena, Value};
 
 /// The largest description, in bytes.
@@ -352,7 +352,7 @@ impl Checkpoint {
         TorchError::Field {
             path: self.path.clone(),
             field: keys.join("/"),
-            found,
+            found: told(&found),
             expected: expected.to_owned(),
         }
     }

@@ -11,6 +11,7 @@ use zip::read::ZipArchive;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 use super::TraceError;
+use crate::record::told;
 
 /// Name of the JSON header among the arrays.
 const HEADER: &str = "header";
@@ -169,6 +170,7 @@ impl<'a> Packed<'a> {
             match found.next() {
                 Some(other) if *other == file => {}
                 Some(other) => {
+                    let other = told(other);
                     let problem = if names.contains(&file) {
                         format!("out of place: `{other}` stands at place {place}")
                     } else {
@@ -298,7 +300,7 @@ impl Packed<'_> {
 pub(super) fn array_error(path: &Path, array: &str, problem: String) -> TraceError {
     TraceError::Array {
         path: path.to_owned(),
-        array: array.trim_end_matches(".npy").to_owned(),
+        array: told(array.trim_end_matches(".npy")),
         problem,
     }
 }

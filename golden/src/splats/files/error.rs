@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::record::KeyError;
+use crate::record::{KeyError, told};
 use crate::splats::CloudError;
 use crate::splats::ply::PlyError;
 
@@ -70,6 +70,9 @@ pub enum FileError {
     },
 }
 
+/// Characters of the name of a part that are told.
+const LONGEST: usize = 200;
+
 /// Errors of one file.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::splats) struct Origin<'a>(pub(in crate::splats) &'a str);
@@ -85,7 +88,7 @@ impl Origin<'_> {
         FileError::Field {
             origin: self.0.to_owned(),
             field: field.into(),
-            value: value.to_string(),
+            value: told(&value.to_string()),
             expected: expected.into(),
         }
     }
@@ -99,7 +102,7 @@ impl Origin<'_> {
         let message = message.to_string();
         FileError::Part {
             origin: self.0.to_owned(),
-            part: part.into(),
+            part: part.into().chars().take(LONGEST).collect(),
             message: message.split_whitespace().collect::<Vec<_>>().join(" "),
         }
     }
