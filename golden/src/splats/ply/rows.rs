@@ -22,6 +22,8 @@ pub(super) struct Layout {
     properties: Vec<PropertyType>,
     /// Bytes of a binary row, of scalars alone.
     stride: Option<usize>,
+    /// Whether all of it are floats of 32 bits, as nearly every file has it.
+    floats: bool,
 }
 
 impl Layout {
@@ -32,8 +34,10 @@ impl Layout {
             PropertyType::Scalar(kind) => Some(scalar_bytes(kind) as usize),
             PropertyType::List(..) => None,
         });
+        let float = |own: &PropertyType| *own == PropertyType::Scalar(ScalarType::Float);
         Self {
             stride: widths.sum(),
+            floats: properties.iter().all(float),
             properties,
         }
     }
@@ -62,6 +66,11 @@ impl<R: BufRead> Rows<R> {
         if let Some(stride) = layout.stride {
             self.buffer.resize(stride, 0);
             self.reader.read_exact(&mut self.buffer).map_err(ended)?;
+            if layout.floats && !swap {
+                let (words, _) = self.buffer.as_chunks();
+                values.extend(words.iter().map(|own| f64::from(f32::from_le_bytes(*own))));
+                return Ok(());
+            }
             let mut rest = self.buffer.as_slice();
             for property in &layout.properties {
                 if let PropertyType::Scalar(kind) = property {
