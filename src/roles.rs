@@ -62,6 +62,11 @@ pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
         let Some(role) = role(command, id.as_str()) else {
             continue;
         };
+        // What a search finds is written where there is a goal alone, though its file has a name
+        // by default.
+        if id == "found" && !own.contains_id("goal") {
+            continue;
+        }
         for value in own.get_raw(id.as_str()).into_iter().flatten() {
             let flag = format!("--{}", id.as_str().replace('_', "-"));
             let list = match role {

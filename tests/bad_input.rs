@@ -120,7 +120,7 @@ fn splat_files() {
     for i in 0..300_000 {
         huge.extend(format!("comment {i} is a long line that says nothing at all\n").bytes());
     }
-    refused(&huge, "within 65536 bytes");
+    refused(&huge, "within 16777216 bytes");
     write(&good);
 }
 

@@ -148,8 +148,13 @@ fn floats_of_splat_files() {
             }
         }
     }
-    // Infinite logits stand for opacities of 1 and 0; nothing else may be infinite.
-    assert_eq!(accepted, [(10, f32::INFINITY), (10, f32::NEG_INFINITY)]);
+    // Infinite logits stand for opacities of 1 and 0, logarithms of minus infinity for sizes of 0;
+    // nothing else may be infinite.
+    let (up, down) = (f32::INFINITY, f32::NEG_INFINITY);
+    assert_eq!(
+        accepted,
+        [(10, up), (3, down), (4, down), (5, down), (10, down)]
+    );
 }
 
 /// Every byte of the chunks' floats in a compressed PLY file.

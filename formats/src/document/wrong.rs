@@ -102,11 +102,11 @@ impl Error for Wrong {
     }
 
     fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        Self::found(kind(found), expected)
+        Self::found(kind(found), plain(&expected.to_string()))
     }
 
     fn invalid_value(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        Self::found(kind(found), expected)
+        Self::found(kind(found), plain(&expected.to_string()))
     }
 
     fn invalid_length(length: usize, _: &dyn Expected) -> Self {

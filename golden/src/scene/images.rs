@@ -119,12 +119,9 @@ impl Images {
                            transforms.json: leave it out";
             return Err(wrong(message));
         }
-        let background = description.render.background;
-        let alone = RenderDescription {
-            background,
-            ..RenderDescription::default()
-        };
-        if description.render != alone {
+        let mut others = description.render;
+        let background = others.background.take();
+        if others != RenderDescription::default() {
             let message = "section `[render]`: of an image sequence `background` alone counts: \
                            leave the others out";
             return Err(wrong(message));

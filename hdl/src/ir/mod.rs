@@ -104,8 +104,11 @@ impl Module {
             port.low_in_reset = false;
             if let Op::Binary(_, _, otherwise) = module.nodes[port.node].op {
                 port.node = otherwise;
-                let name = &mut module.nodes[otherwise].name;
-                *name = name.take().map(|_| port.name.clone());
+                let own = &mut module.nodes[otherwise];
+                // An input keeps its name: it is a port itself.
+                if !matches!(own.op, Op::Input) {
+                    own.name = own.name.take().map(|_| port.name.clone());
+                }
             }
         }
         module

@@ -26,7 +26,7 @@ const BINARY: &str = "-p potamoi-sim --test mutants";
 
 /// The system of the defaults, and a part of each kind.
 const SYSTEM: &str = "memory_channels = 4\narray_rows = 24\narray_columns = 24\ngroups_in_flight = 4\n\
-    feature_block_bytes = 4096\nfeature_buffer_bytes = 32768\nfeature_banks = 32\n\
+    feature_block_bytes = 4096\nfeature_buffer_bytes = 32768\nfeature_banks = 32\nfeature_block_banks = 32\n\
     interconnect_bytes_a_clock = 32.0\nlink_bytes_per_second = 1e7\ninterconnect_pj_per_byte = 0.5\n\
     [gpu]\ncores = 256.0\nclock_ghz = 0.9\ncache_gb_s = 200.0\n[remote]\ncores = 4352.0\nclock_ghz = 1.5\n";
 
