@@ -98,7 +98,12 @@ fn listed(names: &[&str]) -> String {
 /// The words of readers that serde derives.
 impl Error for Wrong {
     fn custom<T: fmt::Display>(message: T) -> Self {
-        Self::new(message.to_string())
+        let message = message.to_string();
+        // Serde names the type, and says nothing of what was expected.
+        match message.starts_with("data did not match any variant") {
+            true => Self::new("it has none of the forms that it may have"),
+            false => Self::new(message),
+        }
     }
 
     fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {

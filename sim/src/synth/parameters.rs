@@ -12,6 +12,8 @@ use super::report::{
 use super::{MemoryReport, SynthError, SynthReport, UnitKind, UnitReport};
 
 const REMEDY: &str = "potamoi synth --json FILE";
+/// Characters of a text of the file that are told.
+const TOLD: usize = 60;
 const PAPER: &str = include_str!("../../../synth/paper-asap7.json");
 const FIELDS: &str = include_str!("../../../synth/fields-asap7.json");
 const RECORDS: &str = include_str!("../../../synth/records-asap7.json");
@@ -171,7 +173,8 @@ impl SynthReport {
 
     fn check(&self) -> Result<(), String> {
         if self.command != COMMAND {
-            return Err(format!("command `{}`, expected `{COMMAND}`", self.command));
+            let told: String = self.command.chars().take(TOLD).collect();
+            return Err(format!("command `{told}`, expected `{COMMAND}`"));
         }
         for unit in &self.raw.units {
             let name = &unit.unit;
