@@ -99,7 +99,7 @@ fn listed(names: &[&str]) -> String {
 impl Error for Wrong {
     fn custom<T: fmt::Display>(message: T) -> Self {
         let message = message.to_string();
-        // Serde names the type, and says nothing of what was expected.
+        // Serde's own message holds a Rust type and no expectation.
         match message.starts_with("data did not match any variant") {
             true => Self::new("it has none of the forms that it may have"),
             false => Self::new(message),

@@ -97,7 +97,7 @@ pub(super) static DESCRIPTION: Format = Format {
         ),
         key(
             "render.stop_below",
-            "what is left of the light where a pixel stops",
+            "the transmittance at which a pixel stops",
         ),
         key(
             "render.alpha_min",

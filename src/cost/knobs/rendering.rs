@@ -105,14 +105,14 @@ pub(super) fn stops(scene: &Scene) -> Knob {
     let others = others.filter(|at| (at / rules - 1.0).abs() > 1e-6);
     Knob {
         name: "stop",
-        what: "what is left of the light where a pixel stops",
+        what: "the transmittance at which a pixel stops",
         settings: others
             .map(|at| look(&at.to_string(), Look::Precision(stop(at))))
             .collect(),
     }
 }
 
-/// How wide what is left of the light is.
+/// Fraction bits of transmittances.
 pub(super) fn transmittances() -> Knob {
     let bits = |n| Precision {
         transmittance_bits: Some(n),
