@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::cycles::GatherCycles;
-use crate::cycles::feature_major::waiting;
+use crate::cycles::rounds::waiting;
 use crate::rtl::{GatherWork, RtlError, runs};
 
 /// Bytes a second of the paper's memory: LPDDR3-1600, four channels of 32 bits.

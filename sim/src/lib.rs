@@ -3,6 +3,7 @@
 
 pub mod cycles;
 pub mod effects;
+pub mod gates;
 pub mod kept;
 pub mod layouts;
 pub mod rtl;

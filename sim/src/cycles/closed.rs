@@ -13,7 +13,7 @@ use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
 
 use super::exponents::Exponents;
-use super::feature_major::Rounds;
+use super::rounds::Rounds;
 use super::split::{SplitRun, check_no_turns};
 use super::vector::VectorTiming;
 use super::work::{GatherRun, Mvoxel, WorkError, check_channel_major};

@@ -13,6 +13,7 @@ pub mod exponents;
 pub mod feature_major;
 pub mod gather;
 mod rit_buffer;
+pub mod rounds;
 pub mod split;
 pub mod stimulus;
 pub mod vector;
@@ -26,8 +27,9 @@ pub use closed::{
 };
 pub use drive::{CycleLog, run_gather, run_gather_watched, run_split};
 pub use exponents::Exponents;
-pub use feature_major::{FeatureMajorModel, LaneRun, Rounds, feature_major_cycles};
+pub use feature_major::{FeatureMajorModel, LaneRun, feature_major_cycles};
 pub use gather::{GatherInputs, GatherModel, GatherOutputs};
+pub use rounds::Rounds;
 pub use split::SplitRun;
 pub use stimulus::{Plan, Source, Stalls, StreamStalls, Willing};
 pub use vector::{VectorInputs, VectorModel, VectorOutputs};

@@ -9,7 +9,7 @@
 use potamoi_formats::config::{Config, ExtraPorts};
 use potamoi_formats::rit::{RitEntry, Vertices};
 
-use super::feature_major::Rounds;
+use super::rounds::Rounds;
 use super::work::{GatherRun, WorkError};
 
 /// Rows that a part of a bank reads at once.

@@ -14,7 +14,7 @@ use super::model::RtlError;
 use super::vector_check::VectorCheck;
 use super::vector_drive::{self, VectorBatch, VectorTotals, Vectors};
 use crate::cycles::{Exponents, Plan, Stalls};
-use crate::synth::gates::{Simulator, Watch};
+use crate::gates::{Simulator, Watch};
 
 /// A netlist at work, with named ports. Its watch is told of the cycles after reset.
 pub(crate) struct GateEngine<W> {

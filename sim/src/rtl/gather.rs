@@ -13,6 +13,7 @@ use super::gather_work::{GatherWork, Group};
 use super::linger::Linger;
 use super::model::RtlError;
 use super::runner::Runner;
+use super::words::slot;
 use crate::cycles::{GatherInputs, Plan, Stalls};
 
 /// More cycles than a dump goes on after a failure.
@@ -187,20 +188,6 @@ impl<'a> Collect<'a> {
             features: vec![0; work.entries() as usize * work.channels],
             slots: Vec::with_capacity(work.entries() as usize * work.segments),
         }
-    }
-}
-
-/// Halfword `i` of words.
-pub(super) const fn half(words: &[u32], i: usize) -> u16 {
-    (words[i / 2] >> (16 * (i % 2))) as u16
-}
-
-/// The slot of a port.
-pub(super) const fn slot(user: &[u32], port: usize, slot_bits: u32) -> u32 {
-    if slot_bits == 32 {
-        user[port]
-    } else {
-        half(user, port) as u32
     }
 }
 

@@ -4,12 +4,12 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::units::GATHERING_UNIT;
 
-use super::gather::slot;
 use super::gather_drive::{BeatSeen, GatherSeen, GatherWatch};
 use super::gather_work::{GatherWork, Group};
 use super::mismatch::{Mismatch, first_difference, same};
 use super::model::RtlError;
 use super::organisation::UnitModel;
+use super::words::slot;
 use crate::cycles::gather::Counters;
 use crate::cycles::{GatherInputs, WorkError};
 

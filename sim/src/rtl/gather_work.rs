@@ -5,9 +5,9 @@ use potamoi_formats::rit::{RitError, Vertices};
 use potamoi_golden::units::GatherTask;
 use thiserror::Error;
 
-use super::gather::half;
 use super::place::{Placed, is_needed};
-use crate::cycles::feature_major::rounds;
+use super::words::half;
+use crate::cycles::rounds::rounds;
 use crate::cycles::split::turns;
 use crate::cycles::work::{GatherRun, MftPiece, Mvoxel, RitPiece};
 use crate::cycles::{LaneRun, Rounds, SplitRun};

@@ -23,6 +23,7 @@ mod units;
 mod vector;
 mod vector_check;
 mod vector_drive;
+mod words;
 
 pub use beats::{FeatureBeat, GatherBeats, InputBeat, feature_beats};
 pub use checked::Check;

@@ -10,31 +10,15 @@ use std::path::Path;
 
 use potamoi_formats::config::Config;
 use potamoi_hdl::ir::{Module, PortInfo};
-use serde::{Deserialize, Serialize};
 
 use super::power::usual_transition_ps;
 use super::retime::{Retiming, Wanted};
 use super::script::{MEMORIES, PERIOD, sta_with_memories};
 use super::unit::longest_path;
-use super::{Library, Made, Memories, SynthError, Tools, UnitKind, scaling};
+use super::{Library, Made, Memories, SynthError, Tools, UnitKind, WithMemories, scaling};
 
 /// Version of what is kept.
 const KEPT: &str = "potamoi-access 1";
-
-/// The longest path of a unit, those from and to its memories among them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WithMemories {
-    /// Picoseconds from the clock to a memory's outputs, by module, at the library's node.
-    pub access_ps: BTreeMap<String, f64>,
-    /// Picoseconds of the longest path before wires.
-    pub period_ps: f64,
-    /// Gigahertz of that period.
-    pub clock_ghz: f64,
-    /// Where the longest path begins, and where it ends.
-    pub path: [String; 2],
-    /// Cells on it, a memory among them.
-    pub path_cells: u64,
-}
 
 /// Access times of a unit's memories in picoseconds at the library's node: those at `to_nm`,
 /// over the factor of logic from one to the other. None where the unit has no memories or

@@ -4,9 +4,9 @@
 //! read it later.
 
 use super::SynthError;
-use super::gates::Truth;
 use super::liberty::{Attribute, Group};
 use super::units::Units;
+use crate::gates::Truth;
 
 /// Groups with names that functions may have beside pins: what a cell holds.
 const HOLDS: [&str; 4] = ["ff", "latch", "ff_bank", "latch_bank"];

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use potamoi_hdl::ir::IrErrors;
 use thiserror::Error;
 
-use super::UnitKind;
+use super::unit_kind::UnitKind;
 
 /// Where a program fails that has read a cell library.
 pub(super) const CHECK_LIBRARY: &str = "check what the cell library says of its cells (the same \

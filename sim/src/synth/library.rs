@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use flate2::read::GzDecoder;
 use sha2::{Digest as _, Sha256};
 
-use super::gates::Truth;
 use super::liberty::{self, Group};
 use super::units::Units;
 use super::{SynthError, attributes, lookup};
+use crate::gates::Truth;
 
 /// The largest library that is read, in bytes, unpacked.
 const LIMIT: u64 = 1 << 28;

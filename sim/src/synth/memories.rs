@@ -5,7 +5,7 @@ use potamoi_hdl::ir::{MemoryMacro, Module};
 use serde::{Deserialize, Serialize};
 
 use super::cacti::{self, Cacti, Figures, Settings, Shape};
-use super::{MemoryArea, SynthError, UnitKind, UnitReport};
+use super::{FlopMemory, MemoryArea, SynthError, UnitKind, UnitReport};
 
 /// Where a memory belongs that is in neither unit.
 pub const SYSTEM: &str = "system";
@@ -25,23 +25,6 @@ pub struct MemoryReport {
     /// Of one.
     #[serde(flatten)]
     pub figures: Figures,
-}
-
-/// A memory that is flip-flops in the netlist of its unit.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FlopMemory {
-    /// Its module.
-    pub memory: String,
-    /// The unit's top module.
-    pub of: String,
-    /// How many there are.
-    pub count: u64,
-    /// Words.
-    pub words: u64,
-    /// Bits of a word.
-    pub bits: u64,
-    /// Why it is no macro.
-    pub why: String,
 }
 
 /// Memories at the node of their model.

@@ -10,20 +10,22 @@
 mod access;
 mod attributes;
 mod cacti;
+mod cell_gates;
 mod ends;
 mod error;
 mod fanout;
 pub mod fit;
 mod fpga;
-pub(crate) mod gates;
 pub mod grid;
 mod liberty;
 mod library;
 mod lookup;
+mod mapped_netlist;
 mod memories;
 mod netlist;
 mod parameters;
 mod power;
+mod power_report;
 mod report;
 mod retime;
 pub mod scaling;
@@ -31,28 +33,33 @@ mod script;
 pub mod study;
 mod tools;
 mod unit;
+mod unit_kind;
+mod unit_report;
 mod units;
 
-pub use access::{WithMemories, access_times, with_memories};
+pub use access::{access_times, with_memories};
 pub use cacti::{Cacti, Figures, Settings, Shape};
 pub use ends::{PathEnd, path_ends};
 pub use error::SynthError;
 pub use fpga::{FpgaReport, FpgaTools, FpgaUnit, Part, place_and_route};
-pub use gates::{cell_functions, netlist};
 pub use library::{Cell, Library};
-pub use memories::{FlopMemory, Memories, MemoryReport, SYSTEM, macros, model, system};
+pub use mapped_netlist::{cell_functions, netlist};
+pub use memories::{Memories, MemoryReport, SYSTEM, macros, model, system};
 pub use netlist::{MemoryArea, ModuleArea};
 pub use parameters::Synthesised;
 pub use power::{
-    Activity, Extent, Figures as PowerFigures, GatherWindow, ModulePower, Order, POWER_STEPS,
-    Power, PowerReport, Sampler, VectorWindow, Verified, estimate, verify_netlist,
+    Extent, GatherWindow, Order, POWER_STEPS, Sampler, VectorWindow, Verified, estimate,
+    verify_netlist,
 };
+pub use power_report::{Activity, Figures as PowerFigures, ModulePower, Power, PowerReport};
 pub use report::{
     LibraryOrigin, Raw, Scaled, ScaledEnergy, ScaledLogic, ScaledMemories, ScaledMemory,
     ScaledUnit, SynthReport, ToolsOrigin, differences,
 };
 pub use tools::Tools;
-pub use unit::{Made, STEPS, UnitKind, UnitReport, synthesise};
+pub use unit::{Made, STEPS, synthesise};
+pub use unit_kind::UnitKind;
+pub use unit_report::{FlopMemory, UnitReport, WithMemories};
 
 use std::path::PathBuf;
 

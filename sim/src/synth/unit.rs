@@ -1,97 +1,21 @@
 //! One unit, from its netlist to cells.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use potamoi_formats::config::Config;
-use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
-use potamoi_hdl::gu::gathering_unit;
-use potamoi_hdl::ir::{Header, IrErrors, Module, verilog};
-use potamoi_hdl::vu::vector_unit;
+use potamoi_hdl::ir::{Header, verilog};
 use potamoi_verilated::cache::Scratch;
-use serde::{Deserialize, Serialize};
 
 use super::error::CHECK_LIBRARY;
 use super::fanout::{FAN_OUT, LOAD};
 use super::netlist::{self, MemoryArea, ModuleArea};
 use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, scripts};
 use super::tools::{FINISH, SYNTH, TIMING};
-use super::{FlopMemory, Library, Power, SynthError, Tools, WithMemories, fanout, memories};
+use super::{Library, SynthError, Tools, UnitKind, UnitReport, fanout, memories};
 use crate::kept::{self, Key};
 
 /// Version of what is kept of a unit.
 const KEPT: &str = "potamoi-synth 4";
-
-/// A unit that can be synthesised.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum UnitKind {
-    /// The gathering unit.
-    Gathering,
-    /// The vector unit.
-    Vector,
-}
-
-impl UnitKind {
-    /// Its top module.
-    #[must_use]
-    pub const fn top(self) -> &'static str {
-        match self {
-            Self::Gathering => GATHERING_UNIT,
-            Self::Vector => VECTOR_UNIT,
-        }
-    }
-
-    /// Its netlist, but for the gate that keeps each ready low in reset.
-    pub(super) fn module(self, config: &Config) -> Result<Arc<Module>, IrErrors> {
-        let module = match self {
-            Self::Gathering => gathering_unit(config)?,
-            Self::Vector => vector_unit(config)?,
-        };
-        Ok(Arc::new(module.without_reset_gates()))
-    }
-}
-
-impl fmt::Display for UnitKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.top())
-    }
-}
-
-/// A unit in cells.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct UnitReport {
-    /// Its top module.
-    pub unit: String,
-    /// Cells of the whole unit.
-    pub cells: u64,
-    /// Of those, flip-flops.
-    pub flops: u64,
-    /// Of those, buffers of nets between modules.
-    pub buffers: u64,
-    /// Square micrometres of cells, memories not counted.
-    pub area_um2: f64,
-    /// Picoseconds of the longest path, with clock-to-output and setup.
-    pub period_ps: f64,
-    /// Gigahertz of that period.
-    pub clock_ghz: f64,
-    /// Where the longest path begins, and where it ends.
-    pub path: [String; 2],
-    /// Cells on it.
-    pub path_cells: u64,
-    /// Its modules, the top one first.
-    pub modules: Vec<ModuleArea>,
-    /// Its memories, left out of cells and areas.
-    pub memories: Vec<MemoryArea>,
-    /// Memories that are flip-flops, counted in cells and areas.
-    pub flop_memories: Vec<FlopMemory>,
-    /// Its longest path with the memories' access times, where these are known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub with_memories: Option<WithMemories>,
-    /// Its power, if it was asked for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub power: Option<Power>,
-}
 
 /// A unit that was synthesised, now or earlier.
 #[derive(Debug)]

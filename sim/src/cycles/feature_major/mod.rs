@@ -1,24 +1,23 @@
 //! The feature-major organisation: lanes that wait for one another at banks.
 //!
 //! Its cycles depend on which rows are read, unlike the channel-major ones:
-//! [`rounds`] counts them from the entries alone, [`FeatureMajorModel`] steps
+//! [`rounds`](super::rounds::rounds) counts them from the entries alone, [`FeatureMajorModel`] steps
 //! through every cycle, and [`feature_major_cycles`] gives the totals for data
 //! and sink that are always ready. Rules: `docs/organisations.md`.
 
 mod closed;
 mod model;
-mod rounds;
 
 #[cfg(test)]
 mod tests;
 
 use potamoi_formats::config::{Config, Organisation};
 
+use super::rounds::Rounds;
 use super::work::{GatherRun, MftPiece, WorkError};
 
 pub use closed::feature_major_cycles;
 pub use model::FeatureMajorModel;
-pub use rounds::{Rounds, Waiting, rounds, waiting};
 
 /// Cycles from the issue of a channel's last round to its offer.
 pub const LATENCY: u64 = 4;

@@ -8,9 +8,10 @@ use std::collections::VecDeque;
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 
-use super::{LATENCY, LaneRun, Rounds, channels_of};
+use super::{LATENCY, LaneRun, channels_of};
 use crate::cycles::gather::{Cause, Counters, Feature, GatherInputs, GatherOutputs, Issue};
 use crate::cycles::rit_buffer::RitBuffer;
+use crate::cycles::rounds::Rounds;
 use crate::cycles::work::WorkError;
 
 /// Half of the lanes' entries.

@@ -6,42 +6,13 @@ use rand_pcg::Pcg64Mcg;
 
 use super::*;
 use crate::cycles::gather::{GatherInputs, GatherOutputs};
+use crate::cycles::rounds::rounds;
 use crate::cycles::work::Mvoxel;
 use crate::cycles::{GatherCycles, GatherModel, Plan, Source, Stalls, StreamStalls, gather_cycles};
 
 fn config(text: &str) -> Config {
     let text = format!("[gu]\norganisation = \"feature-major\"\n{text}");
     Config::from_toml(&text, "test").unwrap_or_else(|e| panic!("{text}: {e}"))
-}
-
-fn entries(rows: &[[u16; 2]]) -> Vec<RitEntry> {
-    let entry = |rows: &[u16; 2]| RitEntry {
-        slot: 0,
-        rows: [rows[0], rows[1], 0, 0, 0, 0, 0, 0],
-        weights: [0; 8],
-    };
-    rows.iter().map(entry).collect()
-}
-
-#[test]
-fn a_bank_gives_one_row_a_round_to_all_who_want_it() {
-    let config = config("banks = 4\nlanes = 4\nports = 1");
-    // Vertex 0: rows 0, 4 and 8 share a bank, and 0 is shared. Vertex 1: four banks.
-    let side = [[0, 0], [4, 1], [0, 2], [8, 3]];
-    // Then one lane alone, and one row for two lanes.
-    let more = [[5, 5], [5, 9]];
-    let all = [&side[..], &more[..]].concat();
-    let found = rounds(&config, Vertices::Two, &entries(&all));
-    assert_eq!(found, [[3, 1, 0, 0, 0, 0, 0, 0], [1, 2, 0, 0, 0, 0, 0, 0]]);
-    // Rows 4 and 8 wait for row 0, and 9 for 5.
-    let found = waiting(&config, Vertices::Two, &entries(&all));
-    let expected = Waiting {
-        reads: 12,
-        rows: 3,
-        // Three lanes but one at bank 0, one at bank 1, twice.
-        unshared: 5,
-    };
-    assert_eq!(found, expected);
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use super::Counts;
 use super::bank::{Bank, Command, Shared, Waiting};
+use super::counts::Counts;
 use super::timing::{Place, Timing};
 
 /// Accesses that a controller holds before its banks' queues, of each direction.

@@ -6,11 +6,13 @@
 
 mod bank;
 mod channel;
+mod counts;
 mod energy;
 #[cfg(test)]
 mod tests;
 mod timing;
 
+pub use counts::Counts;
 pub use energy::{Currents, Energy};
 pub use timing::{Geometry, Timing};
 
@@ -23,23 +25,6 @@ pub struct Access {
     pub address: u64,
     /// Written rather than read.
     pub is_write: bool,
-}
-
-/// Commands that were issued, and clocks.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Clocks until the last burst was over, of the channel that took longest.
-    pub clocks: u64,
-    /// Clocks in which some row was open, over all channels.
-    pub active_clocks: u64,
-    /// Bursts read.
-    pub reads: u64,
-    /// Bursts written.
-    pub writes: u64,
-    /// Rows opened.
-    pub activates: u64,
-    /// Refreshes of all banks of a channel.
-    pub refreshes: u64,
 }
 
 /// A memory of one or more channels.

@@ -6,6 +6,7 @@
 //! in area and in delay.
 
 mod design;
+mod net;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -13,14 +14,11 @@ mod tree;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Library;
-use design::{Bit, Design, Module, children_first};
-use tree::{Builder, buffers};
+pub(super) use net::{FAN_OUT, LOAD};
 
-/// Pins that a cell may drive; the limit that ABC is given within a module.
-pub(super) const FAN_OUT: usize = 16;
-/// A driver carries at most this part of its `max_capacitance`: a delay of about
-/// three of an unloaded buffer, where a level more would cost as much.
-pub(super) const LOAD: f64 = 0.125;
+use design::{Bit, Design, Module, children_first};
+use net::{Net, Sink};
+use tree::{Builder, buffers};
 
 /// What a module looks like from outside: loads of its inputs and strengths of its
 /// outputs, both in the library's unit of capacitance, bit by bit.
@@ -29,26 +27,6 @@ struct Outside {
     loads: BTreeMap<String, Vec<f64>>,
     clocks: BTreeSet<String>,
     strengths: BTreeMap<String, Vec<f64>>,
-}
-
-#[derive(Debug, Clone)]
-struct Sink {
-    /// None of an output of the module.
-    cell: Option<String>,
-    pin: String,
-    at: usize,
-    load: f64,
-}
-
-/// What is on a net of a module.
-#[derive(Debug, Default)]
-struct Net {
-    sinks: Vec<Sink>,
-    /// How much the driver may carry; none of an input port.
-    strength: Option<f64>,
-    is_clock: bool,
-    /// Whether ABC could not see all of it.
-    crosses: bool,
 }
 
 /// The netlist with every net's fan-out and load within limits, and how many

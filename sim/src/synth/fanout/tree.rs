@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 
 use super::design::{Bit, Instance, Module};
-use super::{FAN_OUT, LOAD, Net, Sink};
+use super::net::{FAN_OUT, LOAD, Net, Sink};
 use crate::synth::Library;
 
 /// A buffer of the library.

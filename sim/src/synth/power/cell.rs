@@ -1,9 +1,9 @@
 //! What a library says of a cell's energy and time.
 
-use crate::synth::gates::{Gate, Truth};
+use crate::gates::{Gate, Truth};
 use crate::synth::liberty::Group;
 
-use super::Lack;
+use super::lack::Lack;
 use super::table::{Table, Tables};
 
 /// Energy inside a cell when a pin moves, in the library's unit: of its capacitance

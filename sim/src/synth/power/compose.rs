@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::synth::gates::Flat;
+use crate::gates::Flat;
 use crate::synth::netlist::ModuleArea;
 
 use super::count::Energies;

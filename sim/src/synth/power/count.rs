@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::synth::gates::{Flat, Watch};
+use crate::gates::{Flat, Watch};
 
 use super::cell::{CellPower, Class};
 use super::still::Still;

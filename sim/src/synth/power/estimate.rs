@@ -8,56 +8,24 @@ use std::sync::Arc;
 use potamoi_formats::config::{Config, rules};
 use potamoi_hdl::ir::Module;
 
+use crate::gates::Flat;
 use crate::kept::{self, Key};
-use crate::synth::gates::{Flat, netlist};
-use crate::synth::{Library, SynthError, Tools, UnitKind, UnitReport};
+use crate::synth::mapped_netlist::netlist;
+use crate::synth::{SynthError, UnitKind};
 
-use super::Lack;
-use super::activity::{GatherWindow, VectorWindow};
+use super::lack::Lack;
 use super::library::PowerLibrary;
 use super::measure::{Measured, Work, measure};
-use super::report::{Power, PowerReport};
+use super::order::{Extent, Order};
 use super::still::{Still, named_loads};
 use super::total::Ran;
+use crate::synth::power_report::{Power, PowerReport};
 
 /// Version of what is kept of an estimate.
 const KEPT: &str = "potamoi-power 3";
 /// Banks and lanes of the slices.
 const BANKS: [u32; 2] = [2, 4];
 const LANES: [u32; 2] = [1, 2];
-
-/// How much of a unit is simulated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Extent {
-    /// Two slices of few banks or lanes, of which the unit is composed; the whole unit
-    /// where it has no more, or cannot be sliced.
-    Slices,
-    /// All of it.
-    Whole,
-}
-
-/// What is to be estimated.
-pub struct Order<'a> {
-    /// The configuration.
-    pub config: &'a Config,
-    /// Its unit.
-    pub unit: UnitKind,
-    /// Its cells.
-    pub library: &'a Library,
-    /// What maps slices.
-    pub tools: &'a Tools,
-    /// What was made of the unit, and its netlist.
-    pub made: (&'a UnitReport, &'a str),
-    /// The scene whose work it is.
-    pub scene: &'a str,
-    /// Work for the gathering unit, and for the vector unit.
-    pub windows: (Option<&'a GatherWindow>, Option<&'a VectorWindow>),
-    /// How much is simulated.
-    pub extent: Extent,
-    /// Called after each step that was taken: a slice mapped, a netlist run without delays
-    /// or with them.
-    pub step: &'a dyn Fn(),
-}
 
 /// Steps of an estimate from slices that [`Order::step`] is told of.
 pub const POWER_STEPS: u64 = 2 * 3;

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::synth::gates::gate::gates;
-use crate::synth::gates::{Flat, Gate};
+use crate::gates::{Flat, Gate};
+use crate::synth::cell_gates::gates;
 use crate::synth::liberty::{self, Group};
 use crate::synth::{Library, SynthError};
 
-use super::Lack;
 use super::cell::{CellPower, Timing};
+use super::lack::Lack;
 use super::table::Tables;
 
 /// A library that is read for power. What it lacks is said when a cell is asked for.
@@ -83,5 +83,16 @@ impl PowerLibrary {
             transition = timing.transition(transition, self.output_load);
         }
         Ok(transition)
+    }
+}
+
+/// Picoseconds of the transition that inputs are taken to have: none where the library does
+/// not say.
+pub(in crate::synth) fn usual_transition_ps(library: &Library) -> Result<Option<f64>, SynthError> {
+    let own = PowerLibrary::read(library)?;
+    match own.transition() {
+        Ok(transition) => Ok(Some(transition * own.units.time_ps)),
+        Err(Lack::Absent(_)) => Ok(None),
+        Err(Lack::Wrong(error)) => Err(error),
     }
 }

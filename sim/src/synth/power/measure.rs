@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use potamoi_formats::config::Config;
 
+use crate::gates::Watch;
 use crate::rtl::{GateEngine, RtlError, VectorBatch};
 use crate::synth::SynthError;
-use crate::synth::gates::Watch;
 
 use super::activity::{GatherWindow, VectorWindow};
 use super::count::{Counter, Energies};

@@ -17,9 +17,10 @@ mod cell;
 mod compose;
 mod count;
 mod estimate;
+mod lack;
 mod library;
 mod measure;
-mod report;
+mod order;
 mod still;
 mod table;
 #[cfg(test)]
@@ -28,42 +29,7 @@ mod total;
 mod verify;
 
 pub use activity::{GatherWindow, Sampler, VectorWindow};
-pub use estimate::{Extent, Order, POWER_STEPS, estimate};
-pub use report::{Activity, Figures, ModulePower, Power, PowerReport};
+pub use estimate::{POWER_STEPS, estimate};
+pub(super) use library::usual_transition_ps;
+pub use order::{Extent, Order};
 pub use verify::{Verified, verify_netlist};
-
-use super::gates::Gate;
-use super::{Library, SynthError};
-use library::PowerLibrary;
-
-/// Picoseconds of the transition that inputs are taken to have: none where the library does
-/// not say.
-pub(super) fn usual_transition_ps(library: &Library) -> Result<Option<f64>, SynthError> {
-    let own = PowerLibrary::read(library)?;
-    match own.transition() {
-        Ok(transition) => Ok(Some(transition * own.units.time_ps)),
-        Err(Lack::Absent(_)) => Ok(None),
-        Err(Lack::Wrong(error)) => Err(error),
-    }
-}
-
-/// Why there is no estimate.
-#[derive(Debug)]
-enum Lack {
-    /// The library does not say.
-    Absent(String),
-    /// Something is wrong.
-    Wrong(SynthError),
-}
-
-impl Lack {
-    fn of(gate: &Gate, what: &str) -> Self {
-        Self::Absent(format!("the library's cell {} has {what}", gate.name))
-    }
-}
-
-impl From<SynthError> for Lack {
-    fn from(error: SynthError) -> Self {
-        Self::Wrong(error)
-    }
-}

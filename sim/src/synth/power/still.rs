@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::gates::flat::Driver;
+use crate::gates::{Delays, Flat, Simulator, Watch};
 use crate::rtl::GateEngine;
 use crate::synth::SynthError;
-use crate::synth::gates::flat::Driver;
-use crate::synth::gates::{Delays, Flat, Simulator, Watch};
 
-use super::Lack;
 use super::cell::{CellPower, Timing};
+use super::lack::Lack;
 use super::library::{PowerLibrary, Units};
 
 /// Picoseconds of a step of simulated time.

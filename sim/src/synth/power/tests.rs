@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::Lack;
 use super::count::Counter;
+use super::lack::Lack;
 use super::library::PowerLibrary;
 use super::still::{Still, named_loads};
-use crate::synth::gates::Flat;
+use crate::gates::Flat;
 use crate::synth::{Library, SynthError};
 
 const HANDFUL: &str = include_str!("../../../cells/handful.lib");

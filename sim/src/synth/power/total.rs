@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use crate::synth::UnitKind;
 
-use super::Lack;
 use super::compose::{Slice, compose};
 use super::count::Energies;
-use super::estimate::Order;
+use super::lack::Lack;
 use super::measure::{Measured, Work};
-use super::report::{Activity, Figures, ModulePower, PowerReport};
+use super::order::Order;
 use super::still::Still;
+use crate::synth::power_report::{Activity, Figures, ModulePower, PowerReport};
 
 /// A netlist that did its work.
 pub(super) struct Ran {
@@ -174,7 +174,8 @@ mod tests {
     use super::*;
     use crate::synth::netlist::ModuleArea;
     use crate::synth::power::activity::VectorWindow;
-    use crate::synth::power::estimate::{Extent, Part};
+    use crate::synth::power::estimate::Part;
+    use crate::synth::power::order::Extent;
     use crate::synth::{Library, SynthReport, Tools, UnitKind, UnitReport};
     use potamoi_formats::config::Config;
     use std::path::Path;

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use potamoi_formats::config::Config;
 
-use crate::synth::gates::{Flat, NoCount};
+use crate::gates::{Flat, NoCount};
 use crate::synth::{Library, SynthError, UnitKind};
 
-use super::Lack;
 use super::activity::Sampler;
+use super::lack::Lack;
 use super::library::PowerLibrary;
 use super::measure::Work;
 use super::still::Still;

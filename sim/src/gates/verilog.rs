@@ -8,7 +8,7 @@ const MAX_BITS: u32 = 1 << 24;
 
 /// A bit where something is connected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Bit {
+pub(super) enum Bit {
     Constant(bool),
     /// By its number in the module.
     Wire(u32),
@@ -16,37 +16,37 @@ pub(crate) enum Bit {
 
 /// A module as it is written.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(crate) struct Text {
+pub(super) struct Text {
     /// In order.
-    pub(crate) ports: Vec<Port>,
-    pub(crate) bits: u32,
-    pub(crate) instances: Vec<Instance>,
+    pub(super) ports: Vec<Port>,
+    pub(super) bits: u32,
+    pub(super) instances: Vec<Instance>,
     /// What is assigned, and what to.
-    pub(crate) assigned: Vec<(Bit, Bit)>,
+    pub(super) assigned: Vec<(Bit, Bit)>,
     /// Wires that the author named, bit by bit.
-    pub(crate) named: Vec<(String, Bit)>,
+    pub(super) named: Vec<(String, Bit)>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Port {
-    pub(crate) name: String,
-    pub(crate) output: bool,
+pub(super) struct Port {
+    pub(super) name: String,
+    pub(super) output: bool,
     /// Lowest first.
-    pub(crate) bits: Vec<Bit>,
+    pub(super) bits: Vec<Bit>,
 }
 
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Instance {
-    pub(crate) kind: String,
+pub(super) struct Instance {
+    pub(super) kind: String,
     /// Pins and what is connected to them, lowest bit first; nothing where they are open.
-    pub(crate) pins: Vec<(String, Vec<Bit>)>,
+    pub(super) pins: Vec<(String, Vec<Bit>)>,
 }
 
 /// Reads the modules of a netlist.
 ///
 /// # Errors
 /// The line, what was expected, and what is there.
-pub(crate) fn read(text: &str) -> Result<BTreeMap<String, Text>, String> {
+pub(super) fn read(text: &str) -> Result<BTreeMap<String, Text>, String> {
     let mut reader = Reader::new(text);
     let mut modules = BTreeMap::new();
     while let Some(word) = reader.next() {

@@ -4,14 +4,14 @@ use super::flat::Flat;
 
 /// Delays in steps of time, 1 and up.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Delays {
+pub struct Delays {
     /// Of each cell by input pin (of a flip-flop its clock alone), output, and whether
     /// that falls or rises.
-    pub(crate) cells: Vec<u32>,
+    pub cells: Vec<u32>,
     /// Where those of each cell begin.
-    pub(crate) from: Vec<u32>,
+    pub from: Vec<u32>,
     /// Of memories, from the clock's edge.
-    pub(crate) memory: u32,
+    pub memory: u32,
 }
 
 impl Delays {
@@ -24,7 +24,7 @@ impl Delays {
 }
 
 /// Told of everything that moves. States are as before the change.
-pub(crate) trait Watch {
+pub trait Watch {
     /// A net changes.
     fn net(&mut self, net: u32);
     /// An input of a cell changes.
@@ -38,7 +38,7 @@ pub(crate) trait Watch {
 
 /// Nobody is told.
 #[derive(Debug)]
-pub(crate) struct NoCount;
+pub struct NoCount;
 
 impl Watch for NoCount {
     fn net(&mut self, _: u32) {}

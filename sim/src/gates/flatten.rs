@@ -22,7 +22,7 @@ const fn global(bit: Bit, first: u32) -> u32 {
     }
 }
 
-pub(super) struct Builder<'a> {
+struct Builder<'a> {
     texts: &'a BTreeMap<String, Text>,
     gates: &'a BTreeMap<String, Result<Gate, String>>,
     memories: &'a BTreeMap<String, Arc<Module>>,
@@ -35,9 +35,25 @@ pub(super) struct Builder<'a> {
     flat: Flat,
 }
 
+impl Flat {
+    /// Flattens the netlist of `top`. `gates` are the library's cells, `memories` the
+    /// modules that are left out of the netlist.
+    ///
+    /// # Errors
+    /// What is wrong with the netlist, or why a cell in it cannot be simulated.
+    pub fn new(
+        netlist: &str,
+        top: &str,
+        gates: &BTreeMap<String, Result<Gate, String>>,
+        memories: &BTreeMap<String, Arc<Module>>,
+    ) -> Result<Self, String> {
+        Builder::build(netlist, top, gates, memories)
+    }
+}
+
 impl Builder<'_> {
     /// As [`Flat::new`].
-    pub(super) fn build(
+    fn build(
         netlist: &str,
         top: &str,
         gates: &BTreeMap<String, Result<Gate, String>>,

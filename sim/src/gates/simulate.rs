@@ -35,8 +35,9 @@ struct Event {
 }
 
 /// A netlist at work.
-pub(crate) struct Simulator<W> {
-    pub(crate) flat: Arc<Flat>,
+pub struct Simulator<W> {
+    /// The netlist.
+    pub flat: Arc<Flat>,
     delays: Option<Arc<Delays>>,
     values: Vec<bool>,
     states: Vec<u16>,
@@ -53,12 +54,13 @@ pub(crate) struct Simulator<W> {
     events: Vec<Vec<Event>>,
     pending: Vec<Pending>,
     /// Whether the watch is told.
-    pub(crate) is_watched: bool,
-    pub(crate) watch: W,
+    pub is_watched: bool,
+    /// What is told of every change.
+    pub watch: W,
     /// Of the cycles that were watched.
-    pub(crate) cycles: u64,
+    pub cycles: u64,
     /// The latest change after an edge, in steps of time.
-    pub(crate) longest: usize,
+    pub longest: usize,
 }
 
 impl<W: Watch> Simulator<W> {
@@ -66,7 +68,7 @@ impl<W: Watch> Simulator<W> {
     ///
     /// # Errors
     /// A memory that cannot be interpreted.
-    pub(crate) fn new(
+    pub fn new(
         flat: &Arc<Flat>,
         delays: Option<Arc<Delays>>,
         seed: u64,
@@ -132,12 +134,14 @@ impl<W: Watch> Simulator<W> {
         Ok(())
     }
 
-    pub(crate) fn value(&self, net: u32) -> bool {
+    /// What a net holds.
+    #[must_use]
+    pub fn value(&self, net: u32) -> bool {
         self.values[net as usize]
     }
 
     /// Sets an input, from the next [`Simulator::settle`] on.
-    pub(crate) fn set(&mut self, net: u32, value: bool) {
+    pub fn set(&mut self, net: u32, value: bool) {
         self.set.insert(net, value);
     }
 
@@ -145,7 +149,7 @@ impl<W: Watch> Simulator<W> {
     ///
     /// # Errors
     /// The netlist does not settle.
-    pub(crate) fn settle(&mut self) -> Result<(), InterpretError> {
+    pub fn settle(&mut self) -> Result<(), InterpretError> {
         let flat = self.flat.clone();
         let delays = self.delays.clone();
         for (net, value) in std::mem::take(&mut self.set) {
@@ -189,7 +193,7 @@ impl<W: Watch> Simulator<W> {
     ///
     /// # Errors
     /// A memory that cannot be interpreted.
-    pub(crate) fn edge(&mut self) -> Result<(), InterpretError> {
+    pub fn edge(&mut self) -> Result<(), InterpretError> {
         let flat = self.flat.clone();
         for memory in &mut self.memories {
             memory.edge(&self.values)?;

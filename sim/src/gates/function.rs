@@ -1,13 +1,13 @@
 //! Boolean functions of Liberty files, as truth tables.
 
 /// The most variables of a function.
-pub(crate) const MAX_VARIABLES: usize = 12;
+pub const MAX_VARIABLES: usize = 12;
 /// Parentheses within each other: cells have a handful.
 const MAX_DEPTH: u32 = 64;
 
 /// A function of a few variables: a bit for each of their values, variable 0 lowest.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Truth(Vec<u64>);
+pub struct Truth(Vec<u64>);
 
 impl Truth {
     /// Reads `!` or `'` (first), `^`, `&`, `*` or a blank, `|` or `+` (last), constants
@@ -15,7 +15,7 @@ impl Truth {
     ///
     /// # Errors
     /// What was expected, and what is there.
-    pub(crate) fn parse(text: &str, names: &[&str]) -> Result<Self, String> {
+    pub fn parse(text: &str, names: &[&str]) -> Result<Self, String> {
         if names.len() > MAX_VARIABLES {
             let count = names.len();
             return Err(format!(
@@ -29,7 +29,7 @@ impl Truth {
     ///
     /// # Errors
     /// Likewise.
-    pub(crate) fn check(text: &str, names: &[&str]) -> Result<(), String> {
+    pub fn check(text: &str, names: &[&str]) -> Result<(), String> {
         Self::read(text, names, 0).map(drop)
     }
 
@@ -49,13 +49,15 @@ impl Truth {
 
     /// The value where variable `i` is bit `i`.
     #[inline]
-    pub(crate) fn at(&self, bits: usize) -> bool {
+    #[must_use]
+    pub fn at(&self, bits: usize) -> bool {
         self.0[bits >> 6] >> (bits & 63) & 1 == 1
     }
 
     /// The function of one variable fewer in which the last is always another one's
     /// complement.
-    pub(crate) fn with_last_as_complement(&self, of: usize, variables: usize) -> Self {
+    #[must_use]
+    pub fn with_last_as_complement(&self, of: usize, variables: usize) -> Self {
         let last = variables - 1;
         Self::by(last, |bits| {
             self.at(bits | usize::from(bits >> of & 1 == 0) << last)
@@ -63,7 +65,8 @@ impl Truth {
     }
 
     /// Of so many variables, value by value.
-    pub(crate) fn by(variables: usize, value: impl Fn(usize) -> bool) -> Self {
+    #[must_use]
+    pub fn by(variables: usize, value: impl Fn(usize) -> bool) -> Self {
         let mut words = vec![0; (1usize << variables).div_ceil(64)];
         for bits in (0..1 << variables).filter(|bits| value(*bits)) {
             words[bits >> 6] |= 1 << (bits & 63);

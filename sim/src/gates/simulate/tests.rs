@@ -8,23 +8,44 @@ use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::*;
-use crate::synth::gates::gate::gates;
-use crate::synth::liberty::parse;
+use crate::gates::{Flop, Gate, Truth};
 
-const CELLS: &str = "library (l) {\n\
-    cell (INV) { pin (A) { direction : input; } \
-    pin (Y) { direction : output; function : \"!A\"; } }\n\
-    cell (NAND) { pin (A) { direction : input; } pin (B) { direction : input; } \
-    pin (Y) { direction : output; function : \"!(A B)\"; } }\n\
-    cell (XOR) { pin (A) { direction : input; } pin (B) { direction : input; } \
-    pin (Y) { direction : output; function : \"A ^ B\"; } }\n\
-    cell (DFF) { ff (IQ, IQN) { next_state : \"D\"; clocked_on : \"CK\"; } \
-    pin (CK) { direction : input; } pin (D) { direction : input; } \
-    pin (Q) { direction : output; function : \"IQ\"; } }\n}\n";
+/// A cell of logic with output `Y`.
+fn logic(name: &str, inputs: &[&str], function: &str) -> (String, Result<Gate, String>) {
+    let gate = Gate {
+        name: name.to_owned(),
+        inputs: inputs.iter().map(|pin| (*pin).to_owned()).collect(),
+        outputs: vec!["Y".to_owned()],
+        functions: vec![Truth::parse(function, inputs).unwrap()],
+        flop: None,
+    };
+    (name.to_owned(), Ok(gate))
+}
+
+/// Inverter, NAND, XOR and a flip-flop.
+fn cells() -> BTreeMap<String, Result<Gate, String>> {
+    let of = |text| Truth::parse(text, &["D", "IQ"]).unwrap();
+    let flop = Gate {
+        name: "DFF".to_owned(),
+        inputs: vec!["D".to_owned()],
+        outputs: vec!["Q".to_owned()],
+        functions: vec![of("IQ")],
+        flop: Some(Flop {
+            clock: "CK".to_owned(),
+            held: ["IQ".to_owned(), "IQN".to_owned()],
+            next: of("D"),
+        }),
+    };
+    BTreeMap::from([
+        logic("INV", &["A"], "!A"),
+        logic("NAND", &["A", "B"], "!(A B)"),
+        logic("XOR", &["A", "B"], "A ^ B"),
+        ("DFF".to_owned(), Ok(flop)),
+    ])
+}
 
 fn flat(netlist: &str) -> Result<Arc<Flat>, String> {
-    let gates = gates(&parse(CELLS, "t.lib").unwrap());
-    Flat::new(netlist, "top", &gates, &BTreeMap::new()).map(Arc::new)
+    Flat::new(netlist, "top", &cells(), &BTreeMap::new()).map(Arc::new)
 }
 
 /// Changes by net, of outputs by pin, and of clocks.

@@ -1,0 +1,45 @@
+//! The units that are synthesised.
+
+use std::fmt;
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
+use potamoi_hdl::gu::gathering_unit;
+use potamoi_hdl::ir::{IrErrors, Module};
+use potamoi_hdl::vu::vector_unit;
+
+/// A unit that can be synthesised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UnitKind {
+    /// The gathering unit.
+    Gathering,
+    /// The vector unit.
+    Vector,
+}
+
+impl UnitKind {
+    /// Its top module.
+    #[must_use]
+    pub const fn top(self) -> &'static str {
+        match self {
+            Self::Gathering => GATHERING_UNIT,
+            Self::Vector => VECTOR_UNIT,
+        }
+    }
+
+    /// Its netlist, but for the gate that keeps each ready low in reset.
+    pub(super) fn module(self, config: &Config) -> Result<Arc<Module>, IrErrors> {
+        let module = match self {
+            Self::Gathering => gathering_unit(config)?,
+            Self::Vector => vector_unit(config)?,
+        };
+        Ok(Arc::new(module.without_reset_gates()))
+    }
+}
+
+impl fmt::Display for UnitKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.top())
+    }
+}
