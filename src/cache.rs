@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::Args;
-use potamoi_sim::synth::SynthError;
+use potamoi_synth::SynthError;
 use serde::Serialize;
 
 use crate::failure::Failure;

@@ -13,7 +13,7 @@ use potamoi_golden::camera::Camera;
 use potamoi_golden::effects::{Analysis, Effect, Hardware, Surroundings};
 use potamoi_golden::scene::Scene;
 use potamoi_golden::units::Twins;
-use potamoi_sim::effects::{EffectCycles, EffectMeter};
+use potamoi_system::effects::{EffectCycles, EffectMeter};
 
 use crate::common::Common;
 use crate::failure::Failure;

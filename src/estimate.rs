@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use potamoi_formats::config::Config;
-use potamoi_sim::synth::fit::{
+use potamoi_synth::fit::{
     EnergiesOf, Estimate, Fit, Formula, LeftOut, ScaledEstimate, Spread, Work,
 };
-use potamoi_sim::synth::grid::{Family, Grid};
-use potamoi_sim::synth::{
+use potamoi_synth::grid::{Family, Grid};
+use potamoi_synth::{
     LibraryOrigin, MemoryArea, SynthError, SynthReport, ToolsOrigin, UnitKind, macros, scaling,
 };
 use serde::Serialize;

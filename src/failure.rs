@@ -12,11 +12,11 @@ use potamoi_golden::trace::TraceError;
 use potamoi_golden::units::UnitError;
 use potamoi_golden::warp::WarpError;
 use potamoi_hdl::ir::IrErrors;
-use potamoi_sim::rtl::RtlError;
-use potamoi_sim::runtime::RuntimeError;
-use potamoi_sim::soc::work::KeepError;
-use potamoi_sim::soc::{CostError, ModelError as SystemModelError, SystemError};
-use potamoi_sim::synth::SynthError;
+use potamoi_rtl::RtlError;
+use potamoi_synth::SynthError;
+use potamoi_system::runtime::RuntimeError;
+use potamoi_system::soc::work::KeepError;
+use potamoi_system::soc::{CostError, ModelError as SystemModelError, SystemError};
 use potamoi_verilated::Error as ModelError;
 use thiserror::Error;
 

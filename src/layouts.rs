@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use potamoi_cycles::layouts::{Layout, Layouts};
 use potamoi_formats::config::{EntryKind, ExtraPorts, Organisation};
-use potamoi_sim::layouts::{Layout, Layouts};
 use serde::Serialize;
 
 use crate::common::Common;

@@ -15,8 +15,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use potamoi_golden::scene::Scene;
-use potamoi_sim::soc::work::{PathOptions, PathWork};
-use potamoi_sim::soc::{Scenario, System, Variant};
+use potamoi_system::soc::work::{PathOptions, PathWork};
+use potamoi_system::soc::{Scenario, System, Variant};
 
 use crate::common::Common;
 use crate::failure::Failure;

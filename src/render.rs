@@ -12,7 +12,7 @@ use potamoi_golden::effects::{Choices, Effect, Hardware};
 use potamoi_golden::scene::{FrameCounts, Rendered, Scene};
 use potamoi_golden::splats::Flips;
 use potamoi_golden::units::{Twins, UnitCounts};
-use potamoi_sim::rtl::{RtlCycles, RtlUnits};
+use potamoi_rtl::{RtlCycles, RtlUnits};
 use serde::Serialize;
 
 use crate::common::Common;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use potamoi_formats::config::Config;
 use potamoi_golden::scene::{FrameCounts, Scene};
-use potamoi_sim::rtl::RtlCycles;
+use potamoi_rtl::RtlCycles;
 use serde::Serialize;
 
 use crate::failure::Failure;

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use potamoi_formats::config::{Config, PRESETS};
 use potamoi_golden::scene::{Model as SceneModel, Scene};
-use potamoi_sim::soc::npu::Array;
-use potamoi_sim::soc::work::{FrameWork, Kept, PathOptions, PathReplay};
-use potamoi_sim::soc::{Costs, Memory, Model, Program, System};
-use potamoi_sim::synth::fit::Fit;
-use potamoi_sim::synth::{SynthError, SynthReport, Synthesised, UnitKind};
+use potamoi_synth::fit::Fit;
+use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind};
+use potamoi_system::soc::npu::Array;
+use potamoi_system::soc::work::{FrameWork, Kept, PathOptions, PathReplay};
+use potamoi_system::soc::{Costs, Memory, Model, Program, System};
 
 use crate::common::Common;
 use crate::failure::Failure;

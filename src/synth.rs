@@ -14,8 +14,8 @@ use std::sync::{Mutex, PoisonError};
 
 use clap::{Args, ValueEnum};
 use potamoi_formats::config::Config;
-use potamoi_sim::synth::grid::{design, forms};
-use potamoi_sim::synth::{
+use potamoi_synth::grid::{design, forms};
+use potamoi_synth::{
     Cacti, Library, Made, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport, access_times,
     default_library, differences, scaling, synthesise, with_memories,
 };
@@ -202,7 +202,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     }
     let mut reports: Vec<UnitReport> = made.iter().map(|m| m.report.clone()).collect();
     let memories = match Cacti::find(&cache) {
-        Ok(cacti) => Some(potamoi_sim::synth::model(&reports, &cacti)?),
+        Ok(cacti) => Some(potamoi_synth::model(&reports, &cacti)?),
         Err(missing) => {
             say!("\nmemories are not included: {missing}");
             None

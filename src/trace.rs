@@ -7,7 +7,7 @@ use clap::Args;
 use indicatif::HumanCount;
 use potamoi_golden::trace::Trace;
 use potamoi_golden::units::recorder::Limits;
-use potamoi_sim::rtl::readmemh;
+use potamoi_rtl::readmemh;
 use serde::Serialize;
 
 use crate::common::Common;

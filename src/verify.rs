@@ -8,8 +8,8 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use indicatif::HumanCount;
-use potamoi_sim::rtl::EngineKind;
-use potamoi_sim::verify::{Failure as Found, Injection, Settings, Verifier};
+use potamoi_rtl::EngineKind;
+use potamoi_rtl::verify::{Failure as Found, Injection, Settings, Verifier};
 use serde::Serialize;
 
 use crate::common::{Common, quoted};
@@ -128,7 +128,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     spinner.finish_and_clear();
     let settings = settings(args, frame);
     let bar = progress::bar(frame.iter().sum(), "verifying");
-    let mut show = |p: potamoi_sim::verify::Progress| {
+    let mut show = |p: potamoi_rtl::verify::Progress| {
         bar.set_position(p.done);
         bar.set_message(format!("{} cycles compared", HumanCount(p.cycles)));
     };

@@ -16,7 +16,7 @@ use indicatif::ProgressBar;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::effects::Effect;
 use potamoi_golden::warp::{Counts, Frame, Plan, Rule, Warper};
-use potamoi_sim::runtime::Schedule;
+use potamoi_system::runtime::Schedule;
 
 use crate::failure::Failure;
 use crate::files;

@@ -44,15 +44,6 @@ fn generator_and_oracle_never_meet() {
     assert_eq!(built("potamoi-golden"), set(&["potamoi-formats"]));
     assert_eq!(built("potamoi-verilated"), set(&[]));
     assert_eq!(
-        built("potamoi-sim"),
-        set(&[
-            "potamoi-formats",
-            "potamoi-golden",
-            "potamoi-hdl",
-            "potamoi-verilated"
-        ])
-    );
-    assert_eq!(
         built("potamoi-rust-hdl"),
         set(&["potamoi-formats", "potamoi-hdl"])
     );
@@ -63,6 +54,31 @@ fn generator_and_oracle_never_meet() {
         set(&["potamoi-formats", "potamoi-verilated"])
     );
     assert_eq!(tested("potamoi-golden"), set(&["potamoi-formats"]));
+}
+
+/// Cycles are counted without the generator and without what runs Verilog; netlists in cells
+/// are simulated without the oracle.
+#[test]
+fn the_crates_of_sim_stand_in_a_row() {
+    let built = |package| below(package, "normal,build");
+    let of = |own: &[&str]| {
+        let mut all = set(own);
+        all.insert("potamoi-formats".to_owned());
+        all
+    };
+    let cycles = of(&["potamoi-golden"]);
+    assert_eq!(built("potamoi-cycles"), cycles);
+    let gates = of(&["potamoi-hdl"]);
+    assert_eq!(built("potamoi-gates"), gates);
+    let kept = of(&["potamoi-golden", "potamoi-verilated"]);
+    assert_eq!(built("potamoi-kept"), kept);
+    let units = set(&["potamoi-cycles", "potamoi-gates", "potamoi-verilated"]);
+    let rtl = &(&cycles | &gates) | &units;
+    assert_eq!(built("potamoi-rtl"), rtl);
+    let synth = &rtl | &set(&["potamoi-kept", "potamoi-rtl"]);
+    assert_eq!(built("potamoi-synth"), synth);
+    let system = &synth | &set(&["potamoi-synth"]);
+    assert_eq!(built("potamoi-system"), system);
 }
 
 /// Every file below a folder whose name ends so, build output left out.

@@ -431,7 +431,7 @@ fn a_small_unit_is_placed_and_routed() {
 fn power_that_a_library_does_not_say_is_absent_with_its_reason() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let cells = concat!(env!("CARGO_MANIFEST_DIR"), "/sim/cells/handful.lib");
+    let cells = concat!(env!("CARGO_MANIFEST_DIR"), "/sim/synth/cells/handful.lib");
     let text = std::fs::read_to_string(cells).unwrap();
     let synth = |code: i32, text: &str| {
         std::fs::write(at.join("cells.lib"), text).unwrap();

@@ -2,14 +2,14 @@
 
 use std::fmt::Write as _;
 
+use potamoi_cycles::Stalls;
 use potamoi_formats::config::{Config, ExpBase, ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Format;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::units::reference::{ExpError, Reference};
 use potamoi_golden::units::widths::{budget, straightness, truncation};
 use potamoi_hdl::vu::error_bound;
-use potamoi_sim::cycles::Stalls;
-use potamoi_sim::rtl::{VectorBatch, VectorUnit};
+use potamoi_rtl::{VectorBatch, VectorUnit};
 use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION};

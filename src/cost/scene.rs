@@ -1,8 +1,8 @@
 //! Every knob of a scene's frame on one scale.
 
 use potamoi_golden::units::Twins;
-use potamoi_sim::rtl::EngineKind;
-use potamoi_sim::verify::{Injection, Settings, Verifier};
+use potamoi_rtl::EngineKind;
+use potamoi_rtl::verify::{Injection, Settings, Verifier};
 use serde::Serialize;
 
 use super::front::{Place, front, knee};
@@ -291,7 +291,7 @@ fn prove(bench: &Bench, own: &[&Setting], inject: Option<Injection>) -> Result<(
         excerpt: None,
     };
     let bar = progress::bar(total.iter().sum(), "verifying");
-    let mut show = |p: potamoi_sim::verify::Progress| bar.set_position(p.done);
+    let mut show = |p: potamoi_rtl::verify::Progress| bar.set_position(p.done);
     let mut verifier = Verifier::new(&config, settings, &mut show);
     let done = scene.render_fixed(&config, &mut verifier);
     let failure = verifier.failure().cloned();

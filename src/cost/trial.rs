@@ -9,8 +9,8 @@ use potamoi_golden::scene::Scene;
 use potamoi_golden::ssim::ssim;
 use potamoi_golden::units::Twins;
 use potamoi_golden::warp::Profile;
-use potamoi_sim::soc::work::{Counted, FrameWork, PathOptions};
-use potamoi_sim::soc::{Frames, Gathering, Model, Scenario, Variant};
+use potamoi_system::soc::work::{Counted, FrameWork, PathOptions};
+use potamoi_system::soc::{Frames, Gathering, Model, Scenario, Variant};
 use serde::Serialize;
 
 use super::Price;

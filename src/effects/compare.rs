@@ -4,7 +4,7 @@ use potamoi_golden::effects::{Choices, Effect, Finding, Hardware};
 use potamoi_golden::picture::Picture;
 use potamoi_golden::scene::{Rendered, Scene};
 use potamoi_golden::units::Twins;
-use potamoi_sim::effects::{Digest, EffectCycles, EffectMeter};
+use potamoi_system::effects::{Digest, EffectCycles, EffectMeter};
 use serde::Serialize;
 
 use super::measure::{Pairs, Stopwatch};

@@ -10,7 +10,7 @@ use potamoi_golden::units::Twins;
 use potamoi_golden::warp::{
     Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer, Sequence, Warper,
 };
-use potamoi_sim::rtl::{RtlCycles, RtlUnits};
+use potamoi_rtl::{RtlCycles, RtlUnits};
 use serde::Serialize;
 
 use crate::failure::Failure;

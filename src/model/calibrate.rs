@@ -1,8 +1,8 @@
 //! The factors of the GPU: found from what the paper timed, and tried on what they were not
 //! found from.
 
-use potamoi_sim::soc::work::FrameWork;
-use potamoi_sim::soc::{AloneTime, Gpu, Memory, System, alone};
+use potamoi_system::soc::work::FrameWork;
+use potamoi_system::soc::{AloneTime, Gpu, Memory, System, alone};
 use serde::Serialize;
 
 use super::ModelArgs;

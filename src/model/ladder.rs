@@ -3,9 +3,9 @@
 use std::time::Instant;
 
 use potamoi_golden::units::{Twins, Units};
-use potamoi_sim::rtl::RtlUnits;
-use potamoi_sim::soc::work::{Counted, FrameWork, Replay};
-use potamoi_sim::soc::{Gathering, System};
+use potamoi_rtl::RtlUnits;
+use potamoi_system::soc::work::{Counted, FrameWork, Replay};
+use potamoi_system::soc::{Gathering, System};
 use serde::Serialize;
 
 use super::ModelArgs;

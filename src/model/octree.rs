@@ -3,8 +3,8 @@
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 use potamoi_golden::splats::{Cells, Octree};
-use potamoi_sim::soc::work::Batch;
-use potamoi_sim::soc::{Gathering, System};
+use potamoi_system::soc::work::Batch;
+use potamoi_system::soc::{Gathering, System};
 use serde::Serialize;
 
 use super::ModelArgs;

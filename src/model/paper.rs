@@ -1,6 +1,6 @@
 //! What the paper states, to stand beside what is found.
 
-use potamoi_sim::soc::{Frames, Outcome, Scenario};
+use potamoi_system::soc::{Frames, Outcome, Scenario};
 
 /// Average speed-up and energy saving over the baseline of the scenario (paper, Sec.
 /// "Performance and Energy"); per-algorithm bars exist as pictures alone.

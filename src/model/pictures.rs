@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use plotters::prelude::*;
-use potamoi_sim::soc::{EnergyByPart, Memory, Outcome, Scenario, System};
+use potamoi_system::soc::{EnergyByPart, Memory, Outcome, Scenario, System};
 
 use super::report::Found;
 use crate::charts::{COLOURS, LETTERS, TITLE, legend, picture};

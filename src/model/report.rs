@@ -1,7 +1,7 @@
 //! What was found, as JSON has it.
 
-use potamoi_sim::soc::work::{PathOptions, PathReplay, PathWork};
-use potamoi_sim::soc::{Gathered, Outcome, System};
+use potamoi_system::soc::work::{PathOptions, PathReplay, PathWork};
+use potamoi_system::soc::{Gathered, Outcome, System};
 use serde::Serialize;
 
 use super::ModelArgs;

@@ -2,8 +2,8 @@
 //! with Prior Works").
 
 use potamoi_formats::config::{Config, Modes, Organisation};
-use potamoi_sim::soc::npu::Array;
-use potamoi_sim::soc::{Gathering, Outcome, Scenario, System, Variant};
+use potamoi_system::soc::npu::Array;
+use potamoi_system::soc::{Gathering, Outcome, Scenario, System, Variant};
 use serde::Serialize;
 
 use super::ModelArgs;

@@ -1,6 +1,6 @@
 //! What comes out if what is calibrated or assumed were otherwise, and without a GPU.
 
-use potamoi_sim::soc::{Gpu, Model, Scenario, System, Variant};
+use potamoi_system::soc::{Gpu, Model, Scenario, System, Variant};
 use serde::Serialize;
 
 use super::ModelArgs;

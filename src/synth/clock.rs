@@ -1,6 +1,6 @@
 //! The clock that units are asked for.
 
-use potamoi_sim::synth::UnitReport;
+use potamoi_synth::UnitReport;
 
 /// What a unit reaches before wires, in gigahertz: with its memories' access times where
 /// they are known, and without.
@@ -53,7 +53,7 @@ pub(super) fn without_memories(units: &[UnitReport]) -> Option<String> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use potamoi_sim::synth::SynthReport;
+    use potamoi_synth::SynthReport;
 
     /// Of the paper's gathering unit 1101 ps, and 1241 ps with its memories; of the vector
     /// unit, which has none, 1271 ps.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use potamoi_formats::config::Config;
-use potamoi_sim::synth::{FpgaReport, FpgaTools, Part, place_and_route};
+use potamoi_synth::{FpgaReport, FpgaTools, Part, place_and_route};
 
 use super::{SynthArgs, in_parallel};
 use crate::failure::Failure;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use potamoi_sim::synth::grid::{Grid, GridPoint, Point};
-use potamoi_sim::synth::path_ends;
+use potamoi_synth::grid::{Grid, GridPoint, Point};
+use potamoi_synth::path_ends;
 
 use super::power::Scenes;
 use super::{Flow, SynthArgs, in_parallel};

@@ -1,6 +1,6 @@
 //! What `potamoi synth` prints.
 
-use potamoi_sim::synth::{Made, SynthReport};
+use potamoi_synth::{Made, SynthReport};
 
 use crate::say::say;
 use crate::tables;

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use potamoi_formats::config::Config;
-use potamoi_sim::synth::study::{
+use potamoi_synth::study::{
     EXPONENTIALS, GATHERING, Table, Variant, array_um2, crossbar_um2, once, tables,
 };
-use potamoi_sim::synth::{
+use potamoi_synth::{
     Cacti, Figures, Memories, Raw, STEPS, SYSTEM, Scaled, Shape, SynthError, UnitReport, model,
 };
 

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanCount;
 use potamoi_formats::config::Config;
-use potamoi_sim::rtl::EngineKind;
-use potamoi_sim::verify::{Failure as Found, GatherReport, Injection, VectorReport};
+use potamoi_rtl::EngineKind;
+use potamoi_rtl::verify::{Failure as Found, GatherReport, Injection, VectorReport};
 use serde::Serialize;
 
 use super::Level;

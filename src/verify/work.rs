@@ -6,7 +6,7 @@ use potamoi_formats::config::{Config, Sums};
 use potamoi_golden::scene::Scene;
 use potamoi_golden::trace::Trace;
 use potamoi_golden::units::{Twins, Units};
-use potamoi_sim::verify::Verifier;
+use potamoi_rtl::verify::Verifier;
 
 use super::VerifyArgs;
 use crate::failure::Failure;

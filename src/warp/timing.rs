@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::warp::{Counts, Frame, Plan, Shaded, WarpError, Warper};
-use potamoi_sim::runtime::{
+use potamoi_system::runtime::{
     Link, LinkUse, Made, Nanos, Options, PixelClock, Poses, References, Remote, Resource, Schedule,
     chrome_trace, live, schedule,
 };

@@ -17,7 +17,7 @@ use potamoi_golden::scene::Model;
 use potamoi_golden::units::bounds::VectorBounds;
 use potamoi_golden::units::{Twins, Units};
 use potamoi_golden::voxels::{Head, Lanes, Opacities, STOP_BELOW, VoxelError};
-use potamoi_sim::rtl::RtlUnits;
+use potamoi_rtl::RtlUnits;
 
 use super::modelled::Case;
 use super::obvious::{Obvious, ObviousUnits};

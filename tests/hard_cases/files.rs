@@ -7,7 +7,7 @@ use std::path::Path;
 
 use potamoi_golden::scene::Scene;
 use potamoi_golden::splats::files;
-use potamoi_sim::soc::System;
+use potamoi_system::soc::System;
 
 use super::scenes::{all, cameras};
 

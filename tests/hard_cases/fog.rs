@@ -11,7 +11,7 @@ use potamoi_golden::voxels::{
     FixedFrame, FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, STOP_BELOW,
     error_bounds, render_fixed, render_float,
 };
-use potamoi_sim::rtl::RtlUnits;
+use potamoi_rtl::RtlUnits;
 
 use super::modelled::Case;
 use super::obvious::{Obvious, ObviousUnits};

@@ -8,11 +8,11 @@ use potamoi_golden::picture::Picture;
 use potamoi_golden::scene::{Model as Shown, Scene};
 use potamoi_golden::units::Twins;
 use potamoi_golden::warp::Profile;
-use potamoi_sim::soc::npu::Array;
-use potamoi_sim::soc::work::{FrameWork, PathOptions, PathWork};
-use potamoi_sim::soc::{Costs, Gathering, Memory, Model, Program, Scenario, System, Variant};
-use potamoi_sim::synth::fit::Fit;
-use potamoi_sim::synth::{SynthReport, Synthesised};
+use potamoi_synth::fit::Fit;
+use potamoi_synth::{SynthReport, Synthesised};
+use potamoi_system::soc::npu::Array;
+use potamoi_system::soc::work::{FrameWork, PathOptions, PathWork};
+use potamoi_system::soc::{Costs, Gathering, Memory, Model, Program, Scenario, System, Variant};
 
 use super::system::sound;
 use super::{fields, fog, voxels};

@@ -6,7 +6,7 @@ use potamoi_golden::splats::{
     FixedFrame, FixedOptions, FloatFrame, FloatOptions, Profile, View, render_fixed, render_float,
 };
 use potamoi_golden::units::{Twins, Units};
-use potamoi_sim::rtl::RtlUnits;
+use potamoi_rtl::RtlUnits;
 
 use super::naive::render;
 use super::scenes::{Scene, all, camera};

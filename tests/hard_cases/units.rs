@@ -6,7 +6,7 @@ use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_golden::units::weights::trilinear;
 use potamoi_golden::units::{GatherTask, Twins, Units};
-use potamoi_sim::rtl::{EngineKind, RtlUnits};
+use potamoi_rtl::{EngineKind, RtlUnits};
 
 /// Computes on both and gives what they agree on.
 fn agreed(rtl: &mut RtlUnits, op: VectorOp, a: &[i32], b: &[i32]) -> Vec<i32> {

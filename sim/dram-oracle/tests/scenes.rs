@@ -11,7 +11,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
 use potamoi_golden::scene::Scene;
 use potamoi_golden::units::{GatherTask, Product, Twins, UnitError, Units};
-use potamoi_sim::soc::dram::Access;
+use potamoi_system::soc::dram::Access;
 
 const BURST: u64 = 32;
 /// Bursts of a sequence at most.

@@ -6,8 +6,8 @@ use potamoi_golden::units::exp::ExpTwin;
 use potamoi_golden::units::reference::Reference;
 use potamoi_golden::units::widths::budget;
 use potamoi_hdl::vu::error_bound;
-use potamoi_sim::synth::fit::{Fit, ScaledEstimate, Work};
-use potamoi_sim::synth::{SynthError, UnitKind, scaling};
+use potamoi_synth::fit::{Fit, ScaledEstimate, Work};
+use potamoi_synth::{SynthError, UnitKind, scaling};
 
 use super::Method;
 use crate::failure::Failure;

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use potamoi_sim::synth::SynthReport;
+use potamoi_synth::SynthReport;
 
 /// A variant with a unit of the paper's report in its place.
 fn row(variant: Variant, at: usize) -> Row {

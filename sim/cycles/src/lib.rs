@@ -1,0 +1,64 @@
+//! Cycle models of the two units, written from their documented rules.
+//!
+//! [`gather`] and [`vector`] step one clock cycle a call and give every
+//! handshake, issue and counter of that cycle. [`closed`] gives the same
+//! totals a MVoxel, in time that does not depend on the number of entries, for
+//! an environment that is always ready. [`stimulus`] decides when sources and
+//! sink are willing, apart from any model, so that one plan can drive a model
+//! and hardware alike; [`drive`] plays a plan on a model.
+//!
+//! [`GatherWork`] is what a gathering unit is given: golden tasks as a run of MVoxels, their beats
+//! as words of its ports ([`BeatWords`]), and the features' beats in order. Whoever counts and
+//! whoever drives hardware take the same. [`layouts`] counts one frame for several organisations.
+//!
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use potamoi_cycles::{GatherRun, Mvoxel, gather_cycles};
+//! use potamoi_formats::config::Config;
+//! use potamoi_formats::rit::Vertices;
+//!
+//! let config = Config::paper();
+//! let mvoxels = [Mvoxel { entries: 256, rows: 125 }];
+//! let run = GatherRun { vertices: Vertices::Eight, segments: 1, mvoxels: &mvoxels };
+//! let cycles = gather_cycles(&config, &run)?;
+//! // Two ports, eight vertices an entry, one a cycle.
+//! assert_eq!(cycles.busy, 256 / 2 * 8);
+//! # Ok(())
+//! # }
+//! ```
+
+mod beat_words;
+pub mod closed;
+pub mod drive;
+pub mod exponents;
+pub mod feature_major;
+pub mod gather;
+mod gather_work;
+pub mod layouts;
+mod organisation;
+mod place;
+mod rit_buffer;
+pub mod rounds;
+pub mod split;
+pub mod stimulus;
+pub mod vector;
+pub mod work;
+
+#[cfg(test)]
+mod tests;
+
+pub use beat_words::BeatWords;
+pub use closed::{
+    ClosedVector, GatherCycles, VectorCycles, gather_cycles, split_cycles, vector_cycles,
+};
+pub use drive::{CycleLog, run_gather, run_gather_watched, run_split};
+pub use exponents::Exponents;
+pub use feature_major::{FeatureMajorModel, LaneRun, feature_major_cycles};
+pub use gather::{GatherInputs, GatherModel, GatherOutputs};
+pub use gather_work::{GatherWork, Group, StreamError, runs};
+pub use organisation::UnitModel;
+pub use rounds::Rounds;
+pub use split::SplitRun;
+pub use stimulus::{Plan, Source, Stalls, StreamStalls, Willing};
+pub use vector::{VectorInputs, VectorModel, VectorOutputs};
+pub use work::{GatherRun, Mvoxel, WorkError};

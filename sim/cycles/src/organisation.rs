@@ -1,0 +1,65 @@
+//! The models of the configuration's organisation.
+
+use potamoi_formats::config::Config;
+
+use crate::gather_work::GatherWork;
+use crate::work::MftPiece;
+use crate::{
+    FeatureMajorModel, GatherCycles, GatherInputs, GatherModel, GatherOutputs, WorkError,
+    feature_major_cycles, gather_cycles, split_cycles,
+};
+
+/// The stepwise model of a unit.
+pub enum UnitModel {
+    /// Ports that do not wait for one another, or take turns.
+    ChannelMajor(GatherModel),
+    /// Lanes that wait for one another at banks.
+    FeatureMajor(FeatureMajorModel),
+}
+
+impl UnitModel {
+    /// Between reset and the first cycle.
+    ///
+    /// # Errors
+    /// Work that the unit cannot do.
+    pub fn new(config: &Config, work: &GatherWork<'_>) -> Result<Self, WorkError> {
+        let run = work.run();
+        if let Some(lanes) = work.lane_run() {
+            return Ok(Self::FeatureMajor(FeatureMajorModel::new(config, &lanes)?));
+        }
+        Ok(Self::ChannelMajor(match work.split_run() {
+            None => GatherModel::new(config, run.vertices, run.segments)?,
+            Some(split) => GatherModel::of_turns(config, &split)?,
+        }))
+    }
+
+    /// One clock cycle.
+    pub fn step(&mut self, inputs: &GatherInputs) -> GatherOutputs {
+        match self {
+            Self::ChannelMajor(model) => model.step(inputs),
+            Self::FeatureMajor(model) => model.step(inputs),
+        }
+    }
+}
+
+impl<'a> GatherWork<'a> {
+    /// Beats of the MFT stream, in order.
+    pub fn mft_pieces(&'a self, config: &Config) -> Box<dyn Iterator<Item = MftPiece> + 'a> {
+        match self.lane_run() {
+            None => Box::new(self.run().mft_beats()),
+            Some(lanes) => Box::new(lanes.mft_pieces(config)),
+        }
+    }
+
+    /// Cycles in closed form, streams always ready.
+    ///
+    /// # Errors
+    /// Work that the unit cannot do.
+    pub fn predicted(&self, config: &Config) -> Result<GatherCycles, WorkError> {
+        match (self.lane_run(), self.split_run()) {
+            (Some(lanes), _) => feature_major_cycles(config, &lanes),
+            (None, Some(split)) => split_cycles(config, &split),
+            (None, None) => gather_cycles(config, &self.run()),
+        }
+    }
+}

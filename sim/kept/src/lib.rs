@@ -1,0 +1,220 @@
+//! Results that are kept between runs: found by a key of named parts, believed by a checksum.
+//!
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use potamoi_kept::{Key, read, write};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let key = Key::new("areas", "1").text("library", "osu018");
+//! let file = key.file(folder.path(), "json");
+//! assert_eq!(read::<Vec<f64>>(&file), None);
+//! write(&file, &[3.5, 4.0])?;
+//! assert_eq!(read(&file), Some(vec![3.5, 4.0]));
+//! # Ok(())
+//! # }
+//! ```
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use potamoi_golden::files;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// First words of every kept file, with the version of its format.
+const FORMAT: &str = "potamoi-kept 1";
+/// Bytes of a kept file at most.
+const LARGEST: u64 = 1 << 32;
+
+/// What a result depends on, part by part.
+///
+/// Parts are hashed as the bytes that they are written as: numbers bit by bit, fields by name.
+#[derive(Debug, Clone)]
+pub struct Key {
+    kind: String,
+    parts: Vec<(&'static str, blake3::Hash)>,
+}
+
+impl Key {
+    /// Of a kind of result, such as `path`; `version` is that of what makes it, raised where other
+    /// results come out. The program's version is a part as well.
+    #[must_use]
+    pub fn new(kind: impl Into<String>, version: &str) -> Self {
+        let own = Self {
+            kind: kind.into(),
+            parts: vec![],
+        };
+        own.text("version", version)
+            .text("program", env!("CARGO_PKG_VERSION"))
+    }
+
+    /// With a text.
+    #[must_use]
+    pub fn text(self, part: &'static str, text: &str) -> Self {
+        self.hash(part, blake3::hash(text.as_bytes()))
+    }
+
+    /// With a value.
+    #[must_use]
+    pub fn value(self, part: &'static str, value: &impl Serialize) -> Self {
+        self.hash(part, potamoi_golden::content::hash_of(value))
+    }
+
+    /// With what was hashed already.
+    #[must_use]
+    pub fn hash(mut self, part: &'static str, hash: blake3::Hash) -> Self {
+        self.parts.push((part, hash));
+        self
+    }
+
+    /// Names of the parts, in order.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.parts.iter().map(|(name, _)| *name)
+    }
+
+    /// 32 hexadecimal digits that differ where any part does.
+    #[must_use]
+    pub fn hex(&self) -> String {
+        let mut all = blake3::Hasher::new();
+        let mut with = |bytes: &[u8]| {
+            all.update(&(bytes.len() as u64).to_le_bytes());
+            all.update(bytes);
+        };
+        with(self.kind.as_bytes());
+        for (name, hash) in &self.parts {
+            with(name.as_bytes());
+            with(hash.as_bytes());
+        }
+        all.finalize().to_hex()[..32].to_owned()
+    }
+
+    /// The file of the result in a folder.
+    #[must_use]
+    pub fn file(&self, folder: &Path, ending: &str) -> PathBuf {
+        folder.join(format!("{}-{}.{ending}", self.kind, self.hex()))
+    }
+}
+
+/// The result in a file, if it is there, whole, unchanged and nobody else's. Says of one that is
+/// there and not believed that it is made again.
+#[must_use]
+pub fn read<T: DeserializeOwned>(path: &Path) -> Option<T> {
+    let bytes = read_bytes(path)?;
+    let found = serde_json::from_slice(&bytes).ok();
+    if found.is_none() {
+        not_believed(path, "it is of another form");
+    }
+    found
+}
+
+/// As [`read`], of a text.
+#[must_use]
+pub fn read_text(path: &Path) -> Option<String> {
+    String::from_utf8(read_bytes(path)?).ok()
+}
+
+/// Keeps a result.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write(path: &Path, result: &impl Serialize) -> std::io::Result<()> {
+    write_bytes(path, &serde_json::to_vec(result)?)
+}
+
+/// As [`write`], of a text.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_text(path: &Path, text: &str) -> std::io::Result<()> {
+    write_bytes(path, text.as_bytes())
+}
+
+fn write_bytes(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut all = format!("{FORMAT} {}\n", blake3::hash(bytes).to_hex()).into_bytes();
+    all.extend_from_slice(bytes);
+    files::write(path, &all)
+}
+
+fn read_bytes(path: &Path) -> Option<Vec<u8>> {
+    if std::fs::symlink_metadata(path).is_err() {
+        return None;
+    }
+    if !potamoi_verilated::cache::is_own(path) {
+        not_believed(path, "others can write it");
+        return None;
+    }
+    let mut bytes = files::read(path, LARGEST).ok().flatten()?;
+    let end = bytes.iter().position(|b| *b == b'\n').unwrap_or(0);
+    let head = String::from_utf8_lossy(&bytes[..end]).into_owned();
+    let body = bytes.split_off((end + 1).min(bytes.len()));
+    match head.strip_prefix(FORMAT).map(str::trim) {
+        Some(hash) if hash == blake3::hash(&body).to_hex().as_str() => Some(body),
+        _ => {
+            not_believed(path, "its checksum does not fit");
+            None
+        }
+    }
+}
+
+fn not_believed(path: &Path, why: &str) {
+    // Standard error may be closed.
+    let _ = writeln!(
+        std::io::stderr().lock(),
+        "note: the kept result {} is not used, since {why}: it is made again",
+        path.display()
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_result_is_believed_only_as_it_was_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.json");
+        write(&path, &[1000.0, 0.1]).unwrap();
+        assert_eq!(read::<[f64; 2]>(&path), Some([1000.0, 0.1]));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let harms = [
+            text.replace("1000.0", "100.0"),
+            text[..text.len() - 1].to_owned(),
+            text.replace(FORMAT, "potamoi-kept 0"),
+            text.lines().nth(1).unwrap().to_owned(),
+            String::new(),
+        ];
+        for harm in harms {
+            std::fs::write(&path, &harm).unwrap();
+            assert_eq!(read::<[f64; 2]>(&path), None, "{harm}");
+        }
+        std::fs::write(&path, &text).unwrap();
+        assert!(read::<[f64; 2]>(&path).is_some());
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt as _;
+            let open = std::fs::Permissions::from_mode(0o666);
+            std::fs::set_permissions(&path, open).unwrap();
+            assert_eq!(read::<[f64; 2]>(&path), None);
+        }
+    }
+
+    #[test]
+    fn parts_do_not_run_together_and_numbers_are_bits() {
+        let key = |part, value: f64| Key::new("k", "1").value(part, &value).hex();
+        let all = [
+            key("a", 0.0),
+            key("a", -0.0),
+            key("a", f64::NAN),
+            key("a", f64::INFINITY),
+            key("b", 0.0),
+            Key::new("l", "1").value("a", &0.0).hex(),
+            Key::new("k", "2").value("a", &0.0).hex(),
+        ];
+        let mut different = all.to_vec();
+        different.sort();
+        different.dedup();
+        assert_eq!(different.len(), all.len());
+        assert_eq!(key("a", 0.0), all[0]);
+    }
+}

@@ -1,0 +1,162 @@
+//! Runs under comparison: every bit and every cycle.
+
+use std::path::Path;
+
+use potamoi_cycles::{GatherWork, Stalls};
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
+use potamoi_golden::units::GatherTask;
+
+use super::excerpt::Window;
+use super::gather::GatherUnit;
+use super::gather_check::GatherCheck;
+use super::gather_drive::GatherTotals;
+use super::mismatch::Mismatch;
+use super::model::RtlError;
+use super::vector::VectorUnit;
+use super::vector_check::VectorCheck;
+use super::vector_drive::{VectorBatch, VectorTotals};
+
+/// Cycles that a unit is watched after its last beat: nothing more may come.
+pub(super) const DRAIN: u64 = 16;
+
+/// What is to be compared, and under what conditions.
+pub struct Check<'a> {
+    /// How the streams are held up.
+    pub stalls: Stalls,
+    /// Seed of the stalls, and of state that reset does not set.
+    pub seed: u64,
+    /// What the sticky flags must be at the end.
+    pub flags: u64,
+    /// Told, now and then, how many cycles went by.
+    pub progress: &'a mut dyn FnMut(u64),
+}
+
+impl GatherUnit {
+    /// Sends tasks through the unit from reset and compares every cycle with
+    /// the stepwise cycle model and every beat with `features` (or sums), in task
+    /// and entry order.
+    ///
+    /// # Errors
+    /// [`RtlError::Mismatch`] at the first difference; else as
+    /// [`GatherUnit::run`].
+    pub fn check<T: Copy + Into<i32>>(
+        &self,
+        config: &Config,
+        tasks: &[GatherTask],
+        features: &[T],
+        check: Check<'_>,
+    ) -> Result<GatherTotals, RtlError> {
+        let work = GatherWork::new(config, tasks)?;
+        let expected = work.entries() as usize * work.channels();
+        if features.len() != expected {
+            return Err(lengths(features.len(), expected));
+        }
+        let mut watch = GatherCheck::new(config, &work, features, check.progress)?;
+        let totals = self.watch(&work, &check.stalls, check.seed, DRAIN, &mut watch)?;
+        flags(GATHERING_UNIT, totals.errors, check.flags, totals.cycles)?;
+        Ok(totals)
+    }
+}
+
+impl GatherUnit {
+    /// Repeats a check that failed in `cycle` and dumps the window around it
+    /// into a VCD file; gives the time of that cycle in the file.
+    ///
+    /// # Errors
+    /// Anything but the mismatch.
+    pub fn excerpt<T: Copy + Into<i32>>(
+        &self,
+        config: &Config,
+        tasks: &[GatherTask],
+        features: &[T],
+        check: Check<'_>,
+        cycle: u64,
+        path: &Path,
+    ) -> Result<u64, RtlError> {
+        let work = GatherWork::new(config, tasks)?;
+        let watch = GatherCheck::new(config, &work, features, check.progress)?;
+        let window = Window::around(cycle, path);
+        let time = window.time();
+        let done = self.dump(&work, &check.stalls, check.seed, DRAIN, watch, window);
+        dumped(done.err(), time)
+    }
+}
+
+impl VectorUnit {
+    /// As [`GatherUnit::excerpt`].
+    ///
+    /// # Errors
+    /// Anything but the mismatch.
+    pub fn excerpt(
+        &self,
+        config: &Config,
+        batches: &[VectorBatch<'_>],
+        results: &[i32],
+        check: Check<'_>,
+        cycle: u64,
+        path: &Path,
+    ) -> Result<u64, RtlError> {
+        let vectors = self.vectors(batches)?;
+        let watch = VectorCheck::new(config, &vectors, results, check.progress)?;
+        let window = Window::around(cycle, path);
+        let time = window.time();
+        let done = self.dump(&vectors, &check.stalls, check.seed, DRAIN, watch, window);
+        dumped(done.err(), time)
+    }
+}
+
+fn dumped(error: Option<RtlError>, time: u64) -> Result<u64, RtlError> {
+    match error {
+        None | Some(RtlError::Mismatch(_)) => Ok(time),
+        Some(other) => Err(other),
+    }
+}
+
+impl VectorUnit {
+    /// Computes from reset and compares every cycle with the stepwise cycle
+    /// model and every result with `results`, batch after batch.
+    ///
+    /// # Errors
+    /// [`RtlError::Mismatch`] at the first difference; else as
+    /// [`VectorUnit::run`].
+    pub fn check(
+        &self,
+        config: &Config,
+        batches: &[VectorBatch<'_>],
+        results: &[i32],
+        check: Check<'_>,
+    ) -> Result<VectorTotals, RtlError> {
+        let vectors = self.vectors(batches)?;
+        if results.len() != vectors.elements() {
+            return Err(lengths(results.len(), vectors.elements()));
+        }
+        let mut watch = VectorCheck::new(config, &vectors, results, check.progress)?;
+        let totals = self.watch(&vectors, &check.stalls, check.seed, DRAIN, &mut watch)?;
+        flags(VECTOR_UNIT, totals.errors, check.flags, totals.cycles)?;
+        Ok(totals)
+    }
+}
+
+fn lengths(found: usize, expected: usize) -> RtlError {
+    RtlError::Usage(format!("{found} expected values: expected {expected}"))
+}
+
+pub(super) fn flags(
+    module: &'static str,
+    found: u64,
+    expected: u64,
+    cycle: u64,
+) -> Result<(), Box<Mismatch>> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(Box::new(Mismatch {
+        module,
+        cycle,
+        signal: "stat_errors".to_owned(),
+        expected: format!("{expected:#010b}"),
+        found: format!("{found:#010b}"),
+        place: "at the end of the run".to_owned(),
+    }))
+}

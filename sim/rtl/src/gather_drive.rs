@@ -1,0 +1,314 @@
+//! Drives the gathering unit's ports, cycle by cycle.
+
+use potamoi_cycles::{BeatWords, GatherInputs, GatherWork, Plan, Source};
+use potamoi_formats::config::Config;
+use potamoi_formats::units::GATHERING_UNIT;
+
+use super::engine::{Engine, Job};
+use super::linger::Linger;
+use super::model::RtlError;
+
+/// Cycles without a handshake after which a unit is taken to hang: more than
+/// any plan's stalls are likely to last.
+const PATIENCE: u64 = 20_000;
+/// What the unit shows in one cycle.
+pub(super) struct GatherSeen<'a> {
+    pub(super) rit_ready: bool,
+    pub(super) mft_ready: bool,
+    /// The beat of features, if valid.
+    pub(super) beat: Option<BeatSeen<'a>>,
+    /// Busy; stalls for FIFO, MFT, RIT; entries; stalls for banks.
+    pub(super) counters: [u64; 6],
+}
+
+/// A beat of features on the ports.
+#[derive(Clone, Copy)]
+pub(super) struct BeatSeen<'a> {
+    pub(super) data: &'a [u32],
+    /// Bits of `data` that are neither 0 nor 1.
+    pub(super) unknown: Option<&'a [u32]>,
+    pub(super) keep: &'a [u32],
+    pub(super) user: &'a [u32],
+    pub(super) last: bool,
+}
+
+/// What a run shows to whom it may concern.
+pub(super) trait GatherWatch {
+    fn cycle(
+        &mut self,
+        cycle: u64,
+        inputs: &GatherInputs,
+        seen: &GatherSeen<'_>,
+    ) -> Result<(), RtlError>;
+}
+
+/// What a run took.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct GatherTotals {
+    /// Cycles until the last beat was accepted.
+    pub cycles: u64,
+    /// Cycle of the first accepted beat of the RIT stream.
+    pub first_beat: u64,
+    /// Cycle of the first issue, from the unit's counter.
+    pub first_issue: u64,
+    /// Cycle in which the first beat of features was offered.
+    pub first_feature: u64,
+    /// Issuing cycles, from the unit's counter.
+    pub busy: u64,
+    /// Stalls for want of FIFO room, MVoxel, entries, from its counters.
+    pub stalls: [u64; 3],
+    /// Cycles in which lanes waited for a bank, or ports for their turn, from its
+    /// counter; 0 where none has to.
+    pub stall_bank: u64,
+    /// Entries issued, one for each segment, from its counter.
+    pub entries: u64,
+    /// Its sticky flags.
+    pub errors: u64,
+}
+
+impl GatherTotals {
+    /// Cycles from the first to the last issue, both included.
+    #[must_use]
+    pub fn issue_span(&self) -> u64 {
+        self.busy + self.stalls.iter().sum::<u64>() + self.stall_bank
+    }
+}
+
+struct Ports<P> {
+    /// valid, ready, data, keep, last, user
+    rit: [P; 6],
+    /// valid, ready, data, last
+    mft: [P; 4],
+    /// valid, ready, data, keep, last, user
+    feat: [P; 6],
+    counters: [P; 5],
+    /// Stalls for banks, where there can be any.
+    bank: Option<P>,
+    /// The MFT stream's keep, of the feature-major organisation.
+    mft_keep: Option<P>,
+    errors: P,
+}
+
+impl<P: Copy> Ports<P> {
+    fn counters(&self, engine: &mut impl Engine<Port = P>) -> Result<[u64; 6], RtlError> {
+        let mut counters = [0; 6];
+        for (value, port) in counters
+            .iter_mut()
+            .zip(self.counters.into_iter().chain(self.bank))
+        {
+            *value = engine.get(port)?;
+        }
+        Ok(counters)
+    }
+
+    fn find(engine: &impl Engine<Port = P>, work: &GatherWork<'_>) -> Result<Self, RtlError> {
+        let lanes = work.lane_run().is_some();
+        let waits = lanes || work.split_run().is_some();
+        let rit = |name: &str| engine.port(&format!("s_axis_rit_{name}"));
+        let mft = |name: &str| engine.port(&format!("s_axis_mft_{name}"));
+        let feat = |name: &str| engine.port(&format!("m_axis_feat_{name}"));
+        let stat = |name: &str| engine.port(&format!("stat_{name}"));
+        Ok(Self {
+            rit: [
+                rit("tvalid")?,
+                rit("tready")?,
+                rit("tdata")?,
+                rit("tkeep")?,
+                rit("tlast")?,
+                rit("tuser")?,
+            ],
+            mft: [mft("tvalid")?, mft("tready")?, mft("tdata")?, mft("tlast")?],
+            feat: [
+                feat("tvalid")?,
+                feat("tready")?,
+                feat("tdata")?,
+                feat("tkeep")?,
+                feat("tlast")?,
+                feat("tuser")?,
+            ],
+            counters: [
+                stat("busy")?,
+                stat("stall_fifo")?,
+                stat("stall_mft")?,
+                stat("stall_rit")?,
+                stat("entries")?,
+            ],
+            bank: waits.then(|| stat("stall_bank")).transpose()?,
+            mft_keep: lanes.then(|| mft("tkeep")).transpose()?,
+            errors: stat("errors")?,
+        })
+    }
+}
+
+/// One run, on whatever engine.
+pub(super) struct Drive<'a, W> {
+    pub(super) config: &'a Config,
+    pub(super) work: &'a GatherWork<'a>,
+    pub(super) plan: Plan,
+    /// Cycles that are watched after the last beat.
+    pub(super) drain: u64,
+    pub(super) watch: &'a mut W,
+}
+
+impl<W: GatherWatch> Job for Drive<'_, W> {
+    type Output = GatherTotals;
+
+    fn run<E: Engine>(self, engine: &mut E) -> Result<GatherTotals, RtlError> {
+        let Self {
+            config,
+            work,
+            mut plan,
+            drain,
+            watch,
+        } = self;
+        let feature_major = work.lane_run().is_some();
+        let p = Ports::find(engine, work)?;
+        for port in [p.rit[0], p.mft[0], p.feat[1]] {
+            engine.set(port, 0)?;
+        }
+        for (name, value) in [
+            ("cfg_clear", 0),
+            ("cfg_vertices", u64::from(work.vertices().log2())),
+            ("cfg_segments", work.segments() as u64),
+        ] {
+            let port = engine.port(name)?;
+            engine.set(port, value)?;
+        }
+        if config.gu.records_a_row == 2 {
+            let port = engine.port("cfg_two_records")?;
+            engine.set(port, u64::from(work.shares_rows()))?;
+        }
+        if feature_major {
+            let port = engine.port("cfg_channels")?;
+            engine.set(port, work.last_channels() as u64)?;
+        }
+        engine.reset()?;
+        let run = work.run();
+        let mut rit = Source::new(run.rit_beats(config));
+        let mut mft = Source::new(work.mft_pieces(config));
+        let mut layout = BeatWords::new(work);
+        let [mut data, mut keep, mut user] =
+            [p.feat[2], p.feat[3], p.feat[5]].map(|port| vec![0; engine.words(port)]);
+        let beats = work.beats();
+        let mut totals = GatherTotals::default();
+        let (mut sent, mut taken, mut idle, mut left) = (0u64, 0u64, 0, drain);
+        let (mut rit_shown, mut mft_shown) = (false, false);
+        for cycle in 0.. {
+            if taken == beats {
+                if left == 0 {
+                    break;
+                }
+                left -= 1;
+            }
+            let willing = plan.step();
+            let rit_piece = rit.offer(willing.rit).copied();
+            let mft_piece = mft.offer(willing.mft).copied();
+            engine.set(p.rit[0], u64::from(rit_piece.is_some()))?;
+            engine.set(p.mft[0], u64::from(mft_piece.is_some()))?;
+            engine.set(p.feat[1], u64::from(willing.sink))?;
+            if let Some(piece) = rit_piece.filter(|_| !rit_shown) {
+                layout.rit(&piece)?;
+                engine.set_words(p.rit[2], &layout.data)?;
+                engine.set_words(p.rit[3], &layout.keep)?;
+                engine.set(p.rit[4], u64::from(piece.beat.last))?;
+                engine.set(p.rit[5], u64::from(piece.beat.again))?;
+                rit_shown = true;
+            }
+            if let Some(piece) = mft_piece.filter(|_| !mft_shown) {
+                layout.mft(&piece);
+                engine.set_words(p.mft[2], &layout.row)?;
+                engine.set(p.mft[3], u64::from(piece.last))?;
+                if let Some(keep) = p.mft_keep {
+                    engine.set_words(keep, &layout.row_keep)?;
+                }
+                mft_shown = true;
+            }
+            engine.settle()?;
+            let inputs = GatherInputs {
+                rit: rit_piece.map(|piece| piece.beat),
+                mft: mft_piece.map(|piece| piece.last),
+                feat_ready: willing.sink,
+            };
+            let valid = engine.get(p.feat[0])? == 1;
+            let counters = p.counters(engine)?;
+            // A counter shows what happened up to the cycle before.
+            let [busy, .., bank] = counters;
+            if (busy != 0 || bank != 0) && totals.first_issue == 0 {
+                totals.first_issue = cycle - 1;
+            }
+            let beat = if valid {
+                engine.get_words(p.feat[2], &mut data)?;
+                engine.get_words(p.feat[3], &mut keep)?;
+                engine.get_words(p.feat[5], &mut user)?;
+                if totals.first_feature == 0 {
+                    totals.first_feature = cycle;
+                }
+                Some(BeatSeen {
+                    data: &data,
+                    unknown: engine.unknown(p.feat[2]),
+                    keep: &keep,
+                    user: &user,
+                    last: engine.get(p.feat[4])? == 1,
+                })
+            } else {
+                None
+            };
+            let seen = GatherSeen {
+                rit_ready: engine.get(p.rit[1])? == 1,
+                mft_ready: engine.get(p.mft[1])? == 1,
+                beat,
+                counters,
+            };
+            let moved = [
+                rit_piece.is_some() && seen.rit_ready,
+                mft_piece.is_some() && seen.mft_ready,
+                valid && willing.sink,
+            ];
+            watch.cycle(cycle, &inputs, &seen)?;
+            if moved[0] {
+                if sent == 0 {
+                    totals.first_beat = cycle;
+                }
+                rit.accepted();
+                rit_shown = false;
+                sent += 1;
+            }
+            if moved[1] {
+                mft.accepted();
+                mft_shown = false;
+            }
+            if moved[2] {
+                taken += 1;
+                totals.cycles = cycle + 1;
+            }
+            engine.edge()?;
+            idle = if moved.contains(&true) { 0 } else { idle + 1 };
+            if idle > PATIENCE.max(drain) {
+                return Err(RtlError::Hang {
+                    unit: GATHERING_UNIT,
+                    cycles: idle,
+                    state: format!("{sent} RIT beats accepted, {taken} of {beats} feature beats"),
+                });
+            }
+        }
+        engine.settle()?;
+        let [busy, fifo, mft, rit, entries, bank] = p.counters(engine)?;
+        totals.busy = busy;
+        totals.stalls = [fifo, mft, rit];
+        totals.stall_bank = bank;
+        totals.entries = entries;
+        totals.errors = engine.get(p.errors)?;
+        Ok(totals)
+    }
+}
+
+impl<W: GatherWatch> GatherWatch for Linger<W> {
+    fn cycle(
+        &mut self,
+        cycle: u64,
+        inputs: &GatherInputs,
+        seen: &GatherSeen<'_>,
+    ) -> Result<(), RtlError> {
+        self.after(|w| w.cycle(cycle, inputs, seen))
+    }
+}

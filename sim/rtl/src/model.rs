@@ -1,0 +1,117 @@
+//! From a netlist to a Verilated model.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use potamoi_cycles::StreamError;
+use potamoi_hdl::ir::{Header, IrErrors, Module, verilog};
+use potamoi_verilated::{Direction, Library, ModelBuilder, Toolchain, Trace};
+use thiserror::Error;
+
+use super::mismatch::Mismatch;
+
+/// The hardware could not be built or run.
+#[derive(Debug, Error)]
+pub enum RtlError {
+    /// Verilator, the compiler or the model failed.
+    #[error(transparent)]
+    Model(#[from] potamoi_verilated::Error),
+    /// The netlist is wrong.
+    #[error("the generated netlist is wrong: {0}")]
+    Netlist(#[from] IrErrors),
+    /// The interpreter was misused.
+    #[error(transparent)]
+    Interpreter(#[from] potamoi_hdl::ir::InterpretError),
+    /// A tool is not there.
+    #[error("{tool} is missing, which disables {disables}; {get}")]
+    MissingTool {
+        /// Its program.
+        tool: &'static str,
+        /// What cannot be done.
+        disables: &'static str,
+        /// How to get it.
+        get: &'static str,
+    },
+    /// A tool does not work, whatever its input is.
+    #[error("{tool} does not work: {fault}; `potamoi doctor` shows which tools are found")]
+    BrokenTool {
+        /// Its program.
+        tool: &'static str,
+        /// What it did.
+        fault: potamoi_verilated::child::Fault,
+    },
+    /// Icarus Verilog failed.
+    #[error("Icarus Verilog: {0}")]
+    Icarus(String),
+    /// No temporary folder.
+    #[error("cannot write the folder for temporary files: {0}; set TMPDIR to one that can be")]
+    Folder(std::io::Error),
+    /// The work cannot be done, or its cycles not modelled.
+    #[error(transparent)]
+    Work(#[from] potamoi_cycles::WorkError),
+    /// A fault cannot be built in.
+    #[error(transparent)]
+    Fault(#[from] potamoi_hdl::ir::FaultError),
+    /// The work does not fit the unit.
+    #[error(transparent)]
+    Stream(#[from] StreamError),
+    /// Hardware and prediction differ.
+    #[error(transparent)]
+    Mismatch(#[from] Box<Mismatch>),
+    /// The unit stopped moving.
+    #[error("{unit} made no progress for {cycles} cycles: {state}")]
+    Hang {
+        /// The unit.
+        unit: &'static str,
+        /// How long.
+        cycles: u64,
+        /// How far it got.
+        state: String,
+    },
+    /// Counts and lengths that do not go together.
+    #[error("{0}")]
+    Usage(String),
+}
+
+/// Verilates a module, or finds it in the cache. `traced` models can dump
+/// their values, and are slower for it.
+///
+/// # Errors
+/// A missing tool, or a failure of one.
+pub fn compile(module: &Arc<Module>, traced: bool) -> Result<Library, RtlError> {
+    let tools = Toolchain::detect()?;
+    let trace = if traced { Trace::Vcd } else { Trace::Off };
+    Ok(model(module).trace(trace).build(&tools)?)
+}
+
+/// The module's Verilog with its ports, ready to be built.
+#[must_use]
+pub fn model(module: &Arc<Module>) -> ModelBuilder {
+    model_of_files(module, &verilog(module, &Header::default()))
+}
+
+/// Other Verilog with the ports of a module.
+pub(super) fn model_of_files(
+    module: &Arc<Module>,
+    files: &BTreeMap<String, String>,
+) -> ModelBuilder {
+    let mut builder = ModelBuilder::new(module.name());
+    for (file, text) in files {
+        builder = builder.source(file, text);
+    }
+    if module.is_clocked() {
+        builder = builder.port("clk", 1, Direction::Input);
+    }
+    if module.has_registers() {
+        builder = builder.port("rst_n", 1, Direction::Input);
+    }
+    for port in module.ports() {
+        let direction = if port.output {
+            Direction::Output
+        } else {
+            Direction::Input
+        };
+        builder = builder.port(port.name, port.ty.width, direction);
+    }
+    builder
+}

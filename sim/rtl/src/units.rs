@@ -1,0 +1,191 @@
+//! The generated hardware behind the golden renderers' [`Units`].
+
+use std::collections::BTreeMap;
+
+use potamoi_cycles::{Stalls, runs};
+use potamoi_formats::config::{Config, Sums};
+use potamoi_formats::units::VectorOp;
+use potamoi_golden::units::gather::Reducer;
+use potamoi_golden::units::{GatherTask, Product, UnitCounts, UnitError, Units};
+
+use super::engine::EngineKind;
+use super::gather::GatherUnit;
+use super::model::RtlError;
+use super::vector::VectorUnit;
+use super::vector_drive::VectorBatch;
+
+/// Cycles that the units ran, streams always ready, each call from reset.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct RtlCycles {
+    /// Of the gathering unit.
+    pub gather: u64,
+    /// Of the vector unit.
+    pub vector: u64,
+}
+
+/// Both units on an engine. A unit is built with the first work for it.
+pub struct RtlUnits {
+    config: Config,
+    engine: EngineKind,
+    gather: Option<GatherUnit>,
+    vector: Option<VectorUnit>,
+    counts: UnitCounts,
+    cycles: RtlCycles,
+    flags: u64,
+}
+
+impl RtlUnits {
+    /// The units of `config`, Verilated.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self::on(EngineKind::Verilator, config)
+    }
+
+    /// The units of `config` on an engine.
+    #[must_use]
+    pub fn on(engine: EngineKind, config: &Config) -> Self {
+        Self {
+            config: config.clone(),
+            engine,
+            gather: None,
+            vector: None,
+            counts: UnitCounts::default(),
+            cycles: RtlCycles::default(),
+            flags: 0,
+        }
+    }
+
+    /// Takes another netlist for the vector unit, such as a faulty one.
+    ///
+    /// # Errors
+    /// A missing tool, or a failure of one.
+    pub fn with_vector_unit(
+        mut self,
+        module: &std::sync::Arc<potamoi_hdl::ir::Module>,
+    ) -> Result<Self, RtlError> {
+        let unit = VectorUnit::of_module(self.engine, &self.config, module)?;
+        self.vector = Some(unit);
+        Ok(self)
+    }
+
+    /// Builds both units now, whether there is work for them or not.
+    ///
+    /// # Errors
+    /// A missing tool, or a failure of one.
+    pub fn instantiate(&mut self) -> Result<(), RtlError> {
+        if self.gather.is_none() {
+            self.gather = Some(GatherUnit::on(self.engine, &self.config)?);
+        }
+        if self.vector.is_none() {
+            self.vector = Some(VectorUnit::on(self.engine, &self.config)?);
+        }
+        Ok(())
+    }
+
+    /// Whether the gathering unit was built, and whether the vector unit was.
+    #[must_use]
+    pub const fn instantiated(&self) -> [bool; 2] {
+        [self.gather.is_some(), self.vector.is_some()]
+    }
+
+    /// What came out of the units: feature vectors, elements.
+    #[must_use]
+    pub fn counts(&self) -> &UnitCounts {
+        &self.counts
+    }
+
+    /// Cycles so far.
+    #[must_use]
+    pub fn cycles(&self) -> RtlCycles {
+        self.cycles
+    }
+
+    /// The sticky flags that the gathering unit raised.
+    #[must_use]
+    pub fn gather_flags(&self) -> u64 {
+        self.flags
+    }
+
+    /// Appends codes of the feature stream: features, or unrounded sums.
+    fn gathered(&mut self, tasks: &[GatherTask], out: &mut Vec<i32>) -> Result<(), RtlError> {
+        let unit = match &mut self.gather {
+            Some(unit) => unit,
+            none => none.insert(GatherUnit::on(self.engine, &self.config)?),
+        };
+        for tasks in runs(tasks) {
+            let run = unit.run(tasks, &Stalls::NONE, 0)?;
+            self.counts.gathers += tasks.len() as u64;
+            self.counts.feature_vectors += (run.features.len() / tasks[0].channels) as u64;
+            self.cycles.gather += run.totals.cycles;
+            self.flags |= run.totals.errors;
+            out.extend(run.features);
+        }
+        Ok(())
+    }
+
+    fn computed(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), RtlError> {
+        let unit = match &mut self.vector {
+            Some(unit) => unit,
+            none => none.insert(VectorUnit::on(self.engine, &self.config)?),
+        };
+        let run = unit.run(&[VectorBatch { op, a, b }], &Stalls::NONE, 0)?;
+        if run.results.len() != out.len() || run.totals.errors != 0 {
+            return Err(RtlError::Usage(format!(
+                "{:?}: {} results for {} places, stat_errors = {:#b}",
+                op.code,
+                run.results.len(),
+                out.len(),
+                run.totals.errors
+            )));
+        }
+        out.copy_from_slice(&run.results);
+        self.cycles.vector += run.totals.cycles;
+        *elements(&mut self.counts.elements, op) += run.results.len() as u64;
+        Ok(())
+    }
+}
+
+fn elements(map: &mut BTreeMap<potamoi_formats::units::OpCode, u64>, op: VectorOp) -> &mut u64 {
+    map.entry(op.code).or_default()
+}
+
+impl Units for RtlUnits {
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        let mut codes = vec![];
+        self.gathered(tasks, &mut codes)?;
+        match self.config.gu.sums {
+            Sums::Rounded => features.extend(codes.into_iter().map(|code| code as i16)),
+            Sums::Exact => {
+                let reducer = Reducer::new(&self.config);
+                features.extend(codes.into_iter().map(|sum| reducer.round(sum.into())));
+            }
+        }
+        Ok(())
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        match self.config.gu.sums {
+            Sums::Exact => Ok(self.gathered(tasks, sums)?),
+            Sums::Rounded => Err("gu.sums is \"rounded\": expected \"exact\"".into()),
+        }
+    }
+
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError> {
+        Ok(self.computed(op, a, b, out)?)
+    }
+
+    /// Found in Rust: no unit computes it.
+    fn multiplied(&mut self, _product: Product) {}
+}

@@ -1,0 +1,183 @@
+//! Drives the vector unit on any engine.
+
+use std::collections::BTreeMap;
+
+use potamoi_cycles::{Exponents, Plan, Stalls, VectorInputs};
+use potamoi_formats::config::Config;
+use potamoi_hdl::vu::vector_unit;
+
+use super::engine::EngineKind;
+use super::excerpt::Window;
+use super::linger::Linger;
+use super::model::RtlError;
+use super::runner::Runner;
+use super::vector_drive::{Drive, VectorBatch, VectorSeen, VectorTotals, VectorWatch, Vectors};
+
+/// More cycles than a dump goes on after a failure.
+const LINGER: u64 = 64;
+
+/// A vector unit, ready to run.
+pub struct VectorUnit {
+    lanes: usize,
+    exponents: Exponents,
+    runner: Runner,
+}
+
+/// What a run gave.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VectorRun {
+    /// Results, one an element.
+    pub results: Vec<i32>,
+    /// Cycle in which each vector was accepted, and in which its results were.
+    pub vectors: Vec<(u64, u64)>,
+    /// What it took.
+    pub totals: VectorTotals,
+}
+
+impl VectorUnit {
+    /// The Verilated unit of a configuration, built or found in the cache.
+    ///
+    /// # Errors
+    /// A missing tool, or a failure of one.
+    pub fn build(config: &Config) -> Result<Self, RtlError> {
+        Self::on(EngineKind::Verilator, config)
+    }
+
+    /// The unit on an engine.
+    ///
+    /// # Errors
+    /// As [`VectorUnit::build`].
+    pub fn on(engine: EngineKind, config: &Config) -> Result<Self, RtlError> {
+        Self::of_module(engine, config, &vector_unit(config)?)
+    }
+
+    /// Another netlist with the unit's ports, such as a faulty one.
+    ///
+    /// # Errors
+    /// As [`VectorUnit::build`].
+    pub fn of_module(
+        engine: EngineKind,
+        config: &Config,
+        module: &std::sync::Arc<potamoi_hdl::ir::Module>,
+    ) -> Result<Self, RtlError> {
+        Ok(Self {
+            lanes: config.vu.lanes as usize,
+            exponents: Exponents::of(config),
+            runner: Runner::new(engine, module)?,
+        })
+    }
+
+    /// Other Verilog with the unit's ports, by file, such as its netlist in cells.
+    ///
+    /// # Errors
+    /// As [`VectorUnit::build`]; the interpreter runs none.
+    pub fn of_files(
+        engine: EngineKind,
+        config: &Config,
+        files: &BTreeMap<String, String>,
+    ) -> Result<Self, RtlError> {
+        Ok(Self {
+            lanes: config.vu.lanes as usize,
+            exponents: Exponents::of(config),
+            runner: Runner::of_files(engine, &vector_unit(config)?, files)?,
+        })
+    }
+
+    /// The vectors of these batches.
+    pub(super) fn vectors<'a>(&self, batches: &[VectorBatch<'a>]) -> Result<Vectors<'a>, RtlError> {
+        Vectors::new(batches, self.lanes, &self.exponents)
+    }
+
+    /// Computes element by element, from reset.
+    ///
+    /// # Errors
+    /// Operands of different lengths, or a unit that hangs or fails.
+    pub fn run(
+        &self,
+        batches: &[VectorBatch<'_>],
+        stalls: &Stalls,
+        seed: u64,
+    ) -> Result<VectorRun, RtlError> {
+        let vectors = self.vectors(batches)?;
+        let mut collect = Collect {
+            vectors: &vectors,
+            results: Vec::with_capacity(vectors.elements()),
+            times: Vec::with_capacity(vectors.list.len()),
+            taken: 0,
+        };
+        let totals = self.watch(&vectors, stalls, seed, 0, &mut collect)?;
+        Ok(VectorRun {
+            results: collect.results,
+            vectors: collect.times,
+            totals,
+        })
+    }
+
+    /// Runs under a watch, and `drain` cycles more after the last results.
+    pub(super) fn watch(
+        &self,
+        vectors: &Vectors<'_>,
+        stalls: &Stalls,
+        seed: u64,
+        drain: u64,
+        watch: &mut impl VectorWatch,
+    ) -> Result<VectorTotals, RtlError> {
+        let drive = Drive {
+            vectors,
+            plan: Plan::new(seed, stalls)?,
+            drain,
+            watch,
+        };
+        self.runner.run(seed, drive)
+    }
+
+    /// The same run again, with a dump of a window of it. The watch's failure
+    /// comes back some cycles late.
+    pub(super) fn dump(
+        &self,
+        vectors: &Vectors<'_>,
+        stalls: &Stalls,
+        seed: u64,
+        drain: u64,
+        watch: impl VectorWatch,
+        window: Window,
+    ) -> Result<VectorTotals, RtlError> {
+        let drive = Drive {
+            vectors,
+            plan: Plan::new(seed, stalls)?,
+            drain: drain + LINGER,
+            watch: &mut Linger::new(watch),
+        };
+        self.runner.run_dumped(seed, window, drive)
+    }
+}
+
+/// Gathers the results of a run.
+struct Collect<'a> {
+    vectors: &'a Vectors<'a>,
+    results: Vec<i32>,
+    times: Vec<(u64, u64)>,
+    taken: usize,
+}
+
+impl VectorWatch for Collect<'_> {
+    fn cycle(
+        &mut self,
+        cycle: u64,
+        inputs: &VectorInputs,
+        seen: &VectorSeen<'_>,
+    ) -> Result<(), RtlError> {
+        if let Some(result) = seen.result.filter(|_| inputs.ready) {
+            let wrong = || RtlError::Usage("the unit gave more vectors than it got".to_owned());
+            let vector = self.vectors.list.get(self.taken).ok_or_else(wrong)?;
+            let results = &result.data[..vector.a.len()];
+            self.results.extend(results.iter().map(|w| *w as i32));
+            self.times.get_mut(self.taken).ok_or_else(wrong)?.1 = cycle;
+            self.taken += 1;
+        }
+        if inputs.op.is_some() && seen.ready {
+            self.times.push((cycle, 0));
+        }
+        Ok(())
+    }
+}

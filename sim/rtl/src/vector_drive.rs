@@ -1,0 +1,264 @@
+//! Drives the vector unit's ports, cycle by cycle.
+
+use potamoi_cycles::{Exponents, Plan, Source, VectorInputs};
+use potamoi_formats::units::{VECTOR_UNIT, VectorOp};
+
+use super::engine::{Engine, Job};
+use super::linger::Linger;
+use super::model::RtlError;
+
+/// Cycles without a handshake after which a unit is taken to hang.
+const PATIENCE: u64 = 20_000;
+/// One operation on operands of one length; a new vector begins with it.
+#[derive(Debug, Clone, Copy)]
+pub struct VectorBatch<'a> {
+    /// The operation.
+    pub op: VectorOp,
+    /// First operands.
+    pub a: &'a [i32],
+    /// Second operands, as many.
+    pub b: &'a [i32],
+}
+
+/// Vectors of a run: at most L elements of one operation each.
+#[derive(Debug, Clone)]
+pub(super) struct Vectors<'a> {
+    pub(super) list: Vec<Vector<'a>>,
+    pub(super) lanes: usize,
+}
+
+/// One vector.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Vector<'a> {
+    pub(super) op: VectorOp,
+    pub(super) a: &'a [i32],
+    pub(super) b: &'a [i32],
+    /// The smallest exponent, with an early out.
+    pub(super) exponent: u32,
+    /// First element, among those of all batches.
+    pub(super) ordinal: usize,
+    /// The batch's last.
+    pub(super) last: bool,
+}
+
+impl<'a> Vectors<'a> {
+    pub(super) fn new(
+        batches: &[VectorBatch<'a>],
+        lanes: usize,
+        exponents: &Exponents,
+    ) -> Result<Self, RtlError> {
+        let mut list = vec![];
+        let mut ordinal = 0;
+        for batch in batches {
+            let (a, b) = (batch.a.len(), batch.b.len());
+            if a != b {
+                let text = format!("{a} first and {b} second operands: expected as many");
+                return Err(RtlError::Usage(text));
+            }
+            let count = a.div_ceil(lanes);
+            let parts = batch.a.chunks(lanes).zip(batch.b.chunks(lanes));
+            for (i, (a, b)) in parts.enumerate() {
+                list.push(Vector {
+                    op: batch.op,
+                    a,
+                    b,
+                    exponent: exponents.least(batch.op.code, a),
+                    ordinal,
+                    last: i + 1 == count,
+                });
+                ordinal += a.len();
+            }
+        }
+        Ok(Self { list, lanes })
+    }
+
+    pub(super) fn elements(&self) -> usize {
+        self.list.last().map_or(0, |v| v.ordinal + v.a.len())
+    }
+}
+
+/// What the unit shows in one cycle.
+pub(super) struct VectorSeen<'a> {
+    pub(super) ready: bool,
+    /// Results and kept lanes, if valid.
+    pub(super) result: Option<ResultSeen<'a>>,
+    /// Vectors, busy, stalls.
+    pub(super) counters: [u64; 3],
+}
+
+/// A vector of results on the ports.
+#[derive(Clone, Copy)]
+pub(super) struct ResultSeen<'a> {
+    pub(super) data: &'a [u32],
+    pub(super) unknown: Option<&'a [u32]>,
+    pub(super) keep: &'a [u32],
+    pub(super) last: bool,
+}
+
+pub(super) trait VectorWatch {
+    fn cycle(
+        &mut self,
+        cycle: u64,
+        inputs: &VectorInputs,
+        seen: &VectorSeen<'_>,
+    ) -> Result<(), RtlError>;
+}
+
+/// What a run took.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct VectorTotals {
+    /// Cycles until the last results were accepted.
+    pub cycles: u64,
+    /// Vectors accepted, from the unit's counter.
+    pub vectors: u64,
+    /// Cycles in which a vector was accepted or stepped, from its counter.
+    pub busy: u64,
+    /// Cycles in which only the lack of room refused one, from its counter.
+    pub stall_out: u64,
+    /// Its sticky flags.
+    pub errors: u64,
+}
+
+/// One run, on whatever engine.
+pub(super) struct Drive<'a, W> {
+    pub(super) vectors: &'a Vectors<'a>,
+    pub(super) plan: Plan,
+    /// Cycles that are watched after the last results.
+    pub(super) drain: u64,
+    pub(super) watch: &'a mut W,
+}
+
+impl<W: VectorWatch> Job for Drive<'_, W> {
+    type Output = VectorTotals;
+
+    fn run<E: Engine>(self, engine: &mut E) -> Result<VectorTotals, RtlError> {
+        let Self {
+            vectors,
+            mut plan,
+            drain,
+            watch,
+        } = self;
+        let input = |name: &str| engine.port(&format!("s_axis_vec_{name}"));
+        let output = |name: &str| engine.port(&format!("m_axis_vec_{name}"));
+        let [valid, ready, data, keep, last, user] = [
+            input("tvalid")?,
+            input("tready")?,
+            input("tdata")?,
+            input("tkeep")?,
+            input("tlast")?,
+            input("tuser")?,
+        ];
+        let [out_valid, out_ready, out_data, out_keep, out_last] = [
+            output("tvalid")?,
+            output("tready")?,
+            output("tdata")?,
+            output("tkeep")?,
+            output("tlast")?,
+        ];
+        let stat = |name: &str| engine.port(&format!("stat_{name}"));
+        let counters = [stat("vectors")?, stat("busy")?, stat("stall_out")?];
+        let errors = stat("errors")?;
+        let clear = engine.port("cfg_clear")?;
+        for port in [valid, out_ready, clear] {
+            engine.set(port, 0)?;
+        }
+        engine.reset()?;
+        let mut source = Source::new(vectors.list.iter());
+        let mut operands = vec![0u32; engine.words(data)];
+        let mut kept = vec![0u32; engine.words(keep)];
+        let mut results = vec![0u32; engine.words(out_data)];
+        let mut lanes = vec![0u32; engine.words(out_keep)];
+        let mut totals = VectorTotals::default();
+        let (mut taken, mut idle, mut left, mut shown) = (0, 0, drain, false);
+        for cycle in 0.. {
+            if taken == vectors.list.len() {
+                if left == 0 {
+                    break;
+                }
+                left -= 1;
+            }
+            let willing = plan.step();
+            let vector = source.offer(willing.rit).map(|v| **v);
+            engine.set(valid, u64::from(vector.is_some()))?;
+            engine.set(out_ready, u64::from(willing.sink))?;
+            if let Some(v) = vector.filter(|_| !shown) {
+                operands.fill(0);
+                kept.fill(0);
+                for (i, (a, b)) in v.a.iter().zip(v.b).enumerate() {
+                    operands[2 * i] = *a as u32;
+                    operands[2 * i + 1] = *b as u32;
+                    kept[i / 32] |= 1 << (i % 32);
+                }
+                engine.set_words(data, &operands)?;
+                engine.set_words(keep, &kept)?;
+                engine.set(last, u64::from(v.last))?;
+                engine.set(user, u64::from(v.op.field()))?;
+                shown = true;
+            }
+            engine.settle()?;
+            let offered = engine.get(out_valid)? == 1;
+            let mut counted = [0; 3];
+            for (value, port) in counted.iter_mut().zip(counters) {
+                *value = engine.get(port)?;
+            }
+            let result = if offered {
+                engine.get_words(out_data, &mut results)?;
+                engine.get_words(out_keep, &mut lanes)?;
+                Some(ResultSeen {
+                    data: &results,
+                    unknown: engine.unknown(out_data),
+                    keep: &lanes,
+                    last: engine.get(out_last)? == 1,
+                })
+            } else {
+                None
+            };
+            let seen = VectorSeen {
+                ready: engine.get(ready)? == 1,
+                result,
+                counters: counted,
+            };
+            let inputs = VectorInputs {
+                op: vector.map(|v| v.op.code.code()),
+                exponent: vector.map_or(0, |v| v.exponent),
+                ready: willing.sink,
+            };
+            let moved = [vector.is_some() && seen.ready, offered && willing.sink];
+            watch.cycle(cycle, &inputs, &seen)?;
+            if moved[0] {
+                source.accepted();
+                shown = false;
+            }
+            if moved[1] {
+                taken += 1;
+                totals.cycles = cycle + 1;
+            }
+            engine.edge()?;
+            idle = if moved.contains(&true) { 0 } else { idle + 1 };
+            if idle > PATIENCE.max(drain) {
+                return Err(RtlError::Hang {
+                    unit: VECTOR_UNIT,
+                    cycles: idle,
+                    state: format!("{taken} of {} vectors came back", vectors.list.len()),
+                });
+            }
+        }
+        engine.settle()?;
+        totals.vectors = engine.get(counters[0])?;
+        totals.busy = engine.get(counters[1])?;
+        totals.stall_out = engine.get(counters[2])?;
+        totals.errors = engine.get(errors)?;
+        Ok(totals)
+    }
+}
+
+impl<W: VectorWatch> VectorWatch for Linger<W> {
+    fn cycle(
+        &mut self,
+        cycle: u64,
+        inputs: &VectorInputs,
+        seen: &VectorSeen<'_>,
+    ) -> Result<(), RtlError> {
+        self.after(|w| w.cycle(cycle, inputs, seen))
+    }
+}

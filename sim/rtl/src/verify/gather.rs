@@ -1,0 +1,167 @@
+//! The gathering unit's share of a verification.
+
+use potamoi_cycles::{GatherWork, runs};
+use potamoi_formats::units::GATHERING_UNIT;
+use potamoi_golden::units::GatherTask;
+use potamoi_hdl::gu::gathering_unit;
+
+use super::Verifier;
+use crate::{Check, GatherUnit, Mismatch, RtlError};
+
+impl Verifier<'_> {
+    /// Verifies the share of `tasks` that the settings ask for; `features` (or
+    /// sums) and `flags` are what the twin gave, `flags` a task.
+    pub(super) fn verify_gather(
+        &mut self,
+        tasks: &[GatherTask],
+        features: &[i32],
+        flags: &[u8],
+    ) -> Result<(), RtlError> {
+        let every = self.settings.gather_every.max(1);
+        let before = self.gather.mvoxels_total;
+        self.gather.mvoxels_total += tasks.len() as u64;
+        self.gather.samples_total += tasks.iter().map(|t| t.entries.len() as u64).sum::<u64>();
+        if every == 1 {
+            return self.gather_runs(tasks, features, flags);
+        }
+        let (mut picked, mut values, mut raised) = (vec![], vec![], vec![]);
+        let mut at = 0;
+        for ((number, task), flags) in (before..).zip(tasks).zip(flags) {
+            let codes = task.entries.len() * task.channels;
+            if number.is_multiple_of(every) {
+                picked.push(task.clone());
+                values.extend_from_slice(&features[at..at + codes]);
+                raised.push(*flags);
+            }
+            at += codes;
+        }
+        self.gather_runs(&picked, &values, &raised)
+    }
+
+    fn gather_runs(
+        &mut self,
+        tasks: &[GatherTask],
+        features: &[i32],
+        flags: &[u8],
+    ) -> Result<(), RtlError> {
+        let (mut first, mut from) = (0, 0);
+        for tasks in runs(tasks) {
+            let codes: usize = tasks.iter().map(|t| t.entries.len() * t.channels).sum();
+            let flags = flags[first..first + tasks.len()]
+                .iter()
+                .fold(0, |a, b| a | b);
+            self.gather_run(tasks, &features[from..from + codes], u64::from(flags))?;
+            first += tasks.len();
+            from += codes;
+        }
+        Ok(())
+    }
+
+    fn gather_run(
+        &mut self,
+        tasks: &[GatherTask],
+        features: &[i32],
+        flags: u64,
+    ) -> Result<(), RtlError> {
+        let unit = match self.gather_unit.take() {
+            Some(unit) => unit,
+            None => self.build_gather()?,
+        };
+        let work = GatherWork::new(&self.config, tasks)?;
+        let predicted = work.predicted(&self.config)?;
+        for stalled in [false, true] {
+            let (stalls, seed) = self.stalls(stalled);
+            let mut now = self.progress();
+            let progress = &mut *self.progress;
+            let check = Check {
+                stalls,
+                seed,
+                flags,
+                progress: &mut |more| {
+                    now.cycles += more;
+                    progress(now);
+                },
+            };
+            let totals = match unit.check(&self.config, tasks, features, check) {
+                Ok(totals) => totals,
+                Err(RtlError::Mismatch(mismatch)) => {
+                    let excerpt = self.excerpt(|path| {
+                        let check = Check {
+                            stalls,
+                            seed,
+                            flags,
+                            progress: &mut |_| {},
+                        };
+                        unit.excerpt(&self.config, tasks, features, check, mismatch.cycle, path)
+                    });
+                    return Err(self.fail(*mismatch, stalled, seed, excerpt));
+                }
+                Err(other) => return Err(other),
+            };
+            let report = &mut self.gather;
+            report.cycles_compared += totals.cycles;
+            if stalled {
+                report.cycles_stalled += totals.cycles;
+                continue;
+            }
+            let fill = totals.first_issue - totals.first_beat;
+            for (signal, found, expected) in [
+                (
+                    "cycles from the first to the last issue",
+                    totals.issue_span(),
+                    predicted.issue_span(),
+                ),
+                ("issuing cycles", totals.busy, predicted.busy),
+                ("stalls for banks", totals.stall_bank, predicted.stall_bank),
+                ("cycles of first fill", fill, predicted.fill),
+                (
+                    "cycles from the first RIT beat to the last feature",
+                    totals.cycles - totals.first_beat,
+                    predicted.elapsed,
+                ),
+            ] {
+                if found != expected {
+                    let place = format!("whole run of {} MVoxels, closed form", tasks.len());
+                    let mismatch = Mismatch {
+                        module: GATHERING_UNIT,
+                        cycle: totals.cycles,
+                        signal: signal.to_owned(),
+                        expected: expected.to_string(),
+                        found: found.to_string(),
+                        place,
+                    };
+                    return Err(self.fail(mismatch, stalled, seed, None));
+                }
+            }
+            let [fifo, mft, rit] = totals.stalls;
+            report.runs += 1;
+            report.mvoxels += tasks.len() as u64;
+            report.samples += work.entries();
+            report.cycles += totals.issue_span();
+            report.cycles_predicted += predicted.issue_span();
+            report.busy += totals.busy;
+            report.stall_fifo += fifo;
+            report.stall_mft += mft;
+            report.stall_rit += rit;
+            report.stall_bank += totals.stall_bank;
+            report.fill += fill;
+            report.fill_predicted += predicted.fill;
+        }
+        self.gather_unit = Some(unit);
+        Ok(())
+    }
+
+    fn build_gather(&self) -> Result<GatherUnit, RtlError> {
+        let engine = self.settings.engine;
+        let own = self.settings.inject.filter(|i| !i.is_of_vector_unit());
+        let Some(injection) = own else {
+            return GatherUnit::on(engine, &self.config);
+        };
+        let right = gathering_unit(&self.config)?;
+        GatherUnit::of_module(
+            engine,
+            &self.config,
+            &injection.apply(&self.config, &right)?,
+        )
+    }
+}

@@ -1,0 +1,279 @@
+//! Verification: hardware against golden values and cycle models.
+//!
+//! A [`Verifier`] stands where a renderer's units stand. It computes with the
+//! twins, sends the same work through the hardware, and compares every bit and
+//! every cycle, without stalls and again under random ones, until the first
+//! difference.
+
+mod gather;
+mod inject;
+mod report;
+mod vector;
+
+use std::path::{Path, PathBuf};
+
+use potamoi_cycles::{Stalls, StreamStalls};
+use potamoi_formats::config::{Config, Sums};
+use potamoi_formats::units::VectorOp;
+use potamoi_golden::files::{self, Unfinished};
+use potamoi_golden::units::gather::GatherTwin;
+use potamoi_golden::units::vu::VectorTwin;
+use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::{EngineKind, GatherUnit, Mismatch, RtlError, VectorUnit};
+
+pub use inject::Injection;
+pub use report::{GatherReport, VectorReport};
+
+/// What is verified, and how.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// What runs the hardware.
+    pub engine: EngineKind,
+    /// Seed of the stalls.
+    pub seed: u64,
+    /// Of so many MVoxels one is verified, 1 and up.
+    pub gather_every: u64,
+    /// Of so many blocks of a vector operation one is verified, 1 and up.
+    pub vector_every: u64,
+    /// A fault to build into the gathering unit.
+    pub inject: Option<Injection>,
+    /// Where a dump of the window around a mismatch goes.
+    pub excerpt: Option<PathBuf>,
+}
+
+/// A difference, and how it was met.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Failure {
+    /// What differs.
+    pub mismatch: Mismatch,
+    /// Whether the run was under random stalls.
+    pub stalled: bool,
+    /// Seed of that run's stalls, from that of the settings.
+    pub run_seed: u64,
+    /// The dump, if one was asked for and could be written.
+    pub excerpt: Option<Excerpt>,
+    /// Why there is none.
+    pub excerpt_error: Option<String>,
+}
+
+/// A dump of the window around a mismatch.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Excerpt {
+    /// VCD file.
+    pub path: PathBuf,
+    /// Time of the mismatch's cycle in it.
+    pub time: u64,
+}
+
+/// The work was stopped at a difference.
+#[derive(Debug, Error)]
+#[error("{0}")]
+struct Stopped(Mismatch);
+
+/// Units that compute with the twins and verify the hardware against them.
+pub struct Verifier<'p> {
+    config: Config,
+    settings: Settings,
+    gather_twin: GatherTwin,
+    vector_twin: VectorTwin,
+    gather_unit: Option<GatherUnit>,
+    vector_unit: Option<VectorUnit>,
+    gather: GatherReport,
+    vector: VectorReport,
+    failure: Option<Failure>,
+    /// Blocks of vectors seen.
+    blocks: u64,
+    progress: &'p mut dyn FnMut(Progress),
+}
+
+/// How far a verification is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Entries and elements seen so far, verified or passed over.
+    pub done: u64,
+    /// Cycles compared so far.
+    pub cycles: u64,
+}
+
+impl<'p> Verifier<'p> {
+    /// Nothing is built before there is work for it.
+    #[must_use]
+    pub fn new(config: &Config, settings: Settings, progress: &'p mut dyn FnMut(Progress)) -> Self {
+        Self {
+            config: config.clone(),
+            settings,
+            gather_twin: GatherTwin::new(config),
+            vector_twin: VectorTwin::new(&config.vu),
+            gather_unit: None,
+            vector_unit: None,
+            gather: GatherReport::default(),
+            vector: VectorReport::default(),
+            failure: None,
+            blocks: 0,
+            progress,
+        }
+    }
+
+    /// Counts of the gathering unit.
+    #[must_use]
+    pub const fn gather_report(&self) -> &GatherReport {
+        &self.gather
+    }
+
+    /// Counts of the vector unit.
+    #[must_use]
+    pub const fn vector_report(&self) -> &VectorReport {
+        &self.vector
+    }
+
+    /// The first difference, if there was one.
+    #[must_use]
+    pub const fn failure(&self) -> Option<&Failure> {
+        self.failure.as_ref()
+    }
+
+    fn progress(&self) -> Progress {
+        Progress {
+            done: self.gather.samples_total + self.vector.elements_total,
+            cycles: self.gather.cycles_compared + self.vector.cycles_compared,
+        }
+    }
+
+    fn show_progress(&mut self) {
+        let progress = self.progress();
+        (self.progress)(progress);
+    }
+
+    /// The stalls of a run and their seed: another one for every run.
+    fn stalls(&self, stalled: bool) -> (Stalls, u64) {
+        let number = 2 * (self.gather.runs + self.vector.runs) + u64::from(stalled);
+        let seed = self.settings.seed.wrapping_add(number);
+        if !stalled {
+            return (Stalls::NONE, seed);
+        }
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut stream = || StreamStalls {
+            per_mille: random.random_range(0..500),
+            burst: [1, 1, 2, 5][random.random_range(0..4)],
+        };
+        let stalls = Stalls {
+            rit: stream(),
+            mft: stream(),
+            sink: stream(),
+        };
+        (stalls, seed)
+    }
+
+    /// Dumps to a temporary name, then renames.
+    fn excerpt(
+        &self,
+        dump: impl FnOnce(&Path) -> Result<u64, RtlError>,
+    ) -> Option<Result<Excerpt, String>> {
+        let path = self.settings.excerpt.clone()?;
+        let cannot = |e: std::io::Error| {
+            let path = path.display();
+            format!("cannot write {path}: {e}; name a folder that can be written")
+        };
+        let dumped = || {
+            let Some(place) = files::place(&path).map_err(cannot)? else {
+                return dump(&path).map_err(|e| e.to_string());
+            };
+            let partial = Unfinished::beside(&place).map_err(cannot)?;
+            let time = dump(partial.path()).map_err(|e| e.to_string())?;
+            partial.finish().map_err(cannot)?;
+            Ok(time)
+        };
+        Some(dumped().map(|time| Excerpt {
+            path: path.clone(),
+            time,
+        }))
+    }
+
+    fn fail(
+        &mut self,
+        mismatch: Mismatch,
+        stalled: bool,
+        run_seed: u64,
+        excerpt: Option<Result<Excerpt, String>>,
+    ) -> RtlError {
+        let (excerpt, excerpt_error) = match excerpt {
+            Some(Ok(excerpt)) => (Some(excerpt), None),
+            Some(Err(error)) => (None, Some(error)),
+            None => (None, None),
+        };
+        self.failure = Some(Failure {
+            mismatch: mismatch.clone(),
+            stalled,
+            run_seed,
+            excerpt,
+            excerpt_error,
+        });
+        RtlError::Mismatch(Box::new(mismatch))
+    }
+
+    fn stopped(&self) -> Result<(), UnitError> {
+        match &self.failure {
+            Some(failure) => Err(Box::new(Stopped(failure.mismatch.clone()))),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Units for Verifier<'_> {
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        if self.config.gu.sums == Sums::Exact {
+            let mut sums = vec![];
+            self.sums(tasks, &mut sums)?;
+            let reducer = self.gather_twin.reducer();
+            features.extend(sums.into_iter().map(|sum| reducer.round(sum.into())));
+            return Ok(());
+        }
+        self.stopped()?;
+        let begin = features.len();
+        let mut flags = Vec::with_capacity(tasks.len());
+        for task in tasks {
+            flags.push(self.gather_twin.gather(task, features)?);
+        }
+        let codes: Vec<i32> = features[begin..]
+            .iter()
+            .map(|code| (*code).into())
+            .collect();
+        self.verify_gather(tasks, &codes, &flags)?;
+        self.show_progress();
+        Ok(())
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        self.stopped()?;
+        let begin = sums.len();
+        let mut flags = Vec::with_capacity(tasks.len());
+        for task in tasks {
+            flags.push(self.gather_twin.sums(task, sums)?);
+        }
+        self.verify_gather(tasks, &sums[begin..], &flags)?;
+        self.show_progress();
+        Ok(())
+    }
+
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError> {
+        self.stopped()?;
+        self.vector_twin.slice(op, a, b, out)?;
+        self.verify_vector(op, a, b, out)?;
+        self.show_progress();
+        Ok(())
+    }
+
+    /// Found in Rust: no unit computes it.
+    fn multiplied(&mut self, _product: Product) {}
+}

@@ -1,0 +1,16 @@
+//! The generated units, run: against golden values in every bit and cycle models in every cycle.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod cells;
+mod exponentials;
+mod faults;
+mod feature_major;
+mod gather_cells;
+mod gather_common;
+mod gather_unit;
+mod logistic;
+mod readmemh;
+mod scenes_common;
+mod streams;
+mod vector_unit;
+mod verify;

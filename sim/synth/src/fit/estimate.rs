@@ -1,0 +1,204 @@
+//! What the formulas give for a unit.
+
+use serde::Serialize;
+
+use crate::grid::{GridActivity, GridPoint};
+use crate::scaling::Factors;
+
+/// The scene that gathering units of the grid were run with, and the vertices of its
+/// samples: a field in voxels.
+const VOXELS: (&str, u32) = ("lantern", 8);
+
+/// What a unit does.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Work {
+    /// Of all cycles, the share in which it issues, 0 to 1.
+    pub busy: f64,
+    /// Channels of a sample, for the gathering unit: banks without one do little.
+    pub channels: u64,
+}
+
+impl Work {
+    pub(super) fn of(activity: &GridActivity) -> Self {
+        Self {
+            busy: activity.busy as f64 / activity.cycles as f64,
+            channels: activity.channels,
+        }
+    }
+}
+
+/// What the energies of the grid are of, which formulas cannot tell from others.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct EnergiesOf {
+    /// The scene whose work moved the netlists.
+    pub scene: String,
+    /// Vertices of each sample, for the gathering unit, where they are known.
+    pub vertices: Option<u32>,
+}
+
+impl EnergiesOf {
+    pub(super) fn new(activity: &GridActivity) -> Self {
+        let (voxels, vertices) = VOXELS;
+        let is_gathered = activity.channels > 0 && activity.scene == voxels;
+        Self {
+            scene: activity.scene.clone(),
+            vertices: is_gathered.then_some(vertices),
+        }
+    }
+}
+
+/// A unit by the formulas, at the node of the grid, memories not counted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Square micrometres.
+    pub area_um2: f64,
+    /// Picoseconds of the longest path before wires.
+    pub period_ps: f64,
+    /// The module that it ends in, or `outputs`.
+    pub end: String,
+    /// What it does.
+    pub work: Work,
+    /// Picojoules a cycle of the flip-flops' clock pins.
+    pub clock_pj: f64,
+    /// Picojoules a cycle, those included, each net changing at most once a cycle.
+    pub zero_delay_pj: f64,
+    /// The same with glitches.
+    pub with_glitches_pj: f64,
+    /// Nanowatts at rest, the clock standing still.
+    pub leakage_nw: f64,
+    /// Its modules.
+    pub modules: Vec<EstimatedModule>,
+    /// Numbers beyond those of the grid, where the formulas only go on as they do inside.
+    pub beyond: Vec<String>,
+}
+
+/// An estimate at another node. Leakage has no factor.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ScaledEstimate {
+    /// Nanometres.
+    pub node_nm: u32,
+    /// Square micrometres.
+    pub area_um2: f64,
+    /// Picoseconds of the longest path before wires.
+    pub period_ps: f64,
+    /// Picojoules a cycle of the flip-flops' clock pins.
+    pub clock_pj: f64,
+    /// Picojoules a cycle, those included, each net changing at most once a cycle.
+    pub zero_delay_pj: f64,
+    /// The same with glitches.
+    pub with_glitches_pj: f64,
+}
+
+impl Estimate {
+    /// A point as it was synthesised: its energy beyond the clock's is spread over the cycles that
+    /// did work.
+    pub(super) fn of(point: &GridPoint, work: Work) -> Self {
+        let clock_of_one = point.activity.clock_pj / point.flops() as f64;
+        let busy = work.busy / Work::of(&point.activity).busy;
+        let modules = point.modules.iter().map(|own| {
+            let clock_pj = clock_of_one * (own.count * own.flops) as f64;
+            let doing = |pj: f64| clock_pj + busy * (pj - clock_pj);
+            EstimatedModule {
+                module: own.module.clone(),
+                count: own.count,
+                area_um2: own.area_um2,
+                clock_pj,
+                zero_delay_pj: doing(own.energy.zero_delay_pj),
+                with_glitches_pj: doing(own.energy.with_glitches_pj),
+                leakage_nw: own.energy.leakage_nw,
+            }
+        });
+        let ends = point.ends.iter();
+        let longest = ends.max_by(|a, b| a.period_ps.total_cmp(&b.period_ps));
+        let end = longest.map_or_else(String::new, |end| end.end.clone());
+        Self::sum(modules.collect(), (end, point.period_ps), work)
+    }
+
+    /// Energy above the clock's as that of a module of the same name has changed from one estimate
+    /// to another.
+    pub(super) fn times(mut self, now: &Self, before: &Self) -> Self {
+        let above = |of: &Self, name: &str| {
+            let found = of.modules.iter().find(|m| m.module == name);
+            found.map(|m| {
+                [
+                    m.zero_delay_pj - m.clock_pj,
+                    m.with_glitches_pj - m.clock_pj,
+                ]
+            })
+        };
+        let whole = |of: &Self| {
+            [
+                of.zero_delay_pj - of.clock_pj,
+                of.with_glitches_pj - of.clock_pj,
+            ]
+        };
+        for module in &mut self.modules {
+            let pair = above(now, &module.module).zip(above(before, &module.module));
+            let (now, before) = pair.unwrap_or_else(|| (whole(now), whole(before)));
+            let ratio = |i: usize| {
+                if before[i] > 0.0 {
+                    now[i] / before[i]
+                } else {
+                    1.0
+                }
+            };
+            let clock = module.clock_pj;
+            module.zero_delay_pj = clock + ratio(0) * (module.zero_delay_pj - clock);
+            module.with_glitches_pj = clock + ratio(1) * (module.with_glitches_pj - clock);
+        }
+        Self::sum(self.modules, (self.end, self.period_ps), self.work)
+    }
+
+    /// Of modules, and the longest path's end and picoseconds.
+    pub(super) fn sum(
+        modules: Vec<EstimatedModule>,
+        (end, period_ps): (String, f64),
+        work: Work,
+    ) -> Self {
+        let sum = |of: fn(&EstimatedModule) -> f64| modules.iter().map(of).sum();
+        Self {
+            area_um2: sum(|m| m.count as f64 * m.area_um2),
+            period_ps,
+            end,
+            work,
+            clock_pj: sum(|m| m.clock_pj),
+            zero_delay_pj: sum(|m| m.zero_delay_pj),
+            with_glitches_pj: sum(|m| m.with_glitches_pj),
+            leakage_nw: sum(|m| m.leakage_nw),
+            modules,
+            beyond: vec![],
+        }
+    }
+
+    /// At the node that the factors lead to.
+    #[must_use]
+    pub fn scaled(&self, factors: &Factors) -> ScaledEstimate {
+        ScaledEstimate {
+            node_nm: factors.to_nm,
+            area_um2: self.area_um2 * factors.area,
+            period_ps: self.period_ps * factors.delay,
+            clock_pj: self.clock_pj * factors.energy,
+            zero_delay_pj: self.zero_delay_pj * factors.energy,
+            with_glitches_pj: self.with_glitches_pj * factors.energy,
+        }
+    }
+}
+
+/// All modules of a kind.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EstimatedModule {
+    /// Its name.
+    pub module: String,
+    /// How many there are.
+    pub count: u64,
+    /// Square micrometres of one.
+    pub area_um2: f64,
+    /// Picojoules a cycle of all their clock pins.
+    pub clock_pj: f64,
+    /// Picojoules a cycle of all of them, clock pins included, each net changing at most once.
+    pub zero_delay_pj: f64,
+    /// The same with glitches.
+    pub with_glitches_pj: f64,
+    /// Nanowatts of all of them at rest, the clock standing still.
+    pub leakage_nw: f64,
+}

@@ -1,0 +1,251 @@
+//! What figures of a module are sums of.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
+
+use crate::ends::OUTPUTS;
+use crate::grid::Family;
+
+/// What terms depend on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Numbers {
+    /// B.
+    banks: f64,
+    /// M.
+    ports: f64,
+    /// Bits of a feature.
+    feature: f64,
+    /// Bits of a weight.
+    weight: f64,
+    /// Words of the gathering unit's FIFO.
+    depth: f64,
+    /// Of the banks, how many have a channel of the sample in the mean segment.
+    active: f64,
+    /// Of the vector unit.
+    lanes: f64,
+    /// Bits of an exponential's result.
+    output: f64,
+    /// Bits of its accumulator.
+    accumulator: f64,
+    /// Bits of its constants.
+    constant: f64,
+    /// n.
+    iterations: f64,
+    /// 1 where a lane has all operations, 0 where it has exponentials alone.
+    operations: f64,
+}
+
+impl Numbers {
+    /// Of a configuration that gathers so many channels.
+    pub(super) fn new(config: &Config, channels: u64) -> Self {
+        let exp = &config.vu.exp;
+        let engine = exp.engine();
+        Self {
+            banks: config.gu.banks.into(),
+            ports: config.gu.ports.into(),
+            feature: config.gu.feature_bits.into(),
+            weight: config.gu.weight_bits.into(),
+            depth: config.gu.fifo_depth.into(),
+            active: active_banks(config, channels),
+            lanes: config.vu.lanes.into(),
+            output: exp.output_bits.into(),
+            accumulator: engine.accumulator_bits.into(),
+            constant: engine.constant_bits.into(),
+            iterations: exp.iterations.into(),
+            operations: if config.vu.ops.len() > 1 { 1.0 } else { 0.0 },
+        }
+    }
+
+    fn product(&self) -> f64 {
+        self.feature * self.weight
+    }
+
+    pub(super) fn all(&self) -> f64 {
+        self.ports * self.banks
+    }
+
+    /// Reducers of a bank that has a channel.
+    fn active(&self) -> f64 {
+        self.ports * self.active
+    }
+
+    fn idle(&self) -> f64 {
+        self.all() - self.active()
+    }
+}
+
+/// Banks that have a channel in the mean segment of a sample.
+pub(super) fn active_banks(config: &Config, channels: u64) -> f64 {
+    let segments = channels.div_ceil(config.gu.banks.into()).max(1);
+    channels as f64 / segments as f64
+}
+
+/// What a coefficient is multiplied by.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Term {
+    /// As it is printed.
+    pub(super) name: &'static str,
+    pub(super) of: fn(&Numbers) -> f64,
+}
+
+/// A module of a family, and the terms of its figures.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ModuleTerms {
+    pub(super) module: &'static str,
+    /// How many the unit has.
+    pub(super) count: fn(&Numbers) -> f64,
+    /// Of the area of one, and of its flip-flops.
+    pub(super) area: &'static [Term],
+    /// Of what all of them take in a cycle of work beyond the clock.
+    pub(super) energy: &'static [Term],
+}
+
+/// The terms of a family.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FamilyTerms {
+    pub(super) modules: &'static [ModuleTerms],
+    /// Of the longest path into each module, or to the outputs.
+    pub(super) ends: &'static [(&'static str, &'static [Term])],
+}
+
+const fn term(name: &'static str, of: fn(&Numbers) -> f64) -> Term {
+    Term { name, of }
+}
+
+const fn module(
+    module: &'static str,
+    count: fn(&Numbers) -> f64,
+    area: &'static [Term],
+    energy: &'static [Term],
+) -> ModuleTerms {
+    ModuleTerms {
+        module,
+        count,
+        area,
+        energy,
+    }
+}
+
+const fn one(_: &Numbers) -> f64 {
+    1.0
+}
+
+const ONE: Term = term("1", |_| 1.0);
+const B: Term = term("B", |n| n.banks);
+const M: Term = term("M", |n| n.ports);
+const D: Term = term("d", |n| n.depth);
+const F: Term = term("f", |n| n.feature);
+const W: Term = term("w", |n| n.weight);
+const F_W: Term = term("f w", Numbers::product);
+const M_B: Term = term("M B", Numbers::all);
+const M_B_D: Term = term("M B d", |n| n.all() * n.depth);
+const M_B_F: Term = term("M B f", |n| n.all() * n.feature);
+const M_W: Term = term("M w", |n| n.ports * n.weight);
+const M_A_F: Term = term("M a f", |n| n.active() * n.feature);
+// A multiplier's rows are digits of the weight: what ripples through them grows with its square.
+const M_A_F_W: Term = term("M a f w", |n| n.active() * n.product());
+const M_A_W_W: Term = term("M a w w", |n| n.active() * n.weight * n.weight);
+const M_I_F_W: Term = term("M (B - a) f w", |n| n.idle() * n.product());
+const M_I_W_W: Term = term("M (B - a) w w", |n| n.idle() * n.weight * n.weight);
+const LOG_B: Term = term("log2 B", |n| n.banks.log2());
+const LOG_F_W: Term = term("log2 (f + w)", |n| (n.feature + n.weight).log2());
+const L: Term = term("L", |n| n.lanes);
+const L_N: Term = term("L n", |n| n.lanes * n.iterations);
+const L_K: Term = term("L k", |n| n.lanes * n.constant);
+const L_R: Term = term("L r", |n| n.lanes * n.accumulator);
+const L_ALL: Term = term("L all", |n| n.lanes * n.operations);
+const L_N_ALL: Term = term("L n all", |n| n.lanes * n.iterations * n.operations);
+const N: Term = term("n", |n| n.iterations);
+const N_K: Term = term("n k", |n| n.iterations * n.constant);
+const N_R: Term = term("n r", |n| n.iterations * n.accumulator);
+const K: Term = term("k", |n| n.constant);
+const R: Term = term("r", |n| n.accumulator);
+const ALL: Term = term("all", |n| n.operations);
+const ALL_N: Term = term("all n", |n| n.operations * n.iterations);
+const ALL_O: Term = term("all o", |n| n.operations * n.output);
+const ALL_R: Term = term("all r", |n| n.operations * n.accumulator);
+const LOG_K: Term = term("log2 k", |n| n.constant.log2());
+const LOG_L: Term = term("log2 L", |n| n.lanes.log2());
+
+const GATHERING: FamilyTerms = FamilyTerms {
+    modules: &[
+        module(
+            GATHERING_UNIT,
+            one,
+            &[ONE, B, M, M_W, M_B_F],
+            &[ONE, M, M_W, M_A_F],
+        ),
+        module(
+            "feature_fifo",
+            one,
+            &[ONE, D, M_B, M_B_D],
+            &[ONE, M_B, M_A_F],
+        ),
+        module("mft", one, &[ONE, M, M_B], &[ONE, M_B]),
+        module(
+            "reducer",
+            Numbers::all,
+            &[ONE, F, W, F_W],
+            &[M_A_F_W, M_A_W_W, M_I_F_W, M_I_W_W],
+        ),
+        module("rit_buffer", one, &[ONE, M], &[ONE, M]),
+    ],
+    ends: &[
+        ("reducer", &[ONE, LOG_F_W, LOG_B]),
+        ("feature_fifo", &[ONE, F]),
+        ("rit_buffer", &[ONE, M]),
+        ("mft", &[ONE, M]),
+        (GATHERING_UNIT, &[ONE, LOG_B, M]),
+        (OUTPUTS, &[ONE, D]),
+    ],
+};
+
+const VECTOR: FamilyTerms = FamilyTerms {
+    modules: &[
+        module(VECTOR_UNIT, one, &[ONE, L, ALL], &[ONE, L]),
+        module("exp_constants", one, &[ONE, N, N_K], &[ONE, K]),
+        module("result_fifo", one, &[ONE, L], &[L, L_N]),
+        module(
+            "vector_lane",
+            |n| n.lanes,
+            &[ONE, R, ALL],
+            &[L_R, L_ALL, L_N_ALL],
+        ),
+    ],
+    ends: &[
+        ("vector_lane", &[ONE, ALL, LOG_K]),
+        ("result_fifo", &[ALL, ALL_R, LOG_K]),
+        ("exp_constants", &[ONE, LOG_L]),
+        (VECTOR_UNIT, &[ONE]),
+        (OUTPUTS, &[ONE, LOG_L]),
+    ],
+};
+
+const VECTOR_PIPELINED: FamilyTerms = FamilyTerms {
+    modules: &[
+        module(VECTOR_UNIT, one, &[ONE, L, L_N, ALL], &[ONE, L]),
+        module("result_fifo", one, &[ONE, L, L_N], &[L, L_N]),
+        module(
+            "vector_lane",
+            |n| n.lanes,
+            &[N, N_R, ALL, ALL_N],
+            &[ONE, L, L_K, L_ALL],
+        ),
+    ],
+    ends: &[
+        ("vector_lane", &[ONE, ALL, LOG_K]),
+        ("result_fifo", &[ONE, ALL_O, LOG_L]),
+        (VECTOR_UNIT, &[ONE]),
+        (OUTPUTS, &[ONE, LOG_L]),
+    ],
+};
+
+impl FamilyTerms {
+    pub(super) const fn of(family: Family) -> Self {
+        match family {
+            Family::Gathering | Family::GatheringPipelined => GATHERING,
+            Family::Vector => VECTOR,
+            Family::VectorPipelined => VECTOR_PIPELINED,
+        }
+    }
+}

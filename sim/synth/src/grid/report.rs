@@ -1,0 +1,437 @@
+//! The file of what synthesis made of the grid.
+
+use std::path::Path;
+
+use potamoi_formats::config::Config;
+use potamoi_formats::document::{self, Value};
+use potamoi_hdl::ir::{Header, verilog};
+use serde::{Deserialize, Serialize};
+
+use super::design::{Family, Point};
+use crate::report::{LibraryOrigin, ToolsOrigin};
+use crate::{Library, PathEnd, Power, SynthError, Tools, UnitKind, UnitReport};
+
+/// The same period, printed with more or fewer digits.
+const NEAR: f64 = 1e-5;
+/// Of a unit's energy, how far below 0 that of one of its modules may come out: it is what two
+/// slices of the unit differ by, in which glitches do.
+const SLICED: f64 = 0.05;
+/// Version of the file.
+const FORMAT_VERSION: u32 = 2;
+/// What is read of a grid, in bytes: a hundred times those that are kept.
+const LIMIT: u64 = 16 << 20;
+
+/// Configurations that went through synthesis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    format_version: u32,
+    /// Where cells come from.
+    pub library: LibraryOrigin,
+    /// What made it.
+    pub tools: ToolsOrigin,
+    /// Of the points as they are in the file, 16 hexadecimal digits.
+    figures: String,
+    /// One for each of the design, in its order.
+    pub points: Vec<GridPoint>,
+}
+
+/// One of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GridPoint {
+    /// Which units it is one of.
+    pub family: Family,
+    /// What it has in place of the defaults, as TOML.
+    pub config: String,
+    /// Of its Verilog, 16 hexadecimal digits.
+    pub verilog: String,
+    /// Picoseconds of the longest path before wires.
+    pub period_ps: f64,
+    /// The longest path into each module.
+    pub ends: Vec<PathEnd>,
+    /// What moved it.
+    pub activity: GridActivity,
+    /// Its modules, the top one first.
+    pub modules: Vec<GridModule>,
+}
+
+/// What moved a unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GridActivity {
+    /// The scene.
+    pub scene: String,
+    /// Cycles.
+    pub cycles: u64,
+    /// Of those, cycles in which the unit issued.
+    pub busy: u64,
+    /// Channels of a sample; 0 of the vector unit.
+    pub channels: u64,
+    /// Picojoules a cycle of all flip-flops' clock pins.
+    pub clock_pj: f64,
+}
+
+/// All modules of a kind.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GridModule {
+    /// Its name.
+    pub module: String,
+    /// How many there are.
+    pub count: u64,
+    /// Square micrometres of one.
+    pub area_um2: f64,
+    /// Flip-flops of one.
+    pub flops: u64,
+    /// Of all of them.
+    pub energy: GridEnergy,
+}
+
+/// Energy of all modules of a kind.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GridEnergy {
+    /// Picojoules a cycle, each net changing at most once a cycle.
+    pub zero_delay_pj: f64,
+    /// The same with glitches.
+    pub with_glitches_pj: f64,
+    /// Nanowatts at rest, the clock standing still.
+    pub leakage_nw: f64,
+}
+
+impl Grid {
+    /// Of points that were made so.
+    #[must_use]
+    pub fn new(
+        library: &Library,
+        node_nm: Option<u32>,
+        tools: &Tools,
+        points: Vec<GridPoint>,
+    ) -> Self {
+        Self {
+            format_version: FORMAT_VERSION,
+            library: LibraryOrigin::new(library, node_nm),
+            tools: ToolsOrigin::new(tools),
+            figures: figures(&points),
+            points,
+        }
+    }
+
+    /// Reads a file that `potamoi synth --grid` wrote.
+    ///
+    /// # Errors
+    /// It cannot be read, is of another version, or its points are not the grid's.
+    pub fn read(path: &Path) -> Result<Self, SynthError> {
+        let text = potamoi_golden::files::read_text(path, LIMIT)
+            .map_err(|e| wrong(path, e.to_string()))?;
+        Self::parse(&text, path)
+    }
+
+    /// The text of a file; `path` names it in errors.
+    ///
+    /// # Errors
+    /// As [`Grid::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SynthError> {
+        let document = document::json(text.as_bytes())
+            .map_err(|e| wrong(path, format!("no grid of `potamoi synth`: {e}")))?;
+        let version = document.get("format_version").and_then(Value::whole);
+        if version != Some(FORMAT_VERSION.into()) {
+            let found = version.map_or("missing".to_owned(), |v| v.to_string());
+            let why = format!("format_version {found}, expected {FORMAT_VERSION}");
+            return Err(wrong(path, why));
+        }
+        let grid: Self = document.read().map_err(|e| wrong(path, e.to_string()))?;
+        if grid.figures != figures(&grid.points) {
+            let why = "figures or points are not those that it was written with".to_owned();
+            return Err(wrong(path, why));
+        }
+        for point in &grid.points {
+            point
+                .check()
+                .map_err(|why| wrong(path, format!("{}: {why}", point.name())))?;
+        }
+        Ok(grid)
+    }
+
+    /// The points of a family.
+    pub fn of(&self, family: Family) -> impl Iterator<Item = &GridPoint> {
+        self.points.iter().filter(move |p| p.family == family)
+    }
+}
+
+/// Of points as they are written, 16 hexadecimal digits.
+fn figures(points: &[GridPoint]) -> String {
+    let text = serde_json::to_string(points).unwrap_or_default();
+    blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
+}
+
+fn wrong(path: &Path, why: String) -> SynthError {
+    SynthError::Parameters {
+        path: path.to_owned(),
+        why,
+        remedy: "potamoi synth --grid FILE",
+    }
+}
+
+impl GridPoint {
+    /// A point of the design, of what synthesis made of it.
+    ///
+    /// # Errors
+    /// No power was estimated where there should be; the netlist's own checks.
+    pub fn new(
+        point: &Point,
+        config: &Config,
+        unit: &UnitReport,
+        ends: Vec<PathEnd>,
+    ) -> Result<Self, SynthError> {
+        let wrong = |why: String| SynthError::Grid {
+            point: point.name(),
+            why,
+        };
+        let power = match &unit.power {
+            Some(Power::Estimated(power)) => power,
+            Some(Power::Absent { absent }) => return Err(wrong(format!("no power: {absent}"))),
+            None => return Err(wrong("its power was not asked for".to_owned())),
+        };
+        let modules = unit.modules.iter().map(|own| {
+            let found = power.modules.iter().find(|m| m.module == own.module);
+            let found = found.ok_or_else(|| wrong(format!("no power of {}", own.module)))?;
+            Ok::<_, SynthError>(GridModule {
+                module: own.module.clone(),
+                count: own.count,
+                area_um2: own.area_um2,
+                flops: own.flops,
+                energy: GridEnergy {
+                    zero_delay_pj: found.zero_delay_pj_a_cycle,
+                    with_glitches_pj: found.with_glitches_pj_a_cycle,
+                    leakage_nw: found.leakage_nw,
+                },
+            })
+        });
+        Ok(Self {
+            family: point.family,
+            config: point.text.clone(),
+            verilog: digest(config, point.family.unit())?,
+            period_ps: unit.period_ps,
+            ends,
+            activity: GridActivity {
+                scene: power.activity.scene.clone(),
+                cycles: power.activity.cycles,
+                busy: power.activity.busy,
+                channels: power.activity.channels,
+                clock_pj: power.zero_delay.clock_pj_a_cycle,
+            },
+            modules: modules.collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+impl GridPoint {
+    /// Its configuration.
+    ///
+    /// # Errors
+    /// It is none.
+    pub fn config(&self) -> Result<Config, SynthError> {
+        Config::from_toml(&self.config, "the grid").map_err(|e| SynthError::Grid {
+            point: self.name(),
+            why: e.to_string(),
+        })
+    }
+
+    /// Of the Verilog that is generated for it now; its own is [`GridPoint::verilog`].
+    ///
+    /// # Errors
+    /// Its configuration is none.
+    pub fn current_digest(&self) -> Result<String, SynthError> {
+        digest(&self.config()?, self.family.unit())
+    }
+
+    /// On a line.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.config.trim_end().replace('\n', "; ")
+    }
+
+    /// Square micrometres of all modules.
+    #[must_use]
+    pub fn area_um2(&self) -> f64 {
+        self.modules
+            .iter()
+            .map(|m| m.count as f64 * m.area_um2)
+            .sum()
+    }
+
+    /// Flip-flops of all modules.
+    #[must_use]
+    pub fn flops(&self) -> u64 {
+        self.modules.iter().map(|m| m.count * m.flops).sum()
+    }
+
+    /// Picojoules a cycle of all modules, without delays and with glitches.
+    #[must_use]
+    pub fn energy(&self) -> [f64; 2] {
+        let sum = |of: fn(&GridEnergy) -> f64| self.modules.iter().map(|m| of(&m.energy)).sum();
+        [sum(|e| e.zero_delay_pj), sum(|e| e.with_glitches_pj)]
+    }
+
+    /// That figures are numbers above 0, of modules 0 or more: those of memories alone have
+    /// no cells; and that the period is that of the longest path.
+    fn check(&self) -> Result<(), String> {
+        let ends = self.ends.iter().map(|e| ("period_ps", e.period_ps));
+        let own = [
+            ("period_ps", self.period_ps),
+            ("area_um2", self.area_um2()),
+            ("flops", self.flops() as f64),
+            ("clock_pj", self.activity.clock_pj),
+        ];
+        let slack = SLICED * self.energy()[1];
+        let modules = self.modules.iter().flat_map(|m| {
+            let energy = &m.energy;
+            [
+                ("area_um2", m.area_um2),
+                ("zero_delay_pj", energy.zero_delay_pj),
+                ("with_glitches_pj + slack", energy.with_glitches_pj + slack),
+                ("leakage_nw", energy.leakage_nw),
+            ]
+        });
+        let all = ends
+            .chain(own)
+            .map(|(field, value)| (field, value, value > 0.0));
+        let modules = modules.map(|(field, value)| (field, value, value >= 0.0));
+        for (field, value, is_right) in all.chain(modules) {
+            if !(value.is_finite() && is_right) {
+                return Err(format!("{field} = {value}, expected a number above 0"));
+            }
+        }
+        let longest = self.ends.iter().map(|e| e.period_ps).fold(0.0, f64::max);
+        if (longest / self.period_ps - 1.0).abs() > NEAR {
+            let period = self.period_ps;
+            return Err(format!(
+                "period_ps = {period}, its longest path has {longest}"
+            ));
+        }
+        match (self.activity.busy, self.activity.cycles) {
+            (busy, of) if (1..=of).contains(&busy) => Ok(()),
+            (busy, of) => Err(format!("busy = {busy} of {of} cycles, expected 1 to {of}")),
+        }
+    }
+}
+
+/// Of the Verilog of a unit, 16 hexadecimal digits.
+fn digest(config: &Config, unit: UnitKind) -> Result<String, SynthError> {
+    let header = Header {
+        origin: String::new(),
+        command: String::new(),
+    };
+    let mut hasher = blake3::Hasher::new();
+    for (name, text) in verilog(&unit.module(config)?, &header) {
+        for part in [name, text] {
+            hasher.update(&(part.len() as u64).to_le_bytes());
+            hasher.update(part.as_bytes());
+        }
+    }
+    Ok(hasher.finalize().to_hex()[..16].to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::SynthReport;
+
+    /// The paper's gathering unit as it was synthesised, as a point.
+    fn paper(change: fn(&mut UnitReport)) -> Result<GridPoint, SynthError> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../synth/paper-asap7.json");
+        let mut unit = SynthReport::read(&path).unwrap().raw.units.remove(0);
+        change(&mut unit);
+        let point = Point {
+            family: Family::Gathering,
+            text: "gu.banks = 32\n".to_owned(),
+        };
+        GridPoint::new(&point, &point.config().unwrap(), &unit, vec![])
+    }
+
+    #[test]
+    fn a_point_has_what_synthesis_found_of_each_module() {
+        let found = paper(|_| {}).unwrap();
+        let activity = &found.activity;
+        assert_eq!((&*activity.scene, activity.channels), ("lantern", 13));
+        assert!(activity.busy <= activity.cycles);
+        let reducers = found
+            .modules
+            .iter()
+            .find(|m| m.module == "reducer")
+            .unwrap();
+        assert_eq!(reducers.count, 64);
+        let energy = reducers.energy;
+        assert!(energy.with_glitches_pj > energy.zero_delay_pj && energy.leakage_nw > 0.0);
+        assert_eq!(
+            found.verilog,
+            digest(&Config::paper(), UnitKind::Gathering).unwrap()
+        );
+        let other = Config::from_toml("gu.banks = 16\n", "test").unwrap();
+        assert_ne!(found.verilog, digest(&other, UnitKind::Gathering).unwrap());
+    }
+
+    const GRID: &str = include_str!("../../../../synth/grid-asap7.json");
+
+    /// The file with one change, the digest of its figures made again or not.
+    fn changed(change: fn(&mut Grid), is_signed: bool) -> String {
+        let path = Path::new("grid.json");
+        let mut grid = Grid::parse(GRID, path).unwrap();
+        change(&mut grid);
+        if is_signed {
+            grid.figures = figures(&grid.points);
+        }
+        let text = serde_json::to_string(&grid).unwrap();
+        Grid::parse(&text, path).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_file_that_was_changed_is_refused() {
+        let error = changed(|g| g.points[3].modules[2].area_um2 *= 1.2, false);
+        assert!(
+            error.contains("grid.json: figures or points are not those"),
+            "{error}"
+        );
+        for (change, said) in [
+            (
+                (|g| g.points[0].modules[0].energy.zero_delay_pj = -1.0) as fn(&mut Grid),
+                "zero_delay_pj = -1, expected a number above 0",
+            ),
+            (
+                |g| g.points[0].activity.clock_pj = 0.0,
+                "clock_pj = 0, expected",
+            ),
+            (
+                |g| g.points[0].activity.busy = 0,
+                "busy = 0 of 2563 cycles, expected 1 to 2563",
+            ),
+            (
+                |g| g.points[0].period_ps = 900.0,
+                "period_ps = 900, its longest path has 102",
+            ),
+            (|g| g.points[0].ends.clear(), "its longest path has 0"),
+        ] {
+            let error = changed(change, true);
+            let of = "grid.json: gu.banks = 32; gu.ports = 1; ";
+            assert!(error.contains(of) && error.contains(said), "{error}");
+        }
+    }
+
+    #[test]
+    fn power_that_is_missing_is_named() {
+        let error = |change| paper(change).unwrap_err().to_string();
+        let none = error(|unit| unit.power = None);
+        assert!(
+            none.contains("(gu.banks = 32)") && none.contains("not asked for"),
+            "{none}"
+        );
+        let absent = error(|unit| {
+            let absent = "no delays".to_owned();
+            unit.power = Some(Power::Absent { absent });
+        });
+        assert!(absent.contains("no power: no delays"), "{absent}");
+    }
+}

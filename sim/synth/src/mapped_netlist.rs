@@ -1,0 +1,132 @@
+//! A module in cells, without its timing.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use potamoi_hdl::ir::{Header, Module, verilog};
+use potamoi_kept::{self as kept, Key};
+use potamoi_verilated::cache::Scratch;
+
+use crate::error::CHECK_LIBRARY;
+use crate::script::{LIBRARY, NETLIST, scripts};
+use crate::tools::SYNTH;
+use crate::{Library, SynthError, Tools};
+
+/// Version of what is kept of a netlist.
+const KEPT: &str = "potamoi-netlist 1";
+/// The file of the cells' functions.
+const FUNCTIONS: &str = "cells.v";
+
+/// Maps a unit to cells, or finds what an earlier run of the same Verilog, library,
+/// scripts and programs left in `cache`. Interrupted, it leaves nothing there.
+///
+/// # Errors
+/// A program fails; files cannot be written.
+pub fn netlist(
+    module: &Arc<Module>,
+    unit: &'static str,
+    library: &Library,
+    tools: &Tools,
+    cache: &Path,
+) -> Result<String, SynthError> {
+    let macros = module.memory_modules();
+    let files = verilog(module, &Header::default());
+    let is_macro = |file: &str| macros.keys().any(|m| file == format!("{m}.v"));
+    let (memories, logic): (Vec<&str>, Vec<&str>) = files
+        .keys()
+        .map(String::as_str)
+        .partition(|file| is_macro(file));
+    let version = tools.yosys_version();
+    let scripts = scripts(module.name(), &logic, &memories, library, version);
+    let others = scripts.others.iter().map(|(file, text)| (*file, &**text));
+    let sources = files.iter().map(|(file, text)| (&**file, &**text));
+    let texts: BTreeMap<&str, &str> = sources.chain(others).collect();
+    let run = Run {
+        unit,
+        library,
+        tools,
+        cache,
+    };
+    let script = format!(
+        "{}write_verilog -noattr -simple-lhs {NETLIST}\n",
+        scripts.yosys
+    );
+    run.made(&texts, &script, NETLIST)
+}
+
+/// Verilog of the functions of a library's cells, as Yosys reads them.
+///
+/// # Errors
+/// Yosys fails; files cannot be written.
+pub fn cell_functions(
+    library: &Library,
+    tools: &Tools,
+    cache: &Path,
+) -> Result<String, SynthError> {
+    let script = format!(
+        "read_liberty -ignore_miss_func {LIBRARY}\nproc\nwrite_verilog -noattr {FUNCTIONS}\n"
+    );
+    let run = Run {
+        unit: "cells",
+        library,
+        tools,
+        cache,
+    };
+    run.made(&BTreeMap::new(), &script, FUNCTIONS)
+}
+
+/// A script of Yosys, and what it works on.
+struct Run<'a> {
+    unit: &'static str,
+    library: &'a Library,
+    tools: &'a Tools,
+    cache: &'a Path,
+}
+
+impl Run<'_> {
+    /// The file that the script writes, now or earlier.
+    fn made(
+        &self,
+        texts: &BTreeMap<&str, &str>,
+        script: &str,
+        result: &str,
+    ) -> Result<String, SynthError> {
+        let Self {
+            unit,
+            library,
+            tools,
+            cache,
+        } = self;
+        let key = Key::new(format!("{unit}-cells"), KEPT)
+            .text("yosys", &tools.yosys)
+            .text("library", &library.sha256)
+            .text("script", script)
+            .value("verilog", texts);
+        let cannot = |path: &Path| {
+            let path = path.to_owned();
+            move |source| SynthError::File { path, source }
+        };
+        let kept = key.file(cache, "v");
+        if let Some(text) = kept::read_text(&kept) {
+            return Ok(text);
+        }
+        std::fs::create_dir_all(cache).map_err(cannot(cache))?;
+        let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
+        let own = [(LIBRARY, &*library.text), (SYNTH, script)];
+        for (file, text) in texts.iter().map(|(f, t)| (*f, *t)).chain(own) {
+            let path = folder.path().join(file);
+            std::fs::write(&path, text).map_err(cannot(&path))?;
+        }
+        tools.yosys(folder.path(), SYNTH, unit)?;
+        let text = std::fs::read_to_string(folder.path().join(result));
+        let text = text.map_err(|_| SynthError::Output {
+            tool: "yosys",
+            unit,
+            what: "netlist".to_owned(),
+            remedy: CHECK_LIBRARY,
+        })?;
+        kept::write_text(&kept, &text).map_err(cannot(&kept))?;
+        Ok(text)
+    }
+}

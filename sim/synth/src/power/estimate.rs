@@ -1,0 +1,261 @@
+//! From a unit's netlists and work to its power.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use potamoi_formats::config::{Config, rules};
+use potamoi_gates::Flat;
+use potamoi_hdl::ir::Module;
+use potamoi_kept::{self as kept, Key};
+
+use super::lack::Lack;
+use super::library::PowerLibrary;
+use super::measure::{Measured, Work, measure};
+use super::order::{Extent, Order};
+use super::still::{Still, named_loads};
+use super::total::Ran;
+use crate::mapped_netlist::netlist;
+use crate::power_report::{Power, PowerReport};
+use crate::{SynthError, UnitKind};
+
+/// Version of what is kept of an estimate.
+const KEPT: &str = "potamoi-power 3";
+/// Banks and lanes of the slices.
+const BANKS: [u32; 2] = [2, 4];
+const LANES: [u32; 2] = [1, 2];
+
+/// Steps of an estimate from slices that [`Order::step`] is told of.
+pub const POWER_STEPS: u64 = 2 * 3;
+
+/// Estimates the power of a unit, or finds what an earlier run on the same netlists and
+/// work left in `cache`.
+///
+/// # Errors
+/// A program fails, files cannot be written, the library is corrupt, or the netlist
+/// computes something else than the golden model.
+pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Power, SynthError> {
+    let work = match (order.unit, order.windows) {
+        (UnitKind::Gathering, (Some(window), _)) => Work::Gather(window.clone()),
+        (UnitKind::Vector, (_, Some(window))) => Work::Vector(window.clone()),
+        _ => {
+            return Ok(Power::Absent {
+                absent: format!("the scene {} has too little work for it", order.scene),
+            });
+        }
+    };
+    let parts = order.parts(&work, cache)?;
+    let cannot = |path: &Path| {
+        let path = path.to_owned();
+        move |source| SynthError::File { path, source }
+    };
+    let kept = order.key(&parts).file(cache, "json");
+    if let Some(power) = kept::read(&kept) {
+        return Ok(power);
+    }
+    let power = match order.compute(&work, &parts, &measure) {
+        Ok(report) => Power::Estimated(Box::new(report)),
+        Err(Lack::Absent(absent)) => Power::Absent { absent },
+        Err(Lack::Wrong(error)) => return Err(error),
+    };
+    std::fs::create_dir_all(cache).map_err(cannot(cache))?;
+    kept::write(&kept, &power).map_err(cannot(&kept))?;
+    // As it is read again, so that nothing depends on whether it was kept.
+    Ok(kept::read(&kept).unwrap_or(power))
+}
+
+/// A netlist to be run, and the work that it is given, run after run.
+pub(super) struct Part {
+    /// Banks or lanes.
+    pub(super) size: u64,
+    pub(super) config: Config,
+    pub(super) netlist: String,
+    pub(super) module: Arc<Module>,
+    /// Each with its share of the energy.
+    pub(super) works: Vec<(f64, Work)>,
+}
+
+/// What runs work through a netlist, with delays or without.
+pub(super) type Measure = dyn Fn(&Still, &Config, &Work, bool) -> Result<Measured, SynthError>;
+
+/// Banks or lanes of two slices of these sizes for each of the unit's kinds, with their shares
+/// of the energy. The same ones are in both: the larger slice has them all, the smaller one
+/// some of them at a time.
+pub(super) fn sets(kinds: &[(f64, Range<usize>)], sizes: [u32; 2]) -> [Vec<(f64, Vec<usize>)>; 2] {
+    let parts = (sizes[1] / sizes[0]) as usize;
+    let mut sets = [vec![], vec![]];
+    for (share, range) in kinds {
+        let picked = |i: usize| range.start + i * range.len() / sizes[1] as usize;
+        let picked: Vec<usize> = (0..sizes[1] as usize).map(picked).collect();
+        for first in 0..parts {
+            let part = picked.iter().skip(first).step_by(parts);
+            sets[0].push((share / parts as f64, part.copied().collect()));
+        }
+        sets[1].push((*share, picked));
+    }
+    sets
+}
+
+impl Order<'_> {
+    /// Banks or lanes of the unit.
+    pub(super) fn size(&self) -> u32 {
+        match self.unit {
+            UnitKind::Gathering => self.config.gu.banks,
+            UnitKind::Vector => self.config.vu.lanes,
+        }
+    }
+
+    /// The slices of a unit, the smaller first; or the whole of it.
+    fn parts(&self, work: &Work, cache: &Path) -> Result<Vec<Part>, SynthError> {
+        let all = self.size();
+        let (sizes, can) = match work {
+            Work::Gather(window) => (BANKS, window.can_be_sliced(self.config)),
+            // The slowest lane decides when a vector is done.
+            Work::Vector(_) => (LANES, !self.config.vu.exp.early_out),
+        };
+        let configs = sizes.map(|size| self.slice(size));
+        let is_whole = self.extent == Extent::Whole
+            || !can
+            || all <= sizes[1]
+            || configs.iter().any(|c| !rules::check(c).is_empty());
+        if is_whole {
+            return Ok(vec![Part {
+                size: all.into(),
+                config: self.config.clone(),
+                netlist: self.made.1.to_owned(),
+                module: self.unit.module(self.config)?,
+                works: vec![(1.0, work.clone())],
+            }]);
+        }
+        let sets = sets(&work.kinds(all as usize), sizes);
+        let mut parts = vec![];
+        for ((config, size), sets) in configs.into_iter().zip(sizes).zip(sets) {
+            let module = self.unit.module(&config)?;
+            let own = |(share, set): (f64, Vec<usize>)| {
+                let work = match work {
+                    Work::Gather(w) => Work::Gather(w.of_banks(self.config, &set)),
+                    Work::Vector(w) => Work::Vector(w.of_lanes(all as usize, &set)),
+                };
+                (share, work)
+            };
+            let netlist = netlist(&module, self.unit.top(), self.library, self.tools, cache)?;
+            (self.step)();
+            parts.push(Part {
+                size: size.into(),
+                netlist,
+                works: sets.into_iter().map(own).collect(),
+                config,
+                module,
+            });
+        }
+        Ok(parts)
+    }
+
+    fn slice(&self, size: u32) -> Config {
+        let mut config = self.config.clone();
+        match self.unit {
+            UnitKind::Gathering => config.gu.banks = size,
+            UnitKind::Vector => config.vu.lanes = size,
+        }
+        config
+    }
+
+    /// Of everything that an estimate depends on.
+    /// What an estimate depends on.
+    fn key(&self, parts: &[Part]) -> Key {
+        let (report, netlist) = self.made;
+        let key = Key::new(format!("{}-power", self.unit), KEPT)
+            .text("library", &self.library.sha256)
+            .text("scene", self.scene)
+            .value("report", report)
+            .value("configuration", self.config)
+            .text("netlist", netlist);
+        parts.iter().fold(key, |key, part| {
+            key.text("part_netlist", &part.netlist)
+                .value("part_work", &part.works)
+        })
+    }
+
+    /// Runs the parts' work with `measure` and adds up.
+    pub(super) fn compute(
+        &self,
+        work: &Work,
+        parts: &[Part],
+        measure: &Measure,
+    ) -> Result<PowerReport, Lack> {
+        let mut ran = vec![];
+        for (part, still) in parts.iter().zip(self.stills(parts)?) {
+            let runs = [false, true].map(|is_delayed| -> Result<Vec<Measured>, SynthError> {
+                let run = |(_, work): &_| measure(&still, &part.config, work, is_delayed);
+                let found = part.works.iter().map(run).collect();
+                (self.step)();
+                found
+            });
+            let [zero, glitches] = runs;
+            ran.push(Ran {
+                size: part.size,
+                still,
+                shares: part.works.iter().map(|(share, _)| *share).collect(),
+                runs: [zero?, glitches?],
+            });
+        }
+        self.report(work, &ran)
+    }
+
+    /// The netlists of the parts. Nets that leave a module for all banks or lanes are slower in
+    /// the whole unit.
+    fn stills(&self, parts: &[Part]) -> Result<Vec<Still>, Lack> {
+        let library = PowerLibrary::read(self.library)?;
+        let whole = match parts {
+            [_] => BTreeMap::new(),
+            _ => {
+                let module = self.unit.module(self.config).map_err(SynthError::from)?;
+                named_loads(&library, &self.flat(&library, self.made.1, &module)?)?
+            }
+        };
+        let still = |part: &Part| {
+            let flat = self.flat(&library, &part.netlist, &part.module)?;
+            Still::new(&library, &Arc::new(flat), &whole)
+        };
+        parts.iter().map(still).collect()
+    }
+
+    fn flat(
+        &self,
+        library: &PowerLibrary,
+        netlist: &str,
+        module: &Module,
+    ) -> Result<Flat, SynthError> {
+        let memories = module.memory_modules();
+        let flat = Flat::new(netlist, self.unit.top(), &library.gates, &memories);
+        flat.map_err(|problem| SynthError::Gates {
+            unit: self.unit.to_string(),
+            library: self.library.name.clone(),
+            problem,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 13 of 32 banks have a channel; four of each kind are simulated, two by two in the
+    /// smaller slice.
+    #[test]
+    fn slices_have_the_same_banks_and_share_one_unit() {
+        let kinds = [(13.0 / 32.0, 0..13), (19.0 / 32.0, 13..32)];
+        let [small, large] = sets(&kinds, BANKS);
+        let banks = |sets: &[(f64, Vec<usize>)]| -> Vec<Vec<usize>> {
+            sets.iter().map(|(_, banks)| banks.clone()).collect()
+        };
+        assert_eq!(banks(&large), [[0, 3, 6, 9], [13, 17, 22, 27]]);
+        assert_eq!(banks(&small), [[0, 6], [3, 9], [13, 22], [17, 27]]);
+        for sets in [&small, &large] {
+            let sum: f64 = sets.iter().map(|(share, _)| share).sum();
+            assert!((sum - 1.0).abs() < 1e-12, "{sets:?}");
+        }
+        assert!((small[0].0 - 13.0 / 64.0).abs() < 1e-12);
+    }
+}

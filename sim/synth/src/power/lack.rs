@@ -1,0 +1,26 @@
+//! Why a power cannot be estimated.
+
+use potamoi_gates::Gate;
+
+use crate::SynthError;
+
+/// Why there is no estimate.
+#[derive(Debug)]
+pub(super) enum Lack {
+    /// The library does not say.
+    Absent(String),
+    /// Something is wrong.
+    Wrong(SynthError),
+}
+
+impl Lack {
+    pub(super) fn of(gate: &Gate, what: &str) -> Self {
+        Self::Absent(format!("the library's cell {} has {what}", gate.name))
+    }
+}
+
+impl From<SynthError> for Lack {
+    fn from(error: SynthError) -> Self {
+        Self::Wrong(error)
+    }
+}

@@ -1,0 +1,98 @@
+//! A library's figures for the cells of a netlist, and units.
+
+use std::collections::BTreeMap;
+
+use potamoi_gates::{Flat, Gate};
+
+use super::cell::{CellPower, Timing};
+use super::lack::Lack;
+use super::table::Tables;
+use crate::cell_gates::gates;
+use crate::liberty::{self, Group};
+use crate::{Library, SynthError};
+
+/// A library that is read for power. What it lacks is said when a cell is asked for.
+pub(crate) struct PowerLibrary {
+    file: Group,
+    origin: String,
+    pub(crate) gates: BTreeMap<String, Result<Gate, String>>,
+    pub(super) units: Units,
+    buffer: String,
+    /// On outputs of a unit, in the library's unit.
+    pub(super) output_load: f64,
+}
+
+/// What the library's numbers mean.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Units {
+    pub(super) time_ps: f64,
+    pub(super) load_ff: f64,
+    /// Of its supply.
+    pub(super) volts: f64,
+    /// Of one unit of energy: a unit of load at the square of a unit of voltage.
+    pub(super) energy_fj: f64,
+    pub(super) leakage_nw: f64,
+}
+
+impl PowerLibrary {
+    /// Reads the library's text again, for what areas and periods do not need.
+    pub(crate) fn read(library: &Library) -> Result<Self, SynthError> {
+        let file = liberty::parse(&library.text, &library.path)?;
+        let volts_unit = library.voltage_v;
+        Ok(Self {
+            units: Units {
+                time_ps: library.time_ps,
+                load_ff: library.capacitance_ff,
+                volts: library.volts.unwrap_or(0.0) * volts_unit,
+                energy_fj: library.capacitance_ff * volts_unit * volts_unit,
+                leakage_nw: 1e9 * library.leakage_w,
+            },
+            gates: gates(&file),
+            origin: library.path.clone(),
+            buffer: library.buffer.clone(),
+            output_load: library.load(),
+            file,
+        })
+    }
+
+    /// Figures of the cells of a netlist, in the order of its gates.
+    pub(super) fn cells(&self, flat: &Flat) -> Result<Vec<CellPower>, Lack> {
+        if self.units.volts <= 0.0 {
+            let what = "the library has no nom_voltage above 0";
+            return Err(Lack::Absent(what.to_owned()));
+        }
+        flat.gates.iter().map(|gate| self.cell(gate)).collect()
+    }
+
+    fn cell(&self, gate: &Gate) -> Result<CellPower, Lack> {
+        let tables = Tables::of(&self.file, &self.origin);
+        let cell = self.file.groups("cell").find(|c| c.name() == gate.name);
+        let cell = cell.ok_or_else(|| Lack::of(gate, "no cell"))?;
+        CellPower::read(&tables, cell, gate)
+    }
+
+    /// The transition that inputs, memories and the clock are taken to have: that of
+    /// the smallest buffer with four of its inputs behind it, driven by its like.
+    pub(super) fn transition(&self) -> Result<f64, Lack> {
+        let gate = self.gates.get(&self.buffer).and_then(|g| g.as_ref().ok());
+        let what = || Lack::Absent(format!("the buffer {} has no delays", self.buffer));
+        let buffer = self.cell(gate.ok_or_else(what)?)?;
+        let timing: &Timing = buffer.timings[0][0].first().ok_or_else(what)?;
+        let mut transition = timing.first_transition();
+        for _ in 0..8 {
+            transition = timing.transition(transition, self.output_load);
+        }
+        Ok(transition)
+    }
+}
+
+/// Picoseconds of the transition that inputs are taken to have: none where the library does
+/// not say.
+pub(crate) fn usual_transition_ps(library: &Library) -> Result<Option<f64>, SynthError> {
+    let own = PowerLibrary::read(library)?;
+    match own.transition() {
+        Ok(transition) => Ok(Some(transition * own.units.time_ps)),
+        Err(Lack::Absent(_)) => Ok(None),
+        Err(Lack::Wrong(error)) => Err(error),
+    }
+}

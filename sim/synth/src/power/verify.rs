@@ -1,0 +1,70 @@
+//! Netlists against golden values, in the project's own simulator.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+use potamoi_gates::{Flat, NoCount};
+
+use super::activity::Sampler;
+use super::lack::Lack;
+use super::library::PowerLibrary;
+use super::measure::Work;
+use super::still::Still;
+use crate::{Library, SynthError, UnitKind};
+
+/// What was compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Verified {
+    /// How often: without delays and with those of the cells.
+    pub runs: u32,
+    /// Samples or exponentials of a run.
+    pub items: u64,
+    /// Cycles of all runs.
+    pub cycles: u64,
+}
+
+/// Runs a share of the work that a sampler saw through a unit's netlist, without delays
+/// and with those of the cells, each from another state before reset.
+///
+/// # Errors
+/// The netlist computes something else, cannot be simulated, or the library says too
+/// little of its cells; there was no work.
+pub fn verify_netlist(
+    config: &Config,
+    unit: UnitKind,
+    library: &Library,
+    netlist: &str,
+    sampler: &Sampler,
+) -> Result<Verified, SynthError> {
+    let wrong = |problem: String| SynthError::Gates {
+        unit: unit.to_string(),
+        library: library.name.clone(),
+        problem,
+    };
+    let work = match unit {
+        UnitKind::Gathering => sampler.gather_window().map(Work::Gather),
+        UnitKind::Vector => sampler.vector_window().map(Work::Vector),
+    };
+    let work = work.ok_or_else(|| wrong("there is no work for it".to_owned()))?;
+    let cells = PowerLibrary::read(library)?;
+    let memories = unit.module(config)?.memory_modules();
+    let flat = Flat::new(netlist, unit.top(), &cells.gates, &memories).map_err(wrong)?;
+    let still = Still::new(&cells, &Arc::new(flat), &BTreeMap::new());
+    let still = still.map_err(|lack| match lack {
+        Lack::Absent(what) => wrong(what),
+        Lack::Wrong(error) => error,
+    })?;
+    let mut verified = Verified {
+        runs: 0,
+        items: work.items(),
+        cycles: 0,
+    };
+    for is_delayed in [false, true] {
+        let mut engine = still.engine(is_delayed, 2 + u64::from(is_delayed), NoCount)?;
+        work.run(&mut engine, config)?;
+        verified.runs += 1;
+        verified.cycles += engine.simulator.cycles;
+    }
+    Ok(verified)
+}

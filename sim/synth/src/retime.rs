@@ -1,0 +1,86 @@
+//! A netlist that is timed once more.
+
+use std::path::Path;
+
+use potamoi_kept::{self as kept, Key};
+use potamoi_verilated::cache::Scratch;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::error::CHECK_LIBRARY;
+use super::script::{LIBRARY, NETLIST};
+use super::tools::TIMING;
+use super::{Library, Made, SynthError, Tools, UnitKind};
+
+/// What a netlist is timed with.
+pub(super) struct Retiming<'a> {
+    pub(super) unit: UnitKind,
+    pub(super) made: &'a Made,
+    pub(super) library: &'a Library,
+    pub(super) tools: &'a Tools,
+    /// Where results are kept.
+    pub(super) cache: &'a Path,
+}
+
+/// What is looked for.
+pub(super) struct Wanted<'a> {
+    /// Version of what is kept.
+    pub(super) version: &'a str,
+    /// In the names of files.
+    pub(super) name: &'a str,
+    /// For errors.
+    pub(super) what: &'a str,
+    pub(super) script: &'a str,
+    /// Files beside library and netlist, by name.
+    pub(super) others: &'a [(&'a str, &'a str)],
+}
+
+impl Retiming<'_> {
+    /// Runs the script and reads what OpenSTA says, or finds what an earlier run left.
+    ///
+    /// # Errors
+    /// OpenSTA fails or prints what is not understood; files cannot be written.
+    pub(super) fn run<T: Serialize + DeserializeOwned>(
+        &self,
+        wanted: &Wanted<'_>,
+        read: impl FnOnce(&str) -> Option<T>,
+    ) -> Result<T, SynthError> {
+        let cannot = |path: &Path| {
+            let path = path.to_owned();
+            move |source| SynthError::File { path, source }
+        };
+        let (library, unit) = (self.library, self.unit);
+        let from = &self.made.netlist;
+        let netlist = std::fs::read_to_string(from).map_err(cannot(from))?;
+        let key = Key::new(format!("{unit}-{}", wanted.name), wanted.version)
+            .text("script", wanted.script)
+            .text("opensta", &self.tools.opensta)
+            .text("library", &library.sha256)
+            .text("netlist", &netlist)
+            .value("other_files", &wanted.others);
+        let kept = key.file(self.cache, "json");
+        if let Some(found) = kept::read(&kept) {
+            return Ok(found);
+        }
+        let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
+        let files = [
+            (LIBRARY, &*library.text),
+            (NETLIST, &netlist),
+            (TIMING, wanted.script),
+        ];
+        for (name, text) in files.iter().chain(wanted.others) {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).map_err(cannot(&path))?;
+        }
+        let said = self.tools.sta(folder.path(), unit.top())?;
+        let found = read(&said).ok_or_else(|| SynthError::Output {
+            tool: "sta",
+            unit: unit.top(),
+            what: wanted.what.to_owned(),
+            remedy: CHECK_LIBRARY,
+        })?;
+        kept::write(&kept, &found).map_err(cannot(&kept))?;
+        // As it is read again, so that nothing depends on whether it was kept.
+        Ok(kept::read(&kept).unwrap_or(found))
+    }
+}

@@ -1,0 +1,222 @@
+//! One unit, from its netlist to cells.
+
+use std::path::{Path, PathBuf};
+
+use potamoi_formats::config::Config;
+use potamoi_hdl::ir::{Header, verilog};
+use potamoi_kept::{self as kept, Key};
+use potamoi_verilated::cache::Scratch;
+
+use super::error::CHECK_LIBRARY;
+use super::fanout::{FAN_OUT, LOAD};
+use super::netlist::{self, MemoryArea, ModuleArea};
+use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, scripts};
+use super::tools::{FINISH, SYNTH, TIMING};
+use super::{Library, SynthError, Tools, UnitKind, UnitReport, fanout, memories};
+
+/// Version of what is kept of a unit.
+const KEPT: &str = "potamoi-synth 4";
+
+/// A unit that was synthesised, now or earlier.
+#[derive(Debug)]
+pub struct Made {
+    /// What it came to.
+    pub report: UnitReport,
+    /// Its netlist in cells.
+    pub netlist: PathBuf,
+    /// Whether it was found.
+    pub is_cached: bool,
+}
+
+/// Steps of a synthesis that [`synthesise`] tells of: mapped, buffered, timed.
+pub const STEPS: u64 = 3;
+
+/// Synthesises a unit, or finds what an earlier run of the same Verilog, library,
+/// scripts and programs left in `cache`. Interrupted, it leaves nothing there. `step` is called
+/// after each step that was taken.
+///
+/// # Errors
+/// A program fails or prints what is not understood; files cannot be written.
+pub fn synthesise(
+    config: &Config,
+    unit: UnitKind,
+    library: &Library,
+    tools: &Tools,
+    cache: &Path,
+    step: &dyn Fn(),
+) -> Result<Made, SynthError> {
+    let module = unit.module(config)?;
+    let (macros, flop_memories) = memories::split(&module, unit);
+    let header = Header {
+        origin: String::new(),
+        command: String::new(),
+    };
+    let files = verilog(&module, &header);
+    let is_macro = |file: &str| macros.iter().any(|m| file == format!("{}.v", m.module));
+    let (memories, logic): (Vec<&str>, Vec<&str>) = files
+        .keys()
+        .map(String::as_str)
+        .partition(|file| is_macro(file));
+    let scripts = scripts(
+        unit.top(),
+        &logic,
+        &memories,
+        library,
+        tools.yosys_version(),
+    );
+
+    let key = Key::new(unit.to_string(), KEPT)
+        .text("limits", &format!("{FAN_OUT} {LOAD}"))
+        .text("yosys", &tools.yosys)
+        .text("opensta", &tools.opensta)
+        .text("library", &library.sha256)
+        .value("scripts", &[&*scripts.yosys, &scripts.finish, &scripts.sta])
+        .value("other_files", &scripts.others)
+        .value("verilog", &files);
+    let cannot = |path: &Path| {
+        let path = path.to_owned();
+        move |source| SynthError::File { path, source }
+    };
+    std::fs::create_dir_all(cache).map_err(cannot(cache))?;
+    let kept = key.file(cache, "json");
+    let netlist = key.file(cache, "v");
+    if let Some((report, hash)) = kept::read::<(UnitReport, String)>(&kept)
+        && hash_of(&netlist).is_some_and(|found| found == hash)
+    {
+        return Ok(Made {
+            report,
+            netlist,
+            is_cached: true,
+        });
+    }
+
+    let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).map_err(cannot(&path))
+    };
+    for (file, text) in &files {
+        write(file, text)?;
+    }
+    for (file, text) in &scripts.others {
+        write(file, text)?;
+    }
+    write(LIBRARY, &library.text)?;
+    write(SYNTH, &scripts.yosys)?;
+    write(FINISH, &scripts.finish)?;
+    write(TIMING, &scripts.sta)?;
+    let no = |tool, what: &str| SynthError::Output {
+        tool,
+        unit: unit.top(),
+        what: what.to_owned(),
+        remedy: CHECK_LIBRARY,
+    };
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name));
+    tools.yosys(folder.path(), SYNTH, unit.top())?;
+    step();
+    let buffered = read(MAPPED)
+        .ok()
+        .and_then(|text| fanout::limit(text.as_bytes(), unit.top(), library));
+    let (buffered, buffers) = buffered.ok_or_else(|| no("yosys", "netlist as JSON"))?;
+    write(BUFFERED, &buffered)?;
+    tools.yosys(folder.path(), FINISH, unit.top())?;
+    step();
+    let timing = tools.sta(folder.path(), unit.top())?;
+    step();
+    let types = read(STATISTICS)
+        .ok()
+        .as_deref()
+        .and_then(netlist::read_types);
+    let types = types.ok_or_else(|| no("yosys", "statistics"))?;
+    let modules = netlist::modules(&types, unit.top(), &macros, library)
+        .map_err(|kind| no("yosys", &format!("known cell in place of `{kind}`")))?;
+    let path = longest_path(&timing).ok_or_else(|| no("sta", "path"))?;
+    let sum = |of: fn(&ModuleArea) -> u64| modules.iter().map(|m| m.count * of(m)).sum();
+    let period_ps = (PERIOD - path.slack) * library.time_ps;
+    let report = UnitReport {
+        unit: unit.to_string(),
+        cells: sum(|m| m.cells),
+        flops: sum(|m| m.flops),
+        buffers: modules
+            .iter()
+            .map(|m| m.count * buffers.get(&m.module).copied().unwrap_or_default())
+            .sum(),
+        area_um2: modules.iter().map(|m| m.count as f64 * m.area_um2).sum(),
+        period_ps,
+        clock_ghz: 1e3 / period_ps,
+        path: path.ends,
+        path_cells: path.cells,
+        modules,
+        memories: macros.into_iter().map(MemoryArea::from).collect(),
+        flop_memories,
+        with_memories: None,
+        power: None,
+    };
+    let text = read(NETLIST).map_err(|_| no("yosys", "netlist"))?;
+    potamoi_golden::files::write(&netlist, text.as_bytes()).map_err(cannot(&netlist))?;
+    let hash = blake3::hash(text.as_bytes()).to_hex().to_string();
+    kept::write(&kept, &(&report, hash)).map_err(cannot(&kept))?;
+    Ok(Made {
+        report,
+        netlist,
+        is_cached: false,
+    })
+}
+
+/// Hash of a kept netlist that is nobody else's.
+fn hash_of(netlist: &Path) -> Option<String> {
+    let bytes = std::fs::read(netlist).ok()?;
+    let is_own = potamoi_verilated::cache::is_own(netlist);
+    is_own.then(|| blake3::hash(&bytes).to_hex().to_string())
+}
+
+pub(super) struct LongestPath {
+    pub(super) slack: f64,
+    pub(super) ends: [String; 2],
+    pub(super) cells: u64,
+}
+
+/// Reads the report of OpenSTA's `report_checks`.
+pub(super) fn longest_path(text: &str) -> Option<LongestPath> {
+    let after = |start: &str| {
+        let line = text.lines().find(|line| line.starts_with(start))?;
+        line[start.len()..]
+            .split_whitespace()
+            .next()
+            .map(str::to_owned)
+    };
+    let slack = text.lines().find(|line| line.contains(" slack ("))?;
+    let slack: f64 = slack.split_whitespace().next()?.parse().ok()?;
+    // Rows of cells, from the first pin to the arrival.
+    let rows = text
+        .lines()
+        .take_while(|line| !line.contains("data arrival"));
+    let is_pin = |line: &&str| line.contains(" ^ ") || line.contains(" v ");
+    let cells = rows
+        .filter(is_pin)
+        .filter(|line| line.contains('('))
+        .count();
+    slack.is_finite().then_some(LongestPath {
+        slack,
+        ends: [after("Startpoint: ")?, after("Endpoint: ")?],
+        cells: cells as u64,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn paths_are_read() {
+        let text = "Startpoint: _5_ (rising edge-triggered flip-flop clocked by clk)\n\
+                    Endpoint: r/_7_ (rising edge-triggered flip-flop clocked by clk)\n\n   \
+                    0.0 0.0 ^ _5_/CK (DFF)\n   1.5 1.5 v _5_/Q (DFF)\n   0.5 2.0 ^ u1/Y (NAND)\n   \
+                    2.0 data arrival time\n  3.25   slack (MET)\n";
+        let path = longest_path(text).unwrap();
+        assert_eq!(path.ends, ["_5_", "r/_7_"]);
+        assert_eq!((path.slack, path.cells), (3.25, 3));
+        assert!(longest_path("No paths found.\n").is_none());
+    }
+}

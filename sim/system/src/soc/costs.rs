@@ -1,0 +1,342 @@
+//! Energy of what units and memories on chip do, from synthesised parameters.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+use potamoi_formats::config::Config;
+use potamoi_synth::fit::{EstimatedModule, Fit, Work};
+use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind, scaling};
+use serde::Serialize;
+use thiserror::Error;
+
+use super::kernels::Program;
+use super::logic::{Logic, NODE_NM, UnitEnergy, power_of, reached_ghz};
+use super::work::Batch;
+
+/// Registers of a MAC unit beyond the reducer's own: two inputs of 16 bits (paper, ibid.).
+const MAC_REGISTERS: f64 = 32.0;
+/// Bytes of a word of the global feature buffer, and weights of one of the weight buffer.
+pub(super) const FEATURE_WORD: f64 = 16.0;
+pub(super) const WEIGHT_WORD: f64 = 48.0;
+/// Bytes of a word of a bank of the RIT buffer.
+const RIT_WORD: f64 = 2.0;
+
+/// Energy that is not known.
+#[derive(Debug, Error)]
+pub enum CostError {
+    /// Parameters cannot be read.
+    #[error(transparent)]
+    Synth(#[from] SynthError),
+    /// Nobody knows how to scale them.
+    #[error("{what} is at {node:?} nm: expected a node with factors to {NODE_NM} nm")]
+    Node {
+        /// Which parameters.
+        what: &'static str,
+        /// Their node.
+        node: Option<u32>,
+    },
+    /// Nobody measured it.
+    #[error("the parameters say nothing of the power of {0}: synthesise them with an activity")]
+    Power(&'static str),
+    /// Parameters were given that say too little.
+    #[error(
+        "{source}\nthe parameters that were given lack the power of the gathering unit or the node of their \
+         library: synthesise them with both (potamoi synth --node NM, and power not left out)"
+    )]
+    Given {
+        /// Why they were needed.
+        source: SynthError,
+    },
+    /// A memory is not among the parameters.
+    #[error("no memory {0} in the parameters: synthesise them with CACTI (tools/setup memories)")]
+    Memory(&'static str),
+}
+
+/// A memory, picojoules an access.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Port {
+    /// Of a read.
+    pub read_pj: f64,
+    /// Of a write.
+    pub write_pj: f64,
+}
+
+/// A unit of the MAC array.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MacEnergy {
+    /// Picojoules of a cycle of a product without a multiplication: its clock.
+    pub rest_pj: f64,
+    /// Picojoules of a multiplication and addition beyond that.
+    pub work_pj: f64,
+    /// Its leakage in milliwatts, without its registers'.
+    pub leakage_mw: f64,
+}
+
+/// What the gathering unit's energy follows from.
+#[derive(Debug)]
+enum Gatherer {
+    /// Netlists that gathered.
+    Measured(UnitEnergy),
+    /// Formulas, by banks at work: of entries of eight vertices.
+    Fitted(Mutex<BTreeMap<u64, UnitEnergy>>),
+}
+
+/// Energy by unit, at 12 nm.
+#[derive(Debug)]
+pub struct Costs {
+    fit: Fit,
+    config: Config,
+    gatherer: Gatherer,
+    vector: UnitEnergy,
+    /// From the grid's node to 12 nm.
+    logic: f64,
+    /// A unit of the MAC array, whose clock stands still between products.
+    pub mac: MacEnergy,
+    /// A bank of the MFT.
+    pub mft: Port,
+    /// A bank of the RIT buffer.
+    pub rit: Port,
+    /// The global feature buffer.
+    pub features: Port,
+    /// The weight buffer.
+    pub weights: Port,
+    /// Memories and logic of the units at rest, in milliwatts.
+    pub leakage_mw: f64,
+    /// The clock in gigahertz that the slower of both units reaches at 12 nm, with the access
+    /// times of memories where they are known, before wires; none where they were not
+    /// synthesised.
+    pub reached_ghz: Option<f64>,
+    /// Cells of both units at 12 nm, in square millimetres, without memories.
+    pub area_mm2: f64,
+    /// Where the numbers are from.
+    pub origin: String,
+}
+
+/// Picojoules of a frame by what they were spent on.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct OnChip {
+    /// The gathering unit's logic.
+    pub gathering_pj: f64,
+    /// Its memories.
+    pub gathering_memories_pj: f64,
+    /// The vector unit's logic.
+    pub vector_pj: f64,
+    /// The MAC array.
+    pub array_pj: f64,
+    /// The global feature buffer and the weight buffer.
+    pub buffers_pj: f64,
+}
+
+impl std::ops::AddAssign for OnChip {
+    fn add_assign(&mut self, other: Self) {
+        self.gathering_pj += other.gathering_pj;
+        self.gathering_memories_pj += other.gathering_memories_pj;
+        self.vector_pj += other.vector_pj;
+        self.array_pj += other.array_pj;
+        self.buffers_pj += other.buffers_pj;
+    }
+}
+
+impl Costs {
+    /// Of the units of a configuration.
+    ///
+    /// The vector unit's energy and area are those of the first of `reports` that has the same one,
+    /// else by formulas. The gathering unit's are `given`'s, whatever its netlist gathered; without
+    /// them by formulas where entries have vertices, and those of `records` where they are splat
+    /// records, in the proportion in which formulas set the configuration's unit to that one's. Memories and the MAC array, which has reducers
+    /// of the paper's size, are those of `memories`.
+    ///
+    /// # Errors
+    /// A unit of which nothing is known; parameters that lack something.
+    pub fn new(
+        config: &Config,
+        program: Program,
+        fit: Fit,
+        given: Option<&SynthReport>,
+        reports: &[Synthesised],
+        records: &SynthReport,
+        memories: &SynthReport,
+    ) -> Result<Self, CostError> {
+        let node = fit.grid().library.node_nm;
+        let factors = node.and_then(|nm| scaling::logic(nm, NODE_NM));
+        let factors = factors.ok_or(CostError::Node {
+            what: "the grid",
+            node,
+        })?;
+        let logic = factors.energy;
+        let paper = Config::paper();
+        let most = Work {
+            busy: 1.0,
+            channels: paper.gu.banks.into(),
+        };
+        let array = fit.estimate(&paper, UnitKind::Gathering, most)?;
+        let flop_pj = fit.flop_pj(fit.family(&paper, UnitKind::Gathering)?);
+        let reducer = array.modules.iter().find(|m| m.module == "reducer");
+        let reducer = |of: fn(&EstimatedModule) -> f64| {
+            reducer.map_or(0.0, |m| of(m) / m.count.max(1) as f64)
+        };
+        let mac = MacEnergy {
+            rest_pj: (reducer(|m| m.clock_pj) + MAC_REGISTERS * flop_pj) * logic,
+            work_pj: reducer(|m| m.with_glitches_pj - m.clock_pj) * logic,
+            leakage_mw: reducer(|m| m.leakage_nw) * 1e-6,
+        };
+        let is_given = given.is_some();
+        let given = given.and_then(|given| {
+            let scene = &power_of(given, UnitKind::Gathering)?.activity.scene;
+            Some((scene, Logic::measured(given, UnitKind::Gathering)?))
+        });
+        // Leakage at its own node, area at the system's.
+        let (gathering_nw, gathering_um2, share) = match &given {
+            Some((_, own)) => (own.leakage_nw, own.area_um2, 1.0),
+            None => {
+                let own = fit.estimate(config, UnitKind::Gathering, most);
+                let own = own.map_err(|source| match is_given {
+                    true => CostError::Given { source },
+                    false => source.into(),
+                })?;
+                let share = own.with_glitches_pj / array.with_glitches_pj;
+                (own.leakage_nw, own.scaled(&factors).area_um2, share)
+            }
+        };
+        let gathering_from = match (&given, program) {
+            (Some((scene, _)), _) => format!("netlists of this configuration, on {scene}"),
+            (None, Program::Splats) => "netlists that gathered splat records".to_owned(),
+            (None, Program::Fields) => "formulas fitted to syntheses".to_owned(),
+        };
+        let gatherer = match (given, program) {
+            (Some((_, own)), _) => Gatherer::Measured(own.energy),
+            (None, Program::Fields) => Gatherer::Fitted(Mutex::default()),
+            (None, Program::Splats) => {
+                let measured = UnitEnergy::measured(records, UnitKind::Gathering, logic);
+                let measured = measured.ok_or(CostError::Power("splat records"))?;
+                Gatherer::Measured(UnitEnergy {
+                    rest_pj: measured.rest_pj * share,
+                    work_pj: measured.work_pj * share,
+                })
+            }
+        };
+        let own = reports.iter().find(|r| r.has(config, UnitKind::Vector));
+        let own = own.and_then(|own| Logic::measured(&own.report, UnitKind::Vector));
+        let (vector, vector_from) = match own {
+            Some(own) => (own, "netlists of this configuration"),
+            None => match Logic::estimated(&fit, config, &factors) {
+                Ok(own) => (own, "formulas fitted to syntheses"),
+                Err(unknown) => (
+                    Logic::in_proportion(&fit, config, reports).ok_or(unknown)?,
+                    "netlists of a unit with another exponential, in the proportion of formulas",
+                ),
+            },
+        };
+        let logic_mw = (gathering_nw + vector.leakage_nw) * 1e-6;
+        let port = |unit: &str, name: &'static str| -> Result<(Port, f64), CostError> {
+            let (raw, scaled) = memories.memory(unit, name).ok_or(CostError::Memory(name))?;
+            let figures = scaled.map_or(raw.figures, |s| s.figures);
+            let port = Port {
+                read_pj: figures.read_pj,
+                write_pj: figures.write_pj,
+            };
+            Ok((port, figures.leakage_mw * raw.count as f64))
+        };
+        let unit = UnitKind::Gathering.top();
+        let (mft, mft_mw) = port(unit, "mft_bank")?;
+        let (rit, rit_mw) = port(unit, "rit_bank")?;
+        let (features, features_mw) = port("system", "global_feature_buffer")?;
+        let (weights, weights_mw) = port("system", "weight_buffer")?;
+        let library = &fit.grid().library.name;
+        Ok(Self {
+            origin: format!(
+                "gathering unit: {gathering_from}; vector unit: {vector_from}; all in {library}, with glitches, scaled to \
+                 {NODE_NM} nm; memories: CACTI; the array: reducers of the paper's size with two \
+                 registers of 16 bits"
+            ),
+            reached_ghz: {
+                let own = reports.iter().find(|r| r.report.is_of(config));
+                own.and_then(|own| reached_ghz(&own.report))
+            },
+            area_mm2: (gathering_um2 + vector.area_um2) * 1e-6,
+            gatherer,
+            vector: vector.energy,
+            config: config.clone(),
+            logic,
+            mac,
+            mft,
+            rit,
+            features,
+            weights,
+            leakage_mw: mft_mw + rit_mw + features_mw + weights_mw + logic_mw,
+            fit,
+        })
+    }
+
+    /// Energy of what was done beside an array of so many units; `uses_gathering_unit` says whether
+    /// the gathers were its.
+    ///
+    /// # Errors
+    /// A configuration that the model is not of.
+    pub fn of(
+        &self,
+        done: &Batch,
+        uses_gathering_unit: bool,
+        array_units: u64,
+    ) -> Result<OnChip, CostError> {
+        let mut all = OnChip::default();
+        if uses_gathering_unit && done.gather_cycles > 0 {
+            all.gathering_pj = match &self.gatherer {
+                Gatherer::Measured(unit) => unit.of(done.gather_cycles, done.gather_busy),
+                Gatherer::Fitted(known) => {
+                    let ports = u64::from(self.config.gu.ports) * done.gather_busy;
+                    let banks = done.codes_read as f64 / ports.max(1) as f64;
+                    let unit = self.fitted(known, (banks.round() as u64).max(1))?;
+                    unit.of(done.gather_cycles, done.gather_busy)
+                }
+            };
+            let rit_words = (done.rit_read_bytes as f64) / RIT_WORD;
+            all.gathering_memories_pj = done.codes_read as f64 * self.mft.read_pj
+                + done.row_bytes as f64 / 2.0 * self.mft.write_pj
+                + rit_words * (self.rit.read_pj + self.rit.write_pj);
+        }
+        all.vector_pj = self.vector.of(done.vector_cycles, done.vector_busy);
+        let clocked = (done.array_cycles * array_units) as f64;
+        all.array_pj = self.mac.rest_pj * clocked + self.mac.work_pj * done.macs as f64;
+        // Whoever gathers, features are written to the buffer that the array reads.
+        let read = done.input_bytes + done.partial_bytes + done.operand_bytes;
+        let written =
+            done.feature_bytes + done.output_bytes + done.partial_bytes + done.result_bytes;
+        all.buffers_pj += read as f64 / FEATURE_WORD * self.features.read_pj
+            + written as f64 / FEATURE_WORD * self.features.write_pj
+            + done.weight_bytes as f64 / WEIGHT_WORD * self.weights.read_pj;
+        Ok(all)
+    }
+
+    /// Picojoules of writing weights into their buffer.
+    #[must_use]
+    pub fn loaded_weights(&self, bytes: f64) -> f64 {
+        bytes / WEIGHT_WORD * self.weights.write_pj
+    }
+
+    /// The gathering unit with so many banks at work.
+    fn fitted(
+        &self,
+        known: &Mutex<BTreeMap<u64, UnitEnergy>>,
+        channels: u64,
+    ) -> Result<UnitEnergy, CostError> {
+        // A lock is held by nobody who fails.
+        let mut known = known
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(unit) = known.get(&channels) {
+            return Ok(*unit);
+        }
+        let at = |busy| {
+            let work = Work { busy, channels };
+            self.fit.estimate(&self.config, UnitKind::Gathering, work)
+        };
+        let (rest, work) = (at(0.0)?.with_glitches_pj, at(1.0)?.with_glitches_pj);
+        let unit = UnitEnergy {
+            rest_pj: rest * self.logic,
+            work_pj: (work - rest) * self.logic,
+        };
+        known.insert(channels, unit);
+        Ok(unit)
+    }
+}

@@ -1,0 +1,161 @@
+//! What the numbers of a system may be: a range of each field, within which machines are that could
+//! be built.
+
+/// A field's range, ends included.
+pub(super) struct Range {
+    /// Its path.
+    pub(super) field: &'static str,
+    low: f64,
+    high: f64,
+    /// The range and the unit, for messages and the book.
+    pub(super) expected: &'static str,
+}
+
+impl Range {
+    /// Not a number is in none.
+    pub(super) fn holds(&self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+}
+
+const fn range(field: &'static str, [low, high]: [f64; 2], expected: &'static str) -> Range {
+    Range {
+        field,
+        low,
+        high,
+        expected,
+    }
+}
+
+const KILO: f64 = 1024.0;
+const GIGA: f64 = KILO * KILO * KILO;
+
+const CORES: ([f64; 2], &str) = ([1.0, 1e6], "1 to 1e6 lanes");
+const CLOCK: ([f64; 2], &str) = ([0.001, 100.0], "0.001 to 100 GHz");
+const BANDWIDTH: ([f64; 2], &str) = ([0.001, 1e6], "0.001 to 1e6 GB a second");
+const LAUNCH: ([f64; 2], &str) = ([0.0, 1e6], "0 to 1e6 microseconds");
+const WATTS: ([f64; 2], &str) = ([0.0, 1e5], "0 to 1e5 watts");
+const FACTOR: ([f64; 2], &str) = ([0.01, 1e4], "0.01 to 10000 times");
+const SHARE: ([f64; 2], &str) = ([1e-6, 1.0], "a share: 1e-6 to 1");
+const COUNT: ([f64; 2], &str) = ([0.0, 1e9], "0 to 1e9 instructions");
+
+/// A row of each number.
+pub(super) const RANGES: [Range; 49] = [
+    range("array_rows", [1.0, 1024.0], "1 to 1024"),
+    range("array_columns", [1.0, 1024.0], "1 to 1024"),
+    range(
+        "feature_buffer_bytes",
+        [2.0 * KILO, 64.0 * GIGA],
+        "two blocks or more, 64 GiB at most",
+    ),
+    range("feature_block_bytes", [KILO, GIGA], "1024 bytes to 1 GiB"),
+    range("feature_banks", [1.0, 1024.0], "1 to 1024"),
+    range(
+        "feature_block_banks",
+        [1.0, 1024.0],
+        "1 to 1024, a divisor of feature_banks",
+    ),
+    range("weight_buffer_bytes", [0.0, 64.0 * GIGA], "0 to 64 GiB"),
+    range("memory_channels", [1.0, 16.0], "1, 2, 4, 8 or 16"),
+    range("dma_descriptor_bytes", [0.0, 4096.0], "0 to 4096 bytes"),
+    range(
+        "interconnect_bytes_a_clock",
+        [0.001, 65_536.0],
+        "0.001 to 65536 bytes",
+    ),
+    range(
+        "interconnect_pj_per_byte",
+        [0.0, 1e6],
+        "0 to 1e6 picojoules",
+    ),
+    range("groups_in_flight", [1.0, 1_048_576.0], "1 to 1048576"),
+    range(
+        "link_bytes_per_second",
+        [1.0, 1e15],
+        "1 to 1e15 bytes a second",
+    ),
+    range("link_nj_per_byte", [0.0, 1e9], "0 to 1e9 nanojoules"),
+    range("link_colour_bytes", [0.0, 1024.0], "0 to 1024 bytes"),
+    range("link_depth_bytes", [0.0, 1024.0], "0 to 1024 bytes"),
+    range("gpu.cores", CORES.0, CORES.1),
+    range("gpu.clock_ghz", CLOCK.0, CLOCK.1),
+    range("gpu.cache_gb_s", BANDWIDTH.0, BANDWIDTH.1),
+    range(
+        "gpu.cache_bytes",
+        [64.0, 4.0 * GIGA],
+        "64 bytes, a line, to 4 GiB",
+    ),
+    range("gpu.memory_gb_s", BANDWIDTH.0, BANDWIDTH.1),
+    range("gpu.launch_us", LAUNCH.0, LAUNCH.1),
+    range("gpu.watts", WATTS.0, WATTS.1),
+    range(
+        "gpu.idle_watts",
+        WATTS.0,
+        "0 to 1e5 watts, gpu.watts at most",
+    ),
+    range("gpu.gathering_factor", FACTOR.0, FACTOR.1),
+    range("gpu.fields_efficiency", SHARE.0, SHARE.1),
+    range("gpu.splats_efficiency", SHARE.0, SHARE.1),
+    range("gpu.pictures_efficiency", SHARE.0, SHARE.1),
+    range("remote.cores", CORES.0, CORES.1),
+    range("remote.clock_ghz", CLOCK.0, CLOCK.1),
+    range("remote.cache_gb_s", BANDWIDTH.0, BANDWIDTH.1),
+    range(
+        "remote.cache_bytes",
+        [64.0, 4.0 * GIGA],
+        "64 bytes, a line, to 4 GiB",
+    ),
+    range("remote.memory_gb_s", BANDWIDTH.0, BANDWIDTH.1),
+    range("remote.launch_us", LAUNCH.0, LAUNCH.1),
+    range("remote.watts", WATTS.0, WATTS.1),
+    range(
+        "remote.idle_watts",
+        WATTS.0,
+        "0 to 1e5 watts, remote.watts at most",
+    ),
+    range("remote.gathering_factor", FACTOR.0, FACTOR.1),
+    range("remote.fields_efficiency", SHARE.0, SHARE.1),
+    range("remote.splats_efficiency", SHARE.0, SHARE.1),
+    range("remote.pictures_efficiency", SHARE.0, SHARE.1),
+    range("instructions.sample", COUNT.0, COUNT.1),
+    range("instructions.vector", COUNT.0, COUNT.1),
+    range("instructions.code", COUNT.0, COUNT.1),
+    range("instructions.projected", COUNT.0, COUNT.1),
+    range("instructions.harmonics", COUNT.0, COUNT.1),
+    range("instructions.sorted", COUNT.0, COUNT.1),
+    range("instructions.element", COUNT.0, COUNT.1),
+    range("instructions.warped", COUNT.0, COUNT.1),
+    range("instructions.scaled", COUNT.0, COUNT.1),
+];
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn the_table_of_the_book_is_current() {
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/files.md");
+        let text = std::fs::read_to_string(&page).unwrap();
+        let marks = ["<!-- ranges -->\n", "<!-- end of ranges -->\n"];
+        let (before, rest) = text.split_once(marks[0]).unwrap();
+        let (found, after) = rest.split_once(marks[1]).unwrap();
+        let rows = RANGES
+            .iter()
+            .map(|r| format!("| `{}` | {} |\n", r.field, r.expected));
+        let expected = format!(
+            "\n| field | range |\n|---|---|\n{}\n",
+            rows.collect::<String>()
+        );
+        if std::env::var_os("POTAMOI_REFRESH").is_some() {
+            let whole = [before, marks[0], &expected, marks[1], after].concat();
+            return std::fs::write(&page, whole).unwrap();
+        }
+        assert!(
+            found == expected,
+            "docs/files.md is not what the ranges are; make refresh writes it, then git diff"
+        );
+    }
+}

@@ -1,0 +1,148 @@
+//! Work that was counted is kept, by what it was counted of.
+
+use std::path::{Path, PathBuf};
+
+use potamoi_formats::config::Config;
+use potamoi_golden::scene::Scene;
+use potamoi_kept::{self as kept, Key};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use thiserror::Error;
+
+use super::super::memory::Memory;
+use super::super::npu::Array;
+use super::frame::FrameWork;
+use super::path::{PathError, PathOptions, PathWork};
+use super::replay::PathReplay;
+
+/// Of the code: raised where what is counted changes.
+const VERSION: &str = "4";
+
+/// Work that could neither be counted nor read.
+#[derive(Debug, Error)]
+pub enum KeepError {
+    /// It cannot be counted.
+    #[error(transparent)]
+    Path(#[from] PathError),
+    /// It cannot be written.
+    #[error("cannot write {path}: {source}; name another folder in POTAMOI_CACHE")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+/// Where work is kept.
+#[derive(Debug, Clone)]
+pub struct Kept {
+    folder: PathBuf,
+}
+
+impl Kept {
+    /// In a folder, which is made.
+    #[must_use]
+    pub fn new(folder: &Path) -> Self {
+        Self {
+            folder: folder.to_owned(),
+        }
+    }
+
+    /// The work of a path: what was counted earlier of the same scene, camera, configuration and
+    /// options, and by this version of the program; else it is counted now, and kept. Says
+    /// whether it was there.
+    ///
+    /// # Errors
+    /// As [`PathWork::count`]; a folder that cannot be written.
+    pub fn path(
+        &self,
+        scene: &Scene,
+        config: &Config,
+        options: &PathOptions,
+        step: &(dyn Fn() + Sync),
+    ) -> Result<(PathWork, bool), KeepError> {
+        let key = key("path", scene, config).value("path", options);
+        self.get(&key, || PathWork::count(scene, config, options, step))
+    }
+
+    /// The same of the frame that the scene's camera sees.
+    ///
+    /// # Errors
+    /// As [`FrameWork::count`]; a folder that cannot be written.
+    pub fn frame(
+        &self,
+        scene: &Scene,
+        config: &Config,
+        array: Array,
+        cache: u32,
+    ) -> Result<(FrameWork, bool), KeepError> {
+        let key = array_of(key("frame", scene, config), array, cache);
+        self.get(&key, || {
+            Ok(FrameWork::count(scene, config, array, cache, None)?)
+        })
+    }
+
+    /// What memory takes for the accesses of a path, kept in the same way.
+    ///
+    /// # Errors
+    /// As [`PathReplay::of`]; a folder that cannot be written.
+    pub fn replay(
+        &self,
+        scene: &Scene,
+        config: &Config,
+        options: &PathOptions,
+        memory: &Memory,
+    ) -> Result<PathReplay, KeepError> {
+        let key = key("replay", scene, config)
+            .value("path", options)
+            .hash("memory", memory.identity());
+        let found = self.get(&key, || PathReplay::of(scene, config, options, memory))?;
+        Ok(found.0)
+    }
+
+    fn get<T: Serialize + DeserializeOwned>(
+        &self,
+        key: &Key,
+        count: impl FnOnce() -> Result<T, PathError>,
+    ) -> Result<(T, bool), KeepError> {
+        let path = key.file(&self.folder, "json");
+        if let Some(work) = kept::read(&path) {
+            return Ok((work, true));
+        }
+        let work = count()?;
+        let fail = |source| KeepError::Write {
+            path: path.clone(),
+            source,
+        };
+        std::fs::create_dir_all(&self.folder).map_err(fail)?;
+        kept::write(&path, &work).map_err(fail)?;
+        Ok((work, false))
+    }
+}
+
+/// What all counted work depends on: the program's version, every number of the configuration,
+/// and every part of the scene.
+fn key(kind: &str, scene: &Scene, config: &Config) -> Key {
+    let key = Key::new(kind, VERSION).value("configuration", config);
+    (scene.identity().into_iter()).fold(key, |key, (part, hash)| key.hash(part, hash))
+}
+
+/// What a frame's work depends on beside.
+fn array_of(key: Key, array: Array, cache: u32) -> Key {
+    // A new field has to be a part.
+    let Array {
+        rows,
+        columns,
+        dataflow,
+        is_double_buffered,
+    } = array;
+    key.value("rows", &rows)
+        .value("columns", &columns)
+        .value("dataflow", &dataflow)
+        .value("is_double_buffered", &is_double_buffered)
+        .value("cache", &cache)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,315 @@
+//! What the units do for a frame, measured as it goes through them.
+
+use std::time::{Duration, Instant};
+
+use potamoi_cycles::{ClosedVector, GatherWork, runs};
+use potamoi_formats::config::{Config, RitPath};
+use potamoi_formats::units::VectorOp;
+use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
+use serde::{Deserialize, Serialize};
+
+use super::super::npu::Array;
+
+/// Bytes of a feature code or an activation.
+const CODE: u64 = 2;
+/// Bytes of an operand or a result of the vector unit.
+const OPERAND: u64 = 4;
+
+/// What is gathered at a time, and what is computed of it: one step of the pipeline of a frame.
+/// A batch begins with the first gather behind a vector operation.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Batch {
+    /// Runs of the gathering unit, each from reset.
+    pub runs: u64,
+    /// Tasks: MVoxels.
+    pub mvoxels: u64,
+    /// RIT entries.
+    pub entries: u64,
+    /// Cycles of the gathering unit, streams always ready.
+    pub gather_cycles: u64,
+    /// Of them, those in which it issues.
+    pub gather_busy: u64,
+    /// Codes that it reads from the MFT: entries times vertices times channels.
+    pub codes_read: u64,
+    /// Bytes of rows loaded into the MFT.
+    pub row_bytes: u64,
+    /// Bytes of RIT entries, once.
+    pub rit_bytes: u64,
+    /// Bytes of RIT entries that the gathering unit reads: again for each further segment where
+    /// they exceed both halves of its buffer.
+    pub rit_read_bytes: u64,
+    /// Bytes of gathered features.
+    pub feature_bytes: u64,
+    /// Vector operations.
+    pub operations: u64,
+    /// Elements of them.
+    pub elements: u64,
+    /// Cycles of the vector unit, streams always ready, each operation from reset.
+    pub vector_cycles: u64,
+    /// Of them, those in which it works.
+    pub vector_busy: u64,
+    /// Bytes of operands: the unit keeps none from one operation to the next.
+    pub operand_bytes: u64,
+    /// Bytes of results.
+    pub result_bytes: u64,
+    /// Products of matrices.
+    pub products: u64,
+    /// Multiplications of them.
+    pub macs: u64,
+    /// Cycles of the MAC array.
+    pub array_cycles: u64,
+    /// Bytes of inputs of products, read once for each fold of columns.
+    pub input_bytes: u64,
+    /// Bytes of weights, as often as they are loaded.
+    pub weight_bytes: u64,
+    /// Bytes of outputs of products.
+    pub output_bytes: u64,
+    /// Bytes of partial sums that are written and read again.
+    pub partial_bytes: u64,
+}
+
+impl Batch {
+    /// All counts.
+    fn counts(&mut self) -> [&mut u64; 23] {
+        [
+            &mut self.runs,
+            &mut self.mvoxels,
+            &mut self.entries,
+            &mut self.gather_cycles,
+            &mut self.gather_busy,
+            &mut self.codes_read,
+            &mut self.row_bytes,
+            &mut self.rit_bytes,
+            &mut self.rit_read_bytes,
+            &mut self.feature_bytes,
+            &mut self.operations,
+            &mut self.elements,
+            &mut self.vector_cycles,
+            &mut self.vector_busy,
+            &mut self.operand_bytes,
+            &mut self.result_bytes,
+            &mut self.products,
+            &mut self.macs,
+            &mut self.array_cycles,
+            &mut self.input_bytes,
+            &mut self.weight_bytes,
+            &mut self.output_bytes,
+            &mut self.partial_bytes,
+        ]
+    }
+
+    /// Equal parts, to one of each count; together they are the whole.
+    pub fn parts(mut self, number: u64) -> impl Iterator<Item = Self> {
+        let whole = self.counts().map(|count| *count);
+        (0..number).map(move |i| {
+            let mut part = Self::default();
+            for (own, whole) in part.counts().into_iter().zip(whole) {
+                let upto = |i: u64| (u128::from(whole) * u128::from(i) / u128::from(number)) as u64;
+                *own = upto(i + 1) - upto(i);
+            }
+            part
+        })
+    }
+}
+
+impl std::ops::AddAssign for Batch {
+    fn add_assign(&mut self, mut other: Self) {
+        for (sum, own) in self.counts().into_iter().zip(other.counts()) {
+            *sum += *own;
+        }
+    }
+}
+
+/// Units that count what other units do: cycles by the cycle models, of the same runs that
+/// hardware would do.
+pub struct Meter<'u> {
+    units: &'u mut dyn Units,
+    config: Config,
+    /// From the first operation on.
+    vector: Option<ClosedVector>,
+    array: Array,
+    batches: Vec<Batch>,
+    is_computing: bool,
+    sums: Sums,
+    /// Time in the cycle models.
+    modelled: Duration,
+}
+
+/// Cycles of the gathering unit by sums over MVoxels, which nothing is stepped through for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Sums {
+    /// In which vertices are read, those of as many entries at once as there are ports.
+    pub reads: u64,
+    /// In which rows are loaded into the MFT, one a cycle.
+    pub loads: u64,
+}
+
+impl Sums {
+    /// As one half of the MFT is loaded while the other is read: the longer of both.
+    #[must_use]
+    pub fn cycles(self) -> u64 {
+        self.reads.max(self.loads)
+    }
+}
+
+impl<'u> Meter<'u> {
+    /// Of `units` of a configuration, beside a MAC array.
+    pub fn new(units: &'u mut dyn Units, config: &Config, array: Array) -> Self {
+        Self {
+            units,
+            config: config.clone(),
+            vector: None,
+            array,
+            batches: vec![Batch::default()],
+            is_computing: false,
+            sums: Sums::default(),
+            modelled: Duration::ZERO,
+        }
+    }
+
+    /// Cycles of gathering by sums.
+    #[must_use]
+    pub const fn sums(&self) -> Sums {
+        self.sums
+    }
+
+    /// What the cycle models took of the time.
+    #[must_use]
+    pub const fn modelled(&self) -> Duration {
+        self.modelled
+    }
+
+    /// The batches, in order.
+    #[must_use]
+    pub fn into_batches(self) -> Vec<Batch> {
+        let some = |batch: &Batch| batch.runs + batch.operations + batch.products > 0;
+        self.batches.into_iter().filter(some).collect()
+    }
+
+    fn batch(&mut self) -> &mut Batch {
+        if self.batches.is_empty() {
+            self.batches.push(Batch::default());
+        }
+        let last = self.batches.len() - 1;
+        &mut self.batches[last]
+    }
+
+    fn count(&mut self, tasks: &[GatherTask]) -> Result<(), UnitError> {
+        if std::mem::take(&mut self.is_computing) {
+            self.batches.push(Batch::default());
+        }
+        for run in runs(tasks) {
+            let begun = Instant::now();
+            let work = GatherWork::new(&self.config, run)?;
+            let own = counted(run, &work, &self.config)?;
+            self.modelled += begun.elapsed();
+            *self.batch() += own;
+            let set = work.run();
+            let groups = |entries: usize| entries.div_ceil(self.config.gu.ports as usize) as u64;
+            for (task, mvoxel) in run.iter().zip(set.mvoxels) {
+                let passes = u64::from(set.segments);
+                let vertices = task.vertices.count() as u64;
+                self.sums.reads += groups(task.entries.len()) * vertices * passes;
+                self.sums.loads += u64::from(mvoxel.rows) * passes;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a run of the gathering unit does, of tasks that can follow one another.
+fn counted(
+    tasks: &[GatherTask],
+    work: &GatherWork<'_>,
+    config: &Config,
+) -> Result<Batch, UnitError> {
+    let cycles = work.predicted(config)?;
+    let mut own = Batch {
+        runs: 1,
+        gather_cycles: cycles.elapsed,
+        gather_busy: cycles.busy,
+        ..Batch::default()
+    };
+    let run = work.run();
+    for (task, mvoxel) in tasks.iter().zip(run.mvoxels) {
+        let entries = task.entries.len() as u64;
+        let bytes = match config.rit.path {
+            RitPath::Dram => entries * config.entry_bytes(task.vertices) as u64,
+            RitPath::Direct => 0,
+        };
+        let times = match run.streamed_again(config, *mvoxel) {
+            true => u64::from(run.segments),
+            false => 1,
+        };
+        let channels = task.channels as u64;
+        own += Batch {
+            mvoxels: 1,
+            entries,
+            codes_read: entries * task.vertices.count() as u64 * channels,
+            row_bytes: task.rows.len() as u64 * CODE,
+            rit_bytes: bytes,
+            rit_read_bytes: bytes * times,
+            feature_bytes: entries * channels * u64::from(config.feature_lane_bits()) / 8,
+            ..Batch::default()
+        };
+    }
+    Ok(own)
+}
+
+impl Units for Meter<'_> {
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        self.count(tasks)?;
+        self.units.gather(tasks, features)
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        self.count(tasks)?;
+        self.units.sums(tasks, sums)
+    }
+
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError> {
+        let begun = Instant::now();
+        let vector = match &self.vector {
+            Some(vector) => vector,
+            None => self.vector.insert(ClosedVector::new(&self.config)?),
+        };
+        let cycles = vector.cycles(&[(op.code, a)]);
+        self.modelled += begun.elapsed();
+        self.is_computing = true;
+        *self.batch() += Batch {
+            operations: 1,
+            elements: a.len() as u64,
+            vector_cycles: cycles.elapsed,
+            vector_busy: cycles.busy,
+            operand_bytes: OPERAND * (a.len() as u64) * (1 + u64::from(op.code.takes_both())),
+            result_bytes: OPERAND * a.len() as u64,
+            ..Batch::default()
+        };
+        self.units.vector(op, a, b, out)
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        let (folds, _) = self.array.folds(&product);
+        let across = product.columns.div_ceil(self.array.columns);
+        let array_cycles = self.array.cycles(&product);
+        let held = self.array.units();
+        let partial_bytes = self.array.partial_bytes(&product);
+        *self.batch() += Batch {
+            products: 1,
+            macs: product.operations(),
+            array_cycles,
+            input_bytes: product.rows * product.depth * across * CODE,
+            weight_bytes: folds * held * CODE,
+            output_bytes: product.rows * product.columns * CODE,
+            partial_bytes,
+            ..Batch::default()
+        };
+        self.units.multiplied(product);
+    }
+}

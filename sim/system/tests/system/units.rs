@@ -1,0 +1,104 @@
+//! The hardware in the renderers' place gives the twins' picture.
+use potamoi_formats::config::Config;
+use potamoi_golden::mask::Mask;
+use potamoi_golden::scene::{Scene, garden, lantern};
+use potamoi_golden::splats::{self, Profile};
+use potamoi_golden::units::{Twins, Units};
+use potamoi_golden::voxels::{self, MVoxels};
+use potamoi_hdl::ir::{Change, Fault};
+use potamoi_hdl::vu::vector_unit;
+use potamoi_rtl::RtlUnits;
+use potamoi_system::soc::npu::Array;
+use potamoi_system::soc::work::FrameWork;
+
+fn garden_picture(units: &mut dyn Units) -> splats::FixedFrame {
+    let camera = garden::camera().resized(96, 80);
+    let options = splats::FixedOptions {
+        background: garden::BACKGROUND,
+        ..splats::FixedOptions::default()
+    };
+    splats::render_fixed(&garden::cloud(), &camera, Profile::Inria, &options, units).unwrap()
+}
+
+#[test]
+fn splats_through_the_hardware_equal_the_twins_and_all_are_counted() {
+    let config = Config::paper();
+    let (mut twins, mut rtl) = (Twins::new(&config), RtlUnits::new(&config));
+    let expected = garden_picture(&mut twins);
+    let found = garden_picture(&mut rtl);
+    assert_eq!(found, expected);
+    assert_eq!(rtl.counts(), twins.counts());
+    assert_eq!(rtl.counts().feature_vectors, found.stats.gathers);
+    assert_eq!(rtl.counts().elements, found.stats.vector_elements);
+    assert!(found.stats.exponentials > 10_000);
+    assert_eq!(rtl.gather_flags(), 0);
+    assert!(rtl.cycles().gather >= found.stats.gathers / 2);
+}
+
+#[test]
+fn voxels_through_the_hardware_equal_the_twins_and_all_are_counted() {
+    let config = Config::paper();
+    let grid = lantern::lantern().unwrap();
+    let mvoxels = MVoxels::new(&grid, &config).unwrap();
+    let camera = lantern::camera(48, 48);
+    let render = |units: &mut dyn Units| {
+        let options = voxels::FixedOptions::default();
+        voxels::render_fixed(&grid, &mvoxels, &camera, &options, units).unwrap()
+    };
+    let (mut twins, mut rtl) = (Twins::new(&config), RtlUnits::new(&config));
+    let (expected, found) = (render(&mut twins), render(&mut rtl));
+    assert_eq!(found, expected);
+    assert_eq!(rtl.counts(), twins.counts());
+    assert_eq!(rtl.counts().elements, found.stats.vector_elements);
+    assert_eq!(rtl.gather_flags(), 0);
+}
+
+/// One bit of one constant in the Verilog is seen in the picture, so the
+/// picture does come from the hardware.
+#[test]
+fn one_flipped_constant_changes_the_picture() {
+    let text = "[gu]\nbanks = 8\nports = 1\n[vu]\nlanes = 4\n";
+    let config = Config::from_toml(text, "test").unwrap();
+    let right = vector_unit(&config).unwrap();
+    let picture = |units: &mut RtlUnits| garden_picture(units).picture;
+    let expected = picture(&mut RtlUnits::new(&config));
+    let flip = Fault {
+        module: "exp_constants".to_owned(),
+        // ln(1 + 2^-1), bit 12, woken from reset.
+        register: "sr_sub_4".to_owned(),
+        change: Change::Reset({
+            let exp = &config.vu.exp;
+            let bits = exp.engine().constant_bits;
+            let code = (1.5f64.ln() * 2f64.powi(bits as i32)).round() as u64;
+            (code ^ 1 << 12).into()
+        }),
+    };
+    let faulty = flip.inject(&right).unwrap();
+    let mut units = RtlUnits::new(&config).with_vector_unit(&faulty).unwrap();
+    assert_ne!(picture(&mut units), expected);
+}
+
+/// Cycles of a whole frame, composed of the cycle models, are those of the hardware: splats and
+/// a structured scene, and some pixels of each.
+#[test]
+fn a_composed_frame_takes_the_cycles_of_the_hardware() {
+    let config = Config::paper();
+    for name in ["garden", "lantern"] {
+        let mut scene = Scene::open(name).unwrap();
+        scene.set_size(Some(24), Some(20)).unwrap();
+        let some = Mask::new([24, 20], |i| i % 7 < 2);
+        for only in [None, Some(&some)] {
+            let work = FrameWork::count(&scene, &config, Array::PAPER, 1 << 19, only).unwrap();
+            let mut rtl = RtlUnits::new(&config);
+            match only {
+                None => scene.render_fixed(&config, &mut rtl).unwrap(),
+                Some(mask) => scene.render_fixed_masked(&config, mask, &mut rtl).unwrap(),
+            };
+            let (total, cycles) = (work.total(), rtl.cycles());
+            println!("{name}: {cycles:?}");
+            assert_eq!(total.gather_cycles, cycles.gather, "{name}");
+            assert_eq!(total.vector_cycles, cycles.vector, "{name}");
+            assert!(cycles.gather > 100 && cycles.vector > 100);
+        }
+    }
+}
