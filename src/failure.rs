@@ -15,7 +15,7 @@ use potamoi_hdl::ir::IrErrors;
 use potamoi_rtl::RtlError;
 use potamoi_synth::SynthError;
 use potamoi_system::runtime::RuntimeError;
-use potamoi_system::soc::work::KeepError;
+use potamoi_system::soc::work::WorkCacheError;
 use potamoi_system::soc::{CostError, ModelError as SystemModelError, SystemError};
 use potamoi_verilated::Error as ModelError;
 use thiserror::Error;
@@ -57,7 +57,7 @@ pub(crate) enum Failure {
     #[error(transparent)]
     System(#[from] SystemError),
     #[error(transparent)]
-    Work(#[from] KeepError),
+    Work(#[from] WorkCacheError),
     #[error(transparent)]
     Cost(#[from] CostError),
     #[error(transparent)]

@@ -7,7 +7,7 @@ use potamoi_golden::scene::{Model as SceneModel, Scene};
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind};
 use potamoi_system::soc::npu::Array;
-use potamoi_system::soc::work::{FrameWork, Kept, PathOptions, PathReplay};
+use potamoi_system::soc::work::{FrameWork, PathOptions, PathReplay, WorkCache};
 use potamoi_system::soc::{Costs, Memory, Model, Program, System};
 
 use crate::common::Common;
@@ -128,9 +128,9 @@ impl Setup {
 }
 
 /// Where counted work is kept.
-pub(crate) fn store() -> Result<Kept, Failure> {
+pub(crate) fn store() -> Result<WorkCache, Failure> {
     let folder = potamoi_verilated::cache::folder("work").map_err(SynthError::from)?;
-    Ok(Kept::new(&folder))
+    Ok(WorkCache::new(&folder))
 }
 
 /// The configuration that was asked for; where none was, the preset that has what the scene's

@@ -2,7 +2,7 @@
 //! found from.
 
 use potamoi_system::soc::work::FrameWork;
-use potamoi_system::soc::{AloneTime, Gpu, Memory, System, alone};
+use potamoi_system::soc::{Gpu, GpuOnlyTime, Memory, System, gpu_only};
 use serde::Serialize;
 
 use super::ModelArgs;
@@ -39,9 +39,9 @@ struct Timed {
     #[serde(skip)]
     work: FrameWork,
     /// As the GPU would do it at its best.
-    best: AloneTime,
+    best: GpuOnlyTime,
     /// As its programs do it by the factors that were found; by the system's where none was.
-    by_factor: AloneTime,
+    by_factor: GpuOnlyTime,
 }
 
 /// The factors, and what they were found from and tried on.
@@ -71,7 +71,7 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         }
         let setup = args.setup(common, system, scene)?;
         let work = setup.frame()?;
-        let at_best = alone(&best, &system.instructions, &memory, &work);
+        let at_best = gpu_only(&best, &system.instructions, &memory, &work);
         scenes.push(Timed {
             scene: name,
             algorithm: setup.scene.model().algorithm(),
@@ -91,7 +91,7 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
             let gpu = best.reaching(efficiency);
             let all = own
                 .iter()
-                .map(|t| alone(&gpu, &system.instructions, &memory, &t.work).total_ns());
+                .map(|t| gpu_only(&gpu, &system.instructions, &memory, &t.work).total_ns());
             all.sum::<f64>() / own.len() as f64
         };
         // The more it reaches, the less time it takes.
@@ -112,7 +112,7 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
             splats_efficiency: splats.unwrap_or(system.gpu.splats_efficiency),
             ..best
         };
-        timed.by_factor = alone(&gpu, &system.instructions, &memory, &timed.work);
+        timed.by_factor = gpu_only(&gpu, &system.instructions, &memory, &timed.work);
     }
     let found = Factors {
         report: Report::new("model --calibrate", system, scenes),

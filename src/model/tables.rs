@@ -1,7 +1,7 @@
 //! Tables for people.
 
 use potamoi_golden::warp::Profile;
-use potamoi_system::soc::engine::Resource;
+use potamoi_system::soc::job_scheduler::Resource;
 use potamoi_system::soc::work::Replayed;
 use potamoi_system::soc::{Frames, Gpu, Outcome, Scenario, System};
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use potamoi_system::soc::Timeline;
-use potamoi_system::soc::engine::Shared;
+use potamoi_system::soc::job_scheduler::Shared;
 use serde_json::{Value, json};
 
 /// Trace Event Format ("Trace Event Format", the Chromium project): a track a resource, each job

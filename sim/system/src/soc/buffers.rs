@@ -6,7 +6,7 @@
 //! a clock, whoever asks.
 
 use super::costs::{FEATURE_WORD, WEIGHT_WORD};
-use super::engine::{Share, Shared};
+use super::job_scheduler::{Share, Shared};
 use super::system::System;
 use super::variant::Gathering;
 use super::work::Batch;

@@ -3,15 +3,15 @@
 
 use serde::Serialize;
 
-use super::alone::alone;
 use super::blocks::{Block, blocks};
 use super::buffers::Buffered;
 use super::costs::{CostError, Costs, OnChip};
-use super::engine::{Job, JobId, Resource, Share, Shared};
+use super::gpu_only::gpu_only;
+use super::job_scheduler::{Job, JobId, Resource, Share, Shared};
 use super::kernels::{Kernel, PIXEL, Program};
 use super::memory::Memory;
-use super::moves::{Known, Moves, unit_moves};
 use super::system::System;
+use super::transfers::{Known, Transfers, unit_transfers};
 use super::variant::Gathering;
 use super::work::{Batch, FrameWork, PathReplay, Replayed};
 
@@ -120,8 +120,8 @@ impl<'a> Composer<'a> {
     }
 
     /// A job that leaves the buffers on chip alone.
-    fn push(&mut self, turn: Turn, resource: Resource, own_ns: f64, moves: Moves) -> JobId {
-        self.buffered(turn, resource, own_ns, moves, Buffered::default())
+    fn push(&mut self, turn: Turn, resource: Resource, own_ns: f64, transfers: Transfers) -> JobId {
+        self.buffered(turn, resource, own_ns, transfers, Buffered::default())
     }
 
     fn buffered(
@@ -129,28 +129,28 @@ impl<'a> Composer<'a> {
         turn: Turn,
         resource: Resource,
         own_ns: f64,
-        moves: Moves,
+        transfers: Transfers,
         buffered: Buffered,
     ) -> JobId {
         // The next descriptor is read while the bytes of the one before are moved.
-        let descriptors = Moves {
-            random: moves.transfers as f64 * self.system.dma_descriptor_bytes,
+        let descriptors = Transfers {
+            random: transfers.dma_transfers as f64 * self.system.dma_descriptor_bytes,
             run: self.system.dma_descriptor_bytes,
-            ..Moves::default()
+            ..Transfers::default()
         };
-        let wired = moves.wired(self.memory) + descriptors.wired(self.memory);
-        self.spent.transfers += moves.transfers;
+        let wired = transfers.wired(self.memory) + descriptors.wired(self.memory);
+        self.spent.transfers += transfers.dma_transfers;
         self.spent.descriptor_bytes += descriptors.random;
         self.spent.descriptor_pj += descriptors.pj(self.memory);
         self.spent.interconnect_bytes += wired;
-        self.spent.rows_opened += moves.rows(self.memory) + descriptors.rows(self.memory);
-        self.spent.memory_pj += moves.pj(self.memory);
-        self.spent.streamed_bytes += moves.read;
-        self.spent.written_bytes += moves.written;
-        self.spent.random_bytes += moves.random;
+        self.spent.rows_opened += transfers.rows(self.memory) + descriptors.rows(self.memory);
+        self.spent.memory_pj += transfers.pj(self.memory);
+        self.spent.streamed_bytes += transfers.read;
+        self.spent.written_bytes += transfers.written;
+        self.spent.random_bytes += transfers.random;
         self.spent.feature_buffer_bytes += buffered.features;
         self.spent.weight_buffer_bytes += buffered.weights;
-        let memory_ns = moves.ns(self.memory) + descriptors.ns(self.memory);
+        let memory_ns = transfers.ns(self.memory) + descriptors.ns(self.memory);
         let wires = self.system.interconnect_bytes_a_clock * self.clock_ghz;
         let moved = [
             (Shared::Memory, memory_ns),
@@ -193,19 +193,19 @@ impl<'a> Composer<'a> {
         done.memory_bytes += kernel.memory_bytes();
         let launch_ns = if launched { 0.0 } else { gpu.launch_ns() };
         let own_ns = gpu.ns(kernel, efficiency) + launch_ns;
-        let moves = match gpu.memory_gb_s {
+        let transfers = match gpu.memory_gb_s {
             // It is in its own time.
-            Some(_) => Moves::default(),
-            None => Moves {
+            Some(_) => Transfers::default(),
+            None => Transfers {
                 read: kernel.read_bytes,
                 written: kernel.written_bytes,
                 random: kernel.random_bytes,
                 run: kernel.run_bytes,
                 known,
-                transfers: 0,
+                dma_transfers: 0,
             },
         };
-        self.push(turn, Resource::Gpu, own_ns, moves)
+        self.push(turn, Resource::Gpu, own_ns, transfers)
     }
 
     fn cycles(&self, cycles: u64) -> f64 {
@@ -288,34 +288,34 @@ impl<'a> Composer<'a> {
                     self.reading(turn, &own_part, gathers, launched, known)
                 }
                 Gathering::Unit => {
-                    let moves = unit_moves(work, step, part, &known);
+                    let transfers = unit_transfers(work, step, part, &known);
                     let ns = self.cycles(step.gather_cycles);
                     let unit = Resource::GatheringUnit;
                     let written = Buffered::gathered(block, step);
-                    self.buffered(turn("gathering", own), unit, ns, moves, written)
+                    self.buffered(turn("gathering", own), unit, ns, transfers, written)
                 }
             };
-            let mut moves = match gathering {
+            let mut transfers = match gathering {
                 // The accelerator reads what the GPU wrote.
-                Gathering::PixelOrder | Gathering::Streamed => Moves {
+                Gathering::PixelOrder | Gathering::Streamed => Transfers {
                     read: features,
-                    transfers: 1,
-                    ..Moves::default()
+                    dma_transfers: 1,
+                    ..Transfers::default()
                 },
-                Gathering::Unit => Moves::default(),
+                Gathering::Unit => Transfers::default(),
             };
             let mut buffered = Buffered::computed(block, step, gathering);
             if step.products > 0 {
-                buffered = buffered.loading(self.load_weights(&mut moves));
+                buffered = buffered.loading(self.load_weights(&mut transfers));
             }
             let ns = self.cycles(step.array_cycles);
             let turn_of = turn("computation", vec![gather]);
-            let compute = self.buffered(turn_of, Resource::Npu, ns, moves, buffered);
+            let compute = self.buffered(turn_of, Resource::Npu, ns, transfers, buffered);
             computes.push(compute);
-            let shown = Moves {
+            let shown = Transfers {
                 written: part * work.pixels as f64 * PIXEL,
-                transfers: 1,
-                ..Moves::default()
+                dma_transfers: 1,
+                ..Transfers::default()
             };
             let ns = self.cycles(step.vector_cycles);
             let unit = Resource::VectorUnit;
@@ -333,14 +333,14 @@ impl<'a> Composer<'a> {
 
     /// Weights that the weight buffer does not hold yet; those that it cannot hold are loaded again. Their
     /// bytes.
-    fn load_weights(&mut self, moves: &mut Moves) -> f64 {
+    fn load_weights(&mut self, transfers: &mut Transfers) -> f64 {
         let (bytes, held) = self.weights;
         if held || bytes <= 0.0 {
             return 0.0;
         }
         self.weights.1 = bytes <= self.system.weight_buffer_bytes as f64;
-        moves.read += bytes;
-        moves.transfers += 1;
+        transfers.read += bytes;
+        transfers.dma_transfers += 1;
         self.spent.weight_bytes += bytes;
         self.spent.on_chip.buffers_pj += self.costs.loaded_weights(bytes);
         bytes
@@ -378,24 +378,29 @@ impl<'a> Composer<'a> {
         after: &[JobId],
         rank: u64,
     ) -> JobId {
-        let ns = alone(
+        let ns = gpu_only(
             &self.system.remote,
             &self.system.instructions,
             self.memory,
             work,
         )
         .total_ns();
-        let moves = Moves::default();
+        let transfers = Transfers::default();
         let turn = |stage, after| Turn { stage, after, rank };
-        let made = self.push(turn("remote", after.to_vec()), Resource::Remote, ns, moves);
+        let made = self.push(
+            turn("remote", after.to_vec()),
+            Resource::Remote,
+            ns,
+            transfers,
+        );
         let bytes = bytes * work.frame_pixels as f64;
         self.spent.link_bytes += bytes;
         let ns = bytes / self.system.link_bytes_per_second * 1e9;
         // What is received is written to memory.
-        let received = Moves {
+        let received = Transfers {
             written: bytes,
-            transfers: 1,
-            ..Moves::default()
+            dma_transfers: 1,
+            ..Transfers::default()
         };
         self.push(turn("link", vec![made]), Resource::Link, ns, received)
     }

@@ -4,8 +4,8 @@
 use serde::Serialize;
 
 use super::memory::Memory;
-use super::moves::{Known, missed_moves, unit_moves};
 use super::outcome::{Model, ModelError};
+use super::transfers::{Known, missed_transfers, unit_transfers};
 use super::variant::Gathering;
 use super::work::{FrameWork, PathReplay};
 
@@ -41,12 +41,12 @@ impl MemorySaving {
     #[must_use]
     pub fn of(memory: &Memory, replay: Option<&PathReplay>, work: &FrameWork) -> Self {
         let known = Known::of(replay, work);
-        let before = missed_moves(work, &known);
+        let before = missed_transfers(work, &known);
         let (before_bytes, before_pj) = (before.bytes(), before.pj(memory));
         let total = work.total();
-        let mut moves = unit_moves(work, &total, 1.0, &known);
-        moves.written += total.rit_bytes as f64;
-        let (after_bytes, after_pj) = (moves.bytes(), moves.pj(memory));
+        let mut transfers = unit_transfers(work, &total, 1.0, &known);
+        transfers.written += total.rit_bytes as f64;
+        let (after_bytes, after_pj) = (transfers.bytes(), transfers.pj(memory));
         let each = before_pj / before_bytes.max(1.0);
         Self {
             before_pj,

@@ -1,36 +1,36 @@
 //! The system around the units: memory, the array that computes features, and what a frame
 //! takes of them.
 
-mod alone;
 mod blocks;
 mod buffers;
 mod compose;
 mod costs;
 pub mod dram;
-pub mod engine;
 #[cfg(test)]
 mod figures;
+mod frame_jobs;
 mod gathering;
 mod gpu;
+mod gpu_only;
+pub mod job_scheduler;
 mod kernels;
 mod logic;
 mod memory;
-mod moves;
 pub mod npu;
 mod outcome;
 mod ranges;
 mod system;
 #[cfg(test)]
 mod tests;
+mod transfers;
 mod variant;
-mod walk;
 pub mod work;
 
-pub use alone::{AloneTime, alone};
 pub use compose::{GpuDone, Spent};
 pub use costs::{CostError, Costs, MacEnergy, OnChip, Port};
 pub use gathering::{Gathered, MemorySaving};
 pub use gpu::Gpu;
+pub use gpu_only::{GpuOnlyTime, gpu_only};
 pub use kernels::{Instructions, Kernel, Program};
 pub use memory::{Memory, Rate};
 pub use outcome::{

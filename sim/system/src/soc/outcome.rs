@@ -8,11 +8,11 @@ use thiserror::Error;
 use super::buffers;
 use super::compose::{Composer, Spent};
 use super::costs::{CostError, Costs};
-use super::engine::{self, EngineError, Job, Resource, Shared, Times};
+use super::frame_jobs::FrameJobs;
+use super::job_scheduler::{self, Job, JobError, Resource, Shared, Times};
 use super::memory::Memory;
 use super::system::System;
 use super::variant::{Frames, Gathering, Scenario, Variant};
-use super::walk::Walk;
 use super::work::{FrameWork, PathReplay, PathWork, Quality};
 
 /// A path that could not be modelled.
@@ -23,7 +23,7 @@ pub enum ModelError {
     Cost(#[from] CostError),
     /// Jobs that cannot be run.
     #[error(transparent)]
-    Engine(#[from] EngineError),
+    Engine(#[from] JobError),
 }
 
 /// Nanoseconds of a stage, a frame.
@@ -206,7 +206,7 @@ impl Model<'_> {
         variant: Variant,
         scenario: Scenario,
     ) -> Result<(Outcome, Timeline), ModelError> {
-        let composer = Walk::new(self.composer(), path, variant, scenario).jobs()?;
+        let composer = FrameJobs::new(self.composer(), path, variant, scenario).jobs()?;
         let quality = match variant.frames {
             Frames::Full => path.full_quality,
             Frames::Half => path.half_quality,
@@ -246,7 +246,7 @@ impl Model<'_> {
 
     fn done(&self, composer: Composer<'_>, frames: usize) -> Result<(Run, Timeline), ModelError> {
         let Composer { jobs, spent, .. } = composer;
-        let times = engine::run(&jobs)?;
+        let times = job_scheduler::run(&jobs)?;
         let span_ns = times.iter().map(|t| t.end_ns).fold(0.0, f64::max);
         let mut stages: BTreeMap<&'static str, StageTime> = BTreeMap::new();
         let mut busy: BTreeMap<Resource, f64> = BTreeMap::new();

@@ -165,7 +165,7 @@ proptest! {
             let model = Model { system, memory: memory(4), costs: costs(Program::of(&full)), clock_ghz: 1.0, weight_bytes: WEIGHTS, replay: None };
             let run = model.run(&path, variant, Scenario::Remote).unwrap().0.run;
             // The energy of what works afar is its own.
-            let busy = run.utilisation[&engine::Resource::Remote] * run.span_ns;
+            let busy = run.utilisation[&job_scheduler::Resource::Remote] * run.span_ns;
             let watts = system.remote.watts * busy + system.remote.idle_watts * (run.span_ns - busy);
             assert!(near(run.remote_mj.unwrap(), watts * 1e-6 / 6.0));
             run.span_ns

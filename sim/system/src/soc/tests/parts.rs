@@ -173,7 +173,7 @@ fn what_waits_takes_energy_too() {
     let (rest, worked) = (own.mac.rest_pj, own.mac.work_pj * done.macs as f64);
     let clocked = 576.0 * done.array_cycles as f64;
     assert!(near(run.energy.array_mj, (rest * clocked + worked) * 1e-9));
-    let busy = run.utilisation[&engine::Resource::Gpu] * span;
+    let busy = run.utilisation[&job_scheduler::Resource::Gpu] * span;
     let gpu = &system.gpu;
     let watts = gpu.watts * busy + gpu.idle_watts * (span - busy);
     assert!(near(run.energy.gpu_mj, watts * 1e-6));
@@ -223,7 +223,7 @@ fn colours_of_a_field_are_gathered_as_fields_are() {
         gpu.launch_us = 0.0;
         gpu.memory_gb_s = Some(1e6);
         change(&mut gpu);
-        let found = alone(&gpu, &Instructions::default(), memory(4), work);
+        let found = gpu_only(&gpu, &Instructions::default(), memory(4), work);
         [found.indexing_ns, found.gathering_ns, found.computation_ns]
     };
     let ratios = |work: &FrameWork, change: fn(&mut Gpu)| {

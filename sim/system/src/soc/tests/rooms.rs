@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::soc::blocks::blocks;
-use crate::soc::engine::Times;
 use crate::soc::figures;
+use crate::soc::job_scheduler::Times;
 
 /// When the jobs of gathering, computation and compositing were what, block by block.
 fn stages(system: &System, work: &FrameWork) -> [Vec<Times>; 3] {

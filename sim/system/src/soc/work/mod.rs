@@ -1,16 +1,16 @@
 //! What a frame asks of the hardware, counted on frames that are really rendered: nothing here
 //! is a ratio that somebody assumed.
 
+mod cache;
 mod frame;
-mod keep;
 mod meter;
 mod path;
 mod replay;
 #[cfg(test)]
 mod tests;
 
+pub use cache::{WorkCache, WorkCacheError};
 pub use frame::{Counted, FrameWork, Reads};
-pub use keep::{KeepError, Kept};
 pub use meter::{Batch, Meter, Sums};
 pub use path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};
 pub use replay::{PathReplay, Replay, Replayed};

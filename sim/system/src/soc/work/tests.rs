@@ -124,7 +124,7 @@ fn a_mask_asks_for_its_pixels() {
 fn a_manner_of_its_own_is_kept_by_itself() {
     let config = Config::paper();
     let folder = tempfile::tempdir().unwrap();
-    let kept = Kept::new(folder.path());
+    let kept = WorkCache::new(folder.path());
     let array = Array::PAPER;
     let plain = scene("lantern", 24);
     let mut farther = plain.clone();
@@ -138,7 +138,7 @@ fn a_manner_of_its_own_is_kept_by_itself() {
     for scene in [&plain, &farther, &sooner] {
         let (work, was_kept) = kept.frame(scene, &config, array, CACHE).unwrap();
         assert!(!was_kept);
-        let (counted, _) = Kept::new(tempfile::tempdir().unwrap().path())
+        let (counted, _) = WorkCache::new(tempfile::tempdir().unwrap().path())
             .frame(scene, &config, array, CACHE)
             .unwrap();
         assert_eq!(work, counted);
@@ -164,7 +164,7 @@ fn a_path_is_counted_once() {
     };
     let steps = AtomicU64::new(0);
     let count = || {
-        Kept::new(folder.path())
+        WorkCache::new(folder.path())
             .path(&scene, &config, &options, &|| {
                 steps.fetch_add(1, Ordering::Relaxed);
             })
@@ -210,7 +210,7 @@ fn a_path_is_counted_once() {
         ..options
     };
     assert!(
-        !Kept::new(folder.path())
+        !WorkCache::new(folder.path())
             .path(&scene, &config, &wider, &|| ())
             .unwrap()
             .1

@@ -98,7 +98,7 @@ pub struct Times {
 
 /// Jobs that cannot be run.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum EngineError {
+pub enum JobError {
     /// A job comes after one that does not stand before it.
     #[error("job {job} ({stage}) comes after job {after}, which does not stand before it")]
     Order {
@@ -165,7 +165,7 @@ impl Moving {
 ///
 /// # Errors
 /// A job comes after one that does not stand before it, or a time is no time.
-pub fn run(jobs: &[Job]) -> Result<Vec<Times>, EngineError> {
+pub fn run(jobs: &[Job]) -> Result<Vec<Times>, JobError> {
     check(jobs)?;
     let mut waiting: Vec<usize> = jobs.iter().map(|job| job.after.len()).collect();
     let mut followers = vec![vec![]; jobs.len()];
@@ -267,11 +267,11 @@ fn advance(running: &mut BTreeMap<Resource, Running>, now: f64, times: &mut [Tim
     step
 }
 
-fn check(jobs: &[Job]) -> Result<(), EngineError> {
+fn check(jobs: &[Job]) -> Result<(), JobError> {
     for (id, job) in jobs.iter().enumerate() {
         let stage = job.stage;
         if let Some(&after) = job.after.iter().find(|before| **before >= id) {
-            return Err(EngineError::Order {
+            return Err(JobError::Order {
                 job: id,
                 stage,
                 after,
@@ -280,7 +280,7 @@ fn check(jobs: &[Job]) -> Result<(), EngineError> {
         let shares = job.shares.iter().map(|share| ("a share", share.ns));
         for (field, value) in shares.chain([("own_ns", job.own_ns)]) {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(EngineError::Time {
+                return Err(JobError::Time {
                     job: id,
                     stage,
                     field,

@@ -242,7 +242,7 @@ fn kinds_and_cameras_are_in_the_key() {
 #[test]
 fn edited_counts_are_not_believed() {
     let folder = tempfile::tempdir().unwrap();
-    let kept = Kept::new(folder.path());
+    let kept = WorkCache::new(folder.path());
     let mut scene = scene();
     scene.set_size(Some(16), Some(16)).unwrap();
     let frame = || kept.frame(&scene, &Config::paper(), Array::PAPER, 1 << 19);

@@ -20,7 +20,7 @@ const VERSION: &str = "4";
 
 /// Work that could neither be counted nor read.
 #[derive(Debug, Error)]
-pub enum KeepError {
+pub enum WorkCacheError {
     /// It cannot be counted.
     #[error(transparent)]
     Path(#[from] PathError),
@@ -36,11 +36,11 @@ pub enum KeepError {
 
 /// Where work is kept.
 #[derive(Debug, Clone)]
-pub struct Kept {
+pub struct WorkCache {
     folder: PathBuf,
 }
 
-impl Kept {
+impl WorkCache {
     /// In a folder, which is made.
     #[must_use]
     pub fn new(folder: &Path) -> Self {
@@ -61,7 +61,7 @@ impl Kept {
         config: &Config,
         options: &PathOptions,
         step: &(dyn Fn() + Sync),
-    ) -> Result<(PathWork, bool), KeepError> {
+    ) -> Result<(PathWork, bool), WorkCacheError> {
         let key = key("path", scene, config).value("path", options);
         self.get(&key, || PathWork::count(scene, config, options, step))
     }
@@ -76,7 +76,7 @@ impl Kept {
         config: &Config,
         array: Array,
         cache: u32,
-    ) -> Result<(FrameWork, bool), KeepError> {
+    ) -> Result<(FrameWork, bool), WorkCacheError> {
         let key = array_of(key("frame", scene, config), array, cache);
         self.get(&key, || {
             Ok(FrameWork::count(scene, config, array, cache, None)?)
@@ -93,7 +93,7 @@ impl Kept {
         config: &Config,
         options: &PathOptions,
         memory: &Memory,
-    ) -> Result<PathReplay, KeepError> {
+    ) -> Result<PathReplay, WorkCacheError> {
         let key = key("replay", scene, config)
             .value("path", options)
             .hash("memory", memory.identity());
@@ -105,13 +105,13 @@ impl Kept {
         &self,
         key: &Key,
         count: impl FnOnce() -> Result<T, PathError>,
-    ) -> Result<(T, bool), KeepError> {
+    ) -> Result<(T, bool), WorkCacheError> {
         let path = key.file(&self.folder, "json");
         if let Some(work) = kept::read(&path) {
             return Ok((work, true));
         }
         let work = count()?;
-        let fail = |source| KeepError::Write {
+        let fail = |source| WorkCacheError::Write {
             path: path.clone(),
             source,
         };

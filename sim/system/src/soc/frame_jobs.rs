@@ -2,19 +2,19 @@
 
 use super::compose::Composer;
 use super::costs::CostError;
-use super::engine::JobId;
+use super::job_scheduler::JobId;
 use super::variant::{Frames, Scenario, Variant};
 use super::work::{FrameWork, PathWork};
 
 /// A path on a variant.
-pub(super) struct Walk<'a> {
+pub(super) struct FrameJobs<'a> {
     composer: Composer<'a>,
     path: &'a PathWork,
     variant: Variant,
     scenario: Scenario,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> FrameJobs<'a> {
     pub(super) const fn new(
         composer: Composer<'a>,
         path: &'a PathWork,

@@ -7,7 +7,7 @@ use super::work::{Batch, FrameWork, PathReplay, Replayed};
 
 /// Bytes of a job.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Moves {
+pub(super) struct Transfers {
     pub(super) read: f64,
     pub(super) written: f64,
     pub(super) random: f64,
@@ -16,10 +16,10 @@ pub(super) struct Moves {
     /// What those read in order take, and those read from anywhere, where their sequence is known.
     pub(super) known: [Option<Replayed>; 2],
     /// By the DMA.
-    pub(super) transfers: u64,
+    pub(super) dma_transfers: u64,
 }
 
-impl Moves {
+impl Transfers {
     pub(super) const fn bytes(&self) -> f64 {
         self.read + self.written + self.random
     }
@@ -91,29 +91,34 @@ impl Known {
 }
 
 /// What misses the GPU's cache in pixel-centric order.
-pub(super) fn missed_moves(work: &FrameWork, known: &Known) -> Moves {
+pub(super) fn missed_transfers(work: &FrameWork, known: &Known) -> Transfers {
     let kernel = kernels::misses(work);
-    Moves {
+    Transfers {
         read: kernel.read_bytes,
         random: kernel.random_bytes,
         run: kernel.run_bytes,
         known: known.rates(Gathering::PixelOrder),
-        ..Moves::default()
+        ..Transfers::default()
     }
 }
 
 /// What the gathering unit reads and spills for a step, which is a part of a frame.
-pub(super) fn unit_moves(work: &FrameWork, step: &Batch, part: f64, known: &Known) -> Moves {
+pub(super) fn unit_transfers(
+    work: &FrameWork,
+    step: &Batch,
+    part: f64,
+    known: &Known,
+) -> Transfers {
     let scattered = part * work.scattered_bytes as f64;
     let spilled = part * work.spilled_bytes as f64;
-    Moves {
+    Transfers {
         read: step.row_bytes as f64 - scattered + step.rit_read_bytes as f64 + spilled / 2.0,
         written: spilled / 2.0,
         random: scattered,
         run: run_bytes(work),
         known: known.rates(Gathering::Unit),
         // Of an MVoxel its rows and its entries.
-        transfers: 2 * step.mvoxels,
+        dma_transfers: 2 * step.mvoxels,
     }
 }
 

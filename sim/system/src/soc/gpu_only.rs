@@ -9,7 +9,7 @@ use super::work::FrameWork;
 
 /// Nanoseconds of a frame on a GPU that does everything, in pixel-centric order.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct AloneTime {
+pub struct GpuOnlyTime {
     /// Finding samples, or projecting and sorting Gaussians.
     pub indexing_ns: f64,
     /// Reading and interpolating vectors.
@@ -18,7 +18,7 @@ pub struct AloneTime {
     pub computation_ns: f64,
 }
 
-impl AloneTime {
+impl GpuOnlyTime {
     /// All of it.
     #[must_use]
     pub const fn total_ns(&self) -> f64 {
@@ -29,12 +29,12 @@ impl AloneTime {
 /// Times a frame on a GPU that does everything; one without a memory of its own has the
 /// system's to itself.
 #[must_use]
-pub fn alone(
+pub fn gpu_only(
     gpu: &Gpu,
     instructions: &Instructions,
     memory: &Memory,
     work: &FrameWork,
-) -> AloneTime {
+) -> GpuOnlyTime {
     let ns = |reached: f64, kernel: Kernel| {
         let bytes = match gpu.memory_gb_s {
             Some(_) => 0.0,
@@ -47,7 +47,7 @@ pub fn alone(
         gpu.ns(&kernel, reached).max(bytes) + gpu.launch_ns()
     };
     let gathers = gpu.reached_gathering_by(Program::that_gathers(work));
-    AloneTime {
+    GpuOnlyTime {
         indexing_ns: ns(
             gpu.reached_by(Program::of(work)),
             instructions.indexing(work),
