@@ -9,14 +9,13 @@ mod report;
 mod rivals;
 mod sensitivity;
 mod tables;
-mod timeline;
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use potamoi_golden::scene::Scene;
 use potamoi_system::soc::work::{PathOptions, PathWork};
-use potamoi_system::soc::{Scenario, System, Variant};
+use potamoi_system::soc::{Scenario, System, Variant, chrome_trace};
 
 use crate::common::Common;
 use crate::failure::Failure;
@@ -190,7 +189,7 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
             pictures::roofline(file, &found, &system)?;
         }
         if let (Some(file), Some(timeline)) = (&args.trace, &last) {
-            files::write_json(file, &timeline::chrome_trace(timeline))?;
+            files::write_json(file, &chrome_trace(timeline))?;
         }
         report.scenes.push(found);
         report::write(&report, args)?;

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 use potamoi_golden::camera::Camera;
 use potamoi_golden::warp::{Counts, Frame, Plan, Shaded, WarpError, Warper};
+use potamoi_system::link;
 use potamoi_system::runtime::{
     Link, LinkUse, Made, Nanos, Options, PixelClock, Poses, References, Remote, Resource, Schedule,
     chrome_trace, live, schedule,
@@ -17,11 +18,6 @@ use crate::failure::Failure;
 use crate::files;
 use crate::say::say;
 
-/// Bytes of a pixel of a reference that is sent: three of colour, and a depth of
-/// two.
-const SENT_BYTES: u64 = 5;
-/// Bytes that ask for a reference: a pose of twelve 32-bit numbers.
-const REQUEST_BYTES: u64 = 48;
 const NANOS_A_MILLISECOND: f64 = 1e6;
 
 /// Options of the runtime.
@@ -173,8 +169,10 @@ impl TimingArgs {
         };
         let remote = self.server_ms.map(|_| Remote {
             link: Link::PAPER,
-            request_bytes: REQUEST_BYTES,
-            reference_bytes: SENT_BYTES * u64::from(camera.width) * u64::from(camera.height),
+            request_bytes: link::REQUEST_BYTES,
+            reference_bytes: u64::from(link::REFERENCE_BYTES)
+                * u64::from(camera.width)
+                * u64::from(camera.height),
             timeout: nanos(self.timeout_ms),
             lost: lost.iter().copied().collect::<BTreeSet<_>>(),
         });

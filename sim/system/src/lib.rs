@@ -6,5 +6,7 @@
 //! Verilog is run for any of it.
 
 pub mod effects;
+pub mod link;
 pub mod runtime;
 pub mod soc;
+mod trace_events;

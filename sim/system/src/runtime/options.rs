@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use super::{Nanos, RuntimeError};
+use crate::link;
 
 const SECOND: u128 = 1_000_000_000;
 
@@ -96,9 +97,9 @@ impl Link {
     /// The paper's wireless link: 10 MB/s and 100 nJ/B. Of its latency nothing
     /// is said: none.
     pub const PAPER: Self = Self {
-        bytes_per_second: 10_000_000,
+        bytes_per_second: link::BYTES_PER_SECOND,
         latency: 0,
-        nanojoules_per_byte: 100,
+        nanojoules_per_byte: link::NANOJOULES_PER_BYTE,
     };
 
     /// How long so many bytes occupy it, rounded up.

@@ -1,12 +1,10 @@
-//! A schedule in the Trace Event format, which Perfetto and chrome://tracing
-//! show ("Trace Event Format", the Chromium project).
+//! A schedule as a trace.
 
 use serde_json::{Map, Value, json};
 
 use super::{Job, Nanos, Resource, Schedule, Task, Waits};
+use crate::trace_events::TraceEvents;
 
-/// The process that all tracks are of.
-const PROCESS: u32 = 1;
 /// Tracks: resources have the numbers of [`Resource::ALL`] plus 1.
 const DISPLAY: usize = Resource::ALL.len() + 1;
 const FIRST_SLOT: usize = DISPLAY + 1;
@@ -19,19 +17,14 @@ const FIRST_SLOT: usize = DISPLAY + 1;
 /// reference, and say in nanoseconds what it waited for.
 #[must_use]
 pub fn chrome_trace(schedule: &Schedule) -> Value {
-    let mut events = vec![json!({
-        "ph": "M", "name": "process_name", "pid": PROCESS, "args": {"name": "potamoi runtime"},
-    })];
+    let mut trace = TraceEvents::new("potamoi runtime");
     for used in &schedule.resources {
-        events.push(named(used.resource as usize + 1, used.resource.name()));
+        trace.track(used.resource as usize + 1, used.resource.name());
     }
-    events.push(named(DISPLAY, "display"));
+    trace.track(DISPLAY, "display");
     let slots = schedule.held.iter().map(|h| h.slot + 1).max().unwrap_or(0);
     for slot in 0..slots {
-        events.push(named(
-            FIRST_SLOT + slot,
-            &format!("reference buffer, slot {slot}"),
-        ));
+        trace.track(FIRST_SLOT + slot, format!("reference buffer, slot {slot}"));
     }
 
     for task in &schedule.tasks {
@@ -52,37 +45,36 @@ pub fn chrome_trace(schedule: &Schedule) -> Value {
         args.insert("waited_ns".into(), waits(&task.waits));
         args.insert("idle_before_ns".into(), waits(&task.idle));
         let (name, category) = name(task.job);
-        events.push(json!({
-            "ph": "X", "name": name, "cat": category, "pid": PROCESS, "tid": track(task),
-            "ts": micros(task.start), "dur": micros(task.end - task.start), "args": args,
-        }));
+        let us = micros(task.end - task.start);
+        let named = (&*name, Some(category));
+        trace.span((track(task), micros(task.start)), us, named, args.into());
     }
     for held in &schedule.held {
-        events.push(json!({
-            "ph": "X", "name": format!("reference {}", held.reference), "cat": "buffer",
-            "pid": PROCESS, "tid": FIRST_SLOT + held.slot, "ts": micros(held.from),
-            "dur": micros(held.until - held.from), "args": {"reference": held.reference},
-        }));
+        let name = format!("reference {}", held.reference);
+        trace.span(
+            (FIRST_SLOT + held.slot, micros(held.from)),
+            micros(held.until - held.from),
+            (&name, Some("buffer")),
+            json!({"reference": held.reference}),
+        );
     }
     for frame in &schedule.frames {
-        events.push(json!({
-            "ph": "i", "s": "t", "name": format!("frame {}", frame.number), "cat": "frame",
-            "pid": PROCESS, "tid": DISPLAY, "ts": micros(frame.shown),
-            "args": {
-                "frame": frame.number, "reference": frame.reference, "made": frame.made,
-                "pose_ns": frame.pose, "finished_ns": frame.finished,
-                "latency_ns": frame.latency(), "waited_ns": waits(&frame.waits),
-            },
-        }));
+        let name = format!("frame {}", frame.number);
+        let args = json!({
+            "frame": frame.number, "reference": frame.reference, "made": frame.made,
+            "pose_ns": frame.pose, "finished_ns": frame.finished,
+            "latency_ns": frame.latency(), "waited_ns": waits(&frame.waits),
+        });
+        trace.instant((DISPLAY, micros(frame.shown)), (&name, "frame"), args);
     }
-    events.extend(arrows(schedule));
-    json!({"displayTimeUnit": "ns", "traceEvents": events})
+    arrows(schedule, &mut trace);
+    trace.finish()
 }
 
 /// A pair of flow events for each target that read its reference. The first
 /// lies in the last nanosecond of the task that brought the reference, as one
 /// at its end would belong to what follows.
-fn arrows(schedule: &Schedule) -> Vec<Value> {
+fn arrows(schedule: &Schedule, trace: &mut TraceEvents) {
     let mut brought: Vec<Option<&Task>> = vec![];
     for task in &schedule.tasks {
         if let Job::Reference(r) | Job::Answer(r) = task.job {
@@ -93,7 +85,6 @@ fn arrows(schedule: &Schedule) -> Vec<Value> {
             brought[r] = Some(task);
         }
     }
-    let mut events = vec![];
     for task in &schedule.tasks {
         let Job::Target(frame) = task.job else {
             continue;
@@ -104,16 +95,10 @@ fn arrows(schedule: &Schedule) -> Vec<Value> {
         };
         let inside = from.end.saturating_sub(1).max(from.start);
         let name = format!("reference {reference}");
-        events.push(json!({
-            "ph": "s", "name": name, "cat": "reference", "id": frame, "pid": PROCESS,
-            "tid": track(from), "ts": micros(inside),
-        }));
-        events.push(json!({
-            "ph": "f", "bp": "e", "name": name, "cat": "reference", "id": frame, "pid": PROCESS,
-            "tid": track(task), "ts": micros(task.start),
-        }));
+        let from = (track(from), micros(inside));
+        let to = (track(task), micros(task.start));
+        trace.arrow(from, to, (&name, "reference"), frame);
     }
-    events
 }
 
 const fn track(task: &Task) -> usize {
@@ -128,12 +113,6 @@ fn name(job: Job) -> (String, &'static str) {
         Job::Target(frame) => (format!("target {frame}"), "target"),
         Job::Fallback(frame) => (format!("full {frame}"), "fallback"),
     }
-}
-
-fn named(track: usize, name: &str) -> Value {
-    json!({
-        "ph": "M", "name": "thread_name", "pid": PROCESS, "tid": track, "args": {"name": name},
-    })
 }
 
 fn micros(time: Nanos) -> f64 {

@@ -22,6 +22,7 @@ mod ranges;
 mod system;
 #[cfg(test)]
 mod tests;
+mod timeline;
 mod transfers;
 mod variant;
 pub mod work;
@@ -37,4 +38,5 @@ pub use outcome::{
     EnergyByPart, LastThrough, Model, ModelError, Outcome, Run, StageTime, Timeline,
 };
 pub use system::{System, SystemError};
+pub use timeline::chrome_trace;
 pub use variant::{Frames, Gathering, Scenario, Variant};

@@ -8,6 +8,7 @@ use super::gpu::Gpu;
 use super::kernels::Instructions;
 use super::npu::Array;
 use super::ranges::RANGES;
+use crate::link;
 
 /// The system around the units. Defaults are the paper's (Sec. "Experimental Setup") where it
 /// has them, and named assumptions otherwise.
@@ -82,10 +83,10 @@ impl Default for System {
             gpu: Gpu::XAVIER,
             remote: Gpu::RTX_2080_TI,
             instructions: Instructions::default(),
-            link_bytes_per_second: 10e6,
-            link_nj_per_byte: 100.0,
-            link_colour_bytes: 3.0,
-            link_depth_bytes: 2.0,
+            link_bytes_per_second: link::BYTES_PER_SECOND as f64,
+            link_nj_per_byte: link::NANOJOULES_PER_BYTE as f64,
+            link_colour_bytes: link::COLOUR_BYTES.into(),
+            link_depth_bytes: link::DEPTH_BYTES.into(),
         }
     }
 }

@@ -1,35 +1,35 @@
-//! Jobs as a Chrome trace.
+//! Jobs as a trace.
 
 use std::collections::BTreeSet;
 
-use potamoi_system::soc::Timeline;
-use potamoi_system::soc::job_scheduler::Shared;
 use serde_json::{Value, json};
 
-/// Trace Event Format ("Trace Event Format", the Chromium project): a track a resource, each job
-/// a complete event; what it waited for is among its arguments. Of what jobs share, memory, the
-/// interconnect and the ports of buffers, counters say how many move bytes. Times are microseconds.
-pub(super) fn chrome_trace(timeline: &Timeline) -> Value {
-    let mut events = vec![json!({
-        "ph": "M", "name": "process_name", "pid": 1, "args": {"name": "potamoi model"},
-    })];
+use super::job_scheduler::Shared;
+use super::outcome::Timeline;
+use crate::trace_events::TraceEvents;
+
+/// Writes jobs as a Chrome trace: a track a resource, each job a complete event; what it waited for
+/// is among its arguments. Of what jobs share, memory, the interconnect and the ports of buffers,
+/// counters say how many move bytes. Times are microseconds.
+#[must_use]
+pub fn chrome_trace(timeline: &Timeline) -> Value {
+    let mut trace = TraceEvents::new("potamoi model");
     let mut tracks: Vec<_> = timeline.iter().map(|(job, _)| job.resource).collect();
     tracks.sort_unstable();
     tracks.dedup();
     for (at, resource) in tracks.iter().enumerate() {
-        events.push(json!({
-            "ph": "M", "name": "thread_name", "pid": 1, "tid": at + 1, "args": {"name": resource},
-        }));
+        trace.track(at + 1, resource);
     }
     for (id, (job, at)) in timeline.iter().enumerate() {
         let track = tracks
             .iter()
             .position(|own| *own == job.resource)
             .unwrap_or(0);
-        events.push(json!({
-            "ph": "X", "name": job.stage, "pid": 1, "tid": track + 1,
-            "ts": at.begin_ns * 1e-3, "dur": (at.end_ns - at.begin_ns) * 1e-3,
-            "args": {
+        trace.span(
+            (track + 1, at.begin_ns * 1e-3),
+            (at.end_ns - at.begin_ns) * 1e-3,
+            (job.stage, None),
+            json!({
                 "job": id,
                 "after": job.after,
                 "frame": job.rank,
@@ -37,19 +37,18 @@ pub(super) fn chrome_trace(timeline: &Timeline) -> Value {
                 "waited_for_memory_ns": at.end_ns - at.own_done_ns,
                 "own_ns": job.own_ns,
                 "memory_alone_ns": job.alone_ns(Shared::Memory),
-            },
-        }));
+            }),
+        );
     }
     let shares = timeline.iter().flat_map(|(job, _)| &job.shares);
     let shared: BTreeSet<Shared> = shares.map(|share| share.of).collect();
     for of in shared {
         for (us, moving) in moving(timeline, of) {
-            events.push(json!({
-                "ph": "C", "name": name(of), "pid": 1, "ts": us, "args": {"jobs that move bytes": moving},
-            }));
+            let jobs = json!({"jobs that move bytes": moving});
+            trace.counter(us, &name(of), jobs);
         }
     }
-    json!({"displayTimeUnit": "ns", "traceEvents": events})
+    trace.finish()
 }
 
 fn name(of: Shared) -> String {
