@@ -15,7 +15,7 @@ use potamoi_formats::units::OpCode;
 use super::exponents::Exponents;
 use super::rounds::Rounds;
 use super::split::{SplitRun, check_no_turns};
-use super::vector::VectorTiming;
+use super::vector_unit::VectorTiming;
 use super::work::{GatherRun, Mvoxel, WorkError, check_channel_major};
 
 /// What a run of the gathering unit takes, data and sink ready from cycle 0.

@@ -5,8 +5,8 @@ use potamoi_formats::rit::{RitError, Vertices};
 use potamoi_golden::units::GatherTask;
 use thiserror::Error;
 
-use crate::place::{Placed, is_needed};
 use crate::rounds::rounds;
+use crate::row_remap::{RemappedTask, is_needed};
 use crate::split::turns;
 use crate::work::{GatherRun, Mvoxel};
 use crate::{LaneRun, Rounds, SplitRun};
@@ -73,7 +73,7 @@ pub struct GatherWork<'a> {
     pub(crate) vertices_a_row: usize,
     mvoxels: Vec<Mvoxel>,
     /// The tasks at fixed places, for a unit that needs them there.
-    pub(crate) placed: Vec<Placed>,
+    pub(crate) placed: Vec<RemappedTask>,
     /// Rounds of each MVoxel in the feature-major organisation.
     pub(crate) rounds: Option<Vec<Vec<Rounds>>>,
     /// Turns of each MVoxel where ports take any.
@@ -123,7 +123,7 @@ impl<'a> GatherWork<'a> {
                 rows = rows.div_ceil(2);
             }
             if is_needed(config, vertices) {
-                let place = Placed::new(config, task);
+                let place = RemappedTask::new(config, task);
                 let place = place.map_err(|problem| StreamError::Place { task: i, problem })?;
                 rows = match config.is_parity() {
                     true => place.blocks(),

@@ -1,6 +1,6 @@
 //! Cycle models of the two units, written from their documented rules.
 //!
-//! [`gather`] and [`vector`] step one clock cycle a call and give every
+//! [`gathering_unit`] and [`vector_unit`] step one clock cycle a call and give every
 //! handshake, issue and counter of that cycle. [`closed`] gives the same
 //! totals a MVoxel, in time that does not depend on the number of entries, for
 //! an environment that is always ready. [`stimulus`] decides when sources and
@@ -32,16 +32,16 @@ pub mod closed;
 pub mod drive;
 pub mod exponents;
 pub mod feature_major;
-pub mod gather;
 mod gather_work;
+pub mod gathering_unit;
 pub mod layouts;
 mod organisation;
-mod place;
 mod rit_buffer;
 pub mod rounds;
+mod row_remap;
 pub mod split;
 pub mod stimulus;
-pub mod vector;
+pub mod vector_unit;
 pub mod work;
 
 #[cfg(test)]
@@ -54,11 +54,11 @@ pub use closed::{
 pub use drive::{CycleLog, run_gather, run_gather_watched, run_split};
 pub use exponents::Exponents;
 pub use feature_major::{FeatureMajorModel, LaneRun, feature_major_cycles};
-pub use gather::{GatherInputs, GatherModel, GatherOutputs};
 pub use gather_work::{GatherWork, Group, StreamError, runs};
+pub use gathering_unit::{GatherInputs, GatherModel, GatherOutputs};
 pub use organisation::UnitModel;
 pub use rounds::Rounds;
 pub use split::SplitRun;
 pub use stimulus::{Plan, Source, Stalls, StreamStalls, Willing};
-pub use vector::{VectorInputs, VectorModel, VectorOutputs};
+pub use vector_unit::{VectorInputs, VectorModel, VectorOutputs};
 pub use work::{GatherRun, Mvoxel, WorkError};

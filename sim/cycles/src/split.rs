@@ -4,7 +4,7 @@
 //! alone; [`SplitRun`] is the work with them, for [`GatherModel::of_turns`] and
 //! [`split_cycles`](super::closed::split_cycles). Rules: `docs/gathering-unit.md`.
 //!
-//! [`GatherModel::of_turns`]: super::gather::GatherModel::of_turns
+//! [`GatherModel::of_turns`]: super::gathering_unit::GatherModel::of_turns
 
 use potamoi_formats::config::{Config, ExtraPorts};
 use potamoi_formats::rit::{RitEntry, Vertices};

@@ -9,7 +9,7 @@ use rand::{RngCore, SeedableRng};
 use rand_pcg::Pcg32;
 
 use super::closed::{overlapped_cycles, rit_keeps_up};
-use super::gather::{Cause, Counters, GatherInputs, GatherModel, RitBeat};
+use super::gathering_unit::{Cause, Counters, GatherInputs, GatherModel, RitBeat};
 use super::*;
 
 fn config(text: &str) -> Config {

@@ -8,15 +8,15 @@ use potamoi_golden::units::GatherTask;
 use potamoi_hdl::gu::gathering_unit;
 
 use super::engine::EngineKind;
-use super::excerpt::Window;
 use super::gather_drive::{Drive, GatherSeen, GatherTotals, GatherWatch};
-use super::linger::Linger;
 use super::model::RtlError;
+use super::post_failure_window::PostFailureWindow;
 use super::runner::Runner;
+use super::wave_dump::Window;
 use super::words::{code, slot};
 
 /// More cycles than a dump goes on after a failure.
-const LINGER: u64 = 64;
+const AFTER_FAILURE: u64 = 64;
 
 /// A gathering unit, ready to run.
 pub struct GatherUnit {
@@ -147,8 +147,8 @@ impl GatherUnit {
         watch: impl GatherWatch,
         window: Window,
     ) -> Result<GatherTotals, RtlError> {
-        let mut watch = Linger::new(watch);
-        let drive = self.drive(work, stalls, seed, drain + LINGER, &mut watch)?;
+        let mut watch = PostFailureWindow::new(watch);
+        let drive = self.drive(work, stalls, seed, drain + AFTER_FAILURE, &mut watch)?;
         self.runner.run_dumped(seed, window, drive)
     }
 

@@ -2,7 +2,7 @@
 //! in every cycle and every bit.
 
 use potamoi_cycles::UnitModel;
-use potamoi_cycles::gather::Counters;
+use potamoi_cycles::gathering_unit::Counters;
 use potamoi_cycles::{GatherInputs, GatherWork, Group, WorkError};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::GATHERING_UNIT;

@@ -5,8 +5,8 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::GATHERING_UNIT;
 
 use super::engine::{Engine, Job};
-use super::linger::Linger;
 use super::model::RtlError;
+use super::post_failure_window::PostFailureWindow;
 
 /// Cycles without a handshake after which a unit is taken to hang: more than
 /// any plan's stalls are likely to last.
@@ -302,7 +302,7 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
     }
 }
 
-impl<W: GatherWatch> GatherWatch for Linger<W> {
+impl<W: GatherWatch> GatherWatch for PostFailureWindow<W> {
     fn cycle(
         &mut self,
         cycle: u64,

@@ -3,17 +3,16 @@
 //! with golden values and cycle models.
 
 mod beats;
-mod checked;
+mod compare;
 mod engine;
-mod excerpt;
-mod gates;
+mod gate_engine;
 mod gather;
 mod gather_check;
 mod gather_drive;
 mod icarus;
-mod linger;
 mod mismatch;
 mod model;
+mod post_failure_window;
 mod readmemh;
 mod runner;
 mod units;
@@ -21,12 +20,13 @@ mod vector;
 mod vector_check;
 mod vector_drive;
 pub mod verify;
+mod wave_dump;
 mod words;
 
 pub use beats::{FeatureBeat, GatherBeats, InputBeat, feature_beats};
-pub use checked::Check;
+pub use compare::Check;
 pub use engine::EngineKind;
-pub use gates::GateEngine;
+pub use gate_engine::GateEngine;
 pub use gather::{GatherRun, GatherUnit};
 pub use gather_drive::GatherTotals;
 pub use mismatch::Mismatch;

@@ -7,9 +7,9 @@ use potamoi_hdl::ir::{Interpreter, Module};
 use potamoi_verilated::{Library, PortId, Toolchain, Warnings};
 
 use super::engine::{Engine, EngineKind, Job, Verilated, pass_on};
-use super::excerpt::{TracedModel, TracedPorts, Window};
 use super::icarus;
 use super::model::{RtlError, compile, model_of_files};
+use super::wave_dump::{TracedModel, TracedPorts, Window};
 
 /// Keeps the inputs of every clock.
 struct Recording {

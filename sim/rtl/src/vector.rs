@@ -7,14 +7,14 @@ use potamoi_formats::config::Config;
 use potamoi_hdl::vu::vector_unit;
 
 use super::engine::EngineKind;
-use super::excerpt::Window;
-use super::linger::Linger;
 use super::model::RtlError;
+use super::post_failure_window::PostFailureWindow;
 use super::runner::Runner;
 use super::vector_drive::{Drive, VectorBatch, VectorSeen, VectorTotals, VectorWatch, Vectors};
+use super::wave_dump::Window;
 
 /// More cycles than a dump goes on after a failure.
-const LINGER: u64 = 64;
+const AFTER_FAILURE: u64 = 64;
 
 /// A vector unit, ready to run.
 pub struct VectorUnit {
@@ -145,8 +145,8 @@ impl VectorUnit {
         let drive = Drive {
             vectors,
             plan: Plan::new(seed, stalls)?,
-            drain: drain + LINGER,
-            watch: &mut Linger::new(watch),
+            drain: drain + AFTER_FAILURE,
+            watch: &mut PostFailureWindow::new(watch),
         };
         self.runner.run_dumped(seed, window, drive)
     }

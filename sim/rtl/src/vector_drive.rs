@@ -4,8 +4,8 @@ use potamoi_cycles::{Exponents, Plan, Source, VectorInputs};
 use potamoi_formats::units::{VECTOR_UNIT, VectorOp};
 
 use super::engine::{Engine, Job};
-use super::linger::Linger;
 use super::model::RtlError;
+use super::post_failure_window::PostFailureWindow;
 
 /// Cycles without a handshake after which a unit is taken to hang.
 const PATIENCE: u64 = 20_000;
@@ -252,7 +252,7 @@ impl<W: VectorWatch> Job for Drive<'_, W> {
     }
 }
 
-impl<W: VectorWatch> VectorWatch for Linger<W> {
+impl<W: VectorWatch> VectorWatch for PostFailureWindow<W> {
     fn cycle(
         &mut self,
         cycle: u64,

@@ -9,7 +9,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 
 use super::{LATENCY, LaneRun, channels_of};
-use crate::gather::{Cause, Counters, Feature, GatherInputs, GatherOutputs, Issue};
+use crate::gathering_unit::{Cause, Counters, Feature, GatherInputs, GatherOutputs, Issue};
 use crate::rit_buffer::RitBuffer;
 use crate::rounds::Rounds;
 use crate::work::WorkError;

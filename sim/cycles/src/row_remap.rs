@@ -1,4 +1,4 @@
-//! Tasks as units of cells see them: vertices at fixed places in the MVoxel.
+//! Remaps task rows to the fixed layout that the parity and compact units expect.
 //!
 //! The renderers number a task's rows in the MVoxel that the grid leaves of a full
 //! one. A unit that makes rows itself, or reads eight at once, needs those of a full
@@ -12,7 +12,7 @@ use potamoi_golden::units::weights::fractions;
 
 /// A task with its rows at fixed places.
 #[derive(Debug, Clone)]
-pub(crate) struct Placed {
+pub(crate) struct RemappedTask {
     /// Entries that name rows of a full MVoxel.
     pub(crate) entries: Vec<RitEntry>,
     /// The compact form of each, if the unit takes it.
@@ -90,7 +90,7 @@ pub(crate) fn is_needed(config: &Config, vertices: Vertices) -> bool {
     vertices.is_structured() && (config.is_parity() || config.rit.entry == EntryKind::Compact)
 }
 
-impl Placed {
+impl RemappedTask {
     /// Places a task.
     ///
     /// # Errors

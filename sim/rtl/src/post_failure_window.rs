@@ -1,16 +1,16 @@
 //! Lets a run go on after a failure, so that a dump shows what follows.
 
-use super::excerpt::AFTER;
 use super::model::RtlError;
+use super::wave_dump::AFTER;
 
 /// A watch that lets a run go on for some cycles after a failure.
-pub(super) struct Linger<W> {
+pub(super) struct PostFailureWindow<W> {
     inner: W,
     failed: Option<RtlError>,
     left: u64,
 }
 
-impl<W> Linger<W> {
+impl<W> PostFailureWindow<W> {
     pub(super) const fn new(inner: W) -> Self {
         Self {
             inner,

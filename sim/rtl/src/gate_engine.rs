@@ -7,7 +7,7 @@ use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_gates::{Simulator, Watch};
 use potamoi_golden::units::GatherTask;
 
-use super::checked::flags;
+use super::compare::flags;
 use super::engine::{Engine, Job};
 use super::gather_check::GatherCheck;
 use super::gather_drive::{Drive, GatherTotals};

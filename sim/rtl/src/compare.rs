@@ -7,7 +7,6 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_golden::units::GatherTask;
 
-use super::excerpt::Window;
 use super::gather::GatherUnit;
 use super::gather_check::GatherCheck;
 use super::gather_drive::GatherTotals;
@@ -16,6 +15,7 @@ use super::model::RtlError;
 use super::vector::VectorUnit;
 use super::vector_check::VectorCheck;
 use super::vector_drive::{VectorBatch, VectorTotals};
+use super::wave_dump::Window;
 
 /// Cycles that a unit is watched after its last beat: nothing more may come.
 pub(super) const DRAIN: u64 = 16;
