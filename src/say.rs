@@ -24,7 +24,27 @@ pub(crate) fn line(text: Arguments<'_>) {
 /// Says of an error, on standard error, which may be closed.
 pub(crate) fn error(text: Arguments<'_>) {
     // Nobody is left to be told.
-    let _ = writeln!(std::io::stderr().lock(), "error: {text}");
+    let _ = writeln!(
+        std::io::stderr().lock(),
+        "error: {}",
+        shortened(&text.to_string())
+    );
+}
+
+/// Characters at the start and at the end of a long error that are told.
+const TOLD: [usize; 2] = [6000, 1000];
+
+/// An error without its middle where it quotes too much of a damaged file: it begins with the
+/// file and the field, and ends with what to do.
+fn shortened(text: &str) -> String {
+    let count = text.chars().count();
+    let [head, tail] = TOLD;
+    let Some(left_out) = count.checked_sub(head + tail).filter(|n| *n > 0) else {
+        return text.to_owned();
+    };
+    let start: String = text.chars().take(head).collect();
+    let end: String = text.chars().skip(head + left_out).collect();
+    format!("{start} [{left_out} characters left out] {end}")
 }
 
 /// What of all that was said was not written, and why.
@@ -39,5 +59,24 @@ fn note(written: Result<(), Error>) {
     {
         let mut lost = LOST.lock().unwrap_or_else(PoisonError::into_inner);
         lost.get_or_insert_with(|| error.to_string());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_errors_keep_their_start_and_their_end() {
+        let [head, tail] = TOLD;
+        let whole = "x".repeat(head + tail);
+        assert_eq!(shortened(&whole), whole);
+        let long = format!("{}yyy{}", "\u{e9}".repeat(head), "z".repeat(tail));
+        let expected = format!(
+            "{} [3 characters left out] {}",
+            "\u{e9}".repeat(head),
+            "z".repeat(tail)
+        );
+        assert_eq!(shortened(&long), expected);
     }
 }

@@ -148,7 +148,16 @@ const TOLD: usize = 60;
 
 /// What a file calls something, shortly: names and values of a damaged file can be long.
 pub(crate) fn told(text: &str) -> String {
-    text.chars().take(TOLD).collect()
+    told_within(text, TOLD)
+}
+
+/// The same of at most so many characters.
+pub(crate) fn told_within(text: &str, most: usize) -> String {
+    let mut told: String = text.chars().take(most).collect();
+    if told.len() < text.len() {
+        told.push('\u{2026}');
+    }
+    told
 }
 
 impl Notes {

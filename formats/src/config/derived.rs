@@ -167,13 +167,18 @@ impl Config {
     /// Bits of the RIT stream.
     #[must_use]
     pub fn rit_stream_bits(&self) -> u32 {
-        self.rit.stream_bits.unwrap_or(64 * self.gu.ports)
+        self.rit
+            .stream_bits
+            .unwrap_or(self.gu.ports.saturating_mul(64))
     }
 
     /// Bits of one RIT row: `M` eight-vertex entries.
     #[must_use]
     pub fn rit_row_bits(&self) -> u32 {
-        self.gu.ports * (MAX_VERTICES * WORD_BYTES * 8) as u32
+        // Rules ask before they refuse too many ports.
+        self.gu
+            .ports
+            .saturating_mul((MAX_VERTICES * WORD_BYTES * 8) as u32)
     }
 
     /// Rows of one RIT half.

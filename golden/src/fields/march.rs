@@ -159,13 +159,26 @@ pub(super) fn check(camera: &Camera, sampling: &Sampling) -> Result<(), FieldErr
         let found = format!("{} x {}", camera.width, camera.height);
         return refuse("camera size", found, "1 to 67108864 pixels");
     }
-    let [low, high] = sampling.bounds;
-    let size = (high - low).length();
-    if !(size.is_finite() && sampling.step > 0.0 && size / sampling.step < MAX_SAMPLES) {
-        let found = format!("steps of {} through {size}", sampling.step);
-        return refuse("sampling", found, "at most a million samples a ray");
+    sampling.check()
+}
+
+impl Sampling {
+    /// Whether the samples of a ray can be counted.
+    ///
+    /// # Errors
+    /// A box or a step of which a ray has more than a million samples.
+    pub(crate) fn check(&self) -> Result<(), FieldError> {
+        let [low, high] = self.bounds;
+        let size = (high - low).length();
+        if size.is_finite() && self.step > 0.0 && size / self.step < MAX_SAMPLES {
+            return Ok(());
+        }
+        Err(FieldError::Part {
+            part: "sampling",
+            found: format!("steps of {} through {size}", self.step),
+            expected: "at most a million samples a ray".to_owned(),
+        })
     }
-    Ok(())
 }
 
 /// Whether a mask is of a camera's size.

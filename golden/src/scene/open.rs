@@ -11,9 +11,9 @@ use crate::effects::{Cache, Choices};
 use crate::fields::dvgo::Dvgo;
 use crate::fields::ngp::Ngp;
 use crate::fields::tensorf::Tensorf;
-use crate::fields::{AnyField, HashUnit};
+use crate::fields::{AnyField, Field, HashUnit};
 use crate::precision::Precision;
-use crate::record::Notes;
+use crate::record::{Notes, told};
 use crate::splats::compact::{self, Compact};
 use crate::splats::{Axes, Order, Profile, files};
 use crate::voxels::Halo;
@@ -148,6 +148,7 @@ impl Scene {
     /// A checkpoint over white, on which such models of objects are trained.
     fn dvgo(path: &Path) -> Result<Self, SceneError> {
         let field = Dvgo::load(path, STEP)?;
+        field.sampling().check().map_err(|e| e.of_file(path))?;
         let notes = field.notes().clone();
         let scene = Self::framed(path, Model::Dvgo(Box::new(field)), [1.0; 3]);
         Ok(Self { notes, ..scene })
@@ -157,6 +158,7 @@ impl Scene {
     /// says.
     fn tensorf(path: &Path) -> Result<Self, SceneError> {
         let field = Tensorf::load(path)?;
+        field.sampling().check().map_err(|e| e.of_file(path))?;
         let notes = field.notes().clone();
         let scene = Self::framed(path, Model::Tensorf(Box::new(field)), [1.0; 3]);
         Ok(Self { notes, ..scene })
@@ -166,6 +168,7 @@ impl Scene {
     /// which vertices share an entry.
     fn ngp(path: &Path, unit: Option<HashUnit>) -> Result<Self, SceneError> {
         let snapshot = Ngp::load(path)?;
+        snapshot.sampling().check().map_err(|e| e.of_file(path))?;
         let fitted = snapshot.hash_unit();
         if let Some(unit) = unit.filter(|unit| *unit != fitted) {
             return Err(SceneError::Value {
@@ -225,7 +228,13 @@ impl Scene {
             ModelDescription::Builtin {
                 name,
                 representation,
-            } => Self::represented(name, name, representation.as_deref())?,
+            } => Self::represented(name, name, representation.as_deref()).map_err(|error| {
+                // The description is at fault, and names what is built in alone.
+                SceneError::Description {
+                    path: path.to_owned(),
+                    message: format!("field `model.name`: {error}"),
+                }
+            })?,
             ModelDescription::Splats { path, axes } => {
                 Self::model_file(&folder.join(path), asked.or(*axes))?
             }
@@ -254,7 +263,7 @@ impl Scene {
         SceneError::Value {
             scene: self.name.clone(),
             field,
-            value,
+            value: told(&value),
             expected: expected.to_owned(),
         }
     }

@@ -4,6 +4,7 @@
 use super::legacy;
 use super::pickle::{Machine, Step, place};
 use super::value::{Array, Class, Kind, Place, Storage, TensorView, Value};
+use crate::record::told;
 
 /// The most axes of a tensor.
 const MAX_AXES: usize = 8;
@@ -170,7 +171,8 @@ impl Machine<'_> {
             return match self.word(order)? {
                 "<" | "|" | "=" => Ok(()),
                 other => Err(format!(
-                    "numbers in byte order `{other}`: expected little-endian"
+                    "numbers in byte order `{}`: expected little-endian",
+                    told(other)
                 )),
             };
         }

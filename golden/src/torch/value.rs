@@ -1,5 +1,7 @@
 //! What a pickle of PyTorch holds, and which classes it may name.
 
+use crate::record::told;
+
 /// A value, or the place of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Value {
@@ -181,8 +183,10 @@ pub(super) fn class(module: &str, name: &str) -> Result<Class, String> {
         ("numpy", "dtype") => Ok(Class::Dtype),
         ("_codecs", "encode") => Ok(Class::Encode),
         _ => Err(format!(
-            "it names {module}.{name}: a model's file holds tensors, numbers and texts; \
-             anything else is refused and never run"
+            "it names {}.{}: a model's file holds tensors, numbers and texts; \
+             anything else is refused and never run",
+            told(module),
+            told(name)
         )),
     }
 }

@@ -28,6 +28,7 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use serde::{Deserialize, Serialize};
 
 use crate::files;
+use crate::record::told;
 use crate::scene::{Scene, SceneError};
 use crate::units::recorder::{Computed, Gathered, Limits, Recorder};
 use crate::units::{GatherTask, Twins};
@@ -207,7 +208,7 @@ impl Trace {
         if trace.configuration != expected {
             return Err(TraceError::Configuration {
                 path: path.to_owned(),
-                found: trace.configuration,
+                found: told(&trace.configuration),
                 expected,
             });
         }

@@ -21,7 +21,7 @@ use super::occupancy::{CELLS, Occupancy, VOLUME};
 use super::parameters::{ALIGNMENT, Numbers, halves, parameters, perceptron, table, widths};
 use super::{NGP, Ngp, Placement};
 use crate::fields::{FieldError, HashUnit};
-use crate::record::{KeyError, Notes, Record};
+use crate::record::{KeyError, Notes, Record, told, told_within};
 
 /// The largest document, in bytes, once expanded: of any file, of small ones, and
 /// over the file's own length. Occupancy is mostly zeros, which hardly take room
@@ -219,11 +219,11 @@ fn read(path: &Path, mut bytes: impl BufRead, length: u64) -> Result<Told, Snaps
     let limit = length.saturating_mul(EXPANSION).clamp(SMALL, LIMIT);
     parse(bytes.take(limit)).map_err(|(field, problem, left)| SnapshotError::Container {
         path: path.to_owned(),
-        field,
+        field: told(&field),
         problem: if left == 0 {
             format!("the file expands to more than {limit} bytes")
         } else {
-            problem
+            told_within(&problem, 300)
         },
     })
 }

@@ -7,6 +7,7 @@ use ply_rs_bw::ply::{
 };
 
 use super::PlyError;
+use crate::record::told;
 
 /// The longest header, in bytes.
 const LIMIT: usize = 1 << 24;
@@ -185,7 +186,7 @@ impl Parts {
             _ => return Err("expected property, a type and a name".to_owned()),
         };
         if element.properties.contains_key(*name) {
-            return Err(format!("a second property `{name}`"));
+            return Err(format!("a second property `{}`", told(name)));
         }
         let name = (*name).to_owned();
         let property = PropertyDef {

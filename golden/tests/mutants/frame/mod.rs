@@ -273,6 +273,10 @@ pub(crate) fn tally_within(
 fn write(folder: &Path, files: &Files) -> PathBuf {
     for (name, bytes) in files {
         let path = folder.join(name);
+        if path.is_dir() {
+            // A mutant's name is that of a folder: the file is missing.
+            continue;
+        }
         fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
         fs::write(path, bytes).expect("a file");
     }
