@@ -9,8 +9,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use potamoi_golden::analysis::{Analysis, Hardware, Surroundings};
 use potamoi_golden::camera::Camera;
-use potamoi_golden::effects::{Analysis, Effect, Hardware, Surroundings};
+use potamoi_golden::effects::Effect;
 use potamoi_golden::scene::Scene;
 use potamoi_golden::units::Twins;
 use potamoi_system::effects::{EffectCycles, EffectMeter};

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
-use potamoi_golden::effects::{Hardware, LeftOut};
+use potamoi_golden::analysis::{Hardware, LeftOut};
 use potamoi_golden::scene::Scene;
 use potamoi_hdl::emit::emit;
 use serde::Serialize;

@@ -4,7 +4,8 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use potamoi_formats::config::ConfigError;
-use potamoi_golden::effects::{HardwareError, UnknownEffect};
+use potamoi_golden::analysis::HardwareError;
+use potamoi_golden::effects::UnknownEffect;
 use potamoi_golden::mesh::MeshError;
 use potamoi_golden::picture::PictureError;
 use potamoi_golden::scene::SceneError;

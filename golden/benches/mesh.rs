@@ -5,8 +5,8 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput};
-use potamoi_golden::mesh::of_scene;
 use potamoi_golden::scene::Scene;
+use potamoi_golden::scene::surface::of_scene;
 
 fn main() {
     let mut criterion = Criterion::default().sample_size(10).configure_from_args();

@@ -16,7 +16,7 @@
 use std::error::Error;
 use std::time::Instant;
 
-use potamoi_golden::mesh::{level_of, of_scene_at};
+use potamoi_golden::scene::surface::{level_of, of_scene_at};
 use potamoi_golden::scene::{ExactDepth, Scene};
 use potamoi_golden::warp::{Geometry as _, is_surface};
 

@@ -6,10 +6,10 @@
 use std::path::Path;
 
 use potamoi_golden::analytic::Analytic;
+use potamoi_golden::compact::{self, Compact};
 use potamoi_golden::fields::ngp::Ngp;
 use potamoi_golden::fields::render_float;
 use potamoi_golden::picture::Picture;
-use potamoi_golden::splats::compact::{self, Compact};
 use potamoi_golden::splats::{self, Profile};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -4,9 +4,12 @@
 //! Nothing here knows the netlist. What both sides must agree on (formats,
 //! layouts, the configuration) lives in `potamoi-formats`.
 
+pub mod analysis;
 pub mod analytic;
+pub mod bands;
 pub mod camera;
 pub mod characterise;
+pub mod compact;
 pub mod content;
 pub mod effects;
 pub mod fields;
@@ -17,9 +20,11 @@ pub mod mask;
 pub mod memory;
 pub mod mesh;
 pub mod picture;
+pub mod ply;
 pub mod precision;
 pub mod record;
 pub mod scene;
+pub mod sh;
 pub mod splats;
 pub mod ssim;
 pub mod streams;

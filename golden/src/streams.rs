@@ -5,7 +5,6 @@ use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 use serde::Serialize;
 
-use crate::splats::HoldStats;
 use crate::units::GatherTask;
 
 /// Bytes of a feature code.
@@ -103,10 +102,10 @@ impl Streams {
         self.records_written += written * RECORD;
     }
 
-    /// Counts records that go to memory and come back: each with how many tiles
-    /// it is for, and their numbers.
-    pub(crate) fn spills(&mut self, held: &HoldStats) {
-        let bytes = held.spilled * (RECORD + TILE) + held.spilled_entries * TILE;
+    /// Counts `records` that go to memory and come back: each with how many tiles
+    /// it is for, and their numbers, `tiles` in all.
+    pub(crate) fn spills(&mut self, records: u64, tiles: u64) {
+        let bytes = records * (RECORD + TILE) + tiles * TILE;
         self.spills += 2 * bytes;
     }
 

@@ -1,6 +1,7 @@
 //! Results with effects forced, and with effects left out.
 
-use potamoi_golden::effects::{Choices, Effect, Finding, Hardware};
+use potamoi_golden::analysis::{Finding, Hardware};
+use potamoi_golden::effects::{Choices, Effect};
 use potamoi_golden::picture::Picture;
 use potamoi_golden::scene::{Rendered, Scene};
 use potamoi_golden::units::Twins;

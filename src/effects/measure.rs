@@ -3,8 +3,9 @@
 use std::time::Instant;
 
 use potamoi_formats::config::Config;
+use potamoi_golden::analysis::{Hardware, Holes};
 use potamoi_golden::camera::Camera;
-use potamoi_golden::effects::{Choices, Effect, Hardware, Holes};
+use potamoi_golden::effects::{Choices, Effect};
 use potamoi_golden::scene::Scene;
 use potamoi_golden::units::Twins;
 use potamoi_golden::warp::{

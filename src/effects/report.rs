@@ -1,6 +1,7 @@
 //! What `potamoi effects` says.
 
-use potamoi_golden::effects::{Analysis, Effect, Finding, Hardware, LeftOut};
+use potamoi_golden::analysis::{Analysis, Finding, Hardware, LeftOut};
+use potamoi_golden::effects::Effect;
 use potamoi_golden::scene::Scene;
 use serde::Serialize;
 

@@ -7,7 +7,7 @@ use super::field::{Field, INSIDE};
 use super::look::Look;
 use crate::fields::FieldError;
 use crate::fields::efficient::{CHANNELS, COEFFICIENTS, EfficientNerf, FINE};
-use crate::splats::sh;
+use crate::sh;
 
 /// Colours end this far from 0 and 1, where logits are infinite.
 const MARGIN: f64 = 1.0 / 512.0;

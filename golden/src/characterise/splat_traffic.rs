@@ -45,7 +45,7 @@ pub fn splat_traffic(
             }
         }
         found.streams.records(view.splats().len() as u64);
-        found.streams.spills(&held);
+        found.streams.spills(held.spilled, held.spilled_entries);
         Ok(found)
     };
     sides.par_iter().map(|side| of(*side)).collect()

@@ -3,9 +3,9 @@
 use super::accesses::{Lanes, Vectors, count, firsts};
 use super::fields::Colours;
 use super::{Accesses, Size};
+use crate::compact::Compact;
 use crate::fields::FieldError;
 use crate::mask::Mask;
-use crate::splats::compact::Compact;
 use crate::splats::{Cloud, View};
 
 /// A tile a lane: Gaussians in depth order, behind the vectors of other tables.

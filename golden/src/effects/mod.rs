@@ -1,39 +1,17 @@
-//! Only what a scene calls for.
+//! Names of the effects of rendering, and which of them are carried out whatever a scene calls
+//! for.
 //!
-//! An [`Effect`] is a piece of work with a test that says whether a scene and a camera path can
-//! need it. [`Analysis`] finds them all from the data, with evidence. Renderers carry out what is
-//! called for, what is forced, and nothing that is left out ([`Choices`]); [`Hardware`] is a
-//! configuration without what no frame of the scene can use.
+//! An [`Effect`] is a piece of work that not every scene and camera path needs. Renderers carry
+//! out what is called for, what is forced, and nothing that is left out ([`Choices`]).
 //!
 //! Leaving out an effect that is not called for changes no bit of a picture, of a trace or of a
 //! modelled cycle count; forcing it changes none either, and takes longer.
 
-mod altered;
-mod analysis;
-pub(crate) mod bands;
-mod cache;
 mod choices;
-mod evidence;
-mod facts;
-mod hardware;
-mod holes;
-mod path;
-#[cfg(test)]
-mod tests;
-mod thickness;
 
 use std::fmt;
 
-pub use altered::Altered;
-pub use analysis::{Analysis, Finding, Surroundings};
-pub use bands::Bands;
-pub(crate) use cache::Cache;
 pub use choices::{Choices, UnknownEffect};
-pub use facts::{Facts, Perceptron, TableFacts};
-pub use hardware::{Hardware, HardwareError, LeftOut};
-pub use holes::Holes;
-pub use path::{Seen, is_still};
-pub use thickness::Thickness;
 
 /// A piece of work that not every scene and camera path needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

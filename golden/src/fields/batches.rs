@@ -5,7 +5,7 @@
 //! rays end between batches. So a batch of many samples a ray gathers many
 //! behind where rays stop, and one of few loads the MVoxels of the group once
 //! more for each few samples. The renderer and the count of what it moves
-//! ([`crate::characterise`]) take the same batches.
+//! (`characterise`) take the same batches.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! What of a field depends on the direction it is seen from.
 
 use super::Mlp;
-use crate::effects::Bands;
+use crate::bands::Bands;
 
 /// How colours depend on the direction.
 #[derive(Debug, Clone, PartialEq)]

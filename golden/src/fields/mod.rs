@@ -19,6 +19,8 @@ mod fixed;
 mod hash;
 mod hashed_colour;
 pub mod mac;
+#[cfg(test)]
+mod made;
 mod march;
 mod mlp;
 pub mod ngp;

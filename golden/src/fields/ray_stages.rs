@@ -90,37 +90,3 @@ impl<'a> RayStages<'a> {
         colour
     }
 }
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used, clippy::panic)]
-    use super::*;
-    use crate::fields::render_float;
-    use crate::scene::{Model, Scene};
-
-    /// The stages make the picture, to the order of its sums.
-    #[test]
-    fn stages_make_the_picture() {
-        for name in ["cairn:ngp", "moons:efficientnerf"] {
-            let mut scene = Scene::open(name).unwrap();
-            scene.set_size(Some(24), None).unwrap();
-            let Model::Field(field) = scene.model() else {
-                panic!("a field")
-            };
-            let frame = render_float(&**field, scene.camera(), [0.0; 3]).unwrap();
-            let stops = Stops::find(&**field, scene.camera()).unwrap();
-            let mut rays = RayStages::new(&stops);
-            let mut lit = 0;
-            for (i, expected) in (0..).zip(&frame.picture.rgb) {
-                rays.aim([i % 24, i / 24]);
-                rays.index();
-                rays.gather();
-                let found = rays.compute();
-                let off = found - DVec3::from(expected.map(f64::from));
-                assert!(off.abs().max_element() < 1e-6, "{name} {i}: {found}");
-                lit += u32::from(found != DVec3::ZERO);
-            }
-            assert!(lit > 50, "{lit}");
-        }
-    }
-}

@@ -103,6 +103,12 @@ impl<'a> Stops<'a> {
         self.stop(pixel).gathered
     }
 
+    /// Samples of a pixel up to where its ray stops, those that are not gathered included.
+    #[must_use]
+    pub fn passed(&self, pixel: [u32; 2]) -> u64 {
+        self.stop(pixel).samples.into()
+    }
+
     fn stop(&self, [x, y]: [u32; 2]) -> &Stop {
         &self.rays[(y * self.camera.width + x) as usize]
     }
@@ -144,46 +150,5 @@ impl<'a> Stops<'a> {
                 }
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used, clippy::panic)]
-    use super::*;
-    use crate::fields::render_float;
-    use crate::scene::{Model, Scene};
-
-    /// As many samples as the renderer counts, each where a gathered one lies.
-    #[test]
-    fn rays_stop_where_the_renderer_stops_them() {
-        let mut scene = Scene::open("moons:efficientnerf").unwrap();
-        scene.set_size(Some(40), Some(30)).unwrap();
-        let Model::Field(field) = scene.model() else {
-            panic!("a field")
-        };
-        let frame = render_float(&**field, scene.camera(), [0.0; 3]).unwrap();
-        let stops = Stops::find(&**field, scene.camera()).unwrap();
-        let (mut told, mut kept, mut samples) = (0, 0, 0);
-        let mut places = vec![DVec3::ZERO; field.tables().len()];
-        for pixel in (0..30).flat_map(|y| (0..40).map(move |x| [x, y])) {
-            let before = told;
-            stops.samples(pixel, 1, &mut places, |places| {
-                let mut rows = 0;
-                field.tables()[0].corners(places[0], |_, _| rows += 1);
-                assert_eq!(rows, 1);
-                told += 1;
-            });
-            assert_eq!(told - before, u64::from(stops.gathered(pixel)));
-            kept += u64::from(stops.gathered(pixel));
-            samples += stops.ray(pixel).1;
-        }
-        assert_eq!([told, kept], [frame.gathered; 2]);
-        assert_eq!(samples, frame.samples);
-        assert!(told > 1000, "{told}");
-        let mut finer = 0;
-        stops.samples([20, 15], 3, &mut places, |_| finer += 1);
-        let own = stops.gathered([20, 15]);
-        assert!(own > 2 && (2 * own..=4 * own).contains(&finer), "{finer}");
     }
 }

@@ -99,32 +99,3 @@ impl Field for StoredField {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-    use crate::fields::render_float;
-    use crate::scene::{Model, Scene};
-    use crate::voxels::{FloatOptions, render_float as render_grid};
-
-    /// The same picture as the renderer that grids have of their own.
-    #[test]
-    fn a_grid_is_a_field() {
-        let mut scene = Scene::open("lantern").unwrap();
-        scene.set_size(Some(60), None).unwrap();
-        let Model::Voxels(grid) = scene.model() else {
-            unreachable!("the lantern is a grid")
-        };
-        let field = StoredField::new(grid, 0.5).unwrap();
-        let found = render_float(&field, scene.camera(), [0.25; 3]).unwrap();
-        let options = FloatOptions {
-            background: [0.25; 3],
-            ..FloatOptions::default()
-        };
-        let expected = render_grid(grid, scene.camera(), &options).unwrap();
-        let psnr = found.picture.psnr(&expected.picture, |_| true).unwrap();
-        assert!(psnr > 100.0, "{psnr} dB");
-        assert!(found.samples > 10_000 && found.coloured < found.samples / 2);
-    }
-}

@@ -134,7 +134,7 @@ fn camera() -> Camera {
 /// White Gaussians, one behind the other, that fill the frame evenly.
 fn layers(logits: Vec<f32>) -> Cloud {
     let n = logits.len();
-    let white = (0.5 / crate::splats::sh::CONSTANT) as f32;
+    let white = (0.5 / crate::sh::CONSTANT) as f32;
     Cloud::new(
         0,
         (0..n).map(|i| [0.0, 0.0, 1.0 + i as f32]).collect(),

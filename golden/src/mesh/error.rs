@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::splats::ply::PlyError;
+use crate::ply::PlyFileError;
 
 /// A mesh that cannot be made or read.
 #[derive(Debug, Error)]
@@ -35,7 +35,7 @@ pub enum MeshError {
     },
     /// The header of a PLY file cannot be used.
     #[error(transparent)]
-    Ply(#[from] PlyError),
+    Ply(#[from] PlyFileError),
     /// A field of the file has a value that it cannot have.
     #[error("{origin}: {field} is {value}: expected {expected}")]
     Field {

@@ -15,7 +15,6 @@ mod raster;
 #[cfg(test)]
 mod tests;
 
-pub use crate::scene::surface::{level_of, of_scene, of_scene_at};
 pub use error::MeshError;
 pub use files::{read, read_obj, read_ply, write_ply};
 pub use level::half_light;

@@ -76,7 +76,7 @@ impl Scene {
         float: Precision,
         colours_off: f64,
     ) -> Result<Vec<f64>, SceneError> {
-        let [own, float] = [self.precision, float].map(|p| p.of(self.profile.rules()));
+        let [own, float] = [self.precision, float].map(|p| self.profile.rules().with(&p));
         let work = Work {
             precision: Precision {
                 alpha_min: Some(own.alpha_min.min(float.alpha_min)),

@@ -4,9 +4,11 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 
 use super::{Kind, Model, Scene, SceneError};
-use crate::effects::{Choices, Effect, Facts};
+use crate::effects::{Choices, Effect};
 use crate::fields::{Field, FieldWork};
-use crate::splats::{Cloud, Octree, Partition, Sorting, Work, sh};
+use crate::scene::facts::Facts;
+use crate::sh;
+use crate::splats::{Cloud, Octree, Partition, Sorting, Work};
 use crate::units::bounds::VectorBounds;
 use crate::voxels::{self, Formats, Head, MVoxels, Skip, TRANSMITTANCE};
 
@@ -39,7 +41,7 @@ impl Scene {
     /// What the model's data says, found when it is first asked for.
     #[must_use]
     pub fn facts(&self) -> &Facts {
-        let rules = self.precision.of(self.profile.rules());
+        let rules = self.profile.rules().with(&self.precision);
         let stop = self.precision.stop_below;
         self.found
             .facts(|| Facts::of(&self.model, &rules, self.step, stop))
@@ -225,7 +227,7 @@ impl Scene {
     pub(crate) fn with_model(self, model: Model) -> Self {
         Self {
             model: model.into(),
-            found: crate::effects::Cache::default(),
+            found: crate::scene::facts::Cache::default(),
             truth: None,
             ..self
         }

@@ -12,6 +12,7 @@ use crate::mesh::MeshError;
 use crate::splats::files::FileError;
 use crate::splats::{CloudError, RenderError};
 use crate::voxels::VoxelError;
+use crate::warp::WarpError;
 
 /// A scene that cannot be opened or rendered.
 #[derive(Debug, Error)]
@@ -151,5 +152,11 @@ impl SceneError {
             Self::Of { source, .. } => source.unit(),
             _ => None,
         }
+    }
+}
+
+impl From<SceneError> for WarpError {
+    fn from(error: SceneError) -> Self {
+        Self::Renderer(Box::new(error))
     }
 }

@@ -1,7 +1,8 @@
 //! The file formats that are read, by their keys.
 
+use crate::compact;
 use crate::record::Format;
-use crate::splats::{compact, files, ply};
+use crate::splats::{files, ply};
 
 /// Every format, in the order of the book's table.
 pub static FORMATS: &[&Format] = &[

@@ -6,11 +6,12 @@ use potamoi_formats::rit::Vertices;
 
 use super::render::{FrameCounts, Rendered, SplatCounts};
 use super::{Model, Scene, SceneError};
-use crate::effects::{Altered, Effect};
+use crate::effects::Effect;
 use crate::fields::{self, Field, FixedField, Stopping};
 use crate::mask::Mask;
 use crate::splats::{self, Cells, Cloud};
 use crate::streams::UnitStreams;
+use crate::units::Altered;
 use crate::units::Units;
 use crate::voxels::{self, Facing, Halo, MVoxels, Placement, Volume};
 

@@ -66,8 +66,9 @@ mod tests {
 
     use super::super::Model;
     use super::*;
-    use crate::effects::{Cache, Choices, Effect};
+    use crate::effects::{Choices, Effect};
     use crate::precision::Precision;
+    use crate::scene::facts::Cache;
     use crate::splats::{Cells, Order, Profile};
     use crate::voxels::Halo;
 

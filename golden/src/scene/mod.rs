@@ -9,6 +9,7 @@ mod description;
 mod effects;
 mod error;
 mod exact;
+pub mod facts;
 pub mod file_formats;
 mod fixed;
 #[cfg(test)]
@@ -25,7 +26,7 @@ mod ready;
 mod render;
 mod rules;
 mod shade;
-pub(crate) mod surface;
+pub mod surface;
 #[cfg(test)]
 mod tests;
 pub mod transforms;
@@ -48,13 +49,14 @@ use glam::DVec3;
 use crate::analytic::Analytic;
 use crate::camera::Camera;
 use crate::characterise::Size;
-use crate::effects::{Cache, Choices};
+use crate::compact::Compact;
+use crate::effects::Choices;
 use crate::fields::dvgo::Dvgo;
 use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, Field};
 use crate::precision::Precision;
 use crate::record::Notes;
-use crate::splats::compact::Compact;
+use crate::scene::facts::Cache;
 use crate::splats::{Axes, Cells, Cloud, Order, Profile};
 use crate::voxels::{Grid, Halo};
 

@@ -7,14 +7,15 @@ use glam::DVec3;
 use super::description::{Description, ModelDescription};
 use super::{BUILTIN, Model, NGP, NGP_MVOXEL, Scene, SceneError, lantern};
 use crate::camera::Camera;
-use crate::effects::{Cache, Choices};
+use crate::compact::{self, Compact};
+use crate::effects::Choices;
 use crate::fields::dvgo::Dvgo;
 use crate::fields::ngp::Ngp;
 use crate::fields::tensorf::Tensorf;
 use crate::fields::{AnyField, Field, HashUnit};
 use crate::precision::Precision;
 use crate::record::{Notes, told};
-use crate::splats::compact::{self, Compact};
+use crate::scene::facts::Cache;
 use crate::splats::{Axes, Order, Profile, files};
 use crate::voxels::Halo;
 

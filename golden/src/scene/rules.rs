@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::description::RenderDescription;
 use super::{Kind, Model, Scene, SceneError};
-use crate::effects::Cache;
 use crate::precision::{Precision, PrecisionError};
+use crate::scene::facts::Cache;
 use crate::splats::{Order, Profile};
 use crate::voxels::Halo;
 

@@ -1,8 +1,12 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod analytic;
 mod described;
+mod fields;
 mod masked;
+mod precision;
 mod shared_cases;
+mod splat_bounds;
 
 use std::fs;
 

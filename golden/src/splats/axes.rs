@@ -6,7 +6,7 @@ use std::str::FromStr;
 use glam::DVec3;
 use thiserror::Error;
 
-use super::sh;
+use crate::sh;
 
 /// The words of the first, second and third axis of a [`Cloud`](super::Cloud), and those of their
 /// opposites.
@@ -154,7 +154,7 @@ impl Axes {
     }
 
     /// A centre of a cloud in the axes of the file.
-    pub(super) fn point_of_file(self, own: [f32; 3]) -> [f32; 3] {
+    pub fn point_of_file(self, own: [f32; 3]) -> [f32; 3] {
         self.0.map(|way| {
             let value = own[usize::from(way.along)];
             if way.against { -value } else { value }
@@ -162,7 +162,7 @@ impl Axes {
     }
 
     /// A vector of a cloud in the axes of the file.
-    pub(super) fn of_file(self, own: DVec3) -> DVec3 {
+    pub fn of_file(self, own: DVec3) -> DVec3 {
         DVec3::from(self.0.map(|way| {
             let value = own[usize::from(way.along)];
             if way.against { -value } else { value }

@@ -7,7 +7,7 @@ use std::fmt;
 
 use thiserror::Error;
 
-use super::sh;
+use crate::sh;
 
 /// The largest log scale: above it a scale is infinite in 32-bit floats.
 pub(crate) const MAX_LOG_SCALE: f32 = 88.0;
@@ -274,7 +274,7 @@ impl Cloud {
 
     /// The same Gaussians in colours that depend on no direction: a finite
     /// coefficient of the constant basis function for each.
-    pub(super) fn recoloured(&self, constants: Vec<[f32; 3]>) -> Self {
+    pub fn recoloured(&self, constants: Vec<[f32; 3]>) -> Self {
         debug_assert_eq!(constants.len(), self.len());
         Self {
             degree: 0,

@@ -159,7 +159,8 @@ pub fn render_fixed_masked(
     }
     let stats = &mut frame.stats;
     stats.streams.records(stats.visible);
-    stats.streams.spills(&stats.hold);
+    let hold = &stats.hold;
+    stats.streams.spills(hold.spilled, hold.spilled_entries);
     Ok(frame.finish())
 }
 

@@ -22,7 +22,7 @@ pub struct Loaded {
 
 /// The same in the axes of the file.
 #[derive(Debug)]
-pub(super) struct Raw {
+pub struct Raw {
     pub(super) cloud: Cloud,
     pub(super) notes: Notes,
     pub(super) origin: DVec3,
@@ -30,12 +30,12 @@ pub(super) struct Raw {
     /// What the file says of its axes.
     pub(super) axes: Option<Axes>,
     /// What they are in files of its format that say nothing.
-    pub(super) usual: Axes,
+    pub usual: Axes,
 }
 
 impl Raw {
     /// Of a format whose files lie as a cloud does.
-    pub(super) fn new(cloud: Cloud, notes: Notes) -> Self {
+    pub fn new(cloud: Cloud, notes: Notes) -> Self {
         Self {
             cloud,
             notes,
@@ -47,7 +47,7 @@ impl Raw {
     }
 
     /// Turns it into a cloud's axes from those `asked` for, or else from those that the file says.
-    pub(super) fn turned(mut self, asked: Option<Axes>) -> Loaded {
+    pub fn turned(mut self, asked: Option<Axes>) -> Loaded {
         let axes = match (asked, self.axes) {
             (Some(asked), said) => {
                 if said.is_some_and(|said| said != asked) {

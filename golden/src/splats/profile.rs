@@ -7,6 +7,7 @@ use potamoi_formats::record::FACTOR;
 use thiserror::Error;
 
 use super::composite::TRANSMITTANCE;
+use crate::precision::Precision;
 
 /// A renderer whose rules are followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize)]
@@ -149,6 +150,20 @@ pub struct Rules {
 }
 
 impl Rules {
+    /// The same with the numbers of a precision where it gives them.
+    #[must_use]
+    pub fn with(self, precision: &Precision) -> Self {
+        Self {
+            stop_below: precision.stop_below.unwrap_or(self.stop_below),
+            alpha_min: precision.alpha_min.unwrap_or(self.alpha_min),
+            transmittance_bits: precision
+                .transmittance_bits
+                .unwrap_or(self.transmittance_bits),
+            conic_bits: precision.conic_bits.unwrap_or(self.conic_bits),
+            ..self
+        }
+    }
+
     /// Whether a view depth is visible.
     #[must_use]
     pub fn sees(&self, depth: f64) -> bool {

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::cloud::Cloud;
 use super::footprint::Footprint;
 use super::profile::Rules;
-use super::sh;
 use crate::camera::Camera;
+use crate::sh;
 
 /// A Gaussian on screen.
 #[derive(Debug, Clone, Copy, PartialEq)]

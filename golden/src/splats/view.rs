@@ -8,10 +8,10 @@ use super::depth;
 use super::error::RenderError;
 use super::profile::{Profile, Rules};
 use super::project::{Projected, Projection};
-use super::sh;
 use crate::camera::Camera;
 use crate::mask::Mask;
 use crate::precision::Precision;
+use crate::sh;
 
 pub use super::coverage::TILE;
 
@@ -108,7 +108,7 @@ impl View {
         work: &Work,
     ) -> Result<Self, RenderError> {
         check(camera)?;
-        let mut rules = work.precision.of(profile.rules());
+        let mut rules = profile.rules().with(&work.precision);
         if !work.stops {
             rules.stop_below = f64::NEG_INFINITY;
         }

@@ -6,8 +6,6 @@
 //! (docs/decisions/0004-own-pickle-reader.md).
 
 mod legacy;
-#[cfg(test)]
-pub(crate) mod made;
 mod objects;
 mod pickle;
 mod tensors;

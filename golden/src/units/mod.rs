@@ -1,6 +1,7 @@
 //! The units that the renderers compute with: the [`Units`] trait, and twins
 //! that do in Rust, bit by bit, what the hardware does.
 
+mod altered;
 pub mod bounds;
 pub mod exp;
 #[cfg(test)]
@@ -20,6 +21,7 @@ pub mod widths;
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::VectorOp;
 
+pub use altered::Altered;
 pub use twins::{Twins, UnitCounts};
 
 /// What the gathering unit does for one MVoxel: the rows that are loaded and

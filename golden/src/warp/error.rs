@@ -2,8 +2,6 @@
 
 use thiserror::Error;
 
-use crate::scene::SceneError;
-
 /// A path that cannot be warped.
 #[derive(Debug, Error)]
 pub enum WarpError {
@@ -19,7 +17,7 @@ pub enum WarpError {
     },
     /// The renderer failed.
     #[error(transparent)]
-    Scene(#[from] Box<SceneError>),
+    Renderer(Box<dyn std::error::Error + Send + Sync>),
     /// A frame is not of the size that it has to be.
     #[error("{what} is {found:?} pixels: expected {expected:?}, as its camera has")]
     Size {
@@ -39,10 +37,4 @@ pub enum WarpError {
         /// The sequence.
         sequence: String,
     },
-}
-
-impl From<SceneError> for WarpError {
-    fn from(error: SceneError) -> Self {
-        Self::Scene(Box::new(error))
-    }
 }

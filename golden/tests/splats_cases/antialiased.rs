@@ -2,7 +2,7 @@
 
 use glam::{DMat2, DMat3, DQuat, DVec2, DVec3};
 use potamoi_formats::config::Config;
-use potamoi_golden::splats::sh;
+use potamoi_golden::sh;
 use potamoi_golden::units::Twins;
 
 use super::write::{Ply, Shape, Spz, archive, members};

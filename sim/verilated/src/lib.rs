@@ -13,7 +13,7 @@
 //! ```
 //! use potamoi_verilated::{Direction, ModelBuilder, Toolchain};
 //!
-//! # fn main() -> Result<(), potamoi_verilated::Error> {
+//! # fn main() -> Result<(), crate::Error> {
 //! # let folder = std::env::temp_dir().join("potamoi-verilated-example");
 //! let library = ModelBuilder::new("sum")
 //!     .source(

@@ -8,7 +8,7 @@
 //! ```no_run
 //! use potamoi_verilated::{ModelBuilder, Toolchain, peer::Peer};
 //!
-//! # fn main() -> Result<(), potamoi_verilated::Error> {
+//! # fn main() -> Result<(), crate::Error> {
 //! # let verilog = "";
 //! let builder = ModelBuilder::new("mac").source("mac.v", verilog);
 //! let peer = Peer::build(builder, &Toolchain::detect()?, "clk")?;

@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::fields::made::{Made, harms, survives};
 use crate::record::Fate;
-use crate::torch::made::{Made, harms, survives};
 
 /// A small one, with everything that is read: two features, one frequency.
 fn whole() -> Made {

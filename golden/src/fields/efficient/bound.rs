@@ -7,7 +7,7 @@ use super::fixed::{BASIS_BITS, EfficientHead, head};
 use super::{CHANNELS, COEFFICIENTS, EfficientNerf};
 use crate::fields::FieldError;
 use crate::fields::bound::{Bounds, Off, UnitErrors};
-use crate::splats::sh;
+use crate::sh;
 use crate::units::bounds::VectorBounds;
 use crate::voxels::Head as _;
 

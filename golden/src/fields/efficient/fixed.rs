@@ -19,7 +19,7 @@ use crate::fields::coded::finest_of;
 use crate::fields::codes::held;
 use crate::fields::opacity::{Curve, Opacity, need};
 use crate::fields::{Coded, FieldError};
-use crate::splats::sh;
+use crate::sh;
 use crate::units::Product;
 use crate::voxels::{Head, Lanes, Opacities, TRANSMITTANCE, VoxelError};
 

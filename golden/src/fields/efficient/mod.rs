@@ -19,9 +19,9 @@ use rayon::prelude::*;
 use super::{
     Along, Bounds, Coded, Directions, Field, FieldError, Nodes, Sampling, Table, softplus,
 };
+use crate::bands::{self, Bands};
 use crate::camera::Camera;
-use crate::effects::bands::{self, Bands};
-use crate::splats::sh;
+use crate::sh;
 use crate::units::bounds::VectorBounds;
 
 /// Fine cells an edge of a coarse one.

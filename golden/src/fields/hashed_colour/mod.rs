@@ -14,7 +14,7 @@ use glam::DVec3;
 use super::ngp::grid::GridShape;
 use super::ngp::level_table;
 use super::{FieldError, HashUnit, Layer, Mlp, Table};
-use crate::splats::sh;
+use crate::sh;
 
 pub use fixed::FixedColour;
 

@@ -7,7 +7,7 @@ use super::fixed::{NgpHead, head};
 use super::{Ngp, cycled};
 use crate::fields::FieldError;
 use crate::fields::bound::{Bounds, Off, Pair, UnitErrors};
-use crate::splats::sh;
+use crate::sh;
 use crate::units::bounds::VectorBounds;
 use crate::voxels::Head as _;
 

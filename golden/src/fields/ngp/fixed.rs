@@ -22,7 +22,7 @@ use crate::fields::codes::held;
 use crate::fields::mac::MacMlp;
 use crate::fields::opacity::{Curve, Opacity, need, rescale};
 use crate::fields::{Coded, Field as _, FieldError, calibrate};
-use crate::splats::sh;
+use crate::sh;
 use crate::voxels::{Head, Lanes, Opacities, VoxelError};
 
 /// Latents share their format with the spherical harmonics, below 2.

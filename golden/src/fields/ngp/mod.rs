@@ -30,7 +30,7 @@ use potamoi_formats::config::Config;
 use super::{Along, Bounds, Coded, Directions, Field, FieldError, HashUnit, Mlp, Sampling, Table};
 use crate::camera::Camera;
 use crate::record::Notes;
-use crate::splats::sh;
+use crate::sh;
 use crate::units::bounds::VectorBounds;
 use grid::GridShape;
 use occupancy::Occupancy;

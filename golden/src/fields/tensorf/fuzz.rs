@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use super::Tensorf;
 use crate::fields::FixedField;
-use crate::torch::made::{Made, harms, survives};
+use crate::fields::made::{Made, harms, survives};
 
 /// A small one, with everything that is read.
 fn whole() -> Made {

@@ -11,9 +11,8 @@ use ply_rs_bw::ply::{ElementDef, Property, PropertyAccess, PropertyType};
 use super::{Parts, wrong};
 use crate::files;
 use crate::mesh::{Mesh, MeshError};
-use crate::splats::ply::PlyError;
-use crate::splats::ply::header::{self, least_bytes};
-use crate::splats::ply::read_element;
+use crate::ply::header::{self, least_bytes};
+use crate::ply::{PlyFileError, read_element};
 
 /// Names of the list of a face's corners.
 const LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
@@ -31,7 +30,7 @@ pub fn read_ply(bytes: &[u8], origin: &str) -> Result<Mesh, MeshError> {
     let header = header::read(&mut reader, origin)?;
     let needed = least_bytes(&header.ply);
     if needed > reader.len() as u128 {
-        return Err(MeshError::Ply(PlyError::Truncated {
+        return Err(MeshError::Ply(PlyFileError::Truncated {
             origin: origin.to_owned(),
             needed,
             found: reader.len() as u64,
@@ -50,7 +49,7 @@ pub fn read_ply(bytes: &[u8], origin: &str) -> Result<Mesh, MeshError> {
         for index in 0..element.count {
             let row = read_element(&parser, &mut reader, header.ply.encoding, element);
             let row = row.map_err(|message| {
-                MeshError::Ply(PlyError::Element {
+                MeshError::Ply(PlyFileError::Element {
                     origin: origin.to_owned(),
                     element: name.clone(),
                     index,

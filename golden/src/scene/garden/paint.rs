@@ -3,7 +3,8 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::light::Light;
-use crate::splats::{Cloud, sh};
+use crate::sh;
+use crate::splats::Cloud;
 
 /// One stroke: a Gaussian by its look.
 #[derive(Debug, Clone, Copy)]

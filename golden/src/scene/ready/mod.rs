@@ -10,9 +10,9 @@ mod surfels;
 mod tests;
 
 use crate::analytic::Analytic;
+use crate::compact::Compact;
 use crate::fields::FieldError;
 use crate::fields::ngp::Ngp;
-use crate::splats::compact::Compact;
 use crate::splats::files::FileError;
 pub(super) use grids::{dvgo, tensorf};
 pub use surfels::cloud;

@@ -7,7 +7,8 @@ use glam::{DMat3, DQuat, DVec3, dvec3};
 use rayon::prelude::*;
 
 use crate::analytic::Analytic;
-use crate::splats::{Cloud, CloudError, sh};
+use crate::sh;
+use crate::splats::{Cloud, CloudError};
 
 /// Discs lie where this is the optical depth a voxel edge.
 const LEVEL: f64 = 1.62;

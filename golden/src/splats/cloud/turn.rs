@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::Cloud;
+use crate::sh;
 use crate::splats::axes::Axes;
-use crate::splats::sh;
 
 /// Gaussians that a thread takes at least.
 const BLOCK: usize = 1 << 12;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::ply::PlyFileError;
 use crate::record::{KeyError, told};
 use crate::splats::CloudError;
 use crate::splats::ply::PlyError;
@@ -30,6 +31,9 @@ pub enum FileError {
     /// A PLY file cannot be used.
     #[error(transparent)]
     Ply(#[from] PlyError),
+    /// The container of a PLY file cannot be read.
+    #[error(transparent)]
+    PlyFile(#[from] PlyFileError),
     /// A field of the file has a value that it cannot have.
     #[error("{origin}: {field} is {value}: expected {expected}")]
     Field {
@@ -75,11 +79,11 @@ const LONGEST: usize = 200;
 
 /// Errors of one file.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::splats) struct Origin<'a>(pub(in crate::splats) &'a str);
+pub struct Origin<'a>(pub &'a str);
 
 impl Origin<'_> {
     /// A field with a value that it cannot have.
-    pub(in crate::splats) fn field(
+    pub fn field(
         self,
         field: impl Into<String>,
         value: impl ToString,
@@ -94,11 +98,7 @@ impl Origin<'_> {
     }
 
     /// A part that cannot be unpacked.
-    pub(in crate::splats) fn part(
-        self,
-        part: impl Into<String>,
-        message: impl ToString,
-    ) -> FileError {
+    pub fn part(self, part: impl Into<String>, message: impl ToString) -> FileError {
         let message = message.to_string();
         FileError::Part {
             origin: self.0.to_owned(),
@@ -108,7 +108,7 @@ impl Origin<'_> {
     }
 
     /// Something that cannot be honoured.
-    pub(in crate::splats) fn key(self, source: KeyError) -> FileError {
+    pub fn key(self, source: KeyError) -> FileError {
         FileError::Key {
             origin: self.0.to_owned(),
             source: source.into(),
@@ -116,7 +116,7 @@ impl Origin<'_> {
     }
 
     /// Values that make no cloud.
-    pub(in crate::splats) fn cloud(self, source: CloudError) -> FileError {
+    pub fn cloud(self, source: CloudError) -> FileError {
         FileError::Cloud {
             origin: self.0.to_owned(),
             source,

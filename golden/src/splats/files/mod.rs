@@ -16,7 +16,7 @@ pub mod sog;
 pub mod splat;
 pub mod spz;
 #[cfg(test)]
-pub(super) mod tests;
+pub mod tests;
 mod unpack;
 mod values;
 mod zip_end;
@@ -25,12 +25,12 @@ use std::io::Read as _;
 use std::path::Path;
 
 pub use error::FileError;
-pub(super) use error::Origin;
+pub use error::Origin;
 
 use super::axes::Axes;
 use super::loaded::{Loaded, Raw};
 use super::ply;
-pub(super) use zip_end::after_archive;
+pub use zip_end::after_archive;
 
 /// The endings of splat files, and the name that makes a folder one.
 pub const ENDINGS: [&str; 4] = ["ply", "splat", "spz", "sog"];
@@ -120,7 +120,7 @@ pub fn read(path: &Path, asked: Option<Axes>) -> Result<Loaded, FileError> {
 }
 
 /// All bytes of a file that is not too large.
-pub(super) fn whole(path: &Path) -> Result<Vec<u8>, FileError> {
+pub fn whole(path: &Path) -> Result<Vec<u8>, FileError> {
     limited(path, LARGEST)
 }
 
@@ -134,13 +134,13 @@ fn limited(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
 }
 
 /// Packed or not is known from the header alone.
-fn read_ply(path: &Path, origin: &str) -> Result<Raw, FileError> {
+pub fn read_ply(path: &Path, origin: &str) -> Result<Raw, FileError> {
     let fail = |source| FileError::Read {
         path: path.to_owned(),
         source,
     };
-    let (mut reader, length) = ply::open(path)?;
-    let header = ply::header::read(&mut reader, origin)?;
+    let (mut reader, length) = crate::ply::open(path)?;
+    let header = crate::ply::header::read(&mut reader, origin)?;
     if packed_ply::is_packed(&header.ply) {
         let mut body = vec![];
         reader

@@ -16,11 +16,13 @@ use ply_rs_bw::ply::{ElementDef, Encoding, Header as PlyHeader, PropertyType, Sc
 
 use super::error::{FileError, Origin};
 use super::values;
+use crate::ply::PlyFileError;
+use crate::ply::header::{self, Header, type_name};
 use crate::record::{Fate, Format, Key, Notes, Record};
+use crate::sh;
+use crate::splats::Cloud;
 use crate::splats::loaded::{Loaded, Raw};
-use crate::splats::ply::header::{self, Header, type_name};
-use crate::splats::ply::{PlyError, SAID, says};
-use crate::splats::{Cloud, sh};
+use crate::splats::ply::{SAID, says};
 
 /// Gaussians of a chunk; the last may have fewer.
 const CHUNK: usize = 256;
@@ -127,7 +129,7 @@ pub(super) fn decode(header: &Header, body: &[u8], origin: &str) -> Result<Raw, 
     }
     let needed = header::least_bytes(&header.ply);
     if needed > body.len() as u128 {
-        return Err(FileError::Ply(PlyError::Truncated {
+        return Err(FileError::from(PlyFileError::Truncated {
             origin: origin.to_owned(),
             needed,
             found: body.len() as u64,

@@ -14,7 +14,7 @@ use ruzstd::decoding::StreamingDecoder;
 use super::error::{FileError, Origin};
 use super::spz::{EXTENDED, FORMAT};
 use crate::record::Record;
-use crate::splats::sh;
+use crate::sh;
 
 const MAGIC: &[u8; 4] = b"NGSP";
 /// Bytes of the header up to version 3, and of what version 4 shares with it.

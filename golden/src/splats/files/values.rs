@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::splats::sh;
+use crate::sh;
 
 /// Logits of the opacities `0/255, 1/255, ... 255/255`; infinite at both ends,
 /// as the codes stand for opacities 0 and 1 themselves.

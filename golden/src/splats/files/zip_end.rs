@@ -9,10 +9,7 @@ const END: &[u8; 4] = b"PK\x05\x06";
 const END_LENGTH: usize = 22;
 
 /// Keys of what no member holds: a comment, and bytes behind the archive.
-pub(in crate::splats) fn after_archive(
-    archive: &ZipArchive<Cursor<&[u8]>>,
-    bytes: &[u8],
-) -> Vec<String> {
+pub fn after_archive(archive: &ZipArchive<Cursor<&[u8]>>, bytes: &[u8]) -> Vec<String> {
     let mut all = vec![];
     let comment = archive.comment().len();
     if comment > 0 {

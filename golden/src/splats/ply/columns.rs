@@ -3,9 +3,9 @@
 use ply_rs_bw::ply::{ElementDef, Header as PlyHeader, PropertyType, ScalarType};
 
 use super::PlyError;
-use super::header::type_name;
+use crate::ply::header::type_name;
 use crate::record::Record;
-use crate::splats::sh;
+use crate::sh;
 
 /// The size along each axis.
 const SCALES: [&str; 3] = ["scale_0", "scale_1", "scale_2"];

@@ -9,25 +9,22 @@
 //! byte order and text files are read, with any line ends.
 
 mod columns;
-pub(crate) mod header;
-mod rows;
 pub(super) mod says;
 mod vertices;
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::io::BufRead;
+use std::path::Path;
 
-use ply_rs_bw::parser::Parser;
-use ply_rs_bw::ply::{ElementDef, Encoding, PropertyAccess};
+use ply_rs_bw::ply::ElementDef;
 use thiserror::Error;
 
 use super::cloud::CloudError;
 use super::loaded::{Loaded, Raw};
+use crate::ply::header::{self, Header};
+use crate::ply::rows::{Layout, Rows};
+use crate::ply::{PlyFileError, open};
 use crate::record::{Fate, Format, Key, KeyError, Notes, Record};
 use columns::Columns;
-use header::Header;
-use rows::{Layout, Rows};
 use vertices::Vertices;
 
 const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
@@ -133,36 +130,9 @@ pub static FORMAT: Format = Format {
 /// A file that holds no readable cloud.
 #[derive(Debug, Error)]
 pub enum PlyError {
-    /// The file system refused.
-    #[error("cannot read {path}: {source}; name a readable PLY file")]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// Does not begin with `ply`.
-    #[error("{origin}: not a PLY file: expected the line `ply` first")]
-    NotPly {
-        /// The file.
-        origin: String,
-    },
-    /// The header has no end within reason.
-    #[error("{origin}: no `end_header` line within {limit} bytes: the file is cut off or no PLY")]
-    NoHeaderEnd {
-        /// The file.
-        origin: String,
-        /// Bytes searched.
-        limit: usize,
-    },
-    /// The header cannot be understood.
-    #[error("{origin}: header: {message}")]
-    Header {
-        /// The file.
-        origin: String,
-        /// What is wrong, and where.
-        message: String,
-    },
+    /// The container cannot be read.
+    #[error(transparent)]
+    File(#[from] PlyFileError),
     /// A property that a Gaussian needs is not there.
     #[error(
         "{origin}: element `vertex` has no property `{property}`: \
@@ -220,31 +190,6 @@ pub enum PlyError {
         /// The file.
         origin: String,
     },
-    /// Fewer bytes than the header declares.
-    #[error(
-        "{origin}: the header declares at least {needed} bytes of elements, {found} follow it: \
-         the file is cut off or its header wrong"
-    )]
-    Truncated {
-        /// The file.
-        origin: String,
-        /// Bytes that the elements take at least.
-        needed: u128,
-        /// Bytes there.
-        found: u64,
-    },
-    /// An element cannot be read.
-    #[error("{origin}: element `{element}` {index}: {message}")]
-    Element {
-        /// The file.
-        origin: String,
-        /// Name of the element.
-        element: String,
-        /// Which one, from 0.
-        index: usize,
-        /// What is wrong.
-        message: String,
-    },
     /// NaN or infinite, where it is not allowed.
     #[error(
         "{origin}: vertex {index}, property `{property}` is {value}: \
@@ -281,17 +226,6 @@ pub fn read(path: &Path) -> Result<Loaded, PlyError> {
     parse(reader, length, &path.display().to_string())
 }
 
-/// Opens a regular file; its length with it.
-pub(in crate::splats) fn open(path: &Path) -> Result<(BufReader<File>, u64), PlyError> {
-    let fail = |source| PlyError::Read {
-        path: path.to_owned(),
-        source,
-    };
-    let file = crate::files::open(path).map_err(fail)?;
-    let length = file.metadata().map_err(fail)?.len();
-    Ok((BufReader::with_capacity(1 << 16, file), length))
-}
-
 /// Reads a cloud from `length` bytes; `origin` names them in errors.
 ///
 /// # Errors
@@ -322,11 +256,12 @@ pub(super) fn body(
     })?;
     let needed = header::least_bytes(&header.ply);
     if needed > u128::from(found) {
-        return Err(PlyError::Truncated {
+        return Err(PlyFileError::Truncated {
             origin: origin.to_owned(),
             needed,
             found,
-        });
+        }
+        .into());
     }
     let mut rows = Rows::new(reader, header);
     let mut values = vec![];
@@ -335,7 +270,7 @@ pub(super) fn body(
         let layout = Layout::of(element);
         let mut own = (name == "vertex").then(|| Vertices::new(&columns, element.count));
         for index in 0..element.count {
-            (rows.read(&layout, &mut values)).map_err(|message| PlyError::Element {
+            (rows.read(&layout, &mut values)).map_err(|message| PlyFileError::Element {
                 origin: origin.to_owned(),
                 element: name.clone(),
                 index,
@@ -348,7 +283,7 @@ pub(super) fn body(
         }
         vertices = own.or(vertices);
     }
-    let left = rows.rest().map_err(|e| PlyError::Header {
+    let left = rows.rest().map_err(|e| PlyFileError::Header {
         origin: origin.to_owned(),
         message: e.to_string(),
     })?;
@@ -410,28 +345,6 @@ fn not_finite(
         property: property.map_or_else(String::new, |(name, _)| name.clone()),
         value: values.get(column).copied().unwrap_or(f64::NAN),
     }
-}
-
-/// Reads one element; an error is what is wrong, in one line.
-pub(crate) fn read_element<E: PropertyAccess>(
-    parser: &Parser<E>,
-    reader: &mut impl BufRead,
-    encoding: Encoding,
-    element: &ElementDef,
-) -> Result<E, String> {
-    let read = match encoding {
-        Encoding::BinaryLittleEndian => parser.read_little_endian_element(reader, element),
-        Encoding::BinaryBigEndian => parser.read_big_endian_element(reader, element),
-        Encoding::Ascii => {
-            let mut line = String::new();
-            match reader.read_line(&mut line) {
-                Ok(0) => return Err("the file ends before it".to_owned()),
-                Ok(_) => parser.read_ascii_element(&line, element),
-                Err(e) => Err(e),
-            }
-        }
-    };
-    read.map_err(|_| "it has not the values that the header declares".to_owned())
 }
 
 #[cfg(test)]

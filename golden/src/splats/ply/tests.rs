@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 use super::*;
-use crate::splats::{Cloud, sh};
+use crate::sh;
+use crate::splats::Cloud;
 use proptest::prelude::*;
 
 const NAMES: [&str; 14] = [
@@ -223,7 +224,7 @@ fn paths_that_are_no_files_are_refused() {
     let missing = read(Path::new("no/such/file.ply")).unwrap_err();
     assert!(missing.to_string().contains("no/such/file.ply"));
     let folder = read(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap_err();
-    assert!(matches!(folder, PlyError::Read { .. }));
+    assert!(matches!(folder, PlyError::File(PlyFileError::Read { .. })));
 }
 
 proptest! {

@@ -3,8 +3,9 @@
 use glam::DVec3;
 
 use super::columns::Columns;
+use crate::sh;
 use crate::splats::cloud::{Cloud, CloudError};
-use crate::splats::{sh, sigmoid};
+use crate::splats::sigmoid;
 
 /// The log scale of what has no size: that of the smallest normal float.
 const NO_SIZE: f32 = -87.336_55;

@@ -1,7 +1,8 @@
 //! Hardware that a scene calls for, and the system's model, follow the analysis.
 use potamoi_formats::config::Config;
+use potamoi_golden::analysis::Hardware;
 use potamoi_golden::camera::Camera;
-use potamoi_golden::effects::{Choices, Hardware};
+use potamoi_golden::effects::Choices;
 use potamoi_golden::scene::{BUILTIN, Scene};
 use potamoi_golden::units::Twins;
 use potamoi_rtl::RtlUnits;

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::super::error::{FileError, Origin};
 use super::{FORMAT, PALETTE_ROW, entries};
 use crate::record::{Notes, Record};
-use crate::splats::sh;
+use crate::sh;
 
 /// Entries of a codebook, one for each value of a byte.
 const CODES: usize = 256;

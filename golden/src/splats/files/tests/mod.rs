@@ -3,13 +3,14 @@
 
 mod agree;
 mod fuzz;
-pub(in crate::splats) mod pack;
+pub mod pack;
 mod refuse;
 
 use std::path::PathBuf;
 
 use super::*;
-use crate::splats::{Cloud, CloudError, sh};
+use crate::sh;
+use crate::splats::{Cloud, CloudError};
 
 /// Gaussians of the fixtures.
 const COUNT: usize = 300;

@@ -19,7 +19,7 @@ pub(super) fn gunzip(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// The members of an archive.
-pub(in crate::splats) fn members(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
+pub fn members(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
     (0..archive.len())
         .map(|i| {
@@ -32,7 +32,7 @@ pub(in crate::splats) fn members(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
 }
 
 /// An archive of members.
-pub(in crate::splats) fn archive(members: &[(String, Vec<u8>)]) -> Vec<u8> {
+pub fn archive(members: &[(String, Vec<u8>)]) -> Vec<u8> {
     let mut writer = zip::ZipWriter::new(Cursor::new(vec![]));
     for (name, content) in members {
         let options = zip::write::SimpleFileOptions::default();

@@ -3,7 +3,7 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 
-use super::{Choices, Effect};
+use crate::effects::{Choices, Effect};
 use crate::units::gather::Reducer;
 use crate::units::{GatherTask, Product, UnitError, Units};
 

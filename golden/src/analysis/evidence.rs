@@ -3,7 +3,9 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::record::RECORD_CHANNELS;
 
-use super::{Effect, Facts, Seen, Surroundings};
+use super::{Seen, Surroundings};
+use crate::effects::Effect;
+use crate::scene::facts::Facts;
 use crate::scene::{Model, Scene};
 
 /// What the findings are made of.
@@ -332,8 +334,8 @@ impl Known<'_> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use super::super::{Perceptron, TableFacts};
     use super::*;
+    use crate::scene::facts::{Perceptron, TableFacts};
 
     /// Of what is counted one is enough, and none is not.
     #[test]

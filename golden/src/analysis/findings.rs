@@ -6,8 +6,9 @@ use potamoi_formats::rit::Vertices;
 use serde::Serialize;
 
 use super::evidence::Known;
-use super::{Effect, Seen, is_still};
+use super::{Seen, is_still};
 use crate::camera::Camera;
+use crate::effects::Effect;
 use crate::scene::{Kind, Scene, SceneError};
 use crate::splats::{Schedule, Sorting, View, Work, is_in_order};
 use crate::voxels::MVoxels;

@@ -6,7 +6,7 @@ use ply_rs_bw::ply::{
     ElementDef, Encoding, Header as PlyHeader, PropertyDef, PropertyType, ScalarType,
 };
 
-use super::PlyError;
+use super::PlyFileError;
 use crate::record::told;
 
 /// The longest header, in bytes.
@@ -36,8 +36,8 @@ pub(crate) struct Header {
 }
 
 /// Reads up to and including `end_header`.
-pub(crate) fn read(reader: &mut impl BufRead, origin: &str) -> Result<Header, PlyError> {
-    let fail = |message: String| PlyError::Header {
+pub(crate) fn read(reader: &mut impl BufRead, origin: &str) -> Result<Header, PlyFileError> {
+    let fail = |message: String| PlyFileError::Header {
         origin: origin.to_owned(),
         message,
     };
@@ -51,7 +51,7 @@ pub(crate) fn read(reader: &mut impl BufRead, origin: &str) -> Result<Header, Pl
             .read_until(line_end, &mut line)
             .map_err(|e| fail(e.to_string()))?;
         if read == 0 || line.last() != Some(&line_end) {
-            return Err(PlyError::NoHeaderEnd {
+            return Err(PlyFileError::NoHeaderEnd {
                 origin: origin.to_owned(),
                 limit: LIMIT,
             });
@@ -83,8 +83,8 @@ fn text(line: &[u8]) -> String {
 }
 
 /// Reads `ply`, and says how many bytes it took and what ends a line.
-fn first_line(reader: &mut impl BufRead, origin: &str) -> Result<(usize, u8), PlyError> {
-    let not_ply = || PlyError::NotPly {
+fn first_line(reader: &mut impl BufRead, origin: &str) -> Result<(usize, u8), PlyFileError> {
+    let not_ply = || PlyFileError::NotPly {
         origin: origin.to_owned(),
     };
     let mut line = vec![];
@@ -232,13 +232,13 @@ fn scalar(word: &str) -> Result<ScalarType, String> {
 }
 
 /// As headers write it.
-pub(in crate::splats) fn type_name(scalar: &ScalarType) -> &'static str {
+pub(crate) fn type_name(scalar: &ScalarType) -> &'static str {
     let mut types = TYPES.iter();
     let found = types.find(|(_, _, kind)| kind == scalar);
     found.map_or("", |(name, _, _)| *name)
 }
 
-pub(in crate::splats) const fn scalar_bytes(scalar: &ScalarType) -> u128 {
+pub(crate) const fn scalar_bytes(scalar: &ScalarType) -> u128 {
     match scalar {
         ScalarType::Char | ScalarType::UChar => 1,
         ScalarType::Short | ScalarType::UShort => 2,

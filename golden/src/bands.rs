@@ -1,6 +1,6 @@
 //! Which degrees of spherical harmonics anything depends on.
 
-use crate::splats::sh;
+use crate::sh;
 
 /// Degrees of spherical harmonics that are stored, and what is not 0 of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,11 +1,16 @@
 //! What a model's data says, whatever the camera.
 
-use super::Thickness;
-use super::bands::{self, Bands};
+mod cache;
+mod thickness;
+
+use crate::bands::{self, Bands};
 use crate::fields::{Directions, Field, HashedColour, Mlp, Stopping, Table};
 use crate::scene::{Kind, Model};
-use crate::splats::{Cloud, Rules, sh, sigmoid};
+use crate::sh;
+use crate::splats::{Cloud, Rules, sigmoid};
 use crate::voxels::{Grid, STOP_BELOW};
+pub(crate) use cache::Cache;
+pub use thickness::Thickness;
 
 /// A table that features are gathered from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

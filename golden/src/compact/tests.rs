@@ -9,9 +9,9 @@ use proptest::sample::Index;
 use serde_json::Value;
 
 use super::*;
+use crate::sh;
 use crate::splats::files::tests::pack::{archive, members};
 use crate::splats::project::{rotation, sigmoid};
-use crate::splats::sh;
 
 fn parse(bytes: &[u8], origin: &str) -> Result<Compact, FileError> {
     Compact::parse(bytes, origin, None).map(|(model, _)| model)

@@ -23,13 +23,13 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
-use super::axes::Axes;
-use super::cloud::Cloud;
-use super::files::{self, FileError, Origin};
-use super::loaded::Raw;
 use super::sh;
 use crate::fields::{FieldError, FieldWork, FixedColour, HashedColour};
 use crate::record::{Fate, Format, Key, Notes, Record};
+use crate::splats::Axes;
+use crate::splats::Cloud;
+use crate::splats::Raw;
+use crate::splats::files::{self, FileError, Origin};
 use crate::units::Units;
 use crate::voxels::FixedStats;
 use codes::Stages;

@@ -13,6 +13,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::camera::Camera;
+use crate::effects::*;
 use crate::precision::Precision;
 use crate::scene::{BUILTIN, Model, Rendered, Representation, Scene};
 use crate::splats::Cloud;

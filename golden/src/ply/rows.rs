@@ -10,7 +10,7 @@ use super::header::{Header, scalar_bytes};
 const SHOWN: usize = 40;
 
 /// Reads the rows of one element after another.
-pub(super) struct Rows<R> {
+pub(crate) struct Rows<R> {
     reader: R,
     encoding: Encoding,
     line_end: u8,
@@ -18,7 +18,7 @@ pub(super) struct Rows<R> {
 }
 
 /// How a row of an element is stored.
-pub(super) struct Layout {
+pub struct Layout {
     properties: Vec<PropertyType>,
     /// Bytes of a binary row, of scalars alone.
     stride: Option<usize>,
@@ -27,7 +27,7 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub(super) fn of(element: &ElementDef) -> Self {
+    pub fn of(element: &ElementDef) -> Self {
         let of = element.properties.values();
         let properties: Vec<_> = of.map(|own| own.data_type.clone()).collect();
         let widths = properties.iter().map(|own| match own {
@@ -45,7 +45,7 @@ impl Layout {
 
 impl<R: BufRead> Rows<R> {
     /// `reader` stands behind the header.
-    pub(super) fn new(reader: R, header: &Header) -> Self {
+    pub fn new(reader: R, header: &Header) -> Self {
         Self {
             reader,
             encoding: header.ply.encoding,
@@ -56,7 +56,7 @@ impl<R: BufRead> Rows<R> {
 
     /// Reads a row's values in the order of the header; a list leaves NaN in its place. An error is
     /// what is wrong.
-    pub(super) fn read(&mut self, layout: &Layout, values: &mut Vec<f64>) -> Result<(), String> {
+    pub fn read(&mut self, layout: &Layout, values: &mut Vec<f64>) -> Result<(), String> {
         values.clear();
         let swap = match self.encoding {
             Encoding::Ascii => return self.read_text(layout, values),
@@ -147,7 +147,7 @@ impl<R: BufRead> Rows<R> {
     }
 
     /// Bytes after the last row; of text those that are not blank.
-    pub(super) fn rest(mut self) -> std::io::Result<u64> {
+    pub fn rest(mut self) -> std::io::Result<u64> {
         let mut left = 0;
         loop {
             let bytes = self.reader.fill_buf()?;
