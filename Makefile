@@ -79,9 +79,9 @@ refresh: setup
 	  mv out/refresh-warp/$$kind.0032.png docs/images/warping-$$kind.png || exit 1; \
 	done
 	rm -rf out/refresh-warp
-	cargo run --locked --release --quiet -p potamoi-golden --example contact_sheet -- \
+	cargo run --locked --release --quiet -p potamoi-scene --example contact_sheet -- \
 	  scenes docs/images/scenes.png
-	cargo run --locked --release --quiet -p potamoi-golden --example contact_sheet -- \
+	cargo run --locked --release --quiet -p potamoi-scene --example contact_sheet -- \
 	  models docs/images/models.png 400
 	for scene in garden lantern; do \
 	  cargo run --locked --release --quiet -- cost --scene $$scene \

@@ -1,36 +1,16 @@
-//! Golden renderers, unit twins and traces: the oracle that the generated
-//! hardware is proven equal to.
-//!
-//! Nothing here knows the netlist. What both sides must agree on (formats,
-//! layouts, the configuration) lives in `potamoi-formats`.
+//! The golden crates under one name, until callers name the crate that they mean.
 
-pub mod analysis;
-pub mod analytic;
-pub mod bands;
-pub mod camera;
-pub mod characterise;
-pub mod compact;
-pub mod content;
-pub mod effects;
-pub mod fields;
-pub mod files;
-#[cfg(test)]
-mod hard_cases;
-pub mod mask;
-pub mod memory;
-pub mod mesh;
-pub mod picture;
-pub mod ply;
-pub mod precision;
-pub mod record;
-pub mod scene;
-pub mod sh;
-pub mod splats;
-pub mod ssim;
-pub mod streams;
-mod tiling;
-pub mod torch;
-pub mod trace;
-pub mod units;
-pub mod voxels;
-pub mod warp;
+pub use potamoi_analysis as analysis;
+pub use potamoi_analytic as analytic;
+pub use potamoi_base::{
+    bands, camera, content, effects, files, mask, memory, picture, precision, record, sh, ssim,
+};
+pub use potamoi_containers::{ply, torch};
+pub use potamoi_fields as fields;
+pub use potamoi_march::{streams, tiling, voxels};
+pub use potamoi_reference as units;
+pub use potamoi_scene as scene;
+pub use potamoi_scene::{characterise, compact, trace};
+pub use potamoi_splats as splats;
+pub use potamoi_warp as warp;
+pub use potamoi_warp::mesh;

@@ -170,9 +170,9 @@ impl Source {
                     scene.name()
                 ))),
             },
-            (Depth::Mesh(cells), Self::Scene(scene)) => {
-                Ok(Some(Box::new(mesh::of_scene(scene, *cells)?)))
-            }
+            (Depth::Mesh(cells), Self::Scene(scene)) => Ok(Some(Box::new(
+                potamoi_golden::scene::surface::of_scene(scene, *cells)?,
+            ))),
             (Depth::Mesh(_), Self::Images(images)) => Err(Failure::Usage(format!(
                 "--depth mesh: {} has no model to take a surface of: choose given, or name a file \
                  with --mesh",

@@ -1,7 +1,7 @@
 //! Hard cases in pictures, in Verilog and in the system. Each is a small scene made of one case:
 //! rendered by the obvious form, in floats, in the hardware's formats by the twins and by the
 //! simulated Verilog, and modelled as frames of a path. The same cases at the unit, against
-//! numbers of 256 bits, are in golden/src/hard_cases.
+//! numbers of 256 bits, are in golden/analysis/src/hard_cases.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 #[path = "../common/mod.rs"]

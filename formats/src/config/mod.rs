@@ -131,6 +131,13 @@ fn preset_names() -> String {
 }
 
 impl Config {
+    /// A preset by its name.
+    #[must_use]
+    pub fn preset(name: &str) -> Option<Self> {
+        let (_, text) = PRESETS.iter().find(|(own, _)| *own == name)?;
+        Self::from_toml(text, name).ok()
+    }
+
     /// Parses and checks a configuration; `origin` names it in errors.
     ///
     /// # Errors

@@ -1,8 +1,8 @@
-//! Mutants of every file that this crate reads, as `golden/tests/mutants` tries those of scenes
+//! Mutants of every file that this crate reads, as `golden/scene/tests/mutants` tries those of scenes
 //! and models.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-#[path = "../../../../golden/tests/mutants/frame/mod.rs"]
+#[path = "../../../../golden/scene/tests/mutants/frame/mod.rs"]
 mod frame;
 
 use std::io::Write as _;

@@ -1,0 +1,252 @@
+//! Compositing: long products, opacities of nothing and all, and where a ray stops.
+
+use glam::DVec3;
+use potamoi_formats::config::Config;
+use potamoi_formats::fixed::Rounding;
+use potamoi_formats::units::{OpCode, VectorOp};
+
+use super::exact::exact;
+use super::{Case, Draws, Worst, cases};
+use potamoi_base::camera::Camera;
+use potamoi_march::voxels::{self, Grid, Layout, MVoxels};
+use potamoi_reference::Twins;
+use potamoi_reference::vu::VectorTwin;
+use potamoi_splats::{
+    Cloud, FixedFrame, FixedOptions, FloatOptions, Limits, Profile, render_fixed, render_float,
+    sigmoid,
+};
+
+cases!(
+    long_transmittances,
+    sums_of_4096_weights,
+    the_least_alpha,
+    the_stop,
+    opacities_of_none_and_all,
+    depth_of_nothing,
+);
+
+const ONE: f64 = 1_048_576.0;
+const SAMPLES: usize = 65_536;
+
+fn transmittance(unit: &VectorTwin, t: i32, alpha: i32) -> i32 {
+    let op = VectorOp {
+        code: OpCode::Multiply,
+        shift: 16,
+        rounding: Rounding::HalfUp,
+    };
+    unit.element(op, t, 65_536 - alpha).unwrap()
+}
+
+fn long_transmittances() -> Case {
+    let unit = VectorTwin::new(&Config::paper().vu);
+    let (mut fails, mut ours) = (Worst::default(), Worst::default());
+    for alpha in [1, 2, 3, 16, 257, 655] {
+        let factor = exact(f64::from(65_536 - alpha) / 65_536.0);
+        let (mut t, mut short) = (1 << 20, 65_536i64);
+        for k in 1..=SAMPLES {
+            t = transmittance(&unit, t, alpha);
+            short = (short * i64::from(65_536 - alpha)) >> 16;
+            if k % 4096 == 0 {
+                let exact = factor.powi(k);
+                ours.see(exact.error(f64::from(t) / ONE));
+                fails.see(exact.error(short as f64 / 65_536.0));
+            }
+        }
+    }
+    Case {
+        name: "transmittance over 65,536 samples",
+        naive: "U0.16, cut off",
+        unit: "absolute",
+        fails,
+        // Half a unit a sample, which what follows lets through.
+        bound: 2f64.powi(-21) * SAMPLES as f64 * (1.0 - (-1f64).exp()),
+        from: "half a unit of U1.20 a sample, by what the samples behind let through",
+        ours,
+    }
+}
+
+/// Fog of one colour and changing density in a line of 4096 samples, nothing behind it.
+fn sums_of_4096_weights() -> Case {
+    let mut draws = Draws(5);
+    let points = [2, 2, 1025];
+    let mut thin = vec![0f32; points[2]];
+    thin.fill_with(|| draws.between(0.0, 0.004) as f32);
+    let grid = Grid::bake(points, DVec3::ZERO, 1.0, Layout::Constant, |at, out| {
+        out.copy_from_slice(&[thin[at.z as usize], 0.5, 0.5, 0.5]);
+    });
+    let (grid, config) = (grid.unwrap(), Config::paper());
+    let mvoxels = MVoxels::new(&grid, &config).unwrap();
+    let eye = DVec3::new(0.5, 0.5, -5.0);
+    let camera = Camera::look_at(eye, eye + DVec3::Z, DVec3::Y, 1e-4, 2, 2);
+    let options = voxels::FixedOptions {
+        step: 0.25,
+        terminate: false,
+        background: [0.5; 3],
+        ..voxels::FixedOptions::default()
+    };
+    let mut units = Twins::new(&config);
+    let frame = voxels::render_fixed(&grid, &mvoxels, &camera, &options, &mut units).unwrap();
+    assert!(frame.stats.composited > 4 * 4000, "{:?}", frame.stats);
+    // All weights and what is left, times one colour: that colour where they sum to 1.
+    let unit = 0.5 / ONE;
+    let sums = frame.picture.rgb.iter().flatten();
+    let ours = Worst::of(sums.map(|v| (f64::from(*v) - 0.5) / unit));
+    let (mut t, mut sum) = (1i64 << 20, 0);
+    let mut draws = Draws(5);
+    for _ in 0..4096 {
+        let alpha = draws.between(0.0, 65.0).round() as i64;
+        sum += (t * alpha) >> 16;
+        t = (t * (65_536 - alpha) + (1 << 15)) >> 16;
+    }
+    Case {
+        name: "sum of 4096 weights and what is left",
+        naive: "weights T alpha, each cut off to U1.20",
+        unit: "ulp of U1.20",
+        fails: Worst((sum + t - (1 << 20)).abs() as f64),
+        bound: 0.0,
+        from: "weights are differences of T: an identity of integers",
+        ours,
+    }
+}
+
+fn the_least_alpha() -> Case {
+    let limits = Limits::new(&Profile::Inria.rules());
+    let naive = (65_536.0f64 / 255.0).round() as i32;
+    let wrong = |least: i32| {
+        let codes = 0..65_536i32;
+        Worst(codes.filter(|a| (*a < least) != (a * 255 < 65_536)).count() as f64)
+    };
+    Case {
+        name: "the least alpha that counts, 1/255",
+        naive: "the nearest code",
+        unit: "codes of 65,536 decided wrongly",
+        fails: wrong(naive),
+        bound: 0.0,
+        from: "the least code that is not below: a comparison of integers",
+        ours: wrong(limits.alpha_min),
+    }
+}
+
+fn camera() -> Camera {
+    Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 0.9, 16, 16)
+}
+
+/// White Gaussians, one behind the other, that fill the frame evenly.
+fn layers(logits: Vec<f32>) -> Cloud {
+    let n = logits.len();
+    let white = (0.5 / potamoi_base::sh::CONSTANT) as f32;
+    Cloud::new(
+        0,
+        (0..n).map(|i| [0.0, 0.0, 1.0 + i as f32]).collect(),
+        vec![[10.0; 3]; n],
+        vec![[1.0, 0.0, 0.0, 0.0]; n],
+        logits,
+        vec![[white; 3]; n],
+    )
+    .unwrap()
+}
+
+fn fixed(cloud: &Cloud, profile: Profile) -> FixedFrame {
+    let mut units = Twins::new(&Config::paper());
+    render_fixed(
+        cloud,
+        &camera(),
+        profile,
+        &FixedOptions::default(),
+        &mut units,
+    )
+    .unwrap()
+}
+
+/// The second capped layer would leave 0.9989e-4, which rounds to 105 codes of T, 1.0014e-4.
+fn the_stop() -> Case {
+    let frame = fixed(&layers(vec![f32::INFINITY; 5]), Profile::Inria);
+    let layers = frame.stats.drawn as f64 / 256.0;
+    let cap = 65_536 - 64_881i64;
+    let mut t = 1i64 << 20;
+    let mut drawn = 0;
+    while drawn < 5 {
+        let next = (t * cap + (1 << 15)) >> 16;
+        if (next as f64) / ONE < 1e-4 {
+            break;
+        }
+        t = next;
+        drawn += 1;
+    }
+    Case {
+        name: "the stop at a transmittance of 1e-4",
+        naive: "the rounded product compared",
+        unit: "layers drawn past it",
+        fails: Worst(f64::from(drawn) - 1.0),
+        bound: 0.0,
+        from: "the exact product is compared",
+        ours: Worst((layers - 1.0).abs()),
+    }
+}
+
+fn opacities_of_none_and_all() -> Case {
+    let logits = [
+        f32::NEG_INFINITY,
+        -1e30,
+        -104.0,
+        -89.0,
+        0.0,
+        40.0,
+        89.0,
+        f32::INFINITY,
+    ];
+    let (mut fails, mut ours) = (Worst::default(), Worst::default());
+    for logit in logits {
+        let value = f64::from(logit);
+        let right = match logit {
+            f32::INFINITY => exact(1.0),
+            f32::NEG_INFINITY | -1e30 => exact(0.0),
+            _ => exact(1.0) / (exact(1.0) + exact(-value).exp()),
+        };
+        ours.see(right.error(sigmoid(value)));
+        let e = logit.exp();
+        fails.see(right.error(f64::from(e / (1.0 + e))));
+    }
+    // In the picture: nothing of nothing, and the cap of all.
+    let frame = fixed(&layers(vec![f32::NEG_INFINITY]), Profile::Inria);
+    assert_eq!((frame.stats.drawn, frame.transmittance[0]), (0, 1 << 20));
+    let frame = fixed(&layers(vec![f32::INFINITY]), Profile::Inria);
+    assert_eq!(frame.transmittance[0], (65_536 - 64_881) << 4);
+    Case {
+        name: "opacities of exactly 0 and 1",
+        naive: "e^x / (1 + e^x) in 32 bits",
+        unit: "absolute",
+        fails,
+        bound: 4.0 * 2f64.powi(-53),
+        from: "four roundings of 64 bits",
+        ours,
+    }
+}
+
+/// The mean depth by weight of a pixel in which nothing has any.
+fn depth_of_nothing() -> Case {
+    let options = FloatOptions {
+        depth: true,
+        ..FloatOptions::default()
+    };
+    let cloud = layers(vec![f32::NEG_INFINITY; 3]);
+    let frame = render_float(&cloud, &camera(), Profile::Inria, &options).unwrap();
+    let mut ours = Worst::default();
+    for depth in frame.depth.unwrap() {
+        ours.count(depth != f64::INFINITY);
+    }
+    let (moment, weight) = (0.0f64, 0.0f64);
+    let mut fails = Worst::default();
+    for _ in 0..256 {
+        fails.count(moment / weight != f64::INFINITY);
+    }
+    Case {
+        name: "depth where all alphas are 0",
+        naive: "the mean by weight, 0 / 0",
+        unit: "pixels of 256 that are not void",
+        fails,
+        bound: 0.0,
+        from: "infinite by definition",
+        ours,
+    }
+}

@@ -1,0 +1,217 @@
+//! Built-in scenes that are known exactly: analytic radiance fields, written as
+//! compositions of signed distances, smooth densities and noise.
+//!
+//! Each is rendered by ray marching the field itself ([`Analytic::truth`]), and
+//! sampled to a grid of vertices ([`Analytic::bake`]), which any other renderer
+//! takes; how far its picture is from the truth can then be said.
+
+mod bake;
+mod cairn;
+mod chrome;
+mod city;
+mod curve;
+mod field;
+mod gallery;
+mod heights;
+mod lattice;
+mod look;
+mod march;
+mod mist;
+mod moons;
+mod noise;
+mod sdf;
+#[cfg(test)]
+mod tests;
+mod tree;
+mod vase;
+
+use glam::DVec3;
+
+pub use look::Look;
+pub use march::Truth;
+
+use field::{Field, Frame, Motion};
+use potamoi_base::camera::Camera;
+use potamoi_fields::FieldError;
+use potamoi_fields::efficient::EfficientNerf;
+use potamoi_march::voxels::{Grid, VoxelError};
+
+/// A built-in analytic scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub enum Analytic {
+    /// Stones in balance: diffuse solids.
+    Cairn,
+    /// A glazed vase: glossy.
+    Vase,
+    /// Rods in a sphere: a thin lattice.
+    Lattice,
+    /// Hills in the morning: fog.
+    Mist,
+    /// A planet with rings and moons: mostly void.
+    Moons,
+    /// Metal balls: mirror-like.
+    Chrome,
+    /// A room with pictures: large and flat.
+    Gallery,
+    /// Blocks of houses: many small parts.
+    City,
+}
+
+impl Analytic {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Cairn,
+        Self::Vase,
+        Self::Lattice,
+        Self::Mist,
+        Self::Moons,
+        Self::Chrome,
+        Self::Gallery,
+        Self::City,
+    ];
+
+    /// The scene of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|scene| scene.name() == name)
+    }
+
+    fn field(self) -> &'static dyn Field {
+        match self {
+            Self::Cairn => &cairn::Cairn,
+            Self::Vase => &vase::Vase,
+            Self::Lattice => &lattice::Lattice,
+            Self::Mist => &mist::Mist,
+            Self::Moons => &moons::Moons,
+            Self::Chrome => &chrome::Chrome,
+            Self::Gallery => &gallery::Gallery,
+            Self::City => &city::City,
+        }
+    }
+
+    fn frame(self) -> &'static Frame {
+        self.field().frame()
+    }
+
+    /// Its name on a command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.frame().name
+    }
+
+    /// What it asks of a renderer, in a few words.
+    #[must_use]
+    pub fn asks(self) -> &'static str {
+        self.frame().asks
+    }
+
+    /// Linear RGB behind everything.
+    #[must_use]
+    pub fn background(self) -> [f32; 3] {
+        self.frame().background
+    }
+
+    /// The camera of its path after `seconds`, at any picture size; at 0, the
+    /// default one. The smaller side sees the whole of the scene.
+    #[must_use]
+    pub fn camera(self, seconds: f64, width: u32, height: u32) -> Camera {
+        let frame = self.frame();
+        let tall = f64::from(height) / f64::from(width.max(1));
+        let fov = 2.0 * ((frame.fov.to_radians() / 2.0).tan() * tall.max(1.0)).atan();
+        let turned =
+            |v: DVec3, degrees: f64| glam::DMat3::from_rotation_z(degrees.to_radians()) * v;
+        let away = frame.eye - frame.target;
+        let (eye, target) = match frame.motion {
+            Motion::Orbit(speed) => {
+                let rise = 1.0 + 0.06 * (0.7 * seconds).sin();
+                let away = turned(away, speed * seconds) * DVec3::new(1.0, 1.0, rise);
+                (frame.target + away, frame.target)
+            }
+            Motion::Pan(speed) => (frame.eye, frame.eye - turned(away, speed * seconds)),
+        };
+        Camera::look_at(eye, target, DVec3::Z, fov, width, height)
+    }
+
+    /// Ground truth: the field itself along the rays of a camera, in 64-bit
+    /// floating point. Steps are an eighth of a voxel edge through surfaces, half
+    /// of one through haze, and as far as nothing is through empty space; half as
+    /// long, they give the same picture to better than 60 dB.
+    #[must_use]
+    pub fn truth(self, camera: &Camera, background: [f32; 3]) -> Truth {
+        self.truth_in_steps(camera, background, 1.0)
+    }
+
+    /// The same in steps that are `scale` times as long, above 0: below 1, to
+    /// see how near the truth is to its limit.
+    #[must_use]
+    pub fn truth_in_steps(self, camera: &Camera, background: [f32; 3], scale: f64) -> Truth {
+        march::render(
+            self.field(),
+            camera,
+            background,
+            scale.clamp(1.0 / 64.0, 8.0),
+        )
+    }
+
+    /// Samples it to a grid: densities at the vertices, colours by least squares
+    /// over the directions from which they are seen.
+    ///
+    /// # Errors
+    /// None in practice: its size and its values are right by construction.
+    pub fn bake(self) -> Result<Grid, VoxelError> {
+        bake::bake(self.field())
+    }
+
+    /// Samples it to a tree of EfficientNeRF with fine cells as wide as the grid's
+    /// voxels.
+    ///
+    /// # Errors
+    /// None in practice, as [`Analytic::bake`].
+    pub fn tree(self) -> Result<EfficientNerf, FieldError> {
+        tree::tree(self.field())
+    }
+
+    /// Corners of the box outside which nothing is, in the world.
+    #[must_use]
+    pub fn bounds(self) -> [DVec3; 2] {
+        self.frame().bounds()
+    }
+
+    /// Edge of a voxel of the grid that is sampled from it.
+    #[must_use]
+    pub fn voxel(self) -> f64 {
+        self.frame().voxel
+    }
+
+    /// Density, an optical depth a unit of length and 0 or more, at a point of
+    /// the world.
+    #[must_use]
+    pub fn density(self, p: DVec3) -> f64 {
+        let [low, high] = self.bounds();
+        if p.cmplt(low).any() || p.cmpgt(high).any() {
+            return 0.0;
+        }
+        self.field().probe(p).density.max(0.0)
+    }
+
+    /// A length, in the units of the world, within which of a point of the world
+    /// no density is above 0; 0 or more.
+    #[must_use]
+    pub fn clearance(self, p: DVec3) -> f64 {
+        self.field().probe(p).clearance
+    }
+
+    /// The colour, linear in the unit direction of view (x, y, z), nearest to
+    /// what a point of the world looks like from where it is seen: of red, green
+    /// and blue a constant and the slopes along x, y, z.
+    #[must_use]
+    pub fn linear_colour(self, p: DVec3) -> [[f32; 4]; 3] {
+        bake::linear(&self.field().look(p))
+    }
+
+    /// What a point of the world looks like, where its density is not 0.
+    #[must_use]
+    pub fn look(self, p: DVec3) -> Look {
+        self.field().look(p)
+    }
+}

@@ -1,0 +1,61 @@
+//! EfficientNeRF models sampled from analytic fields.
+
+use glam::DVec3;
+
+use super::bake::directions;
+use super::field::{Field, INSIDE};
+use super::look::Look;
+use potamoi_base::sh;
+use potamoi_fields::FieldError;
+use potamoi_fields::efficient::{CHANNELS, COEFFICIENTS, EfficientNerf, FINE};
+
+/// Colours end this far from 0 and 1, where logits are infinite.
+const MARGIN: f64 = 1.0 / 512.0;
+
+/// Samples a field at the centres of fine cells as wide as its voxels.
+pub(super) fn tree(field: &dyn Field) -> Result<EfficientNerf, FieldError> {
+    let frame = field.frame();
+    let cells = frame.points.map(|points| (points - 1).div_ceil(FINE));
+    let basis = directions().map(|d| (d, sh::basis(d)));
+    EfficientNerf::sampled(cells, frame.corner, frame.voxel, |at, values| {
+        let density = field.probe(at).density * frame.voxel;
+        if density <= 0.0 {
+            return false;
+        }
+        // The inverse of softplus.
+        values[0] = density.exp_m1().ln() as f32;
+        // No light gets deep inside.
+        if density < INSIDE {
+            colours(&field.look(at), &basis, values);
+        }
+        true
+    })
+}
+
+/// The logits of the colours, projected on the spherical harmonics.
+fn colours(look: &Look, basis: &[(DVec3, [f64; 16])], values: &mut [f32; CHANNELS]) {
+    let logits = |d: DVec3| {
+        let held = look
+            .along(d)
+            .clamp(DVec3::splat(MARGIN), DVec3::splat(1.0 - MARGIN));
+        held.to_array().map(|v| (v / (1.0 - v)).ln())
+    };
+    if look.is_matte() {
+        for (c, logit) in logits(DVec3::Z).into_iter().enumerate() {
+            values[1 + c * COEFFICIENTS] = (logit / sh::CONSTANT) as f32;
+        }
+        return;
+    }
+    let area = 4.0 * std::f64::consts::PI / basis.len() as f64;
+    let mut sums = [[0.0; COEFFICIENTS]; 3];
+    for (d, basis) in basis {
+        for (sums, logit) in sums.iter_mut().zip(logits(*d)) {
+            for (sum, b) in sums.iter_mut().zip(basis) {
+                *sum += area * logit * b;
+            }
+        }
+    }
+    for (to, sum) in values[1..].iter_mut().zip(sums.as_flattened()) {
+        *to = *sum as f32;
+    }
+}

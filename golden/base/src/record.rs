@@ -1,0 +1,421 @@
+//! What a file says, key by key: each key is honoured, refused or listed.
+//!
+//! A reader puts the keys of its file into a [`Record`] and takes out what it
+//! uses. [`Record::finish`] judges what is left by the format's table: a key that
+//! changes the picture is refused, any other is listed in [`Notes`], which every
+//! report prints as "not checked". So no reader can drop a key without a word.
+//!
+//! ```
+//! use potamoi_base::record::{Fate, Format, Key, Notes, Record};
+//!
+//! static FORMAT: Format = Format {
+//!     name: "example",
+//!     files: "`.example`",
+//!     keys: &[
+//!         Key { name: "size", fate: Fate::Honoured, about: "edge in metres" },
+//!         Key { name: "lens_*", fate: Fate::Refused, about: "only pinholes are rendered" },
+//!         Key { name: "author", fate: Fate::Listed, about: "no part of the picture" },
+//!     ],
+//!     others: Fate::Listed,
+//! };
+//! let entries = [("size".to_owned(), 2.0), ("author".to_owned(), 0.0)];
+//! let mut record = Record::new(&FORMAT, entries);
+//! assert_eq!(record.take("size"), Some(2.0));
+//! let mut notes = Notes::default();
+//! record.finish(&mut notes).unwrap();
+//! assert_eq!(notes.not_used(), ["author"]);
+//!
+//! let bent = Record::new(&FORMAT, [("lens_k1".to_owned(), 0.1)]);
+//! let error = bent.finish(&mut notes).unwrap_err().to_string();
+//! assert_eq!(error, "`lens_k1` cannot be honoured: only pinholes are rendered");
+//! ```
+
+use thiserror::Error;
+
+/// What becomes of a key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fate {
+    /// It is used. Values that cannot be are refused by the reader.
+    Honoured,
+    /// It changes the picture, and no renderer here does that. A reader may take
+    /// it to accept a value that changes nothing, such as a distortion of 0.
+    Refused,
+    /// It is not used and changes no picture; reports name it.
+    Listed,
+}
+
+impl Fate {
+    /// The word that the table of formats has for it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Honoured => "honoured",
+            Self::Refused => "refused",
+            Self::Listed => "listed",
+        }
+    }
+}
+
+/// A row of a format's table: a key, or a family of keys.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Key {
+    /// Its name; each `*` stands for any characters, none included.
+    pub name: &'static str,
+    /// What becomes of it.
+    pub fate: Fate,
+    /// What it means; of a key that is refused, why.
+    pub about: &'static str,
+}
+
+impl Key {
+    fn matches(&self, key: &str) -> bool {
+        let mut parts = self.name.split('*');
+        let Some(mut rest) = parts.next().and_then(|head| key.strip_prefix(head)) else {
+            return false;
+        };
+        let mut parts = parts.peekable();
+        if parts.peek().is_none() {
+            return rest.is_empty();
+        }
+        while let Some(part) = parts.next() {
+            if parts.peek().is_none() {
+                return rest.ends_with(part);
+            }
+            match rest.find(part) {
+                Some(at) => rest = &rest[at + part.len()..],
+                None => return false,
+            }
+        }
+        true
+    }
+}
+
+/// A file format by its keys.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Format {
+    /// Its usual name.
+    pub name: &'static str,
+    /// The names of its files, for the table of formats.
+    pub files: &'static str,
+    /// Its keys. Where several match, the first counts.
+    pub keys: &'static [Key],
+    /// What becomes of keys without a row: refused or listed.
+    pub others: Fate,
+}
+
+impl Format {
+    /// The row of a key.
+    #[must_use]
+    pub fn row(&self, key: &str) -> Option<&'static Key> {
+        self.keys.iter().find(|row| row.matches(key))
+    }
+}
+
+/// A key that cannot be honoured.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum KeyError {
+    /// Its row says so.
+    #[error("`{key}` cannot be honoured: {why}")]
+    Refused {
+        /// The key.
+        key: String,
+        /// Why, and what to do.
+        why: &'static str,
+    },
+    /// The format has no such key.
+    #[error("`{key}` is no key of {format}: expected {expected}")]
+    Unknown {
+        /// The key.
+        key: String,
+        /// The format.
+        format: &'static str,
+        /// Its keys.
+        expected: String,
+    },
+}
+
+/// What files say that is not used, and what was assumed where they say nothing.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Notes {
+    not_used: Vec<String>,
+    assumed: Vec<String>,
+}
+
+/// Keys that a list names; how many more there are is said.
+const NAMED: usize = 40;
+/// Characters of a key that are told.
+const TOLD: usize = 60;
+
+/// What a file calls something, shortly: names and values of a damaged file can be long.
+pub fn told(text: &str) -> String {
+    told_within(text, TOLD)
+}
+
+/// The same of at most so many characters.
+pub fn told_within(text: &str, most: usize) -> String {
+    let mut told: String = text.chars().take(most).collect();
+    if told.len() < text.len() {
+        told.push('\u{2026}');
+    }
+    told
+}
+
+impl Notes {
+    /// Adds a key, or a part of one, that is not used.
+    pub fn list(&mut self, key: impl Into<String>) {
+        let key: String = key.into();
+        if !self.not_used.contains(&key) {
+            self.not_used.push(key);
+        }
+    }
+
+    /// Adds what was assumed, for instance "axes: right, down, front".
+    pub fn assume(&mut self, what: impl Into<String>) {
+        let what: String = what.into();
+        if !self.assumed.contains(&what) {
+            self.assumed.push(what);
+        }
+    }
+
+    /// Adds those of another file.
+    pub fn extend(&mut self, other: Self) {
+        other.not_used.into_iter().for_each(|key| self.list(key));
+        other.assumed.into_iter().for_each(|what| self.assume(what));
+    }
+
+    /// The same of a part of a file, whose keys are told with `prefix` before them.
+    #[must_use]
+    pub fn under(self, prefix: &str) -> Self {
+        let told = |key| format!("{prefix}{key}");
+        Self {
+            not_used: self.not_used.into_iter().map(told).collect(),
+            ..self
+        }
+    }
+
+    /// The same of a file beside the scene's: both are told with its name before
+    /// them.
+    #[must_use]
+    pub fn of_file(self, path: &std::path::Path) -> Self {
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        let prefix = format!("{}: ", name.display());
+        let told = |what| format!("{prefix}{what}");
+        let assumed = self.assumed.iter().map(told).collect();
+        Self {
+            assumed,
+            ..self.under(&prefix)
+        }
+    }
+
+    /// Keys that are not used.
+    #[must_use]
+    pub fn not_used(&self) -> &[String] {
+        &self.not_used
+    }
+
+    /// What was assumed.
+    #[must_use]
+    pub fn assumed(&self) -> &[String] {
+        &self.assumed
+    }
+
+    /// At most two sentences for reports: what is assumed, and what is not used.
+    #[must_use]
+    pub fn sentences(&self) -> Vec<String> {
+        let mut all = vec![];
+        if !self.assumed.is_empty() {
+            all.push(format!("assumed of the file: {}", self.assumed.join(", ")));
+        }
+        if !self.not_used.is_empty() {
+            let (named, more) = self.not_used.split_at(self.not_used.len().min(NAMED));
+            let more = match more.len() {
+                0 => String::new(),
+                n => format!(", and {n} more"),
+            };
+            all.push(format!("not used of the file: {}{more}", named.join(", ")));
+        }
+        all
+    }
+}
+
+/// The keys that a file has and no reader has taken yet, with their values.
+#[derive(Debug)]
+pub struct Record<V> {
+    format: &'static Format,
+    left: Vec<(String, V)>,
+}
+
+impl<V> Record<V> {
+    /// All keys of a file, in its order. Of two alike the reader sees the first;
+    /// the second is left, and judged.
+    pub fn new(format: &'static Format, entries: impl IntoIterator<Item = (String, V)>) -> Self {
+        Self {
+            format,
+            left: entries.into_iter().collect(),
+        }
+    }
+
+    /// Adds a key that was found behind the others.
+    pub fn add(&mut self, key: String, value: V) {
+        self.left.push((key, value));
+    }
+
+    /// Whether a key is there and not taken.
+    #[must_use]
+    pub fn has(&self, key: &str) -> bool {
+        self.left.iter().any(|(name, _)| name == key)
+    }
+
+    /// The value of a key that is there and not taken; it stays.
+    #[must_use]
+    pub fn peek(&self, key: &str) -> Option<&V> {
+        let found = self.left.iter().find(|(name, _)| name == key);
+        found.map(|(_, value)| value)
+    }
+
+    /// Keys that are there and not taken.
+    pub fn keys(&self) -> impl Iterator<Item = &str> {
+        self.left.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// Takes the value of a key, which has a row in the format's table.
+    pub fn take(&mut self, key: &str) -> Option<V> {
+        debug_assert!(
+            self.format.row(key).is_some(),
+            "{} has no row for `{key}`",
+            self.format.name
+        );
+        let at = self.left.iter().position(|(name, _)| name == key)?;
+        Some(self.left.remove(at).1)
+    }
+
+    /// Takes keys that are refused wherever their values say that they change
+    /// nothing.
+    pub fn take_neutral(&mut self, is_neutral: impl Fn(&V) -> bool) {
+        let refused = |key: &str| {
+            self.format
+                .row(key)
+                .is_some_and(|r| r.fate == Fate::Refused)
+        };
+        self.left
+            .retain(|(key, value)| !(refused(key) && is_neutral(value)));
+    }
+
+    /// Judges what is left: lists it in `notes`.
+    ///
+    /// # Errors
+    /// The first key that is refused.
+    pub fn finish(self, notes: &mut Notes) -> Result<(), KeyError> {
+        for (key, _) in self.left {
+            let told = told(&key);
+            match self.format.row(&key) {
+                Some(row) if row.fate == Fate::Refused => {
+                    let why = row.about;
+                    return Err(KeyError::Refused { key: told, why });
+                }
+                None if self.format.others == Fate::Refused => {
+                    let names: Vec<_> = self.format.keys.iter().map(|row| row.name).collect();
+                    return Err(KeyError::Unknown {
+                        key: told,
+                        format: self.format.name,
+                        expected: names.join(", "),
+                    });
+                }
+                _ => notes.list(told),
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    const fn key(name: &'static str, fate: Fate) -> Key {
+        let about = "a reason";
+        Key { name, fate, about }
+    }
+
+    const KEYS: &[Key] = &[
+        key("x", Fate::Honoured),
+        key("rest_*", Fate::Honoured),
+        key("k_*_end", Fate::Refused),
+        key("note", Fate::Listed),
+    ];
+    static OPEN: Format = Format {
+        name: "open",
+        files: "",
+        keys: KEYS,
+        others: Fate::Listed,
+    };
+    static CLOSED: Format = Format {
+        name: "closed",
+        files: "",
+        keys: KEYS,
+        others: Fate::Refused,
+    };
+
+    fn finished(format: &'static Format, keys: &[&str]) -> Result<Notes, KeyError> {
+        let mut record = Record::new(format, keys.iter().map(|k| ((*k).to_owned(), ())));
+        record.take("x");
+        let mut notes = Notes::default();
+        record.finish(&mut notes).map(|()| notes)
+    }
+
+    #[test]
+    fn every_key_is_taken_listed_or_refused() {
+        let listed = finished(&OPEN, &["x", "rest_1", "note", "new"]).unwrap();
+        assert_eq!(listed.not_used(), ["rest_1", "note", "new"]);
+        assert!(finished(&OPEN, &["x"]).unwrap().sentences().is_empty());
+        for format in [&OPEN, &CLOSED] {
+            let error = finished(format, &["note", "k_7_end"]).unwrap_err();
+            let why = "a reason";
+            let key = "k_7_end".to_owned();
+            assert_eq!(error, KeyError::Refused { key, why });
+        }
+        let error = finished(&CLOSED, &["x", "new"]).unwrap_err().to_string();
+        let expected = "`new` is no key of closed: expected x, rest_*, k_*_end, note";
+        assert_eq!(error, expected);
+    }
+
+    #[test]
+    fn the_second_of_two_alike_is_judged() {
+        assert_eq!(finished(&OPEN, &["x", "x"]).unwrap().not_used(), ["x"]);
+    }
+
+    #[test]
+    fn stars_stand_for_any_characters_but_do_not_overlap() {
+        assert!(KEYS[2].matches("k__end") && !KEYS[2].matches("k_end"));
+        assert!(KEYS[1].matches("rest_") && !KEYS[1].matches("rest"));
+        let both = key("*mid*end", Fate::Listed);
+        assert!(both.matches("midend") && both.matches("a mid b end"));
+        assert!(!both.matches("end mid") && !both.matches("mid"));
+        let all = key("*mid*", Fate::Listed);
+        assert!(all.matches("mid") && all.matches("a mid b") && !all.matches("mi d"));
+    }
+
+    #[test]
+    fn values_that_change_nothing_are_taken_of_refused_keys_alone() {
+        let entries = [("k_1_end", 0), ("k_2_end", 7), ("note", 0), ("new", 0)];
+        let entries = entries.map(|(key, value)| (key.to_owned(), value));
+        let mut record = Record::new(&OPEN, entries);
+        record.take_neutral(|value| *value == 0);
+        let left: Vec<_> = record.keys().collect();
+        assert_eq!(left, ["k_2_end", "note", "new"]);
+    }
+
+    #[test]
+    fn long_lists_and_long_keys_are_cut() {
+        let keys: Vec<_> = (0..100)
+            .map(|i| format!("{i}{}", "k".repeat(500)))
+            .collect();
+        let keys: Vec<_> = keys.iter().map(String::as_str).collect();
+        let said = finished(&OPEN, &keys).unwrap().sentences().join("");
+        assert!(
+            said.ends_with("and 60 more") && said.len() < 40 * 64,
+            "{said}"
+        );
+    }
+}

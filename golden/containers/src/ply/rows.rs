@@ -1,0 +1,194 @@
+//! The rows of a PLY file's elements.
+
+use std::io::{BufRead, Read as _};
+
+use ply_rs_bw::ply::{ElementDef, Encoding, PropertyType, ScalarType};
+
+use super::header::{Header, scalar_bytes};
+
+/// Characters of a line that errors show.
+const SHOWN: usize = 40;
+
+/// Reads the rows of one element after another.
+pub struct Rows<R> {
+    reader: R,
+    encoding: Encoding,
+    line_end: u8,
+    buffer: Vec<u8>,
+}
+
+/// How a row of an element is stored.
+pub struct Layout {
+    properties: Vec<PropertyType>,
+    /// Bytes of a binary row, of scalars alone.
+    stride: Option<usize>,
+    /// Whether all of it are floats of 32 bits, as nearly every file has it.
+    floats: bool,
+}
+
+impl Layout {
+    /// That of an element of a header.
+    pub fn of(element: &ElementDef) -> Self {
+        let of = element.properties.values();
+        let properties: Vec<_> = of.map(|own| own.data_type.clone()).collect();
+        let widths = properties.iter().map(|own| match own {
+            PropertyType::Scalar(kind) => Some(scalar_bytes(kind) as usize),
+            PropertyType::List(..) => None,
+        });
+        let float = |own: &PropertyType| *own == PropertyType::Scalar(ScalarType::Float);
+        Self {
+            stride: widths.sum(),
+            floats: properties.iter().all(float),
+            properties,
+        }
+    }
+}
+
+impl<R: BufRead> Rows<R> {
+    /// `reader` stands behind the header.
+    pub fn new(reader: R, header: &Header) -> Self {
+        Self {
+            reader,
+            encoding: header.ply.encoding,
+            line_end: header.line_end,
+            buffer: vec![],
+        }
+    }
+
+    /// Reads a row's values in the order of the header; a list leaves NaN in its place. An error is
+    /// what is wrong.
+    pub fn read(&mut self, layout: &Layout, values: &mut Vec<f64>) -> Result<(), String> {
+        values.clear();
+        let swap = match self.encoding {
+            Encoding::Ascii => return self.read_text(layout, values),
+            Encoding::BinaryLittleEndian => false,
+            Encoding::BinaryBigEndian => true,
+        };
+        if let Some(stride) = layout.stride {
+            self.buffer.resize(stride, 0);
+            self.reader.read_exact(&mut self.buffer).map_err(ended)?;
+            if layout.floats && !swap {
+                let (words, _) = self.buffer.as_chunks();
+                values.extend(words.iter().map(|own| f64::from(f32::from_le_bytes(*own))));
+                return Ok(());
+            }
+            let mut rest = self.buffer.as_slice();
+            for property in &layout.properties {
+                if let PropertyType::Scalar(kind) = property {
+                    let (own, others) = rest.split_at(scalar_bytes(kind) as usize);
+                    values.push(number(kind, own, swap));
+                    rest = others;
+                }
+            }
+            return Ok(());
+        }
+        for property in &layout.properties {
+            match property {
+                PropertyType::Scalar(kind) => values.push(self.number(kind, swap)?),
+                PropertyType::List(length, item) => {
+                    let length = self.number(length, swap)?;
+                    let bytes = length.max(0.0) as u64 * scalar_bytes(item) as u64;
+                    self.skip(bytes)?;
+                    values.push(f64::NAN);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn number(&mut self, kind: &ScalarType, swap: bool) -> Result<f64, String> {
+        let mut word = [0; 8];
+        let own = &mut word[..scalar_bytes(kind) as usize];
+        self.reader.read_exact(own).map_err(ended)?;
+        Ok(number(kind, own, swap))
+    }
+
+    fn skip(&mut self, bytes: u64) -> Result<(), String> {
+        let skipped = std::io::copy(&mut self.reader.by_ref().take(bytes), &mut std::io::sink());
+        match skipped.map_err(ended)? == bytes {
+            true => Ok(()),
+            false => Err("the file ends within it".to_owned()),
+        }
+    }
+
+    fn read_text(&mut self, layout: &Layout, values: &mut Vec<f64>) -> Result<(), String> {
+        self.buffer.clear();
+        let read = self.reader.read_until(self.line_end, &mut self.buffer);
+        if read.map_err(ended)? == 0 {
+            return Err("the file ends before it".to_owned());
+        }
+        let line = String::from_utf8_lossy(&self.buffer);
+        let line = line.trim();
+        let wrong = || {
+            let shown: String = line.chars().take(SHOWN).collect();
+            let count = layout.properties.len();
+            format!("its line is `{shown}`: expected {count} values, numbers as the header says")
+        };
+        let mut words = line.split_whitespace();
+        let mut next = || {
+            let word = words.next()?;
+            word.parse::<f64>().ok()
+        };
+        for property in &layout.properties {
+            match property {
+                PropertyType::Scalar(_) => values.push(next().ok_or_else(wrong)?),
+                PropertyType::List(..) => {
+                    let length = next().filter(|n| *n >= 0.0 && n.fract() == 0.0);
+                    for _ in 0..length.ok_or_else(wrong)? as u64 {
+                        next().ok_or_else(wrong)?;
+                    }
+                    values.push(f64::NAN);
+                }
+            }
+        }
+        match words.next() {
+            None => Ok(()),
+            Some(_) => Err(wrong()),
+        }
+    }
+
+    /// Bytes after the last row; of text those that are not blank.
+    pub fn rest(mut self) -> std::io::Result<u64> {
+        let mut left = 0;
+        loop {
+            let bytes = self.reader.fill_buf()?;
+            if bytes.is_empty() {
+                return Ok(left);
+            }
+            left += match self.encoding {
+                Encoding::Ascii => bytes.iter().filter(|b| !b.is_ascii_whitespace()).count(),
+                _ => bytes.len(),
+            } as u64;
+            let all = bytes.len();
+            self.reader.consume(all);
+        }
+    }
+}
+
+fn ended(error: std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::UnexpectedEof => "the file ends within it".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
+/// A number of so many bytes, with the highest first where `swap` says so.
+fn number(kind: &ScalarType, bytes: &[u8], swap: bool) -> f64 {
+    let mut word = [0; 8];
+    let own = &mut word[..bytes.len()];
+    own.copy_from_slice(bytes);
+    if swap {
+        own.reverse();
+    }
+    let bits = u64::from_le_bytes(word);
+    match kind {
+        ScalarType::Char => f64::from(bits as u8 as i8),
+        ScalarType::UChar => f64::from(bits as u8),
+        ScalarType::Short => f64::from(bits as u16 as i16),
+        ScalarType::UShort => f64::from(bits as u16),
+        ScalarType::Int => f64::from(bits as u32 as i32),
+        ScalarType::UInt => f64::from(bits as u32),
+        ScalarType::Float => f64::from(f32::from_bits(bits as u32)),
+        ScalarType::Double => f64::from_bits(bits),
+    }
+}

@@ -1,0 +1,154 @@
+//! The schedule of a field in several tables: ray groups, and the batches in
+//! which the samples of a group are gathered.
+//!
+//! A batch has as many samples of every ray that goes on, front to back, and
+//! rays end between batches. So a batch of many samples a ray gathers many
+//! behind where rays stop, and one of few loads the MVoxels of the group once
+//! more for each few samples. The renderer and the count of what it moves
+//! (`characterise`) take the same batches.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::coded::CodedTable;
+use super::march::Samples;
+use super::{Field, Sampling};
+use potamoi_base::camera::Camera;
+use potamoi_march::voxels::Span;
+
+/// How large batches are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BatchSize {
+    /// Samples of a ray, 1 or more.
+    pub samples: u32,
+    /// Entries at most, over all tables, as long as a ray has a sample.
+    pub entries: usize,
+}
+
+impl BatchSize {
+    /// Entries that are held at a time at most: some 200 MB here.
+    pub const ENTRIES: usize = 1 << 21;
+
+    /// Of some tables: the root of a third of the bytes of an MVoxel of each over
+    /// those of a sample, which loads few MVoxels again and goes past few stops.
+    ///
+    /// With `d` samples a ray, MVoxels are loaded about `n / d` times, and `d / 2`
+    /// samples a ray are gathered behind its stop; the sum is least at a root. The
+    /// third is chosen by counting (docs/fields.md), and so is that it holds for
+    /// ray groups of all sizes: a batch is as many times larger as a group has
+    /// more rays.
+    #[must_use]
+    pub fn of(tables: &[CodedTable]) -> Self {
+        let sum = |of: fn(&CodedTable) -> u64| tables.iter().map(of).sum::<u64>();
+        let [mvoxels, sample] = [CodedTable::mvoxel_bytes, CodedTable::sample_bytes].map(sum);
+        let samples = (mvoxels / (3 * sample.max(1))).isqrt();
+        Self {
+            samples: samples.clamp(1, 64) as u32,
+            entries: Self::ENTRIES,
+        }
+    }
+}
+
+/// The pixels of each square ray group of a picture of `size` pixels, `side` of
+/// them a side, row after row.
+pub fn groups(size: [u32; 2], side: u32) -> impl Iterator<Item = Vec<[u32; 2]>> {
+    let [width, height] = size;
+    let step = side.max(1) as usize;
+    let lines = (0..height).step_by(step);
+    let corners = lines.flat_map(move |top| (0..width).step_by(step).map(move |left| [left, top]));
+    corners.map(move |[left, top]| {
+        // Saturating: a side may exceed the picture by any amount.
+        let columns = left..left.saturating_add(side).min(width);
+        let lines = top..top.saturating_add(side).min(height);
+        lines
+            .flat_map(|y| columns.clone().map(move |x| [x, y]))
+            .collect()
+    })
+}
+
+/// A ray of a group, and the next of its samples.
+struct Ray {
+    samples: Samples,
+    next: u64,
+}
+
+/// The rays of a group on their way.
+pub struct RayGroup<'f> {
+    field: &'f dyn Field,
+    rays: Vec<Ray>,
+}
+
+/// Samples of a batch, ray after ray.
+#[derive(Default)]
+pub struct Batch {
+    pub at: Vec<DVec3>,
+    pub(crate) slots: Vec<u32>,
+    pub spans: Vec<Span>,
+}
+
+impl<'f> RayGroup<'f> {
+    /// Rays through pixels, none of which has a sample yet.
+    pub fn new(
+        field: &'f dyn Field,
+        sampling: &Sampling,
+        camera: &Camera,
+        pixels: &[[u32; 2]],
+    ) -> Self {
+        let rays = pixels.iter().map(|pixel| Ray {
+            samples: Samples::of(sampling, camera, *pixel),
+            next: 0,
+        });
+        Self {
+            field,
+            rays: rays.collect(),
+        }
+    }
+
+    /// Where the rays go.
+    pub(crate) fn directions(&self) -> impl ExactSizeIterator<Item = DVec3> {
+        self.rays.iter().map(|ray| ray.samples.direction)
+    }
+
+    /// Samples of all rays, gathered or not.
+    pub(crate) fn samples(&self) -> u64 {
+        self.rays.iter().map(|ray| ray.samples.count).sum()
+    }
+
+    /// The next samples of every ray that is `alive`, where the field is not
+    /// known to be empty; none where all is done.
+    pub fn next(&mut self, alive: impl Fn(u32) -> bool + Sync, size: BatchSize) -> Batch {
+        let on = |(slot, ray): (u32, &Ray)| ray.next < ray.samples.count && alive(slot);
+        let tables = self.field.tables().len();
+        let count = (0..).zip(&self.rays).filter(|ray| on((ray.0, ray.1)));
+        let bound = size.entries / tables.max(1) / count.count().max(1);
+        let most = bound.min(size.samples as usize).max(1);
+        let field = self.field;
+        let take = |places: &mut Vec<DVec3>, (slot, ray): (usize, &mut Ray)| {
+            let mut own = vec![];
+            if !on((slot as u32, ray)) {
+                return own;
+            }
+            while own.len() < most && ray.next < ray.samples.count {
+                let at = ray.samples.at(ray.next);
+                ray.next += 1;
+                if field.index(at, places) {
+                    own.push(at);
+                }
+            }
+            own
+        };
+        let rays = self.rays.par_iter_mut().enumerate();
+        let taken: Vec<Vec<DVec3>> = rays.map_init(|| vec![DVec3::ZERO; tables], take).collect();
+        let mut batch = Batch::default();
+        for (slot, own) in (0..).zip(taken).filter(|(_, own)| !own.is_empty()) {
+            batch.spans.push(Span {
+                ray: slot,
+                start: batch.at.len() as u32,
+                len: own.len() as u32,
+            });
+            batch.slots.extend(own.iter().map(|_| slot));
+            batch.at.extend(own);
+        }
+        batch
+    }
+}

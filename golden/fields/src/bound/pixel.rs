@@ -1,0 +1,159 @@
+//! A pixel's bound, from those of its samples.
+
+use glam::DVec3;
+
+use super::gathered::gathered;
+use super::{Bounds, Off, UnitErrors};
+use crate::march::Samples;
+use crate::{Field, FixedOptions, Sampling};
+use potamoi_march::voxels::{BACKGROUND, Ray, TRANSMITTANCE, pixel_bits};
+
+/// What pixels are followed with.
+pub(super) struct Follower<'a> {
+    pub(super) field: &'a dyn Field,
+    pub(super) bounds: &'a dyn Bounds,
+    pub(super) sampling: Sampling,
+    pub(super) errors: UnitErrors,
+    pub(super) weight_bits: u32,
+    pub(super) options: &'a FixedOptions,
+}
+
+/// A ray as far as it was followed.
+struct Followed {
+    /// What is left of it in floating point.
+    left: f64,
+    /// By how much opacities may have moved the pixel, or what is left.
+    reach: f64,
+    /// The same of what is left being rounded.
+    rounded: f64,
+    /// By how much colours may have.
+    colours: f64,
+    /// Weights of samples that give no colour: in floating point, and in the hardware perhaps.
+    hidden: [f64; 2],
+    /// Samples that are composited, perhaps.
+    seen: u32,
+}
+
+/// Features of a sample, and what they are off by.
+struct Sample {
+    places: Vec<DVec3>,
+    features: Vec<f64>,
+    off: Vec<Off>,
+}
+
+impl Follower<'_> {
+    /// What a pixel's channels may be off by, along a ray and what the hardware's renderer makes
+    /// of it.
+    pub(super) fn bound(&self, ray: &Samples, other: Option<Ray>) -> f64 {
+        let mut own = Followed {
+            left: 1.0,
+            reach: 0.0,
+            rounded: 0.0,
+            colours: 0.0,
+            hidden: [0.0; 2],
+            seen: 0,
+        };
+        let mut sample = Sample {
+            places: vec![DVec3::ZERO; self.field.tables().len()],
+            features: vec![0.0; self.field.channels()],
+            off: vec![Off::default(); self.field.channels()],
+        };
+        let stop = self.sampling.stop;
+        let count = other.map_or(0, |other| u64::from(other.samples));
+        let mut apart = 0.0;
+        for k in 0..ray.count.max(count) {
+            let at = ray.at(k);
+            let is_here = k < ray.count && self.field.holds(at);
+            let is_there = match other {
+                None => is_here,
+                Some(other) => k < count && self.bounds.holds(other.at(k as u32)),
+            };
+            if !is_here && !is_there {
+                continue;
+            }
+            self.gather(at, other.map(|other| other.at(k as u32)), &mut sample);
+            self.add(&sample, [is_here, is_there], ray.direction, &mut own);
+            if own.left < stop {
+                // The other may have stopped before, or go on.
+                apart = (own.left + own.reach + own.rounded).max(stop);
+                break;
+            }
+        }
+        if apart == 0.0 && self.options.terminate && own.left - own.reach - own.rounded < stop {
+            apart = stop;
+        }
+        let behind = self.options.background;
+        let brightest = behind.iter().fold(1.0, |m, v| f64::max(m, f64::from(*v)));
+        // Products are rounded, and so is the background, and the picture to 24 bits.
+        let products =
+            f64::from(own.seen) * 2f64.powi(-1 - pixel_bits(self.errors.result_bits) as i32);
+        let written = brightest * 2f64.powi(-23) + BACKGROUND.ulp() / 2.0;
+        let moved = brightest * (own.reach + own.rounded + apart)
+            + own.colours
+            + own.hidden[0].max(own.hidden[1]);
+        // Both pictures lie between nothing and the brightest.
+        moved.min(brightest) + products + written
+    }
+
+    /// Takes the next sample, which one of the renderers may not have.
+    fn add(
+        &self,
+        sample: &Sample,
+        [is_here, is_there]: [bool; 2],
+        towards: DVec3,
+        own: &mut Followed,
+    ) {
+        let Sample { features, off, .. } = sample;
+        let (least, least_weight) = (self.sampling.least_opacity, self.sampling.least_weight);
+        let exact = -(-self.field.depth(features)).exp_m1();
+        let most = self.bounds.alpha(features, off);
+        let is_shown = is_here && exact > least;
+        let alpha = if is_shown { exact } else { 0.0 };
+        // Codes are compared with the code below the limit.
+        let unit = 2f64.powi(-(self.errors.result_bits as i32));
+        let is_shown_there = is_there && exact + most > least - unit;
+        let moved = match (is_shown, is_shown_there) {
+            (false, false) => return,
+            _ if is_here != is_there => exact + most,
+            (true, true) if exact - most > least => most,
+            // What one of them leaves out is close to the limit.
+            _ => most + exact.min(least),
+        };
+        let before = own.reach + own.rounded;
+        own.seen += 1;
+        own.reach += own.left * moved;
+        own.rounded += TRANSMITTANCE.ulp();
+        let weight = own.left * alpha;
+        let weight_off = own.left * moved + (alpha + moved) * before + TRANSMITTANCE.ulp();
+        if weight <= least_weight {
+            own.hidden[0] += weight;
+        } else {
+            own.colours += weight * self.bounds.colour(features, off, towards).min(1.0);
+        }
+        if weight - weight_off <= least_weight {
+            own.hidden[1] += (weight + weight_off).min(least_weight);
+        }
+        own.left *= 1.0 - alpha;
+    }
+
+    /// Features at a point of the world, and what they are off by where the hardware's renderer
+    /// takes them.
+    fn gather(&self, at: DVec3, there: Option<DVec3>, sample: &mut Sample) {
+        let Sample {
+            places,
+            features,
+            off,
+        } = sample;
+        self.field.place(at, places);
+        let (mut features, mut off) = (&mut features[..], &mut off[..]);
+        let tables = self.field.tables().iter().zip(self.bounds.frac_bits());
+        for ((table, bits), place) in tables.zip(places) {
+            let (own, rest) = features.split_at_mut(table.channels());
+            let (own_off, rest_off) = off.split_at_mut(table.channels());
+            table.gather(*place, own);
+            let there = there.unwrap_or(*place);
+            gathered(table, bits, self.weight_bits, there, own, own_off);
+            (features, off) = (rest, rest_off);
+        }
+    }
+}

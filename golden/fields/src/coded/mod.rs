@@ -1,0 +1,328 @@
+//! Tables as codes, and the gathering of samples from them in the
+//! memory-centric order.
+//!
+//! Tables whose vertices have an entry each are cut into MVoxels
+//! ([`MVoxelTable`]), each loaded once for all samples of a batch, and so are
+//! those that are hashed by MVoxel ([`BlockTable`]), as long as that pays. Those
+//! that are hashed by vertex keep the order of the samples ([`ScatteredTable`]):
+//! their vertices lie anywhere (paper, Sec. "Memory Optimizations", hierarchical
+//! encodings).
+
+mod blocks;
+mod count;
+mod mvoxels;
+mod scattered;
+#[cfg(test)]
+mod tests;
+mod tree;
+mod visit;
+
+use glam::DVec3;
+use potamoi_formats::config::{Config, Sums};
+use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
+
+use super::codes::{finest, quantised};
+use super::{FieldError, HashUnit, Table};
+use potamoi_march::streams::UnitStreams;
+use potamoi_march::tiling::Halo;
+use potamoi_march::voxels::{FixedStats, VoxelError, gather};
+use potamoi_reference::gather::Reducer;
+use potamoi_reference::{Units, weights};
+
+pub use blocks::BlockTable;
+pub use count::{BatchCount, Counted};
+pub(crate) use count::{Tally, Touched};
+pub use mvoxels::MVoxelTable;
+pub use scattered::ScatteredTable;
+pub use tree::TreeTable;
+pub use visit::Gathers;
+use visit::Shape;
+
+/// A table as codes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CodedTable {
+    order: Order,
+    shape: Shape,
+    unit_streams: UnitStreams,
+    /// Of an MVoxel at most, or that are held at a time.
+    rows: usize,
+}
+
+/// How samples are gathered from a table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Order {
+    /// Each MVoxel is loaded once for all samples of a batch.
+    Streaming(MVoxelTable),
+    /// The same of entries of a hash, or rows as samples need them.
+    Blocks(BlockTable),
+    /// Rows are loaded as samples need them.
+    Scattered(ScatteredTable),
+    /// MVoxels of coarse cells whose nodes follow one another.
+    Tree(TreeTable),
+}
+
+/// A sample of a batch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Located {
+    /// Of its ray in its group.
+    pub slot: u32,
+    /// In the table, in vertices.
+    pub place: DVec3,
+}
+
+impl CodedTable {
+    /// A table as codes of so many fraction bits, one number a channel, in
+    /// MVoxels that share their faces.
+    ///
+    /// # Errors
+    /// A configuration whose gathering unit has no entries of the table's
+    /// vertices, too few segments or too few rows.
+    pub fn new(table: &Table, frac_bits: &[u32], config: &Config) -> Result<Self, FieldError> {
+        Self::with_halo(table, frac_bits, config, Halo::Shared)
+    }
+
+    /// The same in MVoxels that share vertices as `halo` says. Those of a table
+    /// hashed by MVoxel store nothing twice, and those of a tree have nothing to
+    /// share.
+    ///
+    /// # Errors
+    /// As [`CodedTable::new`].
+    pub fn with_halo(
+        table: &Table,
+        frac_bits: &[u32],
+        config: &Config,
+        halo: Halo,
+    ) -> Result<Self, FieldError> {
+        let points = table.points();
+        if !points.is_sorted_by(|a, b| *a > 1 || *b == 1) {
+            let expected = "axes of one vertex behind the others";
+            return Err(part("table.points", format!("{points:?}"), expected));
+        }
+        let vertices = vertices(table);
+        let built = config.supported_vertices();
+        if !built.contains(&vertices) {
+            let counts: Vec<_> = built.iter().map(|v| v.count()).collect();
+            let expected = format!("{} among them", vertices.count());
+            return Err(part("gu.vertices", format!("{counts:?}"), expected));
+        }
+        let channels = table.channels();
+        let segments = config.segments(channels);
+        if segments > config.gu.segments as usize {
+            let found = config.gu.segments.to_string();
+            let expected = format!("{segments} or more, for {channels} channels");
+            return Err(part("gu.segments", found, expected));
+        }
+        let bits = config.gu.feature_bits;
+        let values = table.values().chunks_exact(channels);
+        let codes = values.flat_map(|row| row.iter().zip(frac_bits));
+        let codes: Vec<i16> = codes.map(|(v, frac)| quantised(*v, bits, *frac)).collect();
+        // A row number has 16 bits.
+        let rows = config.mvoxel.rows.min(1 << 16);
+        let held = rows as usize;
+        let shape = Shape {
+            channels,
+            vertices,
+            reducer: Reducer::new(config),
+            exact_sums: config.gu.sums == Sums::Exact,
+        };
+        let order = match (table.nodes(), table.hash_unit()) {
+            (Some(nodes), _) => Order::Tree(TreeTable::new(nodes, codes, shape, held)?),
+            (_, None) => Order::Streaming(MVoxelTable::new(points, shape, &codes, rows, halo)?),
+            (_, Some(HashUnit::MVoxel)) => {
+                Order::Blocks(BlockTable::new(points, shape, codes, held)?)
+            }
+            (_, Some(unit @ HashUnit::Vertex)) => {
+                let codes = codes.into();
+                Order::Scattered(ScatteredTable::new(points, unit, shape, &codes, held)?)
+            }
+        };
+        Ok(Self {
+            order,
+            shape,
+            unit_streams: UnitStreams::of(config),
+            rows: held.min(table.rows()),
+        })
+    }
+
+    /// How samples are gathered from it.
+    #[must_use]
+    pub const fn order(&self) -> &Order {
+        &self.order
+    }
+
+    /// Channels of a row.
+    #[must_use]
+    pub const fn channels(&self) -> usize {
+        self.shape.channels
+    }
+
+    /// The tasks of a batch of samples, each ray's front to back, seen from
+    /// `eye` in vertices. Every sample has an entry in each MVoxel that holds
+    /// vertices of it; in a tree, every sample in a node has one.
+    #[must_use]
+    pub fn gathers(&self, eye: DVec3, samples: &[Located]) -> Gathers {
+        let weight_bits = self.shape.reducer.weight_bits();
+        match &self.order {
+            Order::Streaming(table) => table.gathers(eye, samples, weight_bits),
+            Order::Blocks(table) => table.gathers(eye, samples, weight_bits),
+            Order::Scattered(table) => table.gathers(samples, weight_bits),
+            Order::Tree(table) => table.gathers(eye, samples),
+        }
+    }
+
+    /// Whether samples are gathered MVoxel by MVoxel where that pays.
+    const fn streams(&self) -> bool {
+        match &self.order {
+            Order::Streaming(_) | Order::Tree(_) => true,
+            Order::Blocks(table) => table.streams(),
+            Order::Scattered(_) => false,
+        }
+    }
+
+    /// Bytes of a full MVoxel, or of the rows that are held at a time.
+    #[must_use]
+    pub const fn mvoxel_bytes(&self) -> u64 {
+        2 * (self.rows * self.shape.channels) as u64
+    }
+
+    /// Bytes that a sample moves with one entry: it is written and read, and its
+    /// features are.
+    #[must_use]
+    pub const fn sample_bytes(&self) -> u64 {
+        self.unit_streams.moved_bytes(self.shape.vertices) + 2 * self.shape.channels as u64
+    }
+
+    /// Whether its MVoxels can share vertices, so that a halo makes a difference.
+    #[must_use]
+    pub const fn has_halo(&self) -> bool {
+        matches!(self.order, Order::Streaming(_))
+    }
+
+    /// Notes what a sample reads MVoxel by MVoxel.
+    fn touch(&self, place: DVec3, tally: &mut Tally) {
+        match &self.order {
+            Order::Streaming(table) => table.touch(place, tally),
+            Order::Blocks(table) => table.touch(place, tally),
+            Order::Tree(table) => table.touch(place, tally),
+            Order::Scattered(_) => {}
+        }
+    }
+
+    /// Its rows as samples need them, where it may be gathered so.
+    const fn scattered(&self) -> Option<&ScatteredTable> {
+        match &self.order {
+            Order::Streaming(_) | Order::Tree(_) => None,
+            Order::Blocks(table) => Some(table.scattered()),
+            Order::Scattered(table) => Some(table),
+        }
+    }
+
+    /// Carries out what was planned of a batch, counts it, and hands over the
+    /// codes of every sample that has an entry.
+    pub(super) fn carry_out(
+        &self,
+        gathers: &Gathers,
+        units: &mut dyn Units,
+        stats: &mut FixedStats,
+        mut put: impl FnMut(u32, &[i16]),
+    ) -> Result<(), VoxelError> {
+        let width = self.channels();
+        let parted = &gathers.parted;
+        let mut sums = parted.sums.clone();
+        let mut codes = vec![];
+        if self.shape.exact_sums && !parted.samples.is_empty() {
+            let mut exact = vec![];
+            units
+                .sums(&gathers.tasks, &mut exact)
+                .map_err(VoxelError::Unit)?;
+            gathers.add_up(&exact, &mut sums, |sample, own| {
+                codes.clear();
+                codes.extend(
+                    own.iter()
+                        .map(|sum| self.shape.reducer.round((*sum).into())),
+                );
+                put(sample, &codes);
+            });
+        } else {
+            gather(units, &gathers.tasks, &mut codes)?;
+            for (sample, codes) in gathers.samples.iter().zip(codes.chunks_exact(width)) {
+                put(*sample, codes);
+            }
+        }
+        stats.count(&gathers.visits, self.unit_streams);
+        if gathers.row_by_row {
+            let rows: usize = gathers.tasks.iter().map(|t| t.rows.len()).sum();
+            stats.scattered_bytes += 2 * rows as u64;
+        }
+        stats.waiting = stats.waiting.max(parted.waiting);
+        for (sample, sums) in parted.samples.iter().zip(sums.chunks_exact(width)) {
+            codes.clear();
+            codes.extend(sums.iter().map(|sum| self.shape.reducer.round(*sum)));
+            put(*sample, &codes);
+        }
+        Ok(())
+    }
+}
+
+/// The most fraction bits that hold every value of some channels of tables.
+///
+/// # Errors
+/// Values that no format holds.
+pub(super) fn finest_of<'a>(
+    tables: impl IntoIterator<Item = &'a Table>,
+    channels: impl Fn(usize) -> bool,
+    config: &Config,
+    part: &'static str,
+) -> Result<u32, FieldError> {
+    let rows = tables
+        .into_iter()
+        .flat_map(|table| table.values().chunks_exact(table.channels()));
+    let picked = rows.flat_map(|row| row.iter().enumerate().filter(|(c, _)| channels(*c)));
+    finest(picked.map(|(_, v)| v), config.gu.feature_bits, part)
+}
+
+fn part(part: &'static str, found: String, expected: impl Into<String>) -> FieldError {
+    FieldError::Part {
+        part,
+        found,
+        expected: expected.into(),
+    }
+}
+
+/// Vertices an entry.
+fn vertices(table: &Table) -> Vertices {
+    match table.vertices() {
+        1 => Vertices::One,
+        2 => Vertices::Two,
+        4 => Vertices::Four,
+        _ => Vertices::Eight,
+    }
+}
+
+/// An entry whose corners lie along the axes that have more than one vertex.
+fn entry(
+    slot: u32,
+    vertices: Vertices,
+    fraction: [u16; 3],
+    weight_bits: u32,
+    rows: [u16; MAX_VERTICES],
+) -> RitEntry {
+    let mut entry = RitEntry {
+        slot,
+        rows: [0; MAX_VERTICES],
+        weights: [0; MAX_VERTICES],
+    };
+    let [x, y, _] = fraction;
+    match vertices {
+        // An id alone.
+        Vertices::One => {}
+        Vertices::Two => entry.weights[..2].copy_from_slice(&weights::linear(x, weight_bits)),
+        Vertices::Four => {
+            entry.weights[..4].copy_from_slice(&weights::bilinear([x, y], weight_bits));
+        }
+        Vertices::Eight => entry.weights = weights::trilinear(fraction, weight_bits),
+    }
+    let count = vertices.count();
+    entry.rows[..count].copy_from_slice(&rows[..count]);
+    entry
+}

@@ -1,0 +1,247 @@
+//! Entries in the order in which their MVoxels are visited, and the sums of
+//! samples that several MVoxels share.
+//!
+//! The unrounded sums of the parts of a sample whose vertices lie in several MVoxels
+//! are added up and rounded once. Where the unit returns unrounded sums
+//! (`gu.sums = "exact"`), all entries go through it; an absent vertex weighs 0.
+//! Otherwise those that have all their vertices do, and the others go through its
+//! arithmetic in Rust ([`Reducer`]).
+
+use std::collections::HashMap;
+
+use potamoi_formats::rit::{RitEntry, Vertices};
+
+use potamoi_march::streams::Visit;
+use potamoi_reference::GatherTask;
+use potamoi_reference::gather::Reducer;
+
+/// Gathering tasks of one table.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Gathers {
+    /// In the order in which they are carried out.
+    pub tasks: Vec<GatherTask>,
+    /// The sample of every entry of every task, in order.
+    pub samples: Vec<u32>,
+    /// What each MVoxel moves.
+    pub(crate) visits: Vec<Visit>,
+    /// Samples whose entries, or some of them, are parts.
+    pub(crate) parted: Parted,
+    /// Whether rows are fetched as samples need them.
+    pub row_by_row: bool,
+}
+
+/// Samples whose vertices lie in several MVoxels.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Parted {
+    /// In the order in which they were begun.
+    pub(crate) samples: Vec<u32>,
+    /// Of each, a channel after another: what the tasks do not gather.
+    pub(crate) sums: Vec<i64>,
+    /// The most that were begun and not complete at a time.
+    pub(crate) waiting: u64,
+}
+
+/// An entry, its MVoxel, and how far that is from the camera's.
+pub(super) struct Placed {
+    pub(super) distance: u64,
+    pub(super) mvoxel: usize,
+    pub(super) sample: u32,
+    /// The corners that are here, by bit.
+    pub(super) held: u8,
+    pub(super) entry: RitEntry,
+}
+
+impl Placed {
+    /// The entry as the unit gathers it: a corner that is not here weighs 0, and its
+    /// row is one that is here.
+    fn part(&self, vertices: Vertices) -> RitEntry {
+        let held = |v: usize| self.held >> v & 1 == 1;
+        let mut entry = self.entry;
+        let some = (0..vertices.count()).find(|v| held(*v)).unwrap_or_default();
+        for v in (0..vertices.count()).filter(|v| !held(*v)) {
+            (entry.rows[v], entry.weights[v]) = (entry.rows[some], 0);
+        }
+        entry
+    }
+}
+
+/// Rows and entries of a table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Shape {
+    pub(super) channels: usize,
+    pub(super) vertices: Vertices,
+    pub(super) reducer: Reducer,
+    /// Whether the unit returns unrounded sums.
+    pub(super) exact_sums: bool,
+}
+
+impl Shape {
+    /// The bits of an entry that has all its corners.
+    pub(super) const fn whole(&self) -> u8 {
+        u8::MAX >> (8 - self.vertices.count())
+    }
+}
+
+impl Gathers {
+    /// Of tasks that have all their vertices, in the order of the samples.
+    pub(super) fn row_by_row(tasks: Vec<GatherTask>, samples: usize) -> Self {
+        Self {
+            visits: tasks.iter().map(Visit::of).collect(),
+            tasks,
+            samples: (0..samples as u32).collect(),
+            parted: Parted::default(),
+            row_by_row: true,
+        }
+    }
+
+    /// MVoxels, or tasks where rows are fetched as samples need them.
+    #[must_use]
+    pub fn mvoxels(&self) -> usize {
+        self.visits.len()
+    }
+
+    /// Rows that are loaded.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        self.visits.iter().map(|visit| visit.rows).sum()
+    }
+
+    /// Adds what the unit gave of the tasks' entries, unrounded, to the `sums` of the
+    /// samples that are parted; hands over those of the others.
+    pub(super) fn add_up(
+        &self,
+        exact: &[i32],
+        sums: &mut [i64],
+        mut other: impl FnMut(u32, &[i32]),
+    ) {
+        let width = sums.len() / self.parted.samples.len().max(1);
+        let numbers = self
+            .parted
+            .samples
+            .iter()
+            .zip(sums.chunks_exact_mut(width.max(1)));
+        let mut of_sample: HashMap<u32, &mut [i64]> = numbers.map(|(s, sums)| (*s, sums)).collect();
+        for (sample, own) in self.samples.iter().zip(exact.chunks_exact(width.max(1))) {
+            match of_sample.get_mut(sample) {
+                Some(sums) => sums
+                    .iter_mut()
+                    .zip(own)
+                    .for_each(|(sum, part)| *sum += i64::from(*part)),
+                None => other(*sample, own),
+            }
+        }
+    }
+
+    /// Puts entries in the order of their MVoxels, whose rows are `rows`: the
+    /// nearest first, and in each that of the samples. An MVoxel is loaded up to
+    /// the last row that is used.
+    pub(super) fn visiting<'r>(
+        mut placed: Vec<Placed>,
+        shape: Shape,
+        rows: impl Fn(usize) -> &'r [i16],
+    ) -> Self {
+        placed.sort_unstable_by_key(|e| (e.distance, e.mvoxel, e.sample));
+        let Shape {
+            channels, vertices, ..
+        } = shape;
+        let whole = shape.whole();
+        let mut made = Self::default();
+        let mut sums = Sums::new(shape, &placed);
+        for same in placed.chunk_by(|a, b| a.mvoxel == b.mvoxel) {
+            let own = rows(same[0].mvoxel);
+            // Corners that are not here have row 0.
+            let last = same.iter().flat_map(|e| e.entry.rows).max();
+            let used = usize::from(last.unwrap_or_default()) + 1;
+            let (mut entries, mut split) = (vec![], 0);
+            for placed in same {
+                let is_whole = placed.held == whole;
+                split += u64::from(!is_whole);
+                if is_whole || shape.exact_sums {
+                    entries.push(placed.part(vertices));
+                    made.samples.push(placed.sample);
+                }
+                if !is_whole {
+                    sums.add(placed, own);
+                }
+            }
+            sums.rest();
+            made.visits.push(Visit {
+                vertices,
+                channels,
+                rows: used as u64,
+                whole: same.len() as u64 - split,
+                split,
+            });
+            if !entries.is_empty() {
+                made.tasks.push(GatherTask {
+                    vertices,
+                    channels,
+                    rows: own[..used * channels].to_vec(),
+                    entries,
+                });
+            }
+        }
+        made.parted = sums.parted;
+        made
+    }
+}
+
+/// Sums while MVoxels are visited.
+struct Sums {
+    shape: Shape,
+    parted: Parted,
+    /// Of each sample of the batch, its number among those that are parted.
+    number: Vec<Option<u32>>,
+    /// Of each that is parted, the corners that came.
+    came: Vec<u8>,
+    /// Begun and not complete.
+    open: u64,
+}
+
+impl Sums {
+    fn new(shape: Shape, placed: &[Placed]) -> Self {
+        let parted = placed.iter().filter(|e| e.held != shape.whole());
+        let samples = parted.map(|e| e.sample as usize + 1).max();
+        Self {
+            shape,
+            parted: Parted::default(),
+            number: vec![None; samples.unwrap_or_default()],
+            came: vec![],
+            open: 0,
+        }
+    }
+
+    fn add(&mut self, placed: &Placed, rows: &[i16]) {
+        let channels = self.shape.channels;
+        let number = &mut self.number[placed.sample as usize];
+        let number = *number.get_or_insert_with(|| {
+            self.parted.samples.push(placed.sample);
+            self.parted
+                .sums
+                .resize(self.came.len() * channels + channels, 0);
+            self.came.push(0);
+            self.open += 1;
+            self.came.len() as u32 - 1
+        }) as usize;
+        self.came[number] |= placed.held;
+        if self.came[number] == self.shape.whole() {
+            self.open -= 1;
+        }
+        if self.shape.exact_sums {
+            return;
+        }
+        let entry = &placed.entry;
+        let sums = &mut self.parted.sums[number * channels..][..channels];
+        for (channel, sum) in sums.iter_mut().enumerate() {
+            let held = (0..8).filter(|corner| placed.held >> corner & 1 == 1);
+            let row = |corner: usize| usize::from(entry.rows[corner]) * channels;
+            let terms = held.map(|v| (entry.weights[v], rows[row(v) + channel]));
+            *sum += self.shape.reducer.sum(terms);
+        }
+    }
+
+    /// An MVoxel was visited.
+    fn rest(&mut self) {
+        self.parted.waiting = self.parted.waiting.max(self.open);
+    }
+}

@@ -1,0 +1,228 @@
+//! DirectVoxGO in the hardware's formats.
+//!
+//! | step | unit | result |
+//! |---|---|---|
+//! | density, features | gathering | a format each, the finest that holds the grid |
+//! | alpha | softplus, 1 - exp(-s) ([`crate::opacity`]) | U0.F |
+//! | layers | MAC array, ReLU between them | 16 bits with a scale a layer |
+//! | colour | sigmoid | U0.F |
+//!
+//! A direction and its sines and cosines are found once a ray, in floating
+//! point, and rounded to the features' format.
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{OpCode, VectorOp};
+
+use super::Dvgo;
+use crate::codes::{finest, held, quantised};
+use crate::mac::MacMlp;
+use crate::opacity::{Curve, Opacity, need, rescale};
+use crate::{Field, FieldError, calibrate};
+use potamoi_march::voxels::{
+    Head, Lanes, MVoxels, Opacities, Placement, TRANSMITTANCE, VoxelError,
+};
+
+/// A model in codes, ready to be rendered MVoxel by MVoxel.
+#[derive(Debug)]
+pub struct FixedDvgo {
+    pub(super) mvoxels: MVoxels,
+    pub(super) placement: Placement,
+    pub(super) head: DvgoHead,
+}
+
+impl FixedDvgo {
+    /// Its MVoxels.
+    #[must_use]
+    pub fn mvoxels(&self) -> &MVoxels {
+        &self.mvoxels
+    }
+
+    /// Where they lie.
+    #[must_use]
+    pub fn placement(&self) -> Placement {
+        self.placement
+    }
+
+    /// What makes opacity and colour.
+    #[must_use]
+    pub fn head(&self) -> &DvgoHead {
+        &self.head
+    }
+}
+
+/// Feature computation of DirectVoxGO in codes.
+#[derive(Debug)]
+pub struct DvgoHead {
+    pub(super) channels: usize,
+    pub(super) density_bits: u32,
+    /// Fraction bits of features and directions, the perceptron's input.
+    pub(super) input_bits: u32,
+    pub(super) opacity: Opacity,
+    /// Fraction bits of the exponential's input.
+    logit_bits: u32,
+    least: [i32; 2],
+    frequencies: Vec<f64>,
+    pub(super) mlp: MacMlp,
+}
+
+impl Dvgo {
+    /// Rounds the model to the formats of a configuration. The perceptron's
+    /// scales come from a fixed set of places and directions, spread evenly
+    /// over the box and the sphere, at which the model is not empty.
+    ///
+    /// # Errors
+    /// A configuration whose units lack an operation or have other formats than
+    /// rendering needs, or values that no format holds.
+    pub fn fixed(&self, config: &Config) -> Result<FixedDvgo, FieldError> {
+        need(config, &[OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid])?;
+        let curve = Curve::Softplus { shift: self.shift };
+        let opacity = Opacity::new(curve, self.interval, config)?;
+        let [table] = &self.tables;
+        let channels = table.channels();
+        let bits = config.gu.feature_bits;
+        let density_bits = finest(table.values().iter().step_by(channels), bits, "density")?;
+        let features = table.values().iter().enumerate();
+        let features = features.filter(|(i, _)| i % channels != 0).map(|(_, v)| v);
+        // Directions, up to 1, share the scale.
+        let input_bits = finest(features.chain([&1.0]), bits, "features")?;
+        let code = |(i, v): (usize, &f32)| {
+            let frac = if i % channels == 0 {
+                density_bits
+            } else {
+                input_bits
+            };
+            quantised(*v, bits, frac)
+        };
+        let codes: Vec<i16> = table.values().iter().enumerate().map(code).collect();
+        let mvoxels = MVoxels::of_codes(table.points(), channels, &codes, config, |_| true)?;
+        let mvoxels = match &self.mask {
+            Some(mask) => mvoxels.masked(mask.clone()),
+            None => mvoxels,
+        };
+        let largest = self.magnitudes();
+        Ok(FixedDvgo {
+            mvoxels,
+            placement: self.placement(),
+            head: DvgoHead {
+                channels,
+                density_bits,
+                input_bits,
+                logit_bits: config.vu.exp.input.frac_bits(),
+                least: [
+                    (self.least * 2f64.powi(opacity.alpha_bits() as i32)) as i32,
+                    (self.least * 2f64.powi(TRANSMITTANCE.frac_bits() as i32)) as i32,
+                ],
+                opacity,
+                frequencies: self.frequencies.clone(),
+                mlp: MacMlp::quantise(&self.mlp, input_bits as i32, &largest)?,
+            },
+        })
+    }
+
+    fn placement(&self) -> Placement {
+        let points = self.tables[0].points();
+        let last = DVec3::from(points.map(|p| (p - 1) as f64));
+        Placement {
+            points,
+            corner: self.bounds[0],
+            spacing: (self.bounds[1] - self.bounds[0]) / last,
+            edge: self.step / self.spacing_of_steps,
+            range: self.sampling().range,
+        }
+    }
+
+    /// The largest magnitude of each layer's outputs on the calibration set.
+    fn magnitudes(&self) -> Vec<f64> {
+        let mut largest = vec![0f64; self.mlp.layers().len()];
+        let mut inputs = vec![];
+        calibrate::visit(self, |features, alpha, direction| {
+            if alpha > self.least {
+                self.inputs(features, direction, &mut inputs);
+                self.mlp.run_watched(&mut inputs, |layer, value| {
+                    largest[layer] = largest[layer].max(value.abs());
+                });
+            }
+        });
+        largest
+    }
+}
+
+impl DvgoHead {
+    /// The perceptron in codes.
+    #[must_use]
+    pub fn mlp(&self) -> &MacMlp {
+        &self.mlp
+    }
+}
+
+impl Head for DvgoHead {
+    fn channels(&self) -> usize {
+        self.channels
+    }
+
+    fn alpha_bits(&self) -> u32 {
+        self.opacity.alpha_bits()
+    }
+
+    fn colour_bits(&self) -> u32 {
+        self.opacity.alpha_bits()
+    }
+
+    fn least(&self) -> [i32; 2] {
+        self.least
+    }
+
+    fn operations(&self) -> Vec<OpCode> {
+        [
+            vec![OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid],
+            self.opacity.operations(),
+        ]
+        .concat()
+    }
+
+    fn direction_codes(&self) -> usize {
+        3 + 6 * self.frequencies.len()
+    }
+
+    fn encode(&self, direction: DVec3, out: &mut Vec<i16>) {
+        let mut inputs = vec![];
+        super::encode(direction, &self.frequencies, &mut inputs);
+        let scale = 2f64.powi(self.input_bits as i32);
+        out.extend(inputs.iter().map(|v| held(v * scale)));
+    }
+
+    fn opacities<'f>(
+        &self,
+        features: &'f [i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Opacities<'f>, VoxelError> {
+        let density = features.chunks_exact(self.channels);
+        let density: Vec<i32> = density.map(|f| i32::from(f[0])).collect();
+        let bits = self.density_bits as i32;
+        Ok(Opacities {
+            alpha: self.opacity.alphas(&density, bits, lanes)?,
+            kept: Cow::Borrowed(features),
+        })
+    }
+
+    fn colours(
+        &self,
+        kept: &[i16],
+        directions: &[i16],
+        lanes: &mut Lanes<'_>,
+    ) -> Result<Vec<i32>, VoxelError> {
+        let samples = kept.chunks_exact(self.channels);
+        let encoded = directions.chunks_exact(self.direction_codes());
+        let mut inputs: Vec<i16> = Vec::with_capacity(kept.len() + directions.len());
+        for (features, direction) in samples.zip(encoded) {
+            inputs.extend_from_slice(&features[1..]);
+            inputs.extend_from_slice(direction);
+        }
+        let sums = self.mlp.run(inputs, lanes)?;
+        let logits = rescale(&sums, self.mlp.output_frac(), self.logit_bits, lanes)?;
+        lanes.compute_with(VectorOp::new(OpCode::Sigmoid), &logits, 0)
+    }
+}

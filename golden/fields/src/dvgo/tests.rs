@@ -1,0 +1,398 @@
+#![allow(clippy::unwrap_used)]
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::made::{Made, harms, survives};
+use potamoi_base::record::Fate;
+
+/// A small one, with everything that is read: two features, one frequency.
+fn whole() -> Made {
+    let state = Made::dict([
+        ("density.grid", Made::tensor(&[1, 1, 3, 4, 5])),
+        ("k0.grid", Made::tensor(&[1, 2, 3, 4, 5])),
+        ("xyz_min", Made::Tensor(vec![3], vec![-1.0; 3])),
+        ("xyz_max", Made::Tensor(vec![3], vec![1.0; 3])),
+        ("act_shift", Made::Tensor(vec![1], vec![-2.0])),
+        ("viewfreq", Made::Tensor(vec![1], vec![1.0])),
+        ("rgbnet.0.weight", Made::tensor(&[6, 11])),
+        ("rgbnet.0.bias", Made::tensor(&[6])),
+        ("rgbnet.2.weight", Made::tensor(&[3, 6])),
+        ("rgbnet.2.bias", Made::tensor(&[3])),
+        ("mask_cache.mask", Made::Tensor(vec![2, 2, 2], vec![1.0; 8])),
+        (
+            "mask_cache.xyz2ijk_scale",
+            Made::Tensor(vec![3], vec![0.5; 3]),
+        ),
+        (
+            "mask_cache.xyz2ijk_shift",
+            Made::Tensor(vec![3], vec![0.5; 3]),
+        ),
+    ]);
+    let kwargs = Made::dict([
+        ("density_type", Made::text("DenseGrid")),
+        ("k0_type", Made::text("DenseGrid")),
+        ("num_voxels", Made::Int(60)),
+        ("voxel_size_ratio", Made::Tensor(vec![], vec![1.0])),
+        ("fast_color_thres", Made::Float(1e-4)),
+        ("alpha_init", Made::Float(1e-2)),
+    ]);
+    Made::dict([
+        ("global_step", Made::Int(3)),
+        ("model_kwargs", kwargs),
+        ("model_state_dict", state),
+    ])
+}
+
+fn load(path: &Path) -> Result<Dvgo, FieldError> {
+    Dvgo::load(path, 0.5)
+}
+
+#[derive(serde::Deserialize)]
+struct Told {
+    sides: [usize; 3],
+    points: Vec<[f64; 3]>,
+    directions: Vec<[f64; 3]>,
+    filled: Vec<bool>,
+    alpha: Vec<f64>,
+    colour: Vec<[f64; 3]>,
+}
+
+/// Written and interpolated by PyTorch, the rest by NumPy (tools/torch-fixtures).
+#[test]
+fn a_checkpoint_of_pytorch_is_what_pytorch_says() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fixtures/dvgo");
+    let told: Told =
+        serde_json::from_slice(&std::fs::read(folder.join("tiny.json")).unwrap()).unwrap();
+    let field = load(&folder.join("tiny.tar")).unwrap();
+    assert_eq!(field.tables[0].points(), told.sides);
+    let mut features = vec![0.0; field.tables[0].channels()];
+    let mut scratch = vec![];
+    for (i, at) in told.points.iter().map(|p| DVec3::from(*p)).enumerate() {
+        assert_eq!(field.holds(at), told.filled[i], "{at}");
+        let mut place = [DVec3::ZERO];
+        field.place(at, &mut place);
+        field.tables[0].gather(place[0], &mut features);
+        let alpha = -(-field.depth(&features)).exp_m1();
+        assert!(
+            (alpha - told.alpha[i]).abs() < 1e-6,
+            "{alpha} {}",
+            told.alpha[i]
+        );
+        let colour = field.colour(&features, told.directions[i].into(), &mut scratch);
+        for (found, expected) in colour.to_array().iter().zip(told.colour[i]) {
+            assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        }
+    }
+    let filled = told.filled.iter().filter(|f| **f).count();
+    assert!((10..64).contains(&filled), "{filled}");
+}
+
+/// As PyTorch 2.15 writes it with `_use_new_zipfile_serialization=False`.
+#[test]
+fn a_file_from_before_zip_archives_says_what_to_do() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let head = b"\x80\x02\x8a\nl\xfc\x9cF\xf9 j\xa8P\x19.\x80\x02M\xe9\x03.\x80\x02}q\x00.";
+    std::fs::write(file.path(), head).unwrap();
+    let error = load(file.path()).unwrap_err().to_string();
+    assert!(error.contains("save it again"), "{error}");
+}
+
+#[test]
+fn the_whole_one_is_read() {
+    let field = load(whole().save().path()).unwrap();
+    assert_eq!(field.tables[0].points(), [3, 4, 5]);
+    assert_eq!((field.interval, field.shift), (0.5, -2.0));
+    assert!((field.step - 0.5 * (8f64 / 60.0).cbrt()).abs() < 1e-12);
+    assert!(field.mask.is_some());
+    let expected = ["global_step", "model_kwargs/alpha_init"];
+    assert_eq!(field.notes().not_used(), expected);
+}
+
+/// `whole` with one more item, of the whole or of one of its dictionaries.
+fn with(key: &str, value: Made) -> Made {
+    let Made::Dict(mut root) = whole() else {
+        unreachable!()
+    };
+    match key.split_once('/') {
+        None => root.push((key.to_owned(), value)),
+        Some((part, name)) => {
+            let held = root.iter_mut().find(|(known, _)| known == part);
+            let Some((_, Made::Dict(items))) = held else {
+                unreachable!()
+            };
+            items.retain(|(known, _)| known != name);
+            items.push((name.to_owned(), value));
+        }
+    }
+    Made::Dict(root)
+}
+
+/// Keys of other variants by name, whatever else the file holds or lacks; the
+/// others, known or not, are used or listed.
+#[test]
+fn every_key_is_honoured_refused_or_listed() {
+    let rows = DVGO.keys.iter().map(|row| (row.name, row.fate));
+    let new = [("news", Fate::Listed), ("model_kwargs/news", Fate::Listed)];
+    for (name, fate) in rows.chain(new) {
+        if fate == Fate::Honoured {
+            continue;
+        }
+        let key = name.replace('*', "new");
+        let loaded = load(with(&key, Made::Tensor(vec![1], vec![0.0])).save().path());
+        match (fate, loaded) {
+            (Fate::Refused, Err(error)) => {
+                let error = error.to_string();
+                assert!(
+                    error.contains(&format!("`{key}` cannot be honoured")),
+                    "{error}"
+                );
+                let none = load(with(&key, Made::Int(0)).save().path()).unwrap();
+                assert!(!none.notes().not_used().contains(&key), "{key}");
+            }
+            (Fate::Listed, Ok(field)) => assert!(field.notes().not_used().contains(&key), "{key}"),
+            (_, loaded) => unreachable!("{key}: {loaded:?}"),
+        }
+    }
+    // Without what the bounded model needs, the key is still what is named.
+    let unbounded = Made::dict([
+        ("model_kwargs", Made::dict([])),
+        (
+            "model_state_dict",
+            Made::dict([("scene_center", Made::tensor(&[3]))]),
+        ),
+    ]);
+    let error = load(unbounded.save().path()).unwrap_err().to_string();
+    assert!(
+        error.contains("`model_state_dict/scene_center`") && error.contains("unbounded"),
+        "{error}"
+    );
+    let kept = load(
+        with("model_kwargs/rgbnet_direct", Made::Int(1))
+            .save()
+            .path(),
+    );
+    assert!(kept.is_ok());
+}
+
+/// Every key of the files that are read has a row.
+#[test]
+fn the_table_has_a_row_for_every_key_of_fixtures() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fixtures");
+    let tensorf = &crate::tensorf::TENSORF;
+    for (file, format) in [("dvgo/tiny.tar", &DVGO), ("tensorf/tiny.th", tensorf)] {
+        let keys = Checkpoint::open(&folder.join(file)).unwrap().keys();
+        assert!(keys.len() > 20, "{file}");
+        for key in keys {
+            assert!(format.row(&key).is_some(), "{file}: no row for {key}");
+        }
+    }
+}
+
+#[test]
+fn numbers_that_are_none_are_refused_by_tensor() {
+    for (key, shape) in [
+        ("model_state_dict/density.grid", vec![1, 1, 3, 4, 5]),
+        ("model_state_dict/k0.grid", vec![1, 2, 3, 4, 5]),
+        ("model_state_dict/rgbnet.2.weight", vec![3, 6]),
+    ] {
+        for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let mut values = vec![0.5; shape.iter().product()];
+            values[7] = number;
+            let made = with(key, Made::Tensor(shape.clone(), values));
+            let error = load(made.save().path()).unwrap_err().to_string();
+            assert!(
+                error.contains(&format!("`{key}` is {number} at number 7")),
+                "{error}"
+            );
+        }
+    }
+}
+
+/// Numbers that would make distances or depths of nothing, each by its name.
+#[test]
+fn numbers_out_of_range_are_refused_by_name() {
+    for (part, name, value, expected) in [
+        ("model_kwargs", "num_voxels", Made::Int(0), "above 0"),
+        (
+            "model_kwargs",
+            "num_voxels",
+            Made::Float(f64::NAN),
+            "above 0",
+        ),
+        (
+            "model_kwargs",
+            "voxel_size_ratio",
+            Made::Float(-1.0),
+            "above 0",
+        ),
+        (
+            "model_kwargs",
+            "fast_color_thres",
+            Made::Float(1.0),
+            "below 1",
+        ),
+        (
+            "model_kwargs",
+            "density_type",
+            Made::text("TensoRFGrid"),
+            "DenseGrid",
+        ),
+        (
+            "model_state_dict",
+            "act_shift",
+            Made::Float(f64::INFINITY),
+            "a finite number",
+        ),
+        (
+            "model_state_dict",
+            "viewfreq",
+            Made::Tensor(vec![1], vec![f32::NAN]),
+            "finite",
+        ),
+        (
+            "model_state_dict",
+            "xyz_max",
+            Made::Tensor(vec![3], vec![1.0, f32::INFINITY, 1.0]),
+            "finite",
+        ),
+        (
+            "model_state_dict",
+            "mask_cache.xyz2ijk_scale",
+            Made::Tensor(vec![3], vec![f32::NAN; 3]),
+            "finite",
+        ),
+        (
+            "model_state_dict",
+            "density.grid",
+            Made::tensor(&[1, 1, 3, 0, 5]),
+            "2 or more vertices",
+        ),
+        (
+            "model_state_dict",
+            "density.grid",
+            Made::tensor(&[1, 1, 3, 1, 5]),
+            "2 or more vertices",
+        ),
+    ] {
+        let Made::Dict(mut root) = whole() else {
+            return;
+        };
+        for (key, held) in &mut root {
+            if let (true, Made::Dict(items)) = (key == part, held) {
+                let item = items.iter_mut().find(|(key, _)| key == name).unwrap();
+                item.1 = value.clone();
+            }
+        }
+        let error = load(Made::Dict(root).save().path())
+            .unwrap_err()
+            .to_string();
+        let field = format!("`{part}/{name}` is ");
+        assert!(
+            error.contains(&field) && error.contains(expected),
+            "{error}"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn any_contents_are_a_field_or_one_clear_error(harms in harms()) {
+        let config = potamoi_formats::config::Config::preset("fields").unwrap();
+        survives(&whole(), &harms, load, |field| {
+            let _ = field.fixed(&config);
+        })?;
+    }
+}
+
+/// Parts that fit: 1 + 2 channels, one frequency.
+fn parts() -> Parts {
+    let values = (0..27 * 3).map(|i| i as f32 / 81.0).collect();
+    let layer = |inputs: usize, outputs: usize| {
+        Layer::new(inputs, vec![0.1; inputs * outputs], vec![0.0; outputs]).unwrap()
+    };
+    Parts {
+        table: Table::new([3; 3], 3, values).unwrap(),
+        filled: vec![true; 27],
+        bounds: [DVec3::ZERO, DVec3::splat(2.0)],
+        shift: -3.0,
+        scale: 2.0,
+        step: 0.5,
+        range: [0.0, f64::INFINITY],
+        frequencies: 1,
+        mlp: Mlp::new(vec![layer(11, 4), layer(4, 3)]).unwrap(),
+    }
+}
+
+#[test]
+fn parts_that_fit_are_a_model() {
+    let field = Dvgo::new(parts()).unwrap();
+    // A voxel is one unit wide.
+    assert_eq!((field.step, field.interval), (0.5, 1.0));
+    assert_eq!(field.frequencies, [1.0]);
+    assert!(field.holds(DVec3::ONE) && !field.holds(DVec3::splat(-0.6)));
+}
+
+#[test]
+fn parts_that_do_not_fit_are_refused_by_name() {
+    let refused = |change: &dyn Fn(&mut Parts), part: &str, words: &str| {
+        let mut wrong = parts();
+        change(&mut wrong);
+        let error = Dvgo::new(wrong).unwrap_err().to_string();
+        let named = error.contains(&format!("`{part}` is "));
+        assert!(named && error.contains(words), "{part}, {words}: {error}");
+    };
+    let flat = |points: [usize; 3]| {
+        let count = points.iter().product::<usize>();
+        Table::new(points, 3, vec![0.0; 3 * count]).unwrap()
+    };
+    refused(&|p| p.frequencies = 2, "mlp", "17 inputs, 3 outputs");
+    refused(&|p| p.frequencies = 0, "mlp", "5 inputs, 3 outputs");
+    refused(&|p| p.frequencies = 17, "mlp", "11 inputs");
+    refused(
+        &|p| p.mlp = Mlp::new(vec![Layer::new(11, vec![0.0; 22], vec![0.0; 2]).unwrap()]).unwrap(),
+        "mlp",
+        "2 outputs",
+    );
+    for axis in 0..3 {
+        let mut points = [3; 3];
+        points[axis] = 1;
+        refused(
+            &|p| p.table = flat(points),
+            "table",
+            "2 or more along each axis",
+        );
+    }
+    refused(
+        &|p| p.filled.truncate(26),
+        "filled",
+        "26 vertices; expected 27",
+    );
+    refused(
+        &|p| p.filled.push(true),
+        "filled",
+        "28 vertices; expected 27",
+    );
+    for (change, words) in [
+        (
+            &(|p: &mut Parts| p.bounds[1].y = 0.0) as &dyn Fn(&mut Parts),
+            "a box",
+        ),
+        (&|p| p.bounds[1].x = f64::INFINITY, "a box"),
+        (&|p| p.bounds[0].z = f64::NAN, "a box"),
+        (&|p| p.bounds.swap(0, 1), "a box"),
+        (&|p| p.shift = f64::NAN, "a shift"),
+        (&|p| p.scale = 0.0, "a scale"),
+        (&|p| p.scale = f64::INFINITY, "a scale"),
+        (&|p| p.step = 0.0, "a step"),
+        (&|p| p.step = -0.5, "a step"),
+        (&|p| p.step = f64::NAN, "a step"),
+        (&|p| p.range[0] = -1.0, "a range"),
+        (&|p| p.range = [2.0, 1.0], "a range"),
+        (&|p| p.range[1] = f64::NAN, "a range"),
+    ] {
+        refused(change, "numbers", words);
+    }
+}

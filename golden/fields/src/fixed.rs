@@ -1,0 +1,333 @@
+//! The renderer of fields of several tables in the hardware's formats: every
+//! gather and every vector operation goes through the units.
+//!
+//! A frame is cut into square ray groups. In a group, samples are taken in
+//! batches, as many from every ray that goes on, front to back. A batch is
+//! gathered table after table, each in the memory-centric order ([`super::coded`]),
+//! its features are put together, and its rays are composited. The picture
+//! depends neither on ray groups nor on batches.
+
+use glam::DVec3;
+use potamoi_formats::config::Config;
+use rayon::prelude::*;
+
+use super::batches::{Batch, BatchSize, RayGroup, groups};
+use super::coded::{CodedTable, Gathers, Located};
+use super::march::{check, check_mask};
+use super::{Field, FieldError, Sampling, Table};
+use potamoi_base::camera::Camera;
+use potamoi_base::mask::Mask;
+use potamoi_march::tiling::Halo;
+use potamoi_march::voxels::{
+    Compositor, Facing, FixedFrame, FixedStats, Head, OpacityAlone, Orders, Work, check_background,
+    default_group_side, place,
+};
+use potamoi_reference::Units;
+
+/// What a field has in the hardware's formats.
+pub struct Coded<'a> {
+    /// Fraction bits of the codes of each table, channel by channel.
+    pub frac_bits: Vec<Vec<u32>>,
+    /// What makes opacity and colour of the features of all tables, one after
+    /// another.
+    pub head: Box<dyn Head + 'a>,
+}
+
+/// A field as codes, ready to be rendered.
+pub struct FixedField<'a> {
+    field: &'a dyn Field,
+    tables: Vec<CodedTable>,
+    head: Box<dyn Head + 'a>,
+}
+
+/// What is done to render a field: by default everything. Less gives the same bits where nothing
+/// calls for more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FieldWork {
+    /// Codes of a direction that are kept, from the first on; the others are 0.
+    pub direction_codes: usize,
+    /// Tables whose vertices share rows that are gathered from, the first of them; the features of
+    /// the others are 0.
+    pub hashed: usize,
+    /// Whether samples are left out where the field is known to be empty.
+    pub void_test: bool,
+}
+
+impl FieldWork {
+    /// Everything.
+    pub const ALL: Self = Self {
+        direction_codes: usize::MAX,
+        hashed: usize::MAX,
+        void_test: true,
+    };
+}
+
+impl Default for FieldWork {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
+/// How to render.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedOptions {
+    /// Whether rays stop where the field says.
+    pub terminate: bool,
+    /// Linear RGB behind everything, rounded to 12 fraction bits.
+    pub background: [f32; 3],
+    /// Pixels a side of a ray group; by default the largest whose rays are at
+    /// most [`potamoi_march::voxels::GROUP_RAYS`].
+    pub group_side: Option<u32>,
+    /// Samples that are gathered at a time; by default as many as
+    /// [`BatchSize::of`] says.
+    pub batch: Option<BatchSize>,
+    /// What is done of the direction and of hashed tables.
+    pub work: FieldWork,
+}
+
+impl Default for FixedOptions {
+    fn default() -> Self {
+        Self {
+            terminate: true,
+            background: [0.0; 3],
+            group_side: None,
+            batch: None,
+            work: FieldWork::ALL,
+        }
+    }
+}
+
+/// A field of which nothing says where it is empty.
+struct Everywhere<'a>(&'a dyn Field);
+
+impl Field for Everywhere<'_> {
+    fn tables(&self) -> &[Table] {
+        self.0.tables()
+    }
+
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
+        self.0.place(at, places);
+    }
+
+    fn holds(&self, _: DVec3) -> bool {
+        true
+    }
+
+    fn depth(&self, features: &[f64]) -> f64 {
+        self.0.depth(features)
+    }
+
+    fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
+        self.0.colour(features, direction, scratch)
+    }
+
+    fn sampling(&self) -> Sampling {
+        self.0.sampling()
+    }
+}
+
+impl<'a> FixedField<'a> {
+    /// Rounds a field to the formats of a configuration.
+    ///
+    /// # Errors
+    /// A field that is rendered in floating point alone, a configuration whose
+    /// units lack what it needs, or values that no format holds.
+    pub fn new(field: &'a dyn Field, config: &Config) -> Result<Self, FieldError> {
+        Self::with_halo(field, config, Halo::Shared)
+    }
+
+    /// The same with MVoxels that share vertices as `halo` says.
+    ///
+    /// # Errors
+    /// As [`FixedField::new`].
+    pub fn with_halo(
+        field: &'a dyn Field,
+        config: &Config,
+        halo: Halo,
+    ) -> Result<Self, FieldError> {
+        let Coded { frac_bits, head } = field.coded(config)?;
+        let tables = field.tables().iter().zip(&frac_bits);
+        let tables = tables.map(|(table, bits)| CodedTable::with_halo(table, bits, config, halo));
+        Ok(Self {
+            field,
+            tables: tables.collect::<Result<_, _>>()?,
+            head,
+        })
+    }
+
+    /// Its tables.
+    #[must_use]
+    pub fn tables(&self) -> &[CodedTable] {
+        &self.tables
+    }
+
+    /// The tasks of a batch of samples in the world, each ray's front to back,
+    /// seen from `eye`: those of each table. Samples lie where the field is not
+    /// known to be empty.
+    #[must_use]
+    pub fn gathers(&self, eye: DVec3, slots: &[u32], samples: &[DVec3]) -> Vec<Gathers> {
+        let count = self.tables.len();
+        let mut eyes = vec![DVec3::ZERO; count];
+        self.field.place(eye, &mut eyes);
+        let mut places = vec![DVec3::ZERO; count * samples.len()];
+        places
+            .par_chunks_exact_mut(count)
+            .zip(samples)
+            .for_each(|(places, at)| self.field.place(*at, places));
+        let tables = self.tables.par_iter().enumerate();
+        tables
+            .map(|(number, table)| {
+                let own = places.iter().skip(number).step_by(count);
+                let located = slots.iter().zip(own);
+                let located: Vec<Located> = located
+                    .map(|(slot, place)| Located {
+                        slot: *slot,
+                        place: *place,
+                    })
+                    .collect();
+                table.gathers(eyes[number], &located)
+            })
+            .collect()
+    }
+
+    /// Renders it.
+    ///
+    /// # Errors
+    /// A camera without pixels, an option that is not sensible, a sampling that
+    /// would not end, or a unit that fails.
+    pub fn render(
+        &self,
+        camera: &Camera,
+        options: &FixedOptions,
+        units: &mut dyn Units,
+    ) -> Result<FixedFrame, FieldError> {
+        self.render_masked(camera, options, None, units)
+    }
+
+    /// Renders some of its pixels, the others being background; their bits are those of the
+    /// whole frame.
+    ///
+    /// # Errors
+    /// As [`FixedField::render`], and for a mask of another size than the camera's.
+    pub fn render_masked(
+        &self,
+        camera: &Camera,
+        options: &FixedOptions,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<FixedFrame, FieldError> {
+        let facing = Facing {
+            head: &*self.head,
+            kept: options.work.direction_codes,
+        };
+        self.render_with(&facing, camera, options, only, units)
+    }
+
+    /// Of each pixel, row after row, the samples that are gathered up to where its
+    /// ray stops; `u32::MAX` where it does not. No colour is computed.
+    ///
+    /// # Errors
+    /// As [`FixedField::render`].
+    pub fn stops(&self, camera: &Camera, units: &mut dyn Units) -> Result<Vec<u32>, FieldError> {
+        let options = FixedOptions::default();
+        let frame = self.render_with(&OpacityAlone(&*self.head), camera, &options, None, units)?;
+        Ok(frame.stops)
+    }
+
+    fn render_with(
+        &self,
+        head: &dyn Head,
+        camera: &Camera,
+        options: &FixedOptions,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<FixedFrame, FieldError> {
+        let everywhere = Everywhere(self.field);
+        let field: &dyn Field = match options.work.void_test {
+            true => self.field,
+            false => &everywhere,
+        };
+        let sampling = field.sampling();
+        let stop = options.terminate.then_some(sampling.stop);
+        check(camera, &sampling)?;
+        check_mask(camera, only)?;
+        check_background(options.background)?;
+        let side = options.group_side.unwrap_or_else(default_group_side);
+        if side == 0
+            || options
+                .batch
+                .is_some_and(|b| b.samples == 0 || b.entries == 0)
+        {
+            return Err(FieldError::Part {
+                part: "group_side and batch",
+                found: format!("{side} and {:?}", options.batch),
+                expected: "1 or more".to_owned(),
+            });
+        }
+        let size = [camera.width, camera.height];
+        let mut frame = FixedFrame::clear(size);
+        frame.stats.orders = vec![Orders::default(); self.tables.len()];
+        let batch_size = options.batch.unwrap_or_else(|| BatchSize::of(&self.tables));
+        let mut work = Work::default();
+        for mut pixels in groups(size, side) {
+            if let Some(mask) = only {
+                let at = |[x, y]: [u32; 2]| y as usize * size[0] as usize + x as usize;
+                pixels.retain(|pixel| mask.has(at(*pixel)));
+            }
+            let mut rays = RayGroup::new(field, &sampling, camera, &pixels);
+            frame.stats.groups += 1;
+            frame.stats.rays += pixels.len() as u64;
+            frame.stats.samples += rays.samples();
+            let mut done = Compositor::new(head, stop, rays.directions());
+            loop {
+                let batch = rays.next(|slot| done.is_alive(slot), batch_size);
+                if batch.at.is_empty() {
+                    break;
+                }
+                let features =
+                    self.features(camera, &batch, options.work, units, &mut frame.stats)?;
+                done.run(&features, &batch.spans, units, &mut work)?;
+            }
+            place(&mut frame, &pixels, &done, options.background);
+        }
+        frame.stats.take(work);
+        frame.leave_out(only, options.background);
+        Ok(frame)
+    }
+
+    /// Gathers a batch and puts the channels of each sample together.
+    fn features(
+        &self,
+        camera: &Camera,
+        batch: &Batch,
+        work: FieldWork,
+        units: &mut dyn Units,
+        stats: &mut FixedStats,
+    ) -> Result<Vec<i16>, FieldError> {
+        let all = self.head.channels();
+        let mut features = vec![0; batch.at.len() * all];
+        let (mut first, mut hashed) = (0, 0);
+        let gathers = self.gathers(camera.position(), &batch.slots, &batch.at);
+        for (number, (table, own)) in self.tables.iter().zip(gathers).enumerate() {
+            if self.field.tables()[number].is_hashed() {
+                hashed += 1;
+                if hashed > work.hashed {
+                    first += table.channels();
+                    continue;
+                }
+            }
+            table.carry_out(&own, units, stats, |sample, codes| {
+                let to = sample as usize * all + first;
+                features[to..to + codes.len()].copy_from_slice(codes);
+            })?;
+            let samples = &mut stats.orders[number];
+            if own.row_by_row {
+                samples.row_by_row += own.samples.len() as u64;
+            } else {
+                samples.streamed += (own.samples.len() + own.parted.samples.len()) as u64;
+            }
+            first += table.channels();
+        }
+        Ok(features)
+    }
+}

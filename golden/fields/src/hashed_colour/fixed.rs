@@ -1,0 +1,202 @@
+//! Colours of Compact-3DGS in the hardware's formats, asked for before splat
+//! records are written.
+//!
+//! | step | unit | result |
+//! |---|---|---|
+//! | features | gathering, level after level | one format, the finest that holds them |
+//! | colour | MAC array, ReLU between layers | 16 bits with a scale a layer |
+//!
+//! Harmonics, and the ones that are a bias, are larger than features: they enter
+//! the first layer divided by a power of two, which its weights make good.
+
+use glam::DVec3;
+use potamoi_formats::config::Config;
+use potamoi_formats::units::OpCode;
+
+use super::{FEATURES, HARMONICS, HashedColour, LEVELS, MATRICES, ONES, harmonics};
+use crate::calibrate::direction;
+use crate::coded::{CodedTable, Located, finest_of};
+use crate::codes::held;
+use crate::mac::MacMlp;
+use crate::opacity::need;
+use crate::{FieldError, FieldWork, Layer, Mlp};
+use potamoi_march::voxels::{FixedStats, Lanes, Work};
+use potamoi_reference::Units;
+
+/// Features of a Gaussian.
+const WIDTH: usize = (LEVELS * FEATURES) as usize;
+/// Harmonics are below two to this.
+const HARMONICS_INT_BITS: i32 = 4;
+/// Gaussians and directions with which the perceptron's scales are found.
+const CALIBRATION: usize = 4096;
+
+/// The field as codes.
+pub struct FixedColour<'a> {
+    field: &'a HashedColour,
+    tables: Vec<CodedTable>,
+    pub(super) head: MacMlp,
+    /// Fraction bits of features, and of harmonics as they enter the first layer.
+    pub(super) feature_bits: u32,
+    pub(super) harmonic_bits: i32,
+}
+
+impl<'a> FixedColour<'a> {
+    /// Gaussians that are gathered at a time.
+    pub const BATCH: usize = 1 << 15;
+
+    /// Rounds the field to the formats of a configuration, for Gaussians at
+    /// `centres`; some of them, seen from all sides, give the perceptron's
+    /// scales.
+    ///
+    /// # Errors
+    /// A configuration whose units lack what it needs, or values that no format
+    /// holds.
+    pub fn new(
+        field: &'a HashedColour,
+        centres: &[DVec3],
+        config: &Config,
+    ) -> Result<Self, FieldError> {
+        need(config, &[OpCode::Relu])?;
+        let frac = finest_of(&field.tables, |_| true, config, "features")?;
+        let tables = field.tables.iter();
+        let tables = tables.map(|table| CodedTable::new(table, &[frac; FEATURES as usize], config));
+        let down = (frac as i32 + HARMONICS_INT_BITS - 15).max(0);
+        Ok(Self {
+            field,
+            tables: tables.collect::<Result<_, _>>()?,
+            head: MacMlp::quantise(
+                &with_first_columns(&field.head, down)?,
+                frac as i32,
+                &magnitudes(field, centres),
+            )?,
+            feature_bits: frac,
+            harmonic_bits: frac as i32 - down,
+        })
+    }
+
+    /// The constant harmonic's coefficients of every Gaussian, seen from `eye`.
+    /// `stats` counts what is done.
+    ///
+    /// # Errors
+    /// A unit that fails.
+    pub fn seen_from(
+        &self,
+        eye: DVec3,
+        centres: &[DVec3],
+        done: FieldWork,
+        units: &mut dyn Units,
+        stats: &mut FixedStats,
+    ) -> Result<Vec<[f32; 3]>, FieldError> {
+        let mut work = Work::default();
+        let mut colours = Vec::with_capacity(centres.len());
+        let unit = 2f64.powi(-self.head.output_frac());
+        let one = held(2f64.powi(self.harmonic_bits));
+        for batch in centres.chunks(Self::BATCH) {
+            let mut inputs = vec![0; batch.len() * MATRICES[0][1]];
+            let seen = Seen {
+                eye,
+                first: colours.len(),
+                batch,
+            };
+            self.gather(&seen, &mut inputs, done, units, stats)?;
+            for (at, row) in batch.iter().zip(inputs.chunks_exact_mut(MATRICES[0][1])) {
+                let towards = harmonics((*at - eye).normalize_or_zero());
+                for (to, v) in row[WIDTH..]
+                    .iter_mut()
+                    .zip(towards)
+                    .take(done.direction_codes)
+                {
+                    *to = held(v * 2f64.powi(self.harmonic_bits));
+                }
+                row[WIDTH + HARMONICS..].fill(one);
+            }
+            let mut lanes = Lanes {
+                units,
+                work: &mut work,
+            };
+            let codes = self.head.run(inputs, &mut lanes)?;
+            let codes = codes.as_chunks::<3>().0.iter();
+            colours.extend(codes.map(|c| c.map(|v| (f64::from(v) * unit) as f32)));
+        }
+        stats.take(work);
+        Ok(colours)
+    }
+
+    /// Gathers the features of a batch to where its inputs begin.
+    fn gather(
+        &self,
+        seen: &Seen<'_>,
+        inputs: &mut [i16],
+        done: FieldWork,
+        units: &mut dyn Units,
+        stats: &mut FixedStats,
+    ) -> Result<(), FieldError> {
+        let mut eyes = [DVec3::ZERO; LEVELS as usize];
+        self.field.index(seen.eye, &mut eyes);
+        let mut hashed = 0;
+        for (level, table) in self.tables.iter().enumerate() {
+            if self.field.tables[level].is_hashed() {
+                hashed += 1;
+                if hashed > done.hashed {
+                    continue;
+                }
+            }
+            let mut places = [DVec3::ZERO; LEVELS as usize];
+            let located = (seen.first as u32..).zip(seen.batch).map(|(slot, at)| {
+                self.field.index(*at, &mut places);
+                Located {
+                    slot,
+                    place: places[level],
+                }
+            });
+            let located: Vec<_> = located.collect();
+            let own = table.gathers(eyes[level], &located);
+            table.carry_out(&own, units, stats, |sample, codes| {
+                let to = sample as usize * MATRICES[0][1] + level * FEATURES as usize;
+                inputs[to..to + codes.len()].copy_from_slice(codes);
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Centres of a batch, from where they are seen, and the place of the first among all.
+struct Seen<'a> {
+    eye: DVec3,
+    first: usize,
+    batch: &'a [DVec3],
+}
+
+/// The network with the first layer's weights of harmonics and ones times two
+/// to `up`.
+pub(super) fn with_first_columns(head: &Mlp, up: i32) -> Result<Mlp, FieldError> {
+    let scale = 2f32.powi(up);
+    let layers = head.layers().iter().enumerate().map(|(i, layer)| {
+        let columns = layer.inputs();
+        let weights = layer.weights().iter().enumerate();
+        let weights = weights.map(|(at, w)| match i {
+            0 if at % columns >= WIDTH => w * scale,
+            _ => *w,
+        });
+        Layer::new(columns, weights.collect(), layer.bias().to_vec())
+    });
+    Mlp::new(layers.collect::<Result<_, _>>()?)
+}
+
+/// The largest magnitude of each layer's outputs over some of the Gaussians,
+/// each from a direction of its own.
+fn magnitudes(field: &HashedColour, centres: &[DVec3]) -> Vec<f64> {
+    let mut largest = vec![0f64; field.head.layers().len()];
+    let mut values = vec![];
+    let step = centres.len().div_ceil(CALIBRATION).max(1);
+    for (n, at) in (0..).zip(centres.iter().step_by(step)) {
+        values.clear();
+        field.gathered(*at, &mut values);
+        values.extend(harmonics(direction(n)));
+        values.extend([1.0; ONES]);
+        field.head.run_watched(&mut values, |layer, value| {
+            largest[layer] = largest[layer].max(value.abs());
+        });
+    }
+    largest
+}

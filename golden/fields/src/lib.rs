@@ -1,0 +1,238 @@
+//! Radiance fields that are sampled along rays, in the paper's three stages:
+//! *Indexing* says where a sample lies in the tables of the field, *Gathering*
+//! interpolates their vertices, *Feature computation* makes density and colour
+//! of what was gathered.
+//!
+//! A field brings its tables, the first and the last stage; gathering is the
+//! same for all of them, and is what the gathering unit does.
+
+mod batches;
+mod bound;
+mod calibrate;
+pub mod coded;
+mod codes;
+mod directions;
+pub mod dvgo;
+pub mod efficient;
+mod error;
+mod fixed;
+mod hash;
+mod hashed_colour;
+pub mod mac;
+#[cfg(test)]
+mod made;
+mod march;
+mod mlp;
+pub mod ngp;
+mod nodes;
+mod opacity;
+mod ray_stages;
+mod shape;
+mod stopping;
+mod stops;
+pub mod stored;
+mod table;
+pub mod tensorf;
+
+use std::fmt;
+use std::ops::Deref;
+use std::sync::Arc;
+
+use glam::DVec3;
+use potamoi_formats::config::Config;
+use serde::{Serialize, Serializer};
+
+use potamoi_base::camera::Camera;
+use potamoi_reference::bounds::VectorBounds;
+
+pub use batches::BatchSize;
+pub use batches::{RayGroup, groups};
+pub use bound::{Bounds, Off, error_bounds};
+pub use directions::Directions;
+pub use error::FieldError;
+pub use fixed::{Coded, FieldWork, FixedField, FixedOptions};
+pub use hash::HashUnit;
+pub use hashed_colour::{FixedColour, HashedColour};
+pub use march::{FieldFrame, render_float, render_masked};
+pub use mlp::{Layer, Mlp};
+pub use nodes::Nodes;
+pub use ray_stages::RayStages;
+pub use shape::TableShape;
+pub use stopping::Stopping;
+pub use stops::Stops;
+pub use table::Table;
+
+/// A radiance field.
+pub trait Field: Sync {
+    /// What is gathered from, in the order in which features follow one
+    /// another.
+    fn tables(&self) -> &[Table];
+
+    /// Indexing: where a point of the world lies in each table, in vertices
+    /// from its first one, one place a table.
+    fn place(&self, at: DVec3, places: &mut [DVec3]);
+
+    /// Whether the field may be anything at a point of the world; it is known
+    /// to be empty elsewhere.
+    fn holds(&self, at: DVec3) -> bool;
+
+    /// Both: `false` where the field is known to be empty; the places are then
+    /// not set.
+    fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
+        let holds = self.holds(at);
+        if holds {
+            self.place(at, places);
+        }
+        holds
+    }
+
+    /// Feature computation, of every sample: the optical depth of one step, 0
+    /// and up.
+    fn depth(&self, features: &[f64]) -> f64;
+
+    /// Feature computation, of samples that are seen: the colour towards a
+    /// unit direction. `scratch` is kept from sample to sample.
+    fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3;
+
+    /// Where samples lie and which of them count.
+    fn sampling(&self) -> Sampling;
+
+    /// Formats and feature computation of the hardware.
+    ///
+    /// # Errors
+    /// A field that is rendered in floating point alone, a configuration whose
+    /// units lack what it needs, or values that no format holds.
+    fn coded(&self, _: &Config) -> Result<Coded<'_>, FieldError> {
+        Err(FieldError::FloatOnly)
+    }
+
+    /// What opacities and colours may be off by in those formats, seen by a camera; nothing where
+    /// none is derived.
+    ///
+    /// # Errors
+    /// As [`Field::coded`].
+    fn bounds(
+        &self,
+        _: &Config,
+        _: &VectorBounds,
+        _: &Camera,
+    ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
+        Ok(None)
+    }
+
+    /// All perceptrons that its features go through.
+    fn perceptrons(&self) -> Vec<&Mlp> {
+        vec![]
+    }
+
+    /// How colours depend on the direction.
+    fn directions(&self) -> Directions<'_> {
+        Directions::None
+    }
+
+    /// Cells of a grid that says where nothing is: those where nothing is, and all; none where
+    /// there is no such grid.
+    fn void(&self) -> Option<[u64; 2]> {
+        None
+    }
+
+    /// Features of a sample: the sum of the tables' channels.
+    fn channels(&self) -> usize {
+        self.tables().iter().map(Table::channels).sum()
+    }
+}
+
+/// A field of which all numbers can be hashed.
+trait Stored: Field + Send {
+    fn content(&self) -> blake3::Hash;
+}
+
+impl<T: Field + Send + Serialize> Stored for T {
+    fn content(&self) -> blake3::Hash {
+        potamoi_base::content::hash_of(self)
+    }
+}
+
+/// A field of any kind. Clones share it, and fields are equal that share one.
+#[derive(Clone)]
+pub struct AnyField {
+    kind: &'static str,
+    field: Arc<dyn Stored + Send>,
+}
+
+impl Serialize for AnyField {
+    /// Its kind, and a hash of its numbers in their place.
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        (self.kind, self.field.content().as_bytes()).serialize(to)
+    }
+}
+
+impl AnyField {
+    /// Takes a field of a kind, told by its usual name.
+    #[must_use]
+    pub fn new(kind: &'static str, field: impl Field + Send + Serialize + 'static) -> Self {
+        Self {
+            kind,
+            field: Arc::new(field),
+        }
+    }
+
+    /// Its kind.
+    #[must_use]
+    pub const fn kind(&self) -> &'static str {
+        self.kind
+    }
+}
+
+impl Deref for AnyField {
+    type Target = dyn Field + Send;
+
+    fn deref(&self) -> &Self::Target {
+        &*self.field
+    }
+}
+
+impl PartialEq for AnyField {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.field, &other.field)
+    }
+}
+
+impl fmt::Debug for AnyField {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {} tables", self.kind, self.tables().len())
+    }
+}
+
+/// Samples along a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sampling {
+    /// Corners of the box outside which nothing is, in the world.
+    pub bounds: [DVec3; 2],
+    /// From sample to sample, in the world.
+    pub step: f64,
+    /// Nearest and farthest sample; the farthest may be infinite.
+    pub range: [f64; 2],
+    /// How the range is measured.
+    pub along: Along,
+    /// Samples whose opacity is at most this are left out.
+    pub least_opacity: f64,
+    /// Samples whose weight in the pixel is at most this give it no colour.
+    pub least_weight: f64,
+    /// A ray stops once less than this is left of it.
+    pub stop: f64,
+}
+
+/// How a distance from the camera is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Along {
+    /// Along the camera's axis: its depth.
+    Axis,
+    /// Along each ray.
+    Ray,
+}
+
+/// `ln(1 + e^x)` without overflow or cancellation.
+fn softplus(x: f64) -> f64 {
+    x.max(0.0) + (-x.abs()).exp().ln_1p()
+}

@@ -1,0 +1,313 @@
+//! Pixel-centric rendering in 64-bit floating point: all samples of a ray, one
+//! ray after another.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Along, Field, FieldError, Sampling};
+use potamoi_base::camera::{Camera, crossing};
+use potamoi_base::mask::Mask;
+use potamoi_base::picture::Picture;
+
+/// The most pixels of a picture.
+const MAX_PIXELS: u64 = 1 << 26;
+/// The most samples of a ray.
+const MAX_SAMPLES: f64 = 1e6;
+
+/// A rendered frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldFrame {
+    /// The picture, background included.
+    pub picture: Picture,
+    /// What is left of each ray behind the field.
+    pub transmittance: Vec<f64>,
+    /// Depth of each pixel along the camera's axis: the mean of its samples,
+    /// each with its weight; infinite where nothing has a weight.
+    pub depth: Vec<f64>,
+    /// Samples within the bounds, up to where rays stop.
+    pub samples: u64,
+    /// Samples that were gathered: where the field is not known to be empty.
+    pub gathered: u64,
+    /// Samples whose colour was computed.
+    pub coloured: u64,
+}
+
+/// What a worker keeps from pixel to pixel.
+pub(super) struct Worker {
+    places: Vec<DVec3>,
+    /// Of each seen sample of the ray, its features and its weight.
+    features: Vec<f64>,
+    weights: Vec<f64>,
+    pub(super) scratch: Vec<f64>,
+}
+
+/// A pixel, and what it took.
+#[derive(Clone, Copy)]
+pub(super) struct Pixel {
+    colour: DVec3,
+    left: f64,
+    /// Sums of weights, and of weights times distances along the ray.
+    weight: f64,
+    moment: f64,
+    pub(super) samples: u64,
+    pub(super) gathered: u64,
+    coloured: u64,
+}
+
+/// Renders a field over a background of linear RGB.
+///
+/// # Errors
+/// A camera without pixels, or a sampling that would not end.
+pub fn render_float(
+    field: &dyn Field,
+    camera: &Camera,
+    background: [f32; 3],
+) -> Result<FieldFrame, FieldError> {
+    render_masked(field, camera, background, None)
+}
+
+/// As [`render_float`], but of a mask its pixels alone; the others are
+/// background.
+///
+/// # Errors
+/// As [`render_float`], and for a mask of another size than the camera's.
+pub fn render_masked(
+    field: &dyn Field,
+    camera: &Camera,
+    background: [f32; 3],
+    only: Option<&Mask>,
+) -> Result<FieldFrame, FieldError> {
+    let sampling = field.sampling();
+    check(camera, &sampling)?;
+    check_mask(camera, only)?;
+    let (width, height) = (camera.width, camera.height);
+    let pixels: Vec<Pixel> = (0..width * height)
+        .into_par_iter()
+        .map_init(
+            || Worker::new(field),
+            |worker, i| {
+                if only.is_some_and(|mask| !mask.has(i as usize)) {
+                    return Pixel::CLEAR;
+                }
+                let pixel = [i % width, i / width];
+                march(field, &sampling, camera, pixel, worker)
+            },
+        )
+        .collect();
+    let behind = DVec3::from(background.map(f64::from));
+    let mut picture = Picture::filled(width, height, [0.0; 3]);
+    for (to, pixel) in picture.rgb.iter_mut().zip(&pixels) {
+        let colour = pixel.colour + pixel.left * behind;
+        *to = colour.to_array().map(|v| v as f32);
+    }
+    Ok(FieldFrame {
+        picture,
+        transmittance: pixels.iter().map(|p| p.left).collect(),
+        depth: (0..)
+            .zip(&pixels)
+            .map(|(i, p)| p.depth(camera, i))
+            .collect(),
+        samples: pixels.iter().map(|p| p.samples).sum(),
+        gathered: pixels.iter().map(|p| p.gathered).sum(),
+        coloured: pixels.iter().map(|p| p.coloured).sum(),
+    })
+}
+
+impl Pixel {
+    /// Of a ray that meets nothing.
+    const CLEAR: Self = Self {
+        colour: DVec3::ZERO,
+        left: 1.0,
+        weight: 0.0,
+        moment: 0.0,
+        samples: 0,
+        gathered: 0,
+        coloured: 0,
+    };
+
+    fn depth(&self, camera: &Camera, number: u32) -> f64 {
+        if self.weight > 0.0 {
+            self.moment / self.weight * camera.slant(number)
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+impl Worker {
+    pub(super) fn new(field: &dyn Field) -> Self {
+        Self {
+            places: vec![DVec3::ZERO; field.tables().len()],
+            features: vec![],
+            weights: vec![],
+            scratch: vec![],
+        }
+    }
+}
+
+/// Whether samples along the camera's rays can be counted.
+pub(super) fn check(camera: &Camera, sampling: &Sampling) -> Result<(), FieldError> {
+    let refuse = |part, found: String, expected: &str| {
+        Err(FieldError::Part {
+            part,
+            found,
+            expected: expected.to_owned(),
+        })
+    };
+    let pixels = u64::from(camera.width) * u64::from(camera.height);
+    if pixels == 0 || pixels > MAX_PIXELS {
+        let found = format!("{} x {}", camera.width, camera.height);
+        return refuse("camera size", found, "1 to 67108864 pixels");
+    }
+    sampling.check()
+}
+
+impl Sampling {
+    /// Whether the samples of a ray can be counted.
+    ///
+    /// # Errors
+    /// A box or a step of which a ray has more than a million samples.
+    pub fn check(&self) -> Result<(), FieldError> {
+        let [low, high] = self.bounds;
+        let size = (high - low).length();
+        if size.is_finite() && self.step > 0.0 && size / self.step < MAX_SAMPLES {
+            return Ok(());
+        }
+        Err(FieldError::Part {
+            part: "sampling",
+            found: format!("steps of {} through {size}", self.step),
+            expected: "at most a million samples a ray".to_owned(),
+        })
+    }
+}
+
+/// Whether a mask is of a camera's size.
+pub(super) fn check_mask(camera: &Camera, only: Option<&Mask>) -> Result<(), FieldError> {
+    match only {
+        Some(mask) if mask.size() != [camera.width, camera.height] => Err(FieldError::Part {
+            part: "mask",
+            found: format!("{:?} pixels", mask.size()),
+            expected: format!("the camera's {} x {}", camera.width, camera.height),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Samples of a ray.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Samples {
+    origin: DVec3,
+    /// Of length 1.
+    pub(super) direction: DVec3,
+    near: f64,
+    step: f64,
+    pub(super) count: u64,
+}
+
+impl Samples {
+    /// Those of the ray through the centre of a pixel.
+    pub(super) fn of(sampling: &Sampling, camera: &Camera, [x, y]: [u32; 2]) -> Self {
+        let (origin, direction) = camera.ray(x, y);
+        let axis = camera.axis();
+        // A step along the ray over one as the range is measured.
+        let slant = match sampling.along {
+            Along::Axis => 1.0 / axis.dot(direction),
+            Along::Ray => 1.0,
+        };
+        let range = sampling.range.map(|depth| depth * slant);
+        let [near, far] = crossing(sampling.bounds, origin, direction, range);
+        // Not a number is not at least another.
+        let count = if far >= near {
+            ((far - near) / sampling.step).min(MAX_SAMPLES) as u64 + 1
+        } else {
+            0
+        };
+        Self {
+            origin,
+            direction,
+            near,
+            step: sampling.step,
+            count,
+        }
+    }
+
+    /// How far along the ray sample `k` lies.
+    fn distance(&self, k: u64) -> f64 {
+        self.near + self.step * k as f64
+    }
+
+    /// Where sample `k` lies in the world.
+    pub(super) fn at(&self, k: u64) -> DVec3 {
+        self.between(k, 0.0)
+    }
+
+    /// A part of a step behind sample `k`.
+    pub(super) fn between(&self, k: u64, part: f64) -> DVec3 {
+        self.origin + self.direction * (self.near + self.step * (k as f64 + part))
+    }
+}
+
+/// Marches a ray to where it stops: its samples, its gathered ones and what is
+/// left of it. The worker keeps those that are seen; `gathers` is told of the
+/// gathered ones.
+pub(super) fn advance(
+    field: &dyn Field,
+    sampling: &Sampling,
+    ray: &Samples,
+    worker: &mut Worker,
+    mut gathers: impl FnMut(u64),
+) -> Pixel {
+    let mut pixel = Pixel::CLEAR;
+    let channels = field.channels();
+    worker.features.clear();
+    worker.weights.clear();
+    for k in 0..ray.count {
+        pixel.samples += 1;
+        if !field.index(ray.at(k), &mut worker.places) {
+            continue;
+        }
+        pixel.gathered += 1;
+        gathers(k);
+        let from = worker.features.len();
+        worker.features.resize(from + channels, 0.0);
+        let mut rest = &mut worker.features[from..];
+        for (table, place) in field.tables().iter().zip(&worker.places) {
+            let (own, other) = rest.split_at_mut(table.channels());
+            table.gather(*place, own);
+            rest = other;
+        }
+        let alpha = -(-field.depth(&worker.features[from..])).exp_m1();
+        let weight = alpha * pixel.left;
+        if alpha > sampling.least_opacity {
+            pixel.left *= 1.0 - alpha;
+        }
+        if alpha > sampling.least_opacity && weight > sampling.least_weight {
+            worker.weights.push(weight);
+            pixel.weight += weight;
+            pixel.moment += weight * ray.distance(k);
+        } else {
+            worker.features.truncate(from);
+        }
+        if pixel.left < sampling.stop {
+            break;
+        }
+    }
+    pixel.coloured = worker.weights.len() as u64;
+    pixel
+}
+
+fn march(
+    field: &dyn Field,
+    sampling: &Sampling,
+    camera: &Camera,
+    pixel: [u32; 2],
+    worker: &mut Worker,
+) -> Pixel {
+    let ray = Samples::of(sampling, camera, pixel);
+    let mut pixel = advance(field, sampling, &ray, worker, |_| ());
+    let samples = worker.features.chunks_exact(field.channels().max(1));
+    for (features, weight) in samples.zip(&worker.weights) {
+        pixel.colour += *weight * field.colour(features, ray.direction, &mut worker.scratch);
+    }
+    pixel
+}

@@ -1,0 +1,226 @@
+//! Instant-NGP (Müller, Evans, Schied, Keller, SIGGRAPH 2022): levels of a hash
+//! grid, a small perceptron for density, one for colour, and a grid of cells
+//! that are not empty.
+//!
+//! A place of the world, the frame of `transforms.json`, is scaled by 0.33,
+//! moved by 0.5 and its axes are cycled, (x, y, z) to (y, z, x): what is at
+//! most 1.5 from the origin lands in the unit cube. The snapshot's own scale
+//! and offset are taken where it has them. The model lives in a box around the
+//! middle of that cube, `aabb_scale` as large, and the grid spans the box.
+//!
+//! Two things differ from that renderer. Steps are sqrt(3)/1024 of the unit
+//! cube everywhere: it widens them with the distance where `aabb_scale` is
+//! above 1. A ray that stops, at 1 % left, keeps the 1 %; it scales the colour
+//! up. Colours are those of the training pictures, and composited as such.
+
+mod bound;
+mod document;
+mod fixed;
+pub mod grid;
+mod keys;
+mod occupancy;
+mod parameters;
+mod snapshot;
+
+use std::path::Path;
+
+use glam::{DVec3, dvec3};
+use potamoi_formats::config::Config;
+
+use super::{Along, Bounds, Coded, Directions, Field, FieldError, HashUnit, Mlp, Sampling, Table};
+use grid::GridShape;
+use occupancy::Occupancy;
+use potamoi_base::camera::Camera;
+use potamoi_base::record::Notes;
+use potamoi_base::sh;
+use potamoi_reference::bounds::VectorBounds;
+
+pub use keys::NGP;
+pub(super) use parameters::table as level_table;
+pub use snapshot::SnapshotError;
+
+/// From sample to sample, in the unit cube: its diagonal in 1024.
+const STEP: f64 = 1.732_050_807_568_877_2 / 1024.0;
+/// A ray ends where less than this is left.
+const STOP: f64 = 0.01;
+/// Samples behind the camera do not count; none is too far.
+const RANGE: [f64; 2] = [0.0, 1e9];
+
+/// From the world to the frame of the unit cube.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+struct Placement {
+    scale: f64,
+    /// Before axes are cycled.
+    offset: DVec3,
+}
+
+/// Cycles the axes of the world to those of the cube.
+fn cycled(v: DVec3) -> DVec3 {
+    dvec3(v.y, v.z, v.x)
+}
+
+impl Placement {
+    fn to_cube(self, at: DVec3) -> DVec3 {
+        cycled(at * self.scale + self.offset)
+    }
+
+    fn to_world(self, at: DVec3) -> DVec3 {
+        (dvec3(at.z, at.x, at.y) - self.offset) / self.scale
+    }
+}
+
+/// An Instant-NGP model.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Ngp {
+    shape: GridShape,
+    /// What has an entry of a hashed level.
+    unit: HashUnit,
+    /// One a level.
+    tables: Vec<Table>,
+    /// Of each level.
+    scales: Vec<f64>,
+    /// Features to latents, the first of which is the logarithm of the density.
+    density: Mlp,
+    /// Latents and spherical harmonics of the direction to logits of colour.
+    colour: Mlp,
+    occupancy: Option<Occupancy>,
+    placement: Placement,
+    /// The first corner of the box that the grid spans, and its side, in the
+    /// unit cube's frame.
+    corner: f64,
+    side: f64,
+    /// What is shown of it, in the world.
+    bounds: [DVec3; 2],
+    /// What the snapshot says that is not used.
+    #[serde(skip)]
+    notes: Notes,
+}
+
+impl Ngp {
+    /// What its file says that is not used.
+    #[must_use]
+    pub const fn notes(&self) -> &Notes {
+        &self.notes
+    }
+
+    /// Loads a snapshot, `.ingp` or `.msgpack`.
+    ///
+    /// # Errors
+    /// No such snapshot, a part that is missing or does not fit, or a variant
+    /// that is not read.
+    pub fn load(path: &Path) -> Result<Self, FieldError> {
+        snapshot::load(path)
+    }
+
+    /// Takes the bytes of a snapshot; `name` stands for the file in errors.
+    ///
+    /// # Errors
+    /// As [`Ngp::load`].
+    pub fn from_bytes(name: &str, bytes: &[u8]) -> Result<Self, FieldError> {
+        snapshot::from_reader(Path::new(name), bytes, bytes.len() as u64)
+    }
+
+    /// Sizes of its grid.
+    #[must_use]
+    pub fn shape(&self) -> &GridShape {
+        &self.shape
+    }
+
+    /// What has an entry of a hashed level: a vertex in what Instant-NGP saves.
+    #[must_use]
+    pub const fn hash_unit(&self) -> HashUnit {
+        self.unit
+    }
+
+    /// Latents of gathered features, the first the logarithm of the density.
+    fn latents(&self, features: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        out.extend_from_slice(features);
+        self.density.run(out);
+    }
+
+    /// The density at gathered features, a unit of length of the unit cube.
+    #[must_use]
+    pub fn density(&self, features: &[f64]) -> f64 {
+        let mut latents = vec![];
+        self.latents(features, &mut latents);
+        latents[0].exp()
+    }
+}
+
+impl Field for Ngp {
+    fn tables(&self) -> &[Table] {
+        &self.tables
+    }
+
+    fn holds(&self, at: DVec3) -> bool {
+        let grid = self.occupancy.as_ref();
+        grid.is_none_or(|grid| grid.holds(self.placement.to_cube(at)))
+    }
+
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
+        let at = self.placement.to_cube(at);
+        // Rounding at the faces would lead out of the tables.
+        let within = ((at - self.corner) / self.side).clamp(DVec3::ZERO, DVec3::ONE);
+        for (place, scale) in places.iter_mut().zip(&self.scales) {
+            *place = within * *scale + 0.5;
+        }
+    }
+
+    fn depth(&self, features: &[f64]) -> f64 {
+        STEP * self.density(features)
+    }
+
+    fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
+        self.latents(features, scratch);
+        scratch.extend(sh::basis(cycled(direction)));
+        self.colour.run(scratch);
+        let logistic = |x: f64| 1.0 / (1.0 + (-x).exp());
+        dvec3(
+            logistic(scratch[0]),
+            logistic(scratch[1]),
+            logistic(scratch[2]),
+        )
+    }
+
+    fn perceptrons(&self) -> Vec<&Mlp> {
+        vec![&self.density, &self.colour]
+    }
+
+    fn directions(&self) -> Directions<'_> {
+        Directions::Perceptron {
+            mlp: &self.colour,
+            inputs: (self.density.outputs()..self.colour.inputs()).collect(),
+            are_harmonics: true,
+        }
+    }
+
+    fn void(&self) -> Option<[u64; 2]> {
+        self.occupancy.as_ref().map(Occupancy::void)
+    }
+
+    fn sampling(&self) -> Sampling {
+        Sampling {
+            bounds: self.bounds,
+            step: STEP / self.placement.scale,
+            range: RANGE,
+            along: Along::Ray,
+            least_opacity: 0.0,
+            least_weight: 0.0,
+            stop: STOP,
+        }
+    }
+
+    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+        fixed::coded(self, config)
+    }
+
+    fn bounds(
+        &self,
+        config: &Config,
+        vector: &VectorBounds,
+        _: &Camera,
+    ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
+        Ok(Some(Box::new(bound::bounds(self, config, vector)?)))
+    }
+}

@@ -1,0 +1,86 @@
+//! A field whose rays stop where another part of the light is left than its rules say.
+
+use glam::DVec3;
+use potamoi_formats::config::Config;
+
+use super::bound::Bounds;
+use super::mlp::Mlp;
+use super::{Coded, Directions, Field, FieldError, Sampling, Table};
+use potamoi_base::camera::Camera;
+use potamoi_reference::bounds::VectorBounds;
+
+/// A field, and what is left where its rays stop.
+pub struct Stopping<'a> {
+    field: &'a dyn Field,
+    sampling: Sampling,
+}
+
+impl<'a> Stopping<'a> {
+    /// Rays stop where less than `stop` is left, or where the field's rules say.
+    #[must_use]
+    pub fn new(field: &'a dyn Field, stop: Option<f64>) -> Self {
+        let own = field.sampling();
+        Self {
+            field,
+            sampling: Sampling {
+                stop: stop.unwrap_or(own.stop),
+                ..own
+            },
+        }
+    }
+}
+
+impl Field for Stopping<'_> {
+    fn tables(&self) -> &[Table] {
+        self.field.tables()
+    }
+
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
+        self.field.place(at, places);
+    }
+
+    fn holds(&self, at: DVec3) -> bool {
+        self.field.holds(at)
+    }
+
+    fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
+        self.field.index(at, places)
+    }
+
+    fn depth(&self, features: &[f64]) -> f64 {
+        self.field.depth(features)
+    }
+
+    fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
+        self.field.colour(features, direction, scratch)
+    }
+
+    fn sampling(&self) -> Sampling {
+        self.sampling
+    }
+
+    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+        self.field.coded(config)
+    }
+
+    fn bounds(
+        &self,
+        config: &Config,
+        vector: &VectorBounds,
+        camera: &Camera,
+    ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
+        self.field.bounds(config, vector, camera)
+    }
+
+    fn perceptrons(&self) -> Vec<&Mlp> {
+        self.field.perceptrons()
+    }
+
+    fn directions(&self) -> Directions<'_> {
+        self.field.directions()
+    }
+
+    fn void(&self) -> Option<[u64; 2]> {
+        self.field.void()
+    }
+}

@@ -1,0 +1,154 @@
+//! Which samples of a frame are gathered, found once: up to where each ray stops,
+//! and where the field is not known to be empty.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::march::{Samples, Worker, advance, check, check_mask};
+use super::{Field, FieldError, Sampling};
+use potamoi_base::camera::Camera;
+use potamoi_base::mask::Mask;
+
+/// The rays of a frame up to where each stops in floating point.
+pub struct Stops<'a> {
+    field: &'a dyn Field,
+    camera: &'a Camera,
+    sampling: Sampling,
+    /// Of each pixel, row after row.
+    rays: Vec<Stop>,
+}
+
+/// Of one ray.
+#[derive(Default)]
+struct Stop {
+    /// Samples up to where it stops.
+    samples: u32,
+    /// Those of them that are gathered.
+    gathered: u32,
+    /// The first of each row of gathered samples, and the one behind its last.
+    runs: Box<[[u32; 2]]>,
+}
+
+impl<'a> Stops<'a> {
+    /// Marches every ray of a camera through a field.
+    ///
+    /// # Errors
+    /// As [`super::render_float`].
+    pub fn find(field: &'a dyn Field, camera: &'a Camera) -> Result<Self, FieldError> {
+        Self::masked(field, camera, None)
+    }
+
+    /// The same of a mask's pixels alone; of the others nothing is gathered.
+    ///
+    /// # Errors
+    /// As [`Stops::find`], and for a mask of another size than the camera's.
+    pub fn masked(
+        field: &'a dyn Field,
+        camera: &'a Camera,
+        only: Option<&Mask>,
+    ) -> Result<Self, FieldError> {
+        let sampling = field.sampling();
+        check(camera, &sampling)?;
+        check_mask(camera, only)?;
+        let rays = (0..camera.width * camera.height)
+            .into_par_iter()
+            .map_init(
+                || Worker::new(field),
+                |worker, i| {
+                    if only.is_some_and(|mask| !mask.has(i as usize)) {
+                        return Stop::default();
+                    }
+                    let pixel = [i % camera.width, i / camera.width];
+                    let ray = Samples::of(&sampling, camera, pixel);
+                    let mut runs: Vec<[u32; 2]> = vec![];
+                    let marched = advance(field, &sampling, &ray, worker, |k| {
+                        // A ray has at most a million.
+                        let k = k as u32;
+                        match runs.last_mut() {
+                            Some([_, end]) if *end == k => *end += 1,
+                            _ => runs.push([k, k + 1]),
+                        }
+                    });
+                    Stop {
+                        samples: marched.samples as u32,
+                        gathered: marched.gathered as u32,
+                        runs: runs.into(),
+                    }
+                },
+            )
+            .collect();
+        Ok(Self {
+            field,
+            camera,
+            sampling,
+            rays,
+        })
+    }
+
+    /// The field.
+    #[must_use]
+    pub fn field(&self) -> &'a dyn Field {
+        self.field
+    }
+
+    /// The camera.
+    #[must_use]
+    pub fn camera(&self) -> &'a Camera {
+        self.camera
+    }
+
+    /// Samples of a pixel that are gathered.
+    #[must_use]
+    pub fn gathered(&self, pixel: [u32; 2]) -> u32 {
+        self.stop(pixel).gathered
+    }
+
+    /// Samples of a pixel up to where its ray stops, those that are not gathered included.
+    #[must_use]
+    pub fn passed(&self, pixel: [u32; 2]) -> u64 {
+        self.stop(pixel).samples.into()
+    }
+
+    fn stop(&self, [x, y]: [u32; 2]) -> &Stop {
+        &self.rays[(y * self.camera.width + x) as usize]
+    }
+
+    /// The ray of a pixel, and its samples up to where it stops.
+    pub(super) fn ray(&self, pixel: [u32; 2]) -> (Samples, u64) {
+        let ray = Samples::of(&self.sampling, self.camera, pixel);
+        (ray, self.stop(pixel).samples.into())
+    }
+
+    pub(super) const fn sampling(&self) -> &Sampling {
+        &self.sampling
+    }
+
+    /// Tells of every sample of a pixel that is gathered where it lies in the
+    /// tables, front to back. `places` has one a table. Each stands for so many
+    /// `parts`, as far apart as fill its step; those that lie where the field is
+    /// known to be empty are left out.
+    pub fn samples(
+        &self,
+        pixel: [u32; 2],
+        parts: u32,
+        places: &mut [DVec3],
+        mut seen: impl FnMut(&[DVec3]),
+    ) {
+        let stop = self.stop(pixel);
+        if stop.gathered == 0 {
+            return;
+        }
+        let ray = Samples::of(&self.sampling, self.camera, pixel);
+        for k in stop.runs.iter().flat_map(|[from, to]| *from..*to) {
+            let k = k.into();
+            self.field.place(ray.at(k), places);
+            seen(places);
+            for part in 1..parts {
+                let at = ray.between(k, f64::from(part) / f64::from(parts));
+                if self.field.index(at, places) {
+                    seen(places);
+                }
+            }
+        }
+    }
+}

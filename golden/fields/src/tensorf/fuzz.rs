@@ -1,0 +1,128 @@
+//! Checkpoints of the authors' layout whose container is whole and whose
+//! contents are not.
+
+#![allow(clippy::unwrap_used)]
+
+use proptest::prelude::*;
+
+use super::Tensorf;
+use crate::FixedField;
+use crate::made::{Made, harms, survives};
+
+/// A small one, with everything that is read.
+fn whole() -> Made {
+    let points = [4usize, 3, 5];
+    let (density, appearance) = ([2usize, 1, 1], [1usize, 2, 1]);
+    let mut state = vec![];
+    for mode in 0..3 {
+        let [a, b] = super::PLANES[mode].map(|axis| points[axis]);
+        let along = points[super::LINES[mode]];
+        for (of, count) in [("density", density[mode]), ("app", appearance[mode])] {
+            state.push((
+                format!("{of}_plane.{mode}"),
+                Made::tensor(&[1, count, b, a]),
+            ));
+            state.push((
+                format!("{of}_line.{mode}"),
+                Made::tensor(&[1, count, along, 1]),
+            ));
+        }
+    }
+    // Three features and the direction, with one frequency each.
+    for (name, shape) in [
+        ("basis_mat.weight", &[3usize, 4][..]),
+        ("renderModule.mlp.0.weight", &[4, 18]),
+        ("renderModule.mlp.0.bias", &[4]),
+        ("renderModule.mlp.2.weight", &[4, 4]),
+        ("renderModule.mlp.2.bias", &[4]),
+        ("renderModule.mlp.4.weight", &[3, 4]),
+        ("renderModule.mlp.4.bias", &[3]),
+    ] {
+        state.push((name.to_owned(), Made::tensor(shape)));
+    }
+    let corners = [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0].map(Made::Float);
+    let aabb = Made::List(corners.into());
+    let kwargs = Made::dict([
+        ("aabb", aabb.clone()),
+        ("gridSize", Made::whole(&[4, 3, 5])),
+        ("density_n_comp", Made::whole(&[2, 1, 1])),
+        ("appearance_n_comp", Made::whole(&[1, 2, 1])),
+        ("app_dim", Made::Int(3)),
+        ("density_shift", Made::Float(-1.0)),
+        ("distance_scale", Made::Float(25.0)),
+        ("rayMarch_weight_thres", Made::Float(1e-4)),
+        ("fea2denseAct", Made::text("softplus")),
+        ("near_far", Made::List([0.1, 6.0].map(Made::Float).into())),
+        ("step_ratio", Made::Float(0.5)),
+        ("shadingMode", Made::text("MLP_Fea")),
+        ("view_pe", Made::Int(1)),
+        ("fea_pe", Made::Int(1)),
+        ("featureC", Made::Int(4)),
+        ("pos_pe", Made::Int(6)),
+    ]);
+    Made::dict([
+        ("kwargs", kwargs),
+        ("state_dict", Made::Dict(state)),
+        ("alphaMask.shape", Made::whole(&[1, 1, 2, 2, 4])),
+        ("alphaMask.mask", Made::Tensor(vec![2], vec![255.0, 254.0])),
+        ("alphaMask.aabb", aabb),
+    ])
+}
+
+#[test]
+fn the_whole_one_is_read() {
+    let field = Tensorf::load(whole().save().path()).unwrap();
+    assert_eq!(field.points(), [4, 3, 5]);
+    assert!(field.mask.is_some());
+    let ignored = ["kwargs/pos_pe", "the far end of kwargs/near_far"];
+    assert_eq!(field.notes().not_used(), ignored);
+}
+
+/// Keys of other models by name; the others, known or not, are used or listed.
+#[test]
+fn every_key_is_honoured_refused_or_listed() {
+    use potamoi_base::record::Fate;
+    let rows = super::TENSORF.keys.iter().map(|row| (row.name, row.fate));
+    let new = [("news", Fate::Listed), ("kwargs/news", Fate::Listed)];
+    for (name, fate) in rows.chain(new).filter(|(_, fate)| *fate != Fate::Honoured) {
+        let key = name.replace('*', "_new");
+        let Made::Dict(mut root) = whole() else {
+            unreachable!()
+        };
+        let made = Made::Tensor(vec![1], vec![0.0]);
+        match key.split_once('/') {
+            None => root.push((key.clone(), made)),
+            Some((part, name)) => {
+                let held = root.iter_mut().find(|(known, _)| known == part);
+                let Some((_, Made::Dict(items))) = held else {
+                    unreachable!()
+                };
+                items.retain(|(known, _)| known != name);
+                items.push((name.to_owned(), made));
+            }
+        }
+        match (fate, Tensorf::load(Made::Dict(root).save().path())) {
+            (Fate::Refused, Err(error)) => {
+                let error = error.to_string();
+                assert!(
+                    error.contains(&format!("`{key}` cannot be honoured")),
+                    "{error}"
+                );
+            }
+            (Fate::Listed, Ok(field)) => assert!(field.notes().not_used().contains(&key), "{key}"),
+            (_, loaded) => unreachable!("{key}: {:?}", loaded.err()),
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn any_contents_are_a_field_or_one_clear_error(harms in harms()) {
+        let config = potamoi_formats::config::Config::preset("fields").unwrap();
+        survives(&whole(), &harms, Tensorf::load, |field| {
+            let _ = FixedField::new(field, &config);
+        })?;
+    }
+}

@@ -1,0 +1,427 @@
+//! TensoRF (Chen, Xu, Geiger, Yu, Su, ECCV 2022) in its vector-matrix form: a
+//! volume is a sum of products of planes and lines.
+//!
+//! Mode `m` pairs the plane of two axes with the line of the third. A sample
+//! gathers density and appearance components of three planes and three lines;
+//! the sum of the products of the former is the density before its activation,
+//! the products of the latter, times a matrix, are what a small perceptron
+//! turns into colour.
+//!
+//! Samples lie where the authors' code takes them: from where a ray enters the
+//! box, or the nearest distance if that is farther, in steps of a mean voxel
+//! edge times the step ratio. Colour is computed where the weight in the pixel
+//! is above a threshold; rays are followed until less than a millionth is left.
+
+mod bound;
+mod fixed;
+#[cfg(test)]
+mod fuzz;
+mod keys;
+mod load;
+mod mask;
+mod planes;
+#[cfg(test)]
+mod tests;
+
+use glam::{DVec3, dvec3};
+use potamoi_formats::config::Config;
+
+use super::{
+    Along, Bounds, Coded, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus,
+};
+pub use keys::TENSORF;
+use mask::AlphaMask;
+pub use planes::Known;
+use potamoi_base::camera::Camera;
+use potamoi_base::record::Notes;
+use potamoi_reference::bounds::VectorBounds;
+
+/// Axes of each plane, the faster one first.
+pub const PLANES: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
+/// Axis of the line that goes with each plane.
+pub const LINES: [usize; 3] = [2, 1, 0];
+/// The most rounds of sines and cosines.
+const MAX_FREQUENCIES: usize = 16;
+/// A ray ends where less than this is left: below what a picture shows.
+const STOP: f64 = 1e-6;
+
+/// What makes a density of a sum of products.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub enum Activation {
+    /// `ln(1 + exp(x + shift))`.
+    Softplus,
+    /// `max(x, 0)`, without the shift.
+    Relu,
+}
+
+/// A TensoRF model.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Tensorf {
+    /// The planes, then the lines; density components come before those of
+    /// appearance.
+    tables: [Table; 6],
+    /// Density components of each mode.
+    density: [usize; 3],
+    /// From products of appearance components to features.
+    basis: Mlp,
+    mlp: Mlp,
+    rules: Rules,
+    mask: Option<AlphaMask>,
+    /// What a checkpoint says that is not used.
+    #[serde(skip)]
+    notes: Notes,
+    /// Vertices along x, y, z.
+    points: [usize; 3],
+}
+
+/// What a model says besides its numbers.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Rules {
+    /// Corners of the box on whose faces the outer vertices lie.
+    pub bounds: [DVec3; 2],
+    /// Of densities.
+    pub activation: Activation,
+    /// Added before softplus.
+    pub density_shift: f64,
+    /// What the world's unit is in the unit of densities.
+    pub distance_scale: f64,
+    /// Mean voxel edges from sample to sample.
+    pub step_ratio: f64,
+    /// Samples of at most this weight give no colour.
+    pub weight_threshold: f64,
+    /// Samples start this far along their ray.
+    pub near: f64,
+    /// Rounds of sines and cosines of the features, by the factor 2.
+    pub feature_frequencies: usize,
+    /// Rounds of sines and cosines of the direction.
+    pub view_frequencies: usize,
+}
+
+impl Rules {
+    /// The authors' defaults for a box: softplus with shift -10, distance scale
+    /// 25, step ratio 0.5, threshold 1e-4, two frequencies of both.
+    #[must_use]
+    pub fn new(bounds: [DVec3; 2]) -> Self {
+        Self {
+            bounds,
+            activation: Activation::Softplus,
+            density_shift: -10.0,
+            distance_scale: 25.0,
+            step_ratio: 0.5,
+            weight_threshold: 1e-4,
+            near: 0.0,
+            feature_frequencies: 2,
+            view_frequencies: 2,
+        }
+    }
+
+    /// What is out of range, if anything is: field, value, expectation.
+    fn problem(&self) -> Option<(&'static str, String, &'static str)> {
+        let size = self.bounds[1] - self.bounds[0];
+        let corners = self.bounds.iter().all(|c| c.is_finite());
+        let rounds = 0..=MAX_FREQUENCIES;
+        let checks = [
+            (
+                "aabb",
+                format!("{} to {}", self.bounds[0], self.bounds[1]),
+                corners && size.cmpgt(DVec3::splat(1e-6)).all(),
+                "two corners, the second above the first",
+            ),
+            (
+                "density_shift",
+                self.density_shift.to_string(),
+                self.density_shift.is_finite(),
+                "a finite number",
+            ),
+            (
+                "distance_scale",
+                self.distance_scale.to_string(),
+                self.distance_scale > 0.0 && self.distance_scale.is_finite(),
+                "a number above 0",
+            ),
+            (
+                "step_ratio",
+                self.step_ratio.to_string(),
+                (1e-3..=1e3).contains(&self.step_ratio),
+                "0.001 to 1000 voxel edges",
+            ),
+            (
+                "rayMarch_weight_thres",
+                self.weight_threshold.to_string(),
+                (0.0..1.0).contains(&self.weight_threshold),
+                "0 and up, below 1",
+            ),
+            (
+                "near_far",
+                self.near.to_string(),
+                self.near >= 0.0 && self.near.is_finite(),
+                "distances of 0 and up",
+            ),
+            (
+                "fea_pe",
+                self.feature_frequencies.to_string(),
+                rounds.contains(&self.feature_frequencies),
+                "0 to 16 frequencies",
+            ),
+            (
+                "view_pe",
+                self.view_frequencies.to_string(),
+                rounds.contains(&self.view_frequencies),
+                "0 to 16 frequencies",
+            ),
+        ];
+        let wrong = checks.into_iter().find(|(_, _, right, _)| !right);
+        wrong.map(|(field, value, _, expected)| (field, value, expected))
+    }
+
+    /// Inputs of the perceptron for so many features.
+    fn inputs(&self, features: usize) -> usize {
+        features * (1 + 2 * self.feature_frequencies) + 3 * (1 + 2 * self.view_frequencies)
+    }
+}
+
+fn part(part: &'static str, found: String, expected: impl Into<String>) -> FieldError {
+    FieldError::Part {
+        part,
+        found,
+        expected: expected.into(),
+    }
+}
+
+impl Tensorf {
+    /// A model of three planes and three lines in the order of [`PLANES`] and
+    /// [`LINES`], the first `density` channels of each of density, the others of
+    /// appearance. `basis` makes features of the products of the latter.
+    ///
+    /// # Errors
+    /// Parts that do not fit one another.
+    pub fn new(
+        tables: [Table; 6],
+        density: [usize; 3],
+        basis: Layer,
+        mlp: Mlp,
+        rules: Rules,
+    ) -> Result<Self, FieldError> {
+        if let Some((field, value, expected)) = rules.problem() {
+            return Err(part(field, value, expected));
+        }
+        let [x, y] = [tables[0].points()[0], tables[0].points()[1]];
+        let points = [x, y, tables[3].points()[0]];
+        if points.iter().any(|p| *p < 2) {
+            let found = format!("{points:?} vertices");
+            return Err(part("gridSize", found, "2 or more along each axis"));
+        }
+        for mode in 0..3 {
+            let [a, b] = PLANES[mode].map(|axis| points[axis]);
+            let (plane, line) = (&tables[mode], &tables[3 + mode]);
+            let (wanted, along) = ([a, b, 1], [points[LINES[mode]], 1, 1]);
+            if plane.points() != wanted || line.points() != along {
+                let found = format!("{:?} and {:?} vertices", plane.points(), line.points());
+                let expected = format!("{wanted:?} and {along:?}, as the others have");
+                return Err(part("plane and line", found, expected));
+            }
+            let channels = plane.channels();
+            if line.channels() != channels || !(1..channels).contains(&density[mode]) {
+                let found = format!(
+                    "{channels} and {} channels, {} of them of density",
+                    line.channels(),
+                    density[mode]
+                );
+                let expected = "as many, at least one of density and one of appearance";
+                return Err(part("plane and line", found, expected));
+            }
+        }
+        let products: usize = (0..3).map(|m| tables[m].channels() - density[m]).sum();
+        if basis.inputs() != products {
+            let found = format!("of {} inputs", basis.inputs());
+            let expected = format!("{products}, one an appearance component");
+            return Err(part("basis_mat", found, expected));
+        }
+        let inputs = rules.inputs(basis.outputs());
+        if mlp.inputs() != inputs || mlp.outputs() != 3 {
+            let found = format!("of {} inputs, {} outputs", mlp.inputs(), mlp.outputs());
+            let expected = format!(
+                "{inputs} inputs ({} features, the direction, and their sines and cosines), \
+                 3 outputs",
+                basis.outputs()
+            );
+            return Err(part("renderModule.mlp", found, expected));
+        }
+        Ok(Self {
+            tables,
+            density,
+            basis: Mlp::new(vec![basis])?,
+            mlp,
+            rules,
+            mask: None,
+            notes: Notes::default(),
+            points,
+        })
+    }
+
+    /// What it says besides its numbers.
+    #[must_use]
+    pub const fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    /// Vertices along x, y, z.
+    #[must_use]
+    pub const fn points(&self) -> [usize; 3] {
+        self.points
+    }
+
+    /// What its checkpoint says that is not used.
+    #[must_use]
+    pub const fn notes(&self) -> &Notes {
+        &self.notes
+    }
+
+    /// Takes samples at another distance, in mean voxel edges.
+    pub fn set_step(&mut self, step: f64) {
+        self.rules.step_ratio = step;
+    }
+
+    /// From sample to sample, in the world.
+    fn step(&self) -> f64 {
+        let [low, high] = self.rules.bounds;
+        let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
+        ((high - low) / last).element_sum() / 3.0 * self.rules.step_ratio
+    }
+
+    /// Calls `with` for the components of each mode: those of its plane, those
+    /// of its line, and how many of them are of density.
+    fn modes(&self, features: &[f64], mut with: impl FnMut(&[f64], &[f64], usize)) {
+        let half: usize = self.tables[..3].iter().map(Table::channels).sum();
+        let (mut planes, mut lines) = features.split_at(half);
+        for mode in 0..3 {
+            let channels = self.tables[mode].channels();
+            let (plane, line) = (&planes[..channels], &lines[..channels]);
+            with(plane, line, self.density[mode]);
+            (planes, lines) = (&planes[channels..], &lines[channels..]);
+        }
+    }
+
+    /// The sum of all products of density components.
+    fn density(&self, features: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        self.modes(features, |plane, line, density| {
+            let pairs = plane.iter().zip(line).take(density);
+            sum += pairs.map(|(p, l)| p * l).sum::<f64>();
+        });
+        sum
+    }
+
+    /// Features of appearance.
+    fn appearance(&self, features: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        self.modes(features, |plane, line, density| {
+            let pairs = plane.iter().zip(line).skip(density);
+            out.extend(pairs.map(|(p, l)| p * l));
+        });
+        self.basis.run(out);
+    }
+
+    /// Appends what else the perceptron takes to the features.
+    fn inputs(&self, direction: DVec3, values: &mut Vec<f64>) {
+        let count = values.len();
+        values.extend(direction.to_array());
+        encode(0..count, self.rules.feature_frequencies, values);
+        encode(count..count + 3, self.rules.view_frequencies, values);
+    }
+}
+
+/// Appends the sines of values times 1, 2, 4 and so on, a value after another,
+/// then the cosines.
+fn encode(from: std::ops::Range<usize>, frequencies: usize, all: &mut Vec<f64>) {
+    for wave in [f64::sin, f64::cos] {
+        for i in from.clone() {
+            let value = all[i];
+            all.extend((0..frequencies).map(|k| wave(value * 2f64.powi(k as i32))));
+        }
+    }
+}
+
+impl Field for Tensorf {
+    fn tables(&self) -> &[Table] {
+        &self.tables
+    }
+
+    fn holds(&self, at: DVec3) -> bool {
+        self.mask.as_ref().is_none_or(|mask| mask.holds(at))
+    }
+
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
+        let [low, high] = self.rules.bounds;
+        let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
+        let place = (at - low) / (high - low) * last;
+        for mode in 0..3 {
+            let [a, b] = PLANES[mode];
+            places[mode] = dvec3(place[a], place[b], 0.0);
+            places[3 + mode] = dvec3(place[LINES[mode]], 0.0, 0.0);
+        }
+    }
+
+    fn depth(&self, features: &[f64]) -> f64 {
+        let sum = self.density(features);
+        let density = match self.rules.activation {
+            Activation::Softplus => softplus(sum + self.rules.density_shift),
+            Activation::Relu => sum.max(0.0),
+        };
+        density * self.step() * self.rules.distance_scale
+    }
+
+    fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
+        self.appearance(features, scratch);
+        self.inputs(direction, scratch);
+        self.mlp.run(scratch);
+        DVec3::from([0, 1, 2].map(|i| 1.0 / (1.0 + (-scratch[i]).exp())))
+    }
+
+    fn perceptrons(&self) -> Vec<&Mlp> {
+        vec![&self.basis, &self.mlp]
+    }
+
+    fn directions(&self) -> Directions<'_> {
+        let features = self.basis.outputs();
+        let waves = features + 3 + 2 * features * self.rules.feature_frequencies;
+        Directions::Perceptron {
+            mlp: &self.mlp,
+            inputs: (features..features + 3)
+                .chain(waves..self.mlp.inputs())
+                .collect(),
+            are_harmonics: false,
+        }
+    }
+
+    fn void(&self) -> Option<[u64; 2]> {
+        let filled = &self.mask.as_ref()?.filled;
+        let void = filled.iter().filter(|filled| !**filled).count();
+        Some([void as u64, filled.len() as u64])
+    }
+
+    fn sampling(&self) -> Sampling {
+        Sampling {
+            bounds: self.rules.bounds,
+            step: self.step(),
+            range: [self.rules.near, f64::INFINITY],
+            along: Along::Ray,
+            least_opacity: 0.0,
+            least_weight: self.rules.weight_threshold,
+            stop: STOP,
+        }
+    }
+
+    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+        fixed::coded(self, config)
+    }
+
+    fn bounds(
+        &self,
+        config: &Config,
+        vector: &VectorBounds,
+        _: &Camera,
+    ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
+        Ok(Some(Box::new(bound::bounds(self, config, vector)?)))
+    }
+}

@@ -1,0 +1,301 @@
+//! Lines, planes and volumes of vertices cut into MVoxels: what one filling of
+//! the MVoxel feature table holds (paper, Sec. "Memory Optimizations" and
+//! "Hardware Support").
+//!
+//! An MVoxel of `e` vertices an edge holds `e - 1` whole cells an edge, and
+//! MVoxels follow one another at that stride: the vertices of a shared face
+//! (the *halo*) are stored in both, so that every sample has one entry. With 8
+//! vertices an edge that takes (8/7)^3 = 1.49 times the bytes in bulk.
+//!
+//! Where the halo is *split* nothing is stored twice: MVoxels follow one another
+//! at a stride of `e`, and a sample whose vertices lie in several has an entry in
+//! each. Their unrounded sums are added up and rounded once, so that the picture
+//! is the same bit for bit.
+//!
+//! A sample belongs to the cell whose lower faces it is on or above; on the
+//! upper faces of all, to the last cell. So it has one owner everywhere.
+
+mod seen;
+#[cfg(test)]
+mod tests;
+
+use potamoi_formats::config::MvoxelConfig;
+use serde::Serialize;
+
+use potamoi_reference::weights::FRACTION_BITS;
+
+pub use seen::position_code;
+
+/// How MVoxels share the vertices between them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Halo {
+    /// Stored in both.
+    #[default]
+    Shared,
+    /// Stored once.
+    Split,
+}
+
+/// Where a sample is: its owner, the cell in it, and the place in the cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Number of the MVoxel, x fastest.
+    pub mvoxel: usize,
+    /// Lowest vertex of the cell, from the MVoxel's first vertex.
+    pub local: [usize; 3],
+    /// U1.12 fractions of the way through the cell; 1 only on the upper faces
+    /// of all.
+    pub fraction: [u16; 3],
+}
+
+/// An MVoxel that has vertices of a sample's cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Holder {
+    /// Its number, x fastest.
+    pub mvoxel: usize,
+    /// The axes, by bit, along which it lies behind the owner.
+    pub behind: usize,
+}
+
+/// MVoxels of some vertices. Planes and lines have one vertex along their last
+/// axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tiling {
+    points: [usize; 3],
+    edge: [usize; 3],
+    halo: Halo,
+    /// From MVoxel to MVoxel in vertices: cells an edge whose vertices one MVoxel
+    /// holds, or vertices an edge where the halo is split.
+    stride: [usize; 3],
+    counts: [usize; 3],
+}
+
+/// Vertices along each axis of an MVoxel with so many rows, as the hardware has
+/// them: [`MvoxelConfig::edges`]. Nothing where the rows do not hold the vertices
+/// of a cell.
+pub fn edges(points: [usize; 3], rows: u32) -> Option<[usize; 3]> {
+    let axes = match points {
+        [_, 1, 1] => 1,
+        [_, _, 1] => 2,
+        _ => 3,
+    };
+    let edge = MvoxelConfig { rows }.edges(axes)?;
+    (0..3)
+        .all(|a| points[a] == 1 || edge[a] > 1)
+        .then_some(edge)
+}
+
+/// The lowest vertex of the cell of a place in vertices, held within `points` of
+/// them, and how far through the cell it is: U1.12, 1 only on the upper faces.
+#[inline]
+pub fn cell(points: [usize; 3], place: [f64; 3]) -> ([usize; 3], [u16; 3]) {
+    let (mut low, mut fraction) = ([0; 3], [0; 3]);
+    for axis in 0..3 {
+        let cells = points[axis] - 1;
+        let code = position_code(place[axis]).max(0) as u64;
+        let code = code.min((cells as u64) << FRACTION_BITS);
+        low[axis] = ((code >> FRACTION_BITS) as usize).min(cells.saturating_sub(1));
+        fraction[axis] = (code - ((low[axis] as u64) << FRACTION_BITS)) as u16;
+    }
+    (low, fraction)
+}
+
+impl Tiling {
+    /// MVoxels of at most `edge` vertices along each axis, 2 or more where there
+    /// are as many points.
+    pub fn new(points: [usize; 3], edge: [usize; 3], halo: Halo) -> Self {
+        let stride = match halo {
+            Halo::Shared => edge.map(|edge| (edge - 1).max(1)),
+            Halo::Split => edge,
+        };
+        let along = |axis: usize| match (points[axis], halo) {
+            (1, _) => 1,
+            (points, Halo::Shared) => (points - 1).div_ceil(stride[axis]),
+            (points, Halo::Split) => points.div_ceil(stride[axis]),
+        };
+        Self {
+            points,
+            edge,
+            halo,
+            stride,
+            counts: [0, 1, 2].map(along),
+        }
+    }
+
+    /// The same vertices and edges with another halo.
+    pub(crate) fn with_halo(&self, halo: Halo) -> Self {
+        Self::new(self.points, self.edge, halo)
+    }
+
+    pub(crate) const fn halo(&self) -> Halo {
+        self.halo
+    }
+
+    /// Vertices along each axis.
+    #[must_use]
+    pub const fn points(&self) -> [usize; 3] {
+        self.points
+    }
+
+    /// MVoxels along each axis.
+    #[cfg(test)]
+    pub(crate) const fn counts(&self) -> [usize; 3] {
+        self.counts
+    }
+
+    /// MVoxels in all.
+    pub fn count(&self) -> usize {
+        self.counts.iter().product()
+    }
+
+    #[inline]
+    pub(crate) const fn stride(&self) -> [usize; 3] {
+        self.stride
+    }
+
+    #[inline]
+    pub(crate) const fn number(&self, [x, y, z]: [usize; 3]) -> usize {
+        x + self.counts[0] * (y + self.counts[1] * z)
+    }
+
+    /// Place of an MVoxel among the others, along each axis.
+    #[inline]
+    #[must_use]
+    pub const fn index(&self, mvoxel: usize) -> [usize; 3] {
+        let [x, y, _] = self.counts;
+        [mvoxel % x, mvoxel / x % y, mvoxel / (x * y)]
+    }
+
+    /// The vertex that is an MVoxel's first.
+    #[inline]
+    pub fn first(&self, mvoxel: usize) -> [usize; 3] {
+        let index = self.index(mvoxel);
+        [0, 1, 2].map(|axis| index[axis] * self.stride[axis])
+    }
+
+    /// Vertices along each axis of an MVoxel: fewer than an edge at the upper
+    /// faces of all.
+    #[inline]
+    pub fn extent(&self, mvoxel: usize) -> [usize; 3] {
+        let first = self.first(mvoxel);
+        [0, 1, 2].map(|axis| self.edge[axis].min(self.points[axis] - first[axis]))
+    }
+
+    /// Rows of an MVoxel of `codes`, `channels` a vertex and the first axis
+    /// fastest.
+    pub fn cut(&self, mvoxel: usize, codes: &[i16], channels: usize) -> Vec<i16> {
+        let [wide, high, deep] = self.extent(mvoxel);
+        let [x, y, z] = self.first(mvoxel);
+        let mut rows = Vec::with_capacity(wide * high * deep * channels);
+        for plane in z..z + deep {
+            for line in y..y + high {
+                let start = x + self.points[0] * (line + self.points[1] * plane);
+                rows.extend_from_slice(&codes[start * channels..][..wide * channels]);
+            }
+        }
+        rows
+    }
+
+    /// The MVoxel that owns a cell, given by its lowest vertex, and the cell's
+    /// lowest vertex from the MVoxel's first.
+    #[inline]
+    pub fn owner(&self, low: [usize; 3]) -> (usize, [usize; 3]) {
+        let number = self.number([0, 1, 2].map(|axis| low[axis] / self.stride[axis]));
+        (number, [0, 1, 2].map(|axis| low[axis] % self.stride[axis]))
+    }
+
+    /// The owner of a place in vertices, held to them and rounded to 12 fraction
+    /// bits.
+    #[inline]
+    pub fn locate(&self, at: [f64; 3]) -> Place {
+        let (low, fraction) = cell(self.points, at);
+        self.place(low, fraction)
+    }
+
+    /// The owner of a cell and a place in it.
+    #[inline]
+    pub fn place(&self, low: [usize; 3], fraction: [u16; 3]) -> Place {
+        let (mvoxel, local) = self.owner(low);
+        Place {
+            mvoxel,
+            local,
+            fraction,
+        }
+    }
+
+    /// Rows of the eight corners of a place's cell, all of which its owner holds;
+    /// bit 0 of the corner's index is x, bit 1 y, bit 2 z. Only corners along axes
+    /// of more than one vertex are meant.
+    #[inline]
+    pub(crate) fn corner_rows(&self, place: &Place) -> [u16; 8] {
+        let [wide, high, _] = self.extent(place.mvoxel);
+        let mut rows = [0; 8];
+        for (corner, row) in rows.iter_mut().enumerate() {
+            let [x, y, z] = [0, 1, 2].map(|axis| place.local[axis] + (corner >> axis & 1));
+            *row = (x + wide * (y + high * z)) as u16;
+        }
+        rows
+    }
+
+    /// The axes, by bit, along which the far vertices of a place's cell lie in
+    /// the next MVoxel; none where faces are shared.
+    #[inline]
+    pub fn straddles(&self, place: &Place) -> usize {
+        if self.halo == Halo::Shared {
+            return 0;
+        }
+        let over =
+            |axis: &usize| self.points[*axis] > 1 && place.local[*axis] + 1 == self.edge[*axis];
+        (0..3).filter(over).fold(0, |bits, axis| bits | 1 << axis)
+    }
+
+    /// The MVoxels that hold vertices of a place's cell, the owner first.
+    #[inline]
+    pub fn holders(&self, place: &Place) -> impl Iterator<Item = Holder> + use<> {
+        let across = self.straddles(place);
+        let owner = place.mvoxel;
+        let [x, y, _] = self.counts;
+        let ahead = [1, x, x * y];
+        let all = (0..8usize).filter(move |bits| bits & !across == 0);
+        all.map(move |behind| {
+            let next = (0..3).filter(|axis| behind >> axis & 1 == 1);
+            Holder {
+                mvoxel: owner + next.map(|axis| ahead[axis]).sum::<usize>(),
+                behind,
+            }
+        })
+    }
+
+    /// Rows of the corners of a place's cell in one of its holders, and which
+    /// corners are there, by bit. Those that are not have row 0.
+    pub fn part_rows(&self, place: &Place, holder: Holder) -> ([u16; 8], u8) {
+        let across = self.straddles(place);
+        let [wide, high, _] = self.extent(holder.mvoxel);
+        let (mut rows, mut held) = ([0; 8], 0);
+        for (corner, row) in rows.iter_mut().enumerate() {
+            if corner & across != holder.behind {
+                continue;
+            }
+            held |= 1 << corner;
+            let at = |axis: usize| match (across >> axis & 1, corner >> axis & 1) {
+                (1, 1) => 0,
+                (_, bit) => place.local[axis] + bit,
+            };
+            *row = (at(0) + wide * (at(1) + high * at(2))) as u16;
+        }
+        (rows, held)
+    }
+
+    /// The last row of the corners of a place's cell in one of its holders.
+    pub fn last_row(&self, place: &Place, holder: Holder) -> u16 {
+        let across = self.straddles(place);
+        let [wide, high, _] = self.extent(holder.mvoxel);
+        let at = |axis: usize| match (across >> axis & 1, holder.behind >> axis & 1) {
+            (1, 0) => place.local[axis],
+            (1, _) => 0,
+            _ => place.local[axis] + usize::from(self.points[axis] > 1),
+        };
+        (at(0) + wide * (at(1) + high * at(2))) as u16
+    }
+}

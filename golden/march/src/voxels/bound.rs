@@ -1,0 +1,270 @@
+//! How far the fixed renderer may be from the float one, derived.
+
+use super::fixed::{BACKGROUND, FixedOptions};
+use super::formats::Formats;
+use super::grid::Grid;
+use super::ray::Ray;
+use potamoi_base::camera::Camera;
+use potamoi_reference::bounds::VectorBounds;
+
+/// Differences within a grid, by channel: the most between vertices of a cell,
+/// and between neighbours along each axis.
+struct Ranges {
+    cell: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+impl Ranges {
+    fn new(grid: &Grid) -> Self {
+        let (points, channels) = (grid.points(), grid.layout().channels());
+        let at = |x: usize, y: usize, z: usize, c: usize| {
+            let vertex = x + points[0] * (y + points[1] * z);
+            f64::from(grid.features()[vertex * channels + c])
+        };
+        let mut ranges = Self {
+            cell: vec![0.0; channels],
+            slope: vec![0.0; channels],
+        };
+        for c in 0..channels {
+            let mut slope = [0f64; 3];
+            for z in 0..points[2] - 1 {
+                for y in 0..points[1] - 1 {
+                    for x in 0..points[0] - 1 {
+                        let corner = |i: usize| at(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2), c);
+                        let all = [0, 1, 2, 3, 4, 5, 6, 7].map(corner);
+                        let high = all.into_iter().fold(f64::MIN, f64::max);
+                        let low = all.into_iter().fold(f64::MAX, f64::min);
+                        ranges.cell[c] = ranges.cell[c].max(high - low);
+                        for (axis, slope) in slope.iter_mut().enumerate() {
+                            for i in (0..8).filter(|i| i >> axis & 1 == 0) {
+                                *slope = slope.max((all[i | 1 << axis] - all[i]).abs());
+                            }
+                        }
+                    }
+                }
+            }
+            ranges.slope[c] = slope.iter().sum();
+        }
+        ranges
+    }
+}
+
+impl Ranges {
+    /// What a gathered feature may be off by.
+    fn off(&self, formats: &Formats, channel: usize) -> f64 {
+        let format = match channel {
+            0 => formats.density,
+            _ => formats.colour,
+        };
+        let unit = 2f64.powi(-(formats.weight_bits as i32));
+        format.ulp() + 3.5 * unit * self.cell[channel] + 2f64.powi(-13) * self.slope[channel]
+    }
+}
+
+/// What an opacity may be off by of a density that is off by its format alone.
+#[must_use]
+pub fn opacity_off(formats: &Formats, powers: &VectorBounds, step: f64) -> f64 {
+    let unit = powers.one_minus_exp * formats.alpha.ulp();
+    step * formats.density.ulp() + formats.depth.ulp() + unit
+}
+
+/// What each pixel's colour and transmittance may be off by.
+///
+/// A feature is off by half a unit where it is coded and half where it comes
+/// out of the gathering unit; by half of `sum |dw|` times the range in its
+/// cell, where `1 + 2 + 4` splits that are off by 2^-W / 2 on both sides make
+/// `sum |dw|` at most 7 x 2^-W; and by 2^-13 of its slope along each axis, where
+/// its position is rounded. An opacity is off
+/// by as much as its optical depth, and by its unit's error. The picture is
+/// affine in each opacity, and replacing one of them, those behind it replaced
+/// already, moves it by the light that still reaches it times the difference,
+/// times at most the brightest colour.
+///
+/// Where rays stop, each of the two leaves out what less than its limit lets through: `stop_below` in
+/// floating point.
+#[must_use]
+pub fn error_bounds(
+    grid: &Grid,
+    formats: &Formats,
+    powers: &VectorBounds,
+    camera: &Camera,
+    options: &FixedOptions,
+    stop_below: f64,
+) -> Vec<[f64; 2]> {
+    let step = options.step;
+    let ranges = Ranges::new(grid);
+    let channels = grid.layout().channels();
+    let off = |c: usize| ranges.off(formats, c);
+    let interpolated = off(0) - formats.density.ulp();
+    let alpha_off = opacity_off(formats, powers, step) + step * interpolated;
+    let behind = options
+        .background
+        .iter()
+        .fold(0.0, |m, v| f64::max(m, f64::from(*v)));
+    let cut_off = if options.terminate {
+        options.stop_below.max(stop_below)
+    } else {
+        0.0
+    };
+    let n = grid.layout().coefficients();
+    let largest: Vec<f64> = (0..channels)
+        .map(|c| {
+            let of_channel = grid.features().iter().skip(c).step_by(channels);
+            of_channel.fold(0.0, |m, v| f64::max(m, f64::from(v.abs())))
+        })
+        .collect();
+    let is_dark = |c: usize| {
+        let mut of_channel = grid.features().iter().skip(c).step_by(channels);
+        of_channel.any(|v| *v < 0.0)
+    };
+    let span = match n > 1 || (1..channels).any(is_dark) {
+        true => 2.0,
+        false => 1.0,
+    };
+    let mut out = Vec::new();
+    for y in 0..camera.height {
+        for x in 0..camera.width {
+            let (_, d) = camera.ray(x, y);
+            let ray = Ray::new(grid.points(), grid.to_grid(camera.position()), d, step);
+            let basis = [1.0, d.x.abs(), d.y.abs(), d.z.abs()];
+            let (mut brightest, mut colour_off) = (behind, BACKGROUND.ulp() / 2.0);
+            for c in 0..3 {
+                let of = |f: &dyn Fn(usize) -> f64| -> f64 {
+                    (0..n).map(|i| basis[i] * f(1 + c * n + i)).sum()
+                };
+                brightest = brightest.max(of(&|i| largest[i]));
+                // Directions have 14 fraction bits; their sum is rounded once.
+                let turned: f64 = (1..n).map(|i| largest[1 + c * n + i]).sum();
+                let rounded = if n == 1 {
+                    0.0
+                } else {
+                    formats.colour.ulp() / 2.0
+                };
+                colour_off = colour_off.max(of(&off) + turned * 2f64.powi(-15) + rounded);
+            }
+            let (mut left, mut reach, mut seen) = (1.0, 0.0, 0.0);
+            let mut values = vec![0.0; channels];
+            for k in 0..ray.samples {
+                grid.sample(ray.at(k), &mut values);
+                if values[0] + off(0) <= 0.0 {
+                    continue;
+                }
+                reach += left * alpha_off;
+                seen += 1.0;
+                left *= (-values[0].max(0.0) * step).exp();
+            }
+            let rounding = seen * 2f64.powi(-(options.transmittance_bits as i32));
+            let products = seen * 2f64.powi(-1 - formats.pixel_bits() as i32);
+            let written = 2.0 * brightest * 2f64.powi(-24);
+            let apart = reach + rounding + cut_off;
+            // Both pictures lie between the darkest and the brightest.
+            let moved = (brightest * apart + colour_off).min(span * brightest + colour_off);
+            out.push([moved + products + written, apart.min(1.0)]);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use potamoi_formats::config::Config;
+    use potamoi_formats::rit::{RitEntry, Vertices};
+    use rand::{Rng, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::super::formats::code;
+    use super::super::grid::Layout;
+    use super::*;
+    use glam::DVec3;
+    use potamoi_reference::GatherTask;
+    use potamoi_reference::exp::ExpTwin;
+    use potamoi_reference::gather::GatherTwin;
+    use potamoi_reference::weights::trilinear;
+
+    fn config(text: &str) -> Config {
+        Config::from_toml(text, "test").unwrap()
+    }
+
+    /// Opacities of all densities, where each part of the bound is the largest by turns: none is
+    /// farther off, and the farthest nearly as far.
+    #[test]
+    fn opacities_are_off_by_what_they_may_be_and_hardly_less() {
+        let grid = Grid::bake([2; 3], DVec3::ZERO, 1.0, Layout::Constant, |_, out| {
+            out.copy_from_slice(&[3.0, 1.0, 1.0, 1.0]);
+        })
+        .unwrap();
+        for (text, least) in [
+            ("", 0.25),
+            ("[gu]\nfeature_bits = 8", 0.4),
+            ("[vu.exp]\niterations = 6", 0.5),
+            ("[vu.exp]\none_minus_frac_bits = 10", 0.5),
+        ] {
+            let config = config(text);
+            let formats = Formats::new(&grid, &config).unwrap();
+            let twin = ExpTwin::new(&config.vu.exp);
+            let step = 0.5;
+            let off = |i: i32| {
+                let density = 3.0 * f64::from(i) / 20_000.0;
+                let code = i64::from(code(formats.density, density as f32));
+                let depth = (code * i64::from(Formats::step_code(step))) >> formats.depth_shift();
+                let alpha = f64::from(twin.one_minus_exp(depth as i32)) * formats.alpha.ulp();
+                (alpha + (-density * step).exp_m1()).abs()
+            };
+            let most = (0..=20_000).map(off).fold(0.0, f64::max);
+            let part =
+                most / opacity_off(&formats, &VectorBounds::by_formula(&config.vu.exp), step);
+            println!("{text:?}: {part:.3} of the bound");
+            assert!((least..=1.0).contains(&part), "{text:?}: {part}");
+        }
+    }
+
+    /// Features gathered anywhere in cells of extremes, weights and codes of few bits by turns: none is
+    /// farther off than it may be, and the farthest nearly as far.
+    #[test]
+    fn gathered_features_are_off_by_what_they_may_be_and_hardly_less() {
+        let mut random = Pcg64Mcg::seed_from_u64(5);
+        for (text, least) in [
+            ("", 0.25),
+            ("[gu]\nweight_bits = 6", 0.25),
+            ("[gu]\nfeature_bits = 8", 0.25),
+        ] {
+            let config = config(text);
+            let twin = GatherTwin::new(&config);
+            let mut most = 0f64;
+            for _ in 0..400 {
+                let corners: [f32; 8] =
+                    std::array::from_fn(|_| [-1.0, 0.3, 1.0][random.random_range(0..3)]);
+                let grid = Grid::bake([2; 3], DVec3::ZERO, 1.0, Layout::Constant, |at, out| {
+                    let corner = at.x as usize + 2 * (at.y as usize) + 4 * (at.z as usize);
+                    out.fill(corners[corner]);
+                })
+                .unwrap();
+                let formats = Formats::new(&grid, &config).unwrap();
+                let bound = Ranges::new(&grid).off(&formats, 1);
+                for _ in 0..200 {
+                    let at = DVec3::from_array(random.random());
+                    let fraction = (at * 4096.0).round().to_array().map(|v| v as u16);
+                    let task = GatherTask {
+                        vertices: Vertices::Eight,
+                        channels: 1,
+                        rows: corners.map(|v| code(formats.colour, v)).to_vec(),
+                        entries: vec![RitEntry {
+                            slot: 0,
+                            rows: [0, 1, 2, 3, 4, 5, 6, 7],
+                            weights: trilinear(fraction, config.gu.weight_bits),
+                        }],
+                    };
+                    let mut features = vec![];
+                    twin.gather(&task, &mut features).unwrap();
+                    let mut exact = [0.0; 4];
+                    grid.sample(at, &mut exact);
+                    let found = f64::from(features[0]) * formats.colour.ulp();
+                    most = most.max((found - exact[1]).abs() / bound);
+                }
+            }
+            println!("{text:?}: {most:.3} of the bound");
+            assert!((least..=1.0).contains(&most), "{text:?}: {most}");
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! Compositing samples in the hardware's formats, through the vector unit.
+//!
+//! | step | operation | result |
+//! |---|---|---|
+//! | alpha | the head's | U0.F, exactly 0 where nothing is |
+//! | T' | T times 2^F - alpha, shift F, half up; to fewer bits where the head says so | U1.20 |
+//! | colour | the head's, of samples that are seen | its own format |
+//! | product | T - T' times the colour, half even | 20 to 24 fraction bits |
+//!
+//! Products are summed exactly. The weights T - T' and what is left of T add up
+//! to exactly 1, but for weights that a head leaves out.
+//!
+//! A ray stops where the exact product T (2^F - alpha) is below the head's limit,
+//! 1e-3 unless it has another, before it is rounded.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use potamoi_formats::fixed::Rounding;
+use potamoi_formats::units::{OpCode, VectorOp};
+
+use super::error::VoxelError;
+use super::formats::TRANSMITTANCE;
+use super::head::{Head, Lanes, Opacities};
+use super::schedule::Span;
+use potamoi_reference::Units;
+
+const CLEAR: i32 = 1 << TRANSMITTANCE.frac_bits();
+
+/// Counts of what the vector unit and the MAC array were given.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Work {
+    pub(crate) elements: BTreeMap<OpCode, u64>,
+    /// Products of the MAC array.
+    pub(crate) products: u64,
+    /// Sums of the MAC array that were held at an end of their format.
+    pub(crate) held: u64,
+    /// Sines and cosines of features.
+    pub(crate) waves: u64,
+    /// Samples that added to a pixel.
+    pub(crate) composited: u64,
+    pub(crate) stopped: u64,
+}
+
+/// The rays of a group while they are composited.
+pub struct Compositor<'h> {
+    head: &'h dyn Head,
+    colour: ColourScale,
+    /// A ray stops where T (2^F - alpha), 20 + F fraction bits, is below.
+    stop: Option<i64>,
+    /// [`Head::direction_codes`] a ray.
+    directions: Vec<i16>,
+    /// U1.20.
+    pub(crate) transmittance: Vec<i32>,
+    /// [`ColourScale::pixel_bits`] fraction bits.
+    pub(crate) sums: Vec<[i64; 3]>,
+    /// Samples of each ray up to where it stopped; `u32::MAX` while it goes on.
+    pub(crate) stops: Vec<u32>,
+    /// Samples of each ray in the batches before.
+    passed: Vec<u32>,
+}
+
+/// One sample that is seen.
+struct Seen {
+    ray: u32,
+    entry: u32,
+    weight: i32,
+}
+
+impl<'h> Compositor<'h> {
+    /// For rays along unit directions in the world, that stop where less than `stop` is left, if at
+    /// all.
+    pub fn new(
+        head: &'h dyn Head,
+        stop: Option<f64>,
+        towards: impl ExactSizeIterator<Item = DVec3>,
+    ) -> Self {
+        let bits = (TRANSMITTANCE.frac_bits() + head.alpha_bits()) as i32;
+        let rays = towards.len();
+        let mut directions = Vec::with_capacity(rays * head.direction_codes());
+        for towards in towards {
+            head.encode(towards, &mut directions);
+        }
+        Self {
+            head,
+            colour: ColourScale::of(head.colour_bits()),
+            stop: stop.map(|stop| (stop * 2f64.powi(bits)).ceil() as i64),
+            directions,
+            transmittance: vec![CLEAR; rays],
+            sums: vec![[0; 3]; rays],
+            stops: vec![u32::MAX; rays],
+            passed: vec![0; rays],
+        }
+    }
+
+    /// Fraction bits of the sums.
+    pub fn pixel_bits(&self) -> u32 {
+        self.colour.pixel_bits()
+    }
+
+    /// Whether a ray goes on.
+    pub fn is_alive(&self, ray: u32) -> bool {
+        self.stops[ray as usize] == u32::MAX
+    }
+
+    /// Composites the features of a batch, in which a ray has one span at most.
+    pub fn run(
+        &mut self,
+        features: &[i16],
+        spans: &[Span],
+        units: &mut dyn Units,
+        work: &mut Work,
+    ) -> Result<(), VoxelError> {
+        let mut lanes = Lanes { units, work };
+        let Opacities { mut alpha, kept } = self.head.opacities(features, &mut lanes)?;
+        let [least, _] = self.head.least();
+        for alpha in &mut alpha {
+            if *alpha <= least {
+                *alpha = 0;
+            }
+        }
+        let seen = self.chain(&alpha, spans, units, work)?;
+        self.add(&kept, &seen, units, work)
+    }
+
+    /// Follows each ray through its span: all first samples, all second ones,
+    /// and so on.
+    fn chain(
+        &mut self,
+        alpha: &[i32],
+        spans: &[Span],
+        units: &mut dyn Units,
+        work: &mut Work,
+    ) -> Result<Vec<Seen>, VoxelError> {
+        let bits = self.head.alpha_bits();
+        let [_, least] = self.head.least();
+        let spare = TRANSMITTANCE
+            .frac_bits()
+            .saturating_sub(self.head.transmittance_bits());
+        let op = VectorOp {
+            code: OpCode::Multiply,
+            shift: (bits + spare) as u8,
+            rounding: Rounding::HalfUp,
+        };
+        let mut seen = Vec::new();
+        let mut live: Vec<Span> = spans.to_vec();
+        let mut at = 0;
+        while !live.is_empty() {
+            let a: Vec<i32> = live
+                .iter()
+                .map(|s| self.transmittance[s.ray as usize])
+                .collect();
+            let b: Vec<i32> = live
+                .iter()
+                .map(|s| (1 << bits) - alpha[(s.start + at) as usize])
+                .collect();
+            let mut next = Lanes { units, work }.compute(op, &a, &b)?;
+            next.iter_mut().for_each(|left| *left <<= spare);
+            for (i, span) in live.iter().enumerate() {
+                let ray = span.ray as usize;
+                let weight = a[i] - next[i];
+                if weight > least {
+                    seen.push(Seen {
+                        ray: span.ray,
+                        entry: span.start + at,
+                        weight,
+                    });
+                }
+                self.transmittance[ray] = next[i];
+                let exact = i64::from(a[i]) * i64::from(b[i]);
+                if self.stop.is_some_and(|stop| exact < stop) {
+                    self.stops[ray] = self.passed[ray] + at + 1;
+                    work.stopped += 1;
+                }
+            }
+            at += 1;
+            live.retain(|s| s.len > at && self.is_alive(s.ray));
+        }
+        for span in spans {
+            self.passed[span.ray as usize] += span.len;
+        }
+        work.composited += seen.len() as u64;
+        Ok(seen)
+    }
+
+    fn add(
+        &mut self,
+        kept: &[i16],
+        seen: &[Seen],
+        units: &mut dyn Units,
+        work: &mut Work,
+    ) -> Result<(), VoxelError> {
+        let (width, codes) = (self.head.kept(), self.head.direction_codes());
+        let mut rows = Vec::with_capacity(seen.len() * width);
+        let mut towards = Vec::with_capacity(seen.len() * codes);
+        for s in seen {
+            rows.extend_from_slice(&kept[s.entry as usize * width..][..width]);
+            towards.extend_from_slice(&self.directions[s.ray as usize * codes..][..codes]);
+        }
+        let mut lanes = Lanes { units, work };
+        let colour = self.head.colours(&rows, &towards, &mut lanes)?;
+        let weight: Vec<i32> = seen.iter().flat_map(|s| [s.weight; 3]).collect();
+        let op = VectorOp {
+            code: OpCode::Multiply,
+            shift: self.colour.shift() as u8,
+            rounding: Rounding::HalfEven,
+        };
+        let products = lanes.compute(op, &weight, &colour)?;
+        for (s, product) in seen.iter().zip(products.as_chunks::<3>().0) {
+            for (sum, p) in self.sums[s.ray as usize].iter_mut().zip(product) {
+                *sum += i64::from(*p);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Fraction bits of colours on their way to a pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ColourScale {
+    frac_bits: u32,
+}
+
+impl ColourScale {
+    pub(crate) const fn of(frac_bits: u32) -> Self {
+        Self { frac_bits }
+    }
+
+    /// Bits that are dropped from weight times colour: the product of 20 and 18
+    /// bits must fit 31, and 24 fraction bits are enough.
+    pub(crate) fn shift(self) -> u32 {
+        (self.frac_bits + TRANSMITTANCE.frac_bits())
+            .saturating_sub(24)
+            .max(7)
+    }
+
+    /// Fraction bits of a pixel's colour: 13 to 24, 20 or more for colours with
+    /// at least 7 fraction bits.
+    pub(super) fn pixel_bits(self) -> u32 {
+        self.frac_bits + TRANSMITTANCE.frac_bits() - self.shift()
+    }
+}
+
+/// Fraction bits of a pixel's sums of colours of so many.
+pub fn pixel_bits(colour_bits: u32) -> u32 {
+    ColourScale::of(colour_bits).pixel_bits()
+}

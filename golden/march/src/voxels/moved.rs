@@ -1,0 +1,93 @@
+//! What ray groups move, counted without gathers where it is known where rays
+//! stop.
+
+use potamoi_formats::rit::Vertices;
+
+use super::counts::FixedStats;
+use super::error::VoxelError;
+use super::fixed::{FixedOptions, Volume, check};
+use super::schedule::{Group, Schedule};
+use super::split::ready;
+use crate::streams::Visit;
+use potamoi_base::camera::Camera;
+
+/// Groups, MVoxels, entries and streams of what [`super::render_volume`] does with
+/// the same options for a frame whose rays stop behind so many gathered samples
+/// ([`super::FixedFrame::stops`]).
+///
+/// # Errors
+/// As [`super::render_volume`], or stops that are not one a pixel.
+pub fn moved(
+    volume: &Volume<'_>,
+    camera: &Camera,
+    options: &FixedOptions,
+    stops: &[u32],
+) -> Result<FixedStats, VoxelError> {
+    let rays = check(&volume.placement, volume.mvoxels, camera, options)?;
+    let [width, height] = rays.size();
+    if stops.len() as u64 != u64::from(width) * u64::from(height) {
+        return Err(VoxelError::Option {
+            field: "stops",
+            value: stops.len().to_string(),
+            expected: "one a pixel",
+        });
+    }
+    let schedule = Schedule::new(volume.mvoxels, rays, options.group_side, options.skip)?;
+    let mut stats = FixedStats::default();
+    for number in 0..schedule.groups() {
+        let group = schedule.group(number);
+        stats.groups += 1;
+        stats.rays += group.rays.len() as u64;
+        stats.samples += Schedule::samples(&group);
+        let own = group.pixels.iter();
+        let own = own.map(|[x, y]| stops[(y * width + x) as usize]);
+        count(&schedule, &group, &own.collect::<Vec<_>>(), &mut stats);
+    }
+    Ok(stats)
+}
+
+/// Counts the MVoxels of a group: of each ray those up to the distance at which it
+/// stops, to their ends.
+fn count(schedule: &Schedule<'_>, group: &Group, stops: &[u32], stats: &mut FixedStats) {
+    let (mvoxels, tiling) = (schedule.mvoxels, schedule.mvoxels.tiling());
+    let last: Vec<u32> = ready(schedule, group)
+        .iter()
+        .zip(stops)
+        .map(|(list, stop)| {
+            let done = list.iter().find(|ready| ready.samples >= *stop);
+            done.map_or(u32::MAX, |ready| ready.distance)
+        })
+        .collect();
+    for same in group.crossings.chunk_by(|a, b| a.mvoxel == b.mvoxel) {
+        let mut visit = Visit {
+            vertices: Vertices::Eight,
+            channels: mvoxels.channels(),
+            rows: 0,
+            whole: 0,
+            split: 0,
+        };
+        for crossing in same.iter().filter(|c| c.distance <= last[c.ray as usize]) {
+            let ray = &group.rays[crossing.ray as usize];
+            for k in crossing.first..crossing.end {
+                let Some(place) = schedule.place(ray, k) else {
+                    continue;
+                };
+                let mut holders = tiling.holders(&place);
+                let Some(holder) = holders.find(|h| h.mvoxel == crossing.mvoxel as usize) else {
+                    continue;
+                };
+                visit.rows = visit
+                    .rows
+                    .max(u64::from(tiling.last_row(&place, holder)) + 1);
+                if tiling.straddles(&place) == 0 {
+                    visit.whole += 1;
+                } else {
+                    visit.split += 1;
+                }
+            }
+        }
+        if visit.rows > 0 {
+            stats.count([&visit], mvoxels.unit_streams());
+        }
+    }
+}

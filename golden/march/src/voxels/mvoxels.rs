@@ -1,0 +1,316 @@
+//! A grid's features as codes in MVoxels ([`crate::tiling`]), and which of them
+//! can give opacity.
+
+use glam::DVec3;
+use potamoi_formats::config::{Config, Sums};
+
+use super::error::VoxelError;
+use super::formats::{Formats, code};
+use super::grid::Grid;
+use crate::streams::UnitStreams;
+use crate::tiling::{Halo, Place, Tiling, edges};
+use potamoi_reference::gather::Reducer;
+
+/// A grid's features as codes, cut into MVoxels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MVoxels {
+    tiling: Tiling,
+    channels: usize,
+    reducer: Reducer,
+    unit_streams: UnitStreams,
+    /// Whether the unit returns unrounded sums.
+    exact_sums: bool,
+    /// Of codes that are a grid's.
+    formats: Option<Formats>,
+    mask: Option<Mask>,
+    /// Rows of each MVoxel, x fastest.
+    rows: Vec<Vec<i16>>,
+    /// A bit a cell: whether a vertex of it can give opacity.
+    cells: Vec<u64>,
+    occupied: Vec<bool>,
+}
+
+/// A grid of its own that says where anything may be.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Mask {
+    /// Vertices along x, y, z.
+    pub points: [usize; 3],
+    /// One a vertex, x fastest.
+    pub filled: Vec<bool>,
+    /// From a place in vertices of the field to one in vertices of the mask.
+    pub scale: DVec3,
+    /// Added after scaling.
+    pub shift: DVec3,
+}
+
+impl Mask {
+    /// Whether the nearest vertex is filled; outside, nothing is.
+    #[must_use]
+    pub fn holds(&self, at: DVec3) -> bool {
+        let near = (at * self.scale + self.shift).round();
+        let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
+        if !(near.cmpge(DVec3::ZERO).all() && near.cmple(last).all()) {
+            return false;
+        }
+        let [x, y, z] = near.to_array().map(|v| v as usize);
+        let index = x + self.points[0] * (y + self.points[1] * z);
+        self.filled.get(index).copied().unwrap_or_default()
+    }
+}
+
+impl MVoxels {
+    /// Rounds a grid's features to codes and cuts it into the largest cubic
+    /// MVoxels that the configuration's rows hold.
+    ///
+    /// # Errors
+    /// As [`Formats::new`], or rows for less than 2 x 2 x 2 vertices.
+    pub fn new(grid: &Grid, config: &Config) -> Result<Self, VoxelError> {
+        let formats = Formats::new(grid, config)?;
+        let channels = grid.layout().channels();
+        let codes = grid.features().iter().enumerate();
+        let codes = codes.map(|(i, v)| match i % channels {
+            0 => code(formats.density, *v),
+            _ => code(formats.colour, *v),
+        });
+        let codes: Vec<i16> = codes.collect();
+        let mut made = Self::of_codes(grid.points(), channels, &codes, config, |v| v[0] > 0)?;
+        made.formats = Some(formats);
+        Ok(made)
+    }
+
+    /// Cuts `codes`, `channels` a vertex and x fastest, into the largest cubic
+    /// MVoxels that the configuration's rows hold. `counts` says whether a
+    /// vertex can give opacity.
+    ///
+    /// # Errors
+    /// Rows for less than 2 x 2 x 2 vertices, or codes that are not one a
+    /// vertex and channel.
+    pub fn of_codes(
+        points: [usize; 3],
+        channels: usize,
+        codes: &[i16],
+        config: &Config,
+        counts: impl Fn(&[i16]) -> bool,
+    ) -> Result<Self, VoxelError> {
+        let expected = points.iter().product::<usize>() * channels;
+        if codes.len() != expected || channels == 0 || points.iter().any(|p| *p < 2) {
+            return Err(VoxelError::Grid {
+                field: "codes",
+                value: format!("{} of {points:?} x {channels}", codes.len()),
+                expected: "one a vertex and channel of 2 x 2 x 2 vertices or more".to_owned(),
+            });
+        }
+        let Some(edge) = edges(points, config.mvoxel.rows) else {
+            return Err(VoxelError::Config {
+                field: "mvoxel.rows",
+                value: config.mvoxel.rows.to_string(),
+                expected: "8 rows or more, for 2 x 2 x 2 vertices".to_owned(),
+            });
+        };
+        let mut mvoxels = Self {
+            tiling: Tiling::new(points, edge, Halo::Shared),
+            channels,
+            reducer: Reducer::new(config),
+            unit_streams: UnitStreams::of(config),
+            exact_sums: config.gu.sums == Sums::Exact,
+            formats: None,
+            mask: None,
+            rows: Vec::new(),
+            cells: Vec::new(),
+            occupied: Vec::new(),
+        };
+        mvoxels.cut(codes);
+        mvoxels.find_occupied(codes, counts);
+        Ok(mvoxels)
+    }
+
+    fn cut(&mut self, codes: &[i16]) {
+        let (tiling, channels) = (self.tiling, self.channels);
+        let all = 0..tiling.count();
+        self.rows = all.map(|m| tiling.cut(m, codes, channels)).collect();
+    }
+
+    /// The same vertices, cut with another halo.
+    #[must_use]
+    pub fn with_halo(&self, halo: Halo) -> Self {
+        let mut made = Self {
+            tiling: self.tiling.with_halo(halo),
+            rows: vec![],
+            ..self.clone()
+        };
+        made.cut(&self.codes());
+        made.occupied = vec![false; made.rows.len()];
+        let [x, y, z] = self.points().map(|p| p - 1);
+        for index in (0..x * y * z).filter(|i| self.cells[i / 64] >> (i % 64) & 1 == 1) {
+            let cell = [index % x, index / x % y, index / (x * y)];
+            made.occupied[made.tiling.owner(cell).0] = true;
+        }
+        made
+    }
+
+    /// The codes of all vertices, x fastest.
+    fn codes(&self) -> Vec<i16> {
+        let [nx, ny, nz] = self.points();
+        let mut codes = vec![0; nx * ny * nz * self.channels];
+        for (mvoxel, rows) in self.rows.iter().enumerate() {
+            let [x, y, z] = self.tiling.first(mvoxel);
+            let [wide, high, _] = self.tiling.extent(mvoxel);
+            for (line, own) in rows.chunks_exact(wide * self.channels).enumerate() {
+                let start = x + nx * (y + line % high + ny * (z + line / high));
+                codes[start * self.channels..][..own.len()].copy_from_slice(own);
+            }
+        }
+        codes
+    }
+
+    /// The same, with a mask outside which no sample is.
+    #[must_use]
+    pub fn masked(mut self, mask: Mask) -> Self {
+        self.mask = Some(mask);
+        self
+    }
+
+    fn find_occupied(&mut self, codes: &[i16], counts: impl Fn(&[i16]) -> bool) {
+        let [nx, ny, _] = self.points();
+        let cells = self.points().map(|p| p - 1);
+        self.cells = vec![0; cells.iter().product::<usize>().div_ceil(64)];
+        self.occupied = vec![false; self.rows.len()];
+        for (vertex, channels) in codes.chunks_exact(self.channels).enumerate() {
+            if !counts(channels) {
+                continue;
+            }
+            let at = [vertex % nx, vertex / nx % ny, vertex / (nx * ny)];
+            for corner in 0..8 {
+                let mut cell = [0; 3];
+                let inside = (0..3).all(|axis| {
+                    let c = at[axis].wrapping_sub(corner >> axis & 1);
+                    cell[axis] = c;
+                    c < cells[axis]
+                });
+                if inside {
+                    let index = self.cell_index(cell);
+                    self.cells[index / 64] |= 1 << (index % 64);
+                    self.occupied[self.tiling.owner(cell).0] = true;
+                }
+            }
+        }
+    }
+
+    fn cell_index(&self, [x, y, z]: [usize; 3]) -> usize {
+        let [wide, high, _] = self.points();
+        x + (wide - 1) * (y + (high - 1) * z)
+    }
+
+    /// How vertices are cut.
+    pub(crate) fn tiling(&self) -> &Tiling {
+        &self.tiling
+    }
+
+    /// How MVoxels share vertices.
+    #[must_use]
+    pub fn halo(&self) -> Halo {
+        self.tiling.halo()
+    }
+
+    /// The arithmetic of sums.
+    #[must_use]
+    pub fn reducer(&self) -> &Reducer {
+        &self.reducer
+    }
+
+    /// How often the ray index table is read.
+    #[must_use]
+    pub fn unit_streams(&self) -> UnitStreams {
+        self.unit_streams
+    }
+
+    /// Whether the unit returns unrounded sums, of parts of cells too.
+    #[must_use]
+    pub fn has_exact_sums(&self) -> bool {
+        self.exact_sums
+    }
+
+    /// Vertices of the grid along x, y, z.
+    #[must_use]
+    pub fn points(&self) -> [usize; 3] {
+        self.tiling.points()
+    }
+
+    /// Channels `C` of a vertex.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The formats of the codes, where they are a grid's.
+    #[must_use]
+    pub fn formats(&self) -> Option<&Formats> {
+        self.formats.as_ref()
+    }
+
+    /// Fraction bits of weights.
+    #[must_use]
+    pub fn weight_bits(&self) -> u32 {
+        self.reducer.weight_bits()
+    }
+
+    /// Whether anything may be at a place in vertices: the mask's word, or yes.
+    #[must_use]
+    pub fn holds(&self, at: DVec3) -> bool {
+        self.mask.as_ref().is_none_or(|mask| mask.holds(at))
+    }
+
+    /// Rows of an MVoxel, channel codes side by side, x fastest.
+    #[must_use]
+    pub fn rows(&self, mvoxel: usize) -> &[i16] {
+        &self.rows[mvoxel]
+    }
+
+    /// Whether a sample in this MVoxel can have an opacity above 0: a vertex of
+    /// one of its cells can give it.
+    #[must_use]
+    pub fn is_occupied(&self, mvoxel: usize) -> bool {
+        self.occupied[mvoxel]
+    }
+
+    /// The same of the cell of a sample.
+    #[must_use]
+    pub fn is_cell_occupied(&self, place: &Place) -> bool {
+        let first = self.tiling.first(place.mvoxel);
+        let index = self.cell_index([0, 1, 2].map(|axis| first[axis] + place.local[axis]));
+        self.cells[index / 64] >> (index % 64) & 1 == 1
+    }
+
+    /// Cells of which no vertex can give opacity, and all.
+    #[must_use]
+    pub fn void_cells(&self) -> [u64; 2] {
+        let all: usize = self.points().iter().map(|p| p - 1).product();
+        let occupied: u64 = self.cells.iter().map(|w| u64::from(w.count_ones())).sum();
+        [all as u64 - occupied, all as u64]
+    }
+
+    /// The same without a mask.
+    #[must_use]
+    pub fn unmasked(mut self) -> Self {
+        self.mask = None;
+        self
+    }
+
+    /// Vertices stored over vertices of the grid: what the halo costs.
+    #[must_use]
+    pub fn duplication(&self) -> f64 {
+        let stored: usize = self.rows.iter().map(|r| r.len() / self.channels).sum();
+        stored as f64 / self.points().iter().product::<usize>() as f64
+    }
+
+    /// For every MVoxel, how far it is from that of the camera, at `camera` in
+    /// vertex units, less the least of all.
+    #[must_use]
+    pub fn distances(&self, camera: [f64; 3]) -> Vec<u32> {
+        let seen = self.tiling.seen_from(camera);
+        let all = 0..self.rows.len();
+        let far: Vec<u64> = all.map(|m| seen.distance(self.tiling.index(m))).collect();
+        let least = far.iter().min().copied().unwrap_or_default();
+        far.iter().map(|d| (d - least) as u32).collect()
+    }
+}

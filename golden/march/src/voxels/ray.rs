@@ -1,0 +1,200 @@
+//! Rays through a grid and the samples along them.
+
+use glam::DVec3;
+
+use super::error::VoxelError;
+use super::grid::Grid;
+use potamoi_base::camera::{Camera, crossing};
+
+/// The most pixels of a picture.
+pub(super) const MAX_PIXELS: u64 = 1 << 26;
+
+/// A ray in vertex units. Sample `k` lies at `start + k step` along it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ray {
+    /// The camera.
+    pub origin: DVec3,
+    /// Vertices a voxel edge along it: the unit vector where voxels are cubes.
+    pub direction: DVec3,
+    /// The unit direction in the world.
+    pub towards: DVec3,
+    /// Where it enters the volume, or 0 if it starts inside.
+    pub start: f64,
+    /// Voxel edges from sample to sample.
+    pub step: f64,
+    /// Samples from there to where it leaves; 0 if it misses.
+    pub samples: u32,
+}
+
+impl Ray {
+    /// A ray from `origin` along the unit vector `direction`, both in vertex
+    /// units, through a volume of `points` vertices.
+    #[must_use]
+    pub fn new(points: [usize; 3], origin: DVec3, direction: DVec3, step: f64) -> Self {
+        let all = [0.0, f64::INFINITY];
+        Self::within(points, origin, direction, direction, step, all)
+    }
+
+    /// The same of voxels that need not be cubes: `direction` in vertices a
+    /// voxel edge, `towards` the unit vector in the world. Nothing nearer or
+    /// farther than `range`, in voxel edges, is sampled.
+    fn within(
+        points: [usize; 3],
+        origin: DVec3,
+        direction: DVec3,
+        towards: DVec3,
+        step: f64,
+        range: [f64; 2],
+    ) -> Self {
+        let last = DVec3::from(points.map(|p| (p - 1) as f64));
+        let [near, far] = crossing([DVec3::ZERO, last], origin, direction, range);
+        let samples = if far >= near && far.is_finite() {
+            ((far - near) / step) as u32 + 1
+        } else {
+            0
+        };
+        Self {
+            origin,
+            direction,
+            towards,
+            start: near,
+            step,
+            samples,
+        }
+    }
+
+    /// How far along it a sample lies, in voxel edges.
+    #[must_use]
+    pub fn distance(&self, k: u32) -> f64 {
+        self.start + f64::from(k) * self.step
+    }
+
+    /// Position of a sample in vertex units. Every coordinate is monotone in
+    /// `k`, rounding included.
+    #[must_use]
+    pub fn at(&self, k: u32) -> DVec3 {
+        self.origin + self.direction * self.distance(k)
+    }
+}
+
+/// Where a volume of vertices lies in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// Vertices along x, y, z.
+    pub points: [usize; 3],
+    /// The first vertex.
+    pub corner: DVec3,
+    /// From vertex to vertex along each axis.
+    pub spacing: DVec3,
+    /// A voxel edge, the unit of steps; the spacing where voxels are cubes.
+    pub edge: f64,
+    /// Nearest and farthest sample, along the camera's axis, in the world.
+    pub range: [f64; 2],
+}
+
+impl Placement {
+    /// Of a grid of cubes.
+    #[must_use]
+    pub fn of(grid: &Grid) -> Self {
+        Self {
+            points: grid.points(),
+            corner: grid.corner(),
+            spacing: DVec3::splat(grid.voxel()),
+            edge: grid.voxel(),
+            range: [0.0, f64::INFINITY],
+        }
+    }
+}
+
+/// The rays of a camera, checked once.
+#[derive(Debug, Clone, Copy)]
+pub struct Rays {
+    camera: Camera,
+    placement: Placement,
+    pub(crate) origin: DVec3,
+    step: f64,
+}
+
+impl Rays {
+    pub(crate) fn new(grid: &Grid, camera: &Camera, step: f64) -> Result<Self, VoxelError> {
+        Self::placed(&Placement::of(grid), camera, step)
+    }
+
+    /// Checks a camera and a step, in voxel edges.
+    pub fn placed(placement: &Placement, camera: &Camera, step: f64) -> Result<Self, VoxelError> {
+        let refuse = |field, value: String, expected| {
+            Err(VoxelError::Camera {
+                field,
+                value,
+                expected,
+            })
+        };
+        let pixels = u64::from(camera.width) * u64::from(camera.height);
+        if pixels == 0 || pixels > MAX_PIXELS {
+            let value = format!("{} x {}", camera.width, camera.height);
+            return refuse("width x height", value, "1 to 67108864 pixels");
+        }
+        let focal = camera.focal;
+        if !(focal.is_finite() && focal.min_element() > 0.0) {
+            let value = format!("{:?}", focal.to_array());
+            return refuse("focal", value, "positive lengths in pixels");
+        }
+        if !camera.centre.is_finite() {
+            let value = format!("{:?}", camera.centre.to_array());
+            return refuse("centre", value, "finite numbers");
+        }
+        let pose = camera.world_to_camera;
+        let rotation = pose.matrix3;
+        let off = (rotation * rotation.transpose()).to_cols_array();
+        let unit = glam::DMat3::IDENTITY.to_cols_array();
+        let rigid = off.iter().zip(unit).all(|(a, b)| (a - b).abs() < 1e-4);
+        if !(pose.is_finite() && rigid) {
+            let value = format!("{:?}", rotation.to_cols_array_2d());
+            return refuse(
+                "world_to_camera",
+                value,
+                "a rotation and a finite translation",
+            );
+        }
+        let origin = (camera.position() - placement.corner) / placement.spacing;
+        if !(origin.is_finite() && origin.abs().max_element() < 1e9) {
+            let value = format!("{:?}", camera.position().to_array());
+            return refuse("position", value, "a place within 1e9 voxels of the grid");
+        }
+        if !(1.0 / 64.0..=8.0).contains(&step) {
+            return Err(VoxelError::Option {
+                field: "step",
+                value: step.to_string(),
+                expected: "1/64 to 8 voxel edges",
+            });
+        }
+        Ok(Self {
+            camera: *camera,
+            placement: *placement,
+            origin,
+            step,
+        })
+    }
+
+    pub(crate) fn size(&self) -> [u32; 2] {
+        [self.camera.width, self.camera.height]
+    }
+
+    /// The ray through the centre of a pixel.
+    #[must_use]
+    pub fn ray(&self, x: u32, y: u32) -> Ray {
+        let (_, towards) = self.camera.ray(x, y);
+        let Placement {
+            points,
+            spacing,
+            edge,
+            range,
+            ..
+        } = self.placement;
+        let direction = towards * (DVec3::splat(edge) / spacing);
+        // A step along the ray over one along the camera's axis.
+        let slant = 1.0 / self.camera.world_to_camera.matrix3.row(2).dot(towards);
+        let range = range.map(|depth| depth / edge * slant);
+        Ray::within(points, self.origin, direction, towards, self.step, range)
+    }
+}

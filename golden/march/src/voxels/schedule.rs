@@ -1,0 +1,275 @@
+//! The memory-centric order: which ray samples need which MVoxel, and when.
+//!
+//! A frame is cut into square ray groups. Within a group, MVoxels are visited
+//! in the order of their distance from the camera's
+//! ([`MVoxels::distances`]), each once. Every ray meets them front to back, and
+//! none meets two at one distance, so that all MVoxels at one distance can be
+//! gathered together and rays still stop exactly where they would alone.
+
+use rayon::prelude::*;
+
+use potamoi_formats::rit::{RitEntry, Vertices};
+
+use super::error::VoxelError;
+use super::mvoxels::MVoxels;
+use super::ray::{Ray, Rays};
+use crate::tiling::{Holder, Place};
+use potamoi_base::mask::Mask as PixelMask;
+use potamoi_reference::{GatherTask, weights};
+
+/// Rays whose state, 16 B each, fills half of a 1.5 MB global feature buffer.
+pub const GROUP_RAYS: u32 = 49_152;
+
+/// Which samples are left out because their opacity is 0. None of these changes
+/// a bit of the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Skip {
+    /// None.
+    Nothing,
+    /// Those in MVoxels without a positive density.
+    MVoxels,
+    /// Those in cells without one.
+    Cells,
+}
+
+/// The samples of a ray that need one MVoxel, front to back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Crossing {
+    pub(super) distance: u32,
+    pub(super) mvoxel: u32,
+    pub(super) ray: u32,
+    pub(super) first: u32,
+    pub(super) end: u32,
+}
+
+/// Entries that one ray has in a batch of tasks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Span {
+    /// The slot of the ray in its group.
+    pub ray: u32,
+    /// Its first entry in the batch.
+    pub start: u32,
+    /// Entries, one after another.
+    pub len: u32,
+}
+
+/// The ray groups of a frame.
+#[derive(Debug)]
+pub(crate) struct Schedule<'a> {
+    pub(super) mvoxels: &'a MVoxels,
+    rays: Rays,
+    pub(super) distances: Vec<u32>,
+    side: u32,
+    skip: Skip,
+    only: Option<&'a PixelMask>,
+}
+
+/// A ray group and where its rays go.
+#[derive(Debug)]
+pub(crate) struct Group {
+    /// Pixel of each slot.
+    pub(crate) pixels: Vec<[u32; 2]>,
+    pub(crate) rays: Vec<Ray>,
+    pub(super) crossings: Vec<Crossing>,
+}
+
+/// The largest side of a square group of at most [`GROUP_RAYS`].
+#[must_use]
+pub fn default_group_side() -> u32 {
+    GROUP_RAYS.isqrt()
+}
+
+impl Group {
+    /// Crossings of all rays, the units of [`Schedule::batch`].
+    pub(crate) fn crossings(&self) -> usize {
+        self.crossings.len()
+    }
+}
+
+impl<'a> Schedule<'a> {
+    pub(crate) fn new(
+        mvoxels: &'a MVoxels,
+        rays: Rays,
+        side: Option<u32>,
+        skip: Skip,
+    ) -> Result<Self, VoxelError> {
+        let side = side.unwrap_or_else(default_group_side);
+        if side == 0 {
+            return Err(VoxelError::Option {
+                field: "group_side",
+                value: side.to_string(),
+                expected: "1 or more pixels",
+            });
+        }
+        Ok(Self {
+            mvoxels,
+            rays,
+            distances: mvoxels.distances(rays.origin.to_array()),
+            side,
+            skip,
+            only: None,
+        })
+    }
+
+    /// Rays of the pixels of a mask alone.
+    pub(crate) fn of(self, only: Option<&'a PixelMask>) -> Self {
+        Self { only, ..self }
+    }
+
+    fn across(&self) -> u32 {
+        self.rays.size()[0].div_ceil(self.side)
+    }
+
+    pub(crate) fn groups(&self) -> u32 {
+        self.across() * self.rays.size()[1].div_ceil(self.side)
+    }
+
+    /// Finds the rays of a group and all their crossings, in visiting order.
+    pub(crate) fn group(&self, number: u32) -> Group {
+        let size = self.rays.size();
+        let corner = [number % self.across(), number / self.across()].map(|v| v * self.side);
+        // Saturating: a side may exceed the picture by any amount.
+        let end = |axis: usize| corner[axis].saturating_add(self.side).min(size[axis]);
+        let pixels: Vec<[u32; 2]> = (corner[1]..end(1))
+            .flat_map(|y| (corner[0]..end(0)).map(move |x| [x, y]))
+            .filter(|[x, y]| {
+                let pixel = *y as usize * size[0] as usize + *x as usize;
+                self.only.is_none_or(|mask| mask.has(pixel))
+            })
+            .collect();
+        let rays: Vec<Ray> = pixels
+            .par_iter()
+            .map(|[x, y]| self.rays.ray(*x, *y))
+            .collect();
+        let mut crossings: Vec<Crossing> = rays
+            .par_iter()
+            .enumerate()
+            .flat_map_iter(|(slot, ray)| self.cross(slot as u32, ray))
+            .collect();
+        crossings.par_sort_unstable_by_key(|c| (c.distance, c.mvoxel, c.ray));
+        Group {
+            pixels,
+            rays,
+            crossings,
+        }
+    }
+
+    /// Where a sample is, unless it is left out.
+    pub(super) fn place(&self, ray: &Ray, k: u32) -> Option<Place> {
+        let at = ray.at(k);
+        let place = self.mvoxels.tiling().locate(at.to_array());
+        let called_for = match self.skip {
+            _ if !self.mvoxels.holds(at) => false,
+            Skip::Nothing => true,
+            Skip::MVoxels => self.mvoxels.is_occupied(place.mvoxel),
+            Skip::Cells => self.mvoxels.is_cell_occupied(&place),
+        };
+        called_for.then_some(place)
+    }
+
+    /// The MVoxels that the samples of a ray need which are not left out.
+    fn cross(&self, slot: u32, ray: &Ray) -> Vec<Crossing> {
+        let mut crossings: Vec<Crossing> = Vec::new();
+        for k in 0..ray.samples {
+            let Some(place) = self.place(ray, k) else {
+                continue;
+            };
+            for Holder { mvoxel: number, .. } in self.mvoxels.tiling().holders(&place) {
+                let mvoxel = number as u32;
+                // Mostly among the last; a ray needs no MVoxel twice.
+                match crossings.iter_mut().rev().find(|c| c.mvoxel == mvoxel) {
+                    Some(open) => open.end = k + 1,
+                    None => crossings.push(Crossing {
+                        distance: self.distances[number],
+                        mvoxel,
+                        ray: slot,
+                        first: k,
+                        end: k + 1,
+                    }),
+                }
+            }
+        }
+        crossings
+    }
+
+    /// Samples along the rays of a group, those left out included.
+    pub(crate) fn samples(group: &Group) -> u64 {
+        group.rays.iter().map(|r| u64::from(r.samples)).sum()
+    }
+
+    /// Cuts, with shared faces, the next tasks of a group from crossing `next` on, for the rays that
+    /// are `alive`: MVoxels of one distance, one at least, and no more once
+    /// there are `most` entries. Returns the crossing to go on with.
+    pub(crate) fn batch(
+        &self,
+        group: &Group,
+        next: usize,
+        most: usize,
+        alive: impl Fn(u32) -> bool,
+        tasks: &mut Vec<GatherTask>,
+        spans: &mut Vec<Span>,
+    ) -> usize {
+        tasks.clear();
+        spans.clear();
+        let rest = &group.crossings[next..];
+        let Some(first) = rest.first() else {
+            return next;
+        };
+        let mut entries = 0;
+        let mut done = 0;
+        for same in rest.chunk_by(|a, b| a.mvoxel == b.mvoxel) {
+            if same[0].distance != first.distance || entries >= most {
+                break;
+            }
+            done += same.len();
+            let mut task = Vec::new();
+            for crossing in same.iter().filter(|c| alive(c.ray)) {
+                let start = entries + task.len();
+                self.entries(group, crossing, &mut task);
+                spans.push(Span {
+                    ray: crossing.ray,
+                    start: start as u32,
+                    len: (entries + task.len() - start) as u32,
+                });
+            }
+            if !task.is_empty() {
+                entries += task.len();
+                tasks.push(self.task(same[0].mvoxel as usize, task));
+            }
+        }
+        next + done
+    }
+
+    /// The entries of one ray in one MVoxel.
+    fn entries(&self, group: &Group, crossing: &Crossing, out: &mut Vec<RitEntry>) {
+        let ray = &group.rays[crossing.ray as usize];
+        for k in crossing.first..crossing.end {
+            let Some(place) = self.place(ray, k) else {
+                continue;
+            };
+            out.push(RitEntry {
+                slot: crossing.ray,
+                rows: self.mvoxels.tiling().corner_rows(&place),
+                weights: weights::trilinear(place.fraction, self.mvoxels.weight_bits()),
+            });
+        }
+    }
+
+    /// A task that loads the rows up to the last that its entries use.
+    fn task(&self, mvoxel: usize, entries: Vec<RitEntry>) -> GatherTask {
+        let last = entries.iter().map(|e| e.rows[7]).max().unwrap_or_default();
+        self.loading(mvoxel, usize::from(last) + 1, entries)
+    }
+
+    /// A task that loads so many rows.
+    pub(super) fn loading(&self, mvoxel: usize, rows: usize, entries: Vec<RitEntry>) -> GatherTask {
+        let channels = self.mvoxels.channels();
+        GatherTask {
+            vertices: Vertices::Eight,
+            channels,
+            rows: self.mvoxels.rows(mvoxel)[..rows * channels].to_vec(),
+            entries,
+        }
+    }
+}

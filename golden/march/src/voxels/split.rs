@@ -1,0 +1,315 @@
+//! Ray groups of MVoxels between which no vertex is stored twice.
+//!
+//! A sample whose vertices lie in several MVoxels has an entry in each. The
+//! unrounded sums of its entries are added up and rounded once, which gives what
+//! one entry of all eight gives. Where the unit returns unrounded sums
+//! (`gu.sums = "exact"`), all entries go through it; an absent vertex weighs 0.
+//! Otherwise those that have all their vertices do, and the others go through its
+//! arithmetic in Rust ([`Reducer`](potamoi_reference::gather::Reducer)).
+//!
+//! MVoxels are visited by distance, as with shared faces. A sample is complete
+//! behind the farthest of its MVoxels, but that does not follow the order along
+//! a ray: near the camera a later sample can be complete first. So a sample is
+//! composited once it and all before it on its ray are complete, which is known
+//! before anything is gathered, and a ray stops exactly where it would alone.
+
+use potamoi_formats::rit::{RitEntry, Vertices};
+
+use super::composite::{Compositor, Work};
+use super::counts::FixedStats;
+use super::error::VoxelError;
+use super::fixed::gather;
+use super::schedule::{Crossing, Group, Schedule, Span};
+use crate::streams::Visit;
+use potamoi_reference::{GatherTask, Units, weights};
+
+/// A sample that waits: its place along the ray and that of its sums.
+#[derive(Debug, Clone, Copy)]
+struct Waiting {
+    k: u32,
+    at: u32,
+    /// Whether the sums are a finished feature.
+    whole: bool,
+}
+
+/// Until which sample a ray can be composited once MVoxels up to a distance
+/// were visited.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ready {
+    pub(super) distance: u32,
+    end: u32,
+    /// Samples before `end` that are gathered.
+    pub(super) samples: u32,
+}
+
+/// What waits in one ray group.
+struct Pool {
+    channels: usize,
+    /// Sums of each place, `channels` side by side.
+    sums: Vec<i64>,
+    free: Vec<u32>,
+    /// By ray, each by sample.
+    waiting: Vec<Vec<Waiting>>,
+}
+
+impl Pool {
+    /// The sums of a sample, 0 where it is new.
+    fn sums(&mut self, ray: u32, k: u32, whole: bool) -> &mut [i64] {
+        let list = &mut self.waiting[ray as usize];
+        let at = match list.binary_search_by_key(&k, |w| w.k) {
+            Ok(found) => list[found].at as usize,
+            Err(place) => {
+                let at = self.free.pop().unwrap_or_else(|| {
+                    let at = self.sums.len() / self.channels;
+                    self.sums.resize(self.sums.len() + self.channels, 0);
+                    at as u32
+                });
+                list.insert(place, Waiting { k, at, whole });
+                let at = at as usize * self.channels;
+                self.sums[at..at + self.channels].fill(0);
+                at / self.channels
+            }
+        };
+        &mut self.sums[at * self.channels..][..self.channels]
+    }
+
+    /// Takes the first samples of a ray, those below `end`.
+    fn take(&mut self, ray: u32, end: u32, mut each: impl FnMut(bool, &[i64])) -> u32 {
+        let list = &mut self.waiting[ray as usize];
+        let count = list.partition_point(|w| w.k < end);
+        for w in list.drain(..count) {
+            let at = w.at as usize * self.channels;
+            each(w.whole, &self.sums[at..at + self.channels]);
+            self.free.push(w.at);
+        }
+        count as u32
+    }
+
+    fn held(&self) -> u64 {
+        (self.sums.len() / self.channels - self.free.len()) as u64
+    }
+}
+
+/// Renders the rays of a group.
+pub(super) fn run(
+    schedule: &Schedule<'_>,
+    group: &Group,
+    most: usize,
+    done: &mut Compositor<'_>,
+    units: &mut dyn Units,
+    stats: &mut FixedStats,
+    work: &mut Work,
+) -> Result<(), VoxelError> {
+    let reducer = schedule.mvoxels.reducer();
+    let exact = schedule.mvoxels.has_exact_sums();
+    let mut pool = Pool {
+        channels: schedule.mvoxels.channels(),
+        sums: vec![],
+        free: vec![],
+        waiting: vec![vec![]; group.rays.len()],
+    };
+    let ready: Vec<Vec<Ready>> = ready(schedule, group);
+    let (mut tasks, mut features, mut spans) = (vec![], vec![], vec![]);
+    let mut targets = vec![];
+    for same in group.crossings.chunk_by(|a, b| a.distance == b.distance) {
+        for mvoxel in same.chunk_by(|a, b| a.mvoxel == b.mvoxel) {
+            let alive = mvoxel.iter().filter(|c| done.is_alive(c.ray));
+            visit(
+                schedule,
+                group,
+                alive,
+                &mut tasks,
+                &mut targets,
+                &mut pool,
+                stats,
+            );
+            if targets.len() >= most {
+                settle(units, &mut tasks, &mut targets, &mut pool, exact)?;
+            }
+        }
+        settle(units, &mut tasks, &mut targets, &mut pool, exact)?;
+        let mut rays: Vec<u32> = same.iter().map(|c| c.ray).collect();
+        rays.sort_unstable();
+        rays.dedup();
+        features.clear();
+        spans.clear();
+        let mut start = 0;
+        for ray in rays.iter().copied().filter(|ray| done.is_alive(*ray)) {
+            let list = &ready[ray as usize];
+            let past = list.partition_point(|r| r.distance <= same[0].distance);
+            let Some(last) = past.checked_sub(1).and_then(|i| list.get(i)) else {
+                continue;
+            };
+            let len = pool.take(ray, last.end, |whole, sums| {
+                features.extend(sums.iter().map(|s| match whole {
+                    // A feature code.
+                    true => *s as i16,
+                    false => reducer.round(*s),
+                }));
+            });
+            if len > 0 {
+                spans.push(Span { ray, start, len });
+                start += len;
+            }
+        }
+        if !spans.is_empty() {
+            done.run(&features, &spans, units, work)?;
+        }
+        for ray in rays.into_iter().filter(|ray| !done.is_alive(*ray)) {
+            pool.take(ray, u32::MAX, |_, _| ());
+        }
+        stats.waiting = stats.waiting.max(pool.held());
+    }
+    Ok(())
+}
+
+/// For each ray, by distance.
+pub(super) fn ready(schedule: &Schedule<'_>, group: &Group) -> Vec<Vec<Ready>> {
+    use rayon::prelude::*;
+    let of = |ray: &super::ray::Ray| {
+        let mut list: Vec<Ready> = vec![];
+        let mut samples = 0;
+        for k in 0..ray.samples {
+            let Some(place) = schedule.place(ray, k) else {
+                continue;
+            };
+            let holders = schedule.mvoxels.tiling().holders(&place);
+            let own = holders.map(|h| schedule.distances[h.mvoxel]).max();
+            let own = own.unwrap_or_default();
+            samples += 1;
+            match list.last_mut() {
+                Some(last) if own <= last.distance => {
+                    (last.end, last.samples) = (k + 1, samples);
+                }
+                _ => list.push(Ready {
+                    distance: own,
+                    end: k + 1,
+                    samples,
+                }),
+            }
+        }
+        list
+    };
+    group.rays.par_iter().map(of).collect()
+}
+
+/// Cuts the task of one MVoxel and adds what it knows of parted samples.
+fn visit<'c>(
+    schedule: &Schedule<'_>,
+    group: &Group,
+    crossings: impl Iterator<Item = &'c Crossing>,
+    tasks: &mut Vec<GatherTask>,
+    targets: &mut Vec<(u32, u32)>,
+    pool: &mut Pool,
+    stats: &mut FixedStats,
+) {
+    let mvoxels = schedule.mvoxels;
+    let tiling = mvoxels.tiling();
+    let channels = mvoxels.channels();
+    let mut entries: Vec<RitEntry> = vec![];
+    let (mut last, mut split, mut number) = (0, 0, None);
+    for crossing in crossings {
+        let mvoxel = crossing.mvoxel as usize;
+        number = Some(mvoxel);
+        let rows = mvoxels.rows(mvoxel);
+        let ray = &group.rays[crossing.ray as usize];
+        for k in crossing.first..crossing.end {
+            let Some(place) = schedule.place(ray, k) else {
+                continue;
+            };
+            let Some(holder) = tiling.holders(&place).find(|h| h.mvoxel == mvoxel) else {
+                continue;
+            };
+            let weights = weights::trilinear(place.fraction, mvoxels.weight_bits());
+            let (own, held) = tiling.part_rows(&place, holder);
+            last = own.into_iter().fold(last, u16::max);
+            if held == u8::MAX {
+                entries.push(RitEntry {
+                    slot: crossing.ray,
+                    rows: own,
+                    weights,
+                });
+                targets.push((crossing.ray, k));
+                continue;
+            }
+            split += 1;
+            if mvoxels.has_exact_sums() {
+                let held = |v: usize| held >> v & 1 == 1;
+                let some = own[(0..8).find(|v| held(*v)).unwrap_or_default()];
+                let mut part = RitEntry {
+                    slot: crossing.ray,
+                    rows: own,
+                    weights,
+                };
+                for v in (0..8).filter(|v| !held(*v)) {
+                    (part.rows[v], part.weights[v]) = (some, 0);
+                }
+                entries.push(part);
+                targets.push((crossing.ray, k));
+                continue;
+            }
+            let sums = pool.sums(crossing.ray, k, false);
+            for (channel, sum) in sums.iter_mut().enumerate() {
+                let held = (0..8).filter(|v| held >> v & 1 == 1);
+                let terms =
+                    held.map(|v| (weights[v], rows[usize::from(own[v]) * channels + channel]));
+                *sum += mvoxels.reducer().sum(terms);
+            }
+        }
+    }
+    let Some(mvoxel) = number.filter(|_| split > 0 || !entries.is_empty()) else {
+        return;
+    };
+    let rows = usize::from(last) + 1;
+    let whole = entries.len()
+        - if mvoxels.has_exact_sums() {
+            split as usize
+        } else {
+            0
+        };
+    let visit = Visit {
+        vertices: Vertices::Eight,
+        channels,
+        rows: rows as u64,
+        whole: whole as u64,
+        split,
+    };
+    stats.count([&visit], mvoxels.unit_streams());
+    if !entries.is_empty() {
+        tasks.push(schedule.loading(mvoxel, rows, entries));
+    }
+}
+
+/// Gathers, and puts the features where their rays wait for them.
+fn settle(
+    units: &mut dyn Units,
+    tasks: &mut Vec<GatherTask>,
+    targets: &mut Vec<(u32, u32)>,
+    pool: &mut Pool,
+    exact: bool,
+) -> Result<(), VoxelError> {
+    if exact {
+        let mut sums = vec![];
+        units.sums(tasks, &mut sums).map_err(VoxelError::Unit)?;
+        for ((ray, k), own) in targets.iter().zip(sums.chunks_exact(pool.channels)) {
+            let sums = pool.sums(*ray, *k, false);
+            for (sum, part) in sums.iter_mut().zip(own) {
+                *sum += i64::from(*part);
+            }
+        }
+        tasks.clear();
+        targets.clear();
+        return Ok(());
+    }
+    let mut features = vec![];
+    gather(units, tasks, &mut features)?;
+    for ((ray, k), own) in targets.iter().zip(features.chunks_exact(pool.channels)) {
+        let sums = pool.sums(*ray, *k, true);
+        for (sum, code) in sums.iter_mut().zip(own) {
+            *sum = i64::from(*code);
+        }
+    }
+    tasks.clear();
+    targets.clear();
+    Ok(())
+}

@@ -1,0 +1,225 @@
+//! Units that do more than is called for, or less.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{OpCode, VectorOp};
+
+use crate::gather::Reducer;
+use crate::{GatherTask, Product, UnitError, Units};
+use potamoi_base::effects::{Choices, Effect};
+
+/// Units before which some effects of the units themselves are left out, and behind which some
+/// are carried out that nothing calls for.
+///
+/// | effect | left out | forced |
+/// |---|---|---|
+/// | trilinear | the vertex of the largest weight alone | single ids are weighted with 1 and rounded too, and must stay as they are |
+/// | exponential | the first term of its series: `exp(-u)` is 1, `1 - exp(-s)` is s up to 1 | |
+/// | segments | channels of the first pass alone, the others 0 | |
+pub struct Altered<'u> {
+    units: &'u mut dyn Units,
+    choices: Choices,
+    reducer: Reducer,
+    /// Channels of one pass.
+    pass: usize,
+    /// Fraction bits of powers' arguments, of `1 - exp`'s, and of results.
+    bits: [u32; 3],
+}
+
+impl<'u> Altered<'u> {
+    /// `units` of a configuration.
+    pub fn new(units: &'u mut dyn Units, config: &Config, choices: Choices) -> Self {
+        let exp = &config.vu.exp;
+        Self {
+            units,
+            choices,
+            reducer: Reducer::new(config),
+            pass: config.lanes_a_port() as usize,
+            bits: [
+                exp.input.frac_bits(),
+                exp.one_minus_frac_bits,
+                exp.output_bits,
+            ],
+        }
+    }
+
+    /// Whether choices ask for it.
+    pub fn is_asked_for(choices: Choices) -> bool {
+        let effects = [Effect::Trilinear, Effect::Exponential, Effect::Segments];
+        choices.forces(Effect::Trilinear) || effects.iter().any(|e| choices.leaves_out(*e))
+    }
+
+    /// The same tasks, each entry with the vertex alone that it is nearest to.
+    #[must_use]
+    fn nearest(&self, tasks: &[GatherTask]) -> Vec<GatherTask> {
+        let mut tasks = tasks.to_vec();
+        for task in &mut tasks {
+            let count = task.vertices.count();
+            if !task.vertices.is_structured() {
+                continue;
+            }
+            for entry in &mut task.entries {
+                let own = &mut entry.weights[..count];
+                // Of equal ones the first.
+                let largest = own.iter().copied().max().unwrap_or_default();
+                let nearest = own.iter().position(|w| *w == largest).unwrap_or_default();
+                own.fill(0);
+                own[nearest] = 1 << self.reducer.weight_bits();
+            }
+        }
+        tasks
+    }
+
+    /// Weights single ids with 1, which must leave them as they are.
+    fn weigh(&self, tasks: &[GatherTask], features: &[i16]) -> Result<(), UnitError> {
+        let one = 1u16 << self.reducer.weight_bits();
+        let mut rest = features;
+        for (number, task) in tasks.iter().enumerate() {
+            let (own, after) = rest.split_at(task.entries.len() * task.channels);
+            rest = after;
+            let differs = |code: &i16| {
+                let sum = self.reducer.sum([(one, *code)].into_iter());
+                self.reducer.round(sum) != *code
+            };
+            if !task.vertices.is_structured()
+                && let Some(at) = own.iter().position(differs)
+            {
+                return Err(format!(
+                    "task {number}: code {} of single id {} is another one behind a reducer",
+                    own[at],
+                    at / task.channels.max(1)
+                )
+                .into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Where further segments are left out, 0 in every channel of theirs.
+    fn first_pass<T: Copy + Default>(&self, tasks: &[GatherTask], results: &mut [T]) {
+        if !self.choices.leaves_out(Effect::Segments) {
+            return;
+        }
+        let mut rest = results;
+        for task in tasks {
+            let (own, after) = rest.split_at_mut(task.entries.len() * task.channels);
+            rest = after;
+            for codes in own.chunks_exact_mut(task.channels.max(1)) {
+                codes[self.pass.min(task.channels)..].fill(T::default());
+            }
+        }
+    }
+
+    /// The first term of a power's series.
+    fn first_term(&self, code: OpCode, a: i32) -> i32 {
+        let [input, one_minus, output] = self.bits;
+        let of = |bits: u32| f64::from(a) * 2f64.powi(-(bits as i32));
+        let full = 2f64.powi(output as i32);
+        let (value, most) = match code {
+            OpCode::Exp => (1.0, full - 1.0),
+            OpCode::OneMinusExp => (of(one_minus).clamp(0.0, 1.0), full - 1.0),
+            OpCode::Sigmoid => ((0.5 + of(input) / 4.0).clamp(0.0, 1.0), full - 1.0),
+            _ => (of(input).max(0.0), f64::from(i32::MAX)),
+        };
+        (value * full).round().min(most) as i32
+    }
+}
+
+impl Units for Altered<'_> {
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        let begin = features.len();
+        if self.choices.leaves_out(Effect::Trilinear) {
+            self.units.gather(&self.nearest(tasks), features)?;
+        } else {
+            self.units.gather(tasks, features)?;
+        }
+        if self.choices.forces(Effect::Trilinear) {
+            self.weigh(tasks, &features[begin..])?;
+        }
+        self.first_pass(tasks, &mut features[begin..]);
+        Ok(())
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        let weighted = tasks.iter().any(|task| task.vertices.is_structured());
+        if weighted && self.choices.leaves_out(Effect::Trilinear) {
+            return Err(
+                "interpolation cannot be left out of sums of parts of a cell, whose nearest \
+                 vertex may lie in another MVoxel: use render.halo = \"shared\""
+                    .into(),
+            );
+        }
+        let begin = sums.len();
+        self.units.sums(tasks, sums)?;
+        if self.choices.forces(Effect::Trilinear) {
+            let rounded = sums[begin..]
+                .iter()
+                .map(|s| self.reducer.round((*s).into()));
+            self.weigh(tasks, &rounded.collect::<Vec<_>>())?;
+        }
+        self.first_pass(tasks, &mut sums[begin..]);
+        Ok(())
+    }
+
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError> {
+        if !(op.code.is_exponential() && self.choices.leaves_out(Effect::Exponential)) {
+            return self.units.vector(op, a, b, out);
+        }
+        for (out, a) in out.iter_mut().zip(a) {
+            *out = self.first_term(op.code, *a);
+        }
+        Ok(())
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        self.units.multiplied(product);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use potamoi_formats::config::Config;
+    use potamoi_formats::rit::{RitEntry, Vertices};
+
+    use super::*;
+    use crate::Twins;
+
+    /// The heaviest vertex alone is left, of equal ones the first; single ids are as they were.
+    #[test]
+    fn the_nearest_vertex_is_the_heaviest() {
+        let config = Config::paper();
+        let mut twins = Twins::new(&config);
+        let altered = Altered::new(&mut twins, &config, Choices::default());
+        let task = |vertices, weights: [u16; 8]| GatherTask {
+            vertices,
+            channels: 1,
+            rows: (0..8).collect(),
+            entries: vec![RitEntry {
+                slot: 0,
+                rows: [0, 1, 2, 3, 4, 5, 6, 7],
+                weights,
+            }],
+        };
+        let one = 1u16 << altered.reducer.weight_bits();
+        let alone = |at: usize| {
+            let mut all = [0; 8];
+            all[at] = one;
+            all
+        };
+        let (half, quarter) = (one / 2, one / 4);
+        for (weights, at) in [
+            ([quarter, 0, 0, half, quarter, 0, 0, 0], 3),
+            ([0, quarter, quarter, 0, 0, quarter, quarter, 0], 1),
+        ] {
+            let found = altered.nearest(&[task(Vertices::Eight, weights)]);
+            assert_eq!(found[0].entries[0].weights, alone(at));
+        }
+        let single = task(Vertices::One, [one, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(altered.nearest(std::slice::from_ref(&single)), [single]);
+    }
+}

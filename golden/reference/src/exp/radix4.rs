@@ -1,0 +1,82 @@
+//! Compare and subtract, two bits at a time: of three multiples of a digit's
+//! weight the largest that fits is subtracted.
+
+use potamoi_formats::config::{Engine, ExpConfig};
+
+use super::Raw;
+use crate::logarithms::{ln_one_plus_ratio, times_ln2};
+
+/// The constants of a radix-4 engine.
+#[derive(Debug, Clone)]
+pub(super) struct Radix4 {
+    engine: Engine,
+    tail: bool,
+    /// `d 4^j ln 2`, d = 1..3, highest j first.
+    digits: Vec<[i64; 3]>,
+    /// `2 j` and `ln(1 + d 4^-j)`, j = 1..J.
+    steps: Vec<(u32, [i64; 3])>,
+    centre: i64,
+}
+
+impl Radix4 {
+    pub(super) fn new(config: &ExpConfig) -> Self {
+        let mut engine = config.engine();
+        engine.accumulator_bits = engine.accumulator_bits.min(40);
+        engine.constant_bits = engine.constant_bits.min(40);
+        let (bits, n) = (engine.constant_bits, config.resolved_bits());
+        let digits = (0..engine.digits).rev();
+        Self {
+            engine,
+            tail: config.tail,
+            digits: digits
+                .map(|j| [1, 2, 3].map(|d| times_ln2(d << (2 * j), bits)))
+                .collect(),
+            steps: (1..=config.iterations.min(15))
+                .map(|j| (2 * j, [1, 2, 3].map(|d| ln_one_plus_ratio(d, 2 * j, bits))))
+                .collect(),
+            centre: if engine.centred && bits > n {
+                1 << (bits - n - 1)
+            } else {
+                0
+            },
+        }
+    }
+
+    /// `exp(-value)`, with a start of `bias ln 2`, summed up digit by digit.
+    pub(super) fn raw(&self, value: i64, bias: u32) -> Raw {
+        let places = (0..u32::BITS / 2).map(|j| ((bias >> (2 * j)) & 3) << (2 * j));
+        let biased = places
+            .filter(|&part| part > 0)
+            .map(|part| times_ln2(part, self.engine.constant_bits))
+            .sum::<i64>();
+        let mut remain = biased + self.centre - value;
+        let mut taken = 0;
+        for multiples in &self.digits {
+            taken = 4 * taken + subtract(&mut remain, multiples) as i32;
+        }
+        let mut accumulator =
+            (1i64 << self.engine.accumulator_bits) + i64::from(self.engine.offset);
+        for (shift, multiples) in &self.steps {
+            let multiple = accumulator * subtract(&mut remain, multiples);
+            accumulator += (multiple >> shift) + (multiple >> (shift - 1) & 1);
+        }
+        if self.tail {
+            let product = i128::from(accumulator) * i128::from(remain);
+            accumulator += (product >> self.engine.constant_bits) as i64;
+        }
+        Raw {
+            accumulator,
+            remain,
+            exponent: taken - bias as i32,
+        }
+    }
+}
+
+/// Takes the largest multiple that fits; which one.
+fn subtract(remain: &mut i64, multiples: &[i64; 3]) -> i64 {
+    let digit = multiples.iter().filter(|&m| *remain >= *m).count();
+    if let Some(index) = digit.checked_sub(1) {
+        *remain -= multiples[index];
+    }
+    digit as i64
+}

@@ -1,0 +1,383 @@
+//! Exponentials to 120 bits and more, and how far a unit is from them.
+//!
+//! The values come from a library of arbitrary precision, not from the
+//! engine's arithmetic. The hardest of the 65,536 arguments of U3.13 to round lies
+//! 2^-16 units from a midpoint of U0.16 and 2^-21 of U0.12, so that 2^-120 leaves
+//! no case undecided.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use astro_float::{BigFloat, Consts, RoundingMode};
+use potamoi_formats::config::ExpBase;
+use potamoi_formats::fixed::Format;
+use thiserror::Error;
+
+/// Fraction bits of a stored mantissa.
+const MANTISSA_BITS: i32 = 126;
+/// Fraction bits of errors, in units of the last place of the output.
+pub(super) const ERROR_BITS: i32 = 80;
+/// Bits of the library's numbers while values are made.
+pub(super) const WORKING_BITS: usize = 192;
+
+/// No reference can be made.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ReferenceError {
+    /// Too many arguments to hold.
+    #[error("a reference for input format {0}: expected at most 16 bits in all")]
+    TooWide(Format),
+    /// The library of arbitrary precision failed.
+    #[error("cannot compute exponentials to {WORKING_BITS} bits: {0}")]
+    Library(String),
+}
+
+/// The exponential of every code of a format: `exp(-u)` of an unsigned one,
+/// `exp(x)` of a signed one.
+#[derive(Debug)]
+pub struct Reference {
+    input: Format,
+    /// Mantissa in [1, 2) with [`MANTISSA_BITS`] fraction bits, exponent.
+    values: Vec<(u128, i32)>,
+}
+
+/// How far outputs are from the reference, over all codes of its format.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExpError {
+    /// Largest magnitude of an error, in units of the output's last place.
+    pub max_ulp: f64,
+    /// Mean magnitude of the errors, in the same units.
+    pub mean: f64,
+    /// Mean error with its sign.
+    pub bias: f64,
+    /// The first code with the largest error.
+    pub worst_code: i32,
+    /// Whether outputs never move against the exponential.
+    pub monotone: bool,
+    /// Outputs that are not the nearest code.
+    pub misrounded: u32,
+}
+
+static CACHE: Mutex<BTreeMap<(Format, ExpBase), Arc<Reference>>> = Mutex::new(BTreeMap::new());
+
+impl Reference {
+    /// The reference for an input format of at most 16 bits. Made once in a
+    /// process.
+    ///
+    /// # Errors
+    /// A wider format, or the library failed.
+    pub fn of(input: Format) -> Result<Arc<Self>, ReferenceError> {
+        Self::in_base(input, ExpBase::E)
+    }
+
+    /// As [`Reference::of`], of `2^-u` and `2^x` where the base is two.
+    ///
+    /// # Errors
+    /// As [`Reference::of`].
+    pub fn in_base(input: Format, base: ExpBase) -> Result<Arc<Self>, ReferenceError> {
+        let mut cache = CACHE.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = cache.get(&(input, base)) {
+            return Ok(Arc::clone(known));
+        }
+        let made = Arc::new(Self::make(input, base)?);
+        cache.insert((input, base), Arc::clone(&made));
+        Ok(made)
+    }
+
+    fn make(input: Format, base: ExpBase) -> Result<Self, ReferenceError> {
+        if input.width() > 16 {
+            return Err(ReferenceError::TooWide(input));
+        }
+        let mut consts = Consts::new().map_err(|e| ReferenceError::Library(e.to_string()))?;
+        let sign = if input.is_signed() { 1.0 } else { -1.0 };
+        let unit = sign * input.ulp();
+        let logarithm = match base {
+            ExpBase::E => BigFloat::from_f64(1.0, WORKING_BITS),
+            ExpBase::Two => consts.ln_2(WORKING_BITS, RoundingMode::ToEven),
+        };
+        // Arguments of at most 16 bits are exact in 64-bit floating point.
+        let mut exp = |code: i128| {
+            BigFloat::from_f64(code as f64 * unit, WORKING_BITS)
+                .mul(&logarithm, WORKING_BITS, RoundingMode::ToEven)
+                .exp(WORKING_BITS, RoundingMode::ToEven, &mut consts)
+        };
+        let count = 1usize << input.width();
+        let fine: Vec<_> = (0..256.min(count as i128)).map(&mut exp).collect();
+        let mut values = Vec::with_capacity(count);
+        for block in (input.min()..=input.max()).step_by(256) {
+            let coarse = exp(block);
+            for fine in &fine {
+                let value = coarse.mul(fine, WORKING_BITS, RoundingMode::ToEven);
+                values.push(parts(&value).ok_or_else(|| {
+                    ReferenceError::Library(format!("exp near {block} is {value}"))
+                })?);
+            }
+        }
+        Ok(Self { input, values })
+    }
+
+    /// The format of the arguments.
+    #[must_use]
+    pub fn input(&self) -> Format {
+        self.input
+    }
+
+    /// Every code of the format, smallest first.
+    pub fn codes(&self) -> impl Iterator<Item = i32> + use<> {
+        let least = self.input.min() as i32;
+        least..=self.input.max() as i32
+    }
+
+    /// The value for a code (the nearest in range) as a mantissa in [1, 2) with
+    /// 126 fraction bits, cut off, and a binary exponent.
+    #[must_use]
+    pub fn value(&self, code: i32) -> (u128, i32) {
+        let held = self.input.saturate(i128::from(code)).0;
+        let index = (held - self.input.min()) as usize;
+        self.values.get(index).copied().unwrap_or((0, 0))
+    }
+
+    /// The value for a code in units of 2^-`output_bits`, with 80 more fraction
+    /// bits, cut off. An unsigned input format caps it at the largest code,
+    /// `2^output_bits - 1`. Values of 2^46 units and more give 2^126.
+    #[must_use]
+    pub fn scaled(&self, code: i32, output_bits: u32) -> i128 {
+        let (mantissa, exponent) = self.value(code);
+        let shift = MANTISSA_BITS - ERROR_BITS - output_bits as i32 - exponent;
+        let exact = match shift {
+            ..0 => 1 << 126,
+            127.. => 0,
+            _ => (mantissa >> shift) as i128,
+        };
+        if self.input.is_signed() {
+            exact
+        } else {
+            exact.min(((1 << output_bits.min(40)) - 1) << ERROR_BITS)
+        }
+    }
+
+    /// Error of `output`, a code with `output_bits` fraction bits, in units of
+    /// its last place.
+    #[must_use]
+    pub fn error(&self, code: i32, output: i32, output_bits: u32) -> f64 {
+        let off = (i128::from(output) << ERROR_BITS) - self.scaled(code, output_bits);
+        off as f64 * 2f64.powi(-ERROR_BITS)
+    }
+
+    /// Relative error of the result `mantissa * 2^(exponent - output_bits)`.
+    /// `mantissa` is below 2^(output_bits + 2), `output_bits` at most 24.
+    #[must_use]
+    pub fn relative_error(&self, code: i32, mantissa: u32, exponent: i32, output_bits: u32) -> f64 {
+        // Both in units of 2^-100 of the reference's power of two.
+        let (exact, power) = self.value(code);
+        let exact = (exact >> (MANTISSA_BITS - 100)) as i128;
+        let shift = 100 - output_bits.min(24) as i32 + exponent - power;
+        if !(0..=102).contains(&shift) {
+            return f64::INFINITY;
+        }
+        let found = i128::from(mantissa) << shift.min(90);
+        let found = if shift > 90 {
+            found << (shift - 90)
+        } else {
+            found
+        };
+        (found - exact) as f64 / exact as f64
+    }
+
+    /// Measures `output`, called once for every code, smallest first, against
+    /// the reference. An unsigned input format caps the reference at
+    /// `2^output_bits - 1`: 1 saturates.
+    pub fn measure(&self, output_bits: u32, mut output: impl FnMut(i32) -> i32) -> ExpError {
+        let mut error = ExpError {
+            max_ulp: 0.0,
+            mean: 0.0,
+            bias: 0.0,
+            worst_code: self.input.min() as i32,
+            monotone: true,
+            misrounded: 0,
+        };
+        let mut before = None;
+        for code in self.codes() {
+            let found = output(code);
+            let off = self.error(code, found, output_bits);
+            error.mean += off.abs();
+            error.bias += off;
+            if off.abs() > error.max_ulp {
+                error.max_ulp = off.abs();
+                error.worst_code = code;
+            }
+            error.misrounded += u32::from(off.abs() > 0.5);
+            let falls = !self.input.is_signed();
+            error.monotone &= before.is_none_or(|b| if falls { found <= b } else { found >= b });
+            before = Some(found);
+        }
+        error.mean /= self.values.len() as f64;
+        error.bias /= self.values.len() as f64;
+        error
+    }
+}
+
+/// Mantissa and exponent of a positive number.
+pub fn parts(value: &BigFloat) -> Option<(u128, i32)> {
+    // The library's mantissa is in [1/2, 1), its words lowest first.
+    let (words, _, _, exponent, _) = value.as_raw_parts()?;
+    let bits = astro_float::WORD_BIT_SIZE as u32;
+    let mut top = 0u128;
+    for &word in words.iter().rev().take((128 / bits) as usize) {
+        top = top << bits | u128::from(word);
+    }
+    (top >> 127 == 1).then_some((top >> 1, exponent - 1))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn values_agree_with_floating_point() {
+        for text in ["U3.13", "S3.12", "S0.15", "U1.7", "S6.9"] {
+            let format: Format = text.parse().unwrap();
+            let reference = Reference::of(format).unwrap();
+            let sign = if format.is_signed() { 1.0 } else { -1.0 };
+            let mut count = 0;
+            for code in reference.codes() {
+                let (mantissa, exponent) = reference.value(code);
+                let found = mantissa as f64 * 2f64.powi(exponent - MANTISSA_BITS);
+                let expected = (sign * format.value(i128::from(code))).exp();
+                assert!((found / expected - 1.0).abs() < 1e-15, "{text} {code}");
+                assert!((1 << 126..1 << 127).contains(&mantissa));
+                count += 1;
+            }
+            assert_eq!(count, 1 << format.width());
+        }
+    }
+
+    /// Whole powers of two are exact but for the library's last bits, and halves
+    /// are square roots.
+    #[test]
+    fn powers_of_two_are_powers_of_two() {
+        let reference = Reference::in_base(Format::unsigned(3, 13), ExpBase::Two).unwrap();
+        for code in reference.codes().step_by(1 << 10) {
+            let (mantissa, exponent) = reference.value(code);
+            let found = mantissa as f64 * 2f64.powi(exponent - MANTISSA_BITS);
+            let exact = (-f64::from(code) / 8192.0).exp2();
+            assert!((found / exact - 1.0).abs() < 1e-15, "{code}");
+        }
+        let reference = Reference::in_base(Format::signed(3, 8), ExpBase::Two).unwrap();
+        let (mantissa, exponent) = reference.value(3 << 8);
+        // 8 from above, or from just below: a mantissa of almost 2.
+        let units = match exponent {
+            3 => mantissa - (1 << MANTISSA_BITS),
+            2 => (1 << (MANTISSA_BITS + 1)) - mantissa,
+            _ => u128::MAX,
+        };
+        assert!(units < 64, "2^{exponent}, {units}");
+    }
+
+    /// `exp(-u) exp(-v) = exp(-(u + v))` to 2^-120: a slip in one of the
+    /// factors of a value would show.
+    #[test]
+    fn products_of_values_are_values() {
+        let reference = Reference::of(Format::unsigned(3, 13)).unwrap();
+        let wide = |code| {
+            let (m, e) = reference.value(code);
+            (BigFloat::from_u128(m, 256), e)
+        };
+        let rm = RoundingMode::ToEven;
+        for u in (1..30_000).step_by(101) {
+            let v = 65_535 - 2 * u;
+            let ((a, ea), (b, eb), (c, ec)) = (wide(u), wide(v), wide(u + v));
+            // Exact: 2^-252 scales the product, 2^-126 the value.
+            let scale = |x: &BigFloat, power: i32| {
+                x.mul(&BigFloat::from_f64(2f64.powi(power), 256), 256, rm)
+            };
+            let product = scale(&a.mul(&b, 256, rm), ea + eb - ec - 126);
+            let off = product.sub(&c, 256, rm).abs();
+            assert!(off < BigFloat::from_f64(64.0, 256), "{u} {v}");
+        }
+    }
+
+    /// Against the library at 320 bits, one call a value, and against printed
+    /// digits: what products of values at 192 bits lose is far below 2^-120.
+    #[test]
+    fn values_are_good_to_120_bits() {
+        let (p, rm) = (320, RoundingMode::ToEven);
+        let mut consts = Consts::new().unwrap();
+        let reference = Reference::of(Format::unsigned(3, 13)).unwrap();
+        let near = |code: i32, exact: &BigFloat| {
+            let (mantissa, exponent) = reference.value(code);
+            let scale = BigFloat::from_f64(2f64.powi(exponent - MANTISSA_BITS), p);
+            let held = BigFloat::from_u128(mantissa, p).mul(&scale, p, rm);
+            let off = held.div(exact, p, rm);
+            let off = off.sub(&BigFloat::from_f64(1.0, p), p, rm).abs();
+            assert!(off < BigFloat::from_f64(2f64.powi(-120), p), "{code}");
+        };
+        for code in (0..65_536).step_by(61).chain([15_967, 65_535]) {
+            let argument = BigFloat::from_f64(-f64::from(code) / 8192.0, p);
+            near(code, &argument.exp(p, rm, &mut consts));
+        }
+        let radix = astro_float::Radix::Dec;
+        for (code, digits) in [
+            (0, "1"),
+            (4096, "0.60653065971263342360379953499118045344191813548719"),
+            (8192, "0.36787944117144232159552377016146086744581113103177"),
+            (57_344, "0.00091188196555451620800313608440928262647423041"),
+        ] {
+            near(
+                code,
+                &BigFloat::parse(digits, radix, p, rm, &mut Consts::new().unwrap()),
+            );
+        }
+    }
+
+    /// The argument that is hardest to round, found over all of them, is far
+    /// enough from a midpoint for 120 bits to decide.
+    #[test]
+    fn no_case_is_left_undecided() {
+        let reference = Reference::of(Format::unsigned(3, 13)).unwrap();
+        let from_midpoint = |code: i32, f: u32| {
+            let rest = reference.scaled(code, f) & ((1 << ERROR_BITS) - 1);
+            (rest - (1 << (ERROR_BITS - 1))).abs() as f64 * 2f64.powi(-ERROR_BITS)
+        };
+        for (f, hardest) in [(8, None), (12, None), (16, Some(15_967)), (24, None)] {
+            let (off, code) = reference
+                .codes()
+                .map(|code| (from_midpoint(code, f), code))
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .unwrap();
+            println!(
+                "F {f}: code {code} is 2^{:.2} units from a midpoint",
+                off.log2()
+            );
+            assert!(off > 2f64.powi(-24), "F {f}: {code}");
+            assert!(hardest.is_none_or(|h| h == code), "F {f}: {code}");
+        }
+    }
+
+    #[test]
+    fn wide_formats_are_refused() {
+        let wide = Format::unsigned(3, 14);
+        assert_eq!(
+            Reference::of(wide).unwrap_err(),
+            ReferenceError::TooWide(wide)
+        );
+    }
+
+    /// The measurement itself: outputs that are off by a known amount.
+    #[test]
+    fn known_errors_are_measured() {
+        let reference = Reference::of(Format::unsigned(3, 13)).unwrap();
+        let nearest = |code| {
+            let scaled = reference.scaled(code, 16);
+            ((scaled + (1 << (ERROR_BITS - 1))) >> ERROR_BITS) as i32
+        };
+        let right = reference.measure(16, nearest);
+        assert!(right.max_ulp <= 0.5 && right.monotone && right.misrounded == 0);
+        assert!(right.max_ulp > 0.4999 && (right.mean - 0.25).abs() < 0.01);
+        let off = reference.measure(16, |code| nearest(code) + i32::from(code == 700) * 3);
+        assert_eq!((off.worst_code, off.misrounded), (700, 1));
+        assert!((off.max_ulp - 3.0).abs() <= 0.5 && off.monotone);
+        let bump = reference.measure(16, |code| nearest(code) + i32::from(code == 60_000) * 3);
+        assert!(!bump.monotone);
+    }
+}

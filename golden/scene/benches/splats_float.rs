@@ -1,0 +1,193 @@
+//! Speed of the float renderer of splats, from Gaussians to picture, beside
+//! what the machine could do.
+//!
+//! Scenes: the built-in garden, as it is and at 800 x 800; `dense`, Gaussians
+//! that each fill the frame, so that nothing but the pixels' own arithmetic
+//! counts; and two published scenes of the shared data (`POTAMOI_SHARED`, or
+//! `../shared` beside the checkout), skipped with a message where they are
+//! not there.
+//!
+//! *Processor time* is what all threads together spent computing (Linux; taken
+//! as elapsed time times threads elsewhere). Unlike elapsed time it stays put
+//! on a busy machine; divided by the number of cores it is what a quiet one
+//! would need.
+//!
+//! An *evaluation* is one Gaussian at one pixel: [`OPERATIONS`] additions and
+//! multiplications of 64 bits. *Peak* is how many of these a processor does a
+//! second when they come in equal numbers, from registers, none waiting for
+//! another, compiled as the renderer is: measured here, just before. The
+//! fraction of it counts evaluations alone. Comparisons, selections,
+//! projection, sorting, finding spans and moving data count as nothing done;
+//! `dense` shows what is left without the last four.
+//!
+//! `RAYON_NUM_THREADS` sets the number of threads.
+#![allow(missing_docs, clippy::expect_used, clippy::panic)]
+
+use std::cell::Cell;
+use std::hint::black_box;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use criterion::{Criterion, Throughput};
+use glam::DVec3;
+use potamoi_base::camera::Camera;
+use potamoi_base::record::Notes;
+use potamoi_scene::{Model, Scene, camera_file, garden};
+use potamoi_splats::{Cloud, FloatOptions, Profile, render_float};
+
+/// Additions and multiplications of an evaluation: 7 for the square, 32 for
+/// the exponential, 4 for alpha and transmittance, 6 for the colour.
+const OPERATIONS: u64 = 49;
+/// Independent values of the peak's loop: enough to hide latencies, few enough
+/// for the registers of the least machine.
+const CHAINS: usize = 24;
+const ROUNDS: u64 = 1_000_000_000;
+/// Gaussians of `dense`.
+const LAYERS: usize = 100;
+
+/// Processor time of all threads so far, where the system tells.
+fn processor() -> Option<Duration> {
+    let mut sum = 0;
+    for thread in std::fs::read_dir("/proc/self/task").ok()? {
+        let stat = std::fs::read_to_string(thread.ok()?.path().join("schedstat")).ok()?;
+        sum += stat.split(' ').next()?.parse::<u64>().ok()?;
+    }
+    Some(Duration::from_nanos(sum))
+}
+
+/// Elapsed and processor time of `work` on `threads` threads.
+fn time(threads: usize, work: impl FnOnce()) -> [Duration; 2] {
+    let (start, before) = (Instant::now(), processor());
+    work();
+    let elapsed = start.elapsed();
+    let spent = before.and_then(|b| processor()?.checked_sub(b));
+    [elapsed, spent.unwrap_or(elapsed * threads as u32)]
+}
+
+/// Additions and multiplications a second of processor time.
+fn peak() -> f64 {
+    let chains = || {
+        let mut values: [f64; CHAINS] = std::array::from_fn(|i| black_box(i as f64));
+        let (factor, term) = (black_box(0.999), black_box(0.001));
+        for _ in 0..ROUNDS / CHAINS as u64 {
+            for v in &mut values {
+                *v = *v * factor + term;
+            }
+        }
+        black_box(values);
+    };
+    let best = (0..5).map(|_| time(1, chains)[1]).min().expect("five");
+    2.0 * ROUNDS as f64 / best.as_secs_f64()
+}
+
+fn dense() -> (Cloud, Camera) {
+    let depth = |i| 1.0 + i as f32 / LAYERS as f32;
+    let cloud = Cloud::new(
+        0,
+        (0..LAYERS).map(|i| [0.0, 0.0, depth(i)]).collect(),
+        vec![[8.0; 3]; LAYERS],
+        vec![[1.0, 0.0, 0.0, 0.0]; LAYERS],
+        vec![-4.5; LAYERS],
+        vec![[0.5; 3]; LAYERS],
+    );
+    let camera = Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 0.9, 400, 400);
+    (cloud.expect("a cloud"), camera)
+}
+
+/// A published scene and its camera.
+fn published(data: Option<&Path>, name: &str, file: &str) -> Option<(Cloud, Camera)> {
+    let camera = format!("cameras/camera_{name}_800.json");
+    let Some(data) = data.filter(|d| d.join(file).is_file() && d.join(&camera).is_file()) else {
+        println!("skipped: {name}: no shared data (set POTAMOI_SHARED)");
+        return None;
+    };
+    let cameras =
+        camera_file::read(&data.join(camera), &mut Notes::default()).expect("a camera file");
+    match Scene::open(data.join(file).to_str()?) {
+        Ok(scene) => match scene.model() {
+            Model::Splats(cloud) => Some((cloud.clone(), cameras[0].camera)),
+            _ => panic!("{file} holds splats"),
+        },
+        Err(error) => {
+            println!("skipped: {name}: {error}");
+            None
+        }
+    }
+}
+
+fn main() {
+    let shared = std::env::var_os("POTAMOI_SHARED").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared")),
+        PathBuf::from,
+    );
+    let data = Some(shared.join("data")).filter(|d| d.is_dir());
+    let data = data.as_deref();
+    let garden = || (garden::cloud(), garden::camera());
+    let large = || (garden::cloud(), garden::camera().resized(800, 800));
+    let scenes = [
+        ("dense", Some(dense())),
+        ("garden", Some(garden())),
+        ("garden_800", Some(large())),
+        (
+            "biker",
+            published(data, "biker", "splats/biker/biker.compressed.ply"),
+        ),
+        (
+            "playbot_31k",
+            published(data, "playbot_31k", "splats/playbot_31k.ply"),
+        ),
+    ];
+
+    let mut criterion = Criterion::default()
+        .sample_size(10)
+        .measurement_time(Duration::from_secs(5))
+        .configure_from_args();
+    let mut group = criterion.benchmark_group("splats_float");
+    for (name, scene) in scenes {
+        let Some((cloud, camera)) = scene else {
+            continue;
+        };
+        let peak = peak();
+        let options = FloatOptions::default();
+        let render = || render_float(&cloud, &camera, Profile::Inria, &options).expect("a frame");
+        let stats = render().stats;
+        let threads = rayon::current_num_threads();
+        let best = Cell::new([Duration::MAX; 2]);
+        group.throughput(Throughput::Elements(stats.evaluated));
+        group.bench_function(name, |b| {
+            b.iter_custom(|frames| {
+                let mut total = Duration::ZERO;
+                for _ in 0..frames {
+                    let took = time(threads, || {
+                        black_box(render());
+                    });
+                    best.set([0, 1].map(|i| best.get()[i].min(took[i])));
+                    total += took[0];
+                }
+                total
+            });
+        });
+        let [elapsed, spent] = best.get().map(|d| d.as_secs_f64());
+        if best.get()[0] == Duration::MAX {
+            continue; // Not chosen on the command line.
+        }
+        let rate = stats.evaluated as f64 / spent;
+        println!(
+            "{name}: {} Gaussians, {} x {} pixels, {threads} threads: at best {:.1} ms elapsed, \
+             {:.1} ms of processor time; {:.1} million evaluations ({:.1} drawn), \
+             {:.0} million a second of it, {:.0} % of the peak of {:.1} G operations a second\n",
+            stats.visible,
+            camera.width,
+            camera.height,
+            1e3 * elapsed,
+            1e3 * spent,
+            stats.evaluated as f64 / 1e6,
+            stats.drawn as f64 / 1e6,
+            rate / 1e6,
+            100.0 * rate * OPERATIONS as f64 / peak,
+            peak / 1e9
+        );
+    }
+    group.finish();
+    criterion.final_summary();
+}

@@ -1,0 +1,150 @@
+//! The scenes that need no file, and what each can be represented by.
+
+use glam::DVec3;
+
+use super::open::SIDE;
+use super::{EFFICIENT_NERF, Model, NGP, NGP_MVOXEL, Scene, SceneError, garden, lantern, ready};
+use potamoi_analytic::Analytic;
+use potamoi_fields::AnyField;
+
+/// Scenes that need no file: splats, voxels, and models of the fields of
+/// [`Analytic`].
+pub const BUILTIN: [&str; 10] = [
+    "garden", "lantern", "cairn", "vase", "lattice", "mist", "moons", "chrome", "gallery", "city",
+];
+
+/// What an analytic scene is made into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Representation {
+    /// A grid of densities and colours, sampled.
+    Voxels,
+    /// DirectVoxGO, sampled.
+    Dvgo,
+    /// TensoRF, factors of what is sampled.
+    Tensorf,
+    /// Instant-NGP, fitted and stored.
+    Ngp,
+    /// 3D Gaussians, laid on surfaces and into fog.
+    Splats,
+    /// A two-level tree of EfficientNeRF, sampled.
+    EfficientNerf,
+    /// Compact-3DGS: 3D Gaussians laid as those are, coded, fitted and stored.
+    Compact,
+    /// Instant-NGP hashed by MVoxel, of `cairn` alone.
+    NgpMVoxel,
+}
+
+impl Representation {
+    /// Those of every scene; the first unless another is asked for.
+    pub const ALL: [Self; 7] = [
+        Self::Voxels,
+        Self::Dvgo,
+        Self::Tensorf,
+        Self::Ngp,
+        Self::Splats,
+        Self::EfficientNerf,
+        Self::Compact,
+    ];
+
+    /// Its name behind a scene's and a colon.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Voxels => "voxels",
+            Self::Dvgo => "dvgo",
+            Self::Tensorf => "tensorf",
+            Self::Ngp => "ngp",
+            Self::Splats => "splats",
+            Self::EfficientNerf => "efficientnerf",
+            Self::Compact => "compact",
+            Self::NgpMVoxel => "ngp-mvoxel",
+        }
+    }
+
+    /// Those of a scene.
+    fn of(analytic: Analytic) -> Vec<Self> {
+        let mut all = Self::ALL.to_vec();
+        if analytic == ready::HASHED_BY_MVOXEL {
+            all.push(Self::NgpMVoxel);
+        }
+        all
+    }
+
+    fn model(self, analytic: Analytic) -> Result<Model, SceneError> {
+        Ok(match self {
+            Self::Voxels => Model::Voxels(Box::new(analytic.bake()?)),
+            Self::Dvgo => Model::Dvgo(Box::new(ready::dvgo(&analytic.bake()?)?)),
+            Self::Tensorf => Model::Tensorf(Box::new(ready::tensorf(&analytic.bake()?)?)),
+            Self::Ngp => Model::Field(AnyField::new(NGP, ready::ngp(analytic)?)),
+            Self::Splats => Model::Splats(ready::cloud(analytic, ready::DISCS)?),
+            Self::EfficientNerf => Model::Field(AnyField::new(EFFICIENT_NERF, analytic.tree()?)),
+            Self::Compact => Model::Compact(Box::new(ready::compact(analytic)?)),
+            Self::NgpMVoxel => Model::Field(AnyField::new(NGP_MVOXEL, ready::ngp_mvoxel()?)),
+        })
+    }
+}
+
+impl Scene {
+    /// A built-in scene: a name, or the name of one that is known exactly, a
+    /// colon, and that of a [`Representation`]. `None` of any other name.
+    pub(super) fn builtin(name: &str) -> Option<Result<Self, SceneError>> {
+        let (scene, representation) = match name.split_once(':') {
+            Some((scene, representation)) => (scene, Some(representation)),
+            None => (name, None),
+        };
+        let known = BUILTIN.contains(&scene);
+        known.then(|| Self::represented(name, scene, representation))
+    }
+
+    /// The same of a scene and a representation apart.
+    pub(super) fn represented(
+        name: &str,
+        scene: &str,
+        representation: Option<&str>,
+    ) -> Result<Self, SceneError> {
+        let Some(analytic) = Analytic::named(scene) else {
+            if let Some(found) = representation {
+                return Err(SceneError::Value {
+                    scene: name.to_owned(),
+                    field: "representation",
+                    value: found.to_owned(),
+                    expected: format!("none: {scene} has its own"),
+                });
+            }
+            return Self::drawn(scene);
+        };
+        let wanted = representation.unwrap_or(Representation::ALL[0].name());
+        let all = Representation::of(analytic);
+        let found = all.iter().copied().find(|r| r.name() == wanted);
+        let found = found.ok_or_else(|| SceneError::Value {
+            scene: name.to_owned(),
+            field: "representation",
+            value: wanted.to_owned(),
+            expected: all.iter().map(|r| r.name()).collect::<Vec<_>>().join(", "),
+        })?;
+        let camera = analytic.camera(0.0, SIDE, SIDE);
+        let model = found.model(analytic)?;
+        let background = analytic.background();
+        Ok(Self {
+            truth: Some(analytic),
+            ..Self::of(name, model, camera, DVec3::Z, background)
+        })
+    }
+
+    /// One of those that are drawn by hand.
+    fn drawn(name: &str) -> Result<Self, SceneError> {
+        Ok(match name {
+            "garden" => {
+                let camera = garden::camera().resized(SIDE, SIDE);
+                let model = Model::Splats(garden::cloud());
+                Self::of(name, model, camera, DVec3::Y, garden::BACKGROUND)
+            }
+            "lantern" => {
+                let camera = lantern::camera(SIDE, SIDE);
+                let model = Model::Voxels(Box::new(lantern::lantern()?));
+                Self::of(name, model, camera, DVec3::Z, lantern::BACKGROUND)
+            }
+            _ => return Err(Self::unknown(name)),
+        })
+    }
+}

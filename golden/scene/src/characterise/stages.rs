@@ -1,0 +1,95 @@
+//! What the paper's three stages take of the float renderer's time.
+
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use serde::Serialize;
+
+use potamoi_base::camera::Camera;
+use potamoi_fields::{RayStages, Stops};
+use potamoi_splats::{Cloud, FloatOptions, Profile, RenderError, View, render_view};
+
+/// Rays of a field that are timed at most, spread over the frame.
+const RAYS: u32 = 5_000;
+
+/// Time of the stages, in seconds, measured on this machine. Of a field: of one
+/// thread, on rays spread over the frame. Of splats: of all threads, on the
+/// frame; what a pixel fetches of a Gaussian and what it makes of it are one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Stages {
+    /// Where samples lie; of splats projection, order and tiles.
+    pub indexing: f64,
+    /// Reading and interpolating vertices.
+    pub gathering: Option<f64>,
+    /// What is made of it, compositing included.
+    pub computation: f64,
+}
+
+impl Stages {
+    /// Shares of each.
+    #[must_use]
+    pub fn shares(&self) -> [Option<f64>; 3] {
+        let total = self.indexing + self.gathering.unwrap_or(0.0) + self.computation;
+        let share = |part: f64| part / total.max(f64::MIN_POSITIVE);
+        [
+            Some(share(self.indexing)),
+            self.gathering.map(share),
+            Some(share(self.computation)),
+        ]
+    }
+}
+
+/// Times a field, on rays up to where they are known to stop.
+#[must_use]
+pub fn field_stages(stops: &Stops<'_>) -> Stages {
+    let camera = stops.camera();
+    let pixels = camera.width.saturating_mul(camera.height);
+    // An odd step meets every column.
+    let step = (pixels / RAYS).max(1) | 1;
+    let mut rays = RayStages::new(stops);
+    let mut spent = [Duration::ZERO; 3];
+    let mut sum = DVec3::ZERO;
+    for i in (0..pixels).step_by(step as usize) {
+        let pixel = [i % camera.width, i / camera.width];
+        rays.aim(pixel);
+        let start = Instant::now();
+        rays.index();
+        let indexed = Instant::now();
+        rays.gather();
+        let gathered = Instant::now();
+        sum += rays.compute();
+        let done = Instant::now();
+        let parts = [indexed - start, gathered - indexed, done - gathered];
+        for (to, part) in spent.iter_mut().zip(parts) {
+            *to += part;
+        }
+    }
+    // Nothing of it may be left out.
+    std::hint::black_box(sum);
+    let [indexing, gathering, computation] = spent.map(|d| d.as_secs_f64());
+    Stages {
+        indexing,
+        gathering: Some(gathering),
+        computation,
+    }
+}
+
+/// Times splats.
+///
+/// # Errors
+/// A camera that is not sensible.
+pub fn splat_stages(
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+) -> Result<Stages, RenderError> {
+    let start = Instant::now();
+    let view = View::new(cloud, camera, profile)?;
+    let indexed = Instant::now();
+    std::hint::black_box(render_view(&view, &FloatOptions::default()));
+    Ok(Stages {
+        indexing: (indexed - start).as_secs_f64(),
+        gathering: None,
+        computation: indexed.elapsed().as_secs_f64(),
+    })
+}

@@ -1,0 +1,200 @@
+//! Bytes that the memory-centric order moves, by ray group and halo.
+//!
+//! An MVoxel of `e` vertices an edge holds `e - 1` cells an edge where it shares
+//! its faces with its neighbours (*shared*: stored twice, one entry a sample),
+//! or `e` where nothing is stored twice (*split*: a sample whose vertices lie in
+//! several MVoxels has an entry in each, and partial sums are added up).
+//! Counted is what the renderer moves whose rays stop where they are known to: an
+//! MVoxel is gathered to its end.
+
+use serde::Serialize;
+
+use potamoi_base::camera::Camera;
+use potamoi_fields::FieldError;
+use potamoi_march::streams::Streams;
+use potamoi_march::tiling::Halo;
+use potamoi_march::voxels::{FixedOptions, Volume, moved};
+
+/// What a frame moves for one size of ray groups.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Traffic {
+    /// Pixels a side of a ray group.
+    pub side: u32,
+    /// How MVoxels share vertices; splats have none.
+    pub halo: Option<Halo>,
+    /// MVoxels loaded, over all ray groups.
+    pub mvoxels: u64,
+    /// Entries of the ray index table.
+    pub entries: u64,
+    /// Bytes, stream by stream.
+    pub streams: Streams,
+    /// Of the bytes of MVoxels, those that are fetched row by row: of tables that
+    /// do not stream, and of splats' MVoxels of which a ray group uses little.
+    pub scattered: u64,
+}
+
+impl Traffic {
+    /// Of nothing.
+    pub(super) fn of(side: u32, halo: Option<Halo>) -> Self {
+        Self {
+            side,
+            halo,
+            mvoxels: 0,
+            entries: 0,
+            streams: Streams::default(),
+            scattered: 0,
+        }
+    }
+
+    /// Of both.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            mvoxels: self.mvoxels + other.mvoxels,
+            entries: self.entries + other.entries,
+            streams: self.streams + other.streams,
+            scattered: self.scattered + other.scattered,
+            ..self
+        }
+    }
+}
+
+/// Counts what the renderer moves of a frame of one volume whose rays stop behind
+/// so many gathered samples ([`FixedFrame::stops`](potamoi_march::voxels::FixedFrame::stops)),
+/// for each side of ray groups and both halos.
+///
+/// # Errors
+/// As [`moved`].
+pub fn traffic(
+    volume: &Volume<'_>,
+    camera: &Camera,
+    options: &FixedOptions,
+    stops: &[u32],
+    sides: &[u32],
+) -> Result<Vec<Traffic>, FieldError> {
+    let halos = [Halo::Shared, Halo::Split];
+    let cut = halos.map(|halo| volume.mvoxels.with_halo(halo));
+    let mut found = vec![];
+    for side in sides.iter().copied() {
+        for (halo, mvoxels) in halos.into_iter().zip(&cut) {
+            let volume = Volume { mvoxels, ..*volume };
+            let options = FixedOptions {
+                group_side: Some(side),
+                ..*options
+            };
+            let stats = moved(&volume, camera, &options, stops)?;
+            found.push(Traffic {
+                mvoxels: stats.tasks,
+                entries: stats.entries,
+                streams: stats.streams,
+                ..Traffic::of(side, Some(halo))
+            });
+        }
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic)]
+    use super::*;
+    use potamoi_formats::config::Config;
+
+    use crate::{Model, Scene};
+    use potamoi_march::voxels::{self, MVoxels, Placement, render_volume, stored};
+    use potamoi_reference::Twins;
+
+    /// Every stream and count is the renderer's, with both halos, where rays stop
+    /// and where none does; where the table is read several times, too.
+    #[test]
+    fn counts_are_those_of_the_renderer() {
+        let mut scene = Scene::open("lantern").unwrap();
+        scene.set_size(Some(40), Some(36)).unwrap();
+        let Model::Voxels(grid) = scene.model() else {
+            panic!("the lantern is a grid")
+        };
+        let mut stopped = 0;
+        for (text, segments) in [
+            ("", 1),
+            ("[gu]\nbanks = 4\nsegments = 4\n[rit]\nentries = 16", 4),
+        ] {
+            let config = Config::from_toml(text, "test").unwrap();
+            let cut = MVoxels::new(grid, &config).unwrap();
+            let head = stored(grid, &cut, &FixedOptions::default()).unwrap();
+            let volume = Volume {
+                mvoxels: &cut,
+                placement: Placement::of(grid),
+                head: &head,
+            };
+            stopped += same_as_rendered(&volume, scene.camera(), &config, segments);
+        }
+        assert!(stopped > 100, "{stopped}");
+    }
+
+    /// The same of a DirectVoxGO model, whose samples are cut in cells of a mask.
+    #[test]
+    fn counts_of_voxels_with_a_perceptron_are_those_of_the_renderer() {
+        let mut scene = Scene::open("cairn:dvgo").unwrap();
+        scene.set_size(Some(32), None).unwrap();
+        let Model::Dvgo(field) = scene.model() else {
+            panic!("DirectVoxGO")
+        };
+        let config = Config::preset("fields").unwrap();
+        let made = field.fixed(&config).unwrap();
+        let volume = Volume {
+            mvoxels: made.mvoxels(),
+            placement: made.placement(),
+            head: made.head(),
+        };
+        assert!(same_as_rendered(&volume, scene.camera(), &config, 1) > 100);
+    }
+
+    /// Compares, and says how many rays stopped.
+    fn same_as_rendered(
+        volume: &Volume<'_>,
+        camera: &Camera,
+        config: &Config,
+        segments: usize,
+    ) -> u64 {
+        let all = FixedOptions::default();
+        let known = voxels::stops(volume, camera, &all, &mut Twins::new(config)).unwrap();
+        let mut stopped = 0;
+        for (side, terminate) in [(8, true), (40, true), (16, false)] {
+            let stops = match terminate {
+                true => known.clone(),
+                false => vec![u32::MAX; known.len()],
+            };
+            let counted = traffic(volume, camera, &all, &stops, &[side]).unwrap();
+            for (halo, found) in [Halo::Shared, Halo::Split].into_iter().zip(&counted) {
+                let options = FixedOptions {
+                    group_side: Some(side),
+                    terminate,
+                    ..all
+                };
+                let volume = Volume {
+                    mvoxels: &volume.mvoxels.with_halo(halo),
+                    ..*volume
+                };
+                let mut units = Twins::new(config);
+                let frame = render_volume(&volume, camera, &options, &mut units).unwrap();
+                assert_eq!(frame.stops, stops, "{side} {halo:?}");
+                let stats = &frame.stats;
+                assert_eq!((found.side, found.halo), (side, Some(halo)));
+                assert_eq!((found.mvoxels, found.entries), (stats.tasks, stats.entries));
+                assert_eq!(found.streams, stats.streams, "{side} {halo:?} {terminate}");
+                let s = stats.streams;
+                let sum = s.mvoxels_read + s.rit_written + s.rit_read + s.features;
+                assert_eq!(found.streams.total(), sum + s.partial_sums);
+                // Halves of 16 entries are exceeded, but not by every MVoxel.
+                assert_eq!(s.rit_read > s.rit_written, segments > 1);
+                assert!(s.rit_read < 4 * s.rit_written);
+                assert_eq!(s.partial_sums > 0, halo == Halo::Split);
+                stopped += stats.stopped;
+            }
+            // Splitting asks for more.
+            let [shared, split] = [counted[0], counted[1]];
+            let share = split.entries as f64 / shared.entries as f64;
+            assert!((1.2..1.9).contains(&share), "{share}");
+        }
+        stopped
+    }
+}

@@ -1,0 +1,246 @@
+//! What rendering of any scene does to memory.
+
+use potamoi_formats::config::{Config, PRESETS};
+use rayon::join;
+
+use super::{Kind, Model, Scene, SceneError};
+use crate::characterise::{
+    Accesses, FullSize, Size, Stages, Traffic, colour_traffic, field_accesses, field_stages,
+    splat_accesses, splat_stages, splat_traffic, table_traffic, traffic,
+};
+use potamoi_base::mask::Mask;
+use potamoi_fields::dvgo::Dvgo;
+use potamoi_fields::stored::StoredField;
+use potamoi_fields::{Field, FieldError, FixedField, Stops};
+use potamoi_march::voxels::{self, MVoxels, Placement, Volume, stored};
+use potamoi_reference::Twins;
+use potamoi_splats::{Cloud, View};
+
+/// What a frame does to memory in both orders, and what its stages take.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Characterised {
+    /// Reads of feature vectors in pixel-centric order.
+    pub accesses: Accesses,
+    /// Bytes of the memory-centric order, by side of ray groups, and by halo where
+    /// MVoxels share vertices.
+    pub traffic: Vec<Traffic>,
+    /// Time of the paper's three stages in the float renderer, measured.
+    pub stages: Stages,
+}
+
+impl Scene {
+    /// Counts what a frame does to memory: its reads through a buffer of
+    /// `capacity` bytes, and its bytes for each side of ray groups; with `full`,
+    /// reads are of tables as large as the algorithm's authors use, where
+    /// [`Model::full_size`] knows that.
+    ///
+    /// # Errors
+    /// As [`Scene::render_float`], or a configuration whose rows hold no cell of
+    /// a table.
+    pub fn characterise(
+        &self,
+        config: &Config,
+        capacity: u32,
+        sides: &[u32],
+        full: bool,
+    ) -> Result<Characterised, SceneError> {
+        let full = self.model.full_size().filter(|_| full);
+        match self.model.kind() {
+            Kind::Splats(cloud) => self.of_splats(cloud, config, capacity, sides, full),
+            Kind::Voxels(grid) => {
+                let field = StoredField::new(grid, self.step)?;
+                let mvoxels = MVoxels::new(grid, config)?;
+                let volume = Volume {
+                    mvoxels: &mvoxels,
+                    placement: Placement::of(grid),
+                    head: &stored(grid, &mvoxels, &self.voxel_options())?,
+                };
+                let traffic = || self.of_volume(&volume, config, sides);
+                self.of_field(&field, capacity, full, traffic)
+            }
+            Kind::Field(field) => {
+                let traffic = || self.of_tables(field, config, sides);
+                let of_dvgo = |field: &Dvgo| {
+                    let (config, made) = able(config, |config| field.fixed(config))?;
+                    let volume = Volume {
+                        mvoxels: made.mvoxels(),
+                        placement: made.placement(),
+                        head: made.head(),
+                    };
+                    self.of_volume(&volume, &config, sides)
+                };
+                match self.model() {
+                    Model::Dvgo(own) => self.of_field(field, capacity, full, || of_dvgo(own)),
+                    _ => self.of_field(field, capacity, full, traffic),
+                }
+            }
+        }
+    }
+
+    /// Reads of feature vectors of a frame, or of a mask's pixels, in pixel-centric order
+    /// through a buffer of `capacity` bytes with oracle replacement.
+    ///
+    /// # Errors
+    /// As [`Scene::render_float`], and for a mask of another size than the camera's.
+    pub fn accesses(&self, capacity: u32, only: Option<&Mask>) -> Result<Accesses, SceneError> {
+        let field = |field: &dyn Field| -> Result<Accesses, SceneError> {
+            let field = self.stopping(field);
+            let stops = Stops::masked(&field, &self.camera, only)?;
+            Ok(field_accesses(&stops, None, capacity)?)
+        };
+        match self.model.kind() {
+            Kind::Splats(cloud) => {
+                let view = View::new(cloud, &self.camera, self.profile)?;
+                let colour = match self.model() {
+                    Model::Compact(model) => Some(&**model),
+                    _ => None,
+                };
+                Ok(splat_accesses(cloud, colour, None, &view, only, capacity)?)
+            }
+            Kind::Voxels(grid) => field(&StoredField::new(grid, self.step)?),
+            Kind::Field(own) => field(own),
+        }
+    }
+
+    fn of_field(
+        &self,
+        field: &dyn Field,
+        capacity: u32,
+        full: Option<Size>,
+        traffic: impl FnOnce() -> Result<Vec<Traffic>, FieldError> + Send,
+    ) -> Result<Characterised, SceneError> {
+        let full = full.map(|size| FullSize::new(field, size)).transpose()?;
+        let stopping = self.stopping(field);
+        let stops = Stops::find(&stopping, &self.camera)?;
+        let (accesses, traffic) = join(|| field_accesses(&stops, full.as_ref(), capacity), traffic);
+        Ok(Characterised {
+            accesses: accesses?,
+            traffic: traffic?,
+            // Alone, since it is timed.
+            stages: field_stages(&stops),
+        })
+    }
+
+    fn of_volume(
+        &self,
+        volume: &Volume<'_>,
+        config: &Config,
+        sides: &[u32],
+    ) -> Result<Vec<Traffic>, FieldError> {
+        let (camera, options) = (&self.camera, self.voxel_options());
+        let stops = voxels::stops(volume, camera, &options, &mut Twins::new(config))?;
+        traffic(volume, camera, &options, &stops, sides)
+    }
+
+    fn of_tables(
+        &self,
+        field: &dyn Field,
+        config: &Config,
+        sides: &[u32],
+    ) -> Result<Vec<Traffic>, FieldError> {
+        let stopping = self.stopping(field);
+        let (able, made) = able(config, |config| FixedField::new(&stopping, config))?;
+        let stops = made.stops(&self.camera, &mut Twins::new(&able))?;
+        table_traffic(field, &self.camera, &stops, config, sides)
+    }
+
+    fn of_splats(
+        &self,
+        cloud: &Cloud,
+        config: &Config,
+        capacity: u32,
+        sides: &[u32],
+        full: Option<Size>,
+    ) -> Result<Characterised, SceneError> {
+        let view = View::new(cloud, &self.camera, self.profile)?;
+        let colour = match self.model() {
+            Model::Compact(model) => Some(&**model),
+            _ => None,
+        };
+        let options = self.splat_options(config);
+        let (accesses, traffic) = join(
+            || splat_accesses(cloud, colour, full, &view, None, capacity),
+            || splat_traffic(cloud, &view, &options, sides),
+        );
+        let mut traffic = traffic?;
+        if let Some(model) = colour {
+            let colours = colour_traffic(model.colour(), &model.asked_at(), config)?;
+            for own in &mut traffic {
+                *own = own.and(colours);
+            }
+        }
+        Ok(Characterised {
+            accesses: accesses?,
+            traffic,
+            stages: splat_stages(cloud, &self.camera, self.profile)?,
+        })
+    }
+}
+
+/// What is made with a configuration, or, where its vector unit lacks what a field
+/// needs, with that of the preset `fields` in its place: where rays stop follows
+/// from it, what an MVoxel moves does not.
+fn able<T>(
+    config: &Config,
+    make: impl Fn(&Config) -> Result<T, FieldError>,
+) -> Result<(Config, T), FieldError> {
+    let made = make(config);
+    let preset = PRESETS.iter().find(|(name, _)| *name == "fields");
+    let fields = preset.and_then(|(name, text)| Config::from_toml(text, name).ok());
+    match (made, fields) {
+        (Err(_), Some(fields)) => {
+            let config = Config {
+                vu: fields.vu,
+                ..config.clone()
+            };
+            let made = make(&config)?;
+            Ok((config, made))
+        }
+        (made, _) => Ok((config.clone(), made?)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use potamoi_reference::Twins;
+
+    /// Reads and bytes of the colours of Compact-3DGS are counted as the renderer
+    /// counts them: every stream, MVoxels and entries.
+    #[test]
+    fn colours_of_gaussians_are_counted_as_they_are_rendered() {
+        let path =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/fields.toml");
+        let text = std::fs::read_to_string(path).unwrap();
+        let config = Config::from_toml(&text, "fields").unwrap();
+        let mut scene = Scene::open("cairn:compact").unwrap();
+        scene.set_size(Some(64), Some(48)).unwrap();
+        let found = scene.characterise(&config, 1 << 21, &[64], false).unwrap();
+        let mut units = Twins::new(&config);
+        let rendered = scene.render_fixed(&config, &mut units).unwrap().counts;
+        let [traffic] = found.traffic[..] else {
+            unreachable!("one side")
+        };
+        assert_eq!(traffic.streams, rendered.streams);
+        assert_eq!(traffic.mvoxels, rendered.mvoxels);
+        assert_eq!(traffic.entries, rendered.feature_vectors);
+        assert_eq!(traffic.scattered, rendered.scattered_bytes);
+        assert!(traffic.scattered > 0);
+
+        // Every Gaussian reads eight rows of every level, besides what the same
+        // Gaussians read that have colours of their own.
+        let Model::Compact(model) = scene.model() else {
+            unreachable!("a Compact-3DGS model")
+        };
+        let view = View::new(model.gaussians(), scene.camera(), scene.profile()).unwrap();
+        let tiles: usize = (0..view.splats().len())
+            .map(|r| view.tiles_of(r).len())
+            .sum();
+        let colours = 8 * model.colour().tables().len() * model.gaussians().len();
+        assert_eq!(found.accesses.memory.reads, (tiles + colours) as u64);
+        assert_eq!(rendered.feature_vectors, (tiles + colours / 8) as u64);
+        let bytes: Vec<u32> = found.accesses.tables.iter().map(|t| t.bytes).collect();
+        assert_eq!(bytes, [vec![4; 16], vec![56]].concat());
+    }
+}

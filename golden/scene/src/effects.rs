@@ -1,0 +1,235 @@
+//! What a scene's data calls for, and what its renderers are told to do.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::OpCode;
+
+use super::{Kind, Model, Scene, SceneError};
+use crate::facts::Facts;
+use potamoi_base::effects::{Choices, Effect};
+use potamoi_base::sh;
+use potamoi_fields::{Field, FieldWork};
+use potamoi_march::voxels::{self, Formats, Head, MVoxels, Skip, TRANSMITTANCE};
+use potamoi_reference::bounds::VectorBounds;
+use potamoi_splats::{Cloud, Octree, Partition, Sorting, Work};
+
+/// What roundings take of what is left of a ray in floating point, and more.
+pub(super) const LOST_IN_FLOATS: f64 = 1.0 / (1u64 << 40) as f64;
+/// By how much an alpha of splats may be above an opacity, of 16 fraction bits: both are rounded,
+/// and exponentials are 1 at most.
+const SPLAT_OPACITY: f64 = 1.0 / (1 << 16) as f64;
+
+impl Model {
+    /// Whether it is of Gaussians.
+    #[must_use]
+    pub fn is_splats(&self) -> bool {
+        matches!(self.kind(), Kind::Splats(_))
+    }
+}
+
+impl Scene {
+    /// What is carried out, or left out, whatever is called for.
+    #[must_use]
+    pub const fn choices(&self) -> Choices {
+        self.choices
+    }
+
+    /// Carries effects out, or leaves them out, whatever is called for.
+    pub fn set_choices(&mut self, choices: Choices) {
+        self.choices = choices;
+    }
+
+    /// What the model's data says, found when it is first asked for.
+    #[must_use]
+    pub fn facts(&self) -> &Facts {
+        let rules = self.profile.rules().with(&self.precision);
+        let stop = self.precision.stop_below;
+        self.found
+            .facts(|| Facts::of(&self.model, &rules, self.step, stop))
+    }
+
+    fn carries_out(&self, effect: Effect, is_called_for: bool) -> bool {
+        self.choices.carries_out(effect, is_called_for)
+    }
+
+    /// The highest degree of spherical harmonics that is evaluated.
+    fn degree(&self) -> usize {
+        let facts = self.facts();
+        self.choices
+            .harmonics(facts.stored_harmonics(), facts.highest_harmonic())
+    }
+
+    /// Coefficients of a Gaussian's colours that are called for and left out, over three channels; of
+    /// other models none.
+    #[must_use]
+    pub fn left_out_coefficients(&self) -> u64 {
+        let of = |degree: usize| 3 * (degree as u64 + 1).pow(2);
+        match *self.model {
+            Model::Splats(_) => {
+                of(self.facts().highest_harmonic()).saturating_sub(of(self.degree()))
+            }
+            _ => 0,
+        }
+    }
+
+    /// Whether rays stop early, where roundings take so much of what is left, a sample.
+    pub(super) fn stops(&self, lost: f64) -> bool {
+        let can_stop = self.facts().thickness.can_stop(lost);
+        self.carries_out(Effect::EarlyTermination, can_stop)
+    }
+
+    /// What roundings of a configuration's units may take of what is left of a ray, a sample: what
+    /// an opacity may be too large by, and a unit of the transmittance. Of fields nothing is known,
+    /// nor is how much light a ray loses.
+    ///
+    /// # Errors
+    /// A configuration that does not fit the voxels.
+    pub fn lost_a_sample(&self, config: &Config) -> Result<f64, SceneError> {
+        Ok(match self.model.kind() {
+            Kind::Splats(_) => self.lost_a_splat(),
+            Kind::Voxels(grid) => {
+                let formats = Formats::new(grid, config)?;
+                let off = voxels::opacity_off(
+                    &formats,
+                    &VectorBounds::by_formula(&config.vu.exp),
+                    self.step,
+                );
+                off + self.transmittance_unit()
+            }
+            Kind::Field(_) => 0.0,
+        })
+    }
+
+    /// The same of a Gaussian, whatever the configuration.
+    fn lost_a_splat(&self) -> f64 {
+        SPLAT_OPACITY + self.transmittance_unit()
+    }
+
+    fn transmittance_unit(&self) -> f64 {
+        let bits = self.precision.transmittance_bits;
+        2f64.powi(-(bits.unwrap_or(TRANSMITTANCE.frac_bits()) as i32))
+    }
+
+    pub(super) fn splat_work(&self) -> Work {
+        let sorting = match () {
+            () if self.choices.leaves_out(Effect::Sorting) => Sorting::Never,
+            () if self.choices.forces(Effect::Sorting) => Sorting::Always,
+            () => Sorting::IfNeeded,
+        };
+        Work {
+            degree: match *self.model {
+                // A camera's colours have none.
+                Model::Compact(_) => sh::MAX_DEGREE,
+                _ => self.degree(),
+            },
+            sorting,
+            stops: self.stops(self.lost_a_splat()),
+            precision: self.precision,
+        }
+    }
+
+    /// Whether colours of voxels that are linear in the direction are seen from it.
+    pub(super) fn voxel_directions(&self) -> bool {
+        self.degree() > 0
+    }
+
+    pub(super) fn field_work(&self) -> FieldWork {
+        let facts = self.facts();
+        let sees = self.carries_out(Effect::ViewMlp, facts.sees_directions());
+        let direction_codes = match (facts.perceptron, facts.harmonics) {
+            (Some(_), _) if !sees => 0,
+            (_, Some(_)) => sh::coefficients(self.degree()),
+            _ => usize::MAX,
+        };
+        // Cells of a tree without a node have nothing to gather.
+        let has_nodes = facts.tables.iter().all(|table| table.vertices == 1);
+        FieldWork {
+            direction_codes,
+            hashed: match self.precision.hashed_levels {
+                _ if self.choices.leaves_out(Effect::HashLevels) => 0,
+                Some(levels) => levels as usize,
+                None => usize::MAX,
+            },
+            void_test: has_nodes || !self.choices.leaves_out(Effect::VoidTest),
+        }
+    }
+
+    /// Which samples are left out as nothing is there.
+    pub(super) fn skip(&self, mvoxels: &MVoxels) -> Skip {
+        let [void, _] = mvoxels.void_cells();
+        match self.carries_out(Effect::VoidTest, void > 0) {
+            true => Skip::Cells,
+            false => Skip::Nothing,
+        }
+    }
+
+    /// Cells of splats before and after merging, with MVoxels of so many rows.
+    #[must_use]
+    pub fn merged_cells(&self, rows: usize) -> Option<[usize; 2]> {
+        let Kind::Splats(cloud) = self.model.kind() else {
+            return None;
+        };
+        let halvings = self.cells.halvings;
+        Some(self.found.merging((rows, halvings), || {
+            let partition = Partition::halved(cloud, rows, halvings);
+            let tree = Octree::merge(cloud, &partition, rows);
+            [tree.cells().len(), tree.points().len()]
+        }))
+    }
+
+    /// Whether cells of splats are merged.
+    pub(super) fn merges_cells(&self, rows: usize) -> bool {
+        let can_merge =
+            || matches!(self.merged_cells(rows), Some([cells, merged]) if merged < cells);
+        let effect = Effect::OctreeMerging;
+        // Looking is no less work than merging, but once.
+        self.cells.merge
+            && !self.choices.leaves_out(effect)
+            && (self.choices.forces(effect) || can_merge())
+    }
+
+    /// Operations of the vector unit that frames of the scene take.
+    ///
+    /// # Errors
+    /// A configuration in which it cannot be rendered.
+    pub fn operations(&self, config: &Config) -> Result<Vec<OpCode>, SceneError> {
+        let of = |head: &dyn Head| [head.operations(), vec![OpCode::Multiply]].concat();
+        let splats = vec![OpCode::SquareSum, OpCode::Exp, OpCode::Multiply];
+        let coded = |field: &dyn Field| -> Result<Vec<OpCode>, SceneError> {
+            let coded = field.coded(config).map_err(SceneError::from)?;
+            Ok(of(&*coded.head))
+        };
+        let found = match self.model() {
+            Model::Splats(_) => Ok(splats),
+            Model::Compact(_) => Ok([splats, vec![OpCode::Relu]].concat()),
+            Model::Voxels(grid) => {
+                let mvoxels = MVoxels::new(grid, config)?;
+                Ok(of(&voxels::stored(grid, &mvoxels, &self.voxel_options())?))
+            }
+            Model::Dvgo(field) => Ok(of(field.fixed(config)?.head())),
+            Model::Tensorf(field) => coded(&**field),
+            Model::Field(field) => coded(&**field),
+        };
+        found.map_err(|e: SceneError| e.of(&self.name))
+    }
+
+    /// The Gaussians of a model of splats.
+    pub fn cloud(&self) -> Option<&Cloud> {
+        match self.model.kind() {
+            Kind::Splats(cloud) => Some(cloud),
+            _ => None,
+        }
+    }
+}
+
+impl Scene {
+    /// The same with another model.
+    #[must_use]
+    pub fn with_model(self, model: Model) -> Self {
+        Self {
+            model: model.into(),
+            found: crate::facts::Cache::default(),
+            truth: None,
+            ..self
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! What a model's data says, whatever the camera.
+
+mod cache;
+mod thickness;
+
+use crate::{Kind, Model};
+pub(crate) use cache::Cache;
+use potamoi_base::bands::{self, Bands};
+use potamoi_base::sh;
+use potamoi_fields::{Directions, Field, HashedColour, Mlp, Stopping, Table};
+use potamoi_march::voxels::{Grid, STOP_BELOW};
+use potamoi_splats::{Cloud, Rules, sigmoid};
+pub use thickness::Thickness;
+
+/// A table that features are gathered from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TableFacts {
+    /// Vertices that a sample reads: 1, 2, 4 or 8.
+    pub vertices: usize,
+    /// Channels of one.
+    pub channels: usize,
+    /// Rows.
+    pub rows: usize,
+    /// Whether vertices share rows.
+    pub is_hashed: bool,
+}
+
+/// What of a perceptron depends on the direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Perceptron {
+    /// Inputs of its first layer, and those of them that are the direction's.
+    pub inputs: [usize; 2],
+    /// Weights of these, and how many of them are not 0.
+    pub weights: [u64; 2],
+}
+
+/// What the data of a model says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Facts {
+    /// Its parts, by their name and number.
+    pub parts: (&'static str, u64),
+    /// Spherical harmonics, where it has any.
+    pub harmonics: Option<Bands>,
+    /// What their coefficients belong to.
+    pub holders: &'static str,
+    /// A perceptron that makes colours, where there is one.
+    pub perceptron: Option<Perceptron>,
+    /// What a ray passes at most.
+    pub thickness: Thickness,
+    /// Weights and biases of all perceptrons, where it has any.
+    pub weights: usize,
+    /// Tables that features are gathered from, before records of splats.
+    pub tables: Vec<TableFacts>,
+    /// Cells where nothing is, and all, of a grid that says so.
+    pub void: Option<[u64; 2]>,
+    /// The largest of what gives opacity: a density, an optical depth a voxel edge, or a
+    /// Gaussian's opacity. None of fields that compute it.
+    pub most_opaque: Option<f64>,
+}
+
+impl Facts {
+    /// Looks through a model. `rules` are those of splats, `step` the voxel edges from sample to
+    /// sample of grids, `stop` what is left of rays that stop, if not what the model's rules say.
+    #[must_use]
+    pub fn of(model: &Model, rules: &Rules, step: f64, stop: Option<f64>) -> Self {
+        match (model, model.kind()) {
+            (Model::Compact(compact), _) => Self {
+                tables: tables(compact.colour().tables()),
+                holders: "neurons",
+                perceptron: Some(perceptron(compact.colour().head(), &compact_inputs())),
+                harmonics: Some(harmonics(compact.colour().head(), &compact_inputs())),
+                weights: compact.colour().head().len(),
+                ..of_cloud(compact.gaussians(), rules)
+            },
+            (_, Kind::Splats(cloud)) => of_cloud(cloud, rules),
+            (_, Kind::Voxels(grid)) => of_grid(grid, step, stop.unwrap_or(STOP_BELOW)),
+            (_, Kind::Field(field)) => of_field(&Stopping::new(field, stop)),
+        }
+    }
+
+    /// The highest degree of spherical harmonics that anything depends on.
+    #[must_use]
+    pub fn highest_harmonic(&self) -> usize {
+        self.harmonics.as_ref().map_or(0, Bands::highest)
+    }
+
+    /// The highest degree that is stored.
+    #[must_use]
+    pub fn stored_harmonics(&self) -> usize {
+        self.harmonics.map_or(0, |bands| bands.stored)
+    }
+
+    /// Whether a perceptron's colours depend on the direction.
+    #[must_use]
+    pub fn sees_directions(&self) -> bool {
+        self.perceptron.is_some_and(|own| own.weights[1] > 0)
+    }
+
+    /// Whether anything can be seen.
+    #[must_use]
+    pub fn can_be_seen(&self) -> bool {
+        self.most_opaque.is_none_or(|most| most > 0.0)
+    }
+
+    /// Levels whose vertices share entries.
+    #[must_use]
+    pub fn hashed_tables(&self) -> usize {
+        self.tables.iter().filter(|table| table.is_hashed).count()
+    }
+}
+
+fn compact_inputs() -> Vec<usize> {
+    HashedColour::direction_inputs()
+}
+
+fn tables(all: &[Table]) -> Vec<TableFacts> {
+    let facts = |table: &Table| TableFacts {
+        vertices: table.vertices(),
+        channels: table.channels(),
+        rows: table.rows(),
+        is_hashed: table.is_hashed(),
+    };
+    all.iter().map(facts).collect()
+}
+
+fn perceptron(mlp: &Mlp, inputs: &[usize]) -> Perceptron {
+    Perceptron {
+        inputs: [mlp.inputs(), inputs.len()],
+        weights: mlp.weights_of(inputs),
+    }
+}
+
+/// Harmonics that are inputs of a perceptron, degree by degree: of each the neurons of the first
+/// layer that use it.
+fn harmonics(mlp: &Mlp, inputs: &[usize]) -> Bands {
+    let first = &mlp.layers()[..1.min(mlp.layers().len())];
+    let rows = first
+        .iter()
+        .flat_map(|layer| layer.weights().chunks_exact(layer.inputs()));
+    let holders = rows.map(|row| {
+        let own = inputs.iter().map(|i| row.get(*i..=*i).unwrap_or_default());
+        bands::used(own)
+    });
+    Bands::of(inputs.len().isqrt().saturating_sub(1), holders)
+}
+
+fn of_cloud(cloud: &Cloud, rules: &Rules) -> Facts {
+    let coefficients = |index| {
+        let own = cloud.sh(index).iter();
+        bands::used(own.map(<[f32; 3]>::as_slice))
+    };
+    let mut thickness = Thickness {
+        depth: 0.0,
+        samples: cloud.len() as f64,
+        stop: rules.stop_below,
+    };
+    let mut most = 0f64;
+    for logit in cloud.opacity_logits() {
+        let opacity = sigmoid(f64::from(*logit)).min(rules.alpha_cap);
+        most = most.max(opacity);
+        // Fainter ones are skipped; a record's code may be half a unit above.
+        if opacity + 1e-5 >= rules.alpha_min {
+            thickness.depth -= (-opacity).ln_1p();
+        }
+    }
+    Facts {
+        parts: ("Gaussians", cloud.len() as u64),
+        harmonics: Some(Bands::of(
+            cloud.degree(),
+            (0..cloud.len()).map(coefficients),
+        )),
+        holders: "Gaussians",
+        perceptron: None,
+        weights: 0,
+        thickness,
+        tables: vec![],
+        void: None,
+        most_opaque: Some(most),
+    }
+}
+
+fn of_grid(grid: &Grid, step: f64, stop: f64) -> Facts {
+    let channels = grid.layout().channels();
+    let terms = grid.layout().coefficients();
+    let vertices = grid.features().chunks_exact(channels);
+    let holders = vertices.clone().map(|vertex| {
+        let colours = vertex[1..].chunks_exact(terms);
+        let mut used = [false; sh::MAX_DEGREE + 1];
+        for colour in colours {
+            let own = bands::used(colour.iter().map(std::slice::from_ref));
+            used.iter_mut().zip(own).for_each(|(to, own)| *to |= own);
+        }
+        used
+    });
+    let most = vertices.fold(0f32, |most, vertex| most.max(vertex[0]));
+    let diagonal = glam::DVec3::from(grid.points().map(|p| (p - 1) as f64)).length();
+    Facts {
+        parts: ("vertices", (grid.features().len() / channels) as u64),
+        harmonics: Some(Bands::of(terms.isqrt() - 1, holders)),
+        holders: "vertices",
+        perceptron: None,
+        weights: 0,
+        thickness: Thickness {
+            // A sample more at each end.
+            depth: f64::from(most) * (diagonal + 2.0 * step),
+            samples: diagonal / step + 2.0,
+            stop,
+        },
+        tables: vec![TableFacts {
+            vertices: 8,
+            channels,
+            rows: grid.features().len() / channels,
+            is_hashed: false,
+        }],
+        void: None,
+        most_opaque: Some(most.into()),
+    }
+}
+
+fn of_field(field: &dyn Field) -> Facts {
+    let (harmonics, perceptron, holders) = match field.directions() {
+        Directions::None => (None, None, "rows"),
+        Directions::Harmonics(bands) => (Some(bands), None, "fine cells"),
+        Directions::Perceptron {
+            mlp,
+            inputs,
+            are_harmonics,
+        } => {
+            let bands = are_harmonics.then(|| harmonics(mlp, &inputs));
+            (bands, Some(perceptron(mlp, &inputs)), "neurons")
+        }
+    };
+    let tables = tables(field.tables());
+    Facts {
+        parts: ("rows", tables.iter().map(|table| table.rows as u64).sum()),
+        harmonics,
+        holders,
+        perceptron,
+        weights: field.perceptrons().into_iter().map(Mlp::len).sum(),
+        thickness: Thickness::unknown(field.sampling().stop),
+        tables,
+        void: field.void(),
+        most_opaque: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use potamoi_splats::Profile;
+
+    /// What is not skipped takes light, however little above the limit it is.
+    #[test]
+    fn gaussians_that_are_drawn_take_light() {
+        let rules = &Profile::Inria.rules();
+        let depth = |opacity: f64| {
+            let n = 100;
+            let logit = (opacity / (1.0 - opacity)).ln() as f32;
+            let cloud = Cloud::new(
+                0,
+                vec![[0.0; 3]; n],
+                vec![[0.0; 3]; n],
+                vec![[1.0, 0.0, 0.0, 0.0]; n],
+                vec![logit; n],
+                vec![[0.0; 3]; n],
+            );
+            of_cloud(&cloud.unwrap(), rules).thickness.depth
+        };
+        for over in [1.0001f64, 1.005, 1.02, 2.0] {
+            let opacity = over * rules.alpha_min;
+            let expected = -100.0 * (-opacity).ln_1p();
+            let found = depth(opacity);
+            assert!((found / expected - 1.0).abs() < 1e-4, "{over}: {found}");
+        }
+        assert_eq!(depth(0.99 * rules.alpha_min), 0.0);
+    }
+}

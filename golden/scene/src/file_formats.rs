@@ -1,0 +1,79 @@
+//! The file formats that are read, by their keys.
+
+use crate::compact;
+use potamoi_base::record::Format;
+use potamoi_splats::{files, ply};
+
+/// Every format, in the order of the book's table.
+pub static FORMATS: &[&Format] = &[
+    &super::description::DESCRIPTION,
+    &super::camera_file::CAMERAS,
+    &super::transforms::PATH,
+    &super::transforms::FRAME,
+    &super::colmap::FOLDER,
+    &super::colmap::INTRINSICS,
+    &super::colmap::POSES,
+    &super::picture_files::PNG,
+    &super::picture_files::EXR,
+    &potamoi_fields::dvgo::DVGO,
+    &potamoi_fields::tensorf::TENSORF,
+    &potamoi_fields::ngp::NGP,
+    &ply::FORMAT,
+    &files::packed_ply::FORMAT,
+    &files::splat::FORMAT,
+    &files::spz::FORMAT,
+    &files::sog::FORMAT,
+    &compact::FORMAT,
+];
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::fmt::Write as _;
+    use std::path::Path;
+
+    use super::*;
+
+    fn table() -> String {
+        let mut text = String::new();
+        for format in FORMATS {
+            writeln!(text, "\n### {}\n\n{}\n", format.name, format.files).unwrap();
+            text += "| key | | |\n|---|---|---|\n";
+            for key in format.keys {
+                let (name, fate) = (key.name, key.fate.name());
+                writeln!(text, "| `{name}` | {fate} | {} |", key.about).unwrap();
+            }
+            writeln!(text, "| any other | {} | |", format.others.name()).unwrap();
+        }
+        text + "\n"
+    }
+
+    #[test]
+    fn the_table_of_the_book_is_current() {
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/files.md");
+        let text = std::fs::read_to_string(&page).unwrap();
+        let marks = ["<!-- formats -->\n", "<!-- end of formats -->\n"];
+        let (before, rest) = text.split_once(marks[0]).unwrap();
+        let (found, after) = rest.split_once(marks[1]).unwrap();
+        let expected = table();
+        if std::env::var_os("POTAMOI_REFRESH").is_some() {
+            let whole = [before, marks[0], &expected, marks[1], after].concat();
+            return potamoi_base::files::write(&page, whole.as_bytes()).unwrap();
+        }
+        assert!(
+            found == expected,
+            "docs/files.md is not what the readers say; make refresh writes it, then git diff"
+        );
+    }
+
+    #[test]
+    fn every_key_says_what_it_means() {
+        for format in FORMATS {
+            for (at, key) in format.keys.iter().enumerate() {
+                assert!(!key.about.is_empty(), "{}: {}", format.name, key.name);
+                let same = format.keys[..at].iter().any(|k| k.name == key.name);
+                assert!(!same, "{}: two rows for {}", format.name, key.name);
+            }
+        }
+    }
+}

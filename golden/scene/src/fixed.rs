@@ -1,0 +1,306 @@
+//! Rendering of any scene in the hardware's formats, through units.
+
+use potamoi_formats::config::{Config, ExpBase, ExpOutput};
+use potamoi_formats::record::RECORD_CHANNELS;
+use potamoi_formats::rit::Vertices;
+
+use super::render::{FrameCounts, Rendered, SplatCounts};
+use super::{Model, Scene, SceneError};
+use potamoi_base::effects::Effect;
+use potamoi_base::mask::Mask;
+use potamoi_fields::{self as fields, Field, FixedField, Stopping};
+use potamoi_march::streams::UnitStreams;
+use potamoi_march::voxels::{self, Facing, Halo, MVoxels, Placement, Volume};
+use potamoi_reference::Altered;
+use potamoi_reference::Units;
+use potamoi_splats::{self as splats, Cells, Cloud};
+
+impl Scene {
+    /// Renders in the hardware's formats: every gather and every vector
+    /// operation goes through `units`, which are those of `config`.
+    ///
+    /// # Errors
+    /// A configuration that cannot hold the scene, a camera or an option that is
+    /// not sensible, or a unit that fails.
+    pub fn render_fixed(
+        &self,
+        config: &Config,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        self.render_chosen(config, None, units)
+    }
+
+    /// The same of some pixels, the others being background; their bits are those of the whole
+    /// frame.
+    ///
+    /// # Errors
+    /// As [`Scene::render_fixed`], and for a mask of another size than the camera's.
+    pub fn render_fixed_masked(
+        &self,
+        config: &Config,
+        only: &Mask,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        self.render_chosen(config, Some(only), units)
+    }
+
+    fn render_chosen(
+        &self,
+        config: &Config,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        let rendered = self.powers_of_e(config).and_then(|()| {
+            if !Altered::is_asked_for(self.choices) {
+                return self.through(config, only, units);
+            }
+            let mut altered = Altered::new(units, config, self.choices);
+            self.through(config, only, &mut altered)
+        });
+        rendered.map_err(|e| e.of(&self.name))
+    }
+
+    /// Operands are made for `exp(-u)`, results read as its code.
+    fn powers_of_e(&self, config: &Config) -> Result<(), SceneError> {
+        let exp = &config.vu.exp;
+        let (field, value, expected) = if exp.base != ExpBase::E {
+            ("vu.exp.base", "two", "\"e\"")
+        } else if exp.output != ExpOutput::Alpha {
+            ("vu.exp.output", "general", "\"alpha\"")
+        } else {
+            return Ok(());
+        };
+        Err(SceneError::Config {
+            scene: self.name.clone(),
+            field,
+            value: value.to_owned(),
+            expected: expected.to_owned(),
+        })
+    }
+
+    fn through(
+        &self,
+        config: &Config,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        match self.model() {
+            Model::Splats(cloud) => self.splats_fixed(cloud, config, only, units),
+            Model::Compact(model) => {
+                let eye = self.camera.position();
+                let (cloud, stats) = model.seen_in_codes(eye, config, self.field_work(), units)?;
+                let mut rendered = self.splats_fixed(&cloud, config, only, units)?;
+                rendered.counts.add(stats);
+                Ok(rendered)
+            }
+            Model::Voxels(grid) => {
+                let mvoxels = self.cut(MVoxels::new(grid, config)?);
+                let options = voxels::FixedOptions {
+                    terminate: self.stops(self.lost_a_sample(config)?),
+                    skip: self.skip(&mvoxels),
+                    ..self.voxel_options()
+                };
+                let mut head = voxels::stored(grid, &mvoxels, &options)?;
+                head.directions = self.voxel_directions();
+                let volume = Volume {
+                    mvoxels: &mvoxels,
+                    placement: Placement::of(grid),
+                    head: &head,
+                };
+                let (camera, options) = (&self.camera, &options);
+                let frame = voxels::render_volume_masked(&volume, camera, options, only, units)?;
+                Ok(rendered(frame))
+            }
+            Model::Tensorf(field) => self.render_tables(&**field, config, only, units),
+            Model::Field(field) => self.render_tables(&**field, config, only, units),
+            Model::Dvgo(field) => {
+                let made = field.fixed(config)?;
+                let mut mvoxels = self.cut(made.mvoxels().clone());
+                if self.choices.leaves_out(Effect::VoidTest) {
+                    mvoxels = mvoxels.unmasked();
+                }
+                let facing = Facing {
+                    head: made.head(),
+                    kept: self.field_work().direction_codes,
+                };
+                let volume = Volume {
+                    mvoxels: &mvoxels,
+                    placement: made.placement(),
+                    head: &facing,
+                };
+                let options = voxels::FixedOptions {
+                    terminate: self.stops(self.lost_a_sample(config)?),
+                    skip: self.skip(&mvoxels),
+                    ..self.voxel_options()
+                };
+                let (camera, options) = (&self.camera, &options);
+                let frame = voxels::render_volume_masked(&volume, camera, options, only, units)?;
+                Ok(rendered(frame))
+            }
+        }
+    }
+
+    /// How splats are rendered in a configuration.
+    #[must_use]
+    pub fn splat_options(&self, config: &Config) -> splats::FixedOptions {
+        let rows = config.mvoxel_capacity(Vertices::One, RECORD_CHANNELS) as usize;
+        splats::FixedOptions {
+            schedule: splats::ScheduleOptions {
+                rows,
+                group_tiles: self.group_tiles,
+                cells: Cells {
+                    merge: self.merges_cells(rows),
+                    ..self.cells
+                },
+            },
+            background: self.background,
+            order: self.order,
+            unit_streams: UnitStreams::of(config),
+            log_decisions: true,
+            widths: splats::Widths {
+                power: config.vu.exp.input.frac_bits(),
+                exponential: config.vu.exp.output_bits,
+            },
+            work: self.splat_work(),
+            ..splats::FixedOptions::default()
+        }
+    }
+
+    fn cut(&self, shared: MVoxels) -> MVoxels {
+        match self.halo {
+            Halo::Shared => shared,
+            Halo::Split => shared.with_halo(Halo::Split),
+        }
+    }
+
+    fn render_tables(
+        &self,
+        field: &dyn Field,
+        config: &Config,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        let options = fields::FixedOptions {
+            background: self.background,
+            group_side: self.group_side,
+            terminate: self.stops(self.lost_a_sample(config)?),
+            work: self.field_work(),
+            ..fields::FixedOptions::default()
+        };
+        let field = self.stopping(field);
+        let made = FixedField::with_halo(&field, config, self.halo)?;
+        let frame = made.render_masked(&self.camera, &options, only, units)?;
+        Ok(rendered(frame))
+    }
+
+    fn splats_fixed(
+        &self,
+        cloud: &Cloud,
+        config: &Config,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<Rendered, SceneError> {
+        self.check_splats(config)?;
+        let options = self.splat_options(config);
+        let (camera, profile) = (&self.camera, self.profile);
+        let frame = splats::render_fixed_masked(cloud, camera, profile, &options, only, units)?;
+        let clear = 1 << splats::TRANSMITTANCE.frac_bits();
+        let covered: Vec<bool> = frame.transmittance.iter().map(|t| *t < clear).collect();
+        Ok(Rendered {
+            picture: frame.picture,
+            counts: FrameCounts {
+                rays: only.map_or(covered.len(), Mask::count) as u64,
+                samples: 0,
+                mvoxels: frame.stats.tasks,
+                feature_vectors: frame.stats.gathers,
+                elements: frame.stats.vector_elements,
+                streams: frame.stats.streams,
+                scattered_bytes: frame.stats.scattered_bytes,
+                reverts: None,
+                splats: Some(SplatCounts {
+                    gaussians: cloud.len() as u64,
+                    visible: frame.stats.visible,
+                    pairs: frame.stats.gathers,
+                    records_held: frame.stats.hold.occupancy,
+                    entries_held: frame.stats.hold.entries,
+                    records_spilled: frame.stats.hold.spilled,
+                    entries_spilled: frame.stats.hold.spilled_entries,
+                    inversions: frame.stats.inversions,
+                    saturated: frame.stats.saturations.total(),
+                }),
+            },
+            decisions: frame.decisions,
+            covered,
+        })
+    }
+
+    /// A field whose rays stop as the scene says.
+    pub(super) fn stopping<'a>(&self, field: &'a dyn Field) -> Stopping<'a> {
+        Stopping::new(field, self.precision.stop_below)
+    }
+
+    pub(super) fn voxel_options(&self) -> voxels::FixedOptions {
+        let own = voxels::FixedOptions::default();
+        voxels::FixedOptions {
+            step: self.step,
+            background: self.background,
+            group_side: self.group_side,
+            stop_below: self.precision.stop_below.unwrap_or(own.stop_below),
+            transmittance_bits: (self.precision.transmittance_bits)
+                .unwrap_or(own.transmittance_bits),
+            ..own
+        }
+    }
+
+    /// Records are codes of 16 bits, and take so many channels.
+    fn check_splats(&self, config: &Config) -> Result<(), SceneError> {
+        let refuse = |field, value: String, expected: String| {
+            Err(SceneError::Config {
+                scene: self.name.clone(),
+                field,
+                value,
+                expected,
+            })
+        };
+        if config.gu.feature_bits != 16 {
+            let bits = config.gu.feature_bits.to_string();
+            return refuse(
+                "gu.feature_bits",
+                bits,
+                "16: splat records are 16-bit codes".to_owned(),
+            );
+        }
+        let exp = &config.vu.exp;
+        if exp.input.int_bits() < 3 {
+            let expected = "three or more integer bits: exp(-8) is the first that is skipped";
+            let input = exp.input.to_string();
+            return refuse("vu.exp.input", input, expected.to_owned());
+        }
+        if !(8..=24).contains(&exp.output_bits) {
+            let expected = "8 to 24 bits of opacity".to_owned();
+            return refuse("vu.exp.output_bits", exp.output_bits.to_string(), expected);
+        }
+        let segments = config.segments(RECORD_CHANNELS);
+        if segments > config.gu.segments as usize {
+            let expected = format!(
+                "{segments} or more: a splat record's {RECORD_CHANNELS} channels take that many \
+                 with gu.banks = {}",
+                config.gu.banks
+            );
+            return refuse("gu.segments", config.gu.segments.to_string(), expected);
+        }
+        Ok(())
+    }
+}
+
+fn rendered(frame: voxels::FixedFrame) -> Rendered {
+    let clear = 1 << voxels::TRANSMITTANCE.frac_bits();
+    let mut counts = FrameCounts::default();
+    counts.add(frame.stats);
+    Rendered {
+        picture: frame.picture,
+        covered: frame.transmittance.iter().map(|t| *t < clear).collect(),
+        counts,
+        decisions: None,
+    }
+}

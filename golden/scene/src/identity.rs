@@ -1,0 +1,165 @@
+//! What decides a scene's pictures and the work of rendering them, part by part.
+
+use super::Scene;
+use potamoi_base::content::hash_of;
+
+impl Scene {
+    /// A hash of everything that decides what is rendered and how, by the name of its part. Scenes
+    /// that differ in none of them are rendered alike.
+    #[must_use]
+    pub fn identity(&self) -> Vec<(&'static str, blake3::Hash)> {
+        // A new field has to be put on one of the two lists.
+        let Self {
+            name,
+            model,
+            camera,
+            path,
+            up,
+            background,
+            profile,
+            order,
+            group_tiles,
+            group_side,
+            halo,
+            cells,
+            step,
+            from_file,
+            truth,
+            choices,
+            precision,
+            // Words about the files: nothing is rendered otherwise for them.
+            notes: _,
+            // The model is turned already, and it and the camera are from the origin on.
+            axes: _,
+            origin: _,
+            // What follows from the model.
+            found,
+        } = self;
+        vec![
+            ("name", hash_of(name)),
+            ("model", found.content(|| hash_of(&**model))),
+            ("camera", hash_of(camera)),
+            ("path", hash_of(path)),
+            ("up", hash_of(up)),
+            ("background", hash_of(background)),
+            ("profile", hash_of(profile)),
+            ("order", hash_of(order)),
+            ("group_tiles", hash_of(group_tiles)),
+            ("group_side", hash_of(group_side)),
+            ("halo", hash_of(halo)),
+            ("cells", hash_of(cells)),
+            ("step", hash_of(step)),
+            ("from_file", hash_of(from_file)),
+            ("truth", hash_of(truth)),
+            ("choices", hash_of(choices)),
+            ("precision", hash_of(precision)),
+        ]
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::DVec3;
+
+    use super::super::Model;
+    use super::*;
+    use crate::facts::Cache;
+    use potamoi_base::effects::{Choices, Effect};
+    use potamoi_base::precision::Precision;
+    use potamoi_march::voxels::Halo;
+    use potamoi_splats::{Cells, Order, Profile};
+
+    /// Every field of a scene, changed alone.
+    #[test]
+    fn every_field_changes_its_part_and_no_other() {
+        let scene = Scene::open("lantern").unwrap();
+        let other = Scene::open("garden").unwrap();
+        let with = |change: &dyn Fn(&mut Scene)| {
+            let mut changed = scene.clone();
+            changed.found = Cache::default();
+            change(&mut changed);
+            changed
+        };
+        let precision = Precision {
+            stop_below: Some(0.25),
+            ..Precision::default()
+        };
+        let changed: Vec<(&str, Scene)> = vec![
+            ("name", with(&|s| s.name.push('x'))),
+            ("model", with(&|s| s.model = Arc::clone(&other.model))),
+            ("camera", with(&|s| s.camera.focal.x += 1e-9)),
+            ("path", with(&|s| s.path = vec![scene.camera; 2])),
+            ("up", with(&|s| s.up = DVec3::new(1.0, 0.0, -0.0))),
+            ("background", with(&|s| s.background[2] += 1e-6)),
+            ("profile", with(&|s| s.profile = Profile::Brush)),
+            ("order", with(&|s| s.order = Order::Approximate)),
+            ("group_tiles", with(&|s| s.group_tiles = Some([1, 2]))),
+            ("group_side", with(&|s| s.group_side = Some(4))),
+            ("halo", with(&|s| s.halo = Halo::Split)),
+            (
+                "cells",
+                with(&|s| {
+                    s.cells = Cells {
+                        halvings: 3,
+                        merge: s.cells.merge,
+                    }
+                }),
+            ),
+            ("step", with(&|s| s.step *= 1.0 + 1e-12)),
+            ("from_file", with(&|s| s.from_file = !s.from_file)),
+            (
+                "truth",
+                with(&|s| s.truth = Some(potamoi_analytic::Analytic::Vase)),
+            ),
+            (
+                "choices",
+                with(&|s| {
+                    s.choices = Choices::default().force(Effect::Warping);
+                }),
+            ),
+            ("precision", with(&|s| s.precision = precision)),
+        ];
+        let own = scene.identity();
+        let names: Vec<&str> = own.iter().map(|(name, _)| *name).collect();
+        let tried: Vec<&str> = changed.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, tried, "every part is tried");
+        for (name, scene) in &changed {
+            let differ: Vec<&str> = own
+                .iter()
+                .zip(scene.identity())
+                .filter(|(a, b)| **a != *b)
+                .map(|(a, _)| a.0)
+                .collect();
+            assert_eq!(differ, [*name]);
+        }
+        assert_eq!(scene.clone().identity(), own);
+    }
+
+    /// Models whose names, sizes and shapes are the same, and one number is not.
+    #[test]
+    fn one_number_of_a_model_changes_it() {
+        let content = |model: &Model| hash_of(model);
+        for name in [
+            "garden",
+            "lantern",
+            "cairn:dvgo",
+            "cairn:tensorf",
+            "cairn:ngp",
+        ] {
+            let scene = Scene::open(name).unwrap();
+            let again = Scene::open(name).unwrap();
+            assert_eq!(content(&scene.model), content(&again.model), "{name}");
+        }
+        let of = |value: f32| {
+            let mut features = vec![0.5_f32; 8 * 13];
+            features[100] = value;
+            let layout = potamoi_march::voxels::Layout::Linear;
+            let grid = potamoi_march::voxels::Grid::new([2; 3], DVec3::ZERO, 1.0, layout, features);
+            content(&Model::Voxels(Box::new(grid.unwrap())))
+        };
+        assert_ne!(of(0.5), of(0.500_000_1));
+    }
+}

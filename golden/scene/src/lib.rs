@@ -1,0 +1,300 @@
+//! Scenes: built-in ones, model files and scene descriptions.
+
+mod bound;
+mod builtin;
+pub mod camera_file;
+pub mod characterise;
+mod characterised;
+pub mod colmap;
+pub mod compact;
+mod description;
+mod effects;
+mod error;
+mod exact;
+pub mod facts;
+pub mod file_formats;
+mod fixed;
+#[cfg(test)]
+mod fuzz;
+pub mod garden;
+mod identity;
+mod images;
+pub mod lantern;
+mod not_checked;
+mod open;
+mod orbit;
+mod picture_files;
+mod ready;
+mod render;
+mod rules;
+mod shade;
+pub mod surface;
+#[cfg(test)]
+mod tests;
+pub mod trace;
+pub mod transforms;
+mod unseen;
+mod view;
+
+pub use builtin::{BUILTIN, Representation};
+pub use characterised::Characterised;
+pub use error::SceneError;
+pub use exact::ExactDepth;
+pub use images::Images;
+pub use orbit::Orbit;
+pub use ready::cloud as laid_splats;
+pub use render::{FrameCounts, Rendered, SplatCounts};
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::characterise::Size;
+use crate::compact::Compact;
+use crate::facts::Cache;
+use potamoi_analytic::Analytic;
+use potamoi_base::camera::Camera;
+use potamoi_base::effects::Choices;
+use potamoi_base::precision::Precision;
+use potamoi_base::record::Notes;
+use potamoi_fields::dvgo::Dvgo;
+use potamoi_fields::tensorf::Tensorf;
+use potamoi_fields::{AnyField, Field};
+use potamoi_march::voxels::{Grid, Halo};
+use potamoi_splats::{Axes, Cells, Cloud, Order, Profile};
+
+/// Kinds of [`Model::Field`].
+const NGP: &str = "Instant-NGP";
+const NGP_MVOXEL: &str = "Instant-NGP, hashed by MVoxel";
+const EFFICIENT_NERF: &str = "EfficientNeRF";
+
+/// What is shown.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub enum Model {
+    /// 3D Gaussians.
+    Splats(Cloud),
+    /// 3D Gaussians in the colours of a neural field, which every camera asks
+    /// anew.
+    Compact(Box<Compact>),
+    /// A grid of vertex features.
+    Voxels(Box<Grid>),
+    /// A DirectVoxGO model.
+    Dvgo(Box<Dvgo>),
+    /// A TensoRF model.
+    Tensorf(Box<Tensorf>),
+    /// A field of another kind.
+    Field(AnyField),
+}
+
+/// A model by how it is rendered.
+pub enum Kind<'a> {
+    /// Of a model whose colours depend on the camera, in none.
+    Splats(&'a Cloud),
+    /// A grid of vertices.
+    Voxels(&'a Grid),
+    /// A field.
+    Field(&'a dyn Field),
+}
+
+impl Model {
+    /// The algorithm, by its usual name.
+    #[must_use]
+    pub fn algorithm(&self) -> &'static str {
+        match self {
+            Self::Splats(_) => "3DGS",
+            Self::Compact(_) => "Compact-3DGS",
+            Self::Voxels(_) => "stored voxels",
+            Self::Dvgo(_) => "DirectVoxGO",
+            Self::Tensorf(_) => "TensoRF",
+            Self::Field(field) => field.kind(),
+        }
+    }
+
+    /// How large the algorithm's authors make its tables, where that is one
+    /// number: DirectVoxGO's fine grid of 160^3, TensoRF's of 300^3, 2^19 entries
+    /// a level of Instant-NGP's base configuration and of the colours of
+    /// Compact-3DGS, EfficientNeRF's 384^3 coarse cells.
+    #[must_use]
+    pub fn full_size(&self) -> Option<Size> {
+        match self {
+            Self::Dvgo(_) => Some(Size::Points(160)),
+            Self::Tensorf(_) => Some(Size::Points(300)),
+            Self::Field(field) => match field.kind() {
+                NGP | NGP_MVOXEL => Some(Size::Entries(1 << 19)),
+                EFFICIENT_NERF => Some(Size::Cells(384)),
+                _ => None,
+            },
+            Self::Compact(_) => Some(Size::Entries(1 << 19)),
+            Self::Splats(_) | Self::Voxels(_) => None,
+        }
+    }
+
+    /// The model by how it is rendered.
+    #[must_use]
+    pub fn kind(&self) -> Kind<'_> {
+        match self {
+            Self::Splats(cloud) => Kind::Splats(cloud),
+            Self::Compact(model) => Kind::Splats(model.gaussians()),
+            Self::Voxels(grid) => Kind::Voxels(grid),
+            Self::Dvgo(field) => Kind::Field(&**field),
+            Self::Tensorf(field) => Kind::Field(&**field),
+            Self::Field(field) => Kind::Field(&**field),
+        }
+    }
+}
+
+/// Degrees a second of the way about a model that has none of its own.
+const TURN: f64 = 36.0;
+
+/// A model, a camera, and how to render.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    name: String,
+    /// Shared by copies that look at it otherwise.
+    model: Arc<Model>,
+    camera: Camera,
+    /// The cameras of the file that the camera is of, from it on.
+    path: Vec<Camera>,
+    /// The vertical axis, for orbits.
+    up: DVec3,
+    background: [f32; 3],
+    profile: Profile,
+    order: Order,
+    group_tiles: Option<[u32; 2]>,
+    group_side: Option<u32>,
+    halo: Halo,
+    /// Whether cells of splats are merged into fuller MVoxels.
+    cells: Cells,
+    step: f64,
+    /// Whether the model was read from a file.
+    from_file: bool,
+    /// The axes that a file of splats was read in, where they were asked for.
+    axes: Option<Axes>,
+    /// Where in the file's world the model's origin lies.
+    origin: DVec3,
+    /// What its files say that is not used, and what they leave to be assumed.
+    notes: Notes,
+    /// The field that a built-in model was sampled from.
+    truth: Option<Analytic>,
+    /// What is carried out whatever is called for.
+    choices: Choices,
+    /// Cut-offs and widths in place of the rules'.
+    precision: Precision,
+    /// What was found of the model.
+    found: Cache,
+}
+
+impl Scene {
+    /// The built-in name or the file.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What is shown.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// From where.
+    #[must_use]
+    pub const fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Linear RGB behind everything.
+    #[must_use]
+    pub const fn background(&self) -> [f32; 3] {
+        self.background
+    }
+
+    /// The analytic field that the model was sampled from, where there is one.
+    #[must_use]
+    pub const fn analytic(&self) -> Option<Analytic> {
+        self.truth
+    }
+
+    /// Looks through another camera.
+    pub fn set_camera(&mut self, camera: Camera) {
+        self.camera = camera;
+    }
+
+    /// Composites splats in another order.
+    pub fn set_order(&mut self, order: Order) {
+        self.order = order;
+    }
+
+    /// Draws splats by another renderer's rules.
+    pub fn set_profile(&mut self, profile: Profile) {
+        self.profile = profile;
+        self.found = Cache::default();
+    }
+
+    /// How splats are cut into MVoxels: the coarsest grid that fits, merged, unless
+    /// [`Scene::set_cells`] says otherwise.
+    #[must_use]
+    pub const fn cells(&self) -> Cells {
+        self.cells
+    }
+
+    /// Cuts splats into MVoxels otherwise.
+    pub fn set_cells(&mut self, cells: Cells) {
+        self.cells = cells;
+    }
+
+    /// Cameras that its file has from the chosen one on, if it is of a file.
+    #[must_use]
+    pub fn path_length(&self) -> Option<u32> {
+        (!self.path.is_empty()).then(|| self.path.len().try_into().unwrap_or(u32::MAX))
+    }
+
+    /// The first `frames` cameras of a way through the scene. Where the camera
+    /// is one of a file, they are those of the file from it on, and `fps` is not
+    /// used; otherwise they are `fps` frames a second of the built-in way, or, of
+    /// a model that has none, of a turn about the vertical axis through its
+    /// middle, 36 degrees a second. Neighbours at 30 show nearly the same; at 1
+    /// they do not.
+    ///
+    /// # Errors
+    /// A rate outside 0.001 to 1000, more frames than the file has, or more than
+    /// 100,000.
+    pub fn path(&self, fps: f64, frames: u32) -> Result<Vec<Camera>, SceneError> {
+        let refuse = |field, value: String, expected: &str| {
+            Err(SceneError::Value {
+                scene: self.name.clone(),
+                field,
+                value,
+                expected: expected.to_owned(),
+            })
+        };
+        if !self.path.is_empty() {
+            let found = self.path.get(..frames as usize);
+            let expected = format!("at most {}, as its cameras have", self.path.len());
+            let all = found.map(<[Camera]>::to_vec);
+            return all.map_or_else(|| refuse("frames", frames.to_string(), &expected), Ok);
+        }
+        if !(1e-3..=1e3).contains(&fps) {
+            return refuse("fps", fps.to_string(), "0.001 to 1000 frames a second");
+        }
+        if frames > 100_000 {
+            return refuse("frames", frames.to_string(), "at most 100000");
+        }
+        let Camera { width, height, .. } = self.camera;
+        let middle = self.default_orbit().target;
+        let at = |k| {
+            let seconds = f64::from(k) / fps;
+            match self.truth {
+                Some(analytic) => analytic.camera(seconds, width, height),
+                None => orbit::turned(&self.camera, middle, self.up, TURN * seconds),
+            }
+        };
+        Ok((0..frames).map(at).collect())
+    }
+
+    /// Rule set for splats.
+    #[must_use]
+    pub const fn profile(&self) -> Profile {
+        self.profile
+    }
+}

@@ -1,0 +1,245 @@
+//! What of a picture no unit with verified RTL computes, and what a model's file
+//! left open: said with every run, so that "no mismatch" is not read as more than
+//! it is.
+
+use super::{Model, Scene};
+use potamoi_march::voxels::Halo;
+
+/// Sums and stops of the renderers of fields and splats.
+const COMPOSITING: &str = "sums of weighted colours and where rays stop: exact integers in Rust";
+/// Indexing of fields.
+const INDEXING: &str =
+    "sample positions, their cells and weights: floating point, as on the GPU, rounded once";
+/// Written for the gathering unit.
+const RIT: &str =
+    "the ray index table and the order of its MVoxels: written in Rust, as by the GPU";
+/// Of splats alone.
+const PROJECTION: &str = "projection, harmonics, tiles and depth order of Gaussians: floating \
+                          point, as on the GPU, rounded into records once";
+const HOLDING: &str = "records held back until their turn: Rust, no RTL";
+/// In 16 bits.
+const PERCEPTRONS: &str = "perceptrons: the MAC array's formats by their twin, no RTL";
+const MATRIX: &str = "the products' sums and the matrix behind them: the MAC array's formats by \
+                      their twin, no RTL";
+const WAVES: &str = "sines and cosines of the viewing direction: floating point, rounded once";
+const FEATURE_WAVES: &str = "sines and cosines of features: a table in Rust, no RTL";
+const HARMONICS: &str =
+    "spherical harmonics of the viewing direction: floating point, rounded once";
+const HASHES: &str = "indices of hashed levels: Rust, as on the GPU";
+const CODES: &str =
+    "sums of the codes of scales and rotations: floating point, when the file is read";
+/// What is known to be empty.
+const MASK: &str = "the mask of what is empty: Rust, as on the GPU";
+const OCCUPANCY: &str = "the occupancy grid: Rust, as on the GPU";
+const NODES: &str = "nodes of the tree's coarse cells: Rust, as on the GPU";
+const COEFFICIENTS: &str = "sums of harmonics times coefficients: exact integers in Rust, no RTL";
+const PARTS: &str = "sums of samples that several MVoxels share: the reducers' arithmetic in Rust, except \
+                     where the unit has exact sums";
+/// Of a model's file.
+const NO_REFERENCE: &str = "nearness to the truth: no picture that the model was trained on is at \
+                            hand, only its own rendering in floating point";
+
+impl Scene {
+    /// What no check of the units covers: what is computed outside them, and, of
+    /// a model that was read from a file, what the file does not tell or what of
+    /// it is not used.
+    #[must_use]
+    pub fn not_checked(&self) -> Vec<String> {
+        self.not_checked_along(&[self.camera])
+    }
+
+    /// What is computed outside the units.
+    pub(super) fn outside(&self) -> Vec<String> {
+        let outside: &[&str] = match self.model() {
+            Model::Splats(_) => &[PROJECTION, RIT, HOLDING, COMPOSITING],
+            Model::Compact(_) => &[
+                CODES,
+                HASHES,
+                HARMONICS,
+                PERCEPTRONS,
+                PROJECTION,
+                RIT,
+                HOLDING,
+                COMPOSITING,
+            ],
+            Model::Voxels(_) => &[INDEXING, RIT, COMPOSITING],
+            Model::Dvgo(_) => &[INDEXING, MASK, RIT, WAVES, PERCEPTRONS, COMPOSITING],
+            Model::Tensorf(_) => &[
+                INDEXING,
+                MASK,
+                RIT,
+                MATRIX,
+                FEATURE_WAVES,
+                WAVES,
+                PERCEPTRONS,
+                COMPOSITING,
+            ],
+            Model::Field(field) => match field.kind() {
+                super::NGP | super::NGP_MVOXEL => &[
+                    INDEXING,
+                    HASHES,
+                    OCCUPANCY,
+                    RIT,
+                    HARMONICS,
+                    PERCEPTRONS,
+                    COMPOSITING,
+                ],
+                super::EFFICIENT_NERF => {
+                    &[INDEXING, NODES, RIT, HARMONICS, COEFFICIENTS, COMPOSITING]
+                }
+                _ => &["all but what the gathering and the vector unit compute"],
+            },
+        };
+        let mut all: Vec<String> = outside.iter().map(|&what| what.to_owned()).collect();
+        let blocks =
+            matches!(self.model(), Model::Field(field) if field.kind() == super::NGP_MVOXEL);
+        // MVoxels of a hash share no vertices.
+        if blocks || self.halo == Halo::Split {
+            all.push(PARTS.to_owned());
+        }
+        all
+    }
+
+    /// The part of [`Scene::not_checked`] that holds in floating point too: effects that are left
+    /// out, and of a model that was read from a file, what the file does not tell or what of it is
+    /// not used. And it says where nothing is in view.
+    #[must_use]
+    pub fn left_open(&self) -> Vec<String> {
+        self.left_open_along(&[self.camera])
+    }
+
+    /// The same, whatever the camera sees.
+    pub(super) fn open_of_files(&self) -> Vec<String> {
+        let left_out: Vec<String> = (self.choices().left_out().iter())
+            .map(ToString::to_string)
+            .collect();
+        let mut all = vec![];
+        if !left_out.is_empty() {
+            all.push(format!(
+                "what leaving out {} changes: potamoi effects --without says so",
+                left_out.join(", ")
+            ));
+        }
+        all.extend(self.notes.sentences());
+        if !self.from_file {
+            return all;
+        }
+        all.push(NO_REFERENCE.to_owned());
+        if let Model::Dvgo(field) = self.model() {
+            all.push(field.assumed());
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    fn said(scene: &str) -> String {
+        Scene::open(scene).unwrap().not_checked().join("; ")
+    }
+
+    fn fixture(name: &str) -> String {
+        format!("{}/tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"))
+    }
+
+    /// Each representation says its own, and nothing of another.
+    #[test]
+    fn every_representation_says_what_its_units_do_not_compute() {
+        let all = [
+            PROJECTION,
+            HOLDING,
+            CODES,
+            INDEXING,
+            MASK,
+            NODES,
+            OCCUPANCY,
+            HASHES,
+            WAVES,
+            FEATURE_WAVES,
+            HARMONICS,
+            MATRIX,
+            PERCEPTRONS,
+            COEFFICIENTS,
+        ];
+        for (representation, own) in [
+            ("splats", &[PROJECTION, HOLDING][..]),
+            (
+                "compact",
+                &[PROJECTION, HOLDING, CODES, HASHES, HARMONICS, PERCEPTRONS],
+            ),
+            ("voxels", &[INDEXING]),
+            ("dvgo", &[INDEXING, MASK, WAVES, PERCEPTRONS]),
+            (
+                "tensorf",
+                &[INDEXING, MASK, WAVES, FEATURE_WAVES, MATRIX, PERCEPTRONS],
+            ),
+            (
+                "ngp",
+                &[INDEXING, HASHES, OCCUPANCY, HARMONICS, PERCEPTRONS],
+            ),
+            ("efficientnerf", &[INDEXING, NODES, HARMONICS, COEFFICIENTS]),
+        ] {
+            let said = said(&format!("moons:{representation}"));
+            for what in all {
+                let expected = own.contains(&what);
+                assert_eq!(said.contains(what), expected, "{representation}: {what}");
+            }
+            assert!(said.contains(RIT) && said.contains(COMPOSITING));
+            // Its truth is at hand.
+            assert!(!said.contains(NO_REFERENCE), "{representation}");
+        }
+    }
+
+    /// A hash grid of MVoxels says what one of vertices does, and that its
+    /// MVoxels share no vertices.
+    #[test]
+    fn a_hash_grid_of_mvoxels_adds_sums_outside_the_reducers() {
+        let [vertices, blocks] = ["cairn:ngp", "cairn:ngp-mvoxel"].map(said);
+        assert!(!vertices.contains(PARTS));
+        assert_eq!(blocks, format!("{vertices}; {PARTS}"));
+    }
+
+    /// A file's own: what it leaves open, what of it is not used, and that its
+    /// pictures are elsewhere.
+    #[test]
+    fn files_say_what_they_leave_open() {
+        for (file, words) in [
+            ("splats/cloud.sog", PROJECTION),
+            ("compact/tiny.npz", CODES),
+            ("ngp/cube.ingp", OCCUPANCY),
+            ("tensorf/tiny.th", FEATURE_WAVES),
+        ] {
+            let said = said(&fixture(file));
+            assert!(
+                said.contains(NO_REFERENCE) && said.contains(words),
+                "{file}: {said}"
+            );
+        }
+        let said = said(&fixture("tensorf/tiny.th"));
+        let names = "kwargs/alphaMask_thres, kwargs/pos_pe, the far end of kwargs/near_far";
+        let ignored = format!("not used of the file: {names}");
+        assert!(
+            said.split("; ").any(|sentence| sentence == ignored),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn a_split_halo_adds_sums_outside_the_reducers() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        let open = |halo: &str| {
+            let text = format!(
+                "[model]\nkind = \"builtin\"\nname = \"lantern\"\n[render]\nhalo = \"{halo}\"\n"
+            );
+            std::fs::write(&path, text).unwrap();
+            said(path.to_str().unwrap())
+        };
+        assert!(open("split").contains(PARTS) && !open("shared").contains(PARTS));
+        assert!(!open("shared").contains(NO_REFERENCE));
+    }
+}

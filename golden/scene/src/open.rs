@@ -1,0 +1,271 @@
+//! From a name to a scene.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::description::{Description, ModelDescription};
+use super::{BUILTIN, Model, NGP, NGP_MVOXEL, Scene, SceneError, lantern};
+use crate::compact::{self, Compact};
+use crate::facts::Cache;
+use potamoi_base::camera::Camera;
+use potamoi_base::effects::Choices;
+use potamoi_base::precision::Precision;
+use potamoi_base::record::{Notes, told};
+use potamoi_fields::dvgo::Dvgo;
+use potamoi_fields::ngp::Ngp;
+use potamoi_fields::tensorf::Tensorf;
+use potamoi_fields::{AnyField, Field, HashUnit};
+use potamoi_march::voxels::Halo;
+use potamoi_splats::{Axes, Order, Profile, files};
+
+/// Pixels a side of a picture whose size nobody gave.
+pub(super) const SIDE: u32 = 400;
+/// Voxel edges from sample to sample unless a description says otherwise.
+pub(super) const STEP: f64 = 0.5;
+/// The endings of files that are scenes.
+fn endings() -> String {
+    format!(
+        ".{}, .{}, .tar, .th, .ingp, .msgpack or .toml",
+        files::ENDINGS.join(", ."),
+        compact::ENDING
+    )
+}
+
+impl Scene {
+    /// Opens a scene: a built-in name, with a colon and a representation if it is
+    /// known exactly, a splat model of any format of [`files`] or of [`compact`],
+    /// a field, or a `.toml` description. Bare splats are seen from
+    /// [`Orbit::around`] them, y down as 3DGS trains, by the rules of `inria` on
+    /// black.
+    ///
+    /// # Errors
+    /// No such scene, or a file that cannot be used.
+    pub fn open(name: &str) -> Result<Self, SceneError> {
+        Self::open_in(name, None)
+    }
+
+    /// The same of splats whose axes are others than their file says or has by its format; what is
+    /// opened is turned, cameras are not.
+    ///
+    /// # Errors
+    /// As [`Scene::open`], or axes for what is no file of splats.
+    pub fn open_in(name: &str, axes: Option<Axes>) -> Result<Self, SceneError> {
+        let scene = Self::opened(name, axes).map_err(|e| e.of(name))?;
+        match axes {
+            Some(axes) if scene.axes != Some(axes) => {
+                let expected = "it left out: it is for files of splats";
+                Err(scene.value("axes", axes.to_string(), expected))
+            }
+            _ => Ok(scene),
+        }
+    }
+
+    fn opened(name: &str, axes: Option<Axes>) -> Result<Self, SceneError> {
+        if let Some(scene) = Self::builtin(name) {
+            return scene;
+        }
+        let path = Path::new(name);
+        if let Some(why) = potamoi_base::memory::too_large(path) {
+            return Err(SceneError::Memory {
+                path: path.to_owned(),
+                why,
+            });
+        }
+        if files::is_splats(path) {
+            return Self::model_file(path, axes);
+        }
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some("toml") => Self::described(path, axes),
+            Some(compact::ENDING) => Self::compact(path, axes),
+            Some("tar") => Self::dvgo(path),
+            Some("th") => Self::tensorf(path),
+            Some("ingp" | "msgpack") => Self::ngp(path, None),
+            Some(other) if path.exists() => Err(SceneError::Ending {
+                path: path.to_owned(),
+                ending: format!(".{other}"),
+                expected: endings(),
+            }),
+            _ => Err(Self::unknown(name)),
+        }
+    }
+
+    pub(super) fn unknown(name: &str) -> SceneError {
+        SceneError::Unknown {
+            name: name.to_owned(),
+            builtin: BUILTIN.join(", "),
+            endings: endings(),
+        }
+    }
+
+    /// A model in memory, seen through a camera with a vertical axis for ways around it, over linear
+    /// RGB, rendered as it is unless something else is said.
+    #[must_use]
+    pub fn of(name: &str, model: Model, camera: Camera, up: DVec3, background: [f32; 3]) -> Self {
+        Self {
+            name: name.to_owned(),
+            model: model.into(),
+            camera,
+            path: vec![],
+            up,
+            background,
+            profile: Profile::Inria,
+            order: Order::Exact,
+            group_tiles: None,
+            group_side: None,
+            halo: Halo::Shared,
+            cells: potamoi_splats::Cells::MERGED,
+            step: STEP,
+            from_file: false,
+            axes: None,
+            origin: DVec3::ZERO,
+            notes: Notes::default(),
+            truth: None,
+            choices: Choices::default(),
+            precision: Precision::default(),
+            found: Cache::default(),
+        }
+    }
+
+    /// Gaussians as 3DGS trains them, y down unless the file says otherwise, over black, seen from
+    /// [`Scene::default_orbit`].
+    fn model_file(path: &Path, axes: Option<Axes>) -> Result<Self, SceneError> {
+        let loaded = files::read(path, axes)?;
+        let up = loaded.up.unwrap_or(DVec3::NEG_Y);
+        let mut scene = Self::file(path, Model::Splats(loaded.cloud), up, [0.0; 3]);
+        (scene.axes, scene.origin, scene.notes) = (axes, loaded.origin, loaded.notes);
+        Ok(scene)
+    }
+
+    fn compact(path: &Path, axes: Option<Axes>) -> Result<Self, SceneError> {
+        let (model, notes) = Compact::load(path, axes)?;
+        let model = Model::Compact(Box::new(model));
+        let mut scene = Self::file(path, model, DVec3::NEG_Y, [0.0; 3]);
+        (scene.axes, scene.notes) = (axes, notes);
+        Ok(scene)
+    }
+
+    /// A checkpoint over white, on which such models of objects are trained.
+    fn dvgo(path: &Path) -> Result<Self, SceneError> {
+        let field = Dvgo::load(path, STEP)?;
+        field.sampling().check().map_err(|e| e.of_file(path))?;
+        let notes = field.notes().clone();
+        let scene = Self::framed(path, Model::Dvgo(Box::new(field)), [1.0; 3]);
+        Ok(Self { notes, ..scene })
+    }
+
+    /// The same of a checkpoint of TensoRF, whose samples are as far apart as it
+    /// says.
+    fn tensorf(path: &Path) -> Result<Self, SceneError> {
+        let field = Tensorf::load(path)?;
+        field.sampling().check().map_err(|e| e.of_file(path))?;
+        let notes = field.notes().clone();
+        let scene = Self::framed(path, Model::Tensorf(Box::new(field)), [1.0; 3]);
+        Ok(Self { notes, ..scene })
+    }
+
+    /// A snapshot, over black. A `unit` has to be what it was fitted with: it says
+    /// which vertices share an entry.
+    fn ngp(path: &Path, unit: Option<HashUnit>) -> Result<Self, SceneError> {
+        let snapshot = Ngp::load(path)?;
+        snapshot.sampling().check().map_err(|e| e.of_file(path))?;
+        let fitted = snapshot.hash_unit();
+        if let Some(unit) = unit.filter(|unit| *unit != fitted) {
+            return Err(SceneError::Value {
+                scene: path.display().to_string(),
+                field: "model.hash_unit",
+                value: unit.name().to_owned(),
+                expected: format!(
+                    "{} or left out: it changes which vertices share an entry, and this \
+                     snapshot was fitted with {0}; tools/fit ngp-mvoxel fits the other",
+                    fitted.name()
+                ),
+            });
+        }
+        let kind = match fitted {
+            HashUnit::Vertex => NGP,
+            HashUnit::MVoxel => NGP_MVOXEL,
+        };
+        let notes = snapshot.notes().clone();
+        let field = AnyField::new(kind, snapshot);
+        let scene = Self::framed(path, Model::Field(field), [0.0; 3]);
+        Ok(Self { notes, ..scene })
+    }
+
+    /// A field in the world of `transforms.json`, z up, seen from
+    /// [`Scene::default_orbit`].
+    fn framed(path: &Path, model: Model, background: [f32; 3]) -> Self {
+        Self::file(path, model, DVec3::Z, background)
+    }
+
+    fn file(path: &Path, model: Model, up: DVec3, background: [f32; 3]) -> Self {
+        let name = path.display().to_string();
+        let camera = lantern::camera(SIDE, SIDE);
+        let mut scene = Self::of(&name, model, camera, up, background);
+        scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
+        scene.from_file = true;
+        scene
+    }
+
+    /// `asked` goes before the axes of the description.
+    fn described(path: &Path, asked: Option<Axes>) -> Result<Self, SceneError> {
+        let description = Description::read(path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut scene = match &description.model {
+            ModelDescription::Builtin {
+                name,
+                representation: None,
+            } if name.contains(':') => {
+                let (scene, representation) = name.split_once(':').unwrap_or((name, ""));
+                return Err(SceneError::Description {
+                    path: path.to_owned(),
+                    message: format!(
+                        "field `model.name`: `{name}`: expected a scene alone; write name = \"{scene}\" and \
+                         representation = \"{representation}\""
+                    ),
+                });
+            }
+            ModelDescription::Builtin {
+                name,
+                representation,
+            } => Self::represented(name, name, representation.as_deref()).map_err(|error| {
+                // The description is at fault, and names what is built in alone.
+                SceneError::Description {
+                    path: path.to_owned(),
+                    message: format!("field `model.name`: {error}"),
+                }
+            })?,
+            ModelDescription::Splats { path, axes } => {
+                Self::model_file(&folder.join(path), asked.or(*axes))?
+            }
+            ModelDescription::Compact3dgs { path, axes } => {
+                Self::compact(&folder.join(path), asked.or(*axes))?
+            }
+            ModelDescription::Ngp { path, hash_unit } => Self::ngp(&folder.join(path), *hash_unit)?,
+            ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path))?,
+            ModelDescription::Tensorf { path } => Self::tensorf(&folder.join(path))?,
+            ModelDescription::Images(_) => {
+                return Err(SceneError::Description {
+                    path: path.to_owned(),
+                    message: "field `model.kind`: an image sequence has no model to render: \
+                              only `warp` takes one"
+                        .to_owned(),
+                });
+            }
+        };
+        scene.name = path.display().to_string();
+        scene.look(&description.camera, folder)?;
+        scene.rules(&description.render)?;
+        Ok(scene)
+    }
+
+    pub(super) fn value(&self, field: &'static str, value: String, expected: &str) -> SceneError {
+        SceneError::Value {
+            scene: self.name.clone(),
+            field,
+            value: told(&value),
+            expected: expected.to_owned(),
+        }
+    }
+}

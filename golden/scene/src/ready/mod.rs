@@ -1,0 +1,68 @@
+//! Ready-made models of the analytic scenes, one of each representation: grids
+//! by sampling, factors by least squares, hash grids fitted to points and stored,
+//! splats laid on surfaces and into fog, and fewer of these coded and stored
+//! with a colour field that is fitted to them.
+
+mod grids;
+mod shade;
+mod surfels;
+#[cfg(test)]
+mod tests;
+
+use crate::compact::Compact;
+pub(super) use grids::{dvgo, tensorf};
+use potamoi_analytic::Analytic;
+use potamoi_fields::FieldError;
+use potamoi_fields::ngp::Ngp;
+use potamoi_splats::files::FileError;
+pub use surfels::cloud;
+
+/// About the most discs of a scene's splats.
+pub(super) const DISCS: u32 = 90_000;
+
+/// The stored Instant-NGP snapshot of a scene.
+fn snapshot(scene: Analytic) -> &'static [u8] {
+    match scene {
+        Analytic::Cairn => include_bytes!("../../../models/cairn.ingp"),
+        Analytic::Vase => include_bytes!("../../../models/vase.ingp"),
+        Analytic::Lattice => include_bytes!("../../../models/lattice.ingp"),
+        Analytic::Mist => include_bytes!("../../../models/mist.ingp"),
+        Analytic::Moons => include_bytes!("../../../models/moons.ingp"),
+        Analytic::Chrome => include_bytes!("../../../models/chrome.ingp"),
+        Analytic::Gallery => include_bytes!("../../../models/gallery.ingp"),
+        Analytic::City => include_bytes!("../../../models/city.ingp"),
+    }
+}
+
+/// The fitted hash grid of a scene.
+pub(super) fn ngp(scene: Analytic) -> Result<Ngp, FieldError> {
+    Ngp::from_bytes(&format!("{}.ingp", scene.name()), snapshot(scene))
+}
+
+/// The scene whose hash grid is fitted by MVoxel too.
+pub(super) const HASHED_BY_MVOXEL: Analytic = Analytic::Cairn;
+
+/// The fitted hash grid of [`HASHED_BY_MVOXEL`] whose entries are MVoxels.
+pub(super) fn ngp_mvoxel() -> Result<Ngp, FieldError> {
+    let stored = include_bytes!("../../../models/cairn-mvoxel.ingp");
+    Ngp::from_bytes("cairn-mvoxel.ingp", stored)
+}
+
+/// The stored Compact-3DGS model of a scene.
+fn coded(scene: Analytic) -> &'static [u8] {
+    match scene {
+        Analytic::Cairn => include_bytes!("../../../models/cairn.npz"),
+        Analytic::Vase => include_bytes!("../../../models/vase.npz"),
+        Analytic::Lattice => include_bytes!("../../../models/lattice.npz"),
+        Analytic::Mist => include_bytes!("../../../models/mist.npz"),
+        Analytic::Moons => include_bytes!("../../../models/moons.npz"),
+        Analytic::Chrome => include_bytes!("../../../models/chrome.npz"),
+        Analytic::Gallery => include_bytes!("../../../models/gallery.npz"),
+        Analytic::City => include_bytes!("../../../models/city.npz"),
+    }
+}
+
+/// The coded splats of a scene.
+pub(super) fn compact(scene: Analytic) -> Result<Compact, FileError> {
+    Compact::parse(coded(scene), &format!("{}.npz", scene.name()), None).map(|(model, _)| model)
+}

@@ -1,0 +1,222 @@
+//! Rendering of any scene in floating point, and what a rendered frame is.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use potamoi_formats::units::OpCode;
+use serde::Serialize;
+
+use super::effects::LOST_IN_FLOATS;
+use super::{Kind, Model, Scene, SceneError};
+use potamoi_analytic::Analytic;
+use potamoi_base::camera::Camera;
+use potamoi_base::picture::Picture;
+use potamoi_fields as fields;
+use potamoi_march::streams::Streams;
+use potamoi_march::voxels;
+use potamoi_splats::{self as splats, Cloud, Decisions, Flips, Octree, Partition};
+
+/// The most pixels of a picture.
+const MAX_PIXELS: u64 = 1 << 26;
+
+/// What the units did for a frame, by the renderer's own count.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct FrameCounts {
+    /// Rays of fields; pixels of splats.
+    pub rays: u64,
+    /// Samples along rays, gathered or not; none of splats.
+    pub samples: u64,
+    /// MVoxels gathered, over all ray groups.
+    pub mvoxels: u64,
+    /// Feature vectors out of the gathering unit, one a RIT entry that has all
+    /// its vertices.
+    pub feature_vectors: u64,
+    /// Elements out of the vector unit, by operation.
+    pub elements: BTreeMap<OpCode, u64>,
+    /// Bytes, stream by stream.
+    pub streams: Streams,
+    /// Of the bytes of MVoxels, those that were fetched row by row: of tables that
+    /// do not stream, and of splats' MVoxels of which a ray group uses little.
+    pub scattered_bytes: u64,
+    /// The first table of a field, from 1, from which on most samples are gathered
+    /// row by row, and how many tables there are.
+    pub reverts: Option<[usize; 2]>,
+    /// Of splats alone.
+    pub splats: Option<SplatCounts>,
+}
+
+/// What the order of splats took and what their records could not hold.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct SplatCounts {
+    /// Gaussians of the model.
+    pub gaussians: u64,
+    /// Those that touch a tile.
+    pub visible: u64,
+    /// (tile, Gaussian) pairs.
+    pub pairs: u64,
+    /// The most records held back at once, in exact order.
+    pub records_held: u64,
+    /// The most (tile, Gaussian) entries of them.
+    pub entries_held: u64,
+    /// Records that went to memory and came back because more were held than
+    /// fit on chip.
+    pub records_spilled: u64,
+    /// The (tile, Gaussian) entries of those records.
+    pub entries_spilled: u64,
+    /// Entries that arrived at their tile after one of a higher rank, in
+    /// approximate order.
+    pub inversions: u64,
+    /// Values of records held at a limit of their format.
+    pub saturated: u64,
+}
+
+impl FrameCounts {
+    /// Adds what was gathered and computed of vertices.
+    pub(super) fn add(&mut self, stats: voxels::FixedStats) {
+        self.rays += stats.rays;
+        self.samples += stats.samples;
+        self.mvoxels += stats.tasks;
+        self.feature_vectors += stats.entries - stats.split_entries;
+        self.streams = self.streams + stats.streams;
+        self.scattered_bytes += stats.scattered_bytes;
+        let tables = stats.orders.len();
+        self.reverts = stats.reverts_from().map(|first| [first, tables]);
+        for (op, elements) in stats.vector_elements {
+            *self.elements.entry(op).or_default() += elements;
+        }
+    }
+}
+
+/// A rendered frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rendered {
+    /// The picture, background included.
+    pub picture: Picture,
+    /// Whether anything was drawn at a pixel.
+    pub covered: Vec<bool>,
+    /// What the units did; nothing in floating point.
+    pub counts: FrameCounts,
+    pub(super) decisions: Option<Decisions>,
+}
+
+impl Rendered {
+    /// Skips and stops in which two renderings of splats differ.
+    #[must_use]
+    pub fn flips(&self, other: &Self) -> Option<Flips> {
+        self.decisions.as_ref()?.flips(other.decisions.as_ref()?)
+    }
+}
+
+impl Scene {
+    /// Renders in 64-bit floating point.
+    ///
+    /// # Errors
+    /// A camera or an option that is not sensible.
+    pub fn render_float(&self) -> Result<Rendered, SceneError> {
+        self.floating().map_err(|e| e.of(&self.name))
+    }
+
+    fn floating(&self) -> Result<Rendered, SceneError> {
+        match self.model.kind() {
+            Kind::Splats(cloud) => {
+                let options = splats::FloatOptions {
+                    background: self.background,
+                    log_decisions: true,
+                    depth: false,
+                    work: self.splat_work(),
+                };
+                let frame = splats::render_float(
+                    &self.seen_from(cloud, &self.camera),
+                    &self.camera,
+                    self.profile,
+                    &options,
+                )?;
+                Ok(Rendered {
+                    decisions: frame.decisions,
+                    ..floated(frame.picture, &frame.transmittance)
+                })
+            }
+            Kind::Voxels(grid) => {
+                let options = voxels::FloatOptions {
+                    step: self.step,
+                    background: self.background,
+                    terminate: self.stops(LOST_IN_FLOATS),
+                    stop_below: self.voxel_options().stop_below,
+                    directions: self.voxel_directions(),
+                };
+                let frame = voxels::render_float(grid, &self.camera, &options)?;
+                Ok(floated(frame.picture, &frame.transmittance))
+            }
+            Kind::Field(field) => {
+                let field = self.stopping(field);
+                let frame = fields::render_float(&field, &self.camera, self.background)?;
+                Ok(floated(frame.picture, &frame.transmittance))
+            }
+        }
+    }
+
+    /// Gaussians in the colours of a camera's side.
+    pub(super) fn seen_from<'a>(&'a self, cloud: &'a Cloud, camera: &Camera) -> Cow<'a, Cloud> {
+        match self.model() {
+            Model::Compact(model) => Cow::Owned(model.seen_from(camera.position())),
+            _ => Cow::Borrowed(cloud),
+        }
+    }
+
+    /// The merged partition of splats into MVoxels of at most `rows` Gaussians;
+    /// nothing for other models.
+    #[must_use]
+    pub fn octree(&self, rows: usize) -> Option<Octree> {
+        let Kind::Splats(cloud) = self.model.kind() else {
+            return None;
+        };
+        Some(Octree::merge(
+            cloud,
+            &Partition::halved(cloud, rows, self.cells.halvings),
+            rows,
+        ))
+    }
+
+    /// Renders the analytic field that a built-in model was sampled from: what
+    /// every picture of the model is an approximation of.
+    ///
+    /// # Errors
+    /// A model without such a field, or a picture of more than 2^26 pixels.
+    pub fn render_truth(&self) -> Result<Rendered, SceneError> {
+        let refuse = |field, value: String, expected: String| {
+            Err(SceneError::Value {
+                scene: self.name.clone(),
+                field,
+                value,
+                expected,
+            })
+        };
+        let Some(analytic) = self.truth else {
+            let expected = format!(
+                "another: only {} have one",
+                Analytic::ALL.map(Analytic::name).join(", ")
+            );
+            return refuse(
+                "ground truth",
+                "not known of this model".to_owned(),
+                expected,
+            );
+        };
+        let [width, height] = [self.camera.width, self.camera.height];
+        if u64::from(width) * u64::from(height) > MAX_PIXELS {
+            let expected = format!("at most {MAX_PIXELS} pixels");
+            return refuse("width x height", format!("{width} x {height}"), expected);
+        }
+        let truth = analytic.truth(&self.camera, self.background);
+        Ok(floated(truth.picture, &truth.transmittance))
+    }
+}
+
+fn floated(picture: Picture, transmittance: &[f64]) -> Rendered {
+    Rendered {
+        picture,
+        covered: transmittance.iter().map(|t| *t < 1.0).collect(),
+        counts: FrameCounts::default(),
+        decisions: None,
+    }
+}

@@ -1,0 +1,197 @@
+//! How a scene is rendered, as a description says it.
+
+use std::str::FromStr as _;
+use std::sync::Arc;
+
+use super::description::RenderDescription;
+use super::{Kind, Model, Scene, SceneError};
+use crate::facts::Cache;
+use potamoi_base::precision::{Precision, PrecisionError};
+use potamoi_march::voxels::Halo;
+use potamoi_splats::{Order, Profile};
+
+impl Scene {
+    pub(super) fn rules(&mut self, render: &RenderDescription) -> Result<(), SceneError> {
+        if let Some(name) = &render.profile {
+            let known = Profile::from_str(name);
+            self.profile = known.map_err(|_| {
+                let names = Profile::ALL.map(Profile::name).join(", ");
+                self.value("render.profile", name.clone(), &names)
+            })?;
+        }
+        if let Some(background) = render.background {
+            self.set_background("render.background", background)?;
+        }
+        if let Some(name) = &render.order {
+            self.order = match name.as_str() {
+                "exact" => Order::Exact,
+                "approximate" => Order::Approximate,
+                _ => {
+                    let expected = "exact or approximate";
+                    return Err(self.value("render.order", name.clone(), expected));
+                }
+            };
+        }
+        if let Some(name) = &render.halo {
+            self.halo = match name.as_str() {
+                "shared" => Halo::Shared,
+                "split" => Halo::Split,
+                _ => return Err(self.value("render.halo", name.clone(), "shared or split")),
+            };
+        }
+        let sides = render.group_tiles.into_iter().flatten();
+        if sides.chain(render.group_side).any(|side| side == 0) {
+            let (field, value) = match render.group_tiles {
+                Some(tiles) => ("render.group_tiles", format!("{tiles:?}")),
+                None => ("render.group_side", "0".to_owned()),
+            };
+            return Err(self.value(field, value, "whole numbers above 0"));
+        }
+        if let Some(antialiased) = render.antialiased {
+            self.set_antialiased(antialiased);
+        }
+        self.group_tiles = render.group_tiles;
+        self.group_side = render.group_side;
+        if let Some(step) = render.step {
+            self.set_step(step)?;
+        }
+        self.set_precision(Precision {
+            stop_below: render.stop_below,
+            alpha_min: render.alpha_min,
+            transmittance_bits: render.transmittance_bits,
+            conic_bits: render.conic_bits,
+            hashed_levels: render.hashed_levels,
+        })?;
+        let splats = matches!(self.model.kind(), Kind::Splats(_));
+        let voxels = matches!(*self.model, Model::Voxels(_) | Model::Dvgo(_));
+        let interpolated = match self.model.kind() {
+            Kind::Splats(_) => false,
+            Kind::Voxels(_) => true,
+            Kind::Field(field) => field.tables().iter().any(|table| table.vertices() > 1),
+        };
+        let stepped = voxels || matches!(*self.model, Model::Tensorf(_));
+        for (field, given, ours, kind) in [
+            ("render.profile", render.profile.is_some(), splats, "splats"),
+            ("render.order", render.order.is_some(), splats, "splats"),
+            (
+                "render.group_tiles",
+                render.group_tiles.is_some(),
+                splats,
+                "splats",
+            ),
+            (
+                "render.group_side",
+                render.group_side.is_some(),
+                !splats,
+                "voxels and fields",
+            ),
+            (
+                "render.halo",
+                render.halo.is_some(),
+                interpolated,
+                "voxels and fields that are interpolated",
+            ),
+            ("render.step", render.step.is_some(), stepped, "voxels"),
+            (
+                "render.antialiased",
+                render.antialiased.is_some(),
+                splats,
+                "splats",
+            ),
+        ] {
+            if given && !ours {
+                let expected = format!("it left out: it is for {kind}");
+                return Err(self.value(field, "given".to_owned(), &expected));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether splats are drawn as trained with antialiasing: what the pixel filter adds to their
+    /// area is taken from their opacity.
+    #[must_use]
+    pub fn is_antialiased(&self) -> bool {
+        matches!(self.model.kind(), Kind::Splats(cloud) if cloud.is_antialiased())
+    }
+
+    /// Draws splats so, or not, whatever their file says; other models stay what they are.
+    pub fn set_antialiased(&mut self, antialiased: bool) {
+        if antialiased == self.is_antialiased() {
+            return;
+        }
+        match Arc::make_mut(&mut self.model) {
+            Model::Splats(cloud) => cloud.set_antialiased(antialiased),
+            Model::Compact(model) => model.set_antialiased(antialiased),
+            _ => return,
+        }
+        self.found = Cache::default();
+    }
+
+    /// Sets how far apart samples are, in voxel edges; of fields that step so.
+    ///
+    /// # Errors
+    /// A step outside 1/64 to 8.
+    pub fn set_step(&mut self, step: f64) -> Result<(), SceneError> {
+        if !(1.0 / 64.0..=8.0).contains(&step) {
+            let expected = "1/64 to 8 voxel edges";
+            return Err(self.value("render.step", step.to_string(), expected));
+        }
+        self.step = step;
+        // How many samples a ray has follows from it.
+        self.found = Cache::default();
+        match Arc::make_mut(&mut self.model) {
+            Model::Dvgo(field) => field.set_step(step),
+            Model::Tensorf(field) => field.set_step(step),
+            Model::Splats(_) | Model::Compact(_) | Model::Voxels(_) | Model::Field(_) => {}
+        }
+        Ok(())
+    }
+
+    /// Cut-offs and widths in place of the rules'.
+    #[must_use]
+    pub const fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    /// Composites more coarsely, or more finely, than the rules say.
+    ///
+    /// # Errors
+    /// A number outside its range, or one that is not of such a model: all but levels are of splats;
+    /// of stored voxels where rays stop and how wide transmittances are; of fields where rays stop; levels of models with
+    /// hashed tables, at most as many as they have.
+    pub fn set_precision(&mut self, precision: Precision) -> Result<(), SceneError> {
+        let refuse = |e: PrecisionError| self.value(e.field, e.value, e.expected);
+        precision.check().map_err(refuse)?;
+        if let Some(levels) = precision.hashed_levels {
+            let all = self.facts().hashed_tables();
+            if levels as usize > all {
+                let expected = format!("at most {all}, the hashed levels of the model");
+                return Err(self.value("render.hashed_levels", levels.to_string(), &expected));
+            }
+        }
+        let (known, models): (&[&str], _) = match *self.model {
+            Model::Splats(_) | Model::Compact(_) => (
+                &[
+                    "stop_below",
+                    "alpha_min",
+                    "transmittance_bits",
+                    "conic_bits",
+                ],
+                "",
+            ),
+            Model::Voxels(_) => (
+                &["stop_below", "transmittance_bits"],
+                "stop_below and transmittance_bits alone, of stored voxels",
+            ),
+            _ => (&["stop_below"], "stop_below alone, of fields"),
+        };
+        let mut given = precision.given().into_iter();
+        let unfit = given.find(|(name, _)| *name != "hashed_levels" && !known.contains(name));
+        if let Some((name, value)) = unfit {
+            return Err(self.value("render", format!("{name} = {value}"), models));
+        }
+        self.precision = precision;
+        self.found = Cache::default();
+        Ok(())
+    }
+}

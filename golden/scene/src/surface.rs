@@ -1,0 +1,301 @@
+//! The surface of a scene's model, as a mesh.
+
+use glam::{DMat3, DVec3};
+
+use super::{Kind, Scene, SceneError};
+use potamoi_fields::Field;
+use potamoi_march::voxels::Grid;
+use potamoi_splats::{Cloud, rotation, sigmoid};
+use potamoi_warp::Renderer;
+use potamoi_warp::mesh::{Density, Lattice, Mesh, half_light};
+
+/// The level of a surface: of rays, the share that has lost half of its light
+/// where the density is below it. The middle one would be nearest in depth, but
+/// would take what is seen from aside off at the rim, where a mesh that says
+/// that nothing is costs more than one that lies a fraction of a voxel in front
+/// (`--example mesh_depth`).
+const SHARE: f64 = 0.1;
+/// The same of splats: blurred, they reach out on both sides, and a surface lies
+/// in their middle.
+const SHARE_OF_SPLATS: f64 = 0.5;
+/// Standard deviations at which Gaussians end: there, they are below 1/255.
+const REACH: f64 = 3.34;
+/// Opacities are held to this, as in rendering.
+const OPAQUE: f64 = 0.99;
+/// Of a cell's edge, the standard deviation by which Gaussians are blurred, so
+/// that thin ones do not fall between the points.
+const BLUR: f64 = 0.5;
+
+/// The surface of a scene's model at its [`level_of`], with `cells` cells along
+/// the longest side of its box. The mesh is closed.
+///
+/// # Errors
+/// As [`level_of`] and [`of_scene_at`].
+pub fn of_scene(scene: &Scene, cells: u32) -> Result<Mesh, SceneError> {
+    of_scene_at(scene, cells, level_of(scene, cells)?)
+}
+
+/// The same at a level that is given, an optical depth a unit of length. Of
+/// splats the density is the sum of the Gaussians, each blurred by half a cell,
+/// and an optical depth that is right along its thinnest axis.
+///
+/// # Errors
+/// 0 or more than 1024 cells, a model with no finite box, a level that is not
+/// finite, or a surface of too many triangles or none.
+pub fn of_scene_at(scene: &Scene, cells: u32, level: f64) -> Result<Mesh, SceneError> {
+    with_density(scene, cells, |density, lattice| {
+        let mesh = Mesh::of_surface(density, lattice, level)?;
+        if mesh.triangles().is_empty() {
+            let value = format!("{level}, which no place is above and beside one below");
+            return Err(refuse(
+                scene,
+                "level of the surface",
+                &value,
+                "a level within the density's range",
+            ));
+        }
+        Ok(mesh)
+    })
+}
+
+/// The density at which a model has its surface: where rays have lost half of
+/// their light, as [`half_light`] finds it.
+///
+/// # Errors
+/// As [`of_scene_at`], and a model that stops no light.
+pub fn level_of(scene: &Scene, cells: u32) -> Result<f64, SceneError> {
+    let share = match scene.model.kind() {
+        Kind::Splats(_) => SHARE_OF_SPLATS,
+        Kind::Voxels(_) | Kind::Field(_) => SHARE,
+    };
+    with_density(scene, cells, |density, lattice| {
+        let level = half_light(density, lattice, share).filter(|level| *level > 0.0);
+        level.ok_or_else(|| {
+            let expected = "a model that stops half of the light somewhere";
+            refuse(scene, "density", "too low for a surface", expected)
+        })
+    })
+}
+
+fn refuse(scene: &Scene, field: &'static str, value: &str, expected: &str) -> SceneError {
+    SceneError::Value {
+        scene: scene.name.clone(),
+        field,
+        value: value.to_owned(),
+        expected: expected.to_owned(),
+    }
+}
+
+fn with_density<T>(
+    scene: &Scene,
+    cells: u32,
+    make: impl FnOnce(&dyn Density, &Lattice) -> Result<T, SceneError>,
+) -> Result<T, SceneError> {
+    let bounds = scene
+        .bounds()
+        .ok_or_else(|| refuse(scene, "model", "without bounds", "one in a finite box"))?;
+    let lattice = Lattice::new(bounds, cells)?;
+    match scene.model.kind() {
+        Kind::Splats(cloud) => make(&Gaussians::new(cloud, lattice.cell()), &lattice),
+        Kind::Voxels(grid) => make(&OfGrid(grid), &lattice),
+        Kind::Field(field) => make(&OfField(field), &lattice),
+    }
+}
+
+/// A grid's density before its ReLU, which is linear between vertices.
+struct OfGrid<'a>(&'a Grid);
+
+impl Density for OfGrid<'_> {
+    fn plane(&self, lattice: &Lattice, z: usize, out: &mut [f32]) {
+        let [width, ..] = lattice.points();
+        for (i, value) in out.iter_mut().enumerate() {
+            let at = lattice.point([i % width, i / width, z]);
+            *value = self.at(at).unwrap_or_default() as f32;
+        }
+    }
+
+    fn at(&self, p: DVec3) -> Option<f64> {
+        let mut values = [0.0; 13];
+        let values = &mut values[..self.0.layout().channels()];
+        self.0.sample(self.0.to_grid(p), values);
+        Some(values[0] / self.0.voxel())
+    }
+}
+
+/// A field's density, 0 where it is known to be empty.
+struct OfField<'a>(&'a dyn Field);
+
+impl OfField<'_> {
+    fn density(&self, p: DVec3, places: &mut [DVec3], features: &mut [f64]) -> f64 {
+        if !self.0.index(p, places) {
+            return 0.0;
+        }
+        let mut rest = &mut *features;
+        for (table, place) in self.0.tables().iter().zip(places) {
+            let (own, other) = rest.split_at_mut(table.channels());
+            table.gather(*place, own);
+            rest = other;
+        }
+        self.0.depth(features) / self.0.sampling().step
+    }
+
+    fn scratch(&self) -> (Vec<DVec3>, Vec<f64>) {
+        let places = vec![DVec3::ZERO; self.0.tables().len()];
+        (places, vec![0.0; self.0.channels()])
+    }
+}
+
+impl Density for OfField<'_> {
+    fn plane(&self, lattice: &Lattice, z: usize, out: &mut [f32]) {
+        let (mut places, mut features) = self.scratch();
+        let [width, ..] = lattice.points();
+        for (i, value) in out.iter_mut().enumerate() {
+            let at = lattice.point([i % width, i / width, z]);
+            *value = self.density(at, &mut places, &mut features) as f32;
+        }
+    }
+
+    fn at(&self, p: DVec3) -> Option<f64> {
+        let (mut places, mut features) = self.scratch();
+        Some(self.density(p, &mut places, &mut features))
+    }
+}
+
+/// A Gaussian as a density.
+struct Gaussian {
+    mean: DVec3,
+    /// Half the box that it reaches.
+    reach: DVec3,
+    /// Of its covariance.
+    inverse: DMat3,
+    /// In its middle.
+    peak: f64,
+}
+
+/// The densities of blurred Gaussians, summed in their order.
+struct Gaussians(Vec<Gaussian>);
+
+impl Gaussians {
+    fn new(cloud: &Cloud, cell: f64) -> Self {
+        let blur = (BLUR * cell).powi(2);
+        let all = (0..cloud.len()).filter_map(|i| {
+            let opacity = sigmoid(f64::from(cloud.opacity_logits()[i])).min(OPAQUE);
+            let scales = cloud.log_scales()[i].map(|s| f64::from(s).exp());
+            let variances = DVec3::from(scales.map(|s| s * s + blur));
+            let turn = rotation(cloud.rotations()[i]);
+            let covariance = turn * DMat3::from_diagonal(variances) * turn.transpose();
+            let diagonal = |m: DMat3| DVec3::new(m.x_axis.x, m.y_axis.y, m.z_axis.z);
+            // Through the middle along the thinnest axis; blurring spreads it.
+            let depth = -(-opacity).ln_1p();
+            let [a, b, c] = scales;
+            let broad = (a * b).max(b * c).max(c * a);
+            let spread = variances.to_array().iter().product::<f64>().sqrt();
+            let peak = depth * broad / (spread * std::f64::consts::TAU.sqrt());
+            let gaussian = Gaussian {
+                mean: DVec3::from(cloud.means()[i].map(f64::from)),
+                reach: REACH * diagonal(covariance).map(f64::sqrt),
+                inverse: turn * DMat3::from_diagonal(variances.recip()) * turn.transpose(),
+                peak,
+            };
+            (peak > 0.0 && peak.is_finite()).then_some(gaussian)
+        });
+        Self(all.collect())
+    }
+}
+
+impl Density for Gaussians {
+    fn plane(&self, lattice: &Lattice, z: usize, out: &mut [f32]) {
+        out.fill(0.0);
+        let [width, height, _] = lattice.points();
+        let first = lattice.point([0, 0, z]);
+        for gaussian in &self.0 {
+            let off = first - gaussian.mean;
+            if off.z.abs() > gaussian.reach.z {
+                continue;
+            }
+            // Points of an axis within reach; casts hold to the range.
+            let span = |axis: usize, count: usize| {
+                let from = (-off[axis] - gaussian.reach[axis]) / lattice.cell();
+                let to = (-off[axis] + gaussian.reach[axis]) / lattice.cell();
+                from.ceil().max(0.0) as usize..((to.floor() + 1.0).max(0.0) as usize).min(count)
+            };
+            for y in span(1, height) {
+                for x in span(0, width) {
+                    let at = off + lattice.cell() * DVec3::new(x as f64, y as f64, 0.0);
+                    let square = at.dot(gaussian.inverse * at);
+                    if square <= REACH * REACH {
+                        out[y * width + x] += (gaussian.peak * (-0.5 * square).exp()) as f32;
+                    }
+                }
+            }
+        }
+    }
+
+    /// A sum over all Gaussians would not be cheap.
+    fn at(&self, _: DVec3) -> Option<f64> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::{ExactDepth, Model};
+    use potamoi_march::voxels::Layout;
+    use potamoi_warp::{Geometry as _, is_surface};
+
+    /// Median difference in depth from the exact one, in voxel edges, and the
+    /// share of the foreground's pixels of which one has a surface and the other
+    /// none.
+    fn off(name: &str, cells: u32) -> (f64, f64) {
+        let scene = Scene::open(name).unwrap();
+        let analytic = scene.analytic().unwrap();
+        let camera = analytic.camera(1.0, 80, 80);
+        let exact = ExactDepth(analytic).depth(&camera).unwrap();
+        let found = of_scene(&scene, cells).unwrap().depth(&camera);
+        let (mut off, mut differ) = (vec![], 0.0);
+        for (found, exact) in found.iter().zip(&exact) {
+            match [*found, *exact].map(is_surface) {
+                [true, true] => off.push(f64::from((found - exact).abs()) / analytic.voxel()),
+                [false, false] => {}
+                _ => differ += 1.0,
+            }
+        }
+        off.sort_by(f64::total_cmp);
+        let foreground = exact.iter().filter(|d| is_surface(**d)).count() as f64;
+        (off[off.len() / 2], differ / foreground)
+    }
+
+    #[test]
+    fn surfaces_of_every_kind_of_model_lie_where_the_truth_has_them() {
+        for (name, cells, most, most_differ) in [
+            ("cairn", 96, 0.75, 0.015),
+            ("cairn:tensorf", 96, 0.75, 0.015),
+            ("cairn:efficientnerf", 96, 1.0, 0.025),
+            ("cairn:splats", 96, 1.8, 0.04),
+            // From within, cells finer than its own.
+            ("gallery", 200, 0.75, 0.015),
+        ] {
+            let (off, differ) = off(name, cells);
+            assert!(off < most && differ < most_differ, "{name}: {off} {differ}");
+        }
+    }
+
+    #[test]
+    fn models_without_a_surface_are_refused() {
+        let empty = vec![0.0; 8 * Layout::Constant.channels()];
+        let grid = Grid::new([2; 3], DVec3::ZERO, 1.0, Layout::Constant, empty).unwrap();
+        let cairn = Scene::open("cairn").unwrap();
+        let error = of_scene_at(&cairn, 8, 1e30).unwrap_err().to_string();
+        assert!(error.contains("level of the surface"), "{error}");
+        let scene = Scene {
+            model: Model::Voxels(Box::new(grid)).into(),
+            ..cairn
+        };
+        let error = of_scene(&scene, 8).unwrap_err().to_string();
+        assert!(error.contains("density is too low"), "{error}");
+        let error = of_scene(&scene, 0).unwrap_err().to_string();
+        assert!(error.contains("cells is 0"), "{error}");
+    }
+}

@@ -1,0 +1,87 @@
+//! Fields of ready-made scenes, seen by every renderer.
+
+use glam::DVec3;
+
+use crate::{Model, Scene};
+use potamoi_fields::stored::StoredField;
+use potamoi_fields::{RayStages, Stops, render_float};
+use potamoi_march::voxels::{FloatOptions, render_float as render_grid};
+
+/// The stages make the picture, to the order of its sums.
+#[test]
+fn stages_make_the_picture() {
+    for name in ["cairn:ngp", "moons:efficientnerf"] {
+        let mut scene = Scene::open(name).unwrap();
+        scene.set_size(Some(24), None).unwrap();
+        let Model::Field(field) = scene.model() else {
+            panic!("a field")
+        };
+        let frame = render_float(&**field, scene.camera(), [0.0; 3]).unwrap();
+        let stops = Stops::find(&**field, scene.camera()).unwrap();
+        let mut rays = RayStages::new(&stops);
+        let mut lit = 0;
+        for (i, expected) in (0..).zip(&frame.picture.rgb) {
+            rays.aim([i % 24, i / 24]);
+            rays.index();
+            rays.gather();
+            let found = rays.compute();
+            let off = found - DVec3::from(expected.map(f64::from));
+            assert!(off.abs().max_element() < 1e-6, "{name} {i}: {found}");
+            lit += u32::from(found != DVec3::ZERO);
+        }
+        assert!(lit > 50, "{lit}");
+    }
+}
+
+/// As many samples as the renderer counts, each where a gathered one lies.
+#[test]
+fn rays_stop_where_the_renderer_stops_them() {
+    let mut scene = Scene::open("moons:efficientnerf").unwrap();
+    scene.set_size(Some(40), Some(30)).unwrap();
+    let Model::Field(field) = scene.model() else {
+        panic!("a field")
+    };
+    let frame = render_float(&**field, scene.camera(), [0.0; 3]).unwrap();
+    let stops = Stops::find(&**field, scene.camera()).unwrap();
+    let (mut told, mut kept, mut samples) = (0, 0, 0);
+    let mut places = vec![DVec3::ZERO; field.tables().len()];
+    for pixel in (0..30).flat_map(|y| (0..40).map(move |x| [x, y])) {
+        let before = told;
+        stops.samples(pixel, 1, &mut places, |places| {
+            let mut rows = 0;
+            field.tables()[0].corners(places[0], |_, _| rows += 1);
+            assert_eq!(rows, 1);
+            told += 1;
+        });
+        assert_eq!(told - before, u64::from(stops.gathered(pixel)));
+        kept += u64::from(stops.gathered(pixel));
+        samples += stops.passed(pixel);
+    }
+    assert_eq!([told, kept], [frame.gathered; 2]);
+    assert_eq!(samples, frame.samples);
+    assert!(told > 1000, "{told}");
+    let mut finer = 0;
+    stops.samples([20, 15], 3, &mut places, |_| finer += 1);
+    let own = stops.gathered([20, 15]);
+    assert!(own > 2 && (2 * own..=4 * own).contains(&finer), "{finer}");
+}
+
+/// The same picture as the renderer that grids have of their own.
+#[test]
+fn a_grid_is_a_field() {
+    let mut scene = Scene::open("lantern").unwrap();
+    scene.set_size(Some(60), None).unwrap();
+    let Model::Voxels(grid) = scene.model() else {
+        unreachable!("the lantern is a grid")
+    };
+    let field = StoredField::new(grid, 0.5).unwrap();
+    let found = render_float(&field, scene.camera(), [0.25; 3]).unwrap();
+    let options = FloatOptions {
+        background: [0.25; 3],
+        ..FloatOptions::default()
+    };
+    let expected = render_grid(grid, scene.camera(), &options).unwrap();
+    let psnr = found.picture.psnr(&expected.picture, |_| true).unwrap();
+    assert!(psnr > 100.0, "{psnr} dB");
+    assert!(found.samples > 10_000 && found.coloured < found.samples / 2);
+}

@@ -1,0 +1,204 @@
+//! Camera paths as `transforms.json`: the convention of NeRF's synthetic
+//! scenes (Mildenhall et al. 2020), of Instant-NGP and of Nerfstudio, in which a
+//! camera looks along its -z axis, y up.
+
+mod keys;
+mod lens;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use glam::{DAffine3, DMat3, DVec3};
+use potamoi_formats::document::{self, Value};
+use thiserror::Error;
+
+use potamoi_base::camera::Camera;
+use potamoi_base::record::{Format, Notes, Record};
+
+pub(super) use keys::{FRAME, PATH};
+use lens::Lens;
+
+/// The largest file, in bytes.
+const LIMIT: u64 = 1 << 26;
+/// The most frames of a path.
+const MAX_FRAMES: usize = 1 << 20;
+/// How far a camera may be from the origin; poses past it lose their rotation to
+/// rounding.
+const FAR: f64 = 1e9;
+/// How far numbers of a pose may be from those of a rotation: files hold few digits.
+const ROUNDING: f64 = 1e-3;
+
+/// A camera path that cannot be used.
+#[derive(Debug, Error)]
+pub enum TransformsError {
+    /// The file system refused.
+    #[error("cannot read camera path {path}: {source}; name a readable JSON file")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is not what it should be.
+    #[error("camera path {path}: {problem}")]
+    Wrong {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what was expected.
+        problem: String,
+    },
+}
+
+/// One frame of a path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PathFrame {
+    /// Where it was seen from, and how large its picture is.
+    pub camera: Camera,
+    /// Its picture, as the file names it, from the file's folder.
+    pub picture: PathBuf,
+}
+
+/// Reads a path of at least one frame, in the file's order. What a frame says
+/// itself counts before what is said for all. `notes` takes what is not used and
+/// what was assumed.
+///
+/// # Errors
+/// The file cannot be read, is no camera path, or holds numbers that make no
+/// camera, or a lens that is no pinhole.
+pub fn read(path: &Path, notes: &mut Notes) -> Result<Vec<PathFrame>, TransformsError> {
+    let fail = |source| TransformsError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let wrong = |problem: String| TransformsError::Wrong {
+        path: path.to_owned(),
+        problem,
+    };
+    let bytes = potamoi_base::files::read(path, LIMIT).map_err(fail)?;
+    let bytes = bytes.ok_or_else(|| wrong(format!("expected at most {LIMIT} bytes")))?;
+    parse(&bytes, notes).map_err(wrong)
+}
+
+fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<PathFrame>, String> {
+    let document = document::json(bytes).map_err(|e| e.to_string())?;
+    let mut record = record(&PATH, document)?;
+    let frames = record.take("frames").ok_or("`frames` is missing")?;
+    let Value::List(frames) = frames else {
+        let found = frames.shown();
+        return Err(format!("`frames` is {found}: expected a list of frames"));
+    };
+    let count = frames.len();
+    if !(1..=MAX_FRAMES).contains(&count) {
+        return Err(format!("{count} frames: expected 1 to {MAX_FRAMES}"));
+    }
+    let lens = Lens::take(&mut record)?;
+    record.finish(notes).map_err(|e| e.to_string())?;
+    let mut own = Notes::default();
+    let frames = frames.into_vec().into_iter().enumerate();
+    let frames: Result<Vec<_>, String> = frames
+        .map(|(i, value)| frame(value, &lens, &mut own).map_err(|e| format!("frames[{i}]: {e}")))
+        .collect();
+    notes.extend(own.under("frames[]."));
+    let frames = frames?;
+    if !is_ordered(&frames) {
+        notes.assume("order of frames: the file's, which is not that of their names");
+    }
+    Ok(frames)
+}
+
+fn record(format: &'static Format, value: Value) -> Result<Record<Value>, String> {
+    let Value::Map(entries) = value else {
+        let found = value.shown();
+        return Err(format!("found {found}: expected named values, `{{...}}`"));
+    };
+    let entries = entries.into_vec().into_iter();
+    let mut record = Record::new(format, entries.map(|(key, value)| (key.into(), value)));
+    record.take_neutral(is_neutral);
+    Ok(record)
+}
+
+/// Whether a value says of a key that changes pictures that it changes none.
+fn is_neutral(value: &Value) -> bool {
+    match value {
+        Value::Null | Value::Bool(false) => true,
+        Value::List(values) => values.iter().all(is_neutral),
+        other => other.number() == Some(0.0),
+    }
+}
+
+fn frame(value: Value, common: &Lens, notes: &mut Notes) -> Result<PathFrame, String> {
+    let mut record = record(&FRAME, value)?;
+    let picture = record.take("file_path").ok_or("`file_path` is missing")?;
+    let Some(picture) = picture.text().map(PathBuf::from) else {
+        let found = picture.shown();
+        return Err(format!("`file_path` is {found}: expected a file's name"));
+    };
+    let matrix = record.take("transform_matrix");
+    let matrix = matrix.ok_or("`transform_matrix` is missing")?;
+    let world_to_camera = pose(&matrix).map_err(|e| format!("`transform_matrix` {e}"))?;
+    let lens = Lens::take(&mut record)?.over(common);
+    record.finish(notes).map_err(|e| e.to_string())?;
+    let camera = Camera {
+        world_to_camera,
+        ..lens.camera(notes)?
+    };
+    Ok(PathFrame { camera, picture })
+}
+
+/// Whether pictures are named in the order of frames, numbers by their value or
+/// letter by letter.
+fn is_ordered(frames: &[PathFrame]) -> bool {
+    let names = || frames.iter().map(|f| f.picture.to_string_lossy());
+    let numbered = |name: &str| -> Vec<(String, u64)> {
+        let mut parts = vec![];
+        let mut rest = name;
+        while !rest.is_empty() {
+            let digits = rest
+                .find(|c: char| c.is_ascii_digit())
+                .unwrap_or(rest.len());
+            let (text, behind) = rest.split_at(digits);
+            let end = behind.find(|c: char| !c.is_ascii_digit());
+            let (number, behind) = behind.split_at(end.unwrap_or(behind.len()));
+            parts.push((text.to_owned(), number.parse().unwrap_or(u64::MAX)));
+            rest = behind;
+        }
+        parts
+    };
+    names().is_sorted() || names().map(|name| numbered(&name)).is_sorted()
+}
+
+/// World to camera, looking along +z with y down.
+fn pose(matrix: &Value) -> Result<DAffine3, String> {
+    let rows = matrix.list().unwrap_or_default();
+    let numbers = |row: &Value| -> Option<[f64; 4]> {
+        let all: Option<Vec<f64>> = row.list()?.iter().map(Value::number).collect();
+        all?.try_into().ok()
+    };
+    let rows: Option<Vec<[f64; 4]>> = rows.iter().map(numbers).collect();
+    let rows = rows.filter(|rows| (3..=4).contains(&rows.len()));
+    let Some(rows) = rows else {
+        let found = matrix.shown();
+        return Err(format!("is {found}: expected 3 or 4 rows of 4 numbers"));
+    };
+    if let Some(last) = rows.get(3) {
+        let off = |(value, unit): (&f64, f64)| (value - unit).abs() > ROUNDING || value.is_nan();
+        if last.iter().zip([0.0, 0.0, 0.0, 1.0]).any(off) {
+            return Err(format!("has the last row {last:?}: expected [0, 0, 0, 1]"));
+        }
+    }
+    let column = |c: usize| DVec3::new(rows[0][c], rows[1][c], rows[2][c]);
+    let rotation = DMat3::from_cols(column(0), -column(1), -column(2));
+    let off = rotation * rotation.transpose() - DMat3::IDENTITY;
+    let rigid = off.to_cols_array().iter().all(|v| v.abs() < ROUNDING);
+    if !(rigid && rotation.determinant() > 0.0) {
+        return Err("is no rotation and translation".to_owned());
+    }
+    if !column(3).abs().cmple(DVec3::splat(FAR)).all() {
+        return Err(format!("is at {}: expected -1e9 to 1e9", column(3)));
+    }
+    // Rounding of the file is taken out, so that the inverse is exact.
+    let turn = glam::DQuat::from_mat3(&rotation).normalize();
+    let to_world = DAffine3::from_rotation_translation(turn, column(3));
+    Ok(to_world.inverse())
+}

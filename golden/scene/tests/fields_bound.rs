@@ -1,0 +1,140 @@
+//! Derived bounds of fields in the hardware's formats, tried.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use std::path::Path;
+
+use potamoi_base::precision::Precision;
+use potamoi_formats::config::Config;
+use potamoi_reference::Twins;
+use potamoi_reference::bounds::VectorBounds;
+use potamoi_scene::Scene;
+
+/// Every kind of field: built in, and as other programs wrote them (tools/torch-fixtures,
+/// tools/ngp-fixtures).
+const SCENES: [&str; 10] = [
+    "cairn:dvgo",
+    "mist:dvgo",
+    "cairn:tensorf",
+    "cairn:ngp",
+    "cairn:efficientnerf",
+    "tensorf/tiny.th",
+    "ngp/cube.ingp",
+    "ngp/cascades.ingp",
+    "mist:ngp",
+    "cairn:compact",
+];
+
+fn scene(name: &str, side: u32) -> Scene {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../tests/fixtures")
+        .join(name);
+    let name = if file.exists() {
+        file.to_str().unwrap()
+    } else {
+        name
+    };
+    let mut scene = Scene::open(name).unwrap();
+    scene.set_size(Some(side), Some(side)).unwrap();
+    scene
+}
+
+fn config(more: &str) -> Config {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/fields.toml");
+    let text = std::fs::read_to_string(path).unwrap();
+    Config::from_toml(&format!("{text}\n{more}"), "fields").unwrap()
+}
+
+/// The largest error of a channel, the largest bound, and the largest part of its own bound that
+/// a pixel takes, of pictures in one configuration and bounds of another.
+fn used(scene: &Scene, bounded: &Config, shown: &Config) -> [f64; 3] {
+    let bounds = scene.error_bounds(bounded).unwrap().unwrap();
+    let float = scene.render_float().unwrap().picture;
+    let fixed = scene.render_fixed(shown, &mut Twins::new(shown)).unwrap();
+    let mut most = [0f64; 3];
+    for ((a, b), bound) in fixed.picture.rgb.iter().zip(&float.rgb).zip(&bounds) {
+        let channels = a.iter().zip(b);
+        let off = channels.map(|(a, b)| f64::from((a - b).abs()));
+        let off = off.fold(0.0, f64::max);
+        most = [
+            most[0].max(off),
+            most[1].max(*bound),
+            most[2].max(off / bound),
+        ];
+    }
+    most
+}
+
+/// No pixel is farther off than its bound, which is a hundred times what is measured at most, and
+/// less than colours are.
+#[test]
+fn pixels_keep_to_their_bounds() {
+    for name in SCENES {
+        let scene = scene(name, 16);
+        let own = config("");
+        let [off, bound, part] = used(&scene, &own, &own);
+        println!("{name}: {off:.5} off, {bound:.5} bounded, {part:.3} of it");
+        assert!(part <= 1.0, "{name}: {part}");
+        assert!(bound < 0.1 && part > 0.01, "{name}: {bound} {part}");
+    }
+}
+
+/// Formats that are coarser have larger bounds, hold them, and exceed those of finer ones.
+#[test]
+fn coarser_formats_are_told_from_finer_ones() {
+    let fine = config("");
+    for (name, text) in [
+        ("cairn:dvgo", "[gu]\nweight_bits = 4"),
+        ("cairn:ngp", "[gu]\nweight_bits = 4"),
+        ("tensorf/tiny.th", "[gu]\nfeature_bits = 8"),
+        ("cairn:efficientnerf", "[gu]\nfeature_bits = 8"),
+        ("cairn:compact", "[gu]\nweight_bits = 4"),
+    ] {
+        let scene = scene(name, 16);
+        let coarse = config(text);
+        let [_, bound, part] = used(&scene, &coarse, &coarse);
+        assert!(part <= 1.0, "{name}: {part}");
+        let [_, finer, beyond] = used(&scene, &fine, &coarse);
+        println!("{name}: {bound:.4} and {finer:.4} bounded, {beyond:.2} of the finer one's");
+        assert!(
+            beyond > 1.0 && bound > finer,
+            "{name}: {beyond} {bound} {finer}"
+        );
+    }
+}
+
+/// One of the two stops where far more is left: its pixels keep to a bound that knows of both, and
+/// leave the one of pictures that stop alike.
+#[test]
+fn rays_that_stop_elsewhere_are_in_the_bound() {
+    let own = config("");
+    let powers = VectorBounds::by_formula(&own.vu.exp);
+    for name in [
+        "cairn:dvgo",
+        "cairn:tensorf",
+        "cairn:ngp",
+        "cairn:efficientnerf",
+    ] {
+        let rules = scene(name, 16);
+        let mut sooner = rules.clone();
+        let precision = Precision {
+            stop_below: Some(0.3),
+            ..Precision::default()
+        };
+        sooner.set_precision(precision).unwrap();
+        for [fixed, float] in [[&sooner, &rules], [&rules, &sooner]] {
+            let shown = fixed.render_fixed(&own, &mut Twins::new(&own)).unwrap();
+            let float_picture = float.render_float().unwrap().picture;
+            let beside = fixed.error_bounds_beside(&own, float.precision(), &powers);
+            let beside = beside.unwrap().unwrap();
+            let alike = rules.error_bounds(&own).unwrap().unwrap();
+            let mut left = 0;
+            for (i, (a, b)) in shown.picture.rgb.iter().zip(&float_picture.rgb).enumerate() {
+                let channels = a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs()));
+                let off = channels.fold(0.0, f64::max);
+                assert!(off <= beside[i], "{name}: {off} {}", beside[i]);
+                left += u32::from(off > alike[i]);
+            }
+            assert!(left > 0, "{name}");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! What splat files say and how they say it: each case against its truth, and against the reading
+//! that drops it, which must be told apart by 10 dB.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod antialiased;
+mod axes;
+mod dialects;
+mod keys;
+mod shared;
+mod types;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use potamoi_base::camera::Camera;
+use potamoi_base::picture::Picture;
+use potamoi_base::record::Notes;
+use potamoi_scene::Scene;
+use potamoi_splats::{Loaded, files};
+
+/// Pictures of files that lose nothing.
+const LOSSLESS: f64 = 60.0;
+/// Those of SPZ and SOG, which round.
+const ROUNDED: f64 = 45.0;
+/// What a case tells apart.
+const APART: f64 = 10.0;
+
+fn camera() -> Camera {
+    Camera::look_at(
+        DVec3::new(0.3, 0.1, -3.0),
+        DVec3::new(0.0, 0.0, 0.1),
+        DVec3::NEG_Y,
+        0.7,
+        96,
+        80,
+    )
+}
+
+/// The picture of a scene through a camera.
+fn seen(scene: &Scene, camera: Camera) -> Picture {
+    let mut scene = scene.clone();
+    scene.set_camera(camera);
+    scene.render_float().unwrap().picture
+}
+
+fn open(path: &Path) -> Scene {
+    Scene::open(path.to_str().unwrap()).unwrap()
+}
+
+fn picture(path: &Path) -> Picture {
+    seen(&open(path), camera())
+}
+
+fn decibels(a: &Picture, b: &Picture) -> f64 {
+    a.psnr(b, |_| true).unwrap()
+}
+
+/// A picture is its truth to so many decibels, and what it would be otherwise is not.
+#[track_caller]
+fn tells_apart(found: &Picture, truth: &Picture, otherwise: &Picture, least: f64) {
+    let [right, wrong] = [found, otherwise].map(|own| decibels(own, truth));
+    assert!(right >= least, "{right:.1} dB");
+    assert!(wrong <= least - APART, "the other reading is {wrong:.1} dB");
+}
+
+fn write(folder: &Path, name: &str, bytes: &[u8]) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).unwrap();
+    path
+}
+
+fn load(path: &Path) -> Loaded {
+    files::read(path, None).unwrap()
+}
+
+fn notes(path: &Path) -> Notes {
+    load(path).notes
+}
+
+/// The refusal of a file: one line that names it.
+#[track_caller]
+fn refusal(path: &Path) -> String {
+    let text = match files::read(path, None) {
+        Ok(_) => panic!("{} is read", path.display()),
+        Err(error) => error.to_string(),
+    };
+    let file = path.file_name().unwrap().to_str().unwrap();
+    assert!(text.contains(file) && !text.contains('\n'), "{text}");
+    text
+}

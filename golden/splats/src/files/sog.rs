@@ -1,0 +1,338 @@
+//! SOG, version 2: WebP images of quantised values and a `meta.json` that says
+//! what they mean, in a folder or in a ZIP file.
+//!
+//! A Gaussian is a pixel, row by row. Centres take 16 bits a coordinate over a
+//! range of `sign(v) ln(|v| + 1)`, the upper and the lower byte in an image
+//! each. Log scales and constant coefficients are bytes that index a codebook.
+//! Rotations are three bytes over +-1/sqrt(2) and, in alpha, 252 plus the index
+//! of the largest component of `w, x, y, z`, left out. Opacity is the alpha of
+//! the colours. Coefficients above the constant are shared: a 16-bit label
+//! names an entry of a palette, 64 entries a row, of indices into a codebook.
+//! After the format's specification in the PlayCanvas manual.
+
+use std::f64::consts::SQRT_2;
+use std::io::{Cursor, Read as _};
+use std::path::{Component, Path};
+
+use image::{DynamicImage, ImageDecoder as _, ImageReader, RgbaImage};
+use rayon::prelude::*;
+use zip::ZipArchive;
+
+use super::error::{FileError, Origin};
+use super::{META, after_archive, limited, values};
+use crate::Cloud;
+use crate::loaded::{Loaded, Raw};
+use meta::Meta;
+use potamoi_base::record::{Fate, Format, Key, Notes};
+
+mod entries;
+mod meta;
+
+/// The largest `meta.json`, in bytes.
+const LONGEST_META: u64 = 4 << 20;
+/// The largest image file, in bytes.
+const LARGEST_IMAGE: u64 = 1 << 30;
+/// Pixels that an image may have beside four for each Gaussian.
+const SPARE_PIXELS: u64 = 1 << 20;
+/// Palette entries in a row of the image of centroids.
+const PALETTE_ROW: usize = 64;
+
+const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
+    Key { name, fate, about }
+}
+
+/// Fields of `meta.json` by the path that leads to them, and members of the archive.
+pub static FORMAT: Format = Format {
+    name: "SOG of PlayCanvas",
+    files: "`.sog`, a folder with `meta.json`, or that file: the fields of `meta.json`, and members of the archive",
+    keys: &[
+        key("version", Fate::Honoured, "2"),
+        key("count", Fate::Honoured, "Gaussians, 1 or more"),
+        key(
+            "antialias",
+            Fate::Honoured,
+            "trained with antialiasing: true or false",
+        ),
+        key(
+            "model",
+            Fate::Honoured,
+            "`antialiased` or `default`, which say the same",
+        ),
+        key(
+            "means.mins",
+            Fate::Honoured,
+            "smallest `sign(v) ln(abs(v) + 1)` along each axis, not above the largest",
+        ),
+        key("means.maxs", Fate::Honoured, "largest"),
+        key(
+            "means.files",
+            Fate::Honoured,
+            "images of lower and upper bytes",
+        ),
+        key(
+            "scales.codebook",
+            Fate::Honoured,
+            "256 logarithms of sizes; a first one of null is a mean step below the second",
+        ),
+        key("scales.files", Fate::Honoured, "an image of codes"),
+        key(
+            "quats.files",
+            Fate::Honoured,
+            "an image of three components of quaternions, and which is left out",
+        ),
+        key("sh0.codebook", Fate::Honoured, "256 constant coefficients"),
+        key(
+            "sh0.files",
+            Fate::Honoured,
+            "an image of codes and opacities",
+        ),
+        key(
+            "shN.count",
+            Fate::Honoured,
+            "entries of the palette of other coefficients, 1 to 65536",
+        ),
+        key("shN.bands", Fate::Honoured, "their degree, 1 to 3"),
+        key("shN.codebook", Fate::Honoured, "256 coefficients"),
+        key(
+            "shN.files",
+            Fate::Honoured,
+            "images of the palette and of labels",
+        ),
+        key("shN", Fate::Honoured, "null: none"),
+        key("asset.*", Fate::Listed, "who wrote it"),
+        key(
+            "member *",
+            Fate::Listed,
+            "a file of the archive that no field names",
+        ),
+        key("comment of *", Fate::Listed, "of the archive"),
+        key("bytes after *", Fate::Listed, "what follows the archive"),
+    ],
+    others: Fate::Listed,
+};
+
+/// Reads a cloud from a ZIP file; `origin` names it in errors.
+///
+/// # Errors
+/// No SOG file of version 2, a damaged part, or values that make no cloud.
+pub fn parse(bytes: &[u8], origin: &str) -> Result<Loaded, FileError> {
+    Ok(raw(bytes, origin)?.turned(None))
+}
+
+pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
+    let name = Origin(origin);
+    let damaged = |_| name.part("ZIP archive", "there is none, or it is cut off");
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
+    let mut unread: Vec<String> = archive.file_names().map(str::to_owned).collect();
+    let beside = after_archive(&archive, bytes);
+    // Images are packed already.
+    let most = bytes.len() as u64 + LONGEST_META;
+    let mut raw = decode(name, |member, limit| {
+        unread.retain(|own| own != member);
+        let file = (archive.by_name(member))
+            .map_err(|_| name.part(member, "the archive has no such member that can be read"))?;
+        let limit = limit.min(most);
+        let mut content = vec![];
+        file.take(limit + 1)
+            .read_to_end(&mut content)
+            .map_err(|_| name.part(member, "it ends early, or its checksum is wrong"))?;
+        if content.len() as u64 > limit {
+            let field = format!("length of `{member}`");
+            return Err(name.field(field, "more", format!("at most {limit} bytes")));
+        }
+        Ok(content)
+    })?;
+    for member in unread {
+        raw.notes.list(format!("member {member}"));
+    }
+    for own in beside {
+        raw.notes.list(own);
+    }
+    Ok(raw)
+}
+
+/// Reads a cloud from a folder with a `meta.json`.
+///
+/// # Errors
+/// As [`parse`], or a file that is missing.
+pub fn read_folder(folder: &Path) -> Result<Loaded, FileError> {
+    Ok(raw_folder(folder, &folder.display().to_string())?.turned(None))
+}
+
+pub(super) fn raw_folder(folder: &Path, origin: &str) -> Result<Raw, FileError> {
+    decode(Origin(origin), |member, limit| {
+        limited(&folder.join(member), limit)
+    })
+}
+
+/// Images of a pixel a Gaussian, and the palette.
+struct Images {
+    low: RgbaImage,
+    high: RgbaImage,
+    scales: RgbaImage,
+    rotations: RgbaImage,
+    colours: RgbaImage,
+    palette: Option<(RgbaImage, RgbaImage)>,
+}
+
+fn decode(
+    name: Origin<'_>,
+    mut read: impl FnMut(&str, u64) -> Result<Vec<u8>, FileError>,
+) -> Result<Raw, FileError> {
+    let text = read(META, LONGEST_META)?;
+    let mut notes = Notes::default();
+    let meta = Meta::parse(&text, &mut notes, name)?;
+    let files = meta.files();
+    let mut contents = vec![];
+    for (field, file) in &files {
+        // A name must not lead out of the folder.
+        let mut parts = Path::new(file).components();
+        if !matches!(
+            (parts.next(), parts.next()),
+            (Some(Component::Normal(_)), None)
+        ) {
+            let expected = "the name of a file beside meta.json";
+            return Err(name.field(*field, format!("`{file}`"), expected));
+        }
+        contents.push(read(file, LARGEST_IMAGE)?);
+    }
+    let total = contents.iter().map(|c| c.len() as u64).sum::<u64>() + text.len() as u64;
+    if !(1..=total).contains(&(meta.count as u64)) {
+        let expected = format!("1 to {total}: a byte of the files for each at the least");
+        return Err(name.field("count", meta.count, expected));
+    }
+    let images: Vec<RgbaImage> = files
+        .par_iter()
+        .zip(&contents)
+        .enumerate()
+        .map(|(i, ((_, file), bytes))| {
+            let size = (i == Meta::CENTROIDS)
+                .then(|| meta.palette_size())
+                .flatten();
+            pixels(bytes, file, meta.count, size, name)
+        })
+        .collect::<Result<_, _>>()?;
+    let cloud = build(&meta, Images::sort(images, name)?, name)?;
+    Ok(Raw::new(cloud.antialiased(meta.antialiased), notes))
+}
+
+impl Images {
+    /// In the order of [`Meta::files`].
+    fn sort(images: Vec<RgbaImage>, name: Origin<'_>) -> Result<Self, FileError> {
+        let mut images = images.into_iter();
+        let mut next = || images.next();
+        let (Some(low), Some(high), Some(scales), Some(rotations), Some(colours)) =
+            (next(), next(), next(), next(), next())
+        else {
+            return Err(name.field("number of images", "too small", "at least 5"));
+        };
+        Ok(Self {
+            low,
+            high,
+            scales,
+            rotations,
+            colours,
+            palette: next().zip(next()),
+        })
+    }
+}
+
+/// Unpacks an image of a pixel a Gaussian, or of a given width and least
+/// height; the size is checked before anything is reserved for it.
+fn pixels(
+    bytes: &[u8],
+    file: &str,
+    count: usize,
+    size: Option<[u32; 2]>,
+    name: Origin<'_>,
+) -> Result<RgbaImage, FileError> {
+    let fail = || name.part(file, "it is no image that can be read, such as WebP");
+    let decoder = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|_| fail())?
+        .into_decoder()
+        .map_err(|_| fail())?;
+    let (width, height) = decoder.dimensions();
+    let pixels = u64::from(width) * u64::from(height);
+    let most = 4 * count as u64 + SPARE_PIXELS;
+    let (right, expected) = match size {
+        Some([w, h]) => (
+            width == w && (h..=h + PALETTE_ROW as u32).contains(&height),
+            format!("{w} x {h}"),
+        ),
+        None => (
+            (count as u64..=most).contains(&pixels),
+            format!("{count} to {most} pixels, one a Gaussian"),
+        ),
+    };
+    if !right {
+        let field = format!("size of `{file}`");
+        return Err(name.field(field, format!("{width} x {height}"), expected));
+    }
+    let image = DynamicImage::from_decoder(decoder).map_err(|_| fail())?;
+    Ok(image.into_rgba8())
+}
+
+fn build(meta: &Meta, images: Images, name: Origin<'_>) -> Result<Cloud, FileError> {
+    let count = meta.count;
+    let [low, high, scales, rotations, colours] = [
+        &images.low,
+        &images.high,
+        &images.scales,
+        &images.rotations,
+        &images.colours,
+    ]
+    .map(|image| image.as_chunks::<4>().0);
+    if let Some(i) = rotations[..count].iter().position(|p| p[3] < 252) {
+        let field = format!("Gaussian {i}: largest component of the rotation");
+        return Err(name.field(field, rotations[i][3], "252 to 255"));
+    }
+    let palette = match (&meta.harmonics, &images.palette) {
+        (Some(harmonics), Some((centroids, labels))) => {
+            let labels = labels.as_chunks::<4>().0;
+            let label = |i: usize| usize::from(u16::from_le_bytes([labels[i][0], labels[i][1]]));
+            if let Some(i) = (0..count).find(|i| label(*i) >= harmonics.count) {
+                let field = format!("Gaussian {i}: label of `shN`");
+                let expected = format!("below {}, the entries of the palette", harmonics.count);
+                return Err(name.field(field, label(i), expected));
+            }
+            Some((harmonics, centroids.as_chunks::<4>().0, labels))
+        }
+        _ => None,
+    };
+    let logits = values::logits();
+    let means = |i: usize| {
+        [0, 1, 2].map(|axis| {
+            let code = u16::from_le_bytes([low[i][axis], high[i][axis]]);
+            let fraction = f64::from(code) / 65535.0;
+            let [least, most] = [meta.means.mins[axis], meta.means.maxs[axis]];
+            let value = least * (1.0 - fraction) + most * fraction;
+            (value.abs().exp_m1() * value.signum()) as f32
+        })
+    };
+    Cloud::new(
+        meta.degree(),
+        values::each(count, means),
+        values::each(count, |i| [0, 1, 2].map(|k| meta.scale(scales[i][k]))),
+        values::each(count, |i| rotation(rotations[i])),
+        values::each(count, |i| logits[usize::from(colours[i][3])]),
+        values::coefficients(count, meta.degree(), |i, out| {
+            out[0] = [0, 1, 2].map(|k| meta.constant(colours[i][k]));
+            if let Some((harmonics, centroids, labels)) = &palette {
+                let label = usize::from(u16::from_le_bytes([labels[i][0], labels[i][1]]));
+                let each = out.len() - 1;
+                // Rows are 64 entries wide, so that entries follow each other.
+                let entry = &centroids[label * each..(label + 1) * each];
+                for (out, pixel) in out[1..].iter_mut().zip(entry) {
+                    *out = [0, 1, 2].map(|k| harmonics.codebook[usize::from(pixel[k])]);
+                }
+            }
+        }),
+    )
+    .map_err(|e| name.cloud(e))
+}
+
+fn rotation(pixel: [u8; 4]) -> [f32; 4] {
+    let others = [0, 1, 2].map(|k| (f64::from(pixel[k]) / 255.0 * 2.0 - 1.0) / SQRT_2);
+    values::with_largest(usize::from(pixel[3] - 252), others)
+}

@@ -1,0 +1,108 @@
+//! `.splat` files: 32 bytes a Gaussian, without a header.
+//!
+//! Little-endian: centre as three floats, standard deviations as three floats,
+//! colour and opacity as four bytes of 1/255, and the quaternion `w, x, y, z`
+//! as four bytes `128 + 128 q`. No spherical harmonics above the constant.
+//! After the converter of antimatter15/splat, whose format it is.
+
+use super::error::{FileError, Origin};
+use super::values;
+use crate::Cloud;
+use crate::loaded::{Loaded, Raw};
+use potamoi_base::record::{Fate, Format, Key, Notes};
+
+/// Without a header it has no keys: these are the parts of its rows.
+pub static FORMAT: Format = Format {
+    name: "antimatter15's splat",
+    files: "`.splat`: 32 bytes a Gaussian and no header",
+    keys: &[
+        Key {
+            name: "position",
+            fate: Fate::Honoured,
+            about: "three floats",
+        },
+        Key {
+            name: "scale",
+            fate: Fate::Honoured,
+            about: "three floats, not logarithms; 0 is the smallest normal float",
+        },
+        Key {
+            name: "colour",
+            fate: Fate::Honoured,
+            about: "four bytes of 1/255, the last of them the opacity",
+        },
+        Key {
+            name: "rotation",
+            fate: Fate::Honoured,
+            about: "four bytes `128 + 128 q`; of length 0 it is no rotation",
+        },
+    ],
+    others: Fate::Refused,
+};
+
+/// How files of other formats begin.
+const OTHERS: [(&[u8], &str); 5] = [
+    (b"ply\n", "PLY"),
+    (b"ply\r", "PLY"),
+    (b"NGSP", "SPZ"),
+    (b"\x1f\x8b\x08", "gzip"),
+    (b"PK\x03\x04", "ZIP"),
+];
+/// Bytes of a Gaussian.
+const ROW: usize = 32;
+
+/// Reads a cloud; `origin` names the file in errors. A standard deviation of
+/// 0, to which a small one rounds, is read as the smallest normal float.
+///
+/// # Errors
+/// No whole number of Gaussians, or values that make no cloud.
+pub fn parse(bytes: &[u8], origin: &str) -> Result<Loaded, FileError> {
+    Ok(raw(bytes, origin)?.turned(None))
+}
+
+pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
+    let name = Origin(origin);
+    // Any bytes would do, so that those of another format are told by how they begin.
+    let other = OTHERS.iter().find(|(start, _)| bytes.starts_with(start));
+    if let Some((_, format)) = other {
+        let expected = "rows of 32 bytes; give the file the ending of its format";
+        return Err(name.field("content", format!("a {format} file"), expected));
+    }
+    let (rows, rest) = bytes.as_chunks::<ROW>();
+    if !rest.is_empty() {
+        let expected = format!("a multiple of {ROW}, the bytes of a Gaussian");
+        return Err(name.field("length in bytes", bytes.len(), expected));
+    }
+    let float = |row: &[u8; ROW], i: usize| {
+        f32::from_le_bytes([row[4 * i], row[4 * i + 1], row[4 * i + 2], row[4 * i + 3]])
+    };
+    for (index, row) in rows.iter().enumerate() {
+        for axis in 0..3 {
+            let scale = float(row, 3 + axis);
+            if !(0.0..f32::INFINITY).contains(&scale) {
+                let field = format!("Gaussian {index}: scale[{axis}]");
+                return Err(name.field(field, scale, "a finite number of at least 0"));
+            }
+        }
+    }
+    let logits = values::logits();
+    let count = rows.len();
+    let cloud = Cloud::new(
+        0,
+        values::each(count, |i| [0, 1, 2].map(|k| float(&rows[i], k))),
+        values::each(count, |i| {
+            [3, 4, 5].map(|k| float(&rows[i], k).max(f32::MIN_POSITIVE).ln())
+        }),
+        values::each(count, |i| {
+            [28, 29, 30, 31].map(|k| (f32::from(rows[i][k]) - 128.0) / 128.0)
+        }),
+        values::each(count, |i| logits[usize::from(rows[i][27])]),
+        values::coefficients(count, 0, |i, out| {
+            out[0] = [24, 25, 26].map(|k| values::constant(f64::from(rows[i][k]) / 255.0));
+        }),
+    );
+    Ok(Raw::new(
+        cloud.map_err(|e| name.cloud(e))?,
+        Notes::default(),
+    ))
+}

@@ -1,0 +1,326 @@
+//! The fixed-point renderer: every gather and every vector operation of a
+//! frame goes through the units.
+
+use std::collections::BTreeMap;
+
+use potamoi_formats::fixed::Rounding;
+use potamoi_formats::record::{COLOUR, RECORD_CHANNELS, SplatRecord};
+use potamoi_formats::units::OpCode;
+
+use super::cloud::Cloud;
+use super::composite::{Compositor, TRANSMITTANCE, Widths};
+use super::error::RenderError;
+use super::float::mask_fits;
+use super::frame::Decisions;
+use super::hold::{Hold, HoldStats, Order};
+use super::profile::Profile;
+use super::records::Saturations;
+use super::schedule::{Group, Schedule, ScheduleOptions};
+use super::view::{TILE, View, Work};
+use potamoi_base::camera::Camera;
+use potamoi_base::mask::Mask;
+use potamoi_base::picture::Picture;
+use potamoi_march::streams::{Streams, UnitStreams, Visit};
+use potamoi_reference::{GatherTask, Units};
+
+/// Entries that are gathered, or wait to be composited, before work is done.
+const BATCH_ENTRIES: usize = 1 << 18;
+
+/// How to render.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedOptions {
+    /// MVoxels and ray groups.
+    pub schedule: ScheduleOptions,
+    /// In which order records are composited.
+    pub order: Order,
+    /// Records that fit on chip while they are held back; more spill.
+    pub hold_records: usize,
+    /// How often the ray index table is read.
+    pub unit_streams: UnitStreams,
+    /// Linear RGB behind everything, rounded to U4.12.
+    pub background: [f32; 3],
+    /// Whether to keep [`FixedFrame::decisions`] (exact order alone).
+    pub log_decisions: bool,
+    /// Fraction bits of the exponential unit.
+    pub widths: Widths,
+    /// What is done.
+    pub work: Work,
+}
+
+impl Default for FixedOptions {
+    fn default() -> Self {
+        Self {
+            schedule: ScheduleOptions::default(),
+            order: Order::Exact,
+            hold_records: 8192,
+            unit_streams: UnitStreams::default(),
+            background: [0.0; 3],
+            log_decisions: false,
+            widths: Widths::PAPER,
+            work: Work::ALL,
+        }
+    }
+}
+
+/// Counts of a frame.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct FixedStats {
+    /// Gaussians that touch a tile.
+    pub visible: u64,
+    /// Feature vectors out of the gathering unit, one an entry.
+    pub gathers: u64,
+    /// MVoxels gathered, over all ray groups.
+    pub tasks: u64,
+    /// Bytes, stream by stream.
+    pub streams: Streams,
+    /// Of the bytes of MVoxels, those of records that are fetched one by one.
+    pub scattered_bytes: u64,
+    /// Elements out of the vector unit, by operation.
+    pub vector_elements: BTreeMap<OpCode, u64>,
+    /// Exponentials: one for each (pixel, entry) whose pixel had not stopped.
+    pub exponentials: u64,
+    /// Affine forms out of the MAC array, two for each exponential; each takes
+    /// two passes of 16-bit multipliers.
+    pub affine_forms: u64,
+    /// (pixel, entry) pairs that were added to a pixel.
+    pub drawn: u64,
+    /// Pixels that stopped early.
+    pub stopped: u64,
+    /// Values of records held at a limit of their format.
+    pub saturations: Saturations,
+    /// What holding records back took; zero for the approximate order.
+    pub hold: HoldStats,
+    /// Entries that arrived at their tile after one of a higher rank; zero for
+    /// the exact order.
+    pub inversions: u64,
+}
+
+/// A rendered frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FixedFrame {
+    /// The picture, background included.
+    pub picture: Picture,
+    /// Transmittance left at each pixel, U1.20 codes.
+    pub transmittance: Vec<u32>,
+    /// Counts.
+    pub stats: FixedStats,
+    /// Each skip and stop, where asked for.
+    pub decisions: Option<Decisions>,
+}
+
+/// Renders in the hardware's formats. Projection, colour and sorting are done
+/// in floating point, as the GPU does them; gathering and all from there on
+/// goes through `units`. The picture depends neither on ray groups, nor on the
+/// order of Gaussians in the cloud, nor, in exact order, on the MVoxels.
+///
+/// # Errors
+/// As [`View::new`] and [`Schedule::new`]; a unit that fails or returns
+/// another number of features than was asked for.
+pub fn render_fixed(
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+    options: &FixedOptions,
+    units: &mut dyn Units,
+) -> Result<FixedFrame, RenderError> {
+    render_fixed_masked(cloud, camera, profile, options, None, units)
+}
+
+/// The same of some pixels, the others being background; their bits are those of the whole
+/// frame. All Gaussians are projected; entries are of tiles that have such a pixel.
+///
+/// # Errors
+/// As [`render_fixed`], and for a mask of another size than the camera's.
+pub fn render_fixed_masked(
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+    options: &FixedOptions,
+    only: Option<&Mask>,
+    units: &mut dyn Units,
+) -> Result<FixedFrame, RenderError> {
+    let view = View::by(cloud, camera, profile, &options.work)?;
+    if let Some(mask) = only {
+        mask_fits(&view, mask)?;
+    }
+    let schedule = Schedule::masked(cloud, &view, &options.schedule, only)?;
+    let exact = options.order == Order::Exact;
+    let mut frame = Frame::new(&view, options);
+    frame.stats.visible = view.splats().len() as u64;
+    frame.stats.saturations = schedule.saturations();
+    if options.log_decisions && exact {
+        frame.decisions = Some(Decisions::new(view.by_tile().0));
+    }
+    for index in 0..schedule.groups() {
+        if let Some(group) = schedule.group(index) {
+            let done = render_group(&view, &group, options, only, units, &mut frame.stats)?;
+            frame.place(&view, &group, &done);
+        }
+    }
+    let stats = &mut frame.stats;
+    stats.streams.records(stats.visible);
+    let hold = &stats.hold;
+    stats.streams.spills(hold.spilled, hold.spilled_entries);
+    Ok(frame.finish())
+}
+
+fn render_group(
+    view: &View,
+    group: &Group,
+    options: &FixedOptions,
+    only: Option<&Mask>,
+    units: &mut dyn Units,
+    stats: &mut FixedStats,
+) -> Result<Compositor, RenderError> {
+    let places = group.tiles.iter().map(|t| view.tile_pixels(*t as usize));
+    let keep = options.log_decisions && options.order == Order::Exact;
+    let mut compositor = Compositor::new(view.rules(), options.widths, places, keep);
+    if let Some(mask) = only {
+        compositor.leave_out(|[x, y]| mask.has((y * view.size()[0] + x) as usize));
+    }
+    let mut hold = Hold::new(options.hold_records);
+    let mut highest = vec![0u32; group.tiles.len()];
+    let mut features = Vec::new();
+    let mut start = 0;
+    while start < group.tasks.len() {
+        let end = batch_end(&group.tasks, start);
+        let batch = &group.tasks[start..end];
+        gather(units, batch, &mut features, options.unit_streams, stats)?;
+        let mut rows = features.as_chunks::<RECORD_CHANNELS>().0.iter();
+        for (t, task) in (start..).zip(batch) {
+            compositor.tell_of_forms(task, units);
+            for (entry, row) in task.entries.iter().zip(&mut rows) {
+                let record = SplatRecord::from_channels(row);
+                match options.order {
+                    Order::Exact => hold.arrive((entry.slot as u16, record)),
+                    Order::Approximate => {
+                        let top = &mut highest[entry.slot as usize];
+                        stats.inversions += u64::from(record.rank < *top);
+                        *top = record.rank.max(*top);
+                        compositor.push(entry.slot as usize, record);
+                    }
+                }
+            }
+            if options.order == Order::Exact {
+                let next = group.mvoxels.get(t + 1).map(|m| m.min_rank);
+                hold.retire(next, |(slot, r)| compositor.push(slot.into(), r));
+            }
+            if compositor.queued() >= BATCH_ENTRIES {
+                compositor.run(units)?;
+            }
+        }
+        start = end;
+    }
+    compositor.run(units)?;
+    stats.scattered_bytes += group.scattered_bytes();
+    stats.hold = stats.hold.and(hold.stats());
+    stats.drawn += compositor.drawn;
+    for (code, count) in &compositor.elements {
+        *stats.vector_elements.entry(*code).or_default() += count;
+    }
+    Ok(compositor)
+}
+
+/// The tasks from `start` on that make one batch: at least one.
+fn batch_end(tasks: &[GatherTask], start: usize) -> usize {
+    let mut entries = 0;
+    let more = tasks[start..].iter().take_while(|t| {
+        let before = entries;
+        entries += t.entries.len();
+        before < BATCH_ENTRIES
+    });
+    start + more.count()
+}
+
+fn gather(
+    units: &mut dyn Units,
+    tasks: &[GatherTask],
+    features: &mut Vec<i16>,
+    reads: UnitStreams,
+    stats: &mut FixedStats,
+) -> Result<(), RenderError> {
+    features.clear();
+    units.gather(tasks, features).map_err(RenderError::Unit)?;
+    let entries: usize = tasks.iter().map(|t| t.entries.len()).sum();
+    let expected = entries * RECORD_CHANNELS;
+    if features.len() != expected {
+        return Err(RenderError::Features {
+            found: features.len(),
+            expected,
+        });
+    }
+    stats.tasks += tasks.len() as u64;
+    stats.gathers += entries as u64;
+    for task in tasks {
+        stats.streams.visit(&Visit::of(task), reads);
+    }
+    Ok(())
+}
+
+/// A frame while its groups come in.
+struct Frame {
+    picture: Picture,
+    transmittance: Vec<u32>,
+    background: [u64; 3],
+    stats: FixedStats,
+    decisions: Option<Decisions>,
+}
+
+impl Frame {
+    fn new(view: &View, options: &FixedOptions) -> Self {
+        let [width, height] = view.size();
+        let code = |v: f32| {
+            let code = COLOUR.quantise(f64::from(v), Rounding::HalfEven);
+            code.unwrap_or_default() as u64
+        };
+        Self {
+            picture: Picture::filled(width, height, [0.0; 3]),
+            transmittance: vec![0; width as usize * height as usize],
+            background: options.background.map(code),
+            stats: FixedStats::default(),
+            decisions: None,
+        }
+    }
+
+    fn place(&mut self, view: &View, group: &Group, done: &Compositor) {
+        for (number, tile) in group.tiles.iter().zip(&done.tiles) {
+            let [[x0, y0], [columns, rows]] = view.tile_pixels(*number as usize);
+            for y in 0..rows {
+                for x in 0..columns {
+                    let from = (y * TILE + x) as usize;
+                    let to = ((y0 + y) * self.picture.width + x0 + x) as usize;
+                    // Never negative, at most 1.
+                    let left = tile.transmittance[from] as u32;
+                    self.transmittance[to] = left;
+                    for c in 0..3 {
+                        let sum = tile.colour[from][c] + u64::from(left) * self.background[c];
+                        let bits = TRANSMITTANCE.frac_bits() + COLOUR.frac_bits();
+                        self.picture.rgb[to][c] = (sum as f64 / (1u64 << bits) as f64) as f32;
+                    }
+                }
+            }
+            let stopped = tile.stop.iter().filter(|s| **s != u32::MAX).count();
+            self.stats.stopped += stopped as u64;
+            if let Some(d) = &mut self.decisions {
+                let tile_number = *number as usize;
+                d.stop[tile_number] = tile.stop;
+                let range = d.first[tile_number]..d.first[tile_number + 1];
+                for (to, from) in d.drawn[range].iter_mut().zip(&tile.drawn) {
+                    *to = *from;
+                }
+            }
+        }
+    }
+
+    fn finish(mut self) -> FixedFrame {
+        let exponentials = self.stats.vector_elements.get(&OpCode::Exp);
+        self.stats.exponentials = exponentials.copied().unwrap_or(0);
+        self.stats.affine_forms = 2 * self.stats.exponentials;
+        FixedFrame {
+            picture: self.picture,
+            transmittance: self.transmittance,
+            stats: self.stats,
+            decisions: self.decisions,
+        }
+    }
+}

@@ -1,0 +1,351 @@
+//! The PLY files of 3D Gaussian splatting.
+//!
+//! Properties are found by name, in any order: `x y z`, `f_dc_0..2`,
+//! `f_rest_*` (channel-major, 0, 9, 24 or 45 of them for degrees 0 to 3),
+//! `opacity` (a logit), `scale_0..2` (logarithms), `rot_0..3` (`w, x, y, z`),
+//! and `filter_3D` of Mip-Splatting, which is fused into sizes and opacities.
+//! Others, normals for one, are listed. Without `scale_2` Gaussians are the
+//! discs of 2DGS, drawn as Gaussians of no thickness. Binary files of either
+//! byte order and text files are read, with any line ends.
+
+mod columns;
+pub(super) mod says;
+mod vertices;
+
+use std::io::BufRead;
+use std::path::Path;
+
+use ply_rs_bw::ply::ElementDef;
+use thiserror::Error;
+
+use super::cloud::CloudError;
+use super::loaded::{Loaded, Raw};
+use columns::Columns;
+use potamoi_base::record::{Fate, Format, Key, KeyError, Notes, Record};
+use potamoi_containers::ply::header::{self, Header};
+use potamoi_containers::ply::rows::{Layout, Rows};
+use potamoi_containers::ply::{PlyFileError, open};
+use vertices::Vertices;
+
+const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
+    Key { name, fate, about }
+}
+
+/// Rows of comments, which packed files have too.
+pub(super) const SAID: [Key; 3] = [
+    key(
+        says::RENDER_MODE,
+        Fate::Honoured,
+        "`mip`: trained with antialiasing; `default`: not",
+    ),
+    key(
+        says::ANTIALIASED,
+        Fate::Honoured,
+        "1: trained with antialiasing; 0: not",
+    ),
+    key(
+        says::VERTICAL_AXIS,
+        Fate::Honoured,
+        "x, y or z, with a sign: up in the default view and in orbits; anything else is listed",
+    ),
+];
+/// Why Gaussians that change with time are refused.
+const MOVES: &str = "Gaussians that move or change with time are not rendered; export one moment";
+/// Why other kernels are refused.
+const KERNEL: &str = "kernels that are no Gaussians are not rendered";
+
+/// Its properties are those of element `vertex`.
+pub static FORMAT: Format = Format {
+    name: "PLY of 3D Gaussian splatting",
+    files: "`.ply`: properties of element `vertex`, comments and other elements",
+    keys: &[
+        key(
+            "x",
+            Fate::Honoured,
+            "centre; of `double`s far from the origin, their middle is subtracted first",
+        ),
+        key("y", Fate::Honoured, "the same"),
+        key("z", Fate::Honoured, "the same"),
+        key(
+            "f_dc_*",
+            Fate::Honoured,
+            "the constant coefficient of red, green and blue: 0 to 2",
+        ),
+        key(
+            "f_rest_*",
+            Fate::Honoured,
+            "the other coefficients, channel by channel: 0, 9, 24 or 45",
+        ),
+        key(
+            "opacity",
+            Fate::Honoured,
+            "before the sigmoid; may be infinite",
+        ),
+        key(
+            "scale_*",
+            Fate::Honoured,
+            "logarithms of sizes; minus infinity is a size of 0. Two: 2DGS, drawn as discs of no thickness",
+        ),
+        key(
+            "rot_*",
+            Fate::Honoured,
+            "the quaternion w, x, y, z, of any length; of length 0 it is no rotation",
+        ),
+        key(
+            "filter_3D",
+            Fate::Honoured,
+            "the filter of Mip-Splatting: fused into sizes and opacities",
+        ),
+        key("nx", Fate::Listed, "normals, which Gaussians have none of"),
+        key("ny", Fate::Listed, "the same"),
+        key("nz", Fate::Listed, "the same"),
+        key("t", Fate::Refused, MOVES),
+        key("trbf_*", Fate::Refused, MOVES),
+        key("motion_*", Fate::Refused, MOVES),
+        key("omega_*", Fate::Refused, MOVES),
+        key("scale_t", Fate::Refused, MOVES),
+        key("rot_r_*", Fate::Refused, MOVES),
+        key("beta", Fate::Refused, KERNEL),
+        key("sb_params_*", Fate::Refused, KERNEL),
+        key("shape", Fate::Refused, KERNEL),
+        SAID[0],
+        SAID[1],
+        SAID[2],
+        key("comment *", Fate::Listed, "any other"),
+        key(
+            "obj_info *",
+            Fate::Listed,
+            "but for what is a comment above",
+        ),
+        key("element *", Fate::Listed, "other elements are read past"),
+        key(
+            "bytes after *",
+            Fate::Listed,
+            "what follows the last element",
+        ),
+    ],
+    others: Fate::Listed,
+};
+
+/// A file that holds no readable cloud.
+#[derive(Debug, Error)]
+pub enum PlyError {
+    /// The container cannot be read.
+    #[error(transparent)]
+    File(#[from] PlyFileError),
+    /// A property that a Gaussian needs is not there.
+    #[error(
+        "{origin}: element `vertex` has no property `{property}`: \
+         expected a 3D Gaussian splatting file"
+    )]
+    Missing {
+        /// The file.
+        origin: String,
+        /// The property.
+        property: String,
+    },
+    /// A property of a type that it cannot have.
+    #[error(
+        "{origin}: element `vertex`, property `{property}` is {found}: expected float or double; \
+         codes of other types say nothing of what they stand for: write the file again with float"
+    )]
+    Type {
+        /// The file.
+        origin: String,
+        /// The property.
+        property: String,
+        /// Its type.
+        found: &'static str,
+    },
+    /// A comment with a value that it cannot have.
+    #[error("{origin}: {message}")]
+    Comment {
+        /// The file.
+        origin: String,
+        /// Which, its value, and what would be right.
+        message: String,
+    },
+    /// Something that cannot be honoured.
+    #[error("{origin}: {source}")]
+    Key {
+        /// The file.
+        origin: String,
+        /// What, and why.
+        source: Box<KeyError>,
+    },
+    /// A number of `f_rest_*` properties that is no degree.
+    #[error(
+        "{origin}: {found} properties `f_rest_*`: expected 0, 9, 24 or 45 \
+         (spherical harmonics of degree 0, 1, 2 or 3)"
+    )]
+    Degree {
+        /// The file.
+        origin: String,
+        /// Properties found.
+        found: usize,
+    },
+    /// No vertices.
+    #[error("{origin}: no Gaussian: element `vertex` must hold at least one")]
+    Empty {
+        /// The file.
+        origin: String,
+    },
+    /// NaN or infinite, where it is not allowed.
+    #[error(
+        "{origin}: vertex {index}, property `{property}` is {value}: \
+         expected a finite number (`opacity` may be infinite, sizes minus infinity; \
+         `filter_3D` is not negative)"
+    )]
+    NotFinite {
+        /// The file.
+        origin: String,
+        /// Which vertex, from 0.
+        index: usize,
+        /// The property.
+        property: String,
+        /// The value.
+        value: f64,
+    },
+    /// Values that make no cloud.
+    #[error("{origin}: {source}")]
+    Cloud {
+        /// The file.
+        origin: String,
+        /// Why.
+        source: CloudError,
+    },
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// The file cannot be read or is no complete 3D Gaussian splatting PLY file
+/// with finite values.
+pub fn read(path: &Path) -> Result<Loaded, PlyError> {
+    let (reader, length) = open(path)?;
+    parse(reader, length, &path.display().to_string())
+}
+
+/// Reads a cloud from `length` bytes; `origin` names them in errors.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(mut reader: impl BufRead, length: u64, origin: &str) -> Result<Loaded, PlyError> {
+    let header = header::read(&mut reader, origin)?;
+    Ok(body(&header, reader, length, origin)?.turned(None))
+}
+
+/// Reads what follows a header, of a file of `length` bytes.
+pub(super) fn body(
+    header: &Header,
+    reader: impl BufRead,
+    length: u64,
+    origin: &str,
+) -> Result<Raw, PlyError> {
+    let found = length.saturating_sub(header.bytes as u64);
+    let mut record = Record::new(&FORMAT, entries(header));
+    let columns = Columns::take(&header.ply, &mut record, origin)?;
+    let says = says::take(&mut record, origin)?;
+    let mut notes = Notes::default();
+    if columns.scale[2].is_none() {
+        notes.assume("2DGS: discs, drawn as Gaussians of no thickness");
+    }
+    record.finish(&mut notes).map_err(|source| PlyError::Key {
+        origin: origin.to_owned(),
+        source: source.into(),
+    })?;
+    let needed = header::least_bytes(&header.ply);
+    if needed > u128::from(found) {
+        return Err(PlyFileError::Truncated {
+            origin: origin.to_owned(),
+            needed,
+            found,
+        }
+        .into());
+    }
+    let mut rows = Rows::new(reader, header);
+    let mut values = vec![];
+    let mut vertices = None;
+    for (name, element) in &header.ply.elements {
+        let layout = Layout::of(element);
+        let mut own = (name == "vertex").then(|| Vertices::new(&columns, element.count));
+        for index in 0..element.count {
+            (rows.read(&layout, &mut values)).map_err(|message| PlyFileError::Element {
+                origin: origin.to_owned(),
+                element: name.clone(),
+                index,
+                message,
+            })?;
+            if let Some(own) = &mut own {
+                own.push(&columns, &values)
+                    .map_err(|column| not_finite(origin, index, element, column, &values))?;
+            }
+        }
+        vertices = own.or(vertices);
+    }
+    let left = rows.rest().map_err(|e| PlyFileError::Header {
+        origin: origin.to_owned(),
+        message: e.to_string(),
+    })?;
+    if left > 0 {
+        notes.list(format!("bytes after the last element ({left})"));
+    }
+    let vertices = vertices.ok_or_else(|| PlyError::Empty {
+        origin: origin.to_owned(),
+    })?;
+    let (cloud, origin) = vertices
+        .finish(&columns)
+        .map_err(|source| PlyError::Cloud {
+            origin: origin.to_owned(),
+            source,
+        })?;
+    if origin != glam::DVec3::ZERO {
+        let [x, y, z] = origin.to_array();
+        notes.assume(format!(
+            "centres from ({x}, {y}, {z}) on, which floats do not hold"
+        ));
+    }
+    Ok(Raw {
+        origin,
+        up: says.up,
+        ..Raw::new(cloud.antialiased(says.antialiased), notes)
+    })
+}
+
+/// Properties of vertices, other elements, and what comments say.
+fn entries(header: &Header) -> Vec<(String, String)> {
+    let mut all = vec![];
+    for (name, element) in &header.ply.elements {
+        if name != "vertex" {
+            all.push((format!("element {name}"), String::new()));
+            continue;
+        }
+        all.extend(
+            element
+                .properties
+                .keys()
+                .map(|own| (own.clone(), String::new())),
+        );
+    }
+    all.extend(says::entries(&header.ply));
+    all
+}
+
+fn not_finite(
+    origin: &str,
+    index: usize,
+    element: &ElementDef,
+    column: usize,
+    values: &[f64],
+) -> PlyError {
+    let property = element.properties.get_index(column);
+    PlyError::NotFinite {
+        origin: origin.to_owned(),
+        index,
+        property: property.map_or_else(String::new, |(name, _)| name.clone()),
+        value: values.get(column).copied().unwrap_or(f64::NAN),
+    }
+}
+
+#[cfg(test)]
+mod tests;

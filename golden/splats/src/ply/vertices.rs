@@ -1,0 +1,188 @@
+//! The vertices of a file, made into a cloud.
+
+use glam::DVec3;
+
+use super::columns::Columns;
+use crate::cloud::{Cloud, CloudError};
+use crate::sigmoid;
+use potamoi_base::sh;
+
+/// The log scale of what has no size: that of the smallest normal float.
+const NO_SIZE: f32 = -87.336_55;
+/// How many times farther from the world's origin than from their own middle centres are that are
+/// brought back.
+const FAR: f64 = 16.0;
+
+/// The vertices read so far.
+pub(super) struct Vertices {
+    means: Vec<[f32; 3]>,
+    /// Where they are wider than floats of 32 bits.
+    wide: Vec<[f64; 3]>,
+    log_scales: Vec<[f32; 3]>,
+    rotations: Vec<[f32; 4]>,
+    opacities: Vec<f32>,
+    sh: Vec<[f32; 3]>,
+}
+
+impl Vertices {
+    /// `count` is safe to reserve: the file holds bytes for each vertex.
+    pub(super) fn new(columns: &Columns, count: usize) -> Self {
+        Self {
+            means: Vec::with_capacity(count),
+            wide: Vec::with_capacity(if columns.wide { count } else { 0 }),
+            log_scales: Vec::with_capacity(count),
+            rotations: Vec::with_capacity(count),
+            opacities: Vec::with_capacity(count),
+            sh: Vec::with_capacity(count.saturating_mul(sh::coefficients(columns.degree))),
+        }
+    }
+
+    /// Takes one vertex; an error is the column of a value that it cannot have.
+    pub(super) fn push(&mut self, columns: &Columns, values: &[f64]) -> Result<(), usize> {
+        let get = |column: usize| -> Result<f32, usize> {
+            let value = values.get(column).copied().unwrap_or(f64::NAN) as f32;
+            if value.is_finite() {
+                Ok(value)
+            } else {
+                Err(column)
+            }
+        };
+        let three =
+            |c: [usize; 3]| -> Result<[f32; 3], usize> { Ok([get(c[0])?, get(c[1])?, get(c[2])?]) };
+        self.means.push(three(columns.mean)?);
+        if columns.wide {
+            self.wide.push(columns.mean.map(|column| values[column]));
+        }
+        let mut scales = [NO_SIZE; 3];
+        for (scale, column) in scales.iter_mut().zip(columns.scale) {
+            let Some(column) = column else { continue };
+            // The logarithm of 0 is a size as others are.
+            if values.get(column) != Some(&f64::NEG_INFINITY) {
+                *scale = get(column)?;
+            }
+        }
+        let r = columns.rotation;
+        self.rotations
+            .push([get(r[0])?, get(r[1])?, get(r[2])?, get(r[3])?]);
+        let opacity = values.get(columns.opacity).copied().unwrap_or(f64::NAN);
+        if opacity.is_nan() {
+            return Err(columns.opacity);
+        }
+        let mut opacity = opacity as f32;
+        if let Some(column) = columns.filter {
+            let width = f64::from(get(column)?);
+            if width < 0.0 {
+                return Err(column);
+            }
+            (scales, opacity) = filtered(scales, opacity, width);
+        }
+        self.log_scales.push(scales);
+        self.opacities.push(opacity);
+        self.sh.push(three(columns.constant)?);
+        let rest = sh::coefficients(columns.degree) - 1;
+        for c in 0..rest {
+            let at = |channel: usize| columns.rest[channel * rest + c];
+            self.sh.push(three([at(0), at(1), at(2)])?);
+        }
+        Ok(())
+    }
+
+    /// The cloud, and where its origin lies in the file's world.
+    pub(super) fn finish(mut self, columns: &Columns) -> Result<(Cloud, DVec3), CloudError> {
+        let origin = origin(&self.wide);
+        for (mean, wide) in self.means.iter_mut().zip(&self.wide) {
+            for axis in 0..3 {
+                if origin[axis] != 0.0 {
+                    mean[axis] = (wide[axis] - origin[axis]) as f32;
+                }
+            }
+        }
+        let cloud = Cloud::new(
+            columns.degree,
+            self.means,
+            self.log_scales,
+            self.rotations,
+            self.opacities,
+            self.sh,
+        )?;
+        Ok((cloud, DVec3::from(origin)))
+    }
+}
+
+/// What is subtracted of wide centres along each axis before they are rounded to 32 bits: the float
+/// nearest to their middle where that is far off and rounding would move them, so that differences
+/// are exact; otherwise nothing.
+fn origin(wide: &[[f64; 3]]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| {
+        let all = wide.iter().map(|own| own[axis]);
+        if all.clone().all(|v| v == f64::from(v as f32)) {
+            return 0.0;
+        }
+        let [low, high] = [
+            all.clone().fold(f64::INFINITY, f64::min),
+            all.fold(f64::NEG_INFINITY, f64::max),
+        ];
+        let middle = f64::midpoint(low, high);
+        match middle.abs() > FAR * (high - low) / 2.0 {
+            true => f64::from(middle as f32),
+            false => 0.0,
+        }
+    })
+}
+
+/// A Gaussian behind Mip-Splatting's filter in space of a width (Yu, Chen, Huang, Sattler, Geiger:
+/// Mip-Splatting, CVPR 2024, section 3.1): variances grow by its square, and the opacity falls by
+/// the ratio of the volumes.
+fn filtered(scales: [f32; 3], logit: f32, width: f64) -> ([f32; 3], f32) {
+    let mut kept = 1.0;
+    let scales = scales.map(|log| {
+        let own = (2.0 * f64::from(log)).exp();
+        let wider = own + width * width;
+        if wider == 0.0 {
+            return log;
+        }
+        kept *= (own / wider).sqrt();
+        (0.5 * wider.ln()) as f32
+    });
+    let logit = f64::from(logit);
+    // The part that is clear, without a difference of numbers near 1.
+    let [opacity, clear] = [sigmoid(logit), sigmoid(-logit)];
+    let clear = clear + opacity * (1.0 - kept);
+    (scales, (opacity * kept / clear).ln() as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn centres_are_brought_back_only_where_floats_would_move_them() {
+        let near = [[0.1, -0.2, 0.3], [-0.7, 0.9, -1.1]];
+        assert_eq!(origin(&near), [0.0; 3]);
+        let utm = near.map(|[x, y, z]| [x + 500_000.0, y, z]);
+        let found = origin(&utm);
+        assert_eq!(found[1..], [0.0; 2]);
+        assert!((found[0] - 499_999.7).abs() < 0.1 && found[0] == f64::from(found[0] as f32));
+        // What floats hold stays where it is, however far.
+        assert_eq!(origin(&[[5e5, 1.0, 2.0], [500_000.5, 1.5, 2.0]]), [0.0; 3]);
+    }
+
+    #[test]
+    fn a_filter_of_no_width_changes_nothing_and_a_wide_one_fades() {
+        for logit in [-8.0f32, 0.0, 3.0] {
+            let (scales, found) = filtered([-1.0, -2.0, -87.0], logit, 0.0);
+            assert!((found - logit).abs() < 1e-5);
+            assert!((scales[1] + 2.0).abs() < 1e-6);
+        }
+        assert_eq!(filtered([-1.0; 3], f32::INFINITY, 0.0).1, f32::INFINITY);
+        let (scales, logit) = filtered([0.0; 3], 2.0, 3f64.sqrt());
+        let kept = sigmoid(f64::from(logit)) / sigmoid(2.0);
+        assert!((kept - 0.125).abs() < 1e-6 && (scales[0] - 2f32.ln()).abs() < 1e-6);
+        assert_eq!(filtered([NO_SIZE; 3], 2.0, 1.0).0, [0.0; 3]);
+    }
+
+    #[test]
+    fn no_size_is_that_of_the_smallest_normal_float() {
+        assert_eq!(NO_SIZE, f32::MIN_POSITIVE.ln());
+    }
+}

@@ -1,0 +1,390 @@
+//! What the gathering unit is to do for a frame of splats: MVoxels, their
+//! records, and the ray index table.
+//!
+//! A Gaussian belongs to the MVoxel of its centre, wherever its extent
+//! reaches: entries are per (tile, Gaussian), so rays outside the cell still
+//! find it. In memory an MVoxel is the records of its visible Gaussians by
+//! rank, the same for every ray group. In a ray group, a set of whole tiles,
+//! MVoxels are visited by increasing minimum rank of what the group uses; how
+//! their records are loaded is for [`Load`] to say.
+
+use std::collections::HashMap;
+
+use potamoi_formats::record::{RECORD_CHANNELS, SplatRecord};
+use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
+
+use super::cloud::Cloud;
+use super::error::RenderError;
+use super::octree::Octree;
+use super::partition::{Cells, Partition};
+use super::profile::Profile;
+use super::records::{Saturations, record};
+use super::view::View;
+use potamoi_base::camera::Camera;
+use potamoi_base::mask::Mask;
+use potamoi_reference::GatherTask;
+
+/// The most rows that a row number of 16 bits addresses.
+const MAX_ROWS: usize = 1 << 16;
+/// The most slots that the tag of a single-id entry tells apart.
+const MAX_SLOTS: usize = 1 << 16;
+
+/// Energy of a byte from anywhere in DRAM beside that of a byte of a stream, in
+/// tenths (paper, Sec. "Experimental Setup": 25 to 8.3).
+const RANDOM_ENERGY: u64 = 250;
+const STREAM_ENERGY: u64 = 83;
+
+/// How a ray group loads the records of an MVoxel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Load {
+    /// From the first record of the MVoxel up to the last that is used: one
+    /// stream, with records in it that the group does not use.
+    Streamed,
+    /// The used records alone, each a random access: its 32 bytes are one burst
+    /// of LPDDR3 (eight beats of 32 bits).
+    Fetched,
+}
+
+impl Load {
+    /// What takes less energy in DRAM, for `used` of the `rows` records up to the
+    /// last that is used: fetching where less than 8.3/25 of them are used, about
+    /// a third.
+    #[must_use]
+    pub const fn cheaper(used: usize, rows: usize) -> Self {
+        if used as u64 * RANDOM_ENERGY < rows as u64 * STREAM_ENERGY {
+            Self::Fetched
+        } else {
+            Self::Streamed
+        }
+    }
+}
+
+/// One MVoxel of a ray group, in visiting order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MVoxel {
+    /// Its cell of the partition, the lowest of those that are merged. Cells with
+    /// more visible Gaussians than rows come as several MVoxels.
+    pub cell: [u32; 3],
+    /// The smallest rank among the records that the group uses.
+    pub min_rank: u32,
+    /// How its records are loaded.
+    pub load: Load,
+}
+
+/// The work of one ray group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// The tile of each slot.
+    pub tiles: Vec<u32>,
+    /// What is gathered, MVoxel after MVoxel. Empty where nothing is seen.
+    pub tasks: Vec<GatherTask>,
+    /// The MVoxel of each task.
+    pub mvoxels: Vec<MVoxel>,
+}
+
+impl Group {
+    /// Bytes of the records that are fetched one by one.
+    #[must_use]
+    pub fn scattered_bytes(&self) -> u64 {
+        let both = self.tasks.iter().zip(&self.mvoxels);
+        both.filter(|(_, mvoxel)| mvoxel.load == Load::Fetched)
+            .map(|(task, _)| size_of_val(task.rows.as_slice()) as u64)
+            .sum()
+    }
+}
+
+/// Which tiles make a ray group, and how large MVoxels are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ScheduleOptions {
+    /// Records that an MVoxel holds: rows of the MVoxel feature table.
+    pub rows: usize,
+    /// Columns and rows of tiles of a ray group; `None` is the whole frame.
+    pub group_tiles: Option<[u32; 2]>,
+    /// How the cloud is cut into MVoxels.
+    pub cells: Cells,
+}
+
+impl Default for ScheduleOptions {
+    fn default() -> Self {
+        Self {
+            rows: 512,
+            group_tiles: None,
+            cells: Cells::MERGED,
+        }
+    }
+}
+
+/// The work of a frame, built group by group.
+#[derive(Debug, Clone)]
+pub struct Schedule {
+    records: Vec<SplatRecord>,
+    stored: Vec<Stored>,
+    places: Vec<Place>,
+    partition: Partition,
+    saturations: Saturations,
+    tiles: Vec<Vec<u32>>,
+    /// (rank, slot) of each entry, group after group, by rank.
+    entries: Vec<Vec<(u32, u16)>>,
+}
+
+/// An MVoxel in memory.
+#[derive(Debug, Clone)]
+struct Stored {
+    cell: [u32; 3],
+    /// The rank of each record, increasing.
+    ranks: Vec<u32>,
+}
+
+/// Where a record lies in memory.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    mvoxel: usize,
+    row: u16,
+}
+
+/// Lays out records, whose cells come by rank, in MVoxels of `rows` at most.
+fn store(cells: impl Iterator<Item = [u32; 3]>, rows: usize) -> (Vec<Stored>, Vec<Place>) {
+    let mut stored: Vec<Stored> = Vec::new();
+    // The MVoxel of each cell that still takes records.
+    let mut open: HashMap<[u32; 3], usize> = HashMap::new();
+    let places = (0..)
+        .zip(cells)
+        .map(|(rank, cell)| {
+            let mvoxel = match open.get(&cell) {
+                Some(&at) if stored[at].ranks.len() < rows => at,
+                _ => {
+                    let ranks = Vec::new();
+                    stored.push(Stored { cell, ranks });
+                    open.insert(cell, stored.len() - 1);
+                    stored.len() - 1
+                }
+            };
+            let ranks = &mut stored[mvoxel].ranks;
+            ranks.push(rank);
+            // Of MAX_ROWS at most.
+            let row = (ranks.len() - 1) as u16;
+            Place { mvoxel, row }
+        })
+        .collect();
+    (stored, places)
+}
+
+/// What a ray group uses of one MVoxel.
+struct Used {
+    mvoxel: usize,
+    min_rank: u32,
+    /// Rows in memory, increasing.
+    rows: Vec<u16>,
+    /// The last of them.
+    last: u16,
+    /// Of each entry the place of its row in `rows`, and its slot.
+    entries: Vec<(u16, u16)>,
+}
+
+impl Schedule {
+    /// Plans a view of `cloud`.
+    ///
+    /// # Errors
+    /// Options out of range, or a ray group of more than 65,536 tiles.
+    pub fn new(cloud: &Cloud, view: &View, options: &ScheduleOptions) -> Result<Self, RenderError> {
+        Self::masked(cloud, view, options, None)
+    }
+
+    /// The same with entries for those tiles alone that have a pixel of a mask.
+    ///
+    /// # Errors
+    /// As [`Schedule::new`].
+    pub fn masked(
+        cloud: &Cloud,
+        view: &View,
+        options: &ScheduleOptions,
+        only: Option<&Mask>,
+    ) -> Result<Self, RenderError> {
+        if !(1..=MAX_ROWS).contains(&options.rows) {
+            return Err(RenderError::Option {
+                field: "rows",
+                value: options.rows.to_string(),
+                expected: "1 to 65536 records an MVoxel",
+            });
+        }
+        let [columns, rows] = view.grid();
+        let [wide, high] = match options.group_tiles {
+            None => [columns, rows],
+            Some([w, h]) if w > 0 && h > 0 => [w.min(columns), h.min(rows)],
+            Some(zero) => {
+                return Err(RenderError::Option {
+                    field: "group_tiles",
+                    value: format!("{zero:?}"),
+                    expected: "at least one tile",
+                });
+            }
+        };
+        let slots = wide as usize * high as usize;
+        if slots > MAX_SLOTS {
+            return Err(RenderError::Slots { tiles: slots });
+        }
+        let groups_across = columns.div_ceil(wide);
+        let place = |tile: u32| {
+            let (x, y) = (tile % columns, tile / columns);
+            let group = (y / high * groups_across + x / wide) as usize;
+            // Groups at the right edge may be narrower.
+            let width = wide.min(columns - x / wide * wide);
+            let slot = y % high * width + x % wide;
+            (group, slot as u16)
+        };
+        let count = groups_across as usize * rows.div_ceil(high) as usize;
+        let mut tiles = vec![Vec::new(); count];
+        for tile in 0..view.tile_count() as u32 {
+            tiles[place(tile).0].push(tile);
+        }
+        let wanted: Vec<bool> = (0..view.tile_count())
+            .map(|tile| only.is_none_or(|mask| view.shows(tile, mask)))
+            .collect();
+        let mut entries = vec![Vec::new(); count];
+        for rank in 0..view.splats().len() {
+            for tile in view.tiles_of(rank).iter().filter(|t| wanted[**t as usize]) {
+                let (group, slot) = place(*tile);
+                entries[group].push((rank as u32, slot));
+            }
+        }
+        let partition = Partition::halved(cloud, options.rows, options.cells.halvings);
+        let tree = options
+            .cells
+            .merge
+            .then(|| Octree::merge(cloud, &partition, options.rows));
+        let cells = view.splats().iter().map(|s| {
+            let cell = partition.cell(cloud.means()[s.index]);
+            tree.as_ref().map_or(cell, |tree| tree.owner(cell))
+        });
+        let (stored, places) = store(cells, options.rows);
+        let mut saturations = Saturations::default();
+        Ok(Self {
+            records: view
+                .splats()
+                .iter()
+                .enumerate()
+                .map(|(rank, s)| record(s, rank as u32, view.rules().conic_bits, &mut saturations))
+                .collect(),
+            stored,
+            places,
+            partition,
+            saturations,
+            tiles,
+            entries,
+        })
+    }
+
+    /// Ray groups of the frame.
+    #[must_use]
+    pub fn groups(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// The partition into MVoxels.
+    #[must_use]
+    pub fn partition(&self) -> &Partition {
+        &self.partition
+    }
+
+    /// Values of records that did not fit their format.
+    #[must_use]
+    pub fn saturations(&self) -> Saturations {
+        self.saturations
+    }
+
+    /// Records of the frame, by rank.
+    #[must_use]
+    pub fn records(&self) -> &[SplatRecord] {
+        &self.records
+    }
+
+    /// The work of group `group`; `None` past the last.
+    #[must_use]
+    pub fn group(&self, group: usize) -> Option<Group> {
+        let tiles = self.tiles.get(group)?.clone();
+        // Entries come by rank, so that MVoxels appear by minimum rank.
+        let mut visits: Vec<Used> = Vec::new();
+        let mut seen: HashMap<usize, usize> = HashMap::new();
+        for run in self.entries[group].chunk_by(|a, b| a.0 == b.0) {
+            let rank = run[0].0;
+            let Place { mvoxel, row } = self.places[rank as usize];
+            let at = *seen.entry(mvoxel).or_insert_with(|| {
+                visits.push(Used {
+                    mvoxel,
+                    min_rank: rank,
+                    rows: Vec::new(),
+                    last: row,
+                    entries: Vec::new(),
+                });
+                visits.len() - 1
+            });
+            let used = &mut visits[at];
+            let at = used.rows.len() as u16;
+            used.rows.push(row);
+            used.last = row;
+            used.entries.extend(run.iter().map(|(_, slot)| (at, *slot)));
+        }
+        let (tasks, mvoxels) = visits.iter().map(|used| self.load(used)).unzip();
+        Some(Group {
+            tiles,
+            tasks,
+            mvoxels,
+        })
+    }
+
+    /// The task of an MVoxel: the records that it loads, and its entries.
+    fn load(&self, used: &Used) -> (GatherTask, MVoxel) {
+        let Stored { cell, ranks } = &self.stored[used.mvoxel];
+        let up_to_last = usize::from(used.last) + 1;
+        let load = Load::cheaper(used.rows.len(), up_to_last);
+        let records = |ranks: &mut dyn Iterator<Item = u32>| {
+            let rows = ranks.map(|rank| self.records[rank as usize].to_channels());
+            rows.flatten().collect()
+        };
+        let rows = match load {
+            Load::Streamed => records(&mut ranks[..up_to_last].iter().copied()),
+            Load::Fetched => records(&mut used.rows.iter().map(|row| ranks[usize::from(*row)])),
+        };
+        let entries = used.entries.iter().map(|(at, slot)| {
+            let mut rows = [0; MAX_VERTICES];
+            rows[0] = match load {
+                Load::Streamed => used.rows[usize::from(*at)],
+                Load::Fetched => *at,
+            };
+            RitEntry {
+                slot: u32::from(*slot),
+                rows,
+                weights: [0; MAX_VERTICES],
+            }
+        });
+        let task = GatherTask {
+            vertices: Vertices::One,
+            channels: RECORD_CHANNELS,
+            rows,
+            entries: entries.collect(),
+        };
+        let mvoxel = MVoxel {
+            cell: *cell,
+            min_rank: used.min_rank,
+            load,
+        };
+        (task, mvoxel)
+    }
+}
+
+/// The work of a frame, all ray groups at once.
+///
+/// # Errors
+/// As [`View::new`] and [`Schedule::new`].
+pub fn tasks(
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+    options: &ScheduleOptions,
+) -> Result<Vec<Group>, RenderError> {
+    let view = View::new(cloud, camera, profile)?;
+    let schedule = Schedule::new(cloud, &view, options)?;
+    Ok((0..schedule.groups())
+        .filter_map(|g| schedule.group(g))
+        .collect())
+}

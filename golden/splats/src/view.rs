@@ -1,0 +1,433 @@
+//! A cloud as a camera sees it: what both renderers start from.
+
+use rayon::prelude::*;
+
+use super::cloud::Cloud;
+use super::coverage::{self, Grid};
+use super::depth;
+use super::error::RenderError;
+use super::profile::{Profile, Rules};
+use super::project::{Projected, Projection};
+use potamoi_base::camera::Camera;
+use potamoi_base::mask::Mask;
+use potamoi_base::precision::Precision;
+use potamoi_base::sh;
+
+pub use super::coverage::TILE;
+
+/// Pixels of a tile.
+pub(crate) const TILE_PIXELS: usize = (TILE * TILE) as usize;
+/// The largest picture side, in pixels.
+const MAX_SIDE: u32 = 1 << 15;
+/// (tile, Gaussian) pairs that are held at most: 1 GiB of tile numbers.
+const MAX_ENTRIES: u64 = 1 << 28;
+/// Gaussians whose tiles one thread lists at a time.
+const BLOCK: usize = 1024;
+
+/// Whether Gaussians are brought into the order of their depths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sorting {
+    /// In any case.
+    #[default]
+    Always,
+    /// Unless they are stored in that order.
+    IfNeeded,
+    /// Not: they are drawn as they are stored.
+    Never,
+}
+
+/// What is done to see a cloud: by default everything. Less gives the same bits where nothing
+/// calls for more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Work {
+    /// The highest degree of spherical harmonics that is evaluated.
+    pub degree: usize,
+    /// The order of depths.
+    pub sorting: Sorting,
+    /// Whether pixels stop early.
+    pub stops: bool,
+    /// Cut-offs and widths in place of the rules'.
+    pub precision: Precision,
+}
+
+impl Work {
+    /// Everything.
+    pub const ALL: Self = Self {
+        degree: sh::MAX_DEGREE,
+        sorting: Sorting::Always,
+        stops: true,
+        precision: Precision {
+            stop_below: None,
+            alpha_min: None,
+            transmittance_bits: None,
+            conic_bits: None,
+            hashed_levels: None,
+        },
+    };
+}
+
+impl Default for Work {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
+/// The Gaussians that a camera sees, front to back, and the tiles of each.
+#[derive(Debug, Clone)]
+pub struct View {
+    rules: Rules,
+    width: u32,
+    height: u32,
+    grid: Grid,
+    splats: Vec<Projected>,
+    culled: usize,
+    /// `first[r]..first[r + 1]` are the places of rank r's tiles in `tiles`.
+    first: Vec<usize>,
+    tiles: Vec<u32>,
+}
+
+impl View {
+    /// Projects, sorts and finds the tiles. Rank `r` is place `r` in
+    /// [`View::splats`]; Gaussians that touch no tile have none.
+    ///
+    /// # Errors
+    /// A camera that cannot be used, or more (tile, Gaussian) pairs than fit
+    /// in memory.
+    pub fn new(cloud: &Cloud, camera: &Camera, profile: Profile) -> Result<Self, RenderError> {
+        Self::by(cloud, camera, profile, &Work::ALL)
+    }
+
+    /// The same by less work, or the same work by choice.
+    ///
+    /// # Errors
+    /// As [`View::new`].
+    pub fn by(
+        cloud: &Cloud,
+        camera: &Camera,
+        profile: Profile,
+        work: &Work,
+    ) -> Result<Self, RenderError> {
+        check(camera)?;
+        let mut rules = profile.rules().with(&work.precision);
+        if !work.stops {
+            rules.stop_below = f64::NEG_INFINITY;
+        }
+        let grid = Grid {
+            columns: camera.width.div_ceil(TILE),
+            rows: camera.height.div_ceil(TILE),
+        };
+        let projection = Projection::new(cloud, camera, &rules, work.degree);
+        let depths = projection.depths();
+        let order = match work.sorting {
+            Sorting::Never => depths,
+            Sorting::IfNeeded if depth::is_sorted(cloud, &depths) => depths,
+            Sorting::IfNeeded | Sorting::Always => depth::sort(cloud, depths),
+        };
+        let culled = cloud.len() - order.len();
+        let mut splats: Vec<Projected> = order
+            .par_iter()
+            .map(|(_, index)| projection.project(*index))
+            .collect();
+        let mut counts: Vec<u32> = splats
+            .par_iter()
+            .map(|s| {
+                let mut n = 0;
+                coverage::tiles(s, grid, &rules, |_| n += 1);
+                n
+            })
+            .collect();
+        let entries = counts.iter().map(|n| u64::from(*n)).sum();
+        if entries > MAX_ENTRIES {
+            return Err(RenderError::TooManyEntries {
+                entries,
+                limit: MAX_ENTRIES,
+            });
+        }
+        let mut keep = counts.iter().map(|n| *n > 0);
+        splats.retain(|_| keep.next().unwrap_or(false));
+        counts.retain(|n| *n > 0);
+        let first: Vec<usize> = std::iter::once(0)
+            .chain(counts.iter().scan(0, |sum, n| {
+                *sum += *n as usize;
+                Some(*sum)
+            }))
+            .collect();
+        let mut tiles = vec![0; entries as usize];
+        parts(&mut tiles, &first)
+            .into_par_iter()
+            .zip(splats.par_chunks(BLOCK))
+            .for_each(|(part, splats)| {
+                let mut places = part.iter_mut();
+                for s in splats {
+                    coverage::tiles(s, grid, &rules, |t| {
+                        if let Some(place) = places.next() {
+                            *place = t;
+                        }
+                    });
+                }
+            });
+        Ok(Self {
+            rules,
+            width: camera.width,
+            height: camera.height,
+            grid,
+            splats,
+            culled,
+            first,
+            tiles,
+        })
+    }
+
+    /// The rules it was made by.
+    #[must_use]
+    pub fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    /// Pixels a row, and rows.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
+    /// Tile columns and rows.
+    #[must_use]
+    pub fn grid(&self) -> [u32; 2] {
+        [self.grid.columns, self.grid.rows]
+    }
+
+    /// Gaussians that touch a tile, front to back.
+    #[must_use]
+    pub fn splats(&self) -> &[Projected] {
+        &self.splats
+    }
+
+    /// Gaussians that the near plane culled.
+    #[must_use]
+    pub fn culled(&self) -> usize {
+        self.culled
+    }
+
+    /// The tiles of rank `rank`, ascending; tile numbers count row by row.
+    #[must_use]
+    pub fn tiles_of(&self, rank: usize) -> &[u32] {
+        &self.tiles[self.first[rank]..self.first[rank + 1]]
+    }
+
+    /// (tile, Gaussian) pairs.
+    #[must_use]
+    pub fn entries(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// Number of tiles.
+    #[must_use]
+    pub fn tile_count(&self) -> usize {
+        (self.grid.columns * self.grid.rows) as usize
+    }
+
+    /// Column and row of the first pixel of a tile, and how many columns and
+    /// rows of it lie in the picture.
+    #[must_use]
+    pub fn tile_pixels(&self, tile: usize) -> [[u32; 2]; 2] {
+        let x = tile as u32 % self.grid.columns * TILE;
+        let y = tile as u32 / self.grid.columns * TILE;
+        [
+            [x, y],
+            [TILE.min(self.width - x), TILE.min(self.height - y)],
+        ]
+    }
+
+    /// Whether a mask has a pixel of a tile.
+    pub fn shows(&self, tile: usize, mask: &Mask) -> bool {
+        let [[left, top], [columns, rows]] = self.tile_pixels(tile);
+        let mut lines = top..top + rows;
+        lines.any(|y| (left..left + columns).any(|x| mask.has((y * self.width + x) as usize)))
+    }
+
+    /// The ranks drawn in each tile, front to back: place of the first rank of
+    /// each tile (one more than there are tiles), and the ranks.
+    pub(crate) fn by_tile(&self) -> (Vec<usize>, Vec<u32>) {
+        let mut first = vec![0usize; self.tile_count() + 1];
+        for t in &self.tiles {
+            first[*t as usize + 1] += 1;
+        }
+        for t in 1..first.len() {
+            first[t] += first[t - 1];
+        }
+        let mut next = first.clone();
+        let mut ranks = vec![0u32; self.tiles.len()];
+        for rank in 0..self.splats.len() {
+            for t in self.tiles_of(rank) {
+                let place = &mut next[*t as usize];
+                ranks[*place] = rank as u32;
+                *place += 1;
+            }
+        }
+        (first, ranks)
+    }
+}
+
+/// Whether a Gaussian touches a tile of a camera's picture.
+///
+/// # Errors
+/// A camera that cannot be used.
+pub fn is_any_in_view(
+    cloud: &Cloud,
+    camera: &Camera,
+    profile: Profile,
+) -> Result<bool, RenderError> {
+    check(camera)?;
+    let rules = profile.rules();
+    let grid = Grid {
+        columns: camera.width.div_ceil(TILE),
+        rows: camera.height.div_ceil(TILE),
+    };
+    let projection = Projection::new(cloud, camera, &rules, 0);
+    let depths = projection.depths();
+    Ok(depths.par_iter().any(|(_, index)| {
+        let mut touches = false;
+        coverage::tiles(&projection.project(*index), grid, &rules, |_| {
+            touches = true
+        });
+        touches
+    }))
+}
+
+/// Whether a camera sees a cloud's Gaussians in the order in which they are stored, front to back.
+///
+/// # Errors
+/// A camera that cannot be used.
+pub fn is_in_order(cloud: &Cloud, camera: &Camera, profile: Profile) -> Result<bool, RenderError> {
+    check(camera)?;
+    let rules = profile.rules();
+    let depths = Projection::new(cloud, camera, &rules, 0).depths();
+    Ok(depth::is_sorted(cloud, &depths))
+}
+
+/// Cuts `tiles` where every [`BLOCK`]th rank begins.
+fn parts<'a>(mut tiles: &'a mut [u32], first: &[usize]) -> Vec<&'a mut [u32]> {
+    let ranks = first.len() - 1;
+    (0..ranks)
+        .step_by(BLOCK)
+        .map(|start| {
+            let length = first[ranks.min(start + BLOCK)] - first[start];
+            let (part, rest) = std::mem::take(&mut tiles).split_at_mut(length);
+            tiles = rest;
+            part
+        })
+        .collect()
+}
+
+fn check(camera: &Camera) -> Result<(), RenderError> {
+    let refuse = |field, value: String, expected| {
+        Err(RenderError::Camera {
+            field,
+            value,
+            expected,
+        })
+    };
+    for (field, value) in [("width", camera.width), ("height", camera.height)] {
+        if !(1..=MAX_SIDE).contains(&value) {
+            return refuse(field, value.to_string(), "1 to 32768 pixels");
+        }
+    }
+    let focal = camera.focal;
+    if !focal.is_finite() || focal.min_element() < 1e-3 || focal.max_element() > 1e7 {
+        let value = format!("{:?}", focal.to_array());
+        return refuse("focal", value, "0.001 to 10000000 pixels");
+    }
+    if !camera.centre.is_finite() || camera.centre.abs().max_element() > 1e7 {
+        return refuse(
+            "centre",
+            format!("{:?}", camera.centre.to_array()),
+            "at most 10000000 pixels from the picture",
+        );
+    }
+    let m = camera.world_to_camera.matrix3;
+    let off = (m * m.transpose()).to_cols_array();
+    let identity = glam::DMat3::IDENTITY.to_cols_array();
+    let rigid = off.iter().zip(identity).all(|(a, b)| (a - b).abs() < 1e-3);
+    if !rigid || m.determinant() < 0.0 {
+        let value = format!("{:?}", m.to_cols_array_2d());
+        return refuse("world_to_camera", value, "a rotation");
+    }
+    let t = camera.world_to_camera.translation;
+    if !t.is_finite() || t.abs().max_element() > 1e38 {
+        let value = format!("{:?}", t.to_array());
+        return refuse("world_to_camera", value, "a finite translation");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use glam::{DMat3, DVec2, DVec3};
+
+    fn camera() -> Camera {
+        Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 1.0, 70, 40)
+    }
+
+    fn cloud() -> Cloud {
+        Cloud::new(
+            0,
+            vec![[0.0, 0.0, 2.0], [0.1, 0.0, 1.0], [0.0, 0.0, -1.0]],
+            vec![[-2.0; 3]; 3],
+            vec![[1.0, 0.0, 0.0, 0.0]; 3],
+            vec![1.0; 3],
+            vec![[0.0; 3]; 3],
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn ranks_run_front_to_back_and_tiles_agree_both_ways() {
+        let v = View::new(&cloud(), &camera(), Profile::Inria).unwrap();
+        assert_eq!(v.culled(), 1);
+        let order: Vec<_> = v.splats().iter().map(|s| s.index).collect();
+        assert_eq!(order, [1, 0]);
+        let (first, ranks) = v.by_tile();
+        assert_eq!(ranks.len(), v.entries());
+        for t in 0..v.tile_count() {
+            let list = &ranks[first[t]..first[t + 1]];
+            assert!(list.is_sorted());
+            for rank in 0..v.splats().len() {
+                let there = v.tiles_of(rank).contains(&(t as u32));
+                assert_eq!(there, list.contains(&(rank as u32)));
+            }
+        }
+        // 70 x 40 pixels: the last column of tiles is 6 wide, the last row 8.
+        assert_eq!(v.tile_pixels(14), [[64, 32], [6, 8]]);
+    }
+
+    #[test]
+    fn unusable_cameras_are_refused_by_field() {
+        let refused = |change: fn(&mut Camera), field: &str| {
+            let mut c = camera();
+            change(&mut c);
+            match View::new(&cloud(), &c, Profile::Inria) {
+                Err(RenderError::Camera { field: found, .. }) => assert_eq!(found, field),
+                other => assert!(other.is_err(), "{field}"),
+            }
+        };
+        refused(|c| c.width = 0, "width");
+        refused(|c| c.height = u32::MAX, "height");
+        refused(|c| c.focal.x = f64::NAN, "focal");
+        refused(|c| c.focal = DVec2::ZERO, "focal");
+        refused(|c| c.centre.y = f64::INFINITY, "centre");
+        refused(
+            |c| c.world_to_camera.matrix3 = DMat3::ZERO,
+            "world_to_camera",
+        );
+        refused(
+            |c| c.world_to_camera.matrix3.x_axis *= -1.0,
+            "world_to_camera",
+        );
+        refused(
+            |c| c.world_to_camera.translation.x = f64::NAN,
+            "world_to_camera",
+        );
+    }
+}
