@@ -6,6 +6,7 @@
 //! Verilog is run for any of it.
 
 pub mod effects;
+mod frame_rules;
 pub mod link;
 pub mod runtime;
 pub mod soc;

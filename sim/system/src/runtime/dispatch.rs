@@ -7,8 +7,9 @@ use potamoi_golden::warp::Plan;
 use super::buffer::Buffer;
 use super::finish::Record;
 use super::state::{Cause, FrameState, Gates, ReferenceState, split};
-use super::windows::Windows;
+use super::windows;
 use super::{Job, Made, Nanos, Options, Resource, RuntimeError, Task};
+use crate::frame_rules::Windows;
 
 /// How a job went.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,7 +61,7 @@ impl<'p> Dispatcher<'p> {
         remote: bool,
     ) -> Result<Self, RuntimeError> {
         options.check()?;
-        let windows = Windows::new(plan, options.poses)?;
+        let windows = windows::checked(plan, options.poses)?;
         let count = plan.references.len();
         let references = (0..count).map(|number| ReferenceState {
             readers: windows.of(number).len(),

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use super::{Nanos, RuntimeError};
+use crate::frame_rules::REFERENCE_SLOTS;
 use crate::link;
 
 const SECOND: u128 = 1_000_000_000;
@@ -67,7 +68,7 @@ impl Options {
         Self {
             poses,
             concurrent: true,
-            slots: 2,
+            slots: REFERENCE_SLOTS,
         }
     }
 

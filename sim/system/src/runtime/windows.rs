@@ -3,94 +3,83 @@
 use potamoi_golden::warp::Plan;
 
 use super::{Poses, RuntimeError};
+use crate::frame_rules::Windows;
 
-/// The first frame of each reference, and the number of frames.
-#[derive(Debug)]
-pub(super) struct Windows(Vec<usize>);
-
-impl Windows {
-    /// Checks that each reference serves a run of frames, in order, and can be
-    /// begun when its pose is said to be known.
-    pub(super) fn new(plan: &Plan, poses: Poses) -> Result<Self, RuntimeError> {
-        let mut first = vec![];
-        for (number, target) in plan.targets.iter().enumerate() {
-            if target.reference == first.len() {
-                first.push(number);
-            } else if target.reference + 1 != first.len() {
-                let next = first.len();
-                return Err(RuntimeError::Plan {
-                    part: "target",
-                    number,
-                    field: "reference",
-                    value: target.reference,
-                    expected: match next.checked_sub(1) {
-                        None => "0".to_owned(),
-                        Some(last) => format!("{last} or {next}, as references serve in order"),
-                    },
-                });
-            }
-        }
-        let (named, count) = (first.len(), plan.references.len());
-        if named < count {
-            return Err(RuntimeError::Plan {
-                part: "reference",
-                number: named,
-                field: "number of targets",
-                value: 0,
-                expected: "at least 1, or no such reference".to_owned(),
-            });
-        }
-        if named > count {
+/// The windows of a plan. Checks that each reference serves a run of frames, in order, and can be
+/// begun when its pose is said to be known.
+pub(super) fn checked(plan: &Plan, poses: Poses) -> Result<Windows, RuntimeError> {
+    let mut first = vec![];
+    for (number, target) in plan.targets.iter().enumerate() {
+        if target.reference == first.len() {
+            first.push(number);
+        } else if target.reference + 1 != first.len() {
+            let next = first.len();
             return Err(RuntimeError::Plan {
                 part: "target",
-                number: first[count],
+                number,
                 field: "reference",
-                value: count,
-                expected: format!("less than {count}, as there are so many references"),
+                value: target.reference,
+                expected: match next.checked_sub(1) {
+                    None => "0".to_owned(),
+                    Some(last) => format!("{last} or {next}, as references serve in order"),
+                },
             });
         }
-        first.push(plan.targets.len());
-        let windows = Self(first);
-        for (number, reference) in plan.references.iter().enumerate() {
-            let frames = windows.of(number);
-            let refuse = |field, value, expected| {
-                Err(RuntimeError::Plan {
-                    part: "reference",
-                    number,
-                    field,
-                    value,
-                    expected,
-                })
-            };
-            let known = reference.known;
-            if let Some(shown) = reference.target {
-                if !frames.contains(&shown) {
-                    let expected = format!("one of its own frames, {frames:?}");
-                    return refuse("target", shown, expected);
-                }
-                if known < shown {
-                    let expected = format!("at least {shown}, the frame that it shows");
-                    return refuse("known", known, expected);
-                }
+    }
+    let (named, count) = (first.len(), plan.references.len());
+    if named < count {
+        return Err(RuntimeError::Plan {
+            part: "reference",
+            number: named,
+            field: "number of targets",
+            value: 0,
+            expected: "at least 1, or no such reference".to_owned(),
+        });
+    }
+    if named > count {
+        return Err(RuntimeError::Plan {
+            part: "target",
+            number: first[count],
+            field: "reference",
+            value: count,
+            expected: format!("less than {count}, as there are so many references"),
+        });
+    }
+    let windows = Windows::starting_at(first, plan.targets.len());
+    for (number, reference) in plan.references.iter().enumerate() {
+        let frames = windows.of(number);
+        let refuse = |field, value, expected| {
+            Err(RuntimeError::Plan {
+                part: "reference",
+                number,
+                field,
+                value,
+                expected,
+            })
+        };
+        let known = reference.known;
+        if let Some(shown) = reference.target {
+            if !frames.contains(&shown) {
+                let expected = format!("one of its own frames, {frames:?}");
+                return refuse("target", shown, expected);
             }
-            if known >= plan.targets.len() {
-                let expected = format!("less than the {} frames", plan.targets.len());
-                return refuse("known", known, expected);
-            }
-            if poses == Poses::OnShown && known > frames.start {
-                let expected = format!(
-                    "at most {}, its first frame, as a pose arrives when the frame before it is \
-                     shown; choose a rate, or references that are not of the window's centre",
-                    frames.start
-                );
+            if known < shown {
+                let expected = format!("at least {shown}, the frame that it shows");
                 return refuse("known", known, expected);
             }
         }
-        Ok(windows)
+        if known >= plan.targets.len() {
+            let expected = format!("less than the {} frames", plan.targets.len());
+            return refuse("known", known, expected);
+        }
+        if poses == Poses::OnShown && known > frames.start {
+            let expected = format!(
+                "at most {}, its first frame, as a pose arrives when the frame before it is \
+                     shown; choose a rate, or references that are not of the window's centre",
+                frames.start
+            );
+            return refuse("known", known, expected);
+        }
     }
-
-    /// The frames that a reference serves.
-    pub(super) fn of(&self, reference: usize) -> std::ops::Range<usize> {
-        self.0[reference]..self.0[reference + 1]
-    }
+    Ok(windows)
 }

@@ -5,6 +5,7 @@ use super::costs::CostError;
 use super::job_scheduler::JobId;
 use super::variant::{Frames, Scenario, Variant};
 use super::work::{FrameWork, PathWork};
+use crate::frame_rules::Windows;
 
 /// A path on a variant.
 pub(super) struct FrameJobs<'a> {
@@ -108,7 +109,8 @@ impl<'a> FrameJobs<'a> {
     /// shown, and a reference when its pose is known and one of two buffers is free.
     fn warped(&mut self) -> Result<(), CostError> {
         let path = self.path;
-        let window = path.options.window.max(1) as usize;
+        let window = path.options.window as usize;
+        let windows = Windows::every(window, path.references.len(), path.targets.len());
         let mut shown: Vec<JobId> = vec![];
         let mut references: Vec<JobId> = vec![];
         for (number, target) in path.targets.iter().enumerate() {
@@ -121,16 +123,15 @@ impl<'a> FrameJobs<'a> {
                     .map(|at| shown[at])
                     .into_iter()
                     .collect();
-                // Its buffer is free when the last target of the one before the last is shown.
-                if let Some(free) = r.checked_sub(2).map(|r| (r + 1) * window - 1)
+                if let Some(free) = windows.frees_slot_of(r)
                     && let Some(last) = shown.get(free)
                 {
                     after.push(*last);
                 }
-                let rank = (r * window) as u64;
+                let rank = windows.of(r).start as u64;
                 references.push(self.full(&path.references[r], true, &after, rank)?);
             }
-            let own = references[(number / window).min(references.len() - 1)];
+            let own = references[windows.reference_of(number).min(references.len() - 1)];
             let mut after: Vec<JobId> = shown.last().copied().into_iter().collect();
             after.push(own);
             shown.push(match target.reference {
