@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::Error;
 use crate::Toolchain;
-use crate::compile::{PRELUDE, PRELUDE_FILE, common_flags, compiler, run, tools_key, write};
+use crate::commands::{PRELUDE, PRELUDE_FILE, common_flags, compiler, run, tools_key, write};
 use crate::store::{self, Product, SCRATCH};
 
 /// Names of the precompiled header, and of what it is made of.

@@ -13,7 +13,7 @@
 //! ```
 //! use potamoi_verilated::{Direction, ModelBuilder, Toolchain};
 //!
-//! # fn main() -> Result<(), crate::Error> {
+//! # fn main() -> Result<(), potamoi_verilated::Error> {
 //! # let folder = std::env::temp_dir().join("potamoi-verilated-example");
 //! let library = ModelBuilder::new("sum")
 //!     .source(
@@ -45,6 +45,7 @@
 mod builder;
 pub mod cache;
 pub mod child;
+mod commands;
 mod compile;
 mod error;
 mod headers;

@@ -1,6 +1,6 @@
 //! A built model, loaded into the process.
 
-use crate::{Error, Model, Port, PortId, compile, store::Entry};
+use crate::{Error, Port, PortId, compile, store::Entry};
 use std::{
     ffi::{c_char, c_int, c_void},
     sync::Arc,
@@ -35,7 +35,7 @@ pub(crate) struct Loaded {
 /// A built and loaded model, from which any number of instances can be made.
 #[derive(Debug, Clone)]
 pub struct Library {
-    loaded: Arc<Loaded>,
+    pub(crate) loaded: Arc<Loaded>,
     cached: bool,
     key: String,
 }
@@ -87,17 +87,6 @@ impl Library {
             cached: entry.cached,
             key,
         })
-    }
-
-    /// A new instance. Registers that are not reset begin with values drawn from `seed`, and
-    /// all inputs are 0.
-    ///
-    /// Seeds that differ modulo 2^31 - 2 give different values.
-    ///
-    /// # Errors
-    /// [`Error::Load`] when memory runs out.
-    pub fn model(&self, seed: u32) -> Result<Model, Error> {
-        Model::new(self.loaded.clone(), seed)
     }
 
     /// The ports of the top module, in the order of Verilator's header.

@@ -8,7 +8,7 @@
 //! ```no_run
 //! use potamoi_verilated::{ModelBuilder, Toolchain, peer::Peer};
 //!
-//! # fn main() -> Result<(), crate::Error> {
+//! # fn main() -> Result<(), potamoi_verilated::Error> {
 //! # let verilog = "";
 //! let builder = ModelBuilder::new("mac").source("mac.v", verilog);
 //! let peer = Peer::build(builder, &Toolchain::detect()?, "clk")?;
@@ -21,7 +21,7 @@
 //! ```
 
 use crate::{
-    Direction, Error, Library, ModelBuilder, Port, Toolchain, compile,
+    Direction, Error, Library, ModelBuilder, Port, Toolchain, commands, compile,
     store::{self, SCRATCH},
 };
 use std::{
@@ -84,14 +84,14 @@ impl Peer {
         let source = source(&inputs, &outputs, &cpp, &cpp(clock));
         let cache = builder.cache_folder()?;
         let optimise = builder.optimise_flag();
-        let key = compile::tools_key(PROGRAM, tools, &[optimise])
+        let key = commands::tools_key(PROGRAM, tools, &[optimise])
             .with(library.key())
             .with(&source);
         let twin = store::fetch(&cache, PROGRAM, &key, &|folder| {
             let scratch = folder.join(SCRATCH);
-            compile::write_prelude(&scratch)?;
-            compile::write(&scratch.join("peer.cpp"), &source)?;
-            let mut command = compile::compiler(tools, &scratch, builder.is_traced());
+            commands::write_prelude(&scratch)?;
+            commands::write(&scratch.join("peer.cpp"), &source)?;
+            let mut command = commands::compiler(tools, &scratch, builder.is_traced());
             command
                 .arg(optimise)
                 .arg("-I")
@@ -100,7 +100,7 @@ impl Peer {
             command.arg(entry.folder.join(compile::MODEL_OBJECT));
             command.args(compile::runtime(&cache, tools, builder.is_traced())?);
             command.arg("-o").arg(folder.join(PROGRAM));
-            compile::run(command, "compiling the C++ test bench")?;
+            commands::run(command, "compiling the C++ test bench")?;
             Ok(store::Product {
                 files: vec![PROGRAM.into()],
                 notes: Vec::new(),

