@@ -7,7 +7,8 @@ pub use potamoi_base::{
 };
 pub use potamoi_containers::{ply, torch};
 pub use potamoi_fields as fields;
-pub use potamoi_march::{streams, tiling, voxels};
+pub use potamoi_fields::voxels;
+pub use potamoi_march::{streams, tiling};
 pub use potamoi_reference as units;
 pub use potamoi_scene as scene;
 pub use potamoi_scene::{characterise, compact, trace};

@@ -9,7 +9,7 @@ use super::evidence::Known;
 use super::{Seen, is_still};
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Effect;
-use potamoi_march::voxels::MVoxels;
+use potamoi_fields::voxels::MVoxels;
 use potamoi_scene::{Kind, Scene, SceneError};
 use potamoi_splats::{Schedule, Sorting, View, Work, is_in_order};
 use potamoi_warp::Renderer as _;

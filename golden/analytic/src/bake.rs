@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use super::field::{Field, INSIDE, OUTSIDE};
 use super::look::Look;
-use potamoi_march::voxels::{Grid, Layout, VoxelError};
+use potamoi_fields::voxels::{Grid, Layout};
+use potamoi_march::MarchError;
 
 /// Directions over which colours are fitted.
 const COUNT: usize = 200;
@@ -18,7 +19,7 @@ const DIAGONAL: f64 = 1.733;
 
 /// Samples a field at the vertices of its grid: densities as they are, colours
 /// as the linear functions of the direction nearest to them.
-pub(super) fn bake(field: &dyn Field) -> Result<Grid, VoxelError> {
+pub(super) fn bake(field: &dyn Field) -> Result<Grid, MarchError> {
     let frame = field.frame();
     let [nx, ny, _] = frame.points;
     let channels = frame.layout.channels();

@@ -10,7 +10,7 @@ use super::curve::Curve;
 use super::field::{Field, Frame, Motion, Probe, colour};
 use super::look::{Daylight, Look, smooth_step};
 use super::sdf;
-use potamoi_march::voxels::Layout;
+use potamoi_fields::voxels::Layout;
 
 pub(super) struct Chrome;
 

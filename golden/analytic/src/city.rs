@@ -5,7 +5,7 @@ use glam::{DVec3, dvec3};
 use super::field::{Field, Frame, Motion, Probe, colour};
 use super::look::{Daylight, Look, smooth_step};
 use super::{noise, sdf};
-use potamoi_march::voxels::Layout;
+use potamoi_fields::voxels::Layout;
 
 pub(super) struct City;
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Look;
-use potamoi_march::voxels::Layout;
+use potamoi_fields::voxels::Layout;
 
 /// Optical depth a voxel edge far outside a surface, before the ReLU.
 pub(super) const OUTSIDE: f64 = -4.0;

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3, Vec3Swizzles as _, dvec3};
 use super::field::{Field, Frame, Motion, Probe, colour};
 use super::look::{Look, wheel};
 use super::sdf;
-use potamoi_march::voxels::Layout;
+use potamoi_fields::voxels::Layout;
 
 pub(super) struct Lattice;
 

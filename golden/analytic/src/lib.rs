@@ -34,7 +34,8 @@ use field::{Field, Frame, Motion};
 use potamoi_base::camera::Camera;
 use potamoi_fields::FieldError;
 use potamoi_fields::efficient::EfficientNerf;
-use potamoi_march::voxels::{Grid, VoxelError};
+use potamoi_fields::voxels::Grid;
+use potamoi_march::MarchError;
 
 /// A built-in analytic scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -158,7 +159,7 @@ impl Analytic {
     ///
     /// # Errors
     /// None in practice: its size and its values are right by construction.
-    pub fn bake(self) -> Result<Grid, VoxelError> {
+    pub fn bake(self) -> Result<Grid, MarchError> {
         bake::bake(self.field())
     }
 

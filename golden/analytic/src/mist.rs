@@ -8,7 +8,7 @@ use super::field::{Field, Frame, Motion, Probe, colour};
 use super::heights::Heights;
 use super::look::{Daylight, Look, smooth_step};
 use super::noise;
-use potamoi_march::voxels::Layout;
+use potamoi_fields::voxels::Layout;
 
 pub(super) struct Mist;
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::*;
 use potamoi_base::picture::Picture;
-use potamoi_march::voxels::{self, FloatOptions};
+use potamoi_fields::voxels::{self, FloatOptions};
 
 const SIDE: u32 = 64;
 

@@ -14,7 +14,7 @@ use super::coded::CodedTable;
 use super::march::Samples;
 use super::{Field, Sampling};
 use potamoi_base::camera::Camera;
-use potamoi_march::voxels::Span;
+use potamoi_march::Span;
 
 /// How large batches are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,44 +49,27 @@ impl BatchSize {
     }
 }
 
-/// The pixels of each square ray group of a picture of `size` pixels, `side` of
-/// them a side, row after row.
-pub fn groups(size: [u32; 2], side: u32) -> impl Iterator<Item = Vec<[u32; 2]>> {
-    let [width, height] = size;
-    let step = side.max(1) as usize;
-    let lines = (0..height).step_by(step);
-    let corners = lines.flat_map(move |top| (0..width).step_by(step).map(move |left| [left, top]));
-    corners.map(move |[left, top]| {
-        // Saturating: a side may exceed the picture by any amount.
-        let columns = left..left.saturating_add(side).min(width);
-        let lines = top..top.saturating_add(side).min(height);
-        lines
-            .flat_map(|y| columns.clone().map(move |x| [x, y]))
-            .collect()
-    })
-}
-
 /// A ray of a group, and the next of its samples.
 struct Ray {
     samples: Samples,
     next: u64,
 }
 
-/// The rays of a group on their way.
-pub struct RayGroup<'f> {
+/// The rays of a group, and which of their samples come next.
+pub struct SampleBatches<'f> {
     field: &'f dyn Field,
     rays: Vec<Ray>,
 }
 
 /// Samples of a batch, ray after ray.
 #[derive(Default)]
-pub struct Batch {
+pub struct SampleBatch {
     pub at: Vec<DVec3>,
     pub(crate) slots: Vec<u32>,
     pub spans: Vec<Span>,
 }
 
-impl<'f> RayGroup<'f> {
+impl<'f> SampleBatches<'f> {
     /// Rays through pixels, none of which has a sample yet.
     pub fn new(
         field: &'f dyn Field,
@@ -116,7 +99,7 @@ impl<'f> RayGroup<'f> {
 
     /// The next samples of every ray that is `alive`, where the field is not
     /// known to be empty; none where all is done.
-    pub fn next(&mut self, alive: impl Fn(u32) -> bool + Sync, size: BatchSize) -> Batch {
+    pub fn next(&mut self, alive: impl Fn(u32) -> bool + Sync, size: BatchSize) -> SampleBatch {
         let on = |(slot, ray): (u32, &Ray)| ray.next < ray.samples.count && alive(slot);
         let tables = self.field.tables().len();
         let count = (0..).zip(&self.rays).filter(|ray| on((ray.0, ray.1)));
@@ -139,7 +122,7 @@ impl<'f> RayGroup<'f> {
         };
         let rays = self.rays.par_iter_mut().enumerate();
         let taken: Vec<Vec<DVec3>> = rays.map_init(|| vec![DVec3::ZERO; tables], take).collect();
-        let mut batch = Batch::default();
+        let mut batch = SampleBatch::default();
         for (slot, own) in (0..).zip(taken).filter(|(_, own)| !own.is_empty()) {
             batch.spans.push(Span {
                 ray: slot,

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::ngp::SnapshotError;
 use potamoi_containers::torch::TorchError;
-use potamoi_march::voxels::VoxelError;
+use potamoi_march::MarchError;
 
 /// A field that cannot be loaded or rendered.
 #[derive(Debug, Error)]
@@ -19,7 +19,7 @@ pub enum FieldError {
     Snapshot(#[from] SnapshotError),
     /// The hardware's side of it.
     #[error(transparent)]
-    Voxels(#[from] VoxelError),
+    Voxels(#[from] MarchError),
     /// It has no feature computation in the hardware's formats.
     #[error("this kind of field is rendered in floating point alone: use --numerics float")]
     FloatOnly,

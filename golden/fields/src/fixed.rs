@@ -11,16 +11,16 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
-use super::batches::{Batch, BatchSize, RayGroup, groups};
+use super::batches::{BatchSize, SampleBatch, SampleBatches};
 use super::coded::{CodedTable, Gathers, Located};
 use super::march::{check, check_mask};
 use super::{Field, FieldError, Sampling, Table};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_march::tiling::Halo;
-use potamoi_march::voxels::{
-    Compositor, Facing, FixedFrame, FixedStats, Head, OpacityAlone, Orders, Work, check_background,
-    default_group_side, place,
+use potamoi_march::{
+    self as march, Batch, Compositor, Facing, FixedFrame, FixedStats, Head, Next, OpacityAlone,
+    Orders, RayGroup, Setup, check_background, default_group_side,
 };
 use potamoi_reference::Units;
 
@@ -76,7 +76,7 @@ pub struct FixedOptions {
     /// Linear RGB behind everything, rounded to 12 fraction bits.
     pub background: [f32; 3],
     /// Pixels a side of a ray group; by default the largest whose rays are at
-    /// most [`potamoi_march::voxels::GROUP_RAYS`].
+    /// most [`potamoi_march::GROUP_RAYS`].
     pub group_side: Option<u32>,
     /// Samples that are gathered at a time; by default as many as
     /// [`BatchSize::of`] says.
@@ -264,50 +264,45 @@ impl<'a> FixedField<'a> {
                 expected: "1 or more".to_owned(),
             });
         }
-        let size = [camera.width, camera.height];
-        let mut frame = FixedFrame::clear(size);
-        frame.stats.orders = vec![Orders::default(); self.tables.len()];
+        let setup = Setup {
+            size: [camera.width, camera.height],
+            side: options.group_side,
+            only,
+            stop,
+            background: options.background,
+        };
         let batch_size = options.batch.unwrap_or_else(|| BatchSize::of(&self.tables));
-        let mut work = Work::default();
-        for mut pixels in groups(size, side) {
-            if let Some(mask) = only {
-                let at = |[x, y]: [u32; 2]| y as usize * size[0] as usize + x as usize;
-                pixels.retain(|pixel| mask.has(at(*pixel)));
-            }
-            let mut rays = RayGroup::new(field, &sampling, camera, &pixels);
-            frame.stats.groups += 1;
-            frame.stats.rays += pixels.len() as u64;
-            frame.stats.samples += rays.samples();
-            let mut done = Compositor::new(head, stop, rays.directions());
-            loop {
-                let batch = rays.next(|slot| done.is_alive(slot), batch_size);
-                if batch.at.is_empty() {
-                    break;
-                }
-                let features =
-                    self.features(camera, &batch, options.work, units, &mut frame.stats)?;
-                done.run(&features, &batch.spans, units, &mut work)?;
-            }
-            place(&mut frame, &pixels, &done, options.background);
-        }
-        frame.stats.take(work);
-        frame.leave_out(only, options.background);
+        let start = |pixels: &[[u32; 2]]| {
+            Box::new(TableGroup {
+                field: self,
+                batches: SampleBatches::new(field, &sampling, camera, pixels),
+                eye: camera.position(),
+                batch_size,
+                work: options.work,
+            }) as Box<dyn RayGroup<_>>
+        };
+        let mut frame = march::render(&setup, head, start, units)?;
+        frame
+            .stats
+            .orders
+            .resize(self.tables.len(), Orders::default());
         Ok(frame)
     }
 
     /// Gathers a batch and puts the channels of each sample together.
     fn features(
         &self,
-        camera: &Camera,
-        batch: &Batch,
+        eye: DVec3,
+        batch: &SampleBatch,
         work: FieldWork,
         units: &mut dyn Units,
         stats: &mut FixedStats,
     ) -> Result<Vec<i16>, FieldError> {
         let all = self.head.channels();
+        stats.orders.resize(self.tables.len(), Orders::default());
         let mut features = vec![0; batch.at.len() * all];
         let (mut first, mut hashed) = (0, 0);
-        let gathers = self.gathers(camera.position(), &batch.slots, &batch.at);
+        let gathers = self.gathers(eye, &batch.slots, &batch.at);
         for (number, (table, own)) in self.tables.iter().zip(gathers).enumerate() {
             if self.field.tables()[number].is_hashed() {
                 hashed += 1;
@@ -329,5 +324,45 @@ impl<'a> FixedField<'a> {
             first += table.channels();
         }
         Ok(features)
+    }
+}
+
+/// The rays of a group through the tables of a field: batches of samples, table after table.
+struct TableGroup<'a> {
+    field: &'a FixedField<'a>,
+    batches: SampleBatches<'a>,
+    /// The camera's place.
+    eye: DVec3,
+    batch_size: BatchSize,
+    work: FieldWork,
+}
+
+impl RayGroup<FieldError> for TableGroup<'_> {
+    fn directions(&self) -> Vec<DVec3> {
+        self.batches.directions().collect()
+    }
+
+    fn samples(&self) -> u64 {
+        self.batches.samples()
+    }
+
+    fn next(
+        &mut self,
+        done: &Compositor<'_>,
+        units: &mut dyn Units,
+        stats: &mut FixedStats,
+        batch: &mut Batch,
+    ) -> Result<Next, FieldError> {
+        let alive = |slot| done.is_alive(slot);
+        let samples = self.batches.next(alive, self.batch_size);
+        if samples.at.is_empty() {
+            return Ok(Next::End);
+        }
+        let Self {
+            field, eye, work, ..
+        } = self;
+        batch.features = field.features(*eye, &samples, *work, units, stats)?;
+        batch.spans = samples.spans;
+        Ok(Next::Batch)
     }
 }

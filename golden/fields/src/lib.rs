@@ -33,6 +33,7 @@ mod stops;
 pub mod stored;
 mod table;
 pub mod tensorf;
+pub mod voxels;
 
 use std::fmt;
 use std::ops::Deref;
@@ -45,8 +46,7 @@ use serde::{Serialize, Serializer};
 use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;
 
-pub use batches::BatchSize;
-pub use batches::{RayGroup, groups};
+pub use batches::{BatchSize, SampleBatches};
 pub use bound::{Bounds, Off, error_bounds};
 pub use directions::Directions;
 pub use error::FieldError;

@@ -10,7 +10,7 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use rayon::prelude::*;
 
 use super::{FieldError, Layer, Mlp};
-use potamoi_march::voxels::{Lanes, VoxelError};
+use potamoi_march::{Lanes, MarchError};
 use potamoi_reference::Product;
 
 /// Bits of activations and weights.
@@ -77,7 +77,7 @@ impl MacMlp {
     ///
     /// # Errors
     /// A unit that fails.
-    pub fn run(&self, mut inputs: Vec<i16>, lanes: &mut Lanes<'_>) -> Result<Vec<i32>, VoxelError> {
+    pub fn run(&self, mut inputs: Vec<i16>, lanes: &mut Lanes<'_>) -> Result<Vec<i32>, MarchError> {
         let mut sums = vec![];
         for (i, layer) in self.layers.iter().enumerate() {
             sums.clear();

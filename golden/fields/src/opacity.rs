@@ -20,7 +20,7 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::FieldError;
-use potamoi_march::voxels::{Lanes, VoxelError};
+use potamoi_march::{Lanes, MarchError};
 
 /// Fraction bits of the interval.
 pub(super) const INTERVAL_BITS: u32 = 24;
@@ -109,7 +109,7 @@ impl Opacity {
         numbers: &[i32],
         frac_bits: i32,
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         let [input, output, _] = self.engine;
         let depth = match self.curve {
             Curve::Softplus { shift } => {
@@ -133,7 +133,7 @@ impl Opacity {
         density: &[i32],
         frac_bits: i32,
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         let [_, _, depth] = self.engine;
         // Fewer bits than s has are those of a coarser interval.
         let down = frac_bits + INTERVAL_BITS as i32 - depth as i32;
@@ -146,7 +146,7 @@ impl Opacity {
         numbers: &[i32],
         frac_bits: i32,
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         let [input, output, depth] = self.engine;
         // Half of each number, with its sign changed.
         let half = rescale_by(numbers, frac_bits + 1, input, -1, lanes)?;
@@ -193,7 +193,7 @@ pub(super) fn rescale(
     from: i32,
     to: u32,
     lanes: &mut Lanes<'_>,
-) -> Result<Vec<i32>, VoxelError> {
+) -> Result<Vec<i32>, MarchError> {
     rescale_by(codes, from, to, 1, lanes)
 }
 
@@ -203,7 +203,7 @@ fn rescale_by(
     to: u32,
     sign: i32,
     lanes: &mut Lanes<'_>,
-) -> Result<Vec<i32>, VoxelError> {
+) -> Result<Vec<i32>, MarchError> {
     let up = to as i32 - from;
     let factor = sign << up.clamp(0, 30);
     lanes.compute_with(multiply((-up).max(0) as u32), codes, factor)
@@ -218,7 +218,7 @@ fn code(value: f64, frac_bits: u32) -> i32 {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use potamoi_march::voxels::Work;
+    use potamoi_march::Work;
     use potamoi_reference::Twins;
 
     fn config() -> Config {

@@ -4,8 +4,8 @@
 use glam::DVec3;
 
 use super::{Along, Field, FieldError, Sampling, Table};
+use crate::voxels::{Grid, STOP_BELOW};
 use potamoi_march::tiling::cell;
-use potamoi_march::voxels::{Grid, STOP_BELOW};
 
 /// A grid, one table.
 #[derive(Debug, Clone, PartialEq)]

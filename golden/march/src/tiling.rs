@@ -124,11 +124,13 @@ impl Tiling {
     }
 
     /// The same vertices and edges with another halo.
-    pub(crate) fn with_halo(&self, halo: Halo) -> Self {
+    pub fn with_halo(&self, halo: Halo) -> Self {
         Self::new(self.points, self.edge, halo)
     }
 
-    pub(crate) const fn halo(&self) -> Halo {
+    /// How MVoxels share vertices.
+    #[must_use]
+    pub const fn halo(&self) -> Halo {
         self.halo
     }
 
@@ -228,7 +230,7 @@ impl Tiling {
     /// bit 0 of the corner's index is x, bit 1 y, bit 2 z. Only corners along axes
     /// of more than one vertex are meant.
     #[inline]
-    pub(crate) fn corner_rows(&self, place: &Place) -> [u16; 8] {
+    pub fn corner_rows(&self, place: &Place) -> [u16; 8] {
         let [wide, high, _] = self.extent(place.mvoxel);
         let mut rows = [0; 8];
         for (corner, row) in rows.iter_mut().enumerate() {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use potamoi_fields::{BatchSize, Field, FixedField};
 use potamoi_formats::config::Config;
-use potamoi_march::voxels::Halo;
+use potamoi_march::tiling::Halo;
 use potamoi_reference::Twins;
 use potamoi_scene::characterise::sized_traffic;
 use potamoi_scene::{Model, Scene};

@@ -4,8 +4,8 @@ use potamoi_formats::config::{Config, ExpConfig};
 
 use super::{Model, Scene, SceneError};
 use potamoi_base::precision::Precision;
+use potamoi_fields::voxels::{self, MVoxels};
 use potamoi_fields::{self as fields, Field, Stopping};
-use potamoi_march::voxels::{self, MVoxels};
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_splats::{self as splats, Cloud, Order, Pair, Rules, View, Work};
 

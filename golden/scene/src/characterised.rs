@@ -11,8 +11,8 @@ use crate::characterise::{
 use potamoi_base::mask::Mask;
 use potamoi_fields::dvgo::Dvgo;
 use potamoi_fields::stored::StoredField;
+use potamoi_fields::voxels::{self, MVoxels, Placement, Volume, stored};
 use potamoi_fields::{Field, FieldError, FixedField, Stops};
-use potamoi_march::voxels::{self, MVoxels, Placement, Volume, stored};
 use potamoi_reference::Twins;
 use potamoi_splats::{Cloud, View};
 

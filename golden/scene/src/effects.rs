@@ -7,8 +7,9 @@ use super::{Kind, Model, Scene, SceneError};
 use crate::facts::Facts;
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::sh;
+use potamoi_fields::voxels::{self, Formats, MVoxels, Skip};
 use potamoi_fields::{Field, FieldWork};
-use potamoi_march::voxels::{self, Formats, Head, MVoxels, Skip, TRANSMITTANCE};
+use potamoi_march::{Head, TRANSMITTANCE};
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_splats::{Cloud, Octree, Partition, Sorting, Work};
 

@@ -8,7 +8,7 @@ use super::camera_file::CameraFileError;
 use super::colmap::ColmapError;
 use super::transforms::TransformsError;
 use potamoi_fields::FieldError;
-use potamoi_march::voxels::VoxelError;
+use potamoi_march::MarchError;
 use potamoi_splats::files::FileError;
 use potamoi_splats::{CloudError, RenderError};
 use potamoi_warp::WarpError;
@@ -90,7 +90,7 @@ pub enum SceneError {
     Splats(#[from] RenderError),
     /// Voxels cannot be rendered.
     #[error(transparent)]
-    Voxels(#[from] VoxelError),
+    Voxels(#[from] MarchError),
     /// A camera path cannot be used.
     #[error(transparent)]
     Path(#[from] TransformsError),
@@ -147,8 +147,8 @@ impl SceneError {
     pub fn unit(&self) -> Option<&(dyn std::error::Error + Send + Sync + 'static)> {
         match self {
             Self::Splats(RenderError::Unit(e))
-            | Self::Voxels(VoxelError::Unit(e))
-            | Self::Field(FieldError::Voxels(VoxelError::Unit(e))) => Some(&**e),
+            | Self::Voxels(MarchError::Unit(e))
+            | Self::Field(FieldError::Voxels(MarchError::Unit(e))) => Some(&**e),
             Self::Of { source, .. } => source.unit(),
             _ => None,
         }

@@ -8,9 +8,11 @@ use super::render::{FrameCounts, Rendered, SplatCounts};
 use super::{Model, Scene, SceneError};
 use potamoi_base::effects::Effect;
 use potamoi_base::mask::Mask;
+use potamoi_fields::voxels::{self, MVoxels, Placement, Volume};
 use potamoi_fields::{self as fields, Field, FixedField, Stopping};
+use potamoi_march::Facing;
 use potamoi_march::streams::UnitStreams;
-use potamoi_march::voxels::{self, Facing, Halo, MVoxels, Placement, Volume};
+use potamoi_march::tiling::Halo;
 use potamoi_reference::Altered;
 use potamoi_reference::Units;
 use potamoi_splats::{self as splats, Cells, Cloud};
@@ -293,8 +295,8 @@ impl Scene {
     }
 }
 
-fn rendered(frame: voxels::FixedFrame) -> Rendered {
-    let clear = 1 << voxels::TRANSMITTANCE.frac_bits();
+fn rendered(frame: potamoi_march::FixedFrame) -> Rendered {
+    let clear = 1 << potamoi_march::TRANSMITTANCE.frac_bits();
     let mut counts = FrameCounts::default();
     counts.add(frame.stats);
     Rendered {

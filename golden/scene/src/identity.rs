@@ -69,7 +69,7 @@ mod tests {
     use crate::facts::Cache;
     use potamoi_base::effects::{Choices, Effect};
     use potamoi_base::precision::Precision;
-    use potamoi_march::voxels::Halo;
+    use potamoi_march::tiling::Halo;
     use potamoi_splats::{Cells, Order, Profile};
 
     /// Every field of a scene, changed alone.
@@ -156,8 +156,9 @@ mod tests {
         let of = |value: f32| {
             let mut features = vec![0.5_f32; 8 * 13];
             features[100] = value;
-            let layout = potamoi_march::voxels::Layout::Linear;
-            let grid = potamoi_march::voxels::Grid::new([2; 3], DVec3::ZERO, 1.0, layout, features);
+            let layout = potamoi_fields::voxels::Layout::Linear;
+            let grid =
+                potamoi_fields::voxels::Grid::new([2; 3], DVec3::ZERO, 1.0, layout, features);
             content(&Model::Voxels(Box::new(grid.unwrap())))
         };
         assert_ne!(of(0.5), of(0.500_000_1));

@@ -8,7 +8,8 @@
 use glam::DVec3;
 
 use potamoi_base::camera::Camera;
-use potamoi_march::voxels::{Grid, Layout, VoxelError};
+use potamoi_fields::voxels::{Grid, Layout};
+use potamoi_march::MarchError;
 
 /// Vertices along x, y, z; z points up.
 pub const POINTS: [usize; 3] = [64, 64, 92];
@@ -49,7 +50,7 @@ const PEBBLES: [(DVec3, f64, [f64; 3]); 4] = [
 ///
 /// # Errors
 /// None in practice: its size and its values are right by construction.
-pub fn lantern() -> Result<Grid, VoxelError> {
+pub fn lantern() -> Result<Grid, MarchError> {
     let corner = DVec3::new(-1.0, -1.0, 0.0);
     Grid::bake(POINTS, corner, VOXEL, Layout::Linear, vertex)
 }

@@ -59,8 +59,9 @@ use potamoi_base::precision::Precision;
 use potamoi_base::record::Notes;
 use potamoi_fields::dvgo::Dvgo;
 use potamoi_fields::tensorf::Tensorf;
+use potamoi_fields::voxels::Grid;
 use potamoi_fields::{AnyField, Field};
-use potamoi_march::voxels::{Grid, Halo};
+use potamoi_march::tiling::Halo;
 use potamoi_splats::{Axes, Cells, Cloud, Order, Profile};
 
 /// Kinds of [`Model::Field`].

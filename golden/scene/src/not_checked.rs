@@ -3,7 +3,7 @@
 //! it is.
 
 use super::{Model, Scene};
-use potamoi_march::voxels::Halo;
+use potamoi_march::tiling::Halo;
 
 /// Sums and stops of the renderers of fields and splats.
 const COMPOSITING: &str = "sums of weighted colours and where rays stop: exact integers in Rust";

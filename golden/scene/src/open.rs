@@ -16,7 +16,7 @@ use potamoi_fields::dvgo::Dvgo;
 use potamoi_fields::ngp::Ngp;
 use potamoi_fields::tensorf::Tensorf;
 use potamoi_fields::{AnyField, Field, HashUnit};
-use potamoi_march::voxels::Halo;
+use potamoi_march::tiling::Halo;
 use potamoi_splats::{Axes, Order, Profile, files};
 
 /// Pixels a side of a picture whose size nobody gave.

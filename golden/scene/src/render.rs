@@ -12,8 +12,8 @@ use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
 use potamoi_fields as fields;
+use potamoi_fields::voxels;
 use potamoi_march::streams::Streams;
-use potamoi_march::voxels;
 use potamoi_splats::{self as splats, Cloud, Decisions, Flips, Octree, Partition};
 
 /// The most pixels of a picture.
@@ -72,7 +72,7 @@ pub struct SplatCounts {
 
 impl FrameCounts {
     /// Adds what was gathered and computed of vertices.
-    pub(super) fn add(&mut self, stats: voxels::FixedStats) {
+    pub(super) fn add(&mut self, stats: potamoi_march::FixedStats) {
         self.rays += stats.rays;
         self.samples += stats.samples;
         self.mvoxels += stats.tasks;

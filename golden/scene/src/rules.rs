@@ -7,7 +7,7 @@ use super::description::RenderDescription;
 use super::{Kind, Model, Scene, SceneError};
 use crate::facts::Cache;
 use potamoi_base::precision::{Precision, PrecisionError};
-use potamoi_march::voxels::Halo;
+use potamoi_march::tiling::Halo;
 use potamoi_splats::{Order, Profile};
 
 impl Scene {

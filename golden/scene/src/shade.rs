@@ -8,7 +8,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
 use potamoi_fields as fields;
-use potamoi_march::voxels::{self, Grid};
+use potamoi_fields::voxels::{self, Grid};
 use potamoi_splats::{self as splats, Cloud};
 use potamoi_warp::{Renderer, Shaded, VOID_BELOW, WarpError};
 

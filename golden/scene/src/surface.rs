@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::{Kind, Scene, SceneError};
 use potamoi_fields::Field;
-use potamoi_march::voxels::Grid;
+use potamoi_fields::voxels::Grid;
 use potamoi_splats::{Cloud, rotation, sigmoid};
 use potamoi_warp::Renderer;
 use potamoi_warp::mesh::{Density, Lattice, Mesh, half_light};
@@ -242,7 +242,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::{ExactDepth, Model};
-    use potamoi_march::voxels::Layout;
+    use potamoi_fields::voxels::Layout;
     use potamoi_warp::{Geometry as _, is_surface};
 
     /// Median difference in depth from the exact one, in voxel edges, and the

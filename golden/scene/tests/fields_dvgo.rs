@@ -8,8 +8,9 @@ use potamoi_base::picture::Picture;
 use potamoi_base::record::Notes;
 use potamoi_fields::dvgo::Dvgo;
 use potamoi_fields::render_float;
+use potamoi_fields::voxels::{FixedOptions, Volume, render_volume};
 use potamoi_formats::config::Config;
-use potamoi_march::voxels::{FixedOptions, Halo, Volume, render_volume};
+use potamoi_march::tiling::Halo;
 use potamoi_reference::Twins;
 use potamoi_scene::transforms;
 

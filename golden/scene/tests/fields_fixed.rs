@@ -8,7 +8,8 @@ use potamoi_base::camera::Camera;
 use potamoi_fields::{Along, BatchSize, Field, FixedField, FixedOptions};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
-use potamoi_march::voxels::{FixedFrame, FixedStats, Halo};
+use potamoi_march::tiling::Halo;
+use potamoi_march::{FixedFrame, FixedStats};
 use potamoi_reference::Twins;
 use potamoi_scene::{Model, Scene};
 

@@ -8,7 +8,7 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use super::exact::exact;
 use super::{Case, Draws, Worst, cases};
 use potamoi_base::camera::Camera;
-use potamoi_march::voxels::{self, Grid, Layout, MVoxels};
+use potamoi_fields::voxels::{self, Grid, Layout, MVoxels};
 use potamoi_reference::Twins;
 use potamoi_reference::vu::VectorTwin;
 use potamoi_splats::{

@@ -6,7 +6,7 @@ use potamoi_formats::config::ExpConfig;
 use super::exact::exact;
 use super::{Case, Worst, cases};
 use potamoi_base::camera::Camera;
-use potamoi_march::voxels::{FloatOptions, Grid, Layout, render_float};
+use potamoi_fields::voxels::{FloatOptions, Grid, Layout, render_float};
 use potamoi_reference::exp::ExpTwin;
 use potamoi_reference::widths::budget;
 

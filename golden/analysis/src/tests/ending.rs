@@ -86,7 +86,7 @@ fn coarser_units_let_rays_end_early_sooner() {
 /// No ray of a grid loses more than its bound, along a diagonal of the densest nearly all of it.
 #[test]
 fn no_ray_of_a_grid_passes_more_than_its_bound() {
-    use potamoi_march::voxels::{FloatOptions, render_float};
+    use potamoi_fields::voxels::{FloatOptions, render_float};
     for density in [0.02f32, 0.1, 0.3] {
         let channels = Layout::Constant.channels();
         let scene = block(Layout::Constant, |f| {

@@ -15,7 +15,7 @@ use super::*;
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::*;
 use potamoi_base::precision::Precision;
-use potamoi_march::voxels::{Grid, Layout};
+use potamoi_fields::voxels::{Grid, Layout};
 use potamoi_reference::Twins;
 use potamoi_reference::recorder::{Limits, Recorder};
 use potamoi_scene::{BUILTIN, Model, Rendered, Representation, Scene};

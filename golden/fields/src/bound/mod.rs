@@ -18,8 +18,8 @@ use rayon::prelude::*;
 
 use super::march::{Samples, check};
 use super::{Field, FieldError, FixedOptions};
+use crate::voxels::Ray;
 use potamoi_base::camera::Camera;
-use potamoi_march::voxels::Ray;
 use potamoi_reference::bounds::VectorBounds;
 
 pub(crate) use gathered::gathered;

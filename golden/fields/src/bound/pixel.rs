@@ -5,8 +5,9 @@ use glam::DVec3;
 use super::gathered::gathered;
 use super::{Bounds, Off, UnitErrors};
 use crate::march::Samples;
+use crate::voxels::Ray;
 use crate::{Field, FixedOptions, Sampling};
-use potamoi_march::voxels::{BACKGROUND, Ray, TRANSMITTANCE, pixel_bits};
+use potamoi_march::{BACKGROUND, TRANSMITTANCE, pixel_bits};
 
 /// What pixels are followed with.
 pub(super) struct Follower<'a> {

@@ -11,7 +11,7 @@ use super::{Off, Pair, UnitErrors};
 use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, rescale};
 use crate::{Layer, Mlp, softplus};
-use potamoi_march::voxels::{Lanes, Work};
+use potamoi_march::{Lanes, Work};
 use potamoi_reference::Twins;
 use potamoi_reference::bounds::VectorBounds;
 

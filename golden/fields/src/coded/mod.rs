@@ -25,7 +25,7 @@ use super::codes::{finest, quantised};
 use super::{FieldError, HashUnit, Table};
 use potamoi_march::streams::UnitStreams;
 use potamoi_march::tiling::Halo;
-use potamoi_march::voxels::{FixedStats, VoxelError, gather};
+use potamoi_march::{FixedStats, MarchError, gather};
 use potamoi_reference::gather::Reducer;
 use potamoi_reference::{Units, weights};
 
@@ -225,7 +225,7 @@ impl CodedTable {
         units: &mut dyn Units,
         stats: &mut FixedStats,
         mut put: impl FnMut(u32, &[i16]),
-    ) -> Result<(), VoxelError> {
+    ) -> Result<(), MarchError> {
         let width = self.channels();
         let parted = &gathers.parted;
         let mut sums = parted.sums.clone();
@@ -234,7 +234,7 @@ impl CodedTable {
             let mut exact = vec![];
             units
                 .sums(&gathers.tasks, &mut exact)
-                .map_err(VoxelError::Unit)?;
+                .map_err(MarchError::Unit)?;
             gathers.add_up(&exact, &mut sums, |sample, own| {
                 codes.clear();
                 codes.extend(

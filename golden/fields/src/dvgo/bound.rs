@@ -6,8 +6,9 @@ use potamoi_formats::config::Config;
 use super::{Dvgo, DvgoHead, FixedDvgo};
 use crate::FieldError;
 use crate::bound::{Bounds, Off, Pair, UnitErrors};
+use crate::voxels::{MVoxels, Ray, Rays};
 use potamoi_base::camera::Camera;
-use potamoi_march::voxels::{Head as _, MVoxels, Ray, Rays};
+use potamoi_march::Head as _;
 use potamoi_reference::bounds::VectorBounds;
 
 pub(super) struct DvgoBounds<'a> {

@@ -20,10 +20,9 @@ use super::Dvgo;
 use crate::codes::{finest, held, quantised};
 use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, need, rescale};
+use crate::voxels::{MVoxels, Placement};
 use crate::{Field, FieldError, calibrate};
-use potamoi_march::voxels::{
-    Head, Lanes, MVoxels, Opacities, Placement, TRANSMITTANCE, VoxelError,
-};
+use potamoi_march::{Head, Lanes, MarchError, Opacities, TRANSMITTANCE};
 
 /// A model in codes, ready to be rendered MVoxel by MVoxel.
 #[derive(Debug)]
@@ -198,7 +197,7 @@ impl Head for DvgoHead {
         &self,
         features: &'f [i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Opacities<'f>, VoxelError> {
+    ) -> Result<Opacities<'f>, MarchError> {
         let density = features.chunks_exact(self.channels);
         let density: Vec<i32> = density.map(|f| i32::from(f[0])).collect();
         let bits = self.density_bits as i32;
@@ -213,7 +212,7 @@ impl Head for DvgoHead {
         kept: &[i16],
         directions: &[i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         let samples = kept.chunks_exact(self.channels);
         let encoded = directions.chunks_exact(self.direction_codes());
         let mut inputs: Vec<i16> = Vec::with_capacity(kept.len() + directions.len());

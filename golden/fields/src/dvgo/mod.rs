@@ -18,10 +18,10 @@ use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
 use super::{Along, Bounds, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
+use crate::voxels::Mask;
 use potamoi_base::camera::Camera;
 use potamoi_base::record::Notes;
 use potamoi_containers::torch::{Checkpoint, Tensor};
-use potamoi_march::voxels::Mask;
 use potamoi_reference::bounds::VectorBounds;
 
 pub use fixed::{DvgoHead, FixedDvgo};

@@ -8,7 +8,7 @@ use super::{CHANNELS, COEFFICIENTS, EfficientNerf};
 use crate::FieldError;
 use crate::bound::{Bounds, Off, UnitErrors};
 use potamoi_base::sh;
-use potamoi_march::voxels::Head as _;
+use potamoi_march::Head as _;
 use potamoi_reference::bounds::VectorBounds;
 
 pub(super) struct EfficientBounds {

@@ -20,7 +20,7 @@ use crate::codes::held;
 use crate::opacity::{Curve, Opacity, need};
 use crate::{Coded, FieldError};
 use potamoi_base::sh;
-use potamoi_march::voxels::{Head, Lanes, Opacities, TRANSMITTANCE, VoxelError};
+use potamoi_march::{Head, Lanes, MarchError, Opacities, TRANSMITTANCE};
 use potamoi_reference::Product;
 
 /// Fraction bits of spherical harmonics, which are below 2.
@@ -98,7 +98,7 @@ impl Head for EfficientHead {
         &self,
         features: &'f [i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Opacities<'f>, VoxelError> {
+    ) -> Result<Opacities<'f>, MarchError> {
         let density = features.iter().step_by(CHANNELS);
         let density: Vec<i32> = density.map(|code| i32::from(*code)).collect();
         let bits = self.density_bits as i32;
@@ -113,7 +113,7 @@ impl Head for EfficientHead {
         kept: &[i16],
         directions: &[i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         let from = self.coefficient_bits + BASIS_BITS;
         let down = from.saturating_sub(self.logit_bits);
         let up = self.logit_bits.saturating_sub(from);

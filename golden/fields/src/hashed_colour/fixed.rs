@@ -20,7 +20,7 @@ use crate::codes::held;
 use crate::mac::MacMlp;
 use crate::opacity::need;
 use crate::{FieldError, FieldWork, Layer, Mlp};
-use potamoi_march::voxels::{FixedStats, Lanes, Work};
+use potamoi_march::{FixedStats, Lanes, Work};
 use potamoi_reference::Units;
 
 /// Features of a Gaussian.

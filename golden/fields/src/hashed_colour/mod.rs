@@ -281,7 +281,7 @@ mod tests {
         for field in made {
             let fixed = FixedColour::new(&field, &centres, &config).unwrap();
             let mut units = potamoi_reference::Twins::new(&config);
-            let mut stats = potamoi_march::voxels::FixedStats::default();
+            let mut stats = potamoi_march::FixedStats::default();
             let found = fixed.seen_from(
                 DVec3::Z * 9.0,
                 &centres,

@@ -8,7 +8,7 @@ use super::{Ngp, cycled};
 use crate::FieldError;
 use crate::bound::{Bounds, Off, Pair, UnitErrors};
 use potamoi_base::sh;
-use potamoi_march::voxels::Head as _;
+use potamoi_march::Head as _;
 use potamoi_reference::bounds::VectorBounds;
 
 pub(super) struct NgpBounds {

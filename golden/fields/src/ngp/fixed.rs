@@ -23,7 +23,7 @@ use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, need, rescale};
 use crate::{Coded, Field as _, FieldError, calibrate};
 use potamoi_base::sh;
-use potamoi_march::voxels::{Head, Lanes, Opacities, VoxelError};
+use potamoi_march::{Head, Lanes, MarchError, Opacities};
 
 /// Latents share their format with the spherical harmonics, below 2.
 const LEAST_RANGE: f64 = 2.0;
@@ -129,7 +129,7 @@ impl Head for NgpHead {
         &self,
         features: &'f [i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Opacities<'f>, VoxelError> {
+    ) -> Result<Opacities<'f>, MarchError> {
         let latents = self.density.run(features.to_vec(), lanes)?;
         let first = latents.iter().step_by(self.kept());
         let first: Vec<i32> = first.copied().collect();
@@ -148,7 +148,7 @@ impl Head for NgpHead {
         kept: &[i16],
         directions: &[i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         let samples = kept.chunks_exact(self.kept());
         let encoded = directions.chunks_exact(self.direction_codes());
         let inputs = samples.zip(encoded).flat_map(|(a, b)| a.iter().chain(b));

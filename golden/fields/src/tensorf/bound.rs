@@ -7,7 +7,7 @@ use super::Tensorf;
 use super::fixed::{TensorfHead, head};
 use crate::FieldError;
 use crate::bound::{Bounds, Off, Outputs, Pair, UnitErrors};
-use potamoi_march::voxels::Head as _;
+use potamoi_march::Head as _;
 use potamoi_reference::bounds::VectorBounds;
 
 pub(super) struct TensorfBounds<'a> {

@@ -25,7 +25,7 @@ use crate::codes::held;
 use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, multiply, need, rescale};
 use crate::{Coded, Field as _, FieldError, calibrate};
-use potamoi_march::voxels::{Head, Lanes, Opacities, TRANSMITTANCE, VoxelError};
+use potamoi_march::{Head, Lanes, MarchError, Opacities, TRANSMITTANCE};
 use potamoi_reference::Product;
 
 /// A sum's magnitude stays below two to this.
@@ -187,7 +187,7 @@ impl TensorfHead {
         features: &[i16],
         kind: usize,
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         let samples = features.len() / self.channels;
         let own = self.modes.each_ref().map(|mode| match kind {
             0 => 0..mode.density,
@@ -254,7 +254,7 @@ impl Head for TensorfHead {
         &self,
         features: &'f [i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Opacities<'f>, VoxelError> {
+    ) -> Result<Opacities<'f>, MarchError> {
         let products = self.products(features, 0, lanes)?;
         let width: usize = self.modes.iter().map(|mode| mode.density).sum();
         let sums = Product {
@@ -277,7 +277,7 @@ impl Head for TensorfHead {
         kept: &[i16],
         directions: &[i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         let products = self.products(kept, 1, lanes)?;
         // Their format leaves them 16 bits.
         let products = products.iter().map(|v| *v as i16).collect();

@@ -10,7 +10,7 @@ use super::Traffic;
 use potamoi_base::camera::Camera;
 use potamoi_fields::coded::{BatchCount, CodedTable};
 use potamoi_fields::{
-    BatchSize, Field, FieldError, FixedColour, HashedColour, RayGroup, Table, groups,
+    BatchSize, Field, FieldError, FixedColour, HashedColour, SampleBatches, Table,
 };
 use potamoi_march::tiling::Halo;
 
@@ -67,9 +67,9 @@ pub fn sized_traffic(
             let all = ways.iter().map(|(halo, _)| Traffic::of(side, *halo));
             all.collect()
         };
-        let all: Vec<Vec<[u32; 2]>> = groups(size, side).collect();
+        let all: Vec<Vec<[u32; 2]>> = potamoi_march::groups(size, side, None).collect();
         let counts = all.par_iter().map(|pixels| {
-            let mut rays = RayGroup::new(field, &sampling, camera, pixels);
+            let mut rays = SampleBatches::new(field, &sampling, camera, pixels);
             let own = pixels
                 .iter()
                 .map(|[x, y]| stops[(y * size[0] + x) as usize]);

@@ -11,9 +11,9 @@ use serde::Serialize;
 
 use potamoi_base::camera::Camera;
 use potamoi_fields::FieldError;
+use potamoi_fields::voxels::{self, FixedOptions, Volume};
 use potamoi_march::streams::Streams;
 use potamoi_march::tiling::Halo;
-use potamoi_march::voxels::{FixedOptions, Volume, moved};
 
 /// What a frame moves for one size of ray groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -59,7 +59,7 @@ impl Traffic {
 }
 
 /// Counts what the renderer moves of a frame of one volume whose rays stop behind
-/// so many gathered samples ([`FixedFrame::stops`](potamoi_march::voxels::FixedFrame::stops)),
+/// so many gathered samples ([`FixedFrame::stops`](potamoi_march::FixedFrame::stops)),
 /// for each side of ray groups and both halos.
 ///
 /// # Errors
@@ -81,7 +81,7 @@ pub fn traffic(
                 group_side: Some(side),
                 ..*options
             };
-            let stats = moved(&volume, camera, &options, stops)?;
+            let stats = voxels::traffic(&volume, camera, &options, stops)?;
             found.push(Traffic {
                 mvoxels: stats.tasks,
                 entries: stats.entries,
@@ -100,7 +100,7 @@ mod tests {
     use potamoi_formats::config::Config;
 
     use crate::{Model, Scene};
-    use potamoi_march::voxels::{self, MVoxels, Placement, render_volume, stored};
+    use potamoi_fields::voxels::{self, MVoxels, Placement, render_volume, stored};
     use potamoi_reference::Twins;
 
     /// Every stream and count is the renderer's, with both halos, where rays stop

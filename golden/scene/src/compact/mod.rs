@@ -28,7 +28,7 @@ use npz::Npz;
 use potamoi_base::record::{Fate, Format, Key, Notes, Record};
 use potamoi_base::sh;
 use potamoi_fields::{FieldError, FieldWork, FixedColour, HashedColour};
-use potamoi_march::voxels::FixedStats;
+use potamoi_march::FixedStats;
 use potamoi_reference::Units;
 use potamoi_splats::Axes;
 use potamoi_splats::Cloud;

@@ -7,8 +7,8 @@ use crate::{Kind, Model};
 pub(crate) use cache::Cache;
 use potamoi_base::bands::{self, Bands};
 use potamoi_base::sh;
+use potamoi_fields::voxels::{Grid, STOP_BELOW};
 use potamoi_fields::{Directions, Field, HashedColour, Mlp, Stopping, Table};
-use potamoi_march::voxels::{Grid, STOP_BELOW};
 use potamoi_splats::{Cloud, Rules, sigmoid};
 pub use thickness::Thickness;
 

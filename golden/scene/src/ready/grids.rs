@@ -7,8 +7,8 @@ use glam::DVec3;
 use super::shade::perceptron;
 use potamoi_fields::dvgo::{self, Dvgo};
 use potamoi_fields::tensorf::{Activation, Known, Rules, Tensorf};
+use potamoi_fields::voxels::Grid;
 use potamoi_fields::{FieldError, Table};
-use potamoi_march::voxels::Grid;
 
 /// Voxel edges from sample to sample.
 const STEP: f64 = 0.5;

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::{Model, Scene};
 use potamoi_fields::stored::StoredField;
+use potamoi_fields::voxels::{FloatOptions, render_float as render_grid};
 use potamoi_fields::{RayStages, Stops, render_float};
-use potamoi_march::voxels::{FloatOptions, render_float as render_grid};
 
 /// The stages make the picture, to the order of its sums.
 #[test]

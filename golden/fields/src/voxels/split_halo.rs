@@ -13,14 +13,14 @@
 //! composited once it and all before it on its ray are complete, which is known
 //! before anything is gathered, and a ray stops exactly where it would alone.
 
+use glam::DVec3;
 use potamoi_formats::rit::{RitEntry, Vertices};
 
-use super::composite::{Compositor, Work};
-use super::counts::FixedStats;
-use super::error::VoxelError;
-use super::fixed::gather;
-use super::schedule::{Crossing, Group, Schedule, Span};
-use crate::streams::Visit;
+use super::schedule::{Crossing, Group, Schedule};
+use potamoi_march::FixedStats;
+use potamoi_march::MarchError;
+use potamoi_march::streams::Visit;
+use potamoi_march::{Batch, Compositor, Next, RayGroup, Span, gather};
 use potamoi_reference::{GatherTask, Units, weights};
 
 /// A sample that waits: its place along the ray and that of its sums.
@@ -90,57 +90,107 @@ impl Pool {
     }
 }
 
-/// Renders the rays of a group.
-pub(super) fn run(
-    schedule: &Schedule<'_>,
-    group: &Group,
+/// The rays of a group through MVoxels that share no vertex: MVoxels of one distance at a time.
+pub(super) struct SplitGroup<'a> {
+    schedule: &'a Schedule<'a>,
+    group: Group,
+    /// Entries after which a batch is gathered.
     most: usize,
-    done: &mut Compositor<'_>,
-    units: &mut dyn Units,
-    stats: &mut FixedStats,
-    work: &mut Work,
-) -> Result<(), VoxelError> {
-    let reducer = schedule.mvoxels.reducer();
-    let exact = schedule.mvoxels.has_exact_sums();
-    let mut pool = Pool {
-        channels: schedule.mvoxels.channels(),
-        sums: vec![],
-        free: vec![],
-        waiting: vec![vec![]; group.rays.len()],
-    };
-    let ready: Vec<Vec<Ready>> = ready(schedule, group);
-    let (mut tasks, mut features, mut spans) = (vec![], vec![], vec![]);
-    let mut targets = vec![];
-    for same in group.crossings.chunk_by(|a, b| a.distance == b.distance) {
+    /// Crossings that were visited.
+    next: usize,
+    /// Of each ray, by distance.
+    ready: Vec<Vec<Ready>>,
+    pool: Pool,
+    tasks: Vec<GatherTask>,
+    /// Ray and sample of each entry.
+    targets: Vec<(u32, u32)>,
+    /// Rays of the MVoxels that were visited last.
+    rays: Vec<u32>,
+}
+
+impl<'a> SplitGroup<'a> {
+    pub(super) fn new(schedule: &'a Schedule<'a>, pixels: &[[u32; 2]], most: usize) -> Self {
+        let group = schedule.group(pixels);
+        Self {
+            ready: ready(schedule, &group),
+            pool: Pool {
+                channels: schedule.mvoxels.channels(),
+                sums: vec![],
+                free: vec![],
+                waiting: vec![vec![]; group.rays.len()],
+            },
+            schedule,
+            group,
+            most,
+            next: 0,
+            tasks: vec![],
+            targets: vec![],
+            rays: vec![],
+        }
+    }
+
+    /// Gathers in the MVoxels of the next distance, for the rays that go on.
+    fn visit_next(
+        &mut self,
+        done: &Compositor<'_>,
+        units: &mut dyn Units,
+        stats: &mut FixedStats,
+    ) -> Result<u32, MarchError> {
+        let (schedule, group) = (self.schedule, &self.group);
+        let exact = schedule.mvoxels.has_exact_sums();
+        let rest = &group.crossings[self.next..];
+        let distance = rest.first().map_or(0, |first| first.distance);
+        let same = &rest[..rest.partition_point(|c| c.distance == distance)];
+        let (tasks, targets, pool) = (&mut self.tasks, &mut self.targets, &mut self.pool);
         for mvoxel in same.chunk_by(|a, b| a.mvoxel == b.mvoxel) {
             let alive = mvoxel.iter().filter(|c| done.is_alive(c.ray));
-            visit(
-                schedule,
-                group,
-                alive,
-                &mut tasks,
-                &mut targets,
-                &mut pool,
-                stats,
-            );
-            if targets.len() >= most {
-                settle(units, &mut tasks, &mut targets, &mut pool, exact)?;
+            visit(schedule, group, alive, tasks, targets, pool, stats);
+            if targets.len() >= self.most {
+                settle(units, tasks, targets, pool, exact)?;
             }
         }
-        settle(units, &mut tasks, &mut targets, &mut pool, exact)?;
-        let mut rays: Vec<u32> = same.iter().map(|c| c.ray).collect();
-        rays.sort_unstable();
-        rays.dedup();
+        settle(units, tasks, targets, pool, exact)?;
+        self.next += same.len();
+        self.rays.clear();
+        self.rays.extend(same.iter().map(|c| c.ray));
+        self.rays.sort_unstable();
+        self.rays.dedup();
+        Ok(distance)
+    }
+}
+
+impl RayGroup<MarchError> for SplitGroup<'_> {
+    fn directions(&self) -> Vec<DVec3> {
+        self.group.directions()
+    }
+
+    fn samples(&self) -> u64 {
+        self.group.samples()
+    }
+
+    fn next(
+        &mut self,
+        done: &Compositor<'_>,
+        units: &mut dyn Units,
+        stats: &mut FixedStats,
+        batch: &mut Batch,
+    ) -> Result<Next, MarchError> {
+        if self.next >= self.group.crossings() {
+            return Ok(Next::End);
+        }
+        let distance = self.visit_next(done, units, stats)?;
+        let reducer = self.schedule.mvoxels.reducer();
+        let Batch { features, spans } = batch;
         features.clear();
         spans.clear();
         let mut start = 0;
-        for ray in rays.iter().copied().filter(|ray| done.is_alive(*ray)) {
-            let list = &ready[ray as usize];
-            let past = list.partition_point(|r| r.distance <= same[0].distance);
+        for ray in self.rays.iter().copied().filter(|ray| done.is_alive(*ray)) {
+            let list = &self.ready[ray as usize];
+            let past = list.partition_point(|r| r.distance <= distance);
             let Some(last) = past.checked_sub(1).and_then(|i| list.get(i)) else {
                 continue;
             };
-            let len = pool.take(ray, last.end, |whole, sums| {
+            let len = self.pool.take(ray, last.end, |whole, sums| {
                 features.extend(sums.iter().map(|s| match whole {
                     // A feature code.
                     true => *s as i16,
@@ -152,15 +202,19 @@ pub(super) fn run(
                 start += len;
             }
         }
-        if !spans.is_empty() {
-            done.run(&features, &spans, units, work)?;
-        }
-        for ray in rays.into_iter().filter(|ray| !done.is_alive(*ray)) {
-            pool.take(ray, u32::MAX, |_, _| ());
-        }
-        stats.waiting = stats.waiting.max(pool.held());
+        Ok(match spans.is_empty() {
+            true => Next::Waiting,
+            false => Next::Batch,
+        })
     }
-    Ok(())
+
+    fn after(&mut self, done: &Compositor<'_>, stats: &mut FixedStats) {
+        let ended = self.rays.iter().filter(|ray| !done.is_alive(**ray));
+        for ray in ended {
+            self.pool.take(*ray, u32::MAX, |_, _| ());
+        }
+        stats.waiting = stats.waiting.max(self.pool.held());
+    }
 }
 
 /// For each ray, by distance.
@@ -287,10 +341,10 @@ fn settle(
     targets: &mut Vec<(u32, u32)>,
     pool: &mut Pool,
     exact: bool,
-) -> Result<(), VoxelError> {
+) -> Result<(), MarchError> {
     if exact {
         let mut sums = vec![];
-        units.sums(tasks, &mut sums).map_err(VoxelError::Unit)?;
+        units.sums(tasks, &mut sums).map_err(MarchError::Unit)?;
         for ((ray, k), own) in targets.iter().zip(sums.chunks_exact(pool.channels)) {
             let sums = pool.sums(*ray, *k, false);
             for (sum, part) in sums.iter_mut().zip(own) {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use potamoi_formats::units::OpCode;
 
-use super::composite::Work;
+use crate::compositor::Work;
 use crate::streams::{Streams, UnitStreams, Visit};
 
 /// Counts of a frame.

@@ -19,10 +19,10 @@ use glam::DVec3;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
-use super::error::VoxelError;
-use super::formats::TRANSMITTANCE;
-use super::head::{Head, Lanes, Opacities};
-use super::schedule::Span;
+use crate::error::MarchError;
+use crate::shading::{Head, Lanes, Opacities};
+use crate::span::Span;
+use crate::transmittance::TRANSMITTANCE;
 use potamoi_reference::Units;
 
 const CLEAR: i32 = 1 << TRANSMITTANCE.frac_bits();
@@ -110,7 +110,7 @@ impl<'h> Compositor<'h> {
         spans: &[Span],
         units: &mut dyn Units,
         work: &mut Work,
-    ) -> Result<(), VoxelError> {
+    ) -> Result<(), MarchError> {
         let mut lanes = Lanes { units, work };
         let Opacities { mut alpha, kept } = self.head.opacities(features, &mut lanes)?;
         let [least, _] = self.head.least();
@@ -131,7 +131,7 @@ impl<'h> Compositor<'h> {
         spans: &[Span],
         units: &mut dyn Units,
         work: &mut Work,
-    ) -> Result<Vec<Seen>, VoxelError> {
+    ) -> Result<Vec<Seen>, MarchError> {
         let bits = self.head.alpha_bits();
         let [_, least] = self.head.least();
         let spare = TRANSMITTANCE
@@ -189,7 +189,7 @@ impl<'h> Compositor<'h> {
         seen: &[Seen],
         units: &mut dyn Units,
         work: &mut Work,
-    ) -> Result<(), VoxelError> {
+    ) -> Result<(), MarchError> {
         let (width, codes) = (self.head.kept(), self.head.direction_codes());
         let mut rows = Vec::with_capacity(seen.len() * width);
         let mut towards = Vec::with_capacity(seen.len() * codes);
@@ -217,18 +217,20 @@ impl<'h> Compositor<'h> {
 
 /// Fraction bits of colours on their way to a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct ColourScale {
+pub struct ColourScale {
     frac_bits: u32,
 }
 
 impl ColourScale {
-    pub(crate) const fn of(frac_bits: u32) -> Self {
+    /// Of colours of so many fraction bits.
+    #[must_use]
+    pub const fn of(frac_bits: u32) -> Self {
         Self { frac_bits }
     }
 
     /// Bits that are dropped from weight times colour: the product of 20 and 18
     /// bits must fit 31, and 24 fraction bits are enough.
-    pub(crate) fn shift(self) -> u32 {
+    pub fn shift(self) -> u32 {
         (self.frac_bits + TRANSMITTANCE.frac_bits())
             .saturating_sub(24)
             .max(7)
@@ -236,7 +238,7 @@ impl ColourScale {
 
     /// Fraction bits of a pixel's colour: 13 to 24, 20 or more for colours with
     /// at least 7 fraction bits.
-    pub(super) fn pixel_bits(self) -> u32 {
+    pub fn pixel_bits(self) -> u32 {
         self.frac_bits + TRANSMITTANCE.frac_bits() - self.shift()
     }
 }

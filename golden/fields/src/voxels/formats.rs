@@ -4,17 +4,14 @@ use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::fixed::{Format, Rounding};
 use potamoi_formats::units::OpCode;
 
-use super::composite::ColourScale;
-use super::error::VoxelError;
 use super::grid::Grid;
+use potamoi_march::ColourScale;
+use potamoi_march::MarchError;
 
 /// Fraction bits of the step.
 pub(super) const STEP_BITS: u32 = 24;
 /// Fraction bits of a viewing direction.
 pub(super) const DIRECTION_BITS: u32 = 14;
-/// Format of transmittances.
-pub const TRANSMITTANCE: Format = Format::unsigned(1, 20);
-
 /// The formats that follow from a grid and a configuration: power-of-two scales
 /// alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,9 +34,9 @@ impl Formats {
     /// # Errors
     /// A grid whose values need more integer bits than the formats leave, or a
     /// configuration whose units lack what rendering needs.
-    pub fn new(grid: &Grid, config: &Config) -> Result<Self, VoxelError> {
+    pub fn new(grid: &Grid, config: &Config) -> Result<Self, MarchError> {
         let needs = |field, value: String, expected: &str| {
-            Err(VoxelError::Config {
+            Err(MarchError::Config {
                 field,
                 value,
                 expected: expected.to_owned(),
@@ -84,7 +81,7 @@ impl Formats {
         let density = fit(largest(true), bits, 12);
         let colour = fit(largest(false), bits, 8);
         let (Some(density), Some(colour)) = (density, colour) else {
-            return Err(VoxelError::Grid {
+            return Err(MarchError::Grid {
                 field: "features",
                 value: format!(
                     "up to {} (density) and {} (colour)",

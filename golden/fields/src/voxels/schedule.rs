@@ -6,19 +6,16 @@
 //! none meets two at one distance, so that all MVoxels at one distance can be
 //! gathered together and rays still stop exactly where they would alone.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use potamoi_formats::rit::{RitEntry, Vertices};
 
-use super::error::VoxelError;
 use super::mvoxels::MVoxels;
 use super::ray::{Ray, Rays};
-use crate::tiling::{Holder, Place};
-use potamoi_base::mask::Mask as PixelMask;
+use potamoi_march::tiling::{Holder, Place};
+use potamoi_march::{MarchError, Span, default_group_side};
 use potamoi_reference::{GatherTask, weights};
-
-/// Rays whose state, 16 B each, fills half of a 1.5 MB global feature buffer.
-pub const GROUP_RAYS: u32 = 49_152;
 
 /// Which samples are left out because their opacity is 0. None of these changes
 /// a bit of the picture.
@@ -43,17 +40,6 @@ pub(super) struct Crossing {
     pub(super) end: u32,
 }
 
-/// Entries that one ray has in a batch of tasks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Span {
-    /// The slot of the ray in its group.
-    pub ray: u32,
-    /// Its first entry in the batch.
-    pub start: u32,
-    /// Entries, one after another.
-    pub len: u32,
-}
-
 /// The ray groups of a frame.
 #[derive(Debug)]
 pub(crate) struct Schedule<'a> {
@@ -62,28 +48,29 @@ pub(crate) struct Schedule<'a> {
     pub(super) distances: Vec<u32>,
     side: u32,
     skip: Skip,
-    only: Option<&'a PixelMask>,
 }
 
 /// A ray group and where its rays go.
 #[derive(Debug)]
 pub(crate) struct Group {
-    /// Pixel of each slot.
-    pub(crate) pixels: Vec<[u32; 2]>,
     pub(crate) rays: Vec<Ray>,
     pub(super) crossings: Vec<Crossing>,
-}
-
-/// The largest side of a square group of at most [`GROUP_RAYS`].
-#[must_use]
-pub fn default_group_side() -> u32 {
-    GROUP_RAYS.isqrt()
 }
 
 impl Group {
     /// Crossings of all rays, the units of [`Schedule::batch`].
     pub(crate) fn crossings(&self) -> usize {
         self.crossings.len()
+    }
+
+    /// Unit directions of the rays, in the world.
+    pub(crate) fn directions(&self) -> Vec<DVec3> {
+        self.rays.iter().map(|ray| ray.towards).collect()
+    }
+
+    /// Samples along the rays, those left out included.
+    pub(crate) fn samples(&self) -> u64 {
+        self.rays.iter().map(|r| u64::from(r.samples)).sum()
     }
 }
 
@@ -93,10 +80,10 @@ impl<'a> Schedule<'a> {
         rays: Rays,
         side: Option<u32>,
         skip: Skip,
-    ) -> Result<Self, VoxelError> {
+    ) -> Result<Self, MarchError> {
         let side = side.unwrap_or_else(default_group_side);
         if side == 0 {
-            return Err(VoxelError::Option {
+            return Err(MarchError::Option {
                 field: "group_side",
                 value: side.to_string(),
                 expected: "1 or more pixels",
@@ -108,36 +95,16 @@ impl<'a> Schedule<'a> {
             distances: mvoxels.distances(rays.origin.to_array()),
             side,
             skip,
-            only: None,
         })
     }
 
-    /// Rays of the pixels of a mask alone.
-    pub(crate) fn of(self, only: Option<&'a PixelMask>) -> Self {
-        Self { only, ..self }
+    /// The pixels of each ray group of the frame.
+    pub(crate) fn groups(&self) -> impl Iterator<Item = Vec<[u32; 2]>> + use<> {
+        potamoi_march::groups(self.rays.size(), self.side, None)
     }
 
-    fn across(&self) -> u32 {
-        self.rays.size()[0].div_ceil(self.side)
-    }
-
-    pub(crate) fn groups(&self) -> u32 {
-        self.across() * self.rays.size()[1].div_ceil(self.side)
-    }
-
-    /// Finds the rays of a group and all their crossings, in visiting order.
-    pub(crate) fn group(&self, number: u32) -> Group {
-        let size = self.rays.size();
-        let corner = [number % self.across(), number / self.across()].map(|v| v * self.side);
-        // Saturating: a side may exceed the picture by any amount.
-        let end = |axis: usize| corner[axis].saturating_add(self.side).min(size[axis]);
-        let pixels: Vec<[u32; 2]> = (corner[1]..end(1))
-            .flat_map(|y| (corner[0]..end(0)).map(move |x| [x, y]))
-            .filter(|[x, y]| {
-                let pixel = *y as usize * size[0] as usize + *x as usize;
-                self.only.is_none_or(|mask| mask.has(pixel))
-            })
-            .collect();
+    /// Finds the rays of some pixels and all their crossings, in visiting order.
+    pub(crate) fn group(&self, pixels: &[[u32; 2]]) -> Group {
         let rays: Vec<Ray> = pixels
             .par_iter()
             .map(|[x, y]| self.rays.ray(*x, *y))
@@ -148,11 +115,7 @@ impl<'a> Schedule<'a> {
             .flat_map_iter(|(slot, ray)| self.cross(slot as u32, ray))
             .collect();
         crossings.par_sort_unstable_by_key(|c| (c.distance, c.mvoxel, c.ray));
-        Group {
-            pixels,
-            rays,
-            crossings,
-        }
+        Group { rays, crossings }
     }
 
     /// Where a sample is, unless it is left out.
@@ -191,11 +154,6 @@ impl<'a> Schedule<'a> {
             }
         }
         crossings
-    }
-
-    /// Samples along the rays of a group, those left out included.
-    pub(crate) fn samples(group: &Group) -> u64 {
-        group.rays.iter().map(|r| u64::from(r.samples)).sum()
     }
 
     /// Cuts, with shared faces, the next tasks of a group from crossing `next` on, for the rays that

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::error::VoxelError;
 use super::grid::Grid;
 use potamoi_base::camera::{Camera, crossing};
+use potamoi_march::MarchError;
 
 /// The most pixels of a picture.
 pub(super) const MAX_PIXELS: u64 = 1 << 26;
@@ -108,7 +108,7 @@ impl Placement {
 
 /// The rays of a camera, checked once.
 #[derive(Debug, Clone, Copy)]
-pub struct Rays {
+pub(crate) struct Rays {
     camera: Camera,
     placement: Placement,
     pub(crate) origin: DVec3,
@@ -116,14 +116,14 @@ pub struct Rays {
 }
 
 impl Rays {
-    pub(crate) fn new(grid: &Grid, camera: &Camera, step: f64) -> Result<Self, VoxelError> {
+    pub(crate) fn new(grid: &Grid, camera: &Camera, step: f64) -> Result<Self, MarchError> {
         Self::placed(&Placement::of(grid), camera, step)
     }
 
     /// Checks a camera and a step, in voxel edges.
-    pub fn placed(placement: &Placement, camera: &Camera, step: f64) -> Result<Self, VoxelError> {
+    pub(crate) fn placed(placement: &Placement, camera: &Camera, step: f64) -> Result<Self, MarchError> {
         let refuse = |field, value: String, expected| {
-            Err(VoxelError::Camera {
+            Err(MarchError::Camera {
                 field,
                 value,
                 expected,
@@ -162,7 +162,7 @@ impl Rays {
             return refuse("position", value, "a place within 1e9 voxels of the grid");
         }
         if !(1.0 / 64.0..=8.0).contains(&step) {
-            return Err(VoxelError::Option {
+            return Err(MarchError::Option {
                 field: "step",
                 value: step.to_string(),
                 expected: "1/64 to 8 voxel edges",
@@ -182,7 +182,7 @@ impl Rays {
 
     /// The ray through the centre of a pixel.
     #[must_use]
-    pub fn ray(&self, x: u32, y: u32) -> Ray {
+    pub(crate) fn ray(&self, x: u32, y: u32) -> Ray {
         let (_, towards) = self.camera.ray(x, y);
         let Placement {
             points,

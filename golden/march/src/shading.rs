@@ -4,13 +4,12 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
-use potamoi_formats::fixed::{Rounding, round_shift};
+use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
-use super::composite::Work;
-use super::error::VoxelError;
-use super::formats::{DIRECTION_BITS, Formats, STEP_BITS, TRANSMITTANCE};
-use super::grid::Layout;
+use crate::compositor::Work;
+use crate::error::MarchError;
+use crate::transmittance::TRANSMITTANCE;
 use potamoi_reference::{Product, Units};
 
 /// What follows gathering, for samples in batches.
@@ -59,7 +58,7 @@ pub trait Head: Sync {
         &self,
         features: &'f [i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Opacities<'f>, VoxelError>;
+    ) -> Result<Opacities<'f>, MarchError>;
 
     /// Three colour codes, 0 and up, of each sample, whose kept codes and whose
     /// directions' codes follow one another.
@@ -71,7 +70,7 @@ pub trait Head: Sync {
         kept: &[i16],
         directions: &[i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError>;
+    ) -> Result<Vec<i32>, MarchError>;
 }
 
 /// What a head makes of features first.
@@ -142,7 +141,7 @@ impl Head for Facing<'_> {
         &self,
         features: &'f [i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Opacities<'f>, VoxelError> {
+    ) -> Result<Opacities<'f>, MarchError> {
         self.head.opacities(features, lanes)
     }
 
@@ -151,7 +150,7 @@ impl Head for Facing<'_> {
         kept: &[i16],
         directions: &[i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         self.head.colours(kept, directions, lanes)
     }
 }
@@ -195,13 +194,13 @@ impl Head for OpacityAlone<'_> {
         &self,
         features: &'f [i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Opacities<'f>, VoxelError> {
+    ) -> Result<Opacities<'f>, MarchError> {
         let alpha = self.0.opacities(features, lanes)?.alpha;
         let kept = vec![0; alpha.len()].into();
         Ok(Opacities { alpha, kept })
     }
 
-    fn colours(&self, kept: &[i16], _: &[i16], _: &mut Lanes<'_>) -> Result<Vec<i32>, VoxelError> {
+    fn colours(&self, kept: &[i16], _: &[i16], _: &mut Lanes<'_>) -> Result<Vec<i32>, MarchError> {
         Ok(vec![0; 3 * kept.len()])
     }
 }
@@ -219,12 +218,12 @@ impl Lanes<'_> {
     ///
     /// # Errors
     /// A unit that fails.
-    pub fn compute(&mut self, op: VectorOp, a: &[i32], b: &[i32]) -> Result<Vec<i32>, VoxelError> {
+    pub fn compute(&mut self, op: VectorOp, a: &[i32], b: &[i32]) -> Result<Vec<i32>, MarchError> {
         let mut out = vec![0; a.len()];
         if !a.is_empty() {
             self.units
                 .vector(op, a, b, &mut out)
-                .map_err(VoxelError::Unit)?;
+                .map_err(MarchError::Unit)?;
             *self.work.elements.entry(op.code).or_default() += a.len() as u64;
         }
         Ok(out)
@@ -239,7 +238,7 @@ impl Lanes<'_> {
         op: VectorOp,
         a: &[i32],
         b: i32,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         self.compute(op, a, &vec![b; a.len()])
     }
 
@@ -253,7 +252,7 @@ impl Lanes<'_> {
         density: &[i32],
         step: i32,
         shift: u8,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         let positive = self.compute_with(VectorOp::new(OpCode::Relu), density, 0)?;
         let to_depth = VectorOp {
             code: OpCode::Multiply,
@@ -280,119 +279,3 @@ impl Lanes<'_> {
         self.work.waves += waves;
     }
 }
-
-/// Density and colours that are stored as they are, or linear in the viewing
-/// direction.
-///
-/// | step | operation | result |
-/// |---|---|---|
-/// | density | ReLU | its own format |
-/// | s | multiply by the step, floor | U4.G, G = `one_minus_frac_bits` |
-/// | alpha | 1 - exp(-s) | U0.F, exactly 0 at 0 |
-/// | colour | ReLU of each channel | its own format |
-///
-/// Colours that are linear in the viewing direction take one exact sum of four
-/// 16-bit products a channel, rounded half-even: work of the MAC array.
-#[derive(Debug, Clone, Copy)]
-pub struct Stored {
-    pub(crate) layout: Layout,
-    pub(crate) formats: Formats,
-    /// In voxel edges, as [`Formats::step_code`].
-    pub(crate) step: i32,
-    /// Whether colours that are linear in the direction are seen from it.
-    pub directions: bool,
-    pub(crate) transmittance_bits: u32,
-}
-
-impl Head for Stored {
-    fn channels(&self) -> usize {
-        self.layout.channels()
-    }
-
-    fn alpha_bits(&self) -> u32 {
-        self.formats.alpha.frac_bits()
-    }
-
-    fn colour_bits(&self) -> u32 {
-        self.formats.colour.frac_bits()
-    }
-
-    fn transmittance_bits(&self) -> u32 {
-        self.transmittance_bits
-    }
-
-    fn direction_codes(&self) -> usize {
-        3
-    }
-
-    fn operations(&self) -> Vec<OpCode> {
-        vec![OpCode::Relu, OpCode::Multiply, OpCode::OneMinusExp]
-    }
-
-    fn encode(&self, direction: DVec3, out: &mut Vec<i16>) {
-        let one = f64::from(1u32 << DIRECTION_BITS);
-        out.extend((direction * one).to_array().map(|v| v.round() as i16));
-    }
-
-    fn opacities<'f>(
-        &self,
-        features: &'f [i16],
-        lanes: &mut Lanes<'_>,
-    ) -> Result<Opacities<'f>, VoxelError> {
-        let channels = self.channels();
-        let density = features.chunks_exact(channels).map(|f| i32::from(f[0]));
-        let density: Vec<i32> = density.collect();
-        let shift = self.formats.depth_shift() as u8;
-        Ok(Opacities {
-            alpha: lanes.opacities(&density, self.step, shift)?,
-            kept: Cow::Borrowed(features),
-        })
-    }
-
-    fn colours(
-        &self,
-        kept: &[i16],
-        directions: &[i16],
-        lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
-        let samples = kept.chunks_exact(self.channels());
-        let mut colour = Vec::with_capacity(3 * samples.len());
-        match self.layout {
-            Layout::Constant => {
-                for f in samples {
-                    colour.extend(f[1..].iter().map(|c| i32::from(*c)));
-                }
-            }
-            Layout::Linear => {
-                if self.directions {
-                    for (f, d) in samples.zip(directions.as_chunks::<3>().0) {
-                        colour.extend(f[1..].as_chunks::<4>().0.iter().map(|c| towards(*c, *d)));
-                    }
-                } else {
-                    let constants = |f: &[i16]| [1, 5, 9].map(|i| i32::from(f[i]));
-                    colour.extend(samples.flat_map(constants));
-                }
-                // The array takes them in any case: what is modelled is the layout's.
-                let sums = Product {
-                    rows: colour.len() as u64,
-                    depth: 4,
-                    columns: 1,
-                };
-                lanes.multiply(sums, 0);
-            }
-        }
-        lanes.compute_with(VectorOp::new(OpCode::Relu), &colour, 0)
-    }
-}
-
-/// `c0 + c1 x + c2 y + c3 z`, exact, then rounded to the coefficients' format.
-fn towards(c: [i16; 4], d: [i16; 3]) -> i32 {
-    let sum = (i64::from(c[0]) << DIRECTION_BITS)
-        + (1..4)
-            .map(|i| i64::from(c[i]) * i64::from(d[i - 1]))
-            .sum::<i64>();
-    // Below 2^18: four codes of 16 bits times at most 1.
-    round_shift(i128::from(sum), DIRECTION_BITS, Rounding::HalfEven) as i32
-}
-
-const _: () = assert!(STEP_BITS < 28, "a step of 8 voxels must fit 31 bits");

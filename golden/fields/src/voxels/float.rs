@@ -3,12 +3,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::error::VoxelError;
 use super::grid::Grid;
 use super::ray::{Ray, Rays};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
+use potamoi_march::MarchError;
 
 /// A ray stops once less than this of the light behind would be seen, unless told otherwise.
 pub const STOP_BELOW: f64 = 1e-3;
@@ -63,7 +63,7 @@ pub fn render_float(
     grid: &Grid,
     camera: &Camera,
     options: &FloatOptions,
-) -> Result<FloatFrame, VoxelError> {
+) -> Result<FloatFrame, MarchError> {
     render_masked(grid, camera, options, None)
 }
 
@@ -77,11 +77,11 @@ pub fn render_masked(
     camera: &Camera,
     options: &FloatOptions,
     only: Option<&Mask>,
-) -> Result<FloatFrame, VoxelError> {
+) -> Result<FloatFrame, MarchError> {
     let rays = Rays::new(grid, camera, options.step)?;
     let [width, height] = rays.size();
     if let Some(mask) = only.filter(|mask| mask.size() != rays.size()) {
-        return Err(VoxelError::Option {
+        return Err(MarchError::Option {
             field: "mask",
             value: format!("{:?} pixels", mask.size()),
             expected: "a mask of the camera's size",

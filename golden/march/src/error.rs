@@ -6,7 +6,7 @@ use potamoi_reference::UnitError;
 
 /// A grid, a view or an option that cannot be rendered.
 #[derive(Debug, Error)]
-pub enum VoxelError {
+pub enum MarchError {
     /// A grid that is no grid.
     #[error("voxel grid: {field} is {value}: expected {expected}")]
     Grid {

@@ -1,14 +1,14 @@
-//! A grid's features as codes in MVoxels ([`crate::tiling`]), and which of them
+//! A grid's features as codes in MVoxels ([`potamoi_march::tiling`]), and which of them
 //! can give opacity.
 
 use glam::DVec3;
 use potamoi_formats::config::{Config, Sums};
 
-use super::error::VoxelError;
 use super::formats::{Formats, code};
 use super::grid::Grid;
-use crate::streams::UnitStreams;
-use crate::tiling::{Halo, Place, Tiling, edges};
+use potamoi_march::MarchError;
+use potamoi_march::streams::UnitStreams;
+use potamoi_march::tiling::{Halo, Place, Tiling, edges};
 use potamoi_reference::gather::Reducer;
 
 /// A grid's features as codes, cut into MVoxels.
@@ -64,7 +64,7 @@ impl MVoxels {
     ///
     /// # Errors
     /// As [`Formats::new`], or rows for less than 2 x 2 x 2 vertices.
-    pub fn new(grid: &Grid, config: &Config) -> Result<Self, VoxelError> {
+    pub fn new(grid: &Grid, config: &Config) -> Result<Self, MarchError> {
         let formats = Formats::new(grid, config)?;
         let channels = grid.layout().channels();
         let codes = grid.features().iter().enumerate();
@@ -91,17 +91,17 @@ impl MVoxels {
         codes: &[i16],
         config: &Config,
         counts: impl Fn(&[i16]) -> bool,
-    ) -> Result<Self, VoxelError> {
+    ) -> Result<Self, MarchError> {
         let expected = points.iter().product::<usize>() * channels;
         if codes.len() != expected || channels == 0 || points.iter().any(|p| *p < 2) {
-            return Err(VoxelError::Grid {
+            return Err(MarchError::Grid {
                 field: "codes",
                 value: format!("{} of {points:?} x {channels}", codes.len()),
                 expected: "one a vertex and channel of 2 x 2 x 2 vertices or more".to_owned(),
             });
         }
         let Some(edge) = edges(points, config.mvoxel.rows) else {
-            return Err(VoxelError::Config {
+            return Err(MarchError::Config {
                 field: "mvoxel.rows",
                 value: config.mvoxel.rows.to_string(),
                 expected: "8 rows or more, for 2 x 2 x 2 vertices".to_owned(),

@@ -271,7 +271,7 @@ fn what_cannot_be_rendered_is_refused_by_field() {
     let new = |points, voxel, features: Vec<f32>| {
         Grid::new(points, DVec3::ZERO, voxel, Layout::Constant, features)
     };
-    let refused = |result: Result<Grid, VoxelError>, field: &str| {
+    let refused = |result: Result<Grid, MarchError>, field: &str| {
         let error = result.unwrap_err().to_string();
         assert!(error.contains(field), "{error}");
     };

@@ -3,30 +3,30 @@
 
 use potamoi_formats::rit::Vertices;
 
-use super::counts::FixedStats;
-use super::error::VoxelError;
 use super::fixed::{FixedOptions, Volume, check};
 use super::schedule::{Group, Schedule};
-use super::split::ready;
-use crate::streams::Visit;
+use crate::voxels::split_halo::ready;
 use potamoi_base::camera::Camera;
+use potamoi_march::FixedStats;
+use potamoi_march::MarchError;
+use potamoi_march::streams::Visit;
 
 /// Groups, MVoxels, entries and streams of what [`super::render_volume`] does with
 /// the same options for a frame whose rays stop behind so many gathered samples
-/// ([`super::FixedFrame::stops`]).
+/// ([`potamoi_march::FixedFrame::stops`]).
 ///
 /// # Errors
 /// As [`super::render_volume`], or stops that are not one a pixel.
-pub fn moved(
+pub fn traffic(
     volume: &Volume<'_>,
     camera: &Camera,
     options: &FixedOptions,
     stops: &[u32],
-) -> Result<FixedStats, VoxelError> {
+) -> Result<FixedStats, MarchError> {
     let rays = check(&volume.placement, volume.mvoxels, camera, options)?;
     let [width, height] = rays.size();
     if stops.len() as u64 != u64::from(width) * u64::from(height) {
-        return Err(VoxelError::Option {
+        return Err(MarchError::Option {
             field: "stops",
             value: stops.len().to_string(),
             expected: "one a pixel",
@@ -34,12 +34,12 @@ pub fn moved(
     }
     let schedule = Schedule::new(volume.mvoxels, rays, options.group_side, options.skip)?;
     let mut stats = FixedStats::default();
-    for number in 0..schedule.groups() {
-        let group = schedule.group(number);
+    for pixels in schedule.groups() {
+        let group = schedule.group(&pixels);
         stats.groups += 1;
         stats.rays += group.rays.len() as u64;
-        stats.samples += Schedule::samples(&group);
-        let own = group.pixels.iter();
+        stats.samples += group.samples();
+        let own = pixels.iter();
         let own = own.map(|[x, y]| stops[(y * width + x) as usize]);
         count(&schedule, &group, &own.collect::<Vec<_>>(), &mut stats);
     }

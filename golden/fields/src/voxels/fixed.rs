@@ -1,30 +1,25 @@
 //! The renderer in the hardware's formats: every gather and every vector
 //! operation goes through the units.
 
-use potamoi_formats::fixed::{Format, Rounding};
-
-use super::composite::{Compositor, Work};
-use super::counts::FixedStats;
-use super::error::VoxelError;
-use super::float::STOP_BELOW;
-use super::formats::{Formats, TRANSMITTANCE};
-use super::grid::Grid;
-use super::head::{Head, OpacityAlone, Stored};
-use super::mvoxels::MVoxels;
-use super::ray::{Placement, Rays};
-use super::schedule::{Schedule, Skip};
-use super::split;
-use crate::streams::Visit;
-use crate::tiling::Halo;
+use glam::DVec3;
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
-use potamoi_base::picture::Picture;
+use potamoi_march::streams::Visit;
+use potamoi_march::tiling::Halo;
+use potamoi_march::{
+    self as march, Batch, Compositor, FixedFrame, FixedStats, Head, MarchError, Next, OpacityAlone,
+    RayGroup, Setup, TRANSMITTANCE, check_background,
+};
 use potamoi_reference::{GatherTask, Units};
 
-/// Format of the background.
-pub const BACKGROUND: Format = Format::signed(3, 12);
-/// Fraction bits of a finished pixel.
-const PIXEL_BITS: u32 = 32;
+use super::float::STOP_BELOW;
+use super::formats::Formats;
+use super::grid::Grid;
+use super::mvoxels::MVoxels;
+use super::ray::{Placement, Rays};
+use super::schedule::{Group, Schedule, Skip};
+use super::shading::Stored;
+use super::split_halo::SplitGroup;
 
 /// How to render.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +35,7 @@ pub struct FixedOptions {
     /// Linear RGB behind everything, rounded to 12 fraction bits.
     pub background: [f32; 3],
     /// Pixels a side of a ray group; by default the largest whose rays are at
-    /// most [`super::GROUP_RAYS`].
+    /// most [`potamoi_march::GROUP_RAYS`].
     pub group_side: Option<u32>,
     /// Which samples of opacity 0 are left out.
     pub skip: Skip,
@@ -63,47 +58,6 @@ impl Default for FixedOptions {
     }
 }
 
-/// A rendered frame.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FixedFrame {
-    /// The picture, background included.
-    pub picture: Picture,
-    /// Transmittance left at each pixel, U1.20 codes.
-    pub transmittance: Vec<u32>,
-    /// Of each pixel, the samples that are gathered up to where its ray stops;
-    /// `u32::MAX` where it does not. They depend neither on ray groups, nor on
-    /// batches, nor on [`Halo`].
-    pub stops: Vec<u32>,
-    /// Counts.
-    pub stats: FixedStats,
-}
-
-impl FixedFrame {
-    /// Of so many pixels, nothing.
-    pub fn clear([width, height]: [u32; 2]) -> Self {
-        let pixels = width as usize * height as usize;
-        Self {
-            picture: Picture::filled(width, height, [0.0; 3]),
-            transmittance: vec![0; pixels],
-            stops: vec![u32::MAX; pixels],
-            stats: FixedStats::default(),
-        }
-    }
-
-    /// Shows nothing but background where a mask has no pixel.
-    pub fn leave_out(&mut self, only: Option<&Mask>, background: [f32; 3]) {
-        let Some(mask) = only else { return };
-        let unit = 2f64.powi(-(BACKGROUND.frac_bits() as i32));
-        let behind = background_codes(background).map(|code| (code as f64 * unit) as f32);
-        for (i, colour) in self.picture.rgb.iter_mut().enumerate() {
-            if !mask.has(i) {
-                *colour = behind;
-                self.transmittance[i] = 1 << TRANSMITTANCE.frac_bits();
-            }
-        }
-    }
-}
-
 /// Renders a grid in the hardware's formats. `mvoxels` are the grid's. Sample
 /// positions are found in floating point, as the GPU does, and rounded to 12
 /// fraction bits; everything from there on goes through `units`, but for sums
@@ -119,7 +73,7 @@ pub fn render_fixed(
     camera: &Camera,
     options: &FixedOptions,
     units: &mut dyn Units,
-) -> Result<FixedFrame, VoxelError> {
+) -> Result<FixedFrame, MarchError> {
     let volume = Volume {
         mvoxels,
         placement: Placement::of(grid),
@@ -133,7 +87,7 @@ pub fn stored(
     grid: &Grid,
     mvoxels: &MVoxels,
     options: &FixedOptions,
-) -> Result<Stored, VoxelError> {
+) -> Result<Stored, MarchError> {
     Ok(Stored {
         layout: grid.layout(),
         formats: fits(grid, mvoxels)?,
@@ -152,7 +106,7 @@ pub fn stops(
     camera: &Camera,
     options: &FixedOptions,
     units: &mut dyn Units,
-) -> Result<Vec<u32>, VoxelError> {
+) -> Result<Vec<u32>, MarchError> {
     let volume = Volume {
         head: &OpacityAlone(volume.head),
         ..*volume
@@ -180,7 +134,7 @@ pub fn render_volume(
     camera: &Camera,
     options: &FixedOptions,
     units: &mut dyn Units,
-) -> Result<FixedFrame, VoxelError> {
+) -> Result<FixedFrame, MarchError> {
     render_volume_masked(volume, camera, options, None, units)
 }
 
@@ -195,7 +149,7 @@ pub fn render_volume_masked(
     options: &FixedOptions,
     only: Option<&Mask>,
     units: &mut dyn Units,
-) -> Result<FixedFrame, VoxelError> {
+) -> Result<FixedFrame, MarchError> {
     let Volume {
         mvoxels,
         placement,
@@ -205,47 +159,87 @@ pub fn render_volume_masked(
     if let Some(mask) = only
         && mask.size() != rays.size()
     {
-        return Err(VoxelError::Option {
+        return Err(MarchError::Option {
             field: "mask",
             value: format!("{:?} pixels", mask.size()),
             expected: "a mask of the camera's size",
         });
     }
-    let mut frame = FixedFrame::clear(rays.size());
-    let schedule = Schedule::new(mvoxels, rays, options.group_side, options.skip)?.of(only);
-    let mut work = Work::default();
-    for number in 0..schedule.groups() {
-        let group = schedule.group(number);
-        frame.stats.groups += 1;
-        frame.stats.rays += group.rays.len() as u64;
-        frame.stats.samples += Schedule::samples(&group);
-        let mut done = Compositor::new(
-            *head,
-            options.terminate.then_some(options.stop_below),
-            group.rays.iter().map(|ray| ray.towards),
-        );
-        let most = options.batch_entries;
-        if mvoxels.halo() == Halo::Split {
-            let stats = &mut frame.stats;
-            split::run(&schedule, &group, most, &mut done, units, stats, &mut work)?;
-            place(&mut frame, &group.pixels, &done, options.background);
-            continue;
+    let setup = Setup {
+        size: rays.size(),
+        side: options.group_side,
+        only,
+        stop: options.terminate.then_some(options.stop_below),
+        background: options.background,
+    };
+    let schedule = Schedule::new(mvoxels, rays, options.group_side, options.skip)?;
+    let most = options.batch_entries;
+    march::render(
+        &setup,
+        *head,
+        |pixels| match mvoxels.halo() {
+            Halo::Split => {
+                Box::new(SplitGroup::new(&schedule, pixels, most)) as Box<dyn RayGroup<_>>
+            }
+            Halo::Shared => Box::new(SharedGroup::new(&schedule, pixels, most)),
+        },
+        units,
+    )
+}
+
+/// The rays of a group through MVoxels that share vertices: MVoxels of one distance at a time.
+struct SharedGroup<'a> {
+    schedule: &'a Schedule<'a>,
+    group: Group,
+    /// Entries after which no more MVoxels join a batch.
+    most: usize,
+    /// Crossings that were visited.
+    next: usize,
+    tasks: Vec<GatherTask>,
+}
+
+impl<'a> SharedGroup<'a> {
+    fn new(schedule: &'a Schedule<'a>, pixels: &[[u32; 2]], most: usize) -> Self {
+        Self {
+            schedule,
+            group: schedule.group(pixels),
+            most,
+            next: 0,
+            tasks: vec![],
         }
-        let (mut tasks, mut spans, mut features) = (Vec::new(), Vec::new(), Vec::new());
-        let mut next = 0;
-        while next < group.crossings() {
-            let alive = |ray| done.is_alive(ray);
-            next = schedule.batch(&group, next, most, alive, &mut tasks, &mut spans);
-            gather(units, &tasks, &mut features)?;
-            let visits: Vec<Visit> = tasks.iter().map(Visit::of).collect();
-            frame.stats.count(&visits, mvoxels.unit_streams());
-            done.run(&features, &spans, units, &mut work)?;
-        }
-        place(&mut frame, &group.pixels, &done, options.background);
     }
-    frame.stats.take(work);
-    frame.leave_out(only, options.background);
-    Ok(frame)
+}
+
+impl RayGroup<MarchError> for SharedGroup<'_> {
+    fn directions(&self) -> Vec<DVec3> {
+        self.group.directions()
+    }
+
+    fn samples(&self) -> u64 {
+        self.group.samples()
+    }
+
+    fn next(
+        &mut self,
+        done: &Compositor<'_>,
+        units: &mut dyn Units,
+        stats: &mut FixedStats,
+        batch: &mut Batch,
+    ) -> Result<Next, MarchError> {
+        let Self {
+            schedule, group, ..
+        } = self;
+        if self.next >= group.crossings() {
+            return Ok(Next::End);
+        }
+        let alive = |ray| done.is_alive(ray);
+        let (tasks, spans) = (&mut self.tasks, &mut batch.spans);
+        self.next = schedule.batch(group, self.next, self.most, alive, tasks, spans);
+        march::gather(units, tasks, &mut batch.features)?;
+        let visits: Vec<Visit> = tasks.iter().map(Visit::of).collect();
+        stats.count(&visits, schedule.mvoxels.unit_streams());
+        Ok(Next::Batch)
+    }
 }
 
 /// The gathering tasks of a frame in the order in which they are visited, as if
@@ -259,10 +253,10 @@ pub fn tasks(
     camera: &Camera,
     options: &FixedOptions,
     most: usize,
-) -> Result<Vec<GatherTask>, VoxelError> {
+) -> Result<Vec<GatherTask>, MarchError> {
     fits(grid, mvoxels)?;
     if mvoxels.halo() == Halo::Split {
-        return Err(VoxelError::Option {
+        return Err(MarchError::Option {
             field: "halo",
             value: "split".to_owned(),
             expected: "shared: not all of its entries are the gathering unit's",
@@ -272,8 +266,8 @@ pub fn tasks(
     let schedule = Schedule::new(mvoxels, rays, options.group_side, options.skip)?;
     let mut all = Vec::new();
     let mut entries = 0;
-    for number in 0..schedule.groups() {
-        let group = schedule.group(number);
+    for pixels in schedule.groups() {
+        let group = schedule.group(&pixels);
         let (mut batch, mut spans) = (Vec::new(), Vec::new());
         let mut next = 0;
         while next < group.crossings() && entries < most {
@@ -287,13 +281,13 @@ pub fn tasks(
 }
 
 /// The formats of a grid's MVoxels, if they are that grid's.
-fn fits(grid: &Grid, mvoxels: &MVoxels) -> Result<Formats, VoxelError> {
+fn fits(grid: &Grid, mvoxels: &MVoxels) -> Result<Formats, MarchError> {
     let same = mvoxels.points() == grid.points() && mvoxels.channels() == grid.layout().channels();
     mvoxels
         .formats()
         .copied()
         .filter(|_| same)
-        .ok_or_else(|| VoxelError::Option {
+        .ok_or_else(|| MarchError::Option {
             field: "mvoxels",
             value: format!("{:?} x {}", mvoxels.points(), mvoxels.channels()),
             expected: "the MVoxels of the grid that is rendered",
@@ -305,9 +299,9 @@ pub(super) fn check(
     mvoxels: &MVoxels,
     camera: &Camera,
     options: &FixedOptions,
-) -> Result<Rays, VoxelError> {
+) -> Result<Rays, MarchError> {
     let option = |field, value: String, expected| {
-        Err(VoxelError::Option {
+        Err(MarchError::Option {
             field,
             value,
             expected,
@@ -326,70 +320,4 @@ pub(super) fn check(
     }
     check_background(options.background)?;
     Rays::placed(placement, camera, options.step)
-}
-
-/// Whether the sums of pixels hold a background.
-pub fn check_background(background: [f32; 3]) -> Result<(), VoxelError> {
-    let fits = |v: &f32| v.is_finite() && v.abs() < 8.0;
-    if background.iter().all(fits) {
-        return Ok(());
-    }
-    Err(VoxelError::Option {
-        field: "background",
-        value: format!("{background:?}"),
-        expected: "finite numbers below 8",
-    })
-}
-
-/// Features of all entries of some tasks, as many as there must be, in their
-/// order.
-pub fn gather(
-    units: &mut dyn Units,
-    tasks: &[GatherTask],
-    features: &mut Vec<i16>,
-) -> Result<(), VoxelError> {
-    features.clear();
-    if tasks.is_empty() {
-        return Ok(());
-    }
-    units.gather(tasks, features).map_err(VoxelError::Unit)?;
-    let expected: usize = tasks.iter().map(|t| t.entries.len() * t.channels).sum();
-    if features.len() != expected {
-        return Err(VoxelError::Features {
-            found: features.len(),
-            expected,
-        });
-    }
-    Ok(())
-}
-
-fn background_codes(background: [f32; 3]) -> [i64; 3] {
-    background.map(|v| {
-        let code = BACKGROUND.quantise(f64::from(v), Rounding::HalfEven);
-        code.unwrap_or_default() as i64
-    })
-}
-
-/// Puts what was composited at the pixels of its rays, over a background.
-pub fn place(
-    frame: &mut FixedFrame,
-    pixels: &[[u32; 2]],
-    done: &Compositor<'_>,
-    background: [f32; 3],
-) {
-    let background = background_codes(background);
-    let up = PIXEL_BITS - done.pixel_bits();
-    let behind_up = PIXEL_BITS - BACKGROUND.frac_bits() - TRANSMITTANCE.frac_bits();
-    for (slot, [x, y]) in pixels.iter().enumerate() {
-        let to = (y * frame.picture.width + x) as usize;
-        let left = done.transmittance[slot];
-        // Never negative, at most 1.
-        frame.transmittance[to] = left as u32;
-        frame.stops[to] = done.stops[slot];
-        for c in 0..3 {
-            let behind = (i64::from(left) * background[c]) << behind_up;
-            let sum = (done.sums[slot][c] << up) + behind;
-            frame.picture.rgb[to][c] = (sum as f64 * 2f64.powi(-(PIXEL_BITS as i32))) as f32;
-        }
-    }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::error::VoxelError;
+use potamoi_march::MarchError;
 
 /// The most vertices along an axis.
 pub const MAX_POINTS: usize = 2048;
@@ -72,9 +72,9 @@ impl Grid {
         voxel: f64,
         layout: Layout,
         features: Vec<f32>,
-    ) -> Result<Self, VoxelError> {
+    ) -> Result<Self, MarchError> {
         let refuse = |field, value: String, expected: String| {
-            Err(VoxelError::Grid {
+            Err(MarchError::Grid {
                 field,
                 value,
                 expected,
@@ -125,7 +125,7 @@ impl Grid {
         voxel: f64,
         layout: Layout,
         mut field: impl FnMut(DVec3, &mut [f32]),
-    ) -> Result<Self, VoxelError> {
+    ) -> Result<Self, MarchError> {
         let channels = layout.channels();
         let empty = |value: &usize| !(2..=MAX_POINTS).contains(value);
         let values = if points.iter().any(empty) {

@@ -1,10 +1,11 @@
 //! How far the fixed renderer may be from the float one, derived.
 
-use super::fixed::{BACKGROUND, FixedOptions};
+use super::fixed::FixedOptions;
 use super::formats::Formats;
 use super::grid::Grid;
 use super::ray::Ray;
 use potamoi_base::camera::Camera;
+use potamoi_march::BACKGROUND;
 use potamoi_reference::bounds::VectorBounds;
 
 /// Differences within a grid, by channel: the most between vertices of a cell,
