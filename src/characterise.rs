@@ -8,8 +8,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use potamoi_formats::config::Config;
-use potamoi_golden::characterise::{BANKS, Banks, LANES, Memory, Stages, Traffic, Vectors};
-use potamoi_golden::scene::Scene;
+use potamoi_scene::Scene;
+use potamoi_scene::characterise::{BANKS, Banks, LANES, Memory, Stages, Traffic, Vectors};
 use serde::Serialize;
 
 use crate::common::Common;

@@ -9,11 +9,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use potamoi_golden::analysis::{Analysis, Hardware, Surroundings};
-use potamoi_golden::camera::Camera;
-use potamoi_golden::effects::Effect;
-use potamoi_golden::scene::Scene;
-use potamoi_golden::units::Twins;
+use potamoi_analysis::{Analysis, Hardware, Surroundings};
+use potamoi_base::camera::Camera;
+use potamoi_base::effects::Effect;
+use potamoi_reference::Twins;
+use potamoi_scene::Scene;
 use potamoi_system::effects::{EffectCycles, EffectMeter};
 
 use crate::common::Common;
@@ -184,7 +184,7 @@ impl EffectsArgs {
 fn cost(
     effect: Effect,
     cycles: &EffectCycles,
-    counts: &potamoi_golden::scene::FrameCounts,
+    counts: &potamoi_scene::FrameCounts,
     left: u64,
     scene: &Scene,
 ) -> report::Work {

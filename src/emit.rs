@@ -4,11 +4,11 @@ mod set;
 
 use std::collections::BTreeMap;
 
+use potamoi_analysis::{Hardware, LeftOut};
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
-use potamoi_golden::analysis::{Hardware, LeftOut};
-use potamoi_golden::scene::Scene;
 use potamoi_hdl::emit::emit;
+use potamoi_scene::Scene;
 use serde::Serialize;
 
 use crate::cli::EmitArgs;

@@ -3,22 +3,22 @@
 use std::error::Error;
 use std::process::ExitCode;
 
+use potamoi_analysis::HardwareError;
+use potamoi_base::effects::UnknownEffect;
+use potamoi_base::picture::PictureError;
 use potamoi_formats::config::ConfigError;
-use potamoi_golden::analysis::HardwareError;
-use potamoi_golden::effects::UnknownEffect;
-use potamoi_golden::mesh::MeshError;
-use potamoi_golden::picture::PictureError;
-use potamoi_golden::scene::SceneError;
-use potamoi_golden::trace::TraceError;
-use potamoi_golden::units::UnitError;
-use potamoi_golden::warp::WarpError;
 use potamoi_hdl::ir::IrErrors;
+use potamoi_reference::UnitError;
 use potamoi_rtl::RtlError;
+use potamoi_scene::SceneError;
+use potamoi_scene::trace::TraceError;
 use potamoi_synth::SynthError;
 use potamoi_system::runtime::RuntimeError;
 use potamoi_system::soc::work::WorkCacheError;
 use potamoi_system::soc::{CostError, ModelError as SystemModelError, SystemError};
 use potamoi_verilated::Error as ModelError;
+use potamoi_warp::WarpError;
+use potamoi_warp::mesh::MeshError;
 use thiserror::Error;
 
 use crate::doctor::DoctorError;

@@ -32,9 +32,9 @@ pub(crate) fn prepare<'a>(
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     for path in paths.into_iter().flatten() {
         let fail = |e| FileError::new(path, e);
-        potamoi_golden::files::prepare(path).map_err(fail)?;
+        potamoi_base::files::prepare(path).map_err(fail)?;
         // Streams may be written to twice.
-        let Some(place) = potamoi_golden::files::place(path).map_err(fail)? else {
+        let Some(place) = potamoi_base::files::place(path).map_err(fail)? else {
             continue;
         };
         let folder = place.parent().filter(|p| !p.as_os_str().is_empty());
@@ -57,7 +57,7 @@ pub(crate) fn write(path: &Path, text: &str) -> Result<(), FileError> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(fail)?;
     }
-    potamoi_golden::files::write(path, text.as_bytes()).map_err(fail)
+    potamoi_base::files::write(path, text.as_bytes()).map_err(fail)
 }
 
 /// Writes a report as JSON.

@@ -13,7 +13,7 @@ mod tables;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use potamoi_golden::scene::Scene;
+use potamoi_scene::Scene;
 use potamoi_system::soc::work::{PathOptions, PathWork};
 use potamoi_system::soc::{Scenario, System, Variant, chrome_trace};
 
@@ -207,7 +207,7 @@ impl ModelArgs {
         };
         let fail =
             |problem: String| Failure::Usage(format!("--system {}: {problem}", path.display()));
-        let bytes = potamoi_golden::files::read(path, LARGEST_SYSTEM);
+        let bytes = potamoi_base::files::read(path, LARGEST_SYSTEM);
         let bytes = bytes.map_err(|error| fail(error.to_string()))?;
         let long = || fail(format!("expected at most {LARGEST_SYSTEM} bytes"));
         Ok(System::from_bytes(

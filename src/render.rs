@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use potamoi_analysis::Hardware;
+use potamoi_base::camera::Camera;
+use potamoi_base::effects::{Choices, Effect};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, OpCode, VECTOR_UNIT};
-use potamoi_golden::analysis::Hardware;
-use potamoi_golden::camera::Camera;
-use potamoi_golden::effects::{Choices, Effect};
-use potamoi_golden::scene::{FrameCounts, Rendered, Scene};
-use potamoi_golden::splats::Flips;
-use potamoi_golden::units::{Twins, UnitCounts};
+use potamoi_reference::{Twins, UnitCounts};
 use potamoi_rtl::{RtlCycles, RtlUnits};
+use potamoi_scene::{FrameCounts, Rendered, Scene};
+use potamoi_splats::Flips;
 use serde::Serialize;
 
 use crate::common::Common;

@@ -175,7 +175,7 @@ fn files_of(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
     if !is_text("toml") && !is_text("json") {
         return;
     }
-    let Ok(text) = potamoi_golden::files::read_text(path, LARGEST) else {
+    let Ok(text) = potamoi_base::files::read_text(path, LARGEST) else {
         return;
     };
     let folder = path.parent().unwrap_or(Path::new(""));

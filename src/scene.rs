@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use potamoi_golden::analytic::Analytic;
-use potamoi_golden::effects::Choices;
-use potamoi_golden::scene::{BUILTIN, Representation, Scene};
-use potamoi_golden::splats::Axes;
+use potamoi_analytic::Analytic;
+use potamoi_base::effects::Choices;
+use potamoi_scene::{BUILTIN, Representation, Scene};
+use potamoi_splats::Axes;
 
 use crate::common::quoted;
 use crate::failure::Failure;

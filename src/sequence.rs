@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use potamoi_formats::config::Config;
-use potamoi_golden::scene::{FrameCounts, Scene};
 use potamoi_rtl::RtlCycles;
+use potamoi_scene::{FrameCounts, Scene};
 use serde::Serialize;
 
 use crate::failure::Failure;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use potamoi_formats::config::{Config, PRESETS};
-use potamoi_golden::scene::{Model as SceneModel, Scene};
+use potamoi_scene::{Model as SceneModel, Scene};
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind};
 use potamoi_system::soc::npu::Array;

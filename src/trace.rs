@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use indicatif::HumanCount;
-use potamoi_golden::trace::Trace;
-use potamoi_golden::units::recorder::Limits;
+use potamoi_reference::recorder::Limits;
 use potamoi_rtl::readmemh;
+use potamoi_scene::trace::Trace;
 use serde::Serialize;
 
 use crate::common::Common;

@@ -13,10 +13,10 @@ use std::time::Instant;
 
 use clap::Args;
 use indicatif::ProgressBar;
-use potamoi_golden::camera::Camera;
-use potamoi_golden::effects::Effect;
-use potamoi_golden::warp::{Counts, Frame, Plan, Rule, Warper};
+use potamoi_base::camera::Camera;
+use potamoi_base::effects::Effect;
 use potamoi_system::runtime::Schedule;
+use potamoi_warp::{Counts, Frame, Plan, Rule, Warper};
 
 use crate::failure::Failure;
 use crate::files;

@@ -2,8 +2,8 @@
 
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanBytes;
-use potamoi_golden::characterise::{Stages, Traffic};
-use potamoi_golden::voxels::Halo;
+use potamoi_march::tiling::Halo;
+use potamoi_scene::characterise::{Stages, Traffic};
 
 use super::Found;
 use super::paper::{Paper, percent};

@@ -3,10 +3,10 @@
 mod exponential;
 mod rendering;
 
-use potamoi_golden::effects::Effect;
-use potamoi_golden::precision::Precision;
-use potamoi_golden::scene::{Model, Scene};
-use potamoi_golden::splats::{Order, Profile};
+use potamoi_base::effects::Effect;
+use potamoi_base::precision::Precision;
+use potamoi_scene::{Model, Scene};
+use potamoi_splats::{Order, Profile};
 
 use self::exponential::exponential;
 use self::rendering::{interpolation, left_out, splatting, stops, transmittances};

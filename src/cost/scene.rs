@@ -1,6 +1,6 @@
 //! Every knob of a scene's frame on one scale.
 
-use potamoi_golden::units::Twins;
+use potamoi_reference::Twins;
 use potamoi_rtl::EngineKind;
 use potamoi_rtl::verify::{Injection, Settings, Verifier};
 use serde::Serialize;
@@ -321,7 +321,7 @@ fn prove(bench: &Bench, own: &[&Setting], inject: Option<Injection>) -> Result<(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use potamoi_golden::scene::Scene;
+    use potamoi_scene::Scene;
 
     /// Of both units, in the configuration that a setting makes.
     #[test]

@@ -2,15 +2,15 @@
 
 use std::cell::RefCell;
 
+use potamoi_base::effects::Choices;
+use potamoi_base::picture::Picture;
+use potamoi_base::ssim::ssim;
 use potamoi_formats::config::{Config, Layer};
-use potamoi_golden::effects::Choices;
-use potamoi_golden::picture::Picture;
-use potamoi_golden::scene::Scene;
-use potamoi_golden::ssim::ssim;
-use potamoi_golden::units::Twins;
-use potamoi_golden::warp::Profile;
+use potamoi_reference::Twins;
+use potamoi_scene::Scene;
 use potamoi_system::soc::work::{Counted, FrameWork, PathOptions};
 use potamoi_system::soc::{Frames, Gathering, Model, Scenario, Variant};
+use potamoi_warp::Profile;
 use serde::Serialize;
 
 use super::Price;

@@ -6,15 +6,15 @@ use std::rc::Rc;
 
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::OpCode;
-use potamoi_golden::scene::Scene;
-use potamoi_golden::units::bounds::VectorBounds;
-use potamoi_golden::units::exp::ExpTwin;
-use potamoi_golden::units::gather::Reducer;
-use potamoi_golden::units::logistic::{Logistic, LogisticReference, logistic_budget};
-use potamoi_golden::units::reference::Reference;
-use potamoi_golden::units::weights::{FRACTION_BITS, trilinear};
-use potamoi_golden::units::widths::budget;
 use potamoi_hdl::vu::error_bound;
+use potamoi_reference::bounds::VectorBounds;
+use potamoi_reference::exp::ExpTwin;
+use potamoi_reference::gather::Reducer;
+use potamoi_reference::logistic::{Logistic, LogisticReference, logistic_budget};
+use potamoi_reference::reference::Reference;
+use potamoi_reference::weights::{FRACTION_BITS, trilinear};
+use potamoi_reference::widths::budget;
+use potamoi_scene::Scene;
 use serde::Serialize;
 
 /// Samples of operations whose operands are more than 16 bits.

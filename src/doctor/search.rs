@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use potamoi_golden::files;
+use potamoi_base::files;
 use potamoi_verilated::child;
 
 use super::tools::Tool;

@@ -1,10 +1,10 @@
 //! Results with effects forced, and with effects left out.
 
-use potamoi_golden::analysis::{Finding, Hardware};
-use potamoi_golden::effects::{Choices, Effect};
-use potamoi_golden::picture::Picture;
-use potamoi_golden::scene::{Rendered, Scene};
-use potamoi_golden::units::Twins;
+use potamoi_analysis::{Finding, Hardware};
+use potamoi_base::effects::{Choices, Effect};
+use potamoi_base::picture::Picture;
+use potamoi_reference::Twins;
+use potamoi_scene::{Rendered, Scene};
 use potamoi_system::effects::{Digest, EffectCycles, EffectMeter};
 use serde::Serialize;
 

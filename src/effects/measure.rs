@@ -2,16 +2,14 @@
 
 use std::time::Instant;
 
+use potamoi_analysis::{Hardware, Holes};
+use potamoi_base::camera::Camera;
+use potamoi_base::effects::{Choices, Effect};
 use potamoi_formats::config::Config;
-use potamoi_golden::analysis::{Hardware, Holes};
-use potamoi_golden::camera::Camera;
-use potamoi_golden::effects::{Choices, Effect};
-use potamoi_golden::scene::Scene;
-use potamoi_golden::units::Twins;
-use potamoi_golden::warp::{
-    Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer, Sequence, Warper,
-};
+use potamoi_reference::Twins;
 use potamoi_rtl::{RtlCycles, RtlUnits};
+use potamoi_scene::Scene;
+use potamoi_warp::{Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer, Sequence, Warper};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -255,7 +253,7 @@ impl Stopwatch<'_> {
     }
 
     /// The path's frames, rendered in full.
-    pub(super) fn full(&self) -> Result<Vec<potamoi_golden::picture::Picture>, Failure> {
+    pub(super) fn full(&self) -> Result<Vec<potamoi_base::picture::Picture>, Failure> {
         let shaded = self
             .path
             .iter()

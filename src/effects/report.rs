@@ -1,8 +1,8 @@
 //! What `potamoi effects` says.
 
-use potamoi_golden::analysis::{Analysis, Finding, Hardware, LeftOut};
-use potamoi_golden::effects::Effect;
-use potamoi_golden::scene::Scene;
+use potamoi_analysis::{Analysis, Finding, Hardware, LeftOut};
+use potamoi_base::effects::Effect;
+use potamoi_scene::Scene;
 use serde::Serialize;
 
 use super::compare::{Forced, Without};

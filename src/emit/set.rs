@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use potamoi_golden::files::{holds, name_of, read, read_text, sweep};
+use potamoi_base::files::{holds, name_of, read, read_text, sweep};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;

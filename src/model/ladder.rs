@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use potamoi_golden::units::{Twins, Units};
+use potamoi_reference::{Twins, Units};
 use potamoi_rtl::RtlUnits;
 use potamoi_system::soc::work::{Counted, FrameWork, Replay};
 use potamoi_system::soc::{Gathering, System};

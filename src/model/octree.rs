@@ -2,7 +2,7 @@
 
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
-use potamoi_golden::splats::{Cells, Octree};
+use potamoi_splats::{Cells, Octree};
 use potamoi_system::soc::work::Batch;
 use potamoi_system::soc::{Gathering, System};
 use serde::Serialize;

@@ -1,9 +1,9 @@
 //! Tables for people.
 
-use potamoi_golden::warp::Profile;
 use potamoi_system::soc::job_scheduler::Resource;
 use potamoi_system::soc::work::Replayed;
 use potamoi_system::soc::{Frames, Gpu, Outcome, Scenario, System};
+use potamoi_warp::Profile;
 
 use super::paper::{BY_TRAFFIC, Paper, figure, frames_per_second, gathering_speed_up};
 use super::report::{Found, Report};

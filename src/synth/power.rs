@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use clap::Args;
 use potamoi_formats::config::Config;
-use potamoi_golden::scene::Scene;
+use potamoi_scene::Scene;
 use potamoi_synth::{
     Extent, Made, Order, POWER_STEPS, Power, PowerReport, STEPS, Sampler, SynthError, UnitKind,
     estimate,

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::{Config, Sums};
-use potamoi_golden::scene::Scene;
-use potamoi_golden::trace::Trace;
-use potamoi_golden::units::{Twins, Units};
+use potamoi_reference::{Twins, Units};
 use potamoi_rtl::verify::Verifier;
+use potamoi_scene::Scene;
+use potamoi_scene::trace::Trace;
 
 use super::VerifyArgs;
 use crate::failure::Failure;

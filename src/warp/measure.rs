@@ -1,11 +1,11 @@
 //! How good frames are, and what they took.
 
 use indicatif::ProgressBar;
-use potamoi_golden::analytic::Analytic;
-use potamoi_golden::camera::Camera;
-use potamoi_golden::picture::Picture;
-use potamoi_golden::ssim::ssim;
-use potamoi_golden::warp::{Counts, Frame, Shaded, is_void};
+use potamoi_analytic::Analytic;
+use potamoi_base::camera::Camera;
+use potamoi_base::picture::Picture;
+use potamoi_base::ssim::ssim;
+use potamoi_warp::{Counts, Frame, Shaded, is_void};
 use serde::Serialize;
 
 use super::source::Source;

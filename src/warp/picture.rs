@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use potamoi_golden::picture::Picture;
-use potamoi_golden::warp::{Class, Frame};
+use potamoi_base::picture::Picture;
+use potamoi_warp::{Class, Frame};
 
 use crate::failure::Failure;
 

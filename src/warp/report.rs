@@ -1,7 +1,7 @@
 //! What was found, as JSON has it.
 
-use potamoi_golden::camera::Camera;
-use potamoi_golden::warp::{Plan, PlanOptions, ReferenceFrom};
+use potamoi_base::camera::Camera;
+use potamoi_warp::{Plan, PlanOptions, ReferenceFrom};
 use serde::Serialize;
 
 use super::measure::{FrameFound, Likeness, Measured, Part};

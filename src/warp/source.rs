@@ -4,12 +4,12 @@ use std::fmt;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use potamoi_golden::analytic::Analytic;
-use potamoi_golden::camera::Camera;
-use potamoi_golden::mesh;
-use potamoi_golden::picture::Picture;
-use potamoi_golden::scene::{ExactDepth, Images, Scene};
-use potamoi_golden::warp::{Geometry, ReferenceFrom, Renderer};
+use potamoi_analytic::Analytic;
+use potamoi_base::camera::Camera;
+use potamoi_base::picture::Picture;
+use potamoi_scene::{ExactDepth, Images, Scene};
+use potamoi_warp::mesh;
+use potamoi_warp::{Geometry, ReferenceFrom, Renderer};
 
 use crate::failure::Failure;
 use crate::scene::SceneArgs;
@@ -171,7 +171,7 @@ impl Source {
                 ))),
             },
             (Depth::Mesh(cells), Self::Scene(scene)) => Ok(Some(Box::new(
-                potamoi_golden::scene::surface::of_scene(scene, *cells)?,
+                potamoi_scene::surface::of_scene(scene, *cells)?,
             ))),
             (Depth::Mesh(_), Self::Images(images)) => Err(Failure::Usage(format!(
                 "--depth mesh: {} has no model to take a surface of: choose given, or name a file \

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use potamoi_golden::warp::Counts;
+use potamoi_warp::Counts;
 
 use super::measure::{Likeness, Part};
 use super::report::{Found, Reports, Variant};

@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use clap::Args;
-use potamoi_golden::camera::Camera;
-use potamoi_golden::warp::{Counts, Frame, Plan, Shaded, WarpError, Warper};
+use potamoi_base::camera::Camera;
 use potamoi_system::link;
 use potamoi_system::runtime::{
     Link, LinkUse, Made, Nanos, Options, PixelClock, Poses, References, Remote, Resource, Schedule,
     chrome_trace, live, schedule,
 };
+use potamoi_warp::{Counts, Frame, Plan, Shaded, WarpError, Warper};
 use serde::Serialize;
 
 use crate::failure::Failure;

@@ -1,8 +1,8 @@
 //! The ways of making frames that stand side by side.
 
 use clap::{Args, ValueEnum};
-use potamoi_golden::camera::Camera;
-use potamoi_golden::warp::{
+use potamoi_base::camera::Camera;
+use potamoi_warp::{
     Angle, Chain, Class, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Rule, Sampling, Scope,
     Sequence, Shaded, Target, WarpError, Warper, half_resolution,
 };

@@ -4,20 +4,21 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
-use potamoi_formats::config::Config;
-use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::camera::Camera;
-use potamoi_golden::fields::mac::MacMlp;
-use potamoi_golden::fields::{
+use potamoi_base::camera::Camera;
+use potamoi_base::picture::Picture;
+use potamoi_fields::mac::MacMlp;
+use potamoi_fields::voxels::STOP_BELOW;
+use potamoi_fields::{
     Along, AnyField, Bounds, Coded, Field, FieldError, FixedField, FixedOptions, Layer, Mlp, Off,
     Sampling, Table, error_bounds, render_float,
 };
-use potamoi_golden::picture::Picture;
-use potamoi_golden::scene::Model;
-use potamoi_golden::units::bounds::VectorBounds;
-use potamoi_golden::units::{Twins, Units};
-use potamoi_golden::voxels::{Head, Lanes, Opacities, STOP_BELOW, VoxelError};
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_march::{Head, Lanes, MarchError, Opacities};
+use potamoi_reference::bounds::VectorBounds;
+use potamoi_reference::{Twins, Units};
 use potamoi_rtl::RtlUnits;
+use potamoi_scene::Model;
 
 use super::modelled::Case;
 use super::obvious::{Obvious, ObviousUnits};
@@ -230,7 +231,7 @@ impl Head for ToyHead {
         &self,
         features: &'f [i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Opacities<'f>, VoxelError> {
+    ) -> Result<Opacities<'f>, MarchError> {
         let density: Vec<i32> = features
             .chunks(self.channels)
             .map(|f| f[0].into())
@@ -248,7 +249,7 @@ impl Head for ToyHead {
         kept: &[i16],
         _: &[i16],
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, VoxelError> {
+    ) -> Result<Vec<i32>, MarchError> {
         let features = kept.chunks(self.channels).flat_map(|f| &f[1..]).copied();
         let colour = match (&self.finest, &self.mlp) {
             (Some(mlp), Some(made)) => finest(mlp, made, &features.collect::<Vec<_>>()),

@@ -5,8 +5,8 @@
 use std::fs;
 use std::path::Path;
 
-use potamoi_golden::scene::Scene;
-use potamoi_golden::splats::files;
+use potamoi_scene::Scene;
+use potamoi_splats::files;
 use potamoi_system::soc::System;
 
 use super::scenes::{all, cameras};

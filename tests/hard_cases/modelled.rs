@@ -2,17 +2,17 @@
 //! variant, at home and afar.
 
 use glam::DVec3;
+use potamoi_base::camera::Camera;
+use potamoi_base::picture::Picture;
 use potamoi_formats::config::Config;
-use potamoi_golden::camera::Camera;
-use potamoi_golden::picture::Picture;
-use potamoi_golden::scene::{Model as Shown, Scene};
-use potamoi_golden::units::Twins;
-use potamoi_golden::warp::Profile;
+use potamoi_reference::Twins;
+use potamoi_scene::{Model as Shown, Scene};
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthReport, Synthesised};
 use potamoi_system::soc::npu::Array;
 use potamoi_system::soc::work::{FrameWork, PathOptions, PathWork};
 use potamoi_system::soc::{Costs, Gathering, Memory, Model, Program, Scenario, System, Variant};
+use potamoi_warp::Profile;
 
 use super::system::sound;
 use super::{fields, fog, voxels};

@@ -1,7 +1,7 @@
 //! The obvious renderer: the equations of 3D Gaussian splatting in 32-bit floats, one pixel after
 //! the other, without any guard.
 
-use potamoi_golden::picture::Picture;
+use potamoi_base::picture::Picture;
 
 use super::scenes::{Gaussian, SIZE, camera};
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use potamoi_formats::config::Config;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::units::{GatherTask, Product, Twins, UnitError, Units};
+use potamoi_reference::{GatherTask, Product, Twins, UnitError, Units};
 
 /// Which operation, and how.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,12 +1,12 @@
 //! Each scene rendered by the obvious form, in floats, by the twins and by the Verilated units.
 
+use potamoi_base::picture::Picture;
 use potamoi_formats::config::Config;
-use potamoi_golden::picture::Picture;
-use potamoi_golden::splats::{
+use potamoi_reference::{Twins, Units};
+use potamoi_rtl::RtlUnits;
+use potamoi_splats::{
     FixedFrame, FixedOptions, FloatFrame, FloatOptions, Profile, View, render_fixed, render_float,
 };
-use potamoi_golden::units::{Twins, Units};
-use potamoi_rtl::RtlUnits;
 
 use super::naive::render;
 use super::scenes::{Scene, all, camera};

@@ -1,6 +1,6 @@
 //! Pictures that are not of splats: what they have in common.
 
-use potamoi_golden::picture::Picture;
+use potamoi_base::picture::Picture;
 
 use super::{fields, fog, warped};
 

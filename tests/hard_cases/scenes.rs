@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
-use potamoi_golden::camera::Camera;
-use potamoi_golden::splats::Cloud;
+use potamoi_base::camera::Camera;
+use potamoi_splats::Cloud;
 
 use super::naive::Form;
 

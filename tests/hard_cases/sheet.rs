@@ -1,6 +1,6 @@
 //! The pictures of all cases on one sheet.
 
-use potamoi_golden::picture::Picture;
+use potamoi_base::picture::Picture;
 
 use super::scenes::SIZE;
 use super::{pictures, sampled};

@@ -72,7 +72,7 @@ pub(crate) fn compare(marks: [&str; 2], expected: &str, refresh: impl Fn()) {
     if std::env::var_os("POTAMOI_REFRESH").is_some() {
         refresh();
         let whole = [before, marks[0], expected, marks[1], after].concat();
-        return potamoi_golden::files::write(&page(), whole.as_bytes()).unwrap();
+        return potamoi_base::files::write(&page(), whole.as_bytes()).unwrap();
     }
     let [found, expected] = [found, expected].map(|t| t.lines().collect::<Vec<_>>());
     let same = found.len() == expected.len();

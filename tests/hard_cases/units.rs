@@ -4,8 +4,8 @@ use potamoi_formats::config::Config;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::units::weights::trilinear;
-use potamoi_golden::units::{GatherTask, Twins, Units};
+use potamoi_reference::weights::trilinear;
+use potamoi_reference::{GatherTask, Twins, Units};
 use potamoi_rtl::{EngineKind, RtlUnits};
 
 /// Computes on both and gives what they agree on.

@@ -1,17 +1,18 @@
 //! Voxels seen so that rays are parallel to axes, in faces, and samples lie on faces.
 
 use glam::DVec3;
-use potamoi_formats::config::Config;
-use potamoi_golden::camera::Camera;
-use potamoi_golden::picture::Picture;
-use potamoi_golden::scene::Model;
-use potamoi_golden::units::bounds::VectorBounds;
-use potamoi_golden::units::{Twins, Units};
-use potamoi_golden::voxels::{
-    FixedFrame, FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, STOP_BELOW,
-    error_bounds, render_fixed, render_float,
+use potamoi_base::camera::Camera;
+use potamoi_base::picture::Picture;
+use potamoi_fields::voxels::{
+    FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, STOP_BELOW, error_bounds,
+    render_fixed, render_float,
 };
+use potamoi_formats::config::Config;
+use potamoi_march::FixedFrame;
+use potamoi_reference::bounds::VectorBounds;
+use potamoi_reference::{Twins, Units};
 use potamoi_rtl::RtlUnits;
+use potamoi_scene::Model;
 
 use super::modelled::Case;
 use super::sampled::farthest;

@@ -2,9 +2,9 @@
 //! that are none.
 
 use glam::{DAffine3, DVec2, DVec3};
-use potamoi_golden::camera::Camera;
-use potamoi_golden::picture::Picture;
-use potamoi_golden::warp::{Shaded, reproject};
+use potamoi_base::camera::Camera;
+use potamoi_base::picture::Picture;
+use potamoi_warp::{Shaded, reproject};
 
 use super::sampled::Shown;
 use super::scenes::SIZE;

@@ -250,7 +250,7 @@ fn known_radix4_widths(digits: u32, f: u32, tail: bool) -> Option<(u32, u32, i32
 
 /// Smallest widths found by exhaustive search over the 65,536 inputs of U3.13:
 /// accumulator bits, constant bits, offset. The search and what it aims at for
-/// each n are `potamoi_golden::units::widths`.
+/// each n are `potamoi_reference::widths`.
 fn known_widths(n: u32, f: u32, tail: bool) -> Option<(u32, u32, i32)> {
     match (f, n, tail) {
         // 126.9, 8.2 and 0.973 ulp: the truncation, and hardly more.

@@ -152,7 +152,9 @@ impl Tiling {
     }
 
     #[inline]
-    pub(crate) const fn stride(&self) -> [usize; 3] {
+    /// From MVoxel to MVoxel in vertices, along each axis.
+    #[must_use]
+    pub const fn stride(&self) -> [usize; 3] {
         self.stride
     }
 

@@ -2,7 +2,7 @@
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
-use potamoi_golden::units::exp::ExpTwin;
+use potamoi_reference::exp::ExpTwin;
 
 /// The smallest exponents of vectors, where an early out makes their length
 /// depend on them.

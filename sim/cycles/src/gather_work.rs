@@ -2,7 +2,7 @@
 
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::rit::{RitError, Vertices};
-use potamoi_golden::units::GatherTask;
+use potamoi_reference::GatherTask;
 use thiserror::Error;
 
 use crate::rounds::rounds;

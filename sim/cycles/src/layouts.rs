@@ -6,7 +6,7 @@ use potamoi_formats::config::{
 };
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::VectorOp;
-use potamoi_golden::units::{GatherTask, Product, Twins, UnitError, Units};
+use potamoi_reference::{GatherTask, Product, Twins, UnitError, Units};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -284,7 +284,7 @@ impl Units for Layouts {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use potamoi_golden::scene::Scene;
+    use potamoi_scene::Scene;
 
     use super::*;
 

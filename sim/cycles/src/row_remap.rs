@@ -7,8 +7,8 @@
 use potamoi_formats::compact::CompactEntry;
 use potamoi_formats::config::{Config, EntryKind, MvoxelConfig};
 use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
-use potamoi_golden::units::GatherTask;
-use potamoi_golden::units::weights::fractions;
+use potamoi_reference::GatherTask;
+use potamoi_reference::weights::fractions;
 
 /// A task with its rows at fixed places.
 #[derive(Debug, Clone)]

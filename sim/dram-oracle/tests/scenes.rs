@@ -9,8 +9,8 @@ use std::collections::{HashMap, VecDeque};
 use common::agree;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
-use potamoi_golden::scene::Scene;
-use potamoi_golden::units::{GatherTask, Product, Twins, UnitError, Units};
+use potamoi_scene::Scene;
+use potamoi_reference::{GatherTask, Product, Twins, UnitError, Units};
 use potamoi_system::soc::dram::Access;
 
 const BURST: u64 = 32;

@@ -17,7 +17,7 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use potamoi_golden::files;
+use potamoi_base::files;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -57,7 +57,7 @@ impl Key {
     /// With a value.
     #[must_use]
     pub fn value(self, part: &'static str, value: &impl Serialize) -> Self {
-        self.hash(part, potamoi_golden::content::hash_of(value))
+        self.hash(part, potamoi_base::content::hash_of(value))
     }
 
     /// With what was hashed already.

@@ -3,8 +3,8 @@
 
 use potamoi_cycles::{BeatWords, GatherWork, Group, StreamError};
 use potamoi_formats::config::Config;
-use potamoi_golden::units::GatherTask;
-use potamoi_golden::units::streams::frames;
+use potamoi_reference::GatherTask;
+use potamoi_reference::streams::frames;
 
 use super::gather_check::Expected;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use potamoi_cycles::{GatherWork, Stalls};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
-use potamoi_golden::units::GatherTask;
+use potamoi_reference::GatherTask;
 
 use super::gather::GatherUnit;
 use super::gather_check::GatherCheck;

@@ -5,7 +5,7 @@ use potamoi_cycles::{Exponents, GatherWork, Plan, Stalls};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_gates::{Simulator, Watch};
-use potamoi_golden::units::GatherTask;
+use potamoi_reference::GatherTask;
 
 use super::compare::flags;
 use super::engine::{Engine, Job};

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use potamoi_cycles::{GatherInputs, GatherWork, Group, Plan, Stalls};
 use potamoi_formats::config::Config;
-use potamoi_golden::units::GatherTask;
 use potamoi_hdl::gu::gathering_unit;
+use potamoi_reference::GatherTask;
 
 use super::engine::EngineKind;
 use super::gather_drive::{Drive, GatherSeen, GatherTotals, GatherWatch};

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use potamoi_cycles::{Stalls, runs};
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
-use potamoi_golden::units::gather::Reducer;
-use potamoi_golden::units::{GatherTask, Product, UnitCounts, UnitError, Units};
+use potamoi_reference::gather::Reducer;
+use potamoi_reference::{GatherTask, Product, UnitCounts, UnitError, Units};
 
 use super::engine::EngineKind;
 use super::gather::GatherUnit;

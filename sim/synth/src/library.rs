@@ -74,7 +74,7 @@ impl Library {
             source,
         };
         let too_large = || fail(std::io::Error::other("larger than 256 MB"));
-        let mut bytes = potamoi_golden::files::read(path, LIMIT)
+        let mut bytes = potamoi_base::files::read(path, LIMIT)
             .map_err(fail)?
             .ok_or_else(too_large)?;
         if bytes.starts_with(&[0x1f, 0x8b]) {

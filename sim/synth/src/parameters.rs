@@ -100,8 +100,7 @@ impl SynthReport {
             why,
             remedy: REMEDY,
         };
-        let text =
-            potamoi_golden::files::read_text(path, LIMIT).map_err(|e| fail(e.to_string()))?;
+        let text = potamoi_base::files::read_text(path, LIMIT).map_err(|e| fail(e.to_string()))?;
         Self::parse(&text).map_err(fail)
     }
 

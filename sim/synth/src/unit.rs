@@ -153,7 +153,7 @@ pub fn synthesise(
         power: None,
     };
     let text = read(NETLIST).map_err(|_| no("yosys", "netlist"))?;
-    potamoi_golden::files::write(&netlist, text.as_bytes()).map_err(cannot(&netlist))?;
+    potamoi_base::files::write(&netlist, text.as_bytes()).map_err(cannot(&netlist))?;
     let hash = blake3::hash(text.as_bytes()).to_hex().to_string();
     kept::write(&kept, &(&report, hash)).map_err(cannot(&kept))?;
     Ok(Made {

@@ -19,11 +19,11 @@ use potamoi_cycles::Stalls;
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::units::vu::VectorTwin;
-use potamoi_golden::units::{GatherTask, Units};
 use potamoi_hdl::gu::gathering_unit;
 use potamoi_hdl::ir::{Header, Module, verilog};
 use potamoi_hdl::vu::vector_unit;
+use potamoi_reference::vu::VectorTwin;
+use potamoi_reference::{GatherTask, Units};
 use potamoi_rtl::{Check, EngineKind, GatherUnit, RtlError, VectorBatch, VectorUnit};
 use potamoi_synth::{
     Library, Sampler, SynthError, Tools, UnitKind, Verified, cell_functions, default_library,

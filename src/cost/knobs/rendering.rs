@@ -1,9 +1,9 @@
 //! Knobs of what a scene is rendered by.
 
-use potamoi_golden::effects::Effect;
-use potamoi_golden::precision::Precision;
-use potamoi_golden::scene::Scene;
-use potamoi_golden::splats::{Order, Profile};
+use potamoi_base::effects::Effect;
+use potamoi_base::precision::Precision;
+use potamoi_scene::Scene;
+use potamoi_splats::{Order, Profile};
 
 use super::{Knob, Look, config, look};
 

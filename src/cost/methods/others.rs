@@ -4,7 +4,7 @@
 use std::f64::consts::{LN_2, LOG2_E};
 
 use potamoi_formats::config::Config;
-use potamoi_golden::units::reference::Reference;
+use potamoi_reference::reference::Reference;
 
 use super::{INPUT_UNIT, Method, OUTPUT_UNIT};
 use crate::failure::Failure;

@@ -1,7 +1,7 @@
 //! What others use: measured on the same inputs, rounded to the same output.
 
 use potamoi_formats::config::Config;
-use potamoi_golden::units::reference::Reference;
+use potamoi_reference::reference::Reference;
 
 use super::{INPUT_UNIT, OUTPUT_UNIT, Peer};
 use crate::failure::Failure;

@@ -121,7 +121,11 @@ impl Rays {
     }
 
     /// Checks a camera and a step, in voxel edges.
-    pub(crate) fn placed(placement: &Placement, camera: &Camera, step: f64) -> Result<Self, MarchError> {
+    pub(crate) fn placed(
+        placement: &Placement,
+        camera: &Camera,
+        step: f64,
+    ) -> Result<Self, MarchError> {
         let refuse = |field, value: String, expected| {
             Err(MarchError::Camera {
                 field,

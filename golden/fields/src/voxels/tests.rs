@@ -12,6 +12,8 @@ use proptest::prelude::*;
 use super::schedule::Skip;
 use super::*;
 use potamoi_base::camera::Camera;
+use potamoi_march::tiling::Halo;
+use potamoi_march::{FixedFrame, FixedStats, MarchError};
 use potamoi_reference::gather::GatherTwin;
 use potamoi_reference::{GatherTask, Twins, weights};
 

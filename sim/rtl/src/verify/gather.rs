@@ -2,8 +2,8 @@
 
 use potamoi_cycles::{GatherWork, runs};
 use potamoi_formats::units::GATHERING_UNIT;
-use potamoi_golden::units::GatherTask;
 use potamoi_hdl::gu::gathering_unit;
+use potamoi_reference::GatherTask;
 
 use super::Verifier;
 use crate::{Check, GatherUnit, Mismatch, RtlError};

@@ -12,13 +12,13 @@ mod vector;
 
 use std::path::{Path, PathBuf};
 
+use potamoi_base::files::{self, Unfinished};
 use potamoi_cycles::{Stalls, StreamStalls};
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
-use potamoi_golden::files::{self, Unfinished};
-use potamoi_golden::units::gather::GatherTwin;
-use potamoi_golden::units::vu::VectorTwin;
-use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
+use potamoi_reference::gather::GatherTwin;
+use potamoi_reference::vu::VectorTwin;
+use potamoi_reference::{GatherTask, Product, UnitError, Units};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;

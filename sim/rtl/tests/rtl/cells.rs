@@ -2,7 +2,7 @@
 
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::{RitEntry, Vertices};
-use potamoi_golden::units::{GatherTask, weights};
+use potamoi_reference::{GatherTask, weights};
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
 

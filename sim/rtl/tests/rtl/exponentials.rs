@@ -3,12 +3,12 @@
 use potamoi_cycles::{Exponents, Stalls, vector_cycles};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::units::Twins;
-use potamoi_golden::units::exp::ExpTwin;
-use potamoi_golden::units::recorder::{Limits, Recorder};
-use potamoi_golden::units::reference::Reference;
-use potamoi_golden::units::widths::budget;
 use potamoi_hdl::vu::error_bound;
+use potamoi_reference::Twins;
+use potamoi_reference::exp::ExpTwin;
+use potamoi_reference::recorder::{Limits, Recorder};
+use potamoi_reference::reference::Reference;
+use potamoi_reference::widths::budget;
 use potamoi_rtl::verify::{Injection, Settings, Verifier};
 use potamoi_rtl::{EngineKind, VectorBatch, VectorUnit};
 

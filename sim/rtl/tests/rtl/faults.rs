@@ -5,12 +5,12 @@ use potamoi_cycles::{Stalls, StreamStalls};
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::{GATHERING_UNIT, OpCode, VECTOR_UNIT, VectorOp};
-use potamoi_golden::units::GatherTask;
-use potamoi_golden::units::gather::GatherTwin;
-use potamoi_golden::units::vu::VectorTwin;
 use potamoi_hdl::gu::gathering_unit;
 use potamoi_hdl::ir::{Change, Fault};
 use potamoi_hdl::vu::vector_unit;
+use potamoi_reference::GatherTask;
+use potamoi_reference::gather::GatherTwin;
+use potamoi_reference::vu::VectorTwin;
 use potamoi_rtl::{Check, EngineKind, GatherUnit, RtlError, VectorBatch, VectorUnit};
 
 fn config() -> Config {

@@ -3,8 +3,8 @@
 use potamoi_cycles::{GatherWork, Stalls};
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
-use potamoi_golden::units::GatherTask;
-use potamoi_golden::units::gather::{FLAG_ROW, FLAG_SUM, FLAG_WEIGHT, GatherTwin};
+use potamoi_reference::GatherTask;
+use potamoi_reference::gather::{FLAG_ROW, FLAG_SUM, FLAG_WEIGHT, GatherTwin};
 use potamoi_rtl::{Check, EngineKind, GatherTotals, GatherUnit};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;

@@ -4,7 +4,7 @@ use potamoi_cycles::{Stalls, StreamStalls};
 use potamoi_formats::config::Config;
 use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::rit::{RitEntry, Vertices};
-use potamoi_golden::units::GatherTask;
+use potamoi_reference::GatherTask;
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
 

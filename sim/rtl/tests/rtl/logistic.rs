@@ -4,9 +4,9 @@
 use potamoi_cycles::{Stalls, vector_cycles};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::units::logistic::{Logistic, LogisticReference, logistic_budget};
-use potamoi_golden::units::vu::VectorTwin;
 use potamoi_hdl::vu::error_bound;
+use potamoi_reference::logistic::{Logistic, LogisticReference, logistic_budget};
+use potamoi_reference::vu::VectorTwin;
 use potamoi_rtl::{VectorBatch, VectorUnit};
 
 #[test]

@@ -3,11 +3,11 @@ use std::path::Path;
 use std::process::Command;
 
 use potamoi_formats::config::Config;
-use potamoi_golden::scene::Scene;
-use potamoi_golden::trace::Trace;
-use potamoi_golden::units::recorder::Limits;
 use potamoi_hdl::emit::emit;
+use potamoi_reference::recorder::Limits;
 use potamoi_rtl::readmemh;
+use potamoi_scene::Scene;
+use potamoi_scene::trace::Trace;
 
 fn run(folder: &Path, unit: &str) -> String {
     let mut sources = vec![format!("{unit}_tb.v")];

@@ -1,10 +1,10 @@
 //! Both built-in scenes through units, small.
 
+use potamoi_fields::voxels::{self, MVoxels};
 use potamoi_formats::config::Config;
-use potamoi_golden::scene::{garden, lantern};
-use potamoi_golden::splats::{self, Profile};
-use potamoi_golden::units::Units;
-use potamoi_golden::voxels::{self, MVoxels};
+use potamoi_reference::Units;
+use potamoi_scene::{garden, lantern};
+use potamoi_splats::{self as splats, Profile};
 
 /// The splats of `garden`.
 pub(crate) fn garden_through(units: &mut dyn Units, side: u32) -> Result<(), String> {

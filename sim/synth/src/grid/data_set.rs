@@ -123,8 +123,8 @@ impl Grid {
     /// # Errors
     /// It cannot be read, is of another version, or its points are not the grid's.
     pub fn read(path: &Path) -> Result<Self, SynthError> {
-        let text = potamoi_golden::files::read_text(path, LIMIT)
-            .map_err(|e| wrong(path, e.to_string()))?;
+        let text =
+            potamoi_base::files::read_text(path, LIMIT).map_err(|e| wrong(path, e.to_string()))?;
         Self::parse(&text, path)
     }
 

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use potamoi_formats::config::{Config, Organisation, Sums};
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::units::gather::Reducer;
-use potamoi_golden::units::{GatherTask, Product, Twins, UnitError, Units};
+use potamoi_reference::gather::Reducer;
+use potamoi_reference::{GatherTask, Product, Twins, UnitError, Units};
 
 /// MVoxels of a share: those with the most entries.
 const MVOXELS: usize = 4;

@@ -129,7 +129,7 @@ pub(super) fn measure(
 mod tests {
     use super::*;
     use potamoi_formats::rit::Vertices;
-    use potamoi_golden::units::GatherTask;
+    use potamoi_reference::GatherTask;
 
     #[test]
     fn banks_past_the_last_channel_are_a_kind_of_their_own() {

@@ -1,7 +1,7 @@
 //! A digest of a trace that is too long to be kept.
 
 use potamoi_formats::units::VectorOp;
-use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
+use potamoi_reference::{GatherTask, Product, UnitError, Units};
 use sha2::{Digest as _, Sha256};
 
 /// Units that digest the work and the results of other units: those of two frames are equal where

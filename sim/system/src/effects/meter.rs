@@ -3,7 +3,7 @@
 use potamoi_cycles::{ClosedVector, GatherWork, runs};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
-use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
+use potamoi_reference::{GatherTask, Product, UnitError, Units};
 use serde::Serialize;
 
 use crate::soc::npu::Array;

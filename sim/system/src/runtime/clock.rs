@@ -1,6 +1,6 @@
 //! How long what is rendered takes.
 
-use potamoi_golden::warp::Counts;
+use potamoi_warp::Counts;
 
 use super::RuntimeError;
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
-use potamoi_golden::warp::Plan;
+use potamoi_warp::Plan;
 
 use super::buffer::Buffer;
 use super::finish::Record;

@@ -1,6 +1,6 @@
 //! What can go wrong in the runtime.
 
-use potamoi_golden::warp::WarpError;
+use potamoi_warp::WarpError;
 use thiserror::Error;
 
 /// A plan that cannot be scheduled, or rendered.

@@ -1,6 +1,6 @@
 //! Sums up what was done.
 
-use potamoi_golden::warp::Plan;
+use potamoi_warp::Plan;
 
 use super::buffer::Buffer;
 use super::state::FrameState;

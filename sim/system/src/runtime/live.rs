@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use potamoi_golden::camera::Camera;
-use potamoi_golden::warp::{Class, Frame, Plan, Shaded, Target, WarpError, Warper};
+use potamoi_base::camera::Camera;
+use potamoi_warp::{Class, Frame, Plan, Shaded, Target, WarpError, Warper};
 
 use super::dispatch::{Dispatcher, Outcome};
 use super::finish::finish;
@@ -65,7 +65,7 @@ impl Drop for StopOnPanic<'_, '_> {
 /// (on one, without `concurrent`), and shows the frames in order on the calling
 /// thread, which also has the poses arrive at their times. What begins is
 /// decided as in [`schedule`](super::schedule). The frames are those of
-/// [`Sequence`](potamoi_golden::warp::Sequence), bit for bit, however long
+/// [`Sequence`](potamoi_warp::Sequence), bit for bit, however long
 /// anything takes. Rendering pauses while `show` is behind, so that few frames
 /// are kept.
 ///

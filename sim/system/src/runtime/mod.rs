@@ -1,7 +1,7 @@
 //! When references and targets are rendered (paper, "Proactive Rendering
 //! Runtime").
 //!
-//! A [`Plan`](potamoi_golden::warp::Plan) says what is rendered, and which pose
+//! A [`Plan`](potamoi_warp::Plan) says what is rendered, and which pose
 //! each reference is known by. One dispatcher decides what begins: it is a
 //! state machine without a clock of its own, and keeps the paper's two
 //! properties, that no target begins before its reference is there, and that a

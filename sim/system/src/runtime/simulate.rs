@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use potamoi_golden::warp::{Counts, Plan};
+use potamoi_warp::{Counts, Plan};
 
 use super::clock::later;
 use super::dispatch::{Dispatcher, Outcome};

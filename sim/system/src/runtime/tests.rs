@@ -7,8 +7,8 @@ mod refused;
 mod trace;
 
 use glam::DVec3;
-use potamoi_golden::camera::Camera;
-use potamoi_golden::warp::{Counts, Plan, PlanOptions, ReferenceFrom};
+use potamoi_base::camera::Camera;
+use potamoi_warp::{Counts, Plan, PlanOptions, ReferenceFrom};
 
 use super::*;
 

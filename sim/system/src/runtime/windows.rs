@@ -1,6 +1,6 @@
 //! Which frames each reference of a plan serves, once the plan is checked.
 
-use potamoi_golden::warp::Plan;
+use potamoi_warp::Plan;
 
 use super::{Poses, RuntimeError};
 use crate::frame_rules::Windows;

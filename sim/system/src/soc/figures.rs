@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use potamoi_formats::config::Config;
-use potamoi_golden::warp::Profile;
+use potamoi_warp::Profile;
 
 use super::tests::{costs, memory};
 use super::work::{Batch, Classes, FrameWork, PathOptions, PathWork, Quality, Reads, TargetWork};

@@ -1,7 +1,7 @@
 //! The systolic array of multiply-accumulate units that computes features: cycles of a matrix
 //! product, and what it reads and writes.
 
-use potamoi_golden::units::Product;
+use potamoi_reference::Product;
 
 /// Which operand stays in the array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

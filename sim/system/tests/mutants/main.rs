@@ -12,8 +12,8 @@ use std::sync::{Arc, OnceLock};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use potamoi_formats::config::Config;
-use potamoi_golden::scene::Scene;
 use potamoi_kept as kept;
+use potamoi_scene::Scene;
 use potamoi_synth::fit::Fit;
 use potamoi_synth::grid::Grid;
 use potamoi_synth::{Library, SynthReport, Synthesised, UnitKind};
@@ -70,7 +70,7 @@ fn memory(channels: u32) -> &'static Memory {
 
 /// A frame takes some time and some energy.
 fn system(path: &Path) -> Verdict {
-    let text = match potamoi_golden::files::read_text(path, 1 << 20) {
+    let text = match potamoi_base::files::read_text(path, 1 << 20) {
         Ok(text) => text,
         Err(error) => return Verdict::Refused(format!("{}: {error}", path.display())),
     };

@@ -1,11 +1,11 @@
 //! Hardware that a scene calls for, and the system's model, follow the analysis.
+use potamoi_analysis::Hardware;
+use potamoi_base::camera::Camera;
+use potamoi_base::effects::Choices;
 use potamoi_formats::config::Config;
-use potamoi_golden::analysis::Hardware;
-use potamoi_golden::camera::Camera;
-use potamoi_golden::effects::Choices;
-use potamoi_golden::scene::{BUILTIN, Scene};
-use potamoi_golden::units::Twins;
+use potamoi_reference::Twins;
 use potamoi_rtl::RtlUnits;
+use potamoi_scene::{BUILTIN, Scene};
 use potamoi_system::effects::{EffectCycles, EffectMeter};
 use potamoi_system::soc::npu::Array;
 use potamoi_system::soc::work::FrameWork;

@@ -1,13 +1,13 @@
 //! The hardware in the renderers' place gives the twins' picture.
+use potamoi_base::mask::Mask;
+use potamoi_fields::voxels::{self, MVoxels};
 use potamoi_formats::config::Config;
-use potamoi_golden::mask::Mask;
-use potamoi_golden::scene::{Scene, garden, lantern};
-use potamoi_golden::splats::{self, Profile};
-use potamoi_golden::units::{Twins, Units};
-use potamoi_golden::voxels::{self, MVoxels};
 use potamoi_hdl::ir::{Change, Fault};
 use potamoi_hdl::vu::vector_unit;
+use potamoi_reference::{Twins, Units};
 use potamoi_rtl::RtlUnits;
+use potamoi_scene::{Scene, garden, lantern};
+use potamoi_splats::{self as splats, Profile};
 use potamoi_system::soc::npu::Array;
 use potamoi_system::soc::work::FrameWork;
 

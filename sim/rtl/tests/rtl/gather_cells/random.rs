@@ -3,8 +3,8 @@
 use potamoi_cycles::{GatherWork, Stalls, StreamStalls};
 use potamoi_formats::config::{Config, EntryKind};
 use potamoi_formats::rit::Vertices;
-use potamoi_golden::units::GatherTask;
-use potamoi_golden::units::gather::GatherTwin;
+use potamoi_reference::GatherTask;
+use potamoi_reference::gather::GatherTwin;
 use potamoi_rtl::{Check, GatherTotals, GatherUnit};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;

@@ -3,8 +3,8 @@
 
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::rit::Vertices;
-use potamoi_golden::units::GatherTask;
-use potamoi_golden::units::gather::GatherTwin;
+use potamoi_reference::GatherTask;
+use potamoi_reference::gather::GatherTwin;
 use potamoi_rtl::{FeatureBeat, GatherBeats, InputBeat, feature_beats};
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;

@@ -1,6 +1,6 @@
 //! Any plan, any times.
 
-use potamoi_golden::warp::{Counts, Plan, ReferenceFrom};
+use potamoi_warp::{Counts, Plan, ReferenceFrom};
 use proptest::prelude::*;
 
 use super::super::*;

@@ -6,10 +6,10 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use glam::DVec3;
-use potamoi_golden::camera::Camera;
-use potamoi_golden::mask::Mask;
-use potamoi_golden::picture::Picture;
-use potamoi_golden::warp::{
+use potamoi_base::camera::Camera;
+use potamoi_base::mask::Mask;
+use potamoi_base::picture::Picture;
+use potamoi_warp::{
     Frame, Plan, Profile, ReferenceFrom, Renderer, Rule, Scope, Sequence, Shaded, WarpError, Warper,
 };
 

@@ -1,6 +1,6 @@
 //! No time, too much of it, and what cannot be.
 
-use potamoi_golden::warp::Plan;
+use potamoi_warp::Plan;
 
 use super::super::*;
 use super::{CLOCK, predicted, remote, run, warped};

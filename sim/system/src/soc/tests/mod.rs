@@ -9,9 +9,9 @@ mod traffic;
 use std::sync::OnceLock;
 
 use potamoi_formats::config::Config;
-use potamoi_golden::warp::Profile;
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthReport, Synthesised, UnitKind};
+use potamoi_warp::Profile;
 use proptest::prelude::*;
 
 use super::work::{

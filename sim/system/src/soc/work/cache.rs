@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::Config;
-use potamoi_golden::scene::Scene;
 use potamoi_kept::{self as kept, Key};
+use potamoi_scene::Scene;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use thiserror::Error;

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
+use potamoi_base::mask::Mask;
 use potamoi_formats::config::Config;
-use potamoi_golden::characterise::{BANKS, LANES};
-use potamoi_golden::mask::Mask;
-use potamoi_golden::scene::{Rendered, Scene, SceneError};
-use potamoi_golden::units::{Twins, Units};
+use potamoi_reference::{Twins, Units};
+use potamoi_scene::characterise::{BANKS, LANES};
+use potamoi_scene::{Rendered, Scene, SceneError};
 use serde::{Deserialize, Serialize};
 
 use super::super::npu::Array;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use potamoi_cycles::{ClosedVector, GatherWork, runs};
 use potamoi_formats::config::{Config, RitPath};
 use potamoi_formats::units::VectorOp;
-use potamoi_golden::units::{GatherTask, Product, UnitError, Units};
+use potamoi_reference::{GatherTask, Product, UnitError, Units};
 use serde::{Deserialize, Serialize};
 
 use super::super::npu::Array;

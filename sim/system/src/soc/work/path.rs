@@ -1,14 +1,14 @@
 //! What the frames of a camera path ask for: rendered in full, warped, warped from one another,
 //! and at half the resolution.
 
+use potamoi_base::camera::Camera;
+use potamoi_base::effects::Effect;
+use potamoi_base::mask::Mask;
+use potamoi_base::picture::Picture;
+use potamoi_base::ssim::ssim;
 use potamoi_formats::config::Config;
-use potamoi_golden::camera::Camera;
-use potamoi_golden::effects::Effect;
-use potamoi_golden::mask::Mask;
-use potamoi_golden::picture::Picture;
-use potamoi_golden::scene::{Scene, SceneError};
-use potamoi_golden::ssim::ssim;
-use potamoi_golden::warp::{
+use potamoi_scene::{Scene, SceneError};
+use potamoi_warp::{
     Chain, Counts, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer as _, Rule, Sequence,
     WarpError, Warper, half_resolution,
 };

@@ -3,12 +3,12 @@
 
 use std::collections::{HashMap, VecDeque};
 
+use potamoi_base::mask::Mask;
 use potamoi_formats::config::{Config, RitPath};
 use potamoi_formats::units::VectorOp;
-use potamoi_golden::mask::Mask;
-use potamoi_golden::scene::{Scene, SceneError};
-use potamoi_golden::units::{GatherTask, Product, Twins, UnitError, Units};
-use potamoi_golden::warp::{Plan, PlanOptions, ReferenceFrom, Sequence, Warper};
+use potamoi_reference::{GatherTask, Product, Twins, UnitError, Units};
+use potamoi_scene::{Scene, SceneError};
+use potamoi_warp::{Plan, PlanOptions, ReferenceFrom, Sequence, Warper};
 use serde::{Deserialize, Serialize};
 
 use super::super::dram::Access;

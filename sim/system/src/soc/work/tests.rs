@@ -2,14 +2,14 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use potamoi_base::effects::{Choices, Effect};
+use potamoi_base::mask::Mask;
+use potamoi_base::precision::Precision;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_golden::effects::{Choices, Effect};
-use potamoi_golden::mask::Mask;
-use potamoi_golden::precision::Precision;
-use potamoi_golden::scene::Scene;
-use potamoi_golden::units::{Product, Twins, Units};
-use potamoi_golden::warp::Profile;
+use potamoi_reference::{Product, Twins, Units};
+use potamoi_scene::Scene;
+use potamoi_warp::Profile;
 use proptest::prelude::*;
 
 use super::super::npu::Array;

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
-use potamoi_golden::camera::Camera;
-use potamoi_golden::warp::Profile;
+use potamoi_base::camera::Camera;
+use potamoi_warp::Profile;
 use serde_json::Value;
 
 use super::super::super::npu::Dataflow;
