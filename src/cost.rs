@@ -5,6 +5,7 @@ mod front;
 mod knobs;
 mod methods;
 mod pictures;
+mod report;
 mod scene;
 mod search;
 mod tables;

@@ -23,7 +23,6 @@ mod render;
 mod roles;
 mod say;
 mod scene;
-mod sequence;
 mod setup;
 mod synth;
 mod tables;

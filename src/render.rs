@@ -1,5 +1,7 @@
 //! `potamoi render`: a picture of a scene.
 
+mod frames;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -22,7 +24,6 @@ use crate::files;
 use crate::progress;
 use crate::say::say;
 use crate::scene::{SceneArgs, say_not_checked};
-use crate::sequence;
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
@@ -207,14 +208,14 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     let config = common.read_config()?;
     let scene = args.scene.open()?;
     if let Some(frames) = args.frames {
-        let wanted = sequence::Sequence {
+        let wanted = frames::Sequence {
             numerics: args.numerics,
             out: &args.out,
             fps: args.fps,
             frames,
             json: args.json.as_deref(),
         };
-        return sequence::run(scene, &config, &wanted);
+        return frames::run(scene, &config, &wanted);
     }
     let start = Instant::now();
     let spinner = progress::spinner("rendering");

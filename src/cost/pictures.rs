@@ -5,7 +5,7 @@ use std::path::Path;
 use plotters::prelude::*;
 
 use super::front::{Place, front};
-use super::scene::Report;
+use super::report::Report;
 use super::trial::{Likeness, Point};
 use crate::charts::{Area, COLOURS, Drawn, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;

@@ -3,17 +3,17 @@
 use potamoi_reference::Twins;
 use potamoi_rtl::EngineKind;
 use potamoi_rtl::verify::{Injection, Settings, Verifier};
-use serde::Serialize;
 
 use super::front::{Place, front, knee};
 use super::knobs::{self, Asked, Change, Knob, Setting};
+use super::report::{Found, Refused, Report};
 use super::search::{Chosen, Goal, search_by_ways_alone};
 use super::trial::{Bench, Paths, Point};
 use super::{CostArgs, FORMAT_VERSION, Price, pictures, tables};
 use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
-use crate::model::ladder::{self, Rung};
+use crate::model::ladder;
 use crate::progress;
 use crate::say::say;
 use crate::setup::Setup;
@@ -25,52 +25,6 @@ const PROOF: [u64; 2] = [100_000, 1_000_000];
 /// Of a file that a search writes before its end.
 const UNPROVED: &str =
     "# The best so far: its Verilog was not yet held against the golden models.\n";
-
-/// All that was found.
-#[derive(Serialize)]
-pub(super) struct Report {
-    format_version: u32,
-    command: &'static str,
-    pub(super) scene: String,
-    pub(super) algorithm: &'static str,
-    pub(super) size: [u32; 2],
-    /// Hexadecimal digits of the default's configuration.
-    configuration: String,
-    /// The default first.
-    pub(super) points: Vec<Point>,
-    /// Settings that cannot be, and why.
-    pub(super) refused: Vec<Refused>,
-    /// Places among the points, by rising time.
-    pub(super) front: Vec<usize>,
-    pub(super) knee: Option<usize>,
-    /// The model's own fidelity.
-    pub(super) ladder: Vec<Rung>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    found: Option<Found>,
-}
-
-/// A setting that cannot be.
-#[derive(Serialize)]
-pub(super) struct Refused {
-    pub(super) knob: &'static str,
-    pub(super) setting: String,
-    pub(super) why: String,
-}
-
-/// What a search found.
-#[derive(Serialize)]
-struct Found {
-    settings: Vec<String>,
-    point: Point,
-    /// Combinations that were tried beside single settings.
-    tried: usize,
-}
-
-impl Report {
-    pub(super) fn default_point(&self) -> &Point {
-        &self.points[0]
-    }
-}
 
 pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
     let mut scene = args.scene.open()?;

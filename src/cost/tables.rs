@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::knobs::Knob;
-use super::scene::Report;
+use super::report::Report;
 use super::trial::{Likeness, Point};
 use crate::model::ladder;
 use crate::say::say;

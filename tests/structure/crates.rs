@@ -38,7 +38,14 @@ const GENERATOR: [&str; 3] = ["verilated", "hdl", "rust-hdl"];
 fn named() -> BTreeMap<String, [BTreeSet<String>; 2]> {
     let done = Command::new(env!("CARGO"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["metadata", "--locked", "--offline", "--no-deps", "--format-version", "1"])
+        .args([
+            "metadata",
+            "--locked",
+            "--offline",
+            "--no-deps",
+            "--format-version",
+            "1",
+        ])
         .output()
         .unwrap();
     let error = String::from_utf8_lossy(&done.stderr);
@@ -68,7 +75,10 @@ fn crates_build_on_those_before_them() {
     assert_eq!(known, BTreeSet::from(FLOW), "FLOW has every crate once");
     for (place, name) in FLOW.iter().enumerate() {
         for other in named[*name].iter().flatten() {
-            assert!(FLOW[..place].contains(&other.as_str()), "{name} builds on {other}");
+            assert!(
+                FLOW[..place].contains(&other.as_str()),
+                "{name} builds on {other}"
+            );
         }
     }
 }
@@ -79,12 +89,18 @@ fn generator_and_oracle_never_meet() {
     let named = named();
     for oracle in &FLOW[ORACLE] {
         for other in named[*oracle].iter().flatten() {
-            assert!(!GENERATOR.contains(&other.as_str()), "{oracle} names {other}");
+            assert!(
+                !GENERATOR.contains(&other.as_str()),
+                "{oracle} names {other}"
+            );
         }
     }
     for generator in GENERATOR {
         for other in named[generator].iter().flatten() {
-            assert!(!FLOW[ORACLE].contains(&other.as_str()), "{generator} names {other}");
+            assert!(
+                !FLOW[ORACLE].contains(&other.as_str()),
+                "{generator} names {other}"
+            );
         }
     }
     // Cycles are counted without what runs Verilog.
@@ -116,10 +132,13 @@ fn picture(named: &BTreeMap<String, [BTreeSet<String>; 2]>) -> String {
 
 /// What the command line builds on.
 fn root() -> BTreeSet<&'static str> {
-    let manifest = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml"));
+    let manifest =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml"));
     let manifest: toml::Table = manifest.unwrap().parse().unwrap();
     let own = manifest["dependencies"].as_table().unwrap();
-    FLOW.into_iter().filter(|name| own.contains_key(&format!("potamoi-{name}"))).collect()
+    FLOW.into_iter()
+        .filter(|name| own.contains_key(&format!("potamoi-{name}")))
+        .collect()
 }
 
 /// `POTAMOI_REFRESH=1 cargo test --test structure picture` draws it again.
@@ -127,7 +146,10 @@ fn root() -> BTreeSet<&'static str> {
 fn the_picture_of_the_crates_is_drawn_from_cargo() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/ARCHITECTURE.md");
     let text = std::fs::read_to_string(&page).unwrap();
-    let (begin, end) = ("<!-- crates: drawn by tests/structure -->\n", "<!-- end -->");
+    let (begin, end) = (
+        "<!-- crates: drawn by tests/structure -->\n",
+        "<!-- end -->",
+    );
     let (head, rest) = text.split_once(begin).expect("the begin of the picture");
     let (found, tail) = rest.split_once(end).expect("the end of the picture");
     let expected = picture(&named());
@@ -135,5 +157,8 @@ fn the_picture_of_the_crates_is_drawn_from_cargo() {
         std::fs::write(&page, format!("{head}{begin}{expected}{end}{tail}")).unwrap();
         return;
     }
-    assert_eq!(found, expected, "POTAMOI_REFRESH=1 cargo test --test structure picture");
+    assert_eq!(
+        found, expected,
+        "POTAMOI_REFRESH=1 cargo test --test structure picture"
+    );
 }

@@ -26,7 +26,8 @@ struct Crate {
 fn is_test(attributes: &[Attribute]) -> bool {
     attributes.iter().any(|a| {
         a.path().is_ident("cfg")
-            && a.parse_args::<syn::Ident>().is_ok_and(|what| what == "test")
+            && a.parse_args::<syn::Ident>()
+                .is_ok_and(|what| what == "test")
     })
 }
 
@@ -59,7 +60,11 @@ impl Crate {
                         continue;
                     }
                     let file = folder.join(format!("{name}.rs"));
-                    let file = if file.exists() { file } else { own.join("mod.rs") };
+                    let file = if file.exists() {
+                        file
+                    } else {
+                        own.join("mod.rs")
+                    };
                     self.module(below, &file, &own);
                 }
                 Item::Use(import) if is_test(&import.attrs) => {}
@@ -69,7 +74,8 @@ impl Crate {
                 other => {
                     let mut paths = Paths(vec![]);
                     paths.visit_item(other);
-                    self.used.extend(paths.0.into_iter().map(|path| (module.clone(), path)));
+                    self.used
+                        .extend(paths.0.into_iter().map(|path| (module.clone(), path)));
                 }
             }
         }
@@ -81,11 +87,16 @@ impl Crate {
         let re_exported = !matches!(import.vis, Visibility::Inherited);
         for (path, name) in leaves {
             // A parent that re-exports what is below it imports nothing.
-            let below = self.absolute(module, &path).is_some_and(|to| to.starts_with(module));
+            let below = self
+                .absolute(module, &path)
+                .is_some_and(|to| to.starts_with(module));
             if !(re_exported && below) {
                 self.used.push((module.clone(), path.clone()));
             }
-            self.names.entry(module.clone()).or_default().insert(name, path);
+            self.names
+                .entry(module.clone())
+                .or_default()
+                .insert(name, path);
         }
     }
 
@@ -123,7 +134,9 @@ impl Crate {
     fn target(&self, module: &Module, path: &[String]) -> Option<Module> {
         let mut path = self.absolute(module, path)?;
         for _ in 0..8 {
-            let depth = (0..=path.len()).rev().find(|n| self.modules.contains(&path[..*n]))?;
+            let depth = (0..=path.len())
+                .rev()
+                .find(|n| self.modules.contains(&path[..*n]))?;
             let (within, rest) = path.split_at(depth);
             let within = within.to_vec();
             let name = rest.first();
@@ -131,7 +144,10 @@ impl Crate {
             let Some(from) = from.and_then(|from| self.absolute(&within, from)) else {
                 return Some(within);
             };
-            path = from.into_iter().chain(rest.iter().skip(1).cloned()).collect();
+            path = from
+                .into_iter()
+                .chain(rest.iter().skip(1).cloned())
+                .collect();
         }
         None
     }
@@ -204,7 +220,9 @@ fn circles(edges: &Edges) -> Vec<String> {
     for folder in folders {
         let next = |name: &str| {
             let own = edges.get(&(folder.clone(), name.to_owned()));
-            own.into_iter().flatten().map(|(to, example)| (to.as_str(), example))
+            own.into_iter()
+                .flatten()
+                .map(|(to, example)| (to.as_str(), example))
         };
         let reached = |from: &str| {
             let (mut seen, mut open) = (BTreeSet::new(), vec![from.to_owned()]);
@@ -217,8 +235,15 @@ fn circles(edges: &Edges) -> Vec<String> {
             }
             seen
         };
-        let names: BTreeSet<_> = edges.keys().filter(|(f, _)| f == folder).map(|(_, n)| n).collect();
-        let within: Vec<_> = names.into_iter().filter(|n| reached(n).contains(*n)).collect();
+        let names: BTreeSet<_> = edges
+            .keys()
+            .filter(|(f, _)| f == folder)
+            .map(|(_, n)| n)
+            .collect();
+        let within: Vec<_> = names
+            .into_iter()
+            .filter(|n| reached(n).contains(*n))
+            .collect();
         if within.is_empty() {
             continue;
         }
@@ -237,7 +262,11 @@ fn circles(edges: &Edges) -> Vec<String> {
 fn no_modules_beside_each_other_import_each_other() {
     let mut found = vec![];
     let mut manifests = vec![];
-    super::files(Path::new(env!("CARGO_MANIFEST_DIR")), "Cargo.toml", &mut manifests);
+    super::files(
+        Path::new(env!("CARGO_MANIFEST_DIR")),
+        "Cargo.toml",
+        &mut manifests,
+    );
     for manifest in manifests {
         let folder = manifest.parent().unwrap();
         for root in ["src/lib.rs", "src/main.rs"].map(|r| folder.join(r)) {
@@ -247,7 +276,12 @@ fn no_modules_beside_each_other_import_each_other() {
             }
         }
     }
-    assert!(found.is_empty(), "{} circles\n{}", found.len(), found.join("\n"));
+    assert!(
+        found.is_empty(),
+        "{} circles\n{}",
+        found.len(),
+        found.join("\n")
+    );
 }
 
 /// The test finds circles of files and of folders, through a re-export, and no other.
@@ -261,10 +295,16 @@ fn circles_are_found() {
     };
     let count = || circles(&Crate::read(&folder.path().join("lib.rs")).edges()).len();
     write("lib.rs", "mod a;\nmod b;\npub use a::One;\n");
-    write("a.rs", "pub struct One;\n#[cfg(test)]\nmod tests { use crate::b::Two; }\n");
+    write(
+        "a.rs",
+        "pub struct One;\n#[cfg(test)]\nmod tests { use crate::b::Two; }\n",
+    );
     write("b.rs", "use crate::One;\npub struct Two(One);\n");
     assert_eq!(count(), 0);
-    write("a.rs", "pub struct One;\nfn f() -> crate::b::Two { todo!() }\n");
+    write(
+        "a.rs",
+        "pub struct One;\nfn f() -> crate::b::Two { todo!() }\n",
+    );
     assert_eq!(count(), 1);
     write("a.rs", "pub struct One;\n");
     write("b.rs", "mod c;\nmod d;\nuse c::C;\n");

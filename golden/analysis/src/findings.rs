@@ -3,9 +3,9 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
-use serde::Serialize;
 
 use super::evidence::Known;
+use super::surroundings::Surroundings;
 use super::{Seen, is_still};
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Effect;
@@ -13,13 +13,6 @@ use potamoi_fields::voxels::MVoxels;
 use potamoi_scene::{Kind, Scene, SceneError};
 use potamoi_splats::{Schedule, Sorting, View, Work, is_in_order};
 use potamoi_warp::Renderer as _;
-
-/// What is around the units.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub struct Surroundings {
-    /// Whether full frames are rendered elsewhere.
-    pub is_remote: bool,
-}
 
 /// An effect, and whether it is called for.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -11,10 +11,12 @@ mod hard_cases;
 mod hardware;
 mod holes;
 mod path;
+mod surroundings;
 #[cfg(test)]
 mod tests;
 
-pub use findings::{Analysis, Finding, Surroundings};
+pub use findings::{Analysis, Finding};
 pub use hardware::{Hardware, HardwareError, LeftOut};
 pub use holes::Holes;
 pub use path::{Seen, is_still};
+pub use surroundings::Surroundings;

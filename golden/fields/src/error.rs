@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::ngp::SnapshotError;
+use super::snapshot_error::SnapshotError;
 use potamoi_containers::torch::TorchError;
 use potamoi_march::MarchError;
 

@@ -13,8 +13,6 @@
 //! A ray stops where the exact product T (2^F - alpha) is below the head's limit,
 //! 1e-3 unless it has another, before it is rounded.
 
-use std::collections::BTreeMap;
-
 use glam::DVec3;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
@@ -23,24 +21,10 @@ use crate::error::MarchError;
 use crate::shading::{Head, Lanes, Opacities};
 use crate::span::Span;
 use crate::transmittance::TRANSMITTANCE;
+use crate::work::Work;
 use potamoi_reference::Units;
 
 const CLEAR: i32 = 1 << TRANSMITTANCE.frac_bits();
-
-/// Counts of what the vector unit and the MAC array were given.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Work {
-    pub(crate) elements: BTreeMap<OpCode, u64>,
-    /// Products of the MAC array.
-    pub(crate) products: u64,
-    /// Sums of the MAC array that were held at an end of their format.
-    pub(crate) held: u64,
-    /// Sines and cosines of features.
-    pub(crate) waves: u64,
-    /// Samples that added to a pixel.
-    pub(crate) composited: u64,
-    pub(crate) stopped: u64,
-}
 
 /// The rays of a group while they are composited.
 pub struct Compositor<'h> {

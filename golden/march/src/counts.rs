@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use potamoi_formats::units::OpCode;
 
-use crate::compositor::Work;
 use crate::streams::{Streams, UnitStreams, Visit};
+use crate::work::Work;
 
 /// Counts of a frame.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

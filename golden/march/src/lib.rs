@@ -18,8 +18,9 @@ mod span;
 pub mod streams;
 pub mod tiling;
 mod transmittance;
+mod work;
 
-pub use compositor::{ColourScale, Compositor, Work, pixel_bits};
+pub use compositor::{ColourScale, Compositor, pixel_bits};
 pub use counts::{FixedStats, Orders};
 pub use error::MarchError;
 pub use frame::{BACKGROUND, FixedFrame, check_background, place};
@@ -29,3 +30,4 @@ pub use render::{Batch, Next, RayGroup, Setup, render};
 pub use shading::{Facing, Head, Lanes, Opacities, OpacityAlone};
 pub use span::Span;
 pub use transmittance::TRANSMITTANCE;
+pub use work::Work;

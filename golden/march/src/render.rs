@@ -8,13 +8,14 @@ use glam::DVec3;
 use potamoi_base::mask::Mask;
 use potamoi_reference::Units;
 
-use crate::compositor::{Compositor, Work};
+use crate::compositor::Compositor;
 use crate::counts::FixedStats;
 use crate::error::MarchError;
 use crate::frame::{FixedFrame, place};
 use crate::groups::{default_group_side, groups};
 use crate::shading::Head;
 use crate::span::Span;
+use crate::work::Work;
 
 /// A frame that is to be rendered.
 #[derive(Debug, Clone, Copy)]

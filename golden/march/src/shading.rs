@@ -7,9 +7,9 @@ use glam::DVec3;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
-use crate::compositor::Work;
 use crate::error::MarchError;
 use crate::transmittance::TRANSMITTANCE;
+use crate::work::Work;
 use potamoi_reference::{Product, Units};
 
 /// What follows gathering, for samples in batches.

@@ -2,10 +2,12 @@
 
 use glam::DVec3;
 
-use super::open::SIDE;
 use super::{EFFICIENT_NERF, Model, NGP, NGP_MVOXEL, Scene, SceneError, garden, lantern, ready};
 use potamoi_analytic::Analytic;
 use potamoi_fields::AnyField;
+
+/// Pixels a side of a picture whose size nobody gave.
+pub(super) const SIDE: u32 = 400;
 
 /// Scenes that need no file: splats, voxels, and models of the fields of
 /// [`Analytic`].

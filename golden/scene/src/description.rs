@@ -7,7 +7,6 @@ use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer};
 
 use super::SceneError;
-use super::images::ImagesDescription;
 use potamoi_base::record::Fate::Honoured;
 use potamoi_base::record::{Fate, Format, Key, told};
 use potamoi_fields::HashUnit;
@@ -355,6 +354,36 @@ fn by_kind<T: DeserializeOwned>(section: &str, value: &Value) -> Result<T, Strin
         };
         format!("field `{field}`: {}", e.problem())
     })
+}
+
+/// `[model]` of `kind = "images"`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ImagesDescription {
+    /// The folder, with `transforms.json` and the pictures that it names.
+    pub(super) path: PathBuf,
+    /// In it, the folder of the depths: OpenEXR files named as the pictures, the
+    /// depth along the camera's axis in their red channel.
+    #[serde(default = "depth_folder")]
+    pub(super) depth: PathBuf,
+    /// Units of the poses a unit of the depths.
+    #[serde(default = "one")]
+    pub(super) depth_scale: f64,
+    /// Depths above this, in units of the poses, are void.
+    #[serde(default = "infinity")]
+    pub(super) void_above: f64,
+}
+
+fn depth_folder() -> PathBuf {
+    PathBuf::from("depth")
+}
+
+const fn one() -> f64 {
+    1.0
+}
+
+const fn infinity() -> f64 {
+    f64::INFINITY
 }
 
 #[cfg(test)]

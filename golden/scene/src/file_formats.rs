@@ -21,7 +21,7 @@ pub static FORMATS: &[&Format] = &[
     &ply::FORMAT,
     &files::packed_ply::FORMAT,
     &files::splat::FORMAT,
-    &files::spz::FORMAT,
+    &files::spz_keys::FORMAT,
     &files::sog::FORMAT,
     &compact::FORMAT,
 ];

@@ -6,9 +6,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
 use image::{ImageFormat, ImageReader};
-use serde::Deserialize;
 
-use super::description::{CameraDescription, Description, ModelDescription, RenderDescription};
+use super::description::{
+    CameraDescription, Description, ImagesDescription, ModelDescription, RenderDescription,
+};
 use super::transforms::{self, PathFrame};
 use super::{SceneError, picture_files};
 use potamoi_base::camera::Camera;
@@ -20,36 +21,6 @@ use potamoi_warp::{Geometry, Renderer, Shaded, VOID_BELOW, WarpError, is_void};
 
 /// The largest image file, in bytes.
 const LIMIT: u64 = 1 << 29;
-
-/// `[model]` of `kind = "images"`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ImagesDescription {
-    /// The folder, with `transforms.json` and the pictures that it names.
-    pub(super) path: PathBuf,
-    /// In it, the folder of the depths: OpenEXR files named as the pictures, the
-    /// depth along the camera's axis in their red channel.
-    #[serde(default = "depth_folder")]
-    pub(super) depth: PathBuf,
-    /// Units of the poses a unit of the depths.
-    #[serde(default = "one")]
-    pub(super) depth_scale: f64,
-    /// Depths above this, in units of the poses, are void.
-    #[serde(default = "infinity")]
-    pub(super) void_above: f64,
-}
-
-fn depth_folder() -> PathBuf {
-    PathBuf::from("depth")
-}
-
-const fn one() -> f64 {
-    1.0
-}
-
-const fn infinity() -> f64 {
-    f64::INFINITY
-}
 
 /// What files were found to say that is not used, so far. No part of what a
 /// sequence is.

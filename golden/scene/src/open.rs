@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::builtin::SIDE;
 use super::description::{Description, ModelDescription};
 use super::{BUILTIN, Model, NGP, NGP_MVOXEL, Scene, SceneError, lantern};
 use crate::compact::{self, Compact};
@@ -19,8 +20,6 @@ use potamoi_fields::{AnyField, Field, HashUnit};
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Axes, Order, Profile, files};
 
-/// Pixels a side of a picture whose size nobody gave.
-pub(super) const SIDE: u32 = 400;
 /// Voxel edges from sample to sample unless a description says otherwise.
 pub(super) const STEP: f64 = 0.5;
 /// The endings of files that are scenes.

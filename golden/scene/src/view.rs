@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 use potamoi_formats::record::COLOUR;
 
+use super::builtin::SIDE;
 use super::description::CameraDescription;
-use super::open::SIDE;
 use super::transforms::PathFrame;
 use super::{Kind, Orbit, Scene, SceneError, camera_file, colmap, transforms};
 use potamoi_base::camera::Camera;

@@ -20,18 +20,17 @@
 
 use std::collections::BTreeMap;
 
-use potamoi_formats::fixed::{Format, Rounding};
+use potamoi_formats::fixed::Rounding;
 use potamoi_formats::record::{MEAN, SplatRecord};
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::array::Forms;
 use super::error::RenderError;
 use super::profile::Rules;
+use super::transmittance::TRANSMITTANCE;
 use super::view::{TILE, TILE_PIXELS};
 use potamoi_reference::{GatherTask, Product, Units};
 
-/// Format of transmittances.
-pub const TRANSMITTANCE: Format = Format::unsigned(1, 20);
 const CLEAR: i32 = 1 << TRANSMITTANCE.frac_bits();
 /// An alpha of 1, U0.16.
 const FULL: i32 = 1 << 16;

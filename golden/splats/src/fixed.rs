@@ -8,7 +8,7 @@ use potamoi_formats::record::{COLOUR, RECORD_CHANNELS, SplatRecord};
 use potamoi_formats::units::OpCode;
 
 use super::cloud::Cloud;
-use super::composite::{Compositor, TRANSMITTANCE, Widths};
+use super::composite::{Compositor, Widths};
 use super::error::RenderError;
 use super::float::mask_fits;
 use super::frame::Decisions;
@@ -16,6 +16,7 @@ use super::hold::{Hold, HoldStats, Order};
 use super::profile::Profile;
 use super::records::Saturations;
 use super::schedule::{Group, Schedule, ScheduleOptions};
+use super::transmittance::TRANSMITTANCE;
 use super::view::{TILE, View, Work};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;

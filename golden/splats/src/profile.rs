@@ -6,7 +6,7 @@ use std::str::FromStr;
 use potamoi_formats::record::FACTOR;
 use thiserror::Error;
 
-use super::composite::TRANSMITTANCE;
+use super::transmittance::TRANSMITTANCE;
 use potamoi_base::precision::Precision;
 
 /// A renderer whose rules are followed.

@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use glam::DVec3;
 
 use super::WarpError;
-use super::sample::Sampling;
+use super::sampling::Sampling;
 
 /// Where a pixel of a target frame comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]

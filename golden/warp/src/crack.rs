@@ -36,7 +36,7 @@ impl Cracks<'_> {
         {
             return None;
         }
-        let at = super::target::centre(self.to, pixel);
+        let at = super::pixel::centre(self.to, pixel);
         Some((self.sampler.sees(at, depth.into())?, depth))
     }
 

@@ -12,6 +12,7 @@ mod classify;
 mod crack;
 mod error;
 pub mod mesh;
+mod pixel;
 mod plan;
 mod predict;
 mod reproject;
@@ -19,6 +20,7 @@ mod ridge;
 mod rivals;
 mod run;
 mod sample;
+mod sampling;
 mod silhouette;
 mod target;
 #[cfg(test)]
@@ -34,7 +36,7 @@ pub use reproject::{Warped, reproject};
 pub use ridge::{BayesianRidge, Fit};
 pub use rivals::half_resolution;
 pub use run::{Chain, Frame, Sequence};
-pub use sample::Sampling;
+pub use sampling::Sampling;
 pub use target::{Target, Warper};
 
 use glam::DVec3;

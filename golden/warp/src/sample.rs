@@ -1,13 +1,13 @@
 //! The colour of a warped pixel.
 
 use glam::DVec2;
-use serde::Serialize;
 
 use rayon::prelude::*;
 
 use super::Shaded;
 use super::classify::Rule;
 use super::reproject::Transfer;
+use super::sampling::Sampling;
 use potamoi_base::camera::Camera;
 
 /// Neighbours count whose depth differs by at most so much of it: they show the
@@ -18,18 +18,6 @@ const SAME_SURFACE: f64 = 0.02;
 const STEP: f64 = 0.02;
 /// Weight that such neighbours have to have together.
 const LEAST_WEIGHT: f64 = 0.25;
-
-/// How colours are taken from a reference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Sampling {
-    /// Of the point that landed on the pixel, as the paper has it. It lies up to
-    /// half a pixel off the pixel's centre.
-    Nearest,
-    /// Where the point that the pixel's centre shows is in the reference,
-    /// bilinearly between neighbours of the same surface.
-    Bilinear,
-}
 
 /// Whether two depths, the second a surface's, may be of one surface.
 pub(super) fn is_same_surface(a: f64, b: f64) -> bool {

@@ -4,11 +4,11 @@
 use rayon::prelude::*;
 
 use super::crack::Cracks;
+use super::pixel::centre;
 use super::reproject::{Transfer, reproject};
 use super::sample::Sampler;
 use super::silhouette::Silhouette;
 use super::{Class, Geometry, Renderer, Rule, Scope, Shaded, WarpError, is_surface, is_void};
-use glam::DVec2;
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 
@@ -224,12 +224,6 @@ fn as_it_is(reference: &Shaded) -> Target {
         shaded: reference.clone(),
         classes: vec![Class::Warped; reference.depth.len()],
     }
-}
-
-/// The centre of a pixel.
-pub(super) fn centre(camera: &Camera, pixel: usize) -> DVec2 {
-    let [x, y] = [pixel as u32 % camera.width, pixel as u32 / camera.width];
-    DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)
 }
 
 /// Whether a neighbour of a pixel shows a surface: a geometry has no soft rim,

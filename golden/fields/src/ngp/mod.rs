@@ -21,6 +21,7 @@ mod keys;
 mod occupancy;
 mod parameters;
 mod snapshot;
+mod wrong;
 
 use std::path::Path;
 
@@ -37,7 +38,6 @@ use potamoi_reference::bounds::VectorBounds;
 
 pub use keys::NGP;
 pub(super) use parameters::table as level_table;
-pub use snapshot::SnapshotError;
 
 /// From sample to sample, in the unit cube: its diagonal in 1024.
 const STEP: f64 = 1.732_050_807_568_877_2 / 1024.0;

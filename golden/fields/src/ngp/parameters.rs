@@ -4,7 +4,7 @@ use half::f16;
 
 use super::document::{Document, Network};
 use super::grid::Level;
-use super::snapshot::{Wrong, check, finite, is};
+use super::wrong::{Wrong, check, finite, is};
 use crate::{FieldError, HashUnit, Layer, Mlp, Table};
 
 /// What widths of a fully fused network are rounded up to.

@@ -8,20 +8,21 @@
 //! the features of the grid are zero there, so their weights are dropped.
 
 use std::io::{BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use flate2::bufread::{GzDecoder, ZlibDecoder};
 use glam::DVec3;
 use potamoi_formats::document;
-use thiserror::Error;
 
 use super::document::{Bounds, Direction, Document, Encoding};
 use super::grid::{GridShape, Level};
 use super::occupancy::{CELLS, Occupancy, VOLUME};
 use super::parameters::{ALIGNMENT, Numbers, halves, parameters, perceptron, table, widths};
+use super::wrong::{Wrong, check, finite, is};
 use super::{NGP, Ngp, Placement};
+use crate::snapshot_error::SnapshotError;
 use crate::{FieldError, HashUnit};
-use potamoi_base::record::{KeyError, Notes, Record, told, told_within};
+use potamoi_base::record::{Notes, Record, told, told_within};
 
 /// The largest document, in bytes, once expanded: of any file, of small ones, and
 /// over the file's own length. Occupancy is mostly zeros, which hardly take room
@@ -42,87 +43,6 @@ const MAX_RESOLUTION: u64 = (1 << 20) - 1;
 /// Scale and offset of datasets that say none.
 const SCALE: f64 = 0.33;
 const OFFSET: f64 = 0.5;
-
-/// A snapshot that cannot be used.
-#[derive(Debug, Error)]
-pub enum SnapshotError {
-    /// The file system refused.
-    #[error("cannot read snapshot {path}: {source}; name a readable file")]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// It is no snapshot.
-    #[error("snapshot {path}: field `{field}`: {problem}; expected what Instant-NGP saves")]
-    Container {
-        /// The file.
-        path: PathBuf,
-        /// Where it went wrong.
-        field: String,
-        /// What is wrong.
-        problem: String,
-    },
-    /// It says something that no renderer here does.
-    #[error("snapshot {path}: {source}")]
-    Key {
-        /// The file.
-        path: PathBuf,
-        /// The key, and why.
-        source: KeyError,
-    },
-    /// Something of it is not as it should be, or of a variant that is not
-    /// read.
-    #[error("snapshot {path}: `{field}` is {found}; expected {expected}")]
-    Field {
-        /// The file.
-        path: PathBuf,
-        /// Path of the field.
-        field: String,
-        /// What is there.
-        found: String,
-        /// What would be right.
-        expected: String,
-    },
-}
-
-/// What a check finds wrong: a field, what it is, what was expected.
-pub(super) struct Wrong {
-    field: String,
-    found: String,
-    expected: String,
-}
-
-/// Refuses numbers with which nothing can be computed.
-pub(super) fn finite(values: &[f32], field: &str) -> Result<(), Wrong> {
-    match values.iter().position(|value| !value.is_finite()) {
-        None => Ok(()),
-        Some(at) => {
-            let found = format!("{} at number {at}", values[at]);
-            let expected = "finite numbers alone: training has failed, or the file is damaged";
-            check(false, field, found, expected)
-        }
-    }
-}
-
-/// Refuses unless it holds.
-pub(super) fn check(
-    holds: bool,
-    field: &str,
-    found: impl ToString,
-    expected: impl Into<String>,
-) -> Result<(), Wrong> {
-    if holds {
-        return Ok(());
-    }
-    Err(Wrong {
-        field: field.to_owned(),
-        // Texts of the file may be long.
-        found: found.to_string().chars().take(200).collect(),
-        expected: expected.into(),
-    })
-}
 
 pub(super) fn load(path: &Path) -> Result<Ngp, FieldError> {
     let fail = |source| SnapshotError::Read {
@@ -308,11 +228,6 @@ fn supported(document: &Document) -> Result<(), Wrong> {
     let field = "encoding.stochastic_interpolation";
     check(!stochastic, field, "true", "false")?;
     direction(&document.dir_encoding)
-}
-
-/// Whether a text with a default is that default.
-pub(super) fn is(text: &Option<String>, wanted: &str) -> bool {
-    text.as_ref().is_none_or(|t| t.eq_ignore_ascii_case(wanted))
 }
 
 /// Spherical harmonics of degree 4, alone or in a composite whose other parts

@@ -15,6 +15,7 @@ pub mod packed_ply;
 pub mod sog;
 pub mod splat;
 pub mod spz;
+pub mod spz_keys;
 #[cfg(test)]
 pub mod tests;
 mod unpack;

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use ruzstd::decoding::StreamingDecoder;
 
 use super::error::{FileError, Origin};
-use super::spz::{EXTENDED, FORMAT};
+use super::spz_keys::{EXTENDED, FORMAT};
 use potamoi_base::record::Record;
 use potamoi_base::sh;
 

@@ -8,10 +8,10 @@ use potamoi_rtl::RtlCycles;
 use potamoi_scene::{FrameCounts, Scene};
 use serde::Serialize;
 
+use super::{FORMAT_VERSION, Numerics, Units, not_checked, shoot};
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::render::{FORMAT_VERSION, Numerics, Units, not_checked, shoot};
 use crate::say::say;
 use crate::scene::say_not_checked;
 

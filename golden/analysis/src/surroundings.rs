@@ -1,0 +1,10 @@
+//! What is around the units.
+
+use serde::Serialize;
+
+/// What is around the units.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Surroundings {
+    /// Whether full frames are rendered elsewhere.
+    pub is_remote: bool,
+}
