@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use potamoi_formats::config::Config;
 
+use super::row_place::Place;
 use super::split_banks::SplitBanks;
 use super::table_halves::TableHalves;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
@@ -197,14 +198,6 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "a row past the MVoxel's rows is dropped",
     );
     builder.finish()
-}
-
-/// Where a row is written, and which halves are written and read.
-pub(super) struct Place {
-    pub(super) halves: [Signal; 2],
-    pub(super) write: Signal,
-    /// The row, of those of a half.
-    pub(super) row: Signal,
 }
 
 /// Banks that every port reads: of each port, the words of all of them, the last first.

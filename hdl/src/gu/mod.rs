@@ -2,6 +2,7 @@
 
 mod feature_major;
 mod mft;
+mod ports;
 mod reducer;
 mod report;
 mod rit_buffer;
@@ -11,6 +12,7 @@ mod rit_reader;
 mod rit_shape;
 mod rit_split;
 mod rit_writer;
+mod row_place;
 mod split_banks;
 mod streams;
 mod table_halves;

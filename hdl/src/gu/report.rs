@@ -3,7 +3,7 @@
 use potamoi_formats::config::{Config, EntryKind, Modes, Sums, WeightTrust};
 use potamoi_formats::rit::Vertices;
 
-use super::top::Ports;
+use super::ports::Ports;
 use crate::ir::{Instance, ModuleBuilder, Signal, Ty};
 use crate::parts::{counter, is, popcount, sticky, tree_sum};
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use potamoi_formats::config::Config;
 
-use super::mft::Place;
+use super::row_place::Place;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::{is, popcount, ram};
 

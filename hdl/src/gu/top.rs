@@ -6,6 +6,7 @@ use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::units::GATHERING_UNIT;
 
 use super::mft::mft;
+use super::ports::Ports;
 use super::reducer::{LATER, cell_reducer, reducer};
 use super::report::{Stats, Watched, errors, outputs};
 use super::rit_buffer::rit_buffer;
@@ -13,14 +14,6 @@ use super::rit_pick::weights;
 use super::streams::{Beat, FeatureStream, count_both, rit_stream};
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::{bits_for, is};
-
-/// Ports of the top.
-pub(super) struct Ports {
-    pub(super) vertices: Signal,
-    pub(super) segments: Signal,
-    pub(super) clear: Signal,
-    pub(super) ready: Signal,
-}
 
 /// Inputs of a cell's reducer.
 const FEATURES: [&str; 8] = [

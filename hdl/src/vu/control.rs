@@ -6,7 +6,7 @@ use num_bigint::BigInt;
 use potamoi_formats::config::Config;
 
 use super::constants::{multiples, steps};
-use super::engine::Widths;
+use super::widths::Widths;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Ty};
 
 /// Builds `exp_constants`: two shift registers that rotate r places with every

@@ -1,45 +1,16 @@
 //! The exponential engine's datapath: start, steps, tail and output.
 
 use num_bigint::BigInt;
-use potamoi_formats::config::{Engine, ExpConfig, ExpForm, ExpOutput};
+use potamoi_formats::config::{ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Rounding;
 
 use super::constants::{ln_two_times, radix_bits};
-use super::lane::{Kinds, Powers};
+use super::kinds::Kinds;
 use super::logistic::Size;
 use super::radix4::bias_in_radix_4;
+use super::widths::{Place, Powers, State, Widths};
 use crate::ir::{ModuleBuilder, Signal, Ty};
 use crate::parts::bits_for;
-
-/// Widths of the engine's registers.
-#[derive(Debug, Clone)]
-pub(super) struct Widths {
-    pub(super) exp: ExpConfig,
-    pub(super) engine: Engine,
-    pub(super) remain: Ty,
-    pub(super) accum: Ty,
-    pub(super) digits: Ty,
-    pub(super) shift: Ty,
-    /// What is built.
-    pub(super) kinds: Kinds,
-}
-
-/// The state that a step takes and gives.
-#[derive(Clone, Copy)]
-pub(super) struct State {
-    pub(super) remain: Signal,
-    pub(super) accum: Signal,
-    pub(super) digits: Signal,
-}
-
-/// One place of the shift registers, as signals.
-#[derive(Clone)]
-pub(super) struct Place {
-    /// One constant, or of radix 4 those of the digits 1, 2 and 3.
-    pub(super) constants: Vec<Signal>,
-    pub(super) shift: Signal,
-    pub(super) digit: Signal,
-}
 
 impl Widths {
     pub(super) fn of(exp: &ExpConfig, kinds: Kinds) -> Self {

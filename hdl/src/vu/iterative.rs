@@ -5,9 +5,10 @@ use potamoi_formats::config::Config;
 use super::constants::multiples;
 use super::control::sub_name;
 use super::early_out::Own;
-use super::engine::{Place, State, Widths};
-use super::lane::{Orders, Powers};
 use super::logistic::Passes;
+use super::orders::Orders;
+use super::widths::Powers;
+use super::widths::{Place, State, Widths};
 use crate::ir::{ModuleBuilder, Signal, Ty};
 
 /// Registers that the steps run in, r a clock. The first steps take the

@@ -3,144 +3,16 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::{Config, ExpForm};
-use potamoi_formats::units::OpCode;
 
 use super::alu::{EXACT, exact, requantise};
 use super::constants::steps;
-use super::engine::{Place, State, Widths};
 use super::iterative::iterative;
+use super::kinds::Kinds;
+use super::orders::Orders;
 use super::pieces::pieces;
+use super::widths::Powers;
+use super::widths::{Place, State, Widths};
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
-
-/// What every lane is told alike.
-pub(super) struct Orders {
-    accept: Signal,
-    code: Signal,
-    pub(super) one_minus: Signal,
-    shift: Signal,
-    rounding: Signal,
-    is_exp: Signal,
-    was_one_minus: Signal,
-    was_softplus: Signal,
-}
-
-impl Orders {
-    fn declare(m: &mut ModuleBuilder, kinds: Kinds) -> Self {
-        let Kinds {
-            exp,
-            one_minus,
-            elementwise,
-            softplus,
-            ..
-        } = kinds;
-        let bit = Ty::bit();
-        let none = m.lit(0, bit);
-        let unused = m.lit(0, Ty::u(6));
-        let mut port = |on: bool, name: &str, ty: Ty, doc: &str, or: Signal| {
-            if on { m.input(name, ty, doc) } else { or }
-        };
-        Self {
-            accept: port(
-                true,
-                "accept",
-                bit,
-                "takes the operands at the clock edge",
-                none,
-            ),
-            code: port(
-                elementwise,
-                "code",
-                Ty::u(4),
-                "operation of the operands",
-                unused,
-            ),
-            one_minus: port(
-                one_minus,
-                "one_minus",
-                bit,
-                "of the operands: 1 - exp(-s)",
-                none,
-            ),
-            shift: port(
-                elementwise,
-                "shift",
-                Ty::u(6),
-                "of the result stage: bits dropped",
-                unused,
-            ),
-            rounding: port(
-                elementwise,
-                "rounding",
-                Ty::u(2),
-                "of the result stage",
-                unused,
-            ),
-            is_exp: port(
-                exp && elementwise,
-                "result_is_exp",
-                bit,
-                "of the result stage",
-                none,
-            ),
-            was_one_minus: port(
-                one_minus,
-                "result_is_one_minus",
-                bit,
-                "of the result stage",
-                none,
-            ),
-            was_softplus: port(
-                softplus,
-                "result_is_softplus",
-                bit,
-                "of the result stage",
-                none,
-            ),
-        }
-    }
-}
-
-/// Which kinds of operation a configuration builds.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Kinds {
-    /// Any that the engine computes.
-    pub(super) exp: bool,
-    pub(super) one_minus: bool,
-    pub(super) elementwise: bool,
-    pub(super) sigmoid: bool,
-    pub(super) softplus: bool,
-}
-
-/// What the engine holds for the result stage.
-pub(super) struct Powers {
-    pub(super) state: State,
-    pub(super) large: Signal,
-    /// Of sigmoid and softplus, where they are built: the power, scaled, and
-    /// the sum that softplus rounds.
-    pub(super) logistic: Option<(Signal, Signal)>,
-    /// The exponent, where it is known already.
-    pub(super) exponent: Option<Signal>,
-    /// With an early out: there are steps to take after the next clock.
-    pub(super) more: Option<Signal>,
-}
-
-impl Kinds {
-    pub(super) fn of(config: &Config) -> Self {
-        let ops = &config.vu.ops;
-        Self {
-            exp: ops.iter().any(|o| o.is_exponential()),
-            one_minus: ops.contains(&OpCode::OneMinusExp),
-            elementwise: ops.iter().any(|o| !o.is_exponential()),
-            sigmoid: ops.contains(&OpCode::Sigmoid),
-            softplus: ops.contains(&OpCode::Softplus),
-        }
-    }
-
-    /// Operations of more than one pass are built.
-    pub(super) const fn logistic(self) -> bool {
-        self.sigmoid || self.softplus
-    }
-}
 
 /// Builds `vector_lane`.
 ///

@@ -8,7 +8,7 @@ use num_bigint::BigInt;
 use potamoi_formats::fixed::Rounding;
 
 use super::constants::ln_one_plus;
-use super::engine::{State, Widths};
+use super::widths::{State, Widths};
 use crate::ir::{ModuleBuilder, Signal, Ty};
 
 /// A power of up to 16 that sigmoid or softplus starts an exponential from.

@@ -7,12 +7,15 @@ mod control;
 mod early_out;
 mod engine;
 mod iterative;
+mod kinds;
 mod lane;
 mod logistic;
+mod orders;
 mod pieces;
 mod radix4;
 mod sequence;
 mod top;
+mod widths;
 
 pub use bound::{Bound, error_bound};
 pub use constants::{ln_one_plus, ln_two_times};

@@ -6,8 +6,9 @@
 use potamoi_formats::fixed::Rounding;
 
 use super::constants;
-use super::engine::{State, Widths};
-use super::lane::{Orders, Powers};
+use super::orders::Orders;
+use super::widths::Powers;
+use super::widths::{State, Widths};
 use crate::ir::{ModuleBuilder, Signal, Ty};
 
 /// Integer bits of v: 16 log2 e is 23.1.

@@ -3,7 +3,7 @@
 use num_bigint::BigInt;
 
 use super::constants::ln_two_multiple;
-use super::engine::{Place, State, Widths};
+use super::widths::{Place, State, Widths};
 use crate::ir::{ModuleBuilder, Signal, Ty};
 
 /// `z ln 2` as the sum of its digits of radix 4, each rounded as the step's

@@ -8,9 +8,10 @@ use potamoi_formats::units::{OpCode, VECTOR_UNIT};
 use super::alu::is_op;
 use super::constants::multiples;
 use super::control::{exp_constants, sub_name};
-use super::engine::Widths;
-use super::lane::{Kinds, lane};
+use super::kinds::Kinds;
+use super::lane::lane;
 use super::sequence::{Offer, Order, Sequence, passes, sequence};
+use super::widths::Widths;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::{bits_for, counter, fifo, is, sticky};
 

@@ -12,11 +12,11 @@ use super::passes::Settings;
 use super::sequencer::Sequencer;
 use super::shape::Shape;
 use super::table::table;
+use crate::gu::ports::Ports;
 use crate::gu::report::{Stats, Watched, errors, outputs};
 use crate::gu::rit_buffer::rit_buffer;
 use crate::gu::rit_pick::weights;
 use crate::gu::streams::{Beat, FeatureStream, count_both, rit_stream};
-use crate::gu::top::Ports;
 use crate::ir::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use crate::parts::{bits_for, is};
 

@@ -1,0 +1,33 @@
+//! Which kinds of operation a configuration builds.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::OpCode;
+
+/// Which kinds of operation a configuration builds.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kinds {
+    /// Any that the engine computes.
+    pub(super) exp: bool,
+    pub(super) one_minus: bool,
+    pub(super) elementwise: bool,
+    pub(super) sigmoid: bool,
+    pub(super) softplus: bool,
+}
+
+impl Kinds {
+    pub(super) fn of(config: &Config) -> Self {
+        let ops = &config.vu.ops;
+        Self {
+            exp: ops.iter().any(|o| o.is_exponential()),
+            one_minus: ops.contains(&OpCode::OneMinusExp),
+            elementwise: ops.iter().any(|o| !o.is_exponential()),
+            sigmoid: ops.contains(&OpCode::Sigmoid),
+            softplus: ops.contains(&OpCode::Softplus),
+        }
+    }
+
+    /// Operations of more than one pass are built.
+    pub(super) const fn logistic(self) -> bool {
+        self.sigmoid || self.softplus
+    }
+}
