@@ -183,7 +183,10 @@ fn flatten(tree: &UseTree, path: &mut Vec<String>, leaves: &mut Vec<(Vec<String>
         }
         UseTree::Name(last) => {
             let name = last.ident.to_string();
-            leaves.push(([path.as_slice(), &[name.clone()]].concat(), name));
+            leaves.push((
+                [path.as_slice(), std::slice::from_ref(&name)].concat(),
+                name,
+            ));
         }
         UseTree::Rename(last) => {
             let whole = [path.as_slice(), &[last.ident.to_string()]].concat();
