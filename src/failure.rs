@@ -147,7 +147,10 @@ fn model_code(error: &ModelError) -> u8 {
         | ModelError::OldTool { .. }
         | ModelError::Broken { .. }
         | ModelError::Load { .. } => 3,
-        ModelError::NoCacheDir | ModelError::Untrusted { .. } | ModelError::Io { .. } => 2,
+        ModelError::NoCacheDir
+        | ModelError::NoFolder { .. }
+        | ModelError::Untrusted { .. }
+        | ModelError::Io { .. } => 2,
         _ => 1,
     }
 }

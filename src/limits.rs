@@ -10,12 +10,33 @@ use rustix::process::{
     Pid, Resource, Signal, getpid, getppid, getrlimit, set_parent_process_death_signal,
 };
 
+use potamoi_verilated::child::LIMIT;
+
+use crate::failure::Failure;
 use crate::say;
 
 /// Set in the child, to its parent's number.
 const INNER: &str = "POTAMOI_WITHIN_LIMIT";
 /// Exit status of a panic.
 const PANICKED: i32 = 101;
+
+/// Refuses a time limit of tools that is none.
+///
+/// # Errors
+/// The variable is set, and not to a number of seconds.
+pub(crate) fn check_tool_seconds() -> Result<(), Failure> {
+    let Some(text) = std::env::var_os(LIMIT) else {
+        return Ok(());
+    };
+    let text = text.to_string_lossy();
+    match text.trim().parse::<u64>() {
+        Ok(1..) => Ok(()),
+        _ => Err(Failure::Usage(format!(
+            "{LIMIT} is `{text}`: expected a whole number of seconds, 1 or more; unset it for the \
+             limits of each tool"
+        ))),
+    }
+}
 
 /// Runs this command in a child where memory is limited; none where it is not, or in that child.
 pub(crate) fn run_within() -> Option<ExitCode> {

@@ -30,22 +30,39 @@ mod trace;
 mod verify;
 mod warp;
 
+use std::io::Write as _;
 use std::process::ExitCode;
 
 use clap::{CommandFactory as _, FromArgMatches as _};
 
 use failure::Failure;
 
+/// Prints what the command line was answered with: an error, help or a version.
+fn parting(error: &clap::Error) -> ExitCode {
+    let printed = error.print().and_then(|()| std::io::stdout().flush());
+    match printed {
+        Err(why) if why.kind() != std::io::ErrorKind::BrokenPipe => {
+            let failure = Failure::Output(why.to_string());
+            say::error(format_args!("{failure}"));
+            failure.exit_code()
+        }
+        // 0 of help, 2 of errors.
+        _ => ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2)),
+    }
+}
+
 fn main() -> ExitCode {
     let matches = cli::Cli::command().get_matches();
     let cli = match cli::Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,
-        Err(error) => error.exit(),
+        Err(error) => return parting(&error),
     };
     if let Some(code) = limits::run_within() {
         return code;
     }
-    let done = roles::check(&matches).and_then(|()| run(&cli));
+    let done = limits::check_tool_seconds()
+        .and_then(|()| roles::check(&matches))
+        .and_then(|()| run(&cli));
     let done = match (done, say::lost()) {
         (Ok(()), Some(why)) => Err(Failure::Output(why)),
         (done, _) => done,

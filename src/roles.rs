@@ -57,7 +57,7 @@ pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
     let Some((command, own)) = matches.subcommand() else {
         return Ok(());
     };
-    let (mut inputs, mut outputs) = (vec![], vec![]);
+    let (mut inputs, mut outputs, mut folders) = (vec![], vec![], vec![]);
     for id in own.ids() {
         let Some(role) = role(command, id.as_str()) else {
             continue;
@@ -72,12 +72,27 @@ pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
             let list = match role {
                 Role::Input => &mut inputs,
                 Role::Output => &mut outputs,
-                Role::Folder => continue,
+                Role::Folder => &mut folders,
             };
             list.push((flag, PathBuf::from(value)));
         }
     }
     twice(&outputs)?;
+    for (flag, path) in &outputs {
+        if let Some((other, folder)) = folders
+            .iter()
+            .find(|(_, folder)| is_written_in(path, folder))
+        {
+            return Err(Failure::Usage(format!(
+                "{flag} {} is a file that {other} {} writes as well: name another output",
+                path.display(),
+                folder.display()
+            )));
+        }
+    }
+    for (flag, folder) in &folders {
+        keep_inputs(&inputs, flag, folder)?;
+    }
     let lost: Vec<_> = outputs
         .iter()
         .filter_map(|(flag, path)| Some((flag, path, regular(path)?)))
@@ -97,6 +112,45 @@ pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
                     from.display()
                 )));
             }
+        }
+    }
+    Ok(())
+}
+
+/// Whether a file of this name is written into folders: frames, streams, and lists.
+fn is_written(name: &str) -> bool {
+    let is_frame = |start: &str| name.starts_with(start) && name.ends_with(".png");
+    is_frame("frame.") || is_frame("origin.") || name.ends_with(".hex") || name == "memories.json"
+}
+
+/// Whether an output is a file that is written into a folder as well.
+fn is_written_in(path: &Path, folder: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let within = path.parent().and_then(absolute);
+    is_written(&name) && within.is_some() && within == absolute(folder)
+}
+
+/// Refuses a folder for outputs that holds inputs of the names that are written there.
+fn keep_inputs(inputs: &[(String, PathBuf)], flag: &str, folder: &Path) -> Result<(), Failure> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let written: Vec<_> = entries
+        .filter(|entry| is_written(&entry.file_name().to_string_lossy()))
+        .filter_map(|entry| Some((entry.path(), regular(&entry.path())?)))
+        .collect();
+    if written.is_empty() {
+        return Ok(());
+    }
+    for (input, from) in inputs {
+        let mut read = BTreeSet::new();
+        files_of(from, DEPTH, &mut read);
+        if let Some((path, _)) = written.iter().find(|(_, file)| read.contains(file)) {
+            return Err(Failure::Usage(format!(
+                "{flag} {}: {} there is a file that {input} {} reads, which would be lost: name \
+                 another folder",
+                folder.display(),
+                path.file_name().unwrap_or_default().display(),
+                from.display()
+            )));
         }
     }
     Ok(())
@@ -171,7 +225,10 @@ fn files_of(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
     if !found.insert(file) || depth == 0 {
         return;
     }
-    let is_text = |ending: &str| path.extension().is_some_and(|e| e == ending);
+    let is_text = |ending: &str| {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    };
     if !is_text("toml") && !is_text("json") {
         return;
     }
@@ -273,6 +330,43 @@ mod tests {
         assert!(render(&a, &at("m.ply"), &at("s.toml")).is_some());
         assert!(render(&a, &at("s.toml"), &at("s.toml")).is_some());
         assert_eq!(render(&a, &b, &at("s.toml")), None);
+        fs::copy(at("s.toml"), at("S.TOML")).unwrap();
+        assert!(render(&a, &at("m.ply"), &at("S.TOML")).is_some());
+
+        // Folders that hold inputs, and files that are written into them.
+        fs::create_dir(at("seq")).unwrap();
+        fs::write(at("seq/frame.0000.png"), "png").unwrap();
+        let images = "[model]\nkind = \"images\"\npath = \"seq\"\n";
+        fs::write(at("images.toml"), images).unwrap();
+        let warp = |out: &str| {
+            said(&[
+                "potamoi",
+                "warp",
+                "--scene",
+                &at("images.toml"),
+                "--out",
+                out,
+            ])
+        };
+        assert!(warp(&at("seq")).unwrap().contains("frame.0000.png"));
+        assert_eq!(warp(&at("other")), None);
+        let trace = |json: &str| {
+            let (out, mem) = (at("t.npz"), at("mem"));
+            said(&[
+                "potamoi",
+                "trace",
+                "--scene",
+                "garden",
+                "--out",
+                &out,
+                "--readmemh",
+                &mem,
+                "--json",
+                json,
+            ])
+        };
+        assert!(trace(&at("mem/memories.json")).is_some());
+        assert_eq!(trace(&at("mem/report.json")), None);
         fs::create_dir(at("f")).unwrap();
         fs::write(at("f/meta.json"), "{}").unwrap();
         assert!(render(&a, &at("f/meta.json"), &at("f")).is_some());

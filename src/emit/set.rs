@@ -99,9 +99,15 @@ fn foreign(
     overwrite: bool,
 ) -> Result<Vec<String>, Failure> {
     let mut foreign = vec![];
+    let is_ours = |path: &Path| {
+        let text = read_text(path, LARGEST).ok();
+        text.is_some_and(|text| serde_json::from_str::<Manifest>(&text).is_ok())
+    };
     let names = set
         .keys()
-        .chain(old.keys().filter(|p| !set.contains_key(*p)));
+        .chain(old.keys().filter(|p| !set.contains_key(*p)))
+        .map(String::as_str)
+        .chain([MANIFEST]);
     for name in names {
         let path = out.join(name);
         let Ok(found) = fs::symlink_metadata(&path) else {
@@ -129,8 +135,9 @@ fn foreign(
             let hash = bytes.map(|bytes| hash(&bytes));
             hash.is_some() && hash.as_ref() == old.get(name)
         };
-        if !is_same && !is_listed() {
-            foreign.push(name.clone());
+        let is_manifest = name == MANIFEST && is_ours(&path);
+        if !is_same && !is_manifest && !is_listed() {
+            foreign.push(name.to_owned());
         }
     }
     Ok(foreign)
@@ -267,6 +274,32 @@ mod tests {
         expected.insert("u/mine.v".to_owned(), "mine".to_owned());
         assert_eq!(content(&out), expected);
         assert!(replace(&out, &new, "2", false).unwrap().is_empty());
+    }
+
+    /// A manifest that no emission wrote is somebody's file as any other.
+    #[test]
+    fn a_foreign_manifest_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path();
+        let new = set(&["a.v"], "new");
+        let manifest = out.join(MANIFEST);
+        let write = |overwrite| replace(out, &new, "1", overwrite).map_err(|e| e.to_string());
+        fs::write(&manifest, "{\"mine\": 1}").unwrap();
+        assert!(write(false).unwrap_err().contains(MANIFEST));
+        assert_eq!(fs::read_to_string(&manifest).unwrap(), "{\"mine\": 1}");
+        write(true).unwrap();
+        write(false).unwrap();
+
+        fs::remove_file(&manifest).unwrap();
+        fs::write(out.join("victim"), "victim").unwrap();
+        std::os::unix::fs::symlink("victim", &manifest).unwrap();
+        assert!(write(false).unwrap_err().contains("a link"));
+        fs::remove_file(&manifest).unwrap();
+        let fifo = std::process::Command::new("mkfifo").arg(&manifest).status();
+        assert!(fifo.unwrap().success());
+        for overwrite in [false, true] {
+            assert!(write(overwrite).unwrap_err().contains("never replaced"));
+        }
     }
 
     #[test]

@@ -148,6 +148,15 @@ impl Unfinished {
         self.0.path()
     }
 
+    /// Appends to it.
+    ///
+    /// # Errors
+    /// The disk is full, or fails.
+    pub fn write_all(&mut self, bytes: &[u8]) -> Result<()> {
+        use std::io::Write as _;
+        self.0.write_all(bytes)
+    }
+
     /// Puts it in its place.
     ///
     /// # Errors

@@ -255,9 +255,11 @@ impl Images {
 
     /// As the file has them. What lies behind the camera is not known.
     fn stored_depth(&self, frame: &PathFrame) -> Result<Vec<f32>, SceneError> {
-        let stem = frame.picture.file_stem().unwrap_or_default();
+        // A stem may hold dots: `frame.0001.png` has the depth `frame.0001.exr`.
+        let mut name = frame.picture.file_stem().unwrap_or_default().to_owned();
+        name.push(".exr");
         let folder = self.folder.join(&self.description.depth);
-        let path = folder.join(stem).with_extension("exr");
+        let path = folder.join(name);
         let image = self.read(&path, &frame.camera, true)?.into_rgb32f();
         let scaled = image.pixels().map(|pixel| {
             let depth = f64::from(pixel.0[0]) * self.description.depth_scale;

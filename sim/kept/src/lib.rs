@@ -22,7 +22,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// First words of every kept file, with the version of its format.
-const FORMAT: &str = "potamoi-kept 1";
+const FORMAT: &str = "potamoi-kept 2";
 /// Bytes of a kept file at most.
 const LARGEST: u64 = 1 << 32;
 
@@ -130,9 +130,23 @@ pub fn write_text(path: &Path, text: &str) -> std::io::Result<()> {
 }
 
 fn write_bytes(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut all = format!("{FORMAT} {}\n", blake3::hash(bytes).to_hex()).into_bytes();
+    let hash = blake3::hash(bytes).to_hex();
+    let mut all = format!("{FORMAT} {hash} {}\n", name(path)).into_bytes();
     all.extend_from_slice(bytes);
-    files::write(path, &all)
+    // Whatever lies there that is no kept file goes: a link, not what it leads to.
+    if let Ok(found) = std::fs::symlink_metadata(path)
+        && found.is_dir()
+    {
+        std::fs::remove_dir_all(path)?;
+    }
+    let mut file = files::Unfinished::beside(path)?;
+    file.write_all(&all)?;
+    file.finish()
+}
+
+/// The name of a kept file, which holds its key.
+fn name(path: &Path) -> std::borrow::Cow<'_, str> {
+    path.file_name().unwrap_or_default().to_string_lossy()
 }
 
 fn read_bytes(path: &Path) -> Option<Vec<u8>> {
@@ -147,10 +161,20 @@ fn read_bytes(path: &Path) -> Option<Vec<u8>> {
     let end = bytes.iter().position(|b| *b == b'\n').unwrap_or(0);
     let head = String::from_utf8_lossy(&bytes[..end]).into_owned();
     let body = bytes.split_off((end + 1).min(bytes.len()));
-    match head.strip_prefix(FORMAT).map(str::trim) {
-        Some(hash) if hash == blake3::hash(&body).to_hex().as_str() => Some(body),
-        _ => {
+    let said = head.strip_prefix(FORMAT).map(str::trim);
+    let hash = blake3::hash(&body).to_hex();
+    match said.and_then(|said| said.split_once(' ')) {
+        Some((found, _)) if found != hash.as_str() => {
             not_believed(path, "its checksum does not fit");
+            None
+        }
+        Some((_, own)) if own == name(path) => Some(body),
+        Some(_) => {
+            not_believed(path, "it was kept for something else");
+            None
+        }
+        None => {
+            not_believed(path, "it is of another form");
             None
         }
     }
@@ -180,7 +204,7 @@ mod tests {
         let harms = [
             text.replace("1000.0", "100.0"),
             text[..text.len() - 1].to_owned(),
-            text.replace(FORMAT, "potamoi-kept 0"),
+            text.replace(FORMAT, "potamoi-kept 1"),
             text.lines().nth(1).unwrap().to_owned(),
             String::new(),
         ];
@@ -197,6 +221,47 @@ mod tests {
             std::fs::set_permissions(&path, open).unwrap();
             assert_eq!(read::<[f64; 2]>(&path), None);
         }
+    }
+
+    /// What lies in the place of a kept file is replaced itself, and what it leads to stays.
+    #[test]
+    fn strange_entries_are_replaced_and_never_written_through() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("victim"), "mine").unwrap();
+        std::os::unix::fs::symlink(at("victim"), at("link.json")).unwrap();
+        std::os::unix::fs::symlink(at("nowhere"), at("dangling.json")).unwrap();
+        std::fs::create_dir(at("folder.json")).unwrap();
+        std::fs::write(at("folder.json/inside"), "").unwrap();
+        let fifo = std::process::Command::new("mkfifo")
+            .arg(at("fifo.json"))
+            .status();
+        assert!(fifo.unwrap().success());
+        for name in ["link.json", "dangling.json", "folder.json", "fifo.json"] {
+            assert_eq!(read::<u32>(&at(name)), None, "{name}");
+            write(&at(name), &7).unwrap();
+            assert!(
+                std::fs::symlink_metadata(at(name)).unwrap().is_file(),
+                "{name}"
+            );
+            assert_eq!(read(&at(name)), Some(7), "{name}");
+        }
+        assert_eq!(std::fs::read_to_string(at("victim")).unwrap(), "mine");
+        assert!(!at("nowhere").exists());
+    }
+
+    #[test]
+    fn a_result_under_another_name_is_not_believed() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |value: u32| {
+            Key::new("k", "1")
+                .value("v", &value)
+                .file(folder.path(), "json")
+        };
+        write(&file(1), &1.0).unwrap();
+        std::fs::copy(file(1), file(2)).unwrap();
+        assert_eq!(read::<f64>(&file(1)), Some(1.0));
+        assert_eq!(read::<f64>(&file(2)), None);
     }
 
     #[test]

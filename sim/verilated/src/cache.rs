@@ -66,7 +66,10 @@ pub fn claim(folder: &Path) -> Result<PathBuf, Error> {
         .recursive(true)
         .mode(PRIVATE)
         .create(folder)
-        .map_err(|e| Error::io("create the folder", folder, &e))?;
+        .map_err(|e| Error::NoFolder {
+            path: folder.to_owned(),
+            reason: e.to_string(),
+        })?;
     let found = fs::canonicalize(folder).map_err(|e| Error::io("find the folder", folder, &e))?;
     let metadata = fs::metadata(&found).map_err(|e| Error::io("read", folder, &e))?;
     distrust(&metadata).map_or(Ok(()), |problem| {

@@ -76,6 +76,17 @@ pub enum Error {
          set; set POTAMOI_CACHE to a folder of your own"
     )]
     NoCacheDir,
+    /// The folder of kept files cannot be made.
+    #[error(
+        "cannot create the folder of kept files {path:?}: {reason}; name a folder of your own in \
+         POTAMOI_CACHE"
+    )]
+    NoFolder {
+        /// The folder.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
     /// A folder of kept files that somebody else may have filled.
     #[error(
         "the folder of kept files {path:?} is not used, since models are loaded from it as code: \

@@ -7,6 +7,7 @@
 use crate::{
     Error,
     cache::{self, Scratch},
+    toolchain::SEE_DOCTOR,
 };
 use std::{
     collections::BTreeMap,
@@ -16,7 +17,7 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-const FORMAT: &str = "potamoi-verilated 1";
+const FORMAT: &str = "potamoi-verilated 2";
 const MANIFEST: &str = "manifest";
 const ATTEMPTS: usize = 8;
 
@@ -87,7 +88,7 @@ pub(crate) fn fetch(
     let product = make(folder)?;
     fs::remove_dir_all(&scratch).map_err(|e| Error::io("remove", &scratch, &e))?;
     let manifest = folder.join(MANIFEST);
-    fs::write(&manifest, describe(folder, &product)?)
+    fs::write(&manifest, describe(folder, &place, &product)?)
         .map_err(|e| Error::io("write", &manifest, &e))?;
     let files = product.files.iter().map(String::as_str);
     for name in files.chain([MANIFEST]) {
@@ -139,11 +140,20 @@ fn hash_file(path: &Path) -> std::io::Result<String> {
     Ok(blake3::hash(&fs::read(path)?).to_hex().to_string())
 }
 
-fn describe(folder: &Path, product: &Product) -> Result<String, Error> {
-    let mut text = format!("{FORMAT}\n");
+/// The manifest of a product in a folder, made for a place whose name holds its key.
+fn describe(folder: &Path, place: &Path, product: &Product) -> Result<String, Error> {
+    let mut text = format!("{FORMAT}\nof {}\n", name_of(place));
     for name in &product.files {
         let path = folder.join(name);
-        let hash = hash_file(&path).map_err(|e| Error::io("read", &path, &e))?;
+        let hash = hash_file(&path).map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => Error::Broken {
+                tool: "the C++ compiler".into(),
+                doing: format!("making {name}"),
+                problem: format!("it ended well, but left no {name}"),
+                remedy: SEE_DOCTOR,
+            },
+            _ => Error::io("read", &path, &e),
+        })?;
         text += &format!("file {hash} {name}\n");
     }
     for note in &product.notes {
@@ -152,6 +162,11 @@ fn describe(folder: &Path, product: &Product) -> Result<String, Error> {
     let hash = blake3::hash(text.as_bytes()).to_hex();
     text += &format!("end {hash}\n");
     Ok(text)
+}
+
+fn name_of(place: &Path) -> String {
+    let name = place.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }
 
 /// Whatever the user's mask of permissions is, nobody else can write a product's file, nor the
@@ -193,7 +208,8 @@ fn verified(place: &Path) -> Option<Vec<String>> {
         return None;
     }
     let mut lines = body.lines();
-    if lines.next()? != FORMAT {
+    // One that was made for another key is damaged, however whole.
+    if lines.next()? != FORMAT || lines.next()? != format!("of {}", name_of(place)) {
         return None;
     }
     let mut notes = Vec::new();
@@ -289,7 +305,7 @@ mod tests {
             fs::create_dir(&folder).unwrap();
             let count = AtomicUsize::new(0);
             let product = make(&count)(&folder).unwrap();
-            let text = describe(&folder, &product).unwrap();
+            let text = describe(&folder, &place, &product).unwrap();
             fs::write(folder.join(MANIFEST), text).unwrap();
             folder
         };
@@ -297,6 +313,20 @@ mod tests {
             settle(cache.path(), &whole(name), place.clone()).unwrap();
         }
         assert!(verified(&place).is_some());
+    }
+
+    /// A whole product under another key's name would be loaded as another model.
+    #[test]
+    fn a_product_under_another_name_is_not_believed() {
+        let cache = tempfile::tempdir().unwrap();
+        let count = AtomicUsize::new(0);
+        let own = fetch(cache.path(), "n", &Key::new("a"), &make(&count)).unwrap();
+        let other = cache.path().join(format!("n-{}", Key::new("b").hex()));
+        fs::rename(&own.folder, &other).unwrap();
+        assert!(verified(&other).is_none());
+        let again = fetch(cache.path(), "n", &Key::new("b"), &make(&count)).unwrap();
+        assert!(!again.cached);
+        assert_eq!(count.load(Ordering::Relaxed), 2);
     }
 
     #[test]
