@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::files::{self, FileError};
-use crate::say::say;
+use crate::stdout::say;
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;

@@ -12,12 +12,12 @@ use potamoi_scene::Scene;
 use potamoi_scene::characterise::{BANKS, Banks, LANES, Memory, Stages, Traffic, Vectors};
 use serde::Serialize;
 
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::say::say;
 use crate::scene::{SceneArgs, named, say_not_checked};
+use crate::stdout::say;
 use paper::Paper;
 
 #[derive(Debug, Args)]

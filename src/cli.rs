@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::args::Common;
 use crate::cache::CacheArgs;
 use crate::characterise::CharacteriseArgs;
-use crate::common::Common;
 use crate::cost::CostArgs;
 use crate::effects::EffectsArgs;
 use crate::estimate::EstimateArgs;

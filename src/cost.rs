@@ -16,7 +16,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::scene::SceneArgs;

@@ -10,7 +10,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::files::{self, FileError};
-use crate::say::say;
+use crate::stdout::say;
 use search::{Surroundings, locate, numbers, version};
 use tools::{TOOLS, Tool};
 

@@ -16,12 +16,12 @@ use potamoi_reference::Twins;
 use potamoi_scene::Scene;
 use potamoi_system::effects::{EffectCycles, EffectMeter};
 
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
+use crate::model_context::config_for;
 use crate::progress;
 use crate::scene::SceneArgs;
-use crate::setup::config_for;
 
 use compare::{Forced, Without};
 use measure::Stopwatch;

@@ -11,11 +11,11 @@ use potamoi_hdl::emit::emit;
 use potamoi_scene::Scene;
 use serde::Serialize;
 
+use crate::args::Common;
 use crate::cli::EmitArgs;
-use crate::common::Common;
 use crate::failure::Failure;
 use crate::files;
-use crate::say::say;
+use crate::stdout::say;
 
 /// The file that a configuration is written to that is reduced to a scene.
 const CONFIGURATION: &str = "configuration.toml";

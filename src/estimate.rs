@@ -13,10 +13,10 @@ use potamoi_synth::{
 };
 use serde::Serialize;
 
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
-use crate::say::say;
+use crate::stdout::say;
 use crate::synth::Units;
 use crate::tables;
 

@@ -7,12 +7,12 @@ use potamoi_cycles::layouts::{Layout, Layouts};
 use potamoi_formats::config::{EntryKind, ExtraPorts, Organisation};
 use serde::Serialize;
 
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::say::say;
 use crate::scene::{SceneArgs, say_not_checked};
+use crate::stdout::say;
 use crate::tables;
 
 #[derive(Debug, Args)]

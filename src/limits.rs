@@ -13,7 +13,7 @@ use rustix::process::{
 use potamoi_verilated::child::LIMIT;
 
 use crate::failure::Failure;
-use crate::say;
+use crate::stdout;
 
 /// Set in the child, to its parent's number.
 const INNER: &str = "POTAMOI_WITHIN_LIMIT";
@@ -49,7 +49,7 @@ pub(crate) fn run_within() -> Option<ExitCode> {
         if is_alive {
             return None;
         }
-        say::error(format_args!("{INNER} is not to be set: unset it"));
+        stdout::error(format_args!("{INNER} is not to be set: unset it"));
         return Some(ExitCode::from(2));
     }
     let own = std::env::current_exe().ok()?;
@@ -60,7 +60,7 @@ pub(crate) fn run_within() -> Option<ExitCode> {
     let status = match command.status() {
         Ok(status) => status,
         Err(error) => {
-            say::error(format_args!(
+            stdout::error(format_args!(
                 "cannot start under the memory limit of {} MiB: {error}; raise it (ulimit -v)",
                 limit >> 20
             ));
@@ -72,7 +72,7 @@ pub(crate) fn run_within() -> Option<ExitCode> {
             Some(ExitCode::from(u8::try_from(code).unwrap_or(u8::MAX)))
         }
         _ => {
-            say::error(format_args!(
+            stdout::error(format_args!(
                 "the limit of {} MiB of memory does not hold what was asked for ({status}): raise it \
                  (ulimit -v), or ask for a smaller picture or model; docs/kept-files.md#memory says what a model \
                  takes",

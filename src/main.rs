@@ -3,11 +3,11 @@
 //! Exit codes: 0 right, 1 a check failed, 2 usage, configuration, input or output, 3 a tool
 //! is missing or does not work, 4 inconclusive.
 
+mod args;
 mod cache;
 mod characterise;
 mod charts;
 mod cli;
-mod common;
 mod cost;
 mod doctor;
 mod effects;
@@ -18,12 +18,12 @@ mod files;
 mod layouts;
 mod limits;
 mod model;
+mod model_context;
 mod progress;
 mod render;
 mod roles;
-mod say;
 mod scene;
-mod setup;
+mod stdout;
 mod synth;
 mod tables;
 mod trace;
@@ -43,7 +43,7 @@ fn parting(error: &clap::Error) -> ExitCode {
     match printed {
         Err(why) if why.kind() != std::io::ErrorKind::BrokenPipe => {
             let failure = Failure::Output(why.to_string());
-            say::error(format_args!("{failure}"));
+            stdout::error(format_args!("{failure}"));
             failure.exit_code()
         }
         // 0 of help, 2 of errors.
@@ -63,14 +63,14 @@ fn main() -> ExitCode {
     let done = limits::check_tool_seconds()
         .and_then(|()| roles::check(&matches))
         .and_then(|()| run(&cli));
-    let done = match (done, say::lost()) {
+    let done = match (done, stdout::lost()) {
         (Ok(()), Some(why)) => Err(Failure::Output(why)),
         (done, _) => done,
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            say::error(format_args!("{failure}"));
+            stdout::error(format_args!("{failure}"));
             failure.exit_code()
         }
     }

@@ -17,12 +17,12 @@ use potamoi_scene::Scene;
 use potamoi_system::soc::work::{PathOptions, PathWork};
 use potamoi_system::soc::{Scenario, System, Variant, chrome_trace};
 
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
+use crate::model_context::{Setup, store};
 use crate::progress;
 use crate::scene::{SceneArgs, named, say_not_checked};
-use crate::setup::{Setup, store};
 use crate::warp::RulesOf;
 use report::{Found, Report};
 

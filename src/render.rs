@@ -18,12 +18,12 @@ use potamoi_scene::{FrameCounts, Rendered, Scene};
 use potamoi_splats::Flips;
 use serde::Serialize;
 
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::say::say;
 use crate::scene::{SceneArgs, say_not_checked};
+use crate::stdout::say;
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {

@@ -9,9 +9,9 @@ use potamoi_base::effects::Choices;
 use potamoi_scene::{BUILTIN, Representation, Scene};
 use potamoi_splats::Axes;
 
-use crate::common::quoted;
+use crate::args::quoted;
 use crate::failure::Failure;
-use crate::say::say;
+use crate::stdout::say;
 
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {

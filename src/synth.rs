@@ -20,11 +20,11 @@ use potamoi_synth::{
     default_library, differences, scaling, synthesise, with_memories,
 };
 
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::files::{self, FileError};
 use crate::progress;
-use crate::say::say;
+use crate::stdout::say;
 use power::{PowerArgs, Scenes};
 
 #[derive(Debug, Args)]

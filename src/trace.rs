@@ -5,17 +5,17 @@ use std::path::PathBuf;
 
 use clap::Args;
 use indicatif::HumanCount;
-use potamoi_reference::recorder::Limits;
+use potamoi_reference::trace_recorder::Limits;
 use potamoi_rtl::readmemh;
 use potamoi_scene::trace::Trace;
 use serde::Serialize;
 
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::say::say;
 use crate::scene::{SceneArgs, say_not_checked};
+use crate::stdout::say;
 
 #[derive(Debug, Args)]
 pub(crate) struct TraceArgs {

@@ -12,12 +12,12 @@ use potamoi_rtl::EngineKind;
 use potamoi_rtl::verify::{Failure as Found, Injection, Settings, Verifier};
 use serde::Serialize;
 
-use crate::common::{Common, quoted};
+use crate::args::{Common, quoted};
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::say::say;
 use crate::scene::{SceneArgs, say_not_checked};
+use crate::stdout::say;
 use report::{FORMAT_VERSION, Report, print};
 use work::Work;
 

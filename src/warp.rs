@@ -84,7 +84,7 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
         bar.finish_and_clear();
         found.print(args.timing.trace.as_ref());
         if let Some(folder) = &args.out {
-            crate::say::say!("  frames and origins of their pixels: {}", folder.display());
+            crate::stdout::say!("  frames and origins of their pixels: {}", folder.display());
         }
         let report = Report {
             format_version: FORMAT_VERSION,

@@ -7,7 +7,7 @@ use potamoi_scene::characterise::{Stages, Traffic};
 
 use super::Found;
 use super::paper::{Paper, percent};
-use crate::say::say;
+use crate::stdout::say;
 use crate::tables;
 
 fn megabytes(bytes: u64) -> String {

@@ -16,7 +16,7 @@ use super::{CostArgs, FORMAT_VERSION};
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::say::say;
+use crate::stdout::say;
 
 /// Bits of an input that is swept wholly.
 const INPUT_BITS: u32 = 16;

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::{CostArgs, FORMAT_VERSION};
 use crate::failure::Failure;
 use crate::files;
-use crate::say::say;
+use crate::stdout::say;
 use crate::tables;
 
 /// Inputs of U3.13: `u` is a code over 2^13, `exp(-u)` in units of 2^-16 the result.

@@ -10,13 +10,13 @@ use super::report::{Found, Refused, Report};
 use super::search::{Chosen, Goal, search_by_ways_alone};
 use super::trial::{Bench, Paths, Point};
 use super::{CostArgs, FORMAT_VERSION, Price, pictures, tables};
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::model::ladder;
+use crate::model_context::Setup;
 use crate::progress;
-use crate::say::say;
-use crate::setup::Setup;
+use crate::stdout::say;
 
 /// Pixels a row of built-in scenes, unless asked for otherwise.
 const WIDTH: u32 = 128;
@@ -282,7 +282,7 @@ mod tests {
     fn a_fault_of_what_was_found_is_not_proved() {
         let mut scene = Scene::open("lantern").unwrap();
         scene.set_size(Some(12), None).unwrap();
-        let common = crate::common::Common::default();
+        let common = crate::args::Common::default();
         let setup = Setup::of_times(&common, scene, None).unwrap();
         let bench = Bench::new(setup, 2).unwrap();
         let knobs = knobs::of(&bench.setup.scene);

@@ -6,7 +6,7 @@ use super::knobs::Knob;
 use super::report::Report;
 use super::trial::{Likeness, Point};
 use crate::model::ladder;
-use crate::say::say;
+use crate::stdout::say;
 use crate::tables;
 
 /// Decibels below the default's up to which a setting counts as equal.

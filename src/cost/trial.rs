@@ -18,7 +18,7 @@ use super::front::Place;
 use super::knobs::{Change, Look, Setting, Way};
 use super::units::{Known, UnitErrors};
 use crate::failure::Failure;
-use crate::setup::{Setup, store};
+use crate::model_context::{Setup, store};
 
 /// Peak and frame rate of built-in paths.
 const FPS: f64 = 30.0;

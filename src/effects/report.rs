@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::compare::{Forced, Without};
 use super::measure::{Pairs, RtlWall, Wall};
-use crate::say::say;
+use crate::stdout::say;
 
 /// Version of the JSON report.
 pub(super) const FORMAT_VERSION: u32 = 1;

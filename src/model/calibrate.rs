@@ -7,11 +7,11 @@ use serde::Serialize;
 
 use super::ModelArgs;
 use super::report::{self, Report};
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
-use crate::say::say;
 use crate::scene::named;
+use crate::stdout::say;
 use crate::tables;
 
 /// Frames a second at 800 x 800 on the mobile GPU alone (paper, Sec. "Introduction").

@@ -9,11 +9,11 @@ use serde::Serialize;
 
 use super::ModelArgs;
 use super::report::{self, Report};
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
+use crate::model_context::Setup;
 use crate::progress;
-use crate::say::say;
-use crate::setup::Setup;
+use crate::stdout::say;
 use crate::tables;
 
 /// A frame with cells merged, or as they are.

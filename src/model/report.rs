@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::ModelArgs;
 use crate::failure::Failure;
 use crate::files;
-use crate::setup::Setup;
+use crate::model_context::Setup;
 
 /// Version of the JSON reports.
 const FORMAT_VERSION: u32 = 1;

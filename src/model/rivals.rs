@@ -8,10 +8,10 @@ use serde::Serialize;
 
 use super::ModelArgs;
 use super::report::{self, Report};
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
-use crate::say::say;
+use crate::stdout::say;
 use crate::tables;
 
 /// Rows and columns of `NeuRex`'s array (paper, ibid.).

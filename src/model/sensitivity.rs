@@ -5,9 +5,9 @@ use serde::Serialize;
 
 use super::ModelArgs;
 use super::report::{self, Report};
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
-use crate::say::say;
+use crate::stdout::say;
 use crate::tables;
 
 /// One thing, changed.

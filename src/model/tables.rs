@@ -7,7 +7,7 @@ use potamoi_warp::Profile;
 
 use super::paper::{BY_TRAFFIC, Paper, figure, frames_per_second, gathering_speed_up};
 use super::report::{Found, Report};
-use crate::say::say;
+use crate::stdout::say;
 use crate::tables;
 
 fn db(of: Option<f64>) -> String {

@@ -12,8 +12,8 @@ use super::{FORMAT_VERSION, Numerics, Units, not_checked, shoot};
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
-use crate::say::say;
 use crate::scene::say_not_checked;
+use crate::stdout::say;
 
 /// Which pictures, and where they go.
 pub(crate) struct Sequence<'a> {

@@ -8,7 +8,7 @@ use potamoi_synth::{FpgaReport, FpgaTools, Part, place_and_route};
 use super::{SynthArgs, in_parallel};
 use crate::failure::Failure;
 use crate::files;
-use crate::say::say;
+use crate::stdout::say;
 
 pub(super) fn run(config: &Config, args: &SynthArgs, cache: &Path) -> Result<(), Failure> {
     let tools = FpgaTools::find()?;

@@ -9,7 +9,7 @@ use super::power::Scenes;
 use super::{Flow, SynthArgs, in_parallel};
 use crate::failure::Failure;
 use crate::files;
-use crate::say::say;
+use crate::stdout::say;
 
 /// Points of the file that is to be written as it is now, of this library and these programs.
 struct Kept(Vec<GridPoint>);

@@ -14,7 +14,7 @@ use super::Flow;
 use crate::failure::Failure;
 use crate::files::FileError;
 use crate::progress;
-use crate::say::say;
+use crate::stdout::say;
 use crate::tables;
 
 /// The work of the gathering unit and of the vector unit unless a scene is named: voxels

@@ -2,7 +2,7 @@
 
 use potamoi_synth::{Made, SynthReport};
 
-use crate::say::say;
+use crate::stdout::say;
 use crate::tables;
 
 /// A unit: area by module, longest path, memories.

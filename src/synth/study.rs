@@ -14,7 +14,7 @@ use potamoi_synth::{
 use super::{Flow, SynthArgs, in_parallel};
 use crate::failure::Failure;
 use crate::files;
-use crate::say::say;
+use crate::stdout::say;
 
 /// What models a memory that no unit has, by its name and shape.
 type Model<'a> = &'a dyn Fn(&str, &Shape) -> Result<Figures, SynthError>;

@@ -1,6 +1,6 @@
 //! What was found, as JSON and as a table.
 
-use crate::say::say;
+use crate::stdout::say;
 use std::path::PathBuf;
 
 use comfy_table::{CellAlignment, Table, presets};

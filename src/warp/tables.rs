@@ -6,8 +6,8 @@ use potamoi_warp::Counts;
 
 use super::measure::{Likeness, Part};
 use super::report::{Found, Reports, Variant};
-use crate::say::say;
 use crate::scene::say_not_checked;
+use crate::stdout::say;
 use crate::tables;
 
 fn number(value: Option<f64>, digits: usize) -> String {

@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::files;
-use crate::say::say;
+use crate::stdout::say;
 
 const NANOS_A_MILLISECOND: f64 = 1e6;
 

@@ -10,9 +10,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::coded::CodedTable;
 use super::march::Samples;
 use super::{Field, Sampling};
+use crate::gather_plan::CodedTable;
 use potamoi_base::camera::Camera;
 use potamoi_march::Span;
 

@@ -3,7 +3,7 @@
 //!
 //! A frame is cut into square ray groups. In a group, samples are taken in
 //! batches, as many from every ray that goes on, front to back. A batch is
-//! gathered table after table, each in the memory-centric order ([`super::coded`]),
+//! gathered table after table, each in the memory-centric order ([`crate::gather_plan`]),
 //! its features are put together, and its rays are composited. The picture
 //! depends neither on ray groups nor on batches.
 
@@ -12,9 +12,9 @@ use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
 use super::batches::{BatchSize, SampleBatch, SampleBatches};
-use super::coded::{CodedTable, Gathers, Located};
 use super::march::{check, check_mask};
 use super::{Field, FieldError, Sampling, Table};
+use crate::gather_plan::{CodedTable, Gathers, Located};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_march::tiling::Halo;

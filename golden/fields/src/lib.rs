@@ -9,13 +9,14 @@
 mod batches;
 mod bound;
 mod calibrate;
-pub mod coded;
 mod codes;
 mod directions;
 pub mod dvgo;
+mod early_termination;
 pub mod efficient;
 mod error;
 mod fixed;
+pub mod gather_plan;
 mod hash;
 mod hashed_colour;
 pub mod mac;
@@ -24,16 +25,15 @@ mod made;
 mod march;
 mod mlp;
 pub mod ngp;
-mod nodes;
 mod opacity;
+mod ray_lengths;
 mod ray_stages;
 mod shape;
 mod snapshot_error;
-mod stopping;
-mod stops;
 pub mod stored;
 mod table;
 pub mod tensorf;
+mod two_level_grid;
 pub mod voxels;
 
 use std::fmt;
@@ -50,19 +50,19 @@ use potamoi_reference::bounds::VectorBounds;
 pub use batches::{BatchSize, SampleBatches};
 pub use bound::{Bounds, Off, error_bounds};
 pub use directions::Directions;
+pub use early_termination::Stopping;
 pub use error::FieldError;
 pub use fixed::{Coded, FieldWork, FixedField, FixedOptions};
 pub use hash::HashUnit;
 pub use hashed_colour::{FixedColour, HashedColour};
 pub use march::{FieldFrame, render_float, render_masked};
 pub use mlp::{Layer, Mlp};
-pub use nodes::Nodes;
+pub use ray_lengths::Stops;
 pub use ray_stages::RayStages;
 pub use shape::TableShape;
 pub use snapshot_error::SnapshotError;
-pub use stopping::Stopping;
-pub use stops::Stops;
 pub use table::Table;
+pub use two_level_grid::Nodes;
 
 /// A radiance field.
 pub trait Field: Sync {

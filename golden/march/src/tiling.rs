@@ -15,16 +15,16 @@
 //! A sample belongs to the cell whose lower faces it is on or above; on the
 //! upper faces of all, to the last cell. So it has one owner everywhere.
 
-mod seen;
 #[cfg(test)]
 mod tests;
+mod visit_order;
 
 use potamoi_formats::config::MvoxelConfig;
 use serde::Serialize;
 
 use potamoi_reference::weights::FRACTION_BITS;
 
-pub use seen::position_code;
+pub use visit_order::position_code;
 
 /// How MVoxels share the vertices between them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]

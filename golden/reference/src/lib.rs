@@ -10,10 +10,10 @@ pub mod gather;
 mod logarithms;
 pub mod logistic;
 pub mod one_minus;
-pub mod recorder;
 pub mod reference;
+pub mod reference_units;
 pub mod streams;
-pub mod twins;
+pub mod trace_recorder;
 pub mod vu;
 pub mod weights;
 pub mod widths;
@@ -22,7 +22,7 @@ use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::VectorOp;
 
 pub use altered::Altered;
-pub use twins::{Twins, UnitCounts};
+pub use reference_units::{Twins, UnitCounts};
 
 /// What the gathering unit does for one MVoxel: the rows that are loaded and
 /// the entries that read them.

@@ -3,6 +3,7 @@
 mod bound;
 mod builtin;
 pub mod camera_file;
+mod camera_setup;
 pub mod characterise;
 mod characterised;
 pub mod colmap;
@@ -20,21 +21,20 @@ pub mod garden;
 mod identity;
 mod images;
 pub mod lantern;
+mod load;
 mod not_checked;
-mod open;
 mod orbit;
 mod picture_files;
 mod ready;
 mod render;
-mod rules;
-mod shade;
+mod render_options;
 pub mod surface;
 #[cfg(test)]
 mod tests;
 pub mod trace;
 pub mod transforms;
 mod unseen;
-mod view;
+mod warp_renderer;
 
 pub use builtin::{BUILTIN, Representation};
 pub use characterised::Characterised;

@@ -10,7 +10,7 @@
 use potamoi_cycles::Stalls;
 use potamoi_formats::config::Config;
 use potamoi_hdl::gu::gathering_unit;
-use potamoi_reference::recorder::Limits;
+use potamoi_reference::trace_recorder::Limits;
 use potamoi_rtl::{GatherUnit, model};
 use potamoi_scene::Scene;
 use potamoi_scene::trace::Trace;

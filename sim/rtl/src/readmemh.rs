@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use potamoi_cycles::{BeatWords, Exponents, GatherWork};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
-use potamoi_reference::recorder::{Computed, Gathered};
+use potamoi_reference::trace_recorder::{Computed, Gathered};
 use serde::Serialize;
 
 use super::gather_check::Expected;

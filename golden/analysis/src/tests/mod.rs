@@ -17,7 +17,7 @@ use potamoi_base::effects::*;
 use potamoi_base::precision::Precision;
 use potamoi_fields::voxels::{Grid, Layout};
 use potamoi_reference::Twins;
-use potamoi_reference::recorder::{Limits, Recorder};
+use potamoi_reference::trace_recorder::{Limits, Recorder};
 use potamoi_scene::{BUILTIN, Model, Rendered, Representation, Scene};
 use potamoi_splats::Cloud;
 use potamoi_warp::{Plan, PlanOptions, Profile, ReferenceFrom, Sequence, Warper};

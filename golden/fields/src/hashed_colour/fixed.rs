@@ -15,8 +15,8 @@ use potamoi_formats::units::OpCode;
 
 use super::{FEATURES, HARMONICS, HashedColour, LEVELS, MATRICES, ONES, harmonics};
 use crate::calibrate::direction;
-use crate::coded::{CodedTable, Located, finest_of};
 use crate::codes::held;
+use crate::gather_plan::{CodedTable, Located, finest_of};
 use crate::mac::MacMlp;
 use crate::opacity::need;
 use crate::{FieldError, FieldWork, Layer, Mlp};

@@ -17,8 +17,8 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::{Ngp, STEP, cycled};
-use crate::coded::finest_of;
 use crate::codes::held;
+use crate::gather_plan::finest_of;
 use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, need, rescale};
 use crate::{Coded, Field as _, FieldError, calibrate};

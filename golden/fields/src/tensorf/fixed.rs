@@ -20,8 +20,8 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::{Activation, Tensorf, encode};
-use crate::coded::finest_of;
 use crate::codes::held;
+use crate::gather_plan::finest_of;
 use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, multiply, need, rescale};
 use crate::{Coded, Field as _, FieldError, calibrate};

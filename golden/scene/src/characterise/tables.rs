@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::Traffic;
 use potamoi_base::camera::Camera;
-use potamoi_fields::coded::{BatchCount, CodedTable};
+use potamoi_fields::gather_plan::{BatchCount, CodedTable};
 use potamoi_fields::{
     BatchSize, Field, FieldError, FixedColour, HashedColour, SampleBatches, Table,
 };

@@ -31,7 +31,7 @@ use crate::{Scene, SceneError};
 use arrays::{Info, Packed, Values, array_error, list, rows};
 use potamoi_base::files;
 use potamoi_base::record::told;
-use potamoi_reference::recorder::{Computed, Gathered, Limits, Recorder};
+use potamoi_reference::trace_recorder::{Computed, Gathered, Limits, Recorder};
 use potamoi_reference::{GatherTask, Twins};
 
 pub use error::TraceError;

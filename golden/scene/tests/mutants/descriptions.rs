@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use potamoi_base::camera::Camera;
 use potamoi_formats::config::{Config, PRESETS, rules};
-use potamoi_reference::recorder::Limits;
+use potamoi_reference::trace_recorder::Limits;
 use potamoi_reference::{GatherTask, Twins, Units as _};
 use potamoi_scene::Scene;
 use potamoi_scene::trace::Trace;

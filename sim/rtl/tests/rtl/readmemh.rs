@@ -4,7 +4,7 @@ use std::process::Command;
 
 use potamoi_formats::config::Config;
 use potamoi_hdl::emit::emit;
-use potamoi_reference::recorder::Limits;
+use potamoi_reference::trace_recorder::Limits;
 use potamoi_rtl::readmemh;
 use potamoi_scene::Scene;
 use potamoi_scene::trace::Trace;

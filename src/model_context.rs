@@ -10,7 +10,7 @@ use potamoi_system::soc::npu::Array;
 use potamoi_system::soc::work::{FrameWork, PathOptions, PathReplay, WorkCache};
 use potamoi_system::soc::{Costs, Memory, Model, Program, System};
 
-use crate::common::Common;
+use crate::args::Common;
 use crate::failure::Failure;
 
 /// A scene, the configuration that renders it, and the system around that.

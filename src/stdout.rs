@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 /// reports are still written.
 macro_rules! say {
     ($($arg:tt)*) => {
-        $crate::say::line(format_args!($($arg)*))
+        $crate::stdout::line(format_args!($($arg)*))
     };
 }
 
