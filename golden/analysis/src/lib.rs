@@ -3,6 +3,20 @@
 //! [`Analysis`] finds every [`Effect`](potamoi_base::effects::Effect) from the data, with evidence;
 //! nothing is rendered. [`Hardware`] is a configuration without what no frame of the scene can
 //! use.
+//!
+//! ```
+//! use potamoi_analysis::{Analysis, Surroundings};
+//! use potamoi_base::effects::Effect;
+//! use potamoi_formats::config::Config;
+//! use potamoi_scene::Scene;
+//!
+//! let mut scene = Scene::open("garden")?;
+//! scene.set_size(Some(16), Some(12))?;
+//! let path = [*scene.camera()];
+//! let found = Analysis::of(&scene, &path, &Config::paper(), Surroundings::default())?;
+//! println!("{}", found.evidence(Effect::Sorting));
+//! # Ok::<(), potamoi_scene::SceneError>(())
+//! ```
 
 mod evidence;
 mod findings;

@@ -4,6 +4,14 @@
 //! Each is rendered by ray marching the field itself ([`Analytic::truth`]), and
 //! sampled to a grid of vertices ([`Analytic::bake`]), which any other renderer
 //! takes; how far its picture is from the truth can then be said.
+//!
+//! ```
+//! use potamoi_analytic::Analytic;
+//!
+//! let scene = Analytic::named("moons").unwrap();
+//! let truth = scene.truth(&scene.camera(0.0, 16, 16), [0.0; 3]);
+//! assert_eq!(truth.transmittance.len(), 16 * 16);
+//! ```
 
 mod bake;
 mod cairn;

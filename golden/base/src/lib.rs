@@ -1,4 +1,20 @@
 //! Cameras, pictures, masks and files: what every renderer needs.
+//!
+//! ```
+//! use glam::DVec3;
+//! use potamoi_base::camera::Camera;
+//! use potamoi_base::picture::Picture;
+//!
+//! // A camera of 64 x 48 pixels at (0, 0, -2) that looks at the origin.
+//! let eye = DVec3::new(0.0, 0.0, -2.0);
+//! let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, 0.7, 64, 48);
+//! assert!((camera.position() - eye).length() < 1e-12);
+//!
+//! let black = Picture::filled(camera.width, camera.height, [0.0; 3]);
+//! let grey = Picture::filled(camera.width, camera.height, [0.1; 3]);
+//! // A difference of 0.1 everywhere is 20 dB.
+//! assert!((grey.psnr(&black, |_| true).unwrap() - 20.0).abs() < 1e-4);
+//! ```
 
 pub mod bands;
 pub mod camera;

@@ -1,4 +1,16 @@
-//! PLY files and checkpoints of PyTorch, as plain data.
+//! PLY files and checkpoints of PyTorch as plain data.
+//!
+//! Nothing here knows what the numbers mean, and nothing is rendered. A damaged or hostile file is
+//! an error that names it; no code of a pickle is run.
+//!
+//! ```
+//! use potamoi_containers::ply::header;
+//!
+//! let text = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n";
+//! let header = header::read(&mut text.as_bytes(), "example.ply").unwrap();
+//! assert_eq!(header.ply.elements["vertex"].count, 2);
+//! assert!(header::read(&mut "no ply".as_bytes(), "example.ply").is_err());
+//! ```
 
 pub mod ply;
 pub mod torch;

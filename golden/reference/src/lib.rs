@@ -1,5 +1,27 @@
 //! The units that the renderers compute with: the [`Units`] trait, and twins
 //! that do in Rust, bit by bit, what the hardware does.
+//!
+//! ```
+//! use potamoi_formats::config::Config;
+//! use potamoi_formats::rit::{RitEntry, Vertices};
+//! use potamoi_reference::{GatherTask, Twins, Units, weights};
+//!
+//! // Eight vertices with one channel each; a sample in the middle of their cell.
+//! let config = Config::paper();
+//! let task = GatherTask {
+//!     vertices: Vertices::Eight,
+//!     channels: 1,
+//!     rows: vec![0, 80, 0, 80, 0, 80, 0, 80],
+//!     entries: vec![RitEntry {
+//!         slot: 0,
+//!         rows: [0, 1, 2, 3, 4, 5, 6, 7],
+//!         weights: weights::trilinear([1 << 11; 3], config.gu.weight_bits),
+//!     }],
+//! };
+//! let mut features = vec![];
+//! Twins::new(&config).gather(&[task], &mut features).unwrap();
+//! assert_eq!(features, [40]);
+//! ```
 
 mod altered;
 pub mod bounds;

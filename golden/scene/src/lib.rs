@@ -1,4 +1,14 @@
 //! Scenes: built-in ones, model files and scene descriptions.
+//!
+//! ```
+//! use potamoi_scene::Scene;
+//!
+//! let mut scene = Scene::open("garden")?;
+//! scene.set_size(Some(16), Some(12))?;
+//! let rendered = scene.render_float()?;
+//! assert_eq!((rendered.picture.width, rendered.picture.height), (16, 12));
+//! # Ok::<(), potamoi_scene::SceneError>(())
+//! ```
 
 mod bound;
 mod builtin;

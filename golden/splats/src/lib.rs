@@ -4,6 +4,28 @@
 //! ([`render_float`]) or through the units in their own formats
 //! ([`render_fixed`]). Both start from the same [`View`]: the projected
 //! Gaussians in depth order and the tiles that each covers.
+//!
+//! ```
+//! use glam::DVec3;
+//! use potamoi_base::camera::Camera;
+//! use potamoi_splats::{Cloud, FloatOptions, Profile, render_float};
+//!
+//! // One Gaussian of half a unit at the origin.
+//! let cloud = Cloud::new(
+//!     0,
+//!     vec![[0.0; 3]],
+//!     vec![[0.5f32.ln(); 3]],
+//!     vec![[1.0, 0.0, 0.0, 0.0]],
+//!     vec![2.0],
+//!     vec![[1.0; 3]],
+//! )?;
+//! let eye = DVec3::new(0.0, 0.0, -3.0);
+//! let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, 0.7, 9, 9);
+//! let frame = render_float(&cloud, &camera, Profile::Inria, &FloatOptions::default())?;
+//! let [middle, corner] = [4 * 9 + 4, 0].map(|i| frame.picture.rgb[i][0]);
+//! assert!(middle > corner);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod array;
 mod axes;
