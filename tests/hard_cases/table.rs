@@ -149,7 +149,7 @@ fn every_guard_is_where_the_list_says() {
         );
     }
     let mut cases = BTreeSet::new();
-    for file in std::fs::read_dir(root.join("golden/src/hard_cases")).unwrap() {
+    for file in std::fs::read_dir(root.join("golden/analysis/src/hard_cases")).unwrap() {
         let path = file.unwrap().path();
         let (file, text) = (path.file_stem().unwrap(), std::fs::read_to_string(&path));
         let text = text.unwrap();

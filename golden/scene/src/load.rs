@@ -31,6 +31,10 @@ fn endings() -> String {
     )
 }
 
+/// The farthest coordinate of a Gaussian's centre in a file: default views stand some extents away,
+/// which 32-bit floats have to hold.
+const MAX_CENTRE: f32 = 1e30;
+
 impl Scene {
     /// Opens a scene: a built-in name, with a colon and a representation if it is
     /// known exactly, a splat model of any format of [`files`] or of [`compact`],
@@ -132,6 +136,15 @@ impl Scene {
     fn model_file(path: &Path, axes: Option<Axes>) -> Result<Self, SceneError> {
         let loaded = files::read(path, axes)?;
         let up = loaded.up.unwrap_or(DVec3::NEG_Y);
+        let coordinates = loaded.cloud.means().iter().flatten();
+        if let Some(far) = coordinates.copied().find(|v| v.abs() > MAX_CENTRE) {
+            return Err(SceneError::Value {
+                scene: path.display().to_string(),
+                field: "centres of Gaussians",
+                value: far.to_string(),
+                expected: format!("{MAX_CENTRE:e} at most, from where a camera can see them all"),
+            });
+        }
         let mut scene = Self::file(path, Model::Splats(loaded.cloud), up, [0.0; 3]);
         (scene.axes, scene.origin, scene.notes) = (axes, loaded.origin, loaded.notes);
         Ok(scene)

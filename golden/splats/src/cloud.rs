@@ -11,9 +11,6 @@ use potamoi_base::sh;
 
 /// The largest log scale: above it a scale is infinite in 32-bit floats.
 pub(crate) const MAX_LOG_SCALE: f32 = 88.0;
-/// Farthest coordinate of a centre. Default views stand some extents away, which 32-bit floats
-/// have to hold.
-const MAX_CENTRE: f32 = 1e30;
 
 /// A property of a Gaussian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,18 +61,6 @@ pub enum CloudError {
     /// NaN or infinite, where it is not allowed.
     #[error("Gaussian {index}: {field}[{component}] is {value}: expected a finite number")]
     NotFinite {
-        /// Which Gaussian.
-        index: usize,
-        /// The field.
-        field: Field,
-        /// Which component of it.
-        component: usize,
-        /// The value.
-        value: f32,
-    },
-    /// Farther away than a camera's place can be told in 32-bit floats.
-    #[error("Gaussian {index}: {field}[{component}] is {value}: expected {MAX_CENTRE} at most")]
-    Far {
         /// Which Gaussian.
         index: usize,
         /// The field.
@@ -164,16 +149,6 @@ impl Cloud {
                 component: 0,
                 value: f32::NAN,
             });
-        }
-        for (index, mean) in means.iter().enumerate() {
-            if let Some(component) = mean.iter().position(|v| v.abs() > MAX_CENTRE) {
-                return Err(CloudError::Far {
-                    index,
-                    field: Field::Mean,
-                    component,
-                    value: mean[component],
-                });
-            }
         }
         for (index, scales) in log_scales.iter().enumerate() {
             if let Some(component) = scales.iter().position(|s| *s > MAX_LOG_SCALE) {
