@@ -91,7 +91,13 @@ pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
         }
     }
     for (flag, folder) in &folders {
-        keep_inputs(&inputs, flag, folder)?;
+        keep_inputs(&inputs, flag, folder, is_written)?;
+    }
+    if command == "render" && own.contains_id("frames") {
+        for (flag, path) in outputs.iter().filter(|(flag, _)| flag == "--out") {
+            let folder = folder_of(path);
+            keep_inputs(&inputs, flag, folder, |name| is_numbered(path, name))?;
+        }
     }
     let lost: Vec<_> = outputs
         .iter()
@@ -117,26 +123,66 @@ pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether a file of this name is written into folders: frames, streams, and lists.
+/// Whether a file of this name is written into folders: frames, streams, testbenches, netlists,
+/// and lists.
 fn is_written(name: &str) -> bool {
     let is_frame = |start: &str| name.starts_with(start) && name.ends_with(".png");
-    is_frame("frame.") || is_frame("origin.") || name.ends_with(".hex") || name == "memories.json"
+    is_frame("frame.")
+        || is_frame("origin.")
+        || [".hex", "_tb.v", ".netlist.v"]
+            .iter()
+            .any(|ending| name.ends_with(ending))
+        || ["memories.json", "manifest.json"].contains(&name)
+}
+
+/// Whether a picture of a path that is written to `a.png` may have this name: `a.0007.png`.
+fn is_numbered(out: &Path, name: &str) -> bool {
+    let stem = out.file_stem().unwrap_or_default().to_string_lossy();
+    let rest = name.strip_prefix(&*stem).and_then(|r| r.strip_prefix('.'));
+    let number = rest.and_then(|rest| rest.strip_suffix(".png"));
+    number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
+}
+
+/// The folder that a file is in.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
 }
 
 /// Whether an output is a file that is written into a folder as well.
 fn is_written_in(path: &Path, folder: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let within = path.parent().and_then(absolute);
-    is_written(&name) && within.is_some() && within == absolute(folder)
+    let within = absolute(folder_of(path));
+    let is_named = is_written(&name) && within.is_some() && within == absolute(folder);
+    // By another name, as through a link.
+    let is_linked = || {
+        let file = regular(path);
+        file.is_some() && written_in(folder, is_written).any(|(_, other)| Some(other) == file)
+    };
+    is_named || is_linked()
+}
+
+/// Regular files of a folder whose names are such.
+fn written_in(
+    folder: &Path,
+    is_such: impl Fn(&str) -> bool,
+) -> impl Iterator<Item = (PathBuf, (u64, u64))> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries
+        .filter(move |entry| is_such(&entry.file_name().to_string_lossy()))
+        .filter_map(|entry| Some((entry.path(), regular(&entry.path())?)))
 }
 
 /// Refuses a folder for outputs that holds inputs of the names that are written there.
-fn keep_inputs(inputs: &[(String, PathBuf)], flag: &str, folder: &Path) -> Result<(), Failure> {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let written: Vec<_> = entries
-        .filter(|entry| is_written(&entry.file_name().to_string_lossy()))
-        .filter_map(|entry| Some((entry.path(), regular(&entry.path())?)))
-        .collect();
+fn keep_inputs(
+    inputs: &[(String, PathBuf)],
+    flag: &str,
+    folder: &Path,
+    is_such: impl Fn(&str) -> bool,
+) -> Result<(), Failure> {
+    let written: Vec<_> = written_in(folder, is_such).collect();
     if written.is_empty() {
         return Ok(());
     }
@@ -145,10 +191,9 @@ fn keep_inputs(inputs: &[(String, PathBuf)], flag: &str, folder: &Path) -> Resul
         files_of(from, DEPTH, &mut read);
         if let Some((path, _)) = written.iter().find(|(_, file)| read.contains(file)) {
             return Err(Failure::Usage(format!(
-                "{flag} {}: {} there is a file that {input} {} reads, which would be lost: name \
-                 another folder",
-                folder.display(),
-                path.file_name().unwrap_or_default().display(),
+                "{flag}: {} is a file that {input} {} reads, which would be lost: name another \
+                 output",
+                path.display(),
                 from.display()
             )));
         }
@@ -249,7 +294,7 @@ fn files_of(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
         let named = folder.join(&name);
         files_of(&named, depth - 1, found);
         // Frames of a path are named without their ending.
-        files_of(&named.with_extension("png"), 0, found);
+        files_of(&folder.join(name + ".png"), 0, found);
     }
 }
 
@@ -350,6 +395,28 @@ mod tests {
         };
         assert!(warp(&at("seq")).unwrap().contains("frame.0000.png"));
         assert_eq!(warp(&at("other")), None);
+        let path = |out: &str| {
+            let (scene, out) = (at("images.toml"), at(out));
+            said(&[
+                "potamoi", "render", "--scene", &scene, "--out", &out, "--frames", "2",
+            ])
+        };
+        assert!(path("seq/frame.png").unwrap().contains("frame.0000.png"));
+        assert_eq!(path("seq/fram.png"), None);
+        // A path of cameras names its pictures, with their ending or without.
+        fs::create_dir(at("taken")).unwrap();
+        fs::write(at("taken/frame.0000.png"), "png").unwrap();
+        let way = at("way.json");
+        for name in ["taken/frame.0000", "taken/frame.0000.png"] {
+            fs::write(
+                &way,
+                format!("{{\"frames\": [{{\"file_path\": \"{name}\"}}]}}"),
+            )
+            .unwrap();
+            let scene = ["potamoi", "render", "--scene", "garden", "--camera", &way];
+            let out = at("taken/frame.0000.png");
+            assert!(said(&[&scene[..], &["--out", &out]].concat()).is_some());
+        }
         let trace = |json: &str| {
             let (out, mem) = (at("t.npz"), at("mem"));
             said(&[
@@ -366,7 +433,23 @@ mod tests {
             ])
         };
         assert!(trace(&at("mem/memories.json")).is_some());
+        assert!(trace(&at("mem/gathering_unit_tb.v")).is_some());
         assert_eq!(trace(&at("mem/report.json")), None);
+        fs::create_dir(at("mem")).unwrap();
+        fs::write(at("mem/memories.json"), "{}").unwrap();
+        std::os::unix::fs::symlink(at("mem/memories.json"), at("link.json")).unwrap();
+        assert!(trace(&at("link.json")).is_some());
+        let here = [
+            "potamoi",
+            "trace",
+            "--scene",
+            "garden",
+            "--readmemh",
+            ".",
+            "--out",
+            "memories.json",
+        ];
+        assert!(said(&here).unwrap().contains("writes as well"));
         fs::create_dir(at("f")).unwrap();
         fs::write(at("f/meta.json"), "{}").unwrap();
         assert!(render(&a, &at("f/meta.json"), &at("f")).is_some());

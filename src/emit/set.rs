@@ -55,7 +55,7 @@ pub(super) fn replace(
     finish(out)?;
     sweep(out, WRITING);
     let old = manifest_of(out);
-    let foreign = foreign(out, set, &old, overwrite)?;
+    let foreign = foreign(out, set, &old)?;
     if !foreign.is_empty() && !overwrite {
         return Err(Failure::Usage(format!(
             "{} holds files that this command did not write, or that were edited since: {}; name \
@@ -92,12 +92,7 @@ fn is_inside(path: &str) -> bool {
 }
 
 /// Files in the way that are not as an emission left them.
-fn foreign(
-    out: &Path,
-    set: &Set,
-    old: &BTreeMap<String, String>,
-    overwrite: bool,
-) -> Result<Vec<String>, Failure> {
+fn foreign(out: &Path, set: &Set, old: &BTreeMap<String, String>) -> Result<Vec<String>, Failure> {
     let mut foreign = vec![];
     let is_ours = |path: &Path| {
         let text = read_text(path, LARGEST).ok();
@@ -114,9 +109,6 @@ fn foreign(
             continue;
         };
         if let Some(what) = name_of(found.file_type()) {
-            if overwrite && found.file_type().is_symlink() {
-                continue;
-            }
             return Err(Failure::Usage(format!(
                 "{} is {} and is never replaced: name another folder",
                 path.display(),
@@ -293,7 +285,10 @@ mod tests {
         fs::remove_file(&manifest).unwrap();
         fs::write(out.join("victim"), "victim").unwrap();
         std::os::unix::fs::symlink("victim", &manifest).unwrap();
-        assert!(write(false).unwrap_err().contains("a link"));
+        for overwrite in [false, true] {
+            assert!(write(overwrite).unwrap_err().contains("a link"));
+        }
+        assert_eq!(fs::read_to_string(&manifest).unwrap(), "victim");
         fs::remove_file(&manifest).unwrap();
         let fifo = std::process::Command::new("mkfifo").arg(&manifest).status();
         assert!(fifo.unwrap().success());
@@ -346,9 +341,11 @@ mod tests {
     fn devices_and_links_are_never_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path();
-        std::os::unix::fs::symlink("/dev/null", out.join("a.v")).unwrap();
-        let said = replace(out, &set(&["a.v"], "new"), "1", false).unwrap_err();
-        assert!(said.to_string().contains("is a link"), "{said}");
+        std::os::unix::fs::symlink("victim", out.join("a.v")).unwrap();
+        for overwrite in [false, true] {
+            let said = replace(out, &set(&["a.v"], "new"), "1", overwrite).unwrap_err();
+            assert!(said.to_string().contains("is a link"), "{said}");
+        }
         fs::remove_file(out.join("a.v")).unwrap();
         let pipe = out.join("a.v");
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();

@@ -73,6 +73,14 @@ fn standard_output_is_full_or_closed() {
     let at = folder.path();
     let said = expect(at, 2, "$P estimate > /dev/full");
     assert!(said.contains("cannot write standard output"), "{said}");
+    for asked in ["--help", "--version", "help emit", "emit --help", "emit -h"] {
+        let said = expect(at, 2, &format!("$P {asked} > /dev/full"));
+        assert!(said.contains("cannot write standard output"), "{said}");
+        expect(at, 0, &format!("$P {asked} > told; test -s told"));
+        let gone = format!("{{ $P {asked}; echo $? > code; }} | true; grep -qx 0 code");
+        expect(at, 0, &gone);
+    }
+    expect(at, 2, "$P emit --nothing");
     for command in ["estimate", "doctor", "cache"] {
         let said = expect(
             at,

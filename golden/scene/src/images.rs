@@ -218,11 +218,13 @@ impl Images {
     }
 
     fn image(&self, frame: &PathFrame) -> Result<image::Rgba32FImage, SceneError> {
-        let mut path = self.folder.join(&frame.picture);
-        if path.extension().is_none() {
-            path.set_extension("png");
+        let mut path = self.folder.join(&frame.picture).into_os_string();
+        if !has_ending(&frame.picture) {
+            path.push(".png");
         }
-        Ok(self.read(&path, &frame.camera, false)?.into_rgba32f())
+        Ok(self
+            .read(Path::new(&path), &frame.camera, false)?
+            .into_rgba32f())
     }
 
     /// The picture over the background.
@@ -256,7 +258,11 @@ impl Images {
     /// As the file has them. What lies behind the camera is not known.
     fn stored_depth(&self, frame: &PathFrame) -> Result<Vec<f32>, SceneError> {
         // A stem may hold dots: `frame.0001.png` has the depth `frame.0001.exr`.
-        let mut name = frame.picture.file_stem().unwrap_or_default().to_owned();
+        let stem = match has_ending(&frame.picture) {
+            true => frame.picture.file_stem(),
+            false => frame.picture.file_name(),
+        };
+        let mut name = stem.unwrap_or_default().to_owned();
         name.push(".exr");
         let folder = self.folder.join(&self.description.depth);
         let path = folder.join(name);
@@ -273,6 +279,12 @@ impl Images {
         });
         Ok(scaled.collect())
     }
+}
+
+/// Whether a picture is named with its ending: of `frame.0001`, the number is none.
+fn has_ending(picture: &Path) -> bool {
+    let ending = picture.extension().unwrap_or_default().to_string_lossy();
+    !ending.bytes().all(|b| b.is_ascii_digit())
 }
 
 impl Renderer for Images {

@@ -83,6 +83,40 @@ fn frames_are_over_their_background_and_depths_in_the_units_of_the_poses() {
     );
 }
 
+/// Each picture has a depth of its own, whether or not it is named with its ending.
+#[test]
+fn pictures_with_dots_in_their_names_have_their_own_depths() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path());
+    let at = |name: &str| folder.path().join(name);
+    for (from, to) in [("a", "frame.0000"), ("b", "frame.0001")] {
+        fs::rename(
+            at(&format!("test/{from}.png")),
+            at(&format!("test/{to}.png")),
+        )
+        .unwrap();
+    }
+    let [w, h] = SIDES;
+    for (name, depth) in [("frame.0000", 0.2f32), ("frame.0001", 0.4), ("frame", 0.6)] {
+        let depth = ImageBuffer::from_fn(w, h, |_, _| Rgb([depth; 3]));
+        depth.save(at(&format!("depth/{name}.exr"))).unwrap();
+    }
+    let text = fs::read_to_string(at("transforms.json")).unwrap();
+    for ending in ["", ".png"] {
+        let named = |text: &str, from: &str, to: &str| {
+            text.replace(&format!("test/{from}\""), &format!("test/{to}{ending}\""))
+        };
+        let text = named(&named(&text, "a", "frame.0000"), "b", "frame.0001");
+        fs::write(at("transforms.json"), text).unwrap();
+        let images = open(folder.path()).unwrap().unwrap();
+        // Both are from one place: the frames are told apart by their number.
+        for (frame, depth) in images.frames.iter().zip([2.0f32, 4.0]) {
+            let found = images.depth_of(frame).unwrap();
+            assert!((found[0] - depth).abs() < 1e-5, "{ending}: {found:?}");
+        }
+    }
+}
+
 /// Behind the camera is nothing that a depth could be of.
 #[test]
 fn depths_behind_the_camera_are_not_known() {
