@@ -20,11 +20,11 @@ impl Config {
                 Organisation::ChannelMajor,
                 "gu.channels is not given: one row of B channels a port and cycle".to_owned(),
             ),
-            (Organisation::Auto, Some(c)) if CORNERS * c > gu.banks => (
+            (Organisation::Auto, Some(c)) if c.saturating_mul(CORNERS) > gu.banks => (
                 Organisation::ChannelMajor,
                 format!(
                     "8 C = {} channels of a cell exceed B = {} banks: one vertex a cycle",
-                    CORNERS * c,
+                    c.saturating_mul(CORNERS),
                     gu.banks
                 ),
             ),
@@ -36,7 +36,7 @@ impl Config {
                 Organisation::Parity,
                 format!(
                     "8 C = {} channels of a cell fit B = {} banks: eight vertices a cycle",
-                    CORNERS * c,
+                    c.saturating_mul(CORNERS),
                     gu.banks
                 ),
             ),
@@ -123,7 +123,9 @@ impl Config {
     /// Vertices or records that an MVoxel holds.
     #[must_use]
     pub fn mvoxel_capacity(&self, vertices: Vertices, channels: usize) -> u32 {
-        self.mvoxel.rows * self.records_a_row(vertices, channels)
+        self.mvoxel
+            .rows
+            .saturating_mul(self.records_a_row(vertices, channels))
     }
 
     /// Bits that name a row of the MFT. The next one of an id says which half of
@@ -217,13 +219,13 @@ impl Config {
     /// Bits of the reducers' accumulators.
     #[must_use]
     pub fn accumulator_bits(&self) -> u32 {
-        let exact = self.gu.feature_bits + self.gu.weight_bits;
+        let exact = self.gu.feature_bits.saturating_add(self.gu.weight_bits);
         // What trusted weights spare is not seen of products in parts.
         let whole = self.product_stages() == 0;
         match self.gu.weights {
             WeightTrust::Trusted if whole => exact,
             // Eight codes below 2^(W+1) add four bits.
-            _ => exact + 4,
+            _ => exact.saturating_add(4),
         }
     }
 }

@@ -414,7 +414,7 @@ mod tests {
         let keys: Vec<_> = keys.iter().map(String::as_str).collect();
         let said = finished(&OPEN, &keys).unwrap().sentences().join("");
         assert!(
-            said.ends_with("and 60 more") && said.len() < 40 * 64,
+            said.ends_with("and 60 more") && said.len() < 40 * 68,
             "{said}"
         );
     }

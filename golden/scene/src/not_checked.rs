@@ -143,7 +143,7 @@ mod tests {
     }
 
     fn fixture(name: &str) -> String {
-        format!("{}/tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"))
+        format!("{}/../tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"))
     }
 
     /// Each representation says its own, and nothing of another.
