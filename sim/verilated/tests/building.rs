@@ -235,10 +235,8 @@ fn a_description_that_cannot_be_built_is_refused() {
     assert!(matches!(twice, Err(Error::BadName { .. })));
     let file = cache.path().join("file");
     fs::write(&file, "").unwrap();
-    assert!(matches!(
-        builder(&file).build(&tools()),
-        Err(Error::Io { .. })
-    ));
+    let no_folder = builder(&file).build(&tools());
+    assert!(matches!(no_folder, Err(Error::NoFolder { .. })));
 }
 
 #[test]
