@@ -168,9 +168,13 @@ fn mutated_liberty(rng: &mut Rng) -> Vec<u8> {
     out.finish().unwrap()
 }
 
+/// The name of the kept file.
+const KEPT: &str = "k.json";
+
 fn whole_kept() -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("w.json");
+    // Under the name that mutants have: another name's results are not believed.
+    let path = folder.path().join(KEPT);
     kept::write(&path, work()).unwrap();
     std::fs::read(path).unwrap()
 }
@@ -182,8 +186,9 @@ fn mutated_kept(rng: &mut Rng) -> Vec<u8> {
     let end = whole.iter().position(|b| *b == b'\n').unwrap();
     let body = tree::json(&whole[end + 1..], rng);
     let head = String::from_utf8_lossy(&whole[..end]).into_owned();
-    let (format, _) = head.rsplit_once(' ').unwrap();
-    let mut out = format!("{format} {}\n", blake3::hash(&body).to_hex()).into_bytes();
+    let (rest, name) = head.rsplit_once(' ').unwrap();
+    let (format, _) = rest.rsplit_once(' ').unwrap();
+    let mut out = format!("{format} {} {name}\n", blake3::hash(&body).to_hex()).into_bytes();
     out.extend(body);
     if rng.one_in(12) {
         rng.damage(&mut out);
@@ -236,7 +241,7 @@ fn formats() -> Vec<Format> {
             mutated_liberty,
             library,
         ),
-        one("kept_work", "k.json", whole_kept, mutated_kept, kept_work),
+        one("kept_work", KEPT, whole_kept, mutated_kept, kept_work),
     ]
 }
 
