@@ -163,6 +163,14 @@ impl Unfinished {
     /// It cannot be renamed.
     pub fn finish(self) -> Result<()> {
         readable(self.0.as_file())?;
+        self.finish_private()
+    }
+
+    /// As [`Self::finish`], readable by this user alone.
+    ///
+    /// # Errors
+    /// It cannot be renamed.
+    pub fn finish_private(self) -> Result<()> {
         self.0.persist(&self.1).map_err(|e| e.error)?;
         Ok(())
     }

@@ -141,7 +141,7 @@ fn write_bytes(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     }
     let mut file = files::Unfinished::beside(path)?;
     file.write_all(&all)?;
-    file.finish()
+    file.finish_private()
 }
 
 /// The name of a kept file, which holds its key.
@@ -226,6 +226,7 @@ mod tests {
     /// What lies in the place of a kept file is replaced itself, and what it leads to stays.
     #[test]
     fn strange_entries_are_replaced_and_never_written_through() {
+        use std::os::unix::fs::PermissionsExt as _;
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         std::fs::write(at("victim"), "mine").unwrap();
@@ -245,6 +246,8 @@ mod tests {
                 "{name}"
             );
             assert_eq!(read(&at(name)), Some(7), "{name}");
+            let mode = std::fs::metadata(at(name)).unwrap().permissions().mode();
+            assert_eq!(mode & 0o777, 0o600, "{name}");
         }
         assert_eq!(std::fs::read_to_string(at("victim")).unwrap(), "mine");
         assert!(!at("nowhere").exists());

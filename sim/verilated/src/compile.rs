@@ -168,6 +168,10 @@ fn make(cache: &Path, tools: &Toolchain, spec: &Spec, folder: &Path) -> Result<P
     )?;
 
     let mut link = compiler(tools, &scratch, spec.vcd);
+    if let Some(lacks) = objects.iter().find(|object| !object.is_file()) {
+        let problem = format!("it ended well, but left no {}", lacks.display());
+        return Err(broken(&link, "compiling", problem));
+    }
     link.args(["-shared", "-Wl,-Bsymbolic", "-Wl,-z,defs", "-Wl,-z,now"]);
     link.args(objects);
     link.args(runtime(cache, tools, spec.vcd)?);

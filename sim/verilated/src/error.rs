@@ -1,5 +1,6 @@
 //! What can go wrong, with what to do about it.
 
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 /// Why a model could not be built, loaded or driven.
@@ -225,7 +226,45 @@ impl Error {
         Error::Io {
             doing,
             path: path.to_path_buf(),
-            reason: e.to_string(),
+            reason: match remedy(e.kind()) {
+                Some(remedy) => format!("{e}; {remedy}"),
+                None => e.to_string(),
+            },
         }
+    }
+}
+
+/// What to do where a folder takes no more files.
+fn remedy(kind: ErrorKind) -> Option<&'static str> {
+    match kind {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => Some(
+            "make room (`potamoi cache --clear` removes what is kept), or name a folder on \
+             another disk in POTAMOI_CACHE",
+        ),
+        ErrorKind::ReadOnlyFilesystem | ErrorKind::PermissionDenied => {
+            Some("name a folder of your own in POTAMOI_CACHE")
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_or_closed_folder_has_a_remedy() {
+        let said = |code| {
+            let error = std::io::Error::from_raw_os_error(code);
+            Error::io("write", std::path::Path::new("/c/f"), &error).to_string()
+        };
+        let [missing, denied, no_space, read_only] = [2, 13, 28, 30];
+        let full = said(no_space);
+        assert!(full.contains("No space left"), "{full}");
+        assert!(full.contains("cache --clear"), "{full}");
+        for code in [denied, no_space, read_only] {
+            assert!(said(code).contains("POTAMOI_CACHE"), "{code}");
+        }
+        assert!(!said(missing).contains("POTAMOI_CACHE"));
     }
 }

@@ -12,6 +12,7 @@ use crate::{
 use std::{
     collections::BTreeMap,
     fs,
+    io::Write as _,
     os::unix::fs::PermissionsExt as _,
     path::{Component, Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
@@ -80,6 +81,15 @@ pub(crate) fn fetch(
     if let Some(notes) = verified(&place) {
         return Ok(entry(place, notes, true));
     }
+    if fs::symlink_metadata(&place).is_ok() {
+        // Standard error may be closed.
+        let _ = writeln!(
+            std::io::stderr().lock(),
+            "note: the built model {} is not used, since it is damaged, was made for something \
+             else, or others can write it: it is made again",
+            place.display()
+        );
+    }
     let temporary = Scratch::within(cache, cache::BUILDING)
         .map_err(|e| Error::io("create a temporary folder in", cache, &e))?;
     let folder = temporary.path();
@@ -145,15 +155,15 @@ fn describe(folder: &Path, place: &Path, product: &Product) -> Result<String, Er
     let mut text = format!("{FORMAT}\nof {}\n", name_of(place));
     for name in &product.files {
         let path = folder.join(name);
-        let hash = hash_file(&path).map_err(|e| match e.kind() {
-            std::io::ErrorKind::NotFound => Error::Broken {
+        if !fs::metadata(&path).is_ok_and(|found| found.is_file() && found.len() > 0) {
+            return Err(Error::Broken {
                 tool: "the C++ compiler".into(),
                 doing: format!("making {name}"),
-                problem: format!("it ended well, but left no {name}"),
+                problem: format!("it ended well, but left no {name}, or an empty one"),
                 remedy: SEE_DOCTOR,
-            },
-            _ => Error::io("read", &path, &e),
-        })?;
+            });
+        }
+        let hash = hash_file(&path).map_err(|e| Error::io("read", &path, &e))?;
         text += &format!("file {hash} {name}\n");
     }
     for note in &product.notes {
@@ -186,11 +196,13 @@ fn close_to_others(product: &Path, name: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Whether a file of a product, and all folders that it lies in, are this user's alone.
+/// Whether a file of a product, and all folders that it lies in, are this user's alone. What is no
+/// regular file is not: a pipe would be waited for.
 fn is_own(place: &Path, name: &str) -> bool {
     let inside = Path::new(name);
     let is_plain = (inside.components()).all(|c| matches!(c, Component::Normal(_)));
     is_plain
+        && fs::symlink_metadata(place.join(inside)).is_ok_and(|found| found.is_file())
         && inside
             .ancestors()
             .all(|part| cache::is_own(&place.join(part)))
@@ -286,6 +298,68 @@ mod tests {
         fs::remove_file(cache.path().join("m-other")).unwrap();
         let left = fs::read_dir(cache.path()).unwrap().count();
         assert_eq!(left, 1, "temporary folders are removed");
+    }
+
+    /// What lies in the place of a product or of its files is replaced, and what it leads to stays.
+    #[test]
+    fn strange_entries_are_replaced_and_never_waited_for() {
+        let cache = tempfile::tempdir().unwrap();
+        let outside = tempfile::tempdir().unwrap();
+        let victim = outside.path().join("victim");
+        fs::write(&victim, "mine").unwrap();
+        let key = Key::new("test");
+        let count = AtomicUsize::new(0);
+        let place = fetch(cache.path(), "n", &key, &make(&count))
+            .unwrap()
+            .folder;
+        let fifo = |path: &Path| {
+            let made = std::process::Command::new("mkfifo").arg(path).status();
+            assert!(made.unwrap().success());
+        };
+        let link = |to: &Path, path: &Path| std::os::unix::fs::symlink(to, path).unwrap();
+        let file = place.join("a");
+        let strange: [(&Path, &dyn Fn(&Path)); 7] = [
+            (&file, &fifo),
+            (&file, &|path| fs::create_dir(path).unwrap()),
+            (&place.join(MANIFEST), &fifo),
+            (&place, &fifo),
+            (&place, &|path| link(&victim, path)),
+            (&place, &|path| link(outside.path(), path)),
+            (&place, &|path| fs::write(path, "").unwrap()),
+        ];
+        for (i, (path, put)) in strange.iter().enumerate() {
+            if path.is_dir() {
+                fs::remove_dir_all(path).unwrap();
+            } else {
+                fs::remove_file(path).unwrap();
+            }
+            put(path);
+            let again = fetch(cache.path(), "n", &key, &make(&count)).unwrap();
+            assert!(!again.cached, "{i}");
+            assert!(verified(&place).is_some(), "{i}");
+        }
+        assert_eq!(fs::read_to_string(&victim).unwrap(), "mine");
+        assert_eq!(fs::read_dir(outside.path()).unwrap().count(), 1);
+    }
+
+    /// A compiler that ends well without its output is a fault of the machine, and is not kept.
+    #[test]
+    fn a_file_that_is_missing_or_empty_is_the_tools_fault() {
+        let cache = tempfile::tempdir().unwrap();
+        for leave in [None, Some("")] {
+            let lacking = |folder: &Path| {
+                if let Some(text) = leave {
+                    fs::write(folder.join("model.so"), text).unwrap();
+                }
+                Ok(Product {
+                    files: vec!["model.so".into()],
+                    notes: vec![],
+                })
+            };
+            let error = fetch(cache.path(), "n", &Key::new("test"), &lacking).unwrap_err();
+            assert!(matches!(error, Error::Broken { .. }), "{error}");
+            assert!(error.to_string().contains("doctor"), "{error}");
+        }
     }
 
     #[test]
