@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use potamoi_analysis::{Hardware, LeftOut};
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
-use potamoi_hdl::emit::emit;
 use potamoi_scene::Scene;
+use potamoi_units::emit::emit;
 use serde::Serialize;
 
 use crate::args::Common;

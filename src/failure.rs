@@ -7,7 +7,7 @@ use potamoi_analysis::HardwareError;
 use potamoi_base::effects::UnknownEffect;
 use potamoi_base::picture::PictureError;
 use potamoi_formats::config::ConfigError;
-use potamoi_hdl::ir::IrErrors;
+use potamoi_netlist::IrErrors;
 use potamoi_reference::UnitError;
 use potamoi_rtl::RtlError;
 use potamoi_scene::SceneError;

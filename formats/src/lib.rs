@@ -1,5 +1,5 @@
 //! Fixed-point formats, the configuration and the data layouts on which the
-//! generator (`potamoi-hdl`) and the oracle (the crates of `golden`) have to agree.
+//! generator (the crates of `hdl`) and the oracle (the crates of `golden`) have to agree.
 //!
 //! Nothing else is shared between those two: each computes its own constants
 //! and its own arithmetic, so that a mistake in one shows against the other.

@@ -6,10 +6,10 @@ use potamoi_cycles::Stalls;
 use potamoi_formats::config::{Config, ExpBase, ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Format;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_hdl::vu::error_bound;
 use potamoi_reference::reference::{ExpError, Reference};
 use potamoi_reference::widths::{budget, straightness, truncation};
 use potamoi_rtl::{VectorBatch, VectorUnit};
+use potamoi_units::vector_unit::error_bound;
 use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION};

@@ -6,7 +6,6 @@ use std::rc::Rc;
 
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::OpCode;
-use potamoi_hdl::vu::error_bound;
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_reference::exp::ExpTwin;
 use potamoi_reference::gather::Reducer;
@@ -15,6 +14,7 @@ use potamoi_reference::reference::Reference;
 use potamoi_reference::weights::{FRACTION_BITS, trilinear};
 use potamoi_reference::widths::budget;
 use potamoi_scene::Scene;
+use potamoi_units::vector_unit::error_bound;
 use serde::Serialize;
 
 /// Samples of operations whose operands are more than 16 bits.

@@ -6,7 +6,7 @@ use std::process::Command;
 
 /// The crates of the workspace in the order of the data flow: each builds on those before it
 /// alone, its tests included.
-const FLOW: [&str; 20] = [
+const FLOW: [&str; 21] = [
     "formats",
     // The oracle.
     "base",
@@ -21,7 +21,8 @@ const FLOW: [&str; 20] = [
     "analysis",
     // The generator.
     "verilated",
-    "hdl",
+    "netlist",
+    "units",
     "rust-hdl",
     // Both.
     "kept",
@@ -32,7 +33,7 @@ const FLOW: [&str; 20] = [
     "system",
 ];
 const ORACLE: std::ops::Range<usize> = 1..11;
-const GENERATOR: [&str; 3] = ["verilated", "hdl", "rust-hdl"];
+const GENERATOR: [&str; 4] = ["verilated", "netlist", "units", "rust-hdl"];
 
 /// Of each crate, those of the workspace that it names: to be built, and to be tested.
 fn named() -> BTreeMap<String, [BTreeSet<String>; 2]> {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use num_bigint::BigUint;
-use potamoi_hdl::ir::{Interpreter, Module};
+use potamoi_netlist::{Interpreter, Module};
 use rust_hdl_core::prelude::{Bits, Block, Logic, Probe, Verilog};
 
 use crate::BridgeError;

@@ -1,6 +1,6 @@
 //! What can go wrong at the border to rust-hdl.
 
-use potamoi_hdl::ir::InterpretError;
+use potamoi_netlist::InterpretError;
 use thiserror::Error;
 
 /// A netlist that rust-hdl cannot take, or a wrong use of its ports.

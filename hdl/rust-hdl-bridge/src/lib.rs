@@ -9,7 +9,7 @@
 //!   signals, which kernels can then use like those of any other block:
 //!
 //! ```
-//! use potamoi_hdl::ir::{Module, ModuleBuilder, Ty};
+//! use potamoi_netlist::{Module, ModuleBuilder, Ty};
 //! use potamoi_rust_hdl::{Engine, BridgeError};
 //! use rust_hdl_core::prelude::*;
 //! use std::sync::Arc;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use num_bigint::BigUint;
-use potamoi_hdl::ir::Module;
+use potamoi_netlist::Module;
 use rust_hdl_core::ast::VerilogLiteral;
 use rust_hdl_core::prelude::{
     Atom, AtomKind, Block, Logic, PinConstraint, Probe, TypeDescriptor, TypeKind, VCDValue, Verilog,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use potamoi_hdl::ir::{Header, Module, verilog};
+use potamoi_netlist::{Header, Module, verilog};
 use rust_hdl_core::ast::{Verilog, Wrapper};
 
 use crate::BridgeError;

@@ -6,10 +6,10 @@ mod common;
 use std::sync::Arc;
 
 use potamoi_formats::config::Config;
-use potamoi_hdl::gu::gathering_unit;
-use potamoi_hdl::ir::{Module, ModuleBuilder, Ty};
-use potamoi_hdl::vu::vector_unit;
+use potamoi_netlist::{Module, ModuleBuilder, Ty};
 use potamoi_rust_hdl::{BridgeError, Engine, Netlist};
+use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::vector_unit::vector_unit;
 use rust_hdl_core::check_error::check_all;
 use rust_hdl_core::prelude::*;
 use rust_hdl_core::yosys::SynthError;

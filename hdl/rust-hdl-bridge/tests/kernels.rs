@@ -7,7 +7,7 @@ mod common;
 
 use std::sync::Arc;
 
-use potamoi_hdl::ir::{Header, Interpreter, Module, ModuleBuilder, Ty, verilog};
+use potamoi_netlist::{Header, Interpreter, Module, ModuleBuilder, Ty, verilog};
 use rust_hdl_core::prelude::*;
 
 #[derive(LogicBlock, Default)]

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use potamoi_hdl::ir::Module;
+use potamoi_netlist::Module;
 
 use super::gate::Gate;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use potamoi_hdl::ir::Module;
+use potamoi_netlist::Module;
 
 use super::flat::{CONSTANTS, Cell, Driver, Flat, FlatMemory, FlatPort, ModuleKind, Sink};
 use super::gate::Gate;

@@ -1,6 +1,6 @@
 //! Memories of a netlist: their modules, interpreted.
 
-use potamoi_hdl::ir::{InterpretError, Interpreter, PortHandle};
+use potamoi_netlist::{InterpretError, Interpreter, PortHandle};
 
 use super::flat::{FlatMemory, FlatPort};
 

@@ -11,7 +11,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use potamoi_hdl::ir::InterpretError;
+use potamoi_netlist::InterpretError;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

@@ -9,11 +9,11 @@
 
 use potamoi_cycles::Stalls;
 use potamoi_formats::config::Config;
-use potamoi_hdl::gu::gathering_unit;
 use potamoi_reference::trace_recorder::Limits;
 use potamoi_rtl::{GatherUnit, model};
 use potamoi_scene::Scene;
 use potamoi_scene::trace::Trace;
+use potamoi_units::gathering_unit::gathering_unit;
 use potamoi_verilated::{Toolchain, peer::Peer};
 
 const ENTRIES: u64 = 4_000;

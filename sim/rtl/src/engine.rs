@@ -1,6 +1,6 @@
 //! What runs a unit: the Verilated model, the netlist interpreter, or Icarus.
 
-use potamoi_hdl::ir::{Interpreter, PortHandle};
+use potamoi_netlist::{Interpreter, PortHandle};
 use potamoi_verilated::{Clock, Library, Model, PortId};
 
 use super::icarus::{Icarus, Pin};

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use potamoi_cycles::{GatherInputs, GatherWork, Group, Plan, Stalls};
 use potamoi_formats::config::Config;
-use potamoi_hdl::gu::gathering_unit;
 use potamoi_reference::GatherTask;
+use potamoi_units::gathering_unit::gathering_unit;
 
 use super::engine::EngineKind;
 use super::gather_drive::{Drive, GatherSeen, GatherTotals, GatherWatch};
@@ -60,7 +60,7 @@ impl GatherUnit {
     pub fn of_module(
         engine: EngineKind,
         config: &Config,
-        module: &std::sync::Arc<potamoi_hdl::ir::Module>,
+        module: &std::sync::Arc<potamoi_netlist::Module>,
     ) -> Result<Self, RtlError> {
         Ok(Self {
             config: config.clone(),

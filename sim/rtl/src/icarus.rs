@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::sync::Arc;
 
-use potamoi_hdl::ir::{Header, Module, verilog};
+use potamoi_netlist::{Header, Module, verilog};
 use potamoi_verilated::cache::Scratch;
 use potamoi_verilated::child::{self, Fault, Talker};
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use potamoi_cycles::StreamError;
-use potamoi_hdl::ir::{Header, IrErrors, Module, verilog};
+use potamoi_netlist::{Header, IrErrors, Module, verilog};
 use potamoi_verilated::{Direction, Library, ModelBuilder, Toolchain, Trace};
 use thiserror::Error;
 
@@ -21,7 +21,7 @@ pub enum RtlError {
     Netlist(#[from] IrErrors),
     /// The interpreter was misused.
     #[error(transparent)]
-    Interpreter(#[from] potamoi_hdl::ir::InterpretError),
+    Interpreter(#[from] potamoi_netlist::InterpretError),
     /// A tool is not there.
     #[error("{tool} is missing, which disables {disables}; {get}")]
     MissingTool {
@@ -51,7 +51,7 @@ pub enum RtlError {
     Work(#[from] potamoi_cycles::WorkError),
     /// A fault cannot be built in.
     #[error(transparent)]
-    Fault(#[from] potamoi_hdl::ir::FaultError),
+    Fault(#[from] potamoi_netlist::FaultError),
     /// The work does not fit the unit.
     #[error(transparent)]
     Stream(#[from] StreamError),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use potamoi_hdl::ir::{Interpreter, Module};
+use potamoi_netlist::{Interpreter, Module};
 use potamoi_verilated::{Library, PortId, Toolchain, Warnings};
 
 use super::engine::{Engine, EngineKind, Job, Verilated, pass_on};

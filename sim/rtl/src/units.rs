@@ -61,7 +61,7 @@ impl RtlUnits {
     /// A missing tool, or a failure of one.
     pub fn with_vector_unit(
         mut self,
-        module: &std::sync::Arc<potamoi_hdl::ir::Module>,
+        module: &std::sync::Arc<potamoi_netlist::Module>,
     ) -> Result<Self, RtlError> {
         let unit = VectorUnit::of_module(self.engine, &self.config, module)?;
         self.vector = Some(unit);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use potamoi_cycles::{Exponents, Plan, Stalls, VectorInputs};
 use potamoi_formats::config::Config;
-use potamoi_hdl::vu::vector_unit;
+use potamoi_units::vector_unit::vector_unit;
 
 use super::engine::EngineKind;
 use super::model::RtlError;
@@ -58,7 +58,7 @@ impl VectorUnit {
     pub fn of_module(
         engine: EngineKind,
         config: &Config,
-        module: &std::sync::Arc<potamoi_hdl::ir::Module>,
+        module: &std::sync::Arc<potamoi_netlist::Module>,
     ) -> Result<Self, RtlError> {
         Ok(Self {
             lanes: config.vu.lanes as usize,

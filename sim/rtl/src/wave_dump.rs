@@ -5,7 +5,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use potamoi_hdl::ir::Module;
+use potamoi_netlist::Module;
 use vcd::{IdCode, TimescaleUnit, Value, Writer};
 
 use super::engine::{Engine, Verilated, pass_on};

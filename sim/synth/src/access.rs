@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use potamoi_formats::config::Config;
-use potamoi_hdl::ir::{Module, PortInfo};
+use potamoi_netlist::{Module, PortInfo};
 
 use super::power::usual_transition_ps;
 use super::retime::{Retiming, Wanted};

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use potamoi_hdl::ir::IrErrors;
+use potamoi_netlist::IrErrors;
 use thiserror::Error;
 
 use super::unit_kind::UnitKind;

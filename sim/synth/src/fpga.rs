@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::Command;
 
 use potamoi_formats::config::Config;
-use potamoi_hdl::ir::{Header, verilog};
 use potamoi_kept::{self as kept, Key};
+use potamoi_netlist::{Header, verilog};
 use potamoi_verilated::cache::Scratch;
 use serde::{Deserialize, Serialize};
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use potamoi_hdl::ir::{Header, Module, verilog};
 use potamoi_kept::{self as kept, Key};
+use potamoi_netlist::{Header, Module, verilog};
 use potamoi_verilated::cache::Scratch;
 
 use crate::error::CHECK_LIBRARY;

@@ -1,7 +1,7 @@
 //! Which memories a configuration has, and what they come to.
 
 use potamoi_formats::config::Config;
-use potamoi_hdl::ir::{MemoryMacro, Module};
+use potamoi_netlist::{MemoryMacro, Module};
 use serde::{Deserialize, Serialize};
 
 use super::cacti::{self, Cacti, Figures, Settings, Shape};

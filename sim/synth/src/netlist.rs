@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use potamoi_hdl::ir::MemoryMacro;
+use potamoi_netlist::MemoryMacro;
 use serde::{Deserialize, Serialize};
 
 use super::Library;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
-use potamoi_hdl::gu::gathering_unit;
-use potamoi_hdl::ir::{IrErrors, Module};
-use potamoi_hdl::vu::vector_unit;
+use potamoi_netlist::{IrErrors, Module};
+use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::vector_unit::vector_unit;
 
 /// A unit that can be synthesised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

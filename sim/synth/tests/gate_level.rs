@@ -19,9 +19,7 @@ use potamoi_cycles::Stalls;
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_hdl::gu::gathering_unit;
-use potamoi_hdl::ir::{Header, Module, verilog};
-use potamoi_hdl::vu::vector_unit;
+use potamoi_netlist::{Header, Module, verilog};
 use potamoi_reference::vu::VectorTwin;
 use potamoi_reference::{GatherTask, Units};
 use potamoi_rtl::{Check, EngineKind, GatherUnit, RtlError, VectorBatch, VectorUnit};
@@ -29,6 +27,8 @@ use potamoi_synth::{
     Library, Sampler, SynthError, Tools, UnitKind, Verified, cell_functions, default_library,
     netlist, verify_netlist,
 };
+use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::vector_unit::vector_unit;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

@@ -2,12 +2,12 @@
 
 use potamoi_formats::config::{Config, ExpBase, ExpConfig, ExpForm};
 use potamoi_formats::units::OpCode;
-use potamoi_hdl::vu::error_bound;
 use potamoi_reference::exp::ExpTwin;
 use potamoi_reference::reference::Reference;
 use potamoi_reference::widths::budget;
 use potamoi_synth::fit::{Fit, ScaledEstimate, Work};
 use potamoi_synth::{SynthError, UnitKind, scaling};
+use potamoi_units::vector_unit::error_bound;
 
 use super::Method;
 use crate::failure::Failure;

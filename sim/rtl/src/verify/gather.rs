@@ -2,8 +2,8 @@
 
 use potamoi_cycles::{GatherWork, runs};
 use potamoi_formats::units::GATHERING_UNIT;
-use potamoi_hdl::gu::gathering_unit;
 use potamoi_reference::GatherTask;
+use potamoi_units::gathering_unit::gathering_unit;
 
 use super::Verifier;
 use crate::{Check, GatherUnit, Mismatch, RtlError};

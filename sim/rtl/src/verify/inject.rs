@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use potamoi_formats::config::{Config, ExpForm, Modes, Organisation};
 use potamoi_formats::units::GATHERING_UNIT;
-use potamoi_hdl::ir::{Change, Fault, FaultError, Module};
+use potamoi_netlist::{Change, Fault, FaultError, Module};
 use serde::{Deserialize, Serialize};
 
 /// A fault of a unit's netlist.

@@ -2,7 +2,7 @@
 
 use potamoi_cycles::vector_cycles;
 use potamoi_formats::units::{VECTOR_UNIT, VectorOp};
-use potamoi_hdl::vu::vector_unit;
+use potamoi_units::vector_unit::vector_unit;
 
 use super::Verifier;
 use crate::{Check, Mismatch, RtlError, VectorBatch, VectorUnit};

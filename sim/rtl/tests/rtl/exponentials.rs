@@ -3,7 +3,6 @@
 use potamoi_cycles::{Exponents, Stalls, vector_cycles};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_hdl::vu::error_bound;
 use potamoi_reference::Twins;
 use potamoi_reference::exp::ExpTwin;
 use potamoi_reference::reference::Reference;
@@ -11,6 +10,7 @@ use potamoi_reference::trace_recorder::{Limits, Recorder};
 use potamoi_reference::widths::budget;
 use potamoi_rtl::verify::{Injection, Settings, Verifier};
 use potamoi_rtl::{EngineKind, VectorBatch, VectorUnit};
+use potamoi_units::vector_unit::error_bound;
 
 use crate::scenes_common::{garden_through, lantern_through};
 

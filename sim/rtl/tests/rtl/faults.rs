@@ -5,13 +5,13 @@ use potamoi_cycles::{Stalls, StreamStalls};
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::{GATHERING_UNIT, OpCode, VECTOR_UNIT, VectorOp};
-use potamoi_hdl::gu::gathering_unit;
-use potamoi_hdl::ir::{Change, Fault};
-use potamoi_hdl::vu::vector_unit;
+use potamoi_netlist::{Change, Fault};
 use potamoi_reference::GatherTask;
 use potamoi_reference::gather::GatherTwin;
 use potamoi_reference::vu::VectorTwin;
 use potamoi_rtl::{Check, EngineKind, GatherUnit, RtlError, VectorBatch, VectorUnit};
+use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::vector_unit::vector_unit;
 
 fn config() -> Config {
     let text = "[gu]\nbanks = 2\nports = 2\n[rit]\nentries = 4\n[mvoxel]\nrows = 8\n\

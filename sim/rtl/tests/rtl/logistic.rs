@@ -4,10 +4,10 @@
 use potamoi_cycles::{Stalls, vector_cycles};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_hdl::vu::error_bound;
 use potamoi_reference::logistic::{Logistic, LogisticReference, logistic_budget};
 use potamoi_reference::vu::VectorTwin;
 use potamoi_rtl::{VectorBatch, VectorUnit};
+use potamoi_units::vector_unit::error_bound;
 
 #[test]
 fn every_sigmoid_and_softplus_of_the_unit() {

@@ -3,11 +3,11 @@ use std::path::Path;
 use std::process::Command;
 
 use potamoi_formats::config::Config;
-use potamoi_hdl::emit::emit;
 use potamoi_reference::trace_recorder::Limits;
 use potamoi_rtl::readmemh;
 use potamoi_scene::Scene;
 use potamoi_scene::trace::Trace;
+use potamoi_units::emit::emit;
 
 fn run(folder: &Path, unit: &str) -> String {
     let mut sources = vec![format!("{unit}_tb.v")];

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use potamoi_formats::config::{Config, PRESETS};
-use potamoi_hdl::gu::gathering_unit;
 use potamoi_rtl::EngineKind;
 use potamoi_rtl::verify::{Injection, Settings, Verifier};
+use potamoi_units::gathering_unit::gathering_unit;
 
 use crate::scenes_common::{garden_through, lantern_through};
 

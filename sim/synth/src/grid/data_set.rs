@@ -4,7 +4,7 @@ use std::path::Path;
 
 use potamoi_formats::config::Config;
 use potamoi_formats::document::{self, Value};
-use potamoi_hdl::ir::{Header, verilog};
+use potamoi_netlist::{Header, verilog};
 use serde::{Deserialize, Serialize};
 
 use super::design::{Family, Point};

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use potamoi_formats::config::{Config, rules};
 use potamoi_gates::Flat;
-use potamoi_hdl::ir::Module;
 use potamoi_kept::{self as kept, Key};
+use potamoi_netlist::Module;
 
 use super::lack::Lack;
 use super::library::PowerLibrary;

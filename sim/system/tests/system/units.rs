@@ -2,14 +2,14 @@
 use potamoi_base::mask::Mask;
 use potamoi_fields::voxels::{self, MVoxels};
 use potamoi_formats::config::Config;
-use potamoi_hdl::ir::{Change, Fault};
-use potamoi_hdl::vu::vector_unit;
+use potamoi_netlist::{Change, Fault};
 use potamoi_reference::{Twins, Units};
 use potamoi_rtl::RtlUnits;
 use potamoi_scene::{Scene, garden, lantern};
 use potamoi_splats::{self as splats, Profile};
 use potamoi_system::soc::npu::Array;
 use potamoi_system::soc::work::FrameWork;
+use potamoi_units::vector_unit::vector_unit;
 
 fn garden_picture(units: &mut dyn Units) -> splats::FixedFrame {
     let camera = garden::camera().resized(96, 80);

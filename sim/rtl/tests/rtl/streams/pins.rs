@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use potamoi_hdl::ir::{Interpreter, Module, PortHandle};
+use potamoi_netlist::{Interpreter, Module, PortHandle};
 
 pub(crate) struct Pins {
     run: Interpreter,

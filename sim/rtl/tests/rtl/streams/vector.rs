@@ -4,8 +4,8 @@ use potamoi_cycles::{Exponents, VectorInputs, VectorModel};
 use potamoi_formats::config::Config;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_hdl::vu::vector_unit;
 use potamoi_reference::vu::VectorTwin;
+use potamoi_units::vector_unit::vector_unit;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

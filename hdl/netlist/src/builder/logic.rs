@@ -1,0 +1,238 @@
+//! Bitwise operations, arithmetic, comparisons, shifts.
+
+use num_bigint::BigInt;
+use num_traits::Zero as _;
+
+use super::ModuleBuilder;
+use crate::node::{Binary, Op, Signal, Ty, Unary};
+
+impl ModuleBuilder {
+    fn binary(&mut self, what: &str, op: Binary, a: Signal, b: Signal, ty: Ty) -> Signal {
+        if self.agree(what, a, b) {
+            self.node(Op::Binary(op, a.id, b.id), ty)
+        } else {
+            self.zero(ty)
+        }
+    }
+
+    /// An operation on two bits of which one is constant: `ruling` decides it,
+    /// the other value leaves the other bit.
+    fn with_known_bit(&self, a: Signal, b: Signal, ruling: bool) -> Option<Signal> {
+        if a.ty != Ty::bit() || b.ty != Ty::bit() {
+            return None;
+        }
+        [(a, b), (b, a)].into_iter().find_map(|(known, other)| {
+            let value = self.constant(known)?;
+            Some(if value.is_zero() == ruling {
+                other
+            } else {
+                known
+            })
+        })
+    }
+
+    /// Bitwise and.
+    pub fn and(&mut self, a: Signal, b: Signal) -> Signal {
+        if let Some(result) = self.with_known_bit(a, b, false) {
+            return result;
+        }
+        self.binary("and", Binary::And, a, b, a.ty)
+    }
+
+    /// Bitwise or.
+    pub fn or(&mut self, a: Signal, b: Signal) -> Signal {
+        if let Some(result) = self.with_known_bit(a, b, true) {
+            return result;
+        }
+        self.binary("or", Binary::Or, a, b, a.ty)
+    }
+
+    /// Bitwise exclusive or.
+    pub fn xor(&mut self, a: Signal, b: Signal) -> Signal {
+        self.binary("xor", Binary::Xor, a, b, a.ty)
+    }
+
+    /// Bitwise complement.
+    pub fn not(&mut self, a: Signal) -> Signal {
+        self.node(Op::Unary(Unary::Not, a.id), a.ty)
+    }
+
+    /// Two's complement negation, wrapping.
+    pub fn neg(&mut self, a: Signal) -> Signal {
+        self.node(Op::Unary(Unary::Neg, a.id), a.ty)
+    }
+
+    /// Whether any bit is set.
+    pub fn any(&mut self, a: Signal) -> Signal {
+        self.node(Op::Unary(Unary::Any, a.id), Ty::bit())
+    }
+
+    /// Whether all bits are set.
+    pub fn all(&mut self, a: Signal) -> Signal {
+        self.node(Op::Unary(Unary::All, a.id), Ty::bit())
+    }
+
+    /// Exclusive or of all bits.
+    pub fn parity(&mut self, a: Signal) -> Signal {
+        self.node(Op::Unary(Unary::Parity, a.id), Ty::bit())
+    }
+
+    /// Sum of the operands' type, wrapping.
+    pub fn add(&mut self, a: Signal, b: Signal) -> Signal {
+        self.binary("add", Binary::Add, a, b, a.ty)
+    }
+
+    /// Difference of the operands' type, wrapping.
+    pub fn sub(&mut self, a: Signal, b: Signal) -> Signal {
+        self.binary("sub", Binary::Sub, a, b, a.ty)
+    }
+
+    /// Full product: the widths add up. Both signed or both unsigned.
+    pub fn mul(&mut self, a: Signal, b: Signal) -> Signal {
+        let ty = Ty {
+            width: a.ty.width + b.ty.width,
+            signed: a.ty.signed,
+        };
+        if a.ty.signed == b.ty.signed {
+            self.node(Op::Binary(Binary::Mul, a.id, b.id), ty)
+        } else {
+            let (x, y) = (self.describe(a), self.describe(b));
+            self.fail("mul", format!("signedness differs: {x} and {y}"));
+            self.zero(ty)
+        }
+    }
+
+    /// Equal.
+    pub fn eq(&mut self, a: Signal, b: Signal) -> Signal {
+        self.binary("eq", Binary::Eq, a, b, Ty::bit())
+    }
+
+    /// Not equal.
+    pub fn ne(&mut self, a: Signal, b: Signal) -> Signal {
+        self.binary("ne", Binary::Ne, a, b, Ty::bit())
+    }
+
+    /// Less.
+    pub fn lt(&mut self, a: Signal, b: Signal) -> Signal {
+        if self.is_extreme(b, Ty::min) || self.is_extreme(a, Ty::max) {
+            return self.compared("lt", a, b, |m| m.zero(Ty::bit()));
+        }
+        if a.ty == Ty::s(1) {
+            // Of 0 and -1. Verilator 5.006 folds signed comparisons of single
+            // constant bits wrongly.
+            return self.compared("lt", a, b, |m| {
+                let (a, b) = (m.as_unsigned(a), m.as_unsigned(b));
+                let not_b = m.not(b);
+                m.and(a, not_b)
+            });
+        }
+        self.binary("lt", Binary::Lt, a, b, Ty::bit())
+    }
+
+    /// Less or equal.
+    pub fn le(&mut self, a: Signal, b: Signal) -> Signal {
+        if self.is_extreme(a, Ty::min) || self.is_extreme(b, Ty::max) {
+            return self.compared("le", a, b, |m| m.lit(1, Ty::bit()));
+        }
+        if a.ty == Ty::s(1) {
+            return self.compared("le", a, b, |m| {
+                let (a, b) = (m.as_unsigned(a), m.as_unsigned(b));
+                let not_b = m.not(b);
+                m.or(a, not_b)
+            });
+        }
+        self.binary("le", Binary::Le, a, b, Ty::bit())
+    }
+
+    /// A comparison made otherwise than by its operator.
+    fn compared(
+        &mut self,
+        what: &str,
+        a: Signal,
+        b: Signal,
+        make: impl FnOnce(&mut Self) -> Signal,
+    ) -> Signal {
+        if self.agree(what, a, b) {
+            make(self)
+        } else {
+            self.zero(Ty::bit())
+        }
+    }
+
+    /// Whether a value is constant, and the end of its type's range: a linter
+    /// is right to ask about comparisons with it.
+    fn is_extreme(&self, s: Signal, end: fn(Ty) -> BigInt) -> bool {
+        self.constant(s).is_some_and(|value| *value == end(s.ty))
+    }
+
+    /// Greater.
+    pub fn gt(&mut self, a: Signal, b: Signal) -> Signal {
+        self.lt(b, a)
+    }
+
+    /// Greater or equal.
+    pub fn ge(&mut self, a: Signal, b: Signal) -> Signal {
+        self.le(b, a)
+    }
+
+    /// Shift left by an unsigned signal; the width stays.
+    pub fn shl(&mut self, a: Signal, amount: Signal) -> Signal {
+        let amount = self.shift_amount("shl", amount);
+        self.node(Op::Shl(a.id, amount.id), a.ty)
+    }
+
+    /// Shift right by an unsigned signal, arithmetic when signed.
+    pub fn shr(&mut self, a: Signal, amount: Signal) -> Signal {
+        let amount = self.shift_amount("shr", amount);
+        self.node(Op::Shr(a.id, amount.id), a.ty)
+    }
+
+    /// The amount in at most 32 bits: any above shifts everything out. Verilator
+    /// 5.006 shifts values of up to 64 bits by amounts of more than 64 wrongly.
+    fn shift_amount(&mut self, what: &str, amount: Signal) -> Signal {
+        if amount.ty.signed {
+            self.fail(what, "the amount is signed".to_owned());
+            return amount;
+        }
+        if amount.width() <= 32 {
+            return amount;
+        }
+        let above = self.slice(amount, 32, amount.width() - 32);
+        let far = self.any(above);
+        let near = self.slice(amount, 0, 32);
+        let all = self.lit(u32::MAX, Ty::u(32));
+        self.mux(far, all, near)
+    }
+
+    /// Shift left by a constant below the width; the width stays.
+    pub fn shl_const(&mut self, a: Signal, by: u32) -> Signal {
+        if by == 0 {
+            return a;
+        }
+        if by >= a.width() {
+            return self.zero(a.ty);
+        }
+        let low = self.slice(a, 0, a.width() - by);
+        let zeros = self.zero(Ty::u(by));
+        let both = self.cat(&[low, zeros]);
+        self.cast(both, a.ty.signed)
+    }
+
+    /// Shift right by a constant, arithmetic when signed; the width stays.
+    pub fn shr_const(&mut self, a: Signal, by: u32) -> Signal {
+        if by == 0 {
+            return a;
+        }
+        let by = if a.signed() {
+            by.min(a.width() - 1)
+        } else {
+            by
+        };
+        if by >= a.width() {
+            return self.zero(a.ty);
+        }
+        let high = self.slice(a, by, a.width() - by);
+        let high = self.cast(high, a.ty.signed);
+        self.extend(high, a.width())
+    }
+}

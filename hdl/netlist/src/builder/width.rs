@@ -1,0 +1,162 @@
+//! Parts of values and other widths: exact, always by name.
+
+use num_bigint::BigInt;
+use potamoi_formats::fixed::Rounding;
+
+use super::ModuleBuilder;
+use crate::node::{Node, Op, Signal, Ty};
+
+impl ModuleBuilder {
+    /// Bits `low .. low + width`, unsigned.
+    pub fn slice(&mut self, a: Signal, low: u32, width: u32) -> Signal {
+        if width == 0 || low.checked_add(width).is_none_or(|end| end > a.width()) {
+            let of = self.describe(a);
+            self.fail("slice", format!("bits {low}+{width} of {of}"));
+            return self.zero(Ty::u(width.max(1)));
+        }
+        if low == 0 && width == a.width() {
+            return self.as_unsigned(a);
+        }
+        if let Some(value) = self.constant(a) {
+            // Big integers shift and mask as two's complement.
+            let bits = (value >> low) & ((BigInt::from(1) << width) - 1);
+            return self.lit(bits, Ty::u(width));
+        }
+        self.node(Op::Slice(a.id, low), Ty::u(width))
+    }
+
+    /// The value of a constant without a name.
+    pub(super) fn constant(&self, s: Signal) -> Option<&BigInt> {
+        match &self.module.nodes[s.id] {
+            Node {
+                op: Op::Lit(value),
+                name: None,
+                ..
+            } => Some(value),
+            _ => None,
+        }
+    }
+
+    /// One bit.
+    pub fn bit(&mut self, a: Signal, index: u32) -> Signal {
+        self.slice(a, index, 1)
+    }
+
+    /// Concatenation, high part first; unsigned.
+    pub fn cat(&mut self, parts: &[Signal]) -> Signal {
+        match parts {
+            [] => {
+                self.fail("cat", "no parts".to_owned());
+                self.zero(Ty::bit())
+            }
+            [one] => self.as_unsigned(*one),
+            _ => {
+                let widths = parts.iter().map(|p| p.width());
+                let width = widths.fold(0, u32::saturating_add);
+                self.node(Op::Cat(parts.iter().map(|p| p.id).collect()), Ty::u(width))
+            }
+        }
+    }
+
+    /// `count` copies side by side.
+    pub fn repeat(&mut self, a: Signal, count: u32) -> Signal {
+        if count == 1 {
+            return self.as_unsigned(a);
+        }
+        if count == 0 {
+            let of = self.describe(a);
+            self.fail("repeat", format!("0 copies of {of}: expected 1 at least"));
+            return self.as_unsigned(a);
+        }
+        let width = a.width().saturating_mul(count);
+        self.node(Op::Repeat(a.id, count), Ty::u(width))
+    }
+
+    /// Widens, by zeros or by the sign.
+    pub fn extend(&mut self, a: Signal, width: u32) -> Signal {
+        if width == a.width() {
+            return a;
+        }
+        if width < a.width() {
+            let of = self.describe(a);
+            self.fail(
+                "extend",
+                format!("{of} to {width} bits is narrower: truncate, round or saturate"),
+            );
+            return self.zero(Ty { width, ..a.ty });
+        }
+        self.node(Op::Extend(a.id), Ty { width, ..a.ty })
+    }
+
+    /// Cuts off high bits; the signedness stays.
+    pub fn truncate(&mut self, a: Signal, width: u32) -> Signal {
+        if width == a.width() {
+            return a;
+        }
+        let cut = self.slice(a, 0, width);
+        self.cast(cut, a.ty.signed)
+    }
+
+    pub(super) fn cast(&mut self, a: Signal, signed: bool) -> Signal {
+        if a.ty.signed == signed {
+            return a;
+        }
+        self.node(Op::Cast(a.id), Ty { signed, ..a.ty })
+    }
+
+    /// The same bits as two's complement.
+    pub fn as_signed(&mut self, a: Signal) -> Signal {
+        self.cast(a, true)
+    }
+
+    /// The same bits as unsigned.
+    pub fn as_unsigned(&mut self, a: Signal) -> Signal {
+        self.cast(a, false)
+    }
+
+    /// Drops `bits` low bits, rounded. One bit wider than what is left, so
+    /// that it cannot overflow.
+    pub fn round(&mut self, a: Signal, bits: u32, rounding: Rounding) -> Signal {
+        if bits == 0 {
+            return self.extend(a, a.width() + 1);
+        }
+        if bits >= a.width() {
+            let of = self.describe(a);
+            self.fail("round", format!("{bits} bits off {of}"));
+            return self.zero(Ty { width: 1, ..a.ty });
+        }
+        let ty = Ty {
+            width: a.width() - bits + 1,
+            ..a.ty
+        };
+        self.node(Op::Round(a.id, bits, rounding), ty)
+    }
+
+    /// The nearest value of another type.
+    pub fn saturate(&mut self, a: Signal, ty: Ty) -> Signal {
+        let ty = self.legal(ty);
+        if ty == a.ty {
+            return a;
+        }
+        if ty.min() <= a.ty.min() && ty.max() >= a.ty.max() {
+            let wide = self.extend(a, ty.width);
+            return self.cast(wide, ty.signed);
+        }
+        self.node(Op::Saturate(a.id), ty)
+    }
+
+    /// Whether saturating to `ty` changes the value.
+    pub fn saturated(&mut self, a: Signal, ty: Ty) -> Signal {
+        let ty = self.legal(ty);
+        let mut outside = vec![];
+        if ty.max() < a.ty.max() {
+            let max = self.lit(ty.max(), a.ty);
+            outside.push(self.gt(a, max));
+        }
+        if ty.min() > a.ty.min() {
+            let min = self.lit(ty.min(), a.ty);
+            outside.push(self.lt(a, min));
+        }
+        self.any_of(&outside)
+    }
+}

@@ -1,0 +1,254 @@
+//! Faults in a netlist: what a verification must find.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use num_bigint::BigInt;
+use thiserror::Error;
+
+use super::node::{Binary, Node, Op, Ty};
+use super::{Module, check};
+
+/// One wrong register.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fault {
+    /// The module that declares it, in every instance alike.
+    pub module: String,
+    /// Its name.
+    pub register: String,
+    /// What is wrong with it.
+    pub change: Change,
+}
+
+/// What is wrong with a register.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Change {
+    /// It takes over this bit inverted, at every clock at which it takes over a
+    /// value.
+    Invert(u32),
+    /// It wakes from reset with another value.
+    Reset(BigInt),
+    /// It wakes from reset with this bit of its value inverted.
+    ResetBit(u32),
+}
+
+/// A fault that cannot be made.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("cannot make a fault in register {register} of module {module}: {problem}")]
+pub struct FaultError {
+    /// The module.
+    pub module: String,
+    /// The register.
+    pub register: String,
+    /// What is wrong, and what was expected.
+    pub problem: String,
+}
+
+impl Fault {
+    /// The hierarchy of `top` with this fault in it.
+    ///
+    /// # Errors
+    /// No such module or register, or a change that does not fit its width.
+    pub fn inject(&self, top: &Arc<Module>) -> Result<Arc<Module>, FaultError> {
+        let mut done = BTreeMap::new();
+        let mut found = false;
+        let faulty = self.rebuild(top, &mut done, &mut found)?;
+        if found {
+            Ok(faulty)
+        } else {
+            Err(self.error(format!("{} has no module of that name", top.name)))
+        }
+    }
+
+    fn error(&self, problem: String) -> FaultError {
+        FaultError {
+            module: self.module.clone(),
+            register: self.register.clone(),
+            problem,
+        }
+    }
+
+    /// Modules stay shared: `done` maps their addresses to their copies.
+    fn rebuild(
+        &self,
+        module: &Arc<Module>,
+        done: &mut BTreeMap<usize, Arc<Module>>,
+        found: &mut bool,
+    ) -> Result<Arc<Module>, FaultError> {
+        let address = Arc::as_ptr(module) as usize;
+        if let Some(copy) = done.get(&address) {
+            return Ok(copy.clone());
+        }
+        let mut copy = Module {
+            name: module.name.clone(),
+            doc: module.doc.clone(),
+            nodes: module.nodes.clone(),
+            ports: module.ports.clone(),
+            memories: module.memories.clone(),
+            instances: module.instances.clone(),
+            contracts: module.contracts.clone(),
+            sections: module.sections.clone(),
+            unused: module.unused.clone(),
+            clocked: module.clocked,
+            registers: module.registers,
+        };
+        for instance in &mut copy.instances {
+            instance.module = self.rebuild(&instance.module, done, found)?;
+        }
+        if copy.name == self.module {
+            self.change(&mut copy)?;
+            *found = true;
+        }
+        let copy = Arc::new(copy);
+        done.insert(address, copy.clone());
+        Ok(copy)
+    }
+
+    fn change(&self, module: &mut Module) -> Result<(), FaultError> {
+        let live = check::live(module);
+        let named = |(i, n): &(usize, &Node)| {
+            n.name.as_deref() == Some(&self.register) && matches!(n.op, Op::Reg { .. }) && live[*i]
+        };
+        let Some((id, node)) = module.nodes.iter().enumerate().find(named) else {
+            return Err(self.error("it has no register of that name".to_owned()));
+        };
+        let (ty, section) = (node.ty, node.section);
+        match &self.change {
+            Change::Reset(value) if *value < ty.min() || *value > ty.max() => {
+                Err(self.error(format!("{value} is no value of type {ty}")))
+            }
+            Change::Reset(value) => {
+                if let Op::Reg { reset, .. } = &mut module.nodes[id].op {
+                    reset.clone_from(value);
+                }
+                Ok(())
+            }
+            Change::Invert(bit) | Change::ResetBit(bit) if *bit >= ty.width => {
+                Err(self.error(format!("bit {bit}: expected below {}", ty.width)))
+            }
+            Change::ResetBit(bit) => {
+                if let Op::Reg { reset, .. } = &mut module.nodes[id].op {
+                    *reset ^= mask(ty, *bit);
+                }
+                Ok(())
+            }
+            Change::Invert(bit) => {
+                let mask = mask(ty, *bit);
+                let plain = |op| Node {
+                    op,
+                    ty,
+                    name: None,
+                    note: None,
+                    section,
+                    exact: false,
+                };
+                let lit = module.nodes.len();
+                module.nodes.push(plain(Op::Lit(mask)));
+                if let Op::Reg {
+                    next: Some(next), ..
+                } = &mut module.nodes[id].op
+                {
+                    let right = std::mem::replace(next, lit + 1);
+                    let wrong = Op::Binary(Binary::Xor, right, lit);
+                    module.nodes.push(plain(wrong));
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// The value of one bit, which is negative for the sign.
+fn mask(ty: Ty, bit: u32) -> BigInt {
+    let value = BigInt::from(1) << bit;
+    if ty.signed && bit + 1 == ty.width {
+        -value
+    } else {
+        value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::{Header, Interpreter, ModuleBuilder, Ty, verilog};
+
+    /// Two instances of a register.
+    fn pair() -> Arc<Module> {
+        let mut m = ModuleBuilder::new("stage");
+        let d = m.input("d", Ty::s(8), "");
+        let q = m.reg("held", Ty::s(8), 3);
+        m.set_next(q, d);
+        m.output("q", q, "");
+        let stage = m.finish().unwrap();
+        let mut m = ModuleBuilder::new("pair");
+        let d = m.input("d", Ty::s(8), "");
+        let first = m.instance("first", &stage, &[("d", d)]);
+        let between = m.out(first, "q");
+        let second = m.instance("second", &stage, &[("d", between)]);
+        let q = m.out(second, "q");
+        m.output("q", q, "");
+        m.finish().unwrap()
+    }
+
+    fn fault(change: Change) -> Fault {
+        Fault {
+            module: "stage".to_owned(),
+            register: "held".to_owned(),
+            change,
+        }
+    }
+
+    /// The output after reset, and two clocks after 5 was given.
+    fn run(module: &Arc<Module>) -> [u64; 2] {
+        let mut unit = Interpreter::new(module, 1);
+        let [reset, d, q] = ["rst_n", "d", "q"].map(|n| unit.port(n).unwrap());
+        unit.clock().unwrap();
+        unit.set_u64(reset, 1).unwrap();
+        unit.set_u64(d, 5).unwrap();
+        unit.eval().unwrap();
+        let first = unit.get_u64(q).unwrap();
+        for _ in 0..2 {
+            unit.clock().unwrap();
+        }
+        unit.eval().unwrap();
+        [first, unit.get_u64(q).unwrap()]
+    }
+
+    #[test]
+    fn every_instance_gets_the_fault_and_the_rest_stays() {
+        let right = pair();
+        assert_eq!(run(&right), [3, 5]);
+        let flipped = fault(Change::Invert(7)).inject(&right).unwrap();
+        // Inverted twice on the way.
+        assert_eq!(run(&flipped), [3, 5]);
+        let reset = fault(Change::Reset(9.into())).inject(&right).unwrap();
+        assert_eq!(run(&reset), [9, 5]);
+        let bit = fault(Change::ResetBit(2)).inject(&right).unwrap();
+        assert_eq!(run(&bit), [7, 5]);
+        assert_eq!(run(&right), [3, 5]);
+        for (module, text) in [(&flipped, " ^ "), (&reset, "held <= 8'd9")] {
+            let files = verilog(module, &Header::default());
+            assert_eq!(files.len(), 2);
+            assert!(files.iter().any(|(_, t)| t.contains(text)), "{files:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_there_is_named() {
+        let top = pair();
+        let refused = |f: &Fault, text: &str| {
+            let error = f.inject(&top).unwrap_err().to_string();
+            assert!(error.contains(text), "{error}");
+        };
+        refused(&fault(Change::Invert(8)), "bit 8: expected below 8");
+        refused(&fault(Change::ResetBit(8)), "bit 8: expected below 8");
+        refused(&fault(Change::Reset(128.into())), "128 is no value");
+        let mut other = fault(Change::Invert(0));
+        other.register = "d".to_owned();
+        refused(&other, "no register");
+        other.module = "nothing".to_owned();
+        refused(&other, "no module");
+    }
+}

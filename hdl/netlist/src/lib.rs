@@ -1,0 +1,159 @@
+//! The netlist: built at run time by ordinary Rust, because every parameter
+//! comes from a file.
+//!
+//! Each node has an explicit width and signedness and operands must agree, so
+//! that none of Verilog's context rules ever applies. Registers have reset
+//! values, memories are explicit, modules are shared by identity.
+
+mod builder;
+mod check;
+mod fault;
+mod interpret;
+mod keywords;
+mod loss;
+mod memories;
+mod node;
+mod print;
+mod range;
+mod tree;
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use thiserror::Error;
+
+pub use builder::ModuleBuilder;
+pub use fault::{Change, Fault, FaultError};
+pub use interpret::{InterpretError, Interpreter, PortHandle};
+pub use loss::Machine;
+pub use memories::MemoryMacro;
+pub use node::{Binary, Op, Unary};
+pub use node::{Instance, MemId, Signal, Ty};
+pub use print::{Header, verilog};
+pub use range::Interval;
+pub(crate) use range::ModuleRanges;
+pub use range::{Ranges, ranges};
+
+use node::{Contract, Inst, Memory, Node, Port};
+
+/// A finished module.
+#[derive(Debug, Clone)]
+pub struct Module {
+    pub(crate) name: String,
+    pub(crate) doc: String,
+    /// Operands always come before the nodes that use them, but for the
+    /// inputs of registers and memories.
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) ports: Vec<Port>,
+    pub(crate) memories: Vec<Memory>,
+    pub(crate) instances: Vec<Inst>,
+    pub(crate) contracts: Vec<Contract>,
+    pub(crate) sections: Vec<String>,
+    pub(crate) unused: BTreeMap<usize, String>,
+    /// Known once the module is finished.
+    pub(crate) clocked: bool,
+    pub(crate) registers: bool,
+}
+
+/// A port as the outside sees it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PortInfo {
+    /// Name.
+    pub name: String,
+    /// Type.
+    pub ty: Ty,
+    /// Output or input.
+    pub output: bool,
+    /// What it is for.
+    pub doc: String,
+}
+
+impl Module {
+    /// The module's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Ports in order of declaration, without `clk` and `rst_n`.
+    #[must_use]
+    pub fn ports(&self) -> Vec<PortInfo> {
+        self.ports
+            .iter()
+            .map(|p| PortInfo {
+                name: p.name.clone(),
+                ty: self.nodes[p.node].ty,
+                output: p.output,
+                doc: p.doc.clone(),
+            })
+            .collect()
+    }
+
+    /// Names of the instances in the module, without those below, and of their modules.
+    pub fn instances(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.instances
+            .iter()
+            .map(|own| (&*own.name, own.module.name()))
+    }
+
+    /// The module without the gates that keep ports low in reset: what it is while
+    /// `rst_n` is high.
+    #[must_use]
+    pub fn without_reset_gates(&self) -> Self {
+        let mut module = self.clone();
+        for port in module.ports.iter_mut().filter(|p| p.low_in_reset) {
+            port.low_in_reset = false;
+            if let Op::Binary(_, _, otherwise) = module.nodes[port.node].op {
+                port.node = otherwise;
+                let own = &mut module.nodes[otherwise];
+                // An input keeps its name: it is a port itself.
+                if !matches!(own.op, Op::Input) {
+                    own.name = own.name.take().map(|_| port.name.clone());
+                }
+            }
+        }
+        module
+    }
+
+    /// Whether the module or anything below it holds state: it then has a
+    /// `clk` port.
+    #[must_use]
+    pub const fn is_clocked(&self) -> bool {
+        self.clocked
+    }
+
+    /// Whether there is a register here or below, or anything else that reset
+    /// changes: it then has an `rst_n` port.
+    #[must_use]
+    pub const fn has_registers(&self) -> bool {
+        self.registers
+    }
+}
+
+/// A mistake in a netlist.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("module {module}: {node}: {problem}")]
+pub struct IrError {
+    /// The module.
+    pub module: String,
+    /// The node, port, memory or instance.
+    pub node: String,
+    /// What is wrong with it, and what was expected.
+    pub problem: String,
+}
+
+/// Every mistake found in a netlist.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub struct IrErrors(pub Vec<IrError>);
+
+impl fmt::Display for IrErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, e) in self.0.iter().enumerate() {
+            if i > 0 {
+                f.write_str("\n")?;
+            }
+            write!(f, "{e}")?;
+        }
+        Ok(())
+    }
+}

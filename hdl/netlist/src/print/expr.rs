@@ -1,0 +1,312 @@
+//! Expressions of Verilog.
+
+use num_bigint::BigInt;
+use potamoi_formats::fixed::Rounding;
+
+use super::names::Names;
+use crate::Module;
+use crate::node::{Binary, Op, Ty, Unary};
+
+/// Bits of the widest signed product that Verilator computes.
+const WIDEST_SIGNED_PRODUCT: u32 = 512;
+
+/// A piece of Verilog, and how tightly it binds.
+struct Text {
+    text: String,
+    /// The operator at its top, if it needs parentheses inside another.
+    top: Option<&'static str>,
+}
+
+fn atom(text: String) -> Text {
+    Text { text, top: None }
+}
+
+/// Expressions of one module.
+pub(super) struct Exprs<'a> {
+    pub(super) names: Names<'a>,
+}
+
+impl<'a> Exprs<'a> {
+    pub(super) fn new(module: &'a Module) -> Self {
+        Self {
+            names: Names::new(module),
+        }
+    }
+
+    /// The defining expression of a node.
+    pub(super) fn definition(&self, id: usize) -> String {
+        self.expand(id).text
+    }
+
+    /// A use of a node.
+    pub(super) fn operand(&self, id: usize) -> String {
+        self.text(id).text
+    }
+
+    fn text(&self, id: usize) -> Text {
+        match self.names.ident(id) {
+            Some(name) => atom(name.to_owned()),
+            None => self.expand(id),
+        }
+    }
+
+    /// A use inside an operator: in parentheses unless it is an atom or a
+    /// chain of the same associative operator.
+    fn inside(&self, id: usize, operator: &str) -> String {
+        let t = self.text(id);
+        match t.top {
+            Some(top) if !(top == operator && matches!(top, "&" | "|" | "^" | "+")) => {
+                format!("({})", t.text)
+            }
+            _ => t.text,
+        }
+    }
+
+    fn signed(&self, id: usize) -> String {
+        format!("$signed({})", self.operand(id))
+    }
+
+    fn part(&self, id: usize, low: u32, width: u32) -> String {
+        range(
+            &self.operand(id),
+            low,
+            width,
+            self.names.module.nodes[id].ty.width,
+        )
+    }
+
+    fn expand(&self, id: usize) -> Text {
+        let node = &self.names.module.nodes[id];
+        let nodes = &self.names.module.nodes;
+        let op = |text: String, top: &'static str| Text {
+            text,
+            top: Some(top),
+        };
+        match &node.op {
+            Op::OutOfReset => atom("rst_n".to_owned()),
+            Op::Input | Op::Reg { .. } | Op::ReadSync(..) | Op::InstanceOut(..) => {
+                atom(self.names.ident(id).unwrap_or_default().to_owned())
+            }
+            Op::Lit(v) => atom(literal(v, node.ty)),
+            Op::Unary(unary, a) => {
+                let symbol = match unary {
+                    Unary::Not => "~",
+                    Unary::Neg => "-",
+                    Unary::Any => "|",
+                    Unary::All => "&",
+                    Unary::Parity => "^",
+                };
+                op(format!("{symbol}{}", self.inside(*a, "unary")), "unary")
+            }
+            Op::Binary(Binary::Mul, a, b) => {
+                let (x, y) = (
+                    self.widened(*a, node.ty.width),
+                    self.widened(*b, node.ty.width),
+                );
+                // Both forms give the same bits; the signed one synthesises to a
+                // multiplier of the operands' own widths.
+                if node.ty.signed && node.ty.width <= WIDEST_SIGNED_PRODUCT {
+                    op(format!("$signed({x}) * $signed({y})"), "*")
+                } else {
+                    op(format!("{x} * {y}"), "*")
+                }
+            }
+            Op::Binary(binary, a, b) => {
+                let symbol = match binary {
+                    Binary::And => "&",
+                    Binary::Or => "|",
+                    Binary::Xor => "^",
+                    Binary::Add => "+",
+                    Binary::Sub => "-",
+                    Binary::Mul => "*",
+                    Binary::Eq => "==",
+                    Binary::Ne => "!=",
+                    Binary::Lt => "<",
+                    Binary::Le => "<=",
+                };
+                if matches!(binary, Binary::Lt | Binary::Le) && nodes[*a].ty.signed {
+                    return op(
+                        format!("{} {symbol} {}", self.signed(*a), self.signed(*b)),
+                        symbol,
+                    );
+                }
+                op(
+                    format!(
+                        "{} {symbol} {}",
+                        self.inside(*a, symbol),
+                        self.inside(*b, symbol)
+                    ),
+                    symbol,
+                )
+            }
+            Op::Shl(a, n) => op(
+                format!("{} << {}", self.inside(*a, "<<"), self.inside(*n, "<<")),
+                "<<",
+            ),
+            Op::Shr(a, n) if node.ty.signed => op(
+                format!("{} >>> {}", self.signed(*a), self.inside(*n, ">>")),
+                ">>>",
+            ),
+            Op::Shr(a, n) => op(
+                format!("{} >> {}", self.inside(*a, ">>"), self.inside(*n, ">>")),
+                ">>",
+            ),
+            Op::Slice(a, low) => atom(self.part(*a, *low, node.ty.width)),
+            Op::Cat(parts) => {
+                let all: Vec<_> = parts.iter().map(|p| self.operand(*p)).collect();
+                atom(format!("{{{}}}", all.join(", ")))
+            }
+            Op::Repeat(a, n) => atom(format!("{{{n}{{{}}}}}", self.operand(*a))),
+            Op::Extend(a) => atom(self.widened(*a, node.ty.width)),
+            Op::Cast(a) => self.text(*a),
+            Op::Round(a, bits, rounding) => self.rounded(*a, *bits, *rounding),
+            Op::Saturate(a) => self.saturated(*a, node.ty),
+            Op::Mux(c, t, e) => {
+                let condition = self.inside(*c, "?");
+                let other = self.text(*e);
+                let other = if other.top.is_none_or(|t| t == "?") {
+                    other.text
+                } else {
+                    format!("({})", other.text)
+                };
+                op(
+                    format!("{condition} ? {} : {other}", self.inside(*t, "?then")),
+                    "?",
+                )
+            }
+            Op::Select(..) => atom(String::new()),
+            Op::ReadAsync(m, addr) => atom(format!(
+                "{}[{}]",
+                self.names.module.memories[*m].name,
+                self.operand(*addr)
+            )),
+        }
+    }
+
+    fn widened(&self, a: usize, width: u32) -> String {
+        let ty = self.names.module.nodes[a].ty;
+        let more = width - ty.width;
+        if more == 0 {
+            return self.operand(a);
+        }
+        if !ty.signed {
+            return format!("{{{more}'d0, {}}}", self.operand(a));
+        }
+        let sign = self.part(a, ty.width - 1, 1);
+        if more == 1 {
+            return format!("{{{sign}, {}}}", self.operand(a));
+        }
+        format!("{{{{{more}{{{sign}}}}}, {}}}", self.operand(a))
+    }
+
+    fn rounded(&self, a: usize, bits: u32, rounding: Rounding) -> Text {
+        let ty = self.names.module.nodes[a].ty;
+        let kept = ty.width - bits;
+        let high = if ty.signed {
+            self.part(a, ty.width - 1, 1)
+        } else {
+            "1'b0".to_owned()
+        };
+        let floor = format!("{{{high}, {}}}", self.part(a, bits, kept));
+        let guard = self.part(a, bits - 1, 1);
+        let up = match rounding {
+            Rounding::Floor => return atom(floor),
+            Rounding::HalfUp => guard,
+            Rounding::HalfEven if bits == 1 => format!("{guard} & {}", self.part(a, bits, 1)),
+            Rounding::HalfEven => {
+                format!(
+                    "{guard} & ({} | (|{}))",
+                    self.part(a, bits, 1),
+                    self.part(a, 0, bits - 1)
+                )
+            }
+        };
+        Text {
+            text: format!("{floor} + {{{kept}'d0, {up}}}"),
+            top: Some("+"),
+        }
+    }
+
+    fn saturated(&self, a: usize, to: Ty) -> Text {
+        let from = self.names.module.nodes[a].ty;
+        let (w, t) = (from.width, to.width);
+        let sign = self.part(a, w - 1, 1);
+        let max = literal(&to.max(), to);
+        let min = literal(&to.min(), to);
+        // A reduction of one bit is that bit.
+        let reduce = |operator: &str, low: u32, width: u32| {
+            let part = self.part(a, low, width);
+            if width == 1 {
+                part
+            } else {
+                format!("({operator}{part})")
+            }
+        };
+        let text = match (from.signed, to.signed) {
+            (true, true) => {
+                let (any, all) = (reduce("|", t - 1, w - t), reduce("&", t - 1, w - t));
+                let low = self.part(a, 0, t);
+                format!("(~{sign} & {any}) ? {max} : (({sign} & ~{all}) ? {min} : {low})")
+            }
+            (true, false) if t >= w - 1 => {
+                let low = if w > 1 {
+                    self.part(a, 0, w - 1)
+                } else {
+                    "1'b0".to_owned()
+                };
+                let wide = if t > w - 1 && w > 1 {
+                    format!("{{{}'d0, {low}}}", t - (w - 1))
+                } else if w == 1 {
+                    format!("{t}'d0")
+                } else {
+                    low
+                };
+                format!("{sign} ? {min} : {wide}")
+            }
+            (true, false) => {
+                let any = reduce("|", t, w - 1 - t);
+                format!("{sign} ? {min} : ({any} ? {max} : {})", self.part(a, 0, t))
+            }
+            (false, false) => format!("{} ? {max} : {}", reduce("|", t, w - t), self.part(a, 0, t)),
+            (false, true) => {
+                let low = if t > 1 {
+                    format!("{{1'b0, {}}}", self.part(a, 0, t - 1))
+                } else {
+                    "1'b0".to_owned()
+                };
+                format!("{} ? {max} : {low}", reduce("|", t - 1, w - t + 1))
+            }
+        };
+        Text {
+            text,
+            top: Some("?"),
+        }
+    }
+}
+
+/// Some bits of an identifier that is `of` bits wide.
+pub(super) fn range(name: &str, low: u32, width: u32, of: u32) -> String {
+    if of == 1 {
+        return name.to_owned();
+    }
+    if width == 1 {
+        format!("{name}[{low}]")
+    } else {
+        format!("{name}[{}:{low}]", low + width - 1)
+    }
+}
+
+/// A sized constant: decimal while that is short, hexadecimal past it.
+pub(super) fn literal(value: &BigInt, ty: Ty) -> String {
+    let modulus = BigInt::from(1) << ty.width;
+    let code = if value.sign() == num_bigint::Sign::Minus {
+        value + modulus
+    } else {
+        value.clone()
+    };
+    match ty.width {
+        1 => format!("1'b{code}"),
+        w if w <= 64 && code < BigInt::from(10_000) => format!("{w}'d{code}"),
+        w => format!("{w}'h{code:x}"),
+    }
+}

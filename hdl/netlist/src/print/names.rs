@@ -1,0 +1,238 @@
+//! Which nodes get an identifier, and which one.
+
+use std::collections::BTreeSet;
+
+use crate::Module;
+use crate::check::{live, read_memories};
+use crate::node::{Binary, Op, Unary};
+
+/// What of a module is printed, and under which names.
+pub(super) struct Names<'a> {
+    pub(super) module: &'a Module,
+    pub(super) live: Vec<bool>,
+    /// The memories that are printed.
+    pub(super) read: Vec<bool>,
+    /// The identifier of every node that has one.
+    of: Vec<Option<String>>,
+}
+
+/// What is done with each node.
+struct Needs {
+    uses: Vec<u32>,
+    /// Some of its bits are picked out, which takes a name.
+    sliced: Vec<bool>,
+    /// It is the index of a memory.
+    index: Vec<bool>,
+}
+
+impl<'a> Names<'a> {
+    pub(super) fn new(module: &'a Module) -> Self {
+        let live = live(module);
+        let mut this = Self {
+            module,
+            read: read_memories(module, &live),
+            live,
+            of: vec![None; module.nodes.len()],
+        };
+        this.assign(&this.needs());
+        this
+    }
+
+    /// The identifier of a node, if it has one.
+    pub(super) fn ident(&self, id: usize) -> Option<&str> {
+        self.of[id].as_deref()
+    }
+
+    /// The node whose identifier stands for this one's bits.
+    pub(super) fn base(&self, id: usize) -> usize {
+        match (&self.of[id], &self.module.nodes[id].op) {
+            (None, Op::Cast(a)) => self.base(*a),
+            _ => id,
+        }
+    }
+
+    /// Writes to memories that are printed: enable, address and data.
+    pub(super) fn writes(&self) -> impl Iterator<Item = [usize; 3]> {
+        let memories = self.module.memories.iter().zip(&self.read);
+        memories
+            .filter(|(_, read)| **read)
+            .flat_map(|(m, _)| &m.writes)
+            .map(|(enable, address, data)| [*enable, *address, *data])
+    }
+
+    fn needs(&self) -> Needs {
+        let nodes = &self.module.nodes;
+        let mut uses = vec![0u32; nodes.len()];
+        let mut sliced = vec![false; nodes.len()];
+        for (id, node) in nodes.iter().enumerate() {
+            if !self.live[id] {
+                continue;
+            }
+            for o in node
+                .op
+                .operands()
+                .into_iter()
+                .chain(node.op.edge_operands())
+            {
+                uses[o] += 1;
+            }
+            match &node.op {
+                Op::Slice(a, _) | Op::Round(a, ..) | Op::Saturate(a) => sliced[*a] = true,
+                Op::Extend(a) if nodes[*a].ty.signed => sliced[*a] = true,
+                Op::Binary(Binary::Mul, a, b) => (sliced[*a], sliced[*b]) = (true, true),
+                _ => {}
+            }
+        }
+        for inst in &self.module.instances {
+            for (_, n) in &inst.inputs {
+                uses[*n] += 1;
+            }
+        }
+        for n in self.writes().flatten() {
+            uses[n] += 1;
+        }
+        for port in self.module.ports.iter().filter(|p| p.output) {
+            uses[port.node] += 1;
+        }
+        // Icarus 11 does not keep an index that is computed in place to its own
+        // width: 1'd0 - 1'd1 would be below every row. A name does.
+        let mut index = vec![false; nodes.len()];
+        for [_, address, _] in self.writes() {
+            index[address] = true;
+        }
+        for node in nodes {
+            if let Op::ReadSync(_, _, address) | Op::ReadAsync(_, address) = node.op {
+                index[address] = true;
+            }
+        }
+        // A reinterpretation without a name is its operand.
+        for (id, node) in nodes.iter().enumerate().rev() {
+            if let (Op::Cast(a), None) = (&node.op, &node.name) {
+                uses[*a] += uses[id].saturating_sub(1);
+                sliced[*a] |= sliced[id];
+                index[*a] |= index[id];
+            }
+        }
+        Needs {
+            uses,
+            sliced,
+            index,
+        }
+    }
+
+    fn assign(&mut self, needs: &Needs) {
+        let nodes = &self.module.nodes;
+        let mut taken: BTreeSet<String> = ["clk", "rst_n", "unused_ok"].map(str::to_owned).into();
+        taken.extend(self.module.ports.iter().map(|p| p.name.clone()));
+        taken.extend(self.module.memories.iter().map(|m| m.name.clone()));
+        taken.extend(self.module.instances.iter().map(|i| i.name.clone()));
+        taken.extend(nodes.iter().filter_map(|n| n.name.clone()));
+        for (id, node) in nodes.iter().enumerate() {
+            if !self.live[id] && !matches!(node.op, Op::Input) {
+                continue;
+            }
+            if let Some(name) = &node.name {
+                self.of[id] = Some(name.clone());
+                continue;
+            }
+            let shared = needs.uses[id] > 1
+                && !matches!(
+                    node.op,
+                    Op::Lit(_) | Op::Cast(_) | Op::Slice(..) | Op::Repeat(..) | Op::OutOfReset
+                );
+            let needed = match &node.op {
+                Op::Select(..) | Op::ReadAsync(..) => true,
+                Op::Binary(Binary::Mul, ..) | Op::Shr(..) => node.ty.signed || needs.sliced[id],
+                Op::Lit(_) | Op::Cast(_) | Op::OutOfReset => false,
+                Op::Slice(..) | Op::Cat(_) | Op::Repeat(..) => needs.sliced[id],
+                _ => needs.sliced[id] || needs.index[id],
+            };
+            // A literal under a slice is the one thing that a name must be made for.
+            let literal = matches!(node.op, Op::Lit(_)) && needs.sliced[id];
+            if shared || needed || literal {
+                let wish = self.derive(id);
+                let name = unique(&wish, &mut taken);
+                self.of[id] = Some(name);
+            }
+        }
+    }
+
+    /// A name that says what an unnamed node is.
+    fn derive(&self, id: usize) -> String {
+        let of = |n: &usize| self.short(*n);
+        let name = match &self.module.nodes[id].op {
+            Op::Lit(v) => format!("const_{}", v.magnitude()),
+            Op::Unary(Unary::Not, a) => format!("not_{}", of(a)),
+            Op::Unary(Unary::Neg, a) => format!("minus_{}", of(a)),
+            Op::Unary(Unary::Any, a) => format!("any_{}", of(a)),
+            Op::Unary(Unary::All, a) => format!("all_{}", of(a)),
+            Op::Unary(Unary::Parity, a) => format!("parity_{}", of(a)),
+            Op::Binary(op, a, b) => {
+                let word = match op {
+                    Binary::And => "and",
+                    Binary::Or => "or",
+                    Binary::Xor => "xor",
+                    Binary::Add => "plus",
+                    Binary::Sub => "minus",
+                    Binary::Mul => "times",
+                    Binary::Eq => "is",
+                    Binary::Ne => "is_not",
+                    Binary::Lt => "below",
+                    Binary::Le => "up_to",
+                };
+                format!("{}_{word}_{}", of(a), of(b))
+            }
+            Op::Shl(a, _) | Op::Shr(a, _) => format!("{}_shifted", of(a)),
+            Op::Slice(a, _) => format!("{}_part", of(a)),
+            Op::Cat(parts) => format!("{}_joined", parts.first().map_or_else(String::new, of)),
+            Op::Repeat(a, _) => format!("{}_mask", of(a)),
+            Op::Extend(a) => format!("{}_wide", of(a)),
+            Op::Round(a, ..) => format!("{}_rounded", of(a)),
+            Op::Saturate(a) => format!("{}_held", of(a)),
+            Op::Mux(c, ..) => format!("by_{}", of(c)),
+            Op::Select(i, _) => format!("picked_by_{}", of(i)),
+            Op::ReadAsync(m, _) => format!("{}_out", self.module.memories[*m].name),
+            Op::Cast(a) => of(a),
+            _ => "signal".to_owned(),
+        };
+        let mut name: String = name.chars().take(32).collect();
+        while name.ends_with('_') {
+            name.pop();
+        }
+        name
+    }
+
+    fn short(&self, id: usize) -> String {
+        if let Some(name) = &self.of[id] {
+            return name.clone();
+        }
+        match &self.module.nodes[id].op {
+            Op::Lit(v) => v.magnitude().to_string(),
+            Op::Slice(a, low) => format!("{}_{low}", self.short(*a)),
+            Op::Cast(a) | Op::Extend(a) | Op::Repeat(a, _) => self.short(*a),
+            Op::Unary(Unary::Not, a) => format!("no_{}", self.short(*a)),
+            Op::Binary(Binary::Add, a, _) => format!("{}_sum", self.short(*a)),
+            Op::Binary(_, a, _) | Op::Unary(_, a) | Op::Round(a, ..) | Op::Saturate(a) => {
+                self.short(*a)
+            }
+            Op::Mux(_, a, _) | Op::Shl(a, _) | Op::Shr(a, _) => self.short(*a),
+            Op::Cat(parts) => parts.first().map_or_else(String::new, |p| self.short(*p)),
+            _ => "value".to_owned(),
+        }
+    }
+}
+
+fn unique(wish: &str, taken: &mut BTreeSet<String>) -> String {
+    let wish = if wish.is_empty() || wish.starts_with(|c: char| c.is_ascii_digit()) {
+        format!("v_{wish}")
+    } else {
+        wish.to_owned()
+    };
+    let mut name = wish.clone();
+    let mut n = 1;
+    while !taken.insert(name.clone()) {
+        n += 1;
+        name = format!("{wish}_{n}");
+    }
+    name
+}

@@ -1,0 +1,215 @@
+//! Small circuits that several units share.
+
+use std::sync::Arc;
+
+use num_bigint::BigInt;
+use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+
+/// Bits that hold 0..=n.
+#[must_use]
+pub(crate) fn bits_for(n: u32) -> u32 {
+    n.max(1).ilog2() + 1
+}
+
+/// Number of set bits.
+pub(crate) fn popcount(m: &mut ModuleBuilder, bits: &[Signal]) -> Signal {
+    let ty = Ty::u(bits_for(bits.len() as u32));
+    let wide: Vec<_> = bits.iter().map(|bit| m.extend(*bit, ty.width)).collect();
+    tree_sum(m, &wide)
+}
+
+/// Sum of one or more terms, whose type has room for it, pair by pair.
+pub(crate) fn tree_sum(m: &mut ModuleBuilder, terms: &[Signal]) -> Signal {
+    let mut terms = terms.to_vec();
+    while terms.len() > 1 {
+        let pairs = terms.chunks(2);
+        terms = pairs
+            .map(|pair| match pair {
+                [a, b] => m.add(*a, *b),
+                _ => pair[0],
+            })
+            .collect();
+    }
+    terms[0]
+}
+
+/// `a + 1`.
+pub(crate) fn plus_one(m: &mut ModuleBuilder, a: Signal) -> Signal {
+    let one = m.lit(1, a.ty());
+    m.add(a, one)
+}
+
+/// `a == value`.
+pub(crate) fn is(m: &mut ModuleBuilder, a: Signal, value: u32) -> Signal {
+    let v = m.lit(value, a.ty());
+    m.eq(a, v)
+}
+
+/// A counter port's register: counts by `step` when `en`, cleared by `clear`,
+/// stops at its maximum.
+pub(crate) fn counter(
+    m: &mut ModuleBuilder,
+    name: &str,
+    bits: u32,
+    clear: Signal,
+    en: Signal,
+    step: Signal,
+) -> Signal {
+    let reg = m.reg(name, Ty::u(bits), 0);
+    let zero = m.lit(0, Ty::u(bits));
+    let wide = bits + 1;
+    let (x, y) = (m.extend(reg, wide), m.extend(step, wide));
+    let sum = m.add(x, y);
+    let sum = m.name(sum, &format!("{name}_sum"));
+    let more = m.saturate(sum, reg.ty());
+    let more = m.mux(en, more, reg);
+    let next = m.mux(clear, zero, more);
+    m.set_next(reg, next);
+    reg
+}
+
+/// A register that stays set once `set` was.
+pub(crate) fn sticky(m: &mut ModuleBuilder, name: &str, clear: Signal, set: Signal) -> Signal {
+    let reg = m.reg(name, Ty::bit(), 0);
+    let held = m.or(reg, set);
+    let no_clear = m.not(clear);
+    let next = m.and(held, no_clear);
+    m.set_next(reg, next);
+    reg
+}
+
+/// `index` steps through 0..=`end` and starts again.
+pub(crate) fn wrapping(m: &mut ModuleBuilder, index: Signal, end: Signal) -> Signal {
+    let last = m.eq(index, end);
+    let next = plus_one(m, index);
+    let zero = m.lit(0, index.ty());
+    m.mux(last, zero, next)
+}
+
+/// A memory with one write port and `reads` synchronous read ports, in a
+/// module of its own so that a memory compiler's macro can take its place.
+/// More than two read ports share the write port over copies of two.
+///
+/// # Errors
+/// The netlist's own checks.
+pub(crate) fn ram(name: &str, depth: u32, width: u32, reads: u32) -> Result<Arc<Module>, IrErrors> {
+    if reads > 2 {
+        return replicated(name, depth, width, reads);
+    }
+    let mut m = ModuleBuilder::new(name);
+    m.doc(&format!("{depth} x {width} bit memory, 1 write and {reads} read {}; plain array to be inferred or replaced by a macro.", if reads == 1 { "port" } else { "ports" }));
+    let address = Ty::u(bits_for(depth - 1));
+    let we = m.input("we", Ty::bit(), "write at the clock edge");
+    let waddr = m.input("waddr", address, "");
+    let wdata = m.input("wdata", Ty::u(width), "");
+    let mem = m.memory("mem", depth, width, "");
+    m.mem_write(mem, we, waddr, wdata);
+    for r in 0..reads {
+        let suffix = suffix(r, reads);
+        let re = m.input(
+            &format!("re{suffix}"),
+            Ty::bit(),
+            "read at the clock edge; holds its output otherwise",
+        );
+        let raddr = m.input(&format!("raddr{suffix}"), address, "");
+        let rdata = m.mem_read(mem, re, raddr, &format!("rdata{suffix}"));
+        m.output(&format!("rdata{suffix}"), rdata, "");
+    }
+    m.finish()
+}
+
+fn replicated(name: &str, depth: u32, width: u32, reads: u32) -> Result<Arc<Module>, IrErrors> {
+    let two = ram(&format!("{name}_copy2"), depth, width, 2)?;
+    let one = if reads % 2 == 1 {
+        Some(ram(&format!("{name}_copy1"), depth, width, 1)?)
+    } else {
+        None
+    };
+    let mut m = ModuleBuilder::new(name);
+    m.doc(&format!(
+        "{depth} x {width} bit memory with {reads} read ports: copies that are written alike."
+    ));
+    let address = Ty::u(bits_for(depth - 1));
+    let we = m.input("we", Ty::bit(), "write at the clock edge");
+    let waddr = m.input("waddr", address, "");
+    let wdata = m.input("wdata", Ty::u(width), "");
+    let ports: Vec<_> = (0..reads)
+        .map(|r| {
+            let re = m.input(&format!("re{r}"), Ty::bit(), "");
+            (re, m.input(&format!("raddr{r}"), address, ""))
+        })
+        .collect();
+    for (c, pair) in ports.chunks(2).enumerate() {
+        let write = [("we", we), ("waddr", waddr), ("wdata", wdata)];
+        let copy = format!("copy{c}");
+        if let ([a, b], _) = (pair, ()) {
+            let mut io = write.to_vec();
+            io.extend([("re0", a.0), ("raddr0", a.1), ("re1", b.0), ("raddr1", b.1)]);
+            let inst = m.instance(&copy, &two, &io);
+            for half in 0..2 {
+                let data = m.out(inst, &format!("rdata{half}"));
+                m.output(&format!("rdata{}", 2 * c + half), data, "");
+            }
+        } else if let (Some(one), [a]) = (&one, pair) {
+            let mut io = write.to_vec();
+            io.extend([("re", a.0), ("raddr", a.1)]);
+            let inst = m.instance(&copy, one, &io);
+            let data = m.out(inst, "rdata");
+            m.output(&format!("rdata{}", 2 * c), data, "");
+        }
+    }
+    m.finish()
+}
+
+/// Suffix of read port `r` of a [`ram`] with `reads` ports.
+#[must_use]
+pub(crate) fn suffix(r: u32, reads: u32) -> String {
+    if reads == 1 {
+        String::new()
+    } else {
+        r.to_string()
+    }
+}
+
+/// A first-in first-out buffer: offers its oldest word while it holds one.
+/// The writer keeps count of the room.
+///
+/// # Errors
+/// The netlist's own checks.
+pub(crate) fn fifo(name: &str, depth: u32, width: u32) -> Result<Arc<Module>, IrErrors> {
+    let mut m = ModuleBuilder::new(name);
+    m.doc(&format!(
+        "FIFO of {depth} words of {width} bits. The writer sees to it that there is room."
+    ));
+    let push = m.input("push", Ty::bit(), "takes push_data at the clock edge");
+    let push_data = m.input("push_data", Ty::u(width), "");
+    let pop = m.input("pop", Ty::bit(), "drops the word that is offered");
+    let pointer = Ty::u(bits_for(depth - 1));
+    let mem = m.memory("mem", depth, width, "");
+    let write_pointer = m.reg("write_pointer", pointer, 0);
+    let read_pointer = m.reg("read_pointer", pointer, 0);
+    let count = m.reg("count", Ty::u(bits_for(depth)), 0);
+    m.mem_write(mem, push, write_pointer, push_data);
+    let end = m.param("LAST_WORD", depth - 1, pointer, "");
+    let next = wrapping(&mut m, write_pointer, end);
+    m.set_next_if(write_pointer, push, next);
+    let next = wrapping(&mut m, read_pointer, end);
+    m.set_next_if(read_pointer, pop, next);
+    let one = m.lit(1, count.ty());
+    let more = m.add(count, one);
+    let less = m.sub(count, one);
+    let changes = m.xor(push, pop);
+    let changed = m.mux(push, more, less);
+    m.set_next_if(count, changes, changed);
+    let data = m.mem_read_async(mem, read_pointer);
+    let valid = m.any(count);
+    m.output("valid", valid, "data holds a word");
+    m.output("data", data, "");
+    m.finish()
+}
+
+/// Sums codes of 2^`position` for set bits: a constant mask.
+#[must_use]
+pub(crate) fn ones(width: u32) -> BigInt {
+    (BigInt::from(1) << width) - 1
+}

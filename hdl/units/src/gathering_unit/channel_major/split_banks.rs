@@ -1,0 +1,215 @@
+//! Banks in parts by row, for more than two ports: part `s` of a bank holds the rows
+//! `s`, `s + S` and so on, and reads two of them at once. Ports that want a third row
+//! of a part wait for a turn.
+//!
+//! All banks are read alike, so that whose turn it is is decided once for the table.
+
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+
+use super::row_place::Place;
+use crate::circuits::{is, popcount, ram};
+
+/// Rows that a part reads at once.
+const READS: u32 = 2;
+
+/// The parts of the banks.
+pub(super) struct SplitBanks {
+    parts: u32,
+    ports: u32,
+    part: Arc<Module>,
+}
+
+/// Whose turn it is.
+pub(super) struct Turns {
+    /// Ports whose row is read at the clock edge.
+    pub(super) granted: Signal,
+    /// No port's row is left.
+    pub(super) complete: Signal,
+    /// Of each part and each of its reads: whether it takes place, and its line.
+    reads: Vec<[(Signal, Signal); READS as usize]>,
+    /// Of each port, the read whose word it got last: part, then read.
+    source: Vec<Signal>,
+}
+
+impl SplitBanks {
+    pub(super) fn new(config: &Config, parts: u32) -> Result<Self, IrErrors> {
+        let lines = config.mft_rows() / parts;
+        let depth = lines.next_power_of_two() + lines;
+        Ok(Self {
+            parts,
+            ports: config.gu.ports,
+            part: ram("mft_part", depth, config.gu.feature_bits, READS)?,
+        })
+    }
+
+    /// Decides which of the rows asked for are read, ports in order; `rows` says of
+    /// each port whether its row was loaded, and the row.
+    pub(super) fn turns(
+        &self,
+        m: &mut ModuleBuilder,
+        read: Signal,
+        keep: Signal,
+        rows: &[(Signal, Signal)],
+    ) -> Turns {
+        m.section("Turns: two rows a part");
+        let part_bits = self.parts.ilog2();
+        let served = m.reg("served", Ty::u(self.ports), 0);
+        m.note(served, "ports whose row was read in an earlier turn");
+        let mut wanted: Vec<(Signal, Signal)> = vec![];
+        let (mut granted, mut left, mut source) = (vec![], vec![], vec![]);
+        let mut reads = vec![[const { vec![] }; READS as usize]; self.parts as usize];
+        for (p, &(ok, row)) in rows.iter().enumerate() {
+            let kept = m.bit(keep, p as u32);
+            let before = m.bit(served, p as u32);
+            let not_yet = m.not(before);
+            let wants = m.and(kept, not_yet);
+            let mut wants = m.name(wants, &format!("wants{p}"));
+            let part = m.slice(row, 0, part_bits);
+            let part = m.name(part, &format!("part{p}"));
+            let line = m.slice(row, part_bits, row.width() - part_bits);
+            // How many ports before it want the same part.
+            let ahead: Vec<_> = wanted
+                .iter()
+                .map(|&(other_wants, other)| {
+                    let same = m.eq(part, other);
+                    m.and(other_wants, same)
+                })
+                .collect();
+            wanted.push((wants, part));
+            // The first port has the first read, the second has one for certain.
+            let second = match ahead[..] {
+                [] => None,
+                [one] => Some(m.name(one, &format!("second{p}"))),
+                _ => {
+                    let count = popcount(m, &ahead);
+                    let count = m.name(count, &format!("ahead{p}"));
+                    let limit = m.lit(READS, count.ty());
+                    let room = m.lt(count, limit);
+                    let room = m.name(room, &format!("room{p}"));
+                    let no_room = m.not(room);
+                    left.push(m.and(wants, no_room));
+                    wants = m.and(wants, room);
+                    Some(m.bit(count, 0))
+                }
+            };
+            let gets = m.and(read, wants);
+            let gets = m.name(gets, &format!("grant{p}"));
+            granted.insert(0, gets);
+            let loaded = m.and(gets, ok);
+            let loaded = m.name(loaded, &format!("read_port{p}"));
+            for (s, of_part) in reads.iter_mut().enumerate() {
+                let here = is(m, part, s as u32);
+                let here = m.and(loaded, here);
+                let here = m.name(here, &format!("port{p}_reads{s}"));
+                let Some(second) = second else {
+                    of_part[0].push((here, line));
+                    continue;
+                };
+                let first = m.not(second);
+                for (list, which) in of_part.iter_mut().zip([first, second]) {
+                    list.push((m.and(here, which), line));
+                }
+            }
+            let from = m.reg(&format!("source{p}"), Ty::u(part_bits + 1), 0);
+            let second = second.unwrap_or_else(|| m.lit(0, Ty::bit()));
+            let choice = m.cat(&[part, second]);
+            m.set_next_if(from, gets, choice);
+            source.push(from);
+        }
+        let left = m.any_of(&left);
+        let none_left = m.not(left);
+        let complete = m.and(read, none_left);
+        let complete = m.name(complete, "complete");
+        let granted = m.cat(&granted);
+        let granted = m.name(granted, "granted_ports");
+        let so_far = m.or(served, granted);
+        let none = m.lit(0, served.ty());
+        let after = m.mux(complete, none, so_far);
+        m.set_next_if(served, read, after);
+        let reads = reads
+            .iter()
+            .enumerate()
+            .map(|(s, of_part)| {
+                [0, 1].map(|r| {
+                    let hits: Vec<_> = of_part[r].iter().map(|&(hit, _)| hit).collect();
+                    let lines: Vec<_> = of_part[r]
+                        .iter()
+                        .map(|&(hit, line)| {
+                            let mask = m.repeat(hit, line.width());
+                            m.and(mask, line)
+                        })
+                        .collect();
+                    let enable = m.any_of(&hits);
+                    let enable = m.name(enable, &format!("read{s}_{r}"));
+                    let first = lines[0];
+                    let line = lines[1..].iter().fold(first, |all, &l| m.or(all, l));
+                    (enable, m.name(line, &format!("line{s}_{r}")))
+                })
+            })
+            .collect();
+        Turns {
+            granted,
+            complete,
+            reads,
+            source,
+        }
+    }
+
+    /// The banks; of each port, the words of all of them, the last first.
+    pub(super) fn banks(
+        &self,
+        m: &mut ModuleBuilder,
+        place: &Place,
+        turns: &Turns,
+        lanes: &[Signal],
+    ) -> Vec<Vec<Signal>> {
+        let part_bits = self.parts.ilog2();
+        let [write_half, read_half] = place.halves;
+        let to = m.slice(place.row, 0, part_bits);
+        let line = m.slice(place.row, part_bits, place.row.width() - part_bits);
+        let write_address = m.cat(&[write_half, line]);
+        let write_address = m.name(write_address, "write_address");
+        let ways: Vec<_> = turns
+            .reads
+            .iter()
+            .enumerate()
+            .map(|(s, reads)| {
+                let here = is(m, to, s as u32);
+                let write = m.and(place.write, here);
+                let write = m.name(write, &format!("write{s}"));
+                let reads = [0, 1].map(|r| {
+                    let (enable, line) = reads[r];
+                    let address = m.cat(&[read_half, line]);
+                    (enable, m.name(address, &format!("address{s}_{r}")))
+                });
+                (write, reads)
+            })
+            .collect();
+        m.section("Banks, one a channel, in parts by row");
+        let mut words = vec![vec![]; self.ports as usize];
+        for (b, &lane) in lanes.iter().enumerate() {
+            let mut of_bank = vec![];
+            for (s, &(write, [low, high])) in ways.iter().enumerate() {
+                let inputs = [
+                    ("we", write),
+                    ("waddr", write_address),
+                    ("wdata", lane),
+                    ("re0", low.0),
+                    ("raddr0", low.1),
+                    ("re1", high.0),
+                    ("raddr1", high.1),
+                ];
+                let inst = m.instance(&format!("bank{b}_{s}"), &self.part, &inputs);
+                of_bank.extend(["rdata0", "rdata1"].map(|name| m.out(inst, name)));
+            }
+            for (p, (words, &source)) in words.iter_mut().zip(&turns.source).enumerate() {
+                let word = m.select(source, &of_bank);
+                words.insert(0, m.name(word, &format!("word{p}_{b}")));
+            }
+        }
+        words
+    }
+}

@@ -1,0 +1,139 @@
+//! The sequencer: step after step, one a channel and vertex of R entries.
+
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use super::loader::Loader;
+use super::passes::{Passes, Settings};
+use super::shape::Shape;
+use crate::circuits::{is, plus_one};
+
+/// The step that is asked for, and where the next one is read.
+pub(super) struct Sequencer {
+    half: Signal,
+    channel: Signal,
+    vertex: Signal,
+    passes: Passes,
+    pub(super) step: Step,
+}
+
+/// The step that the lanes hold.
+#[derive(Clone, Copy)]
+pub(super) struct Step {
+    pub(super) valid: Signal,
+    /// No round of it was issued yet.
+    pub(super) new: Signal,
+    /// Vertex 0 and V-1.
+    pub(super) first: Signal,
+    pub(super) last: Signal,
+    pub(super) channel: Signal,
+    /// The last of its entries, and of its pass.
+    pub(super) last_of_entries: Signal,
+    pub(super) end: Signal,
+}
+
+/// What the lanes need of a read.
+pub(super) struct Read {
+    pub(super) read: Signal,
+    pub(super) half: Signal,
+    pub(super) vertex: Signal,
+}
+
+impl Sequencer {
+    pub(super) fn declare(m: &mut ModuleBuilder, shape: &Shape, settings: Settings) -> Self {
+        let bit = Ty::bit();
+        let channel = Ty::u(shape.bank_bits);
+        let half = m.reg("next_half", bit, 0);
+        let next_channel = m.reg("next_channel", channel, 0);
+        let vertex = m.reg("next_vertex", Ty::u(3), 0);
+        let passes = Passes::declare(m, "step", shape, settings);
+        let step = Step {
+            valid: m.reg("step_valid", bit, 0),
+            new: m.reg("step_new", bit, 0),
+            first: m.reg("step_first", bit, 0),
+            last: m.reg("step_last", bit, 0),
+            channel: m.reg("step_channel", channel, 0),
+            last_of_entries: m.reg("step_ends_entries", bit, 0),
+            end: m.reg("step_ends_pass", bit, 0),
+        };
+        m.note(step.new, "no round of it was issued yet");
+        Self {
+            half,
+            channel: next_channel,
+            vertex,
+            passes,
+            step,
+        }
+    }
+
+    /// Reads the next step when the one that is held, if any, is `done` with;
+    /// `fire` issues a round of it.
+    pub(super) fn advance(
+        &self,
+        m: &mut ModuleBuilder,
+        loader: &Loader,
+        vertices: Signal,
+        fire: Signal,
+        done: Signal,
+    ) -> Read {
+        let (ready, ends) = loader.half(m, self.half);
+        let step = &self.step;
+        let free = m.not(step.valid);
+        let free = m.or(free, done);
+        let read = m.and(ready, free);
+        let read = m.name(read, "read_step");
+        let first = is(m, self.vertex, 0);
+        let tops: Vec<_> = [0u32, 1, 3, 7]
+            .into_iter()
+            .map(|top| m.lit(top, Ty::u(3)))
+            .collect();
+        let top = m.select(vertices, &tops);
+        let top = m.name(top, "top_vertex");
+        let last = m.eq(self.vertex, top);
+        let last = m.name(last, "next_is_last_vertex");
+        let channel_last = m.eq(self.channel, self.passes.top_channel);
+        let last_of_entries = m.and(last, channel_last);
+        let last_of_entries = m.name(last_of_entries, "next_ends_entries");
+        let end = m.and(last_of_entries, ends);
+        let end = m.name(end, "next_ends_pass");
+
+        let stays = m.not(done);
+        let stays = m.and(step.valid, stays);
+        let valid = m.or(read, stays);
+        m.set_next(step.valid, valid);
+        let idle = m.not(fire);
+        let new = m.and(step.new, idle);
+        let new = m.or(read, new);
+        m.set_next(step.new, new);
+        for (reg, value) in [
+            (step.first, first),
+            (step.last, last),
+            (step.channel, self.channel),
+            (step.last_of_entries, last_of_entries),
+            (step.end, end),
+        ] {
+            m.set_next_if(reg, read, value);
+        }
+
+        let zero_vertex = m.lit(0, self.vertex.ty());
+        let more = plus_one(m, self.vertex);
+        let after = m.mux(last, zero_vertex, more);
+        m.set_next_if(self.vertex, read, after);
+        let next_channel = m.and(read, last);
+        let zero_channel = m.lit(0, self.channel.ty());
+        let more = plus_one(m, self.channel);
+        let after = m.mux(channel_last, zero_channel, more);
+        m.set_next_if(self.channel, next_channel, after);
+        let release = m.and(read, last_of_entries);
+        let release = m.name(release, "release_lanes");
+        loader.release(m, self.half, release);
+        let other = m.not(self.half);
+        m.set_next_if(self.half, release, other);
+        let pass_ends = m.and(read, end);
+        self.passes.advance(m, pass_ends);
+        Read {
+            read,
+            half: self.half,
+            vertex: self.vertex,
+        }
+    }
+}

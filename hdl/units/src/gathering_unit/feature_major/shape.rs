@@ -1,0 +1,42 @@
+//! Geometry of the feature-major unit.
+
+use potamoi_formats::config::Config;
+
+use crate::circuits::bits_for;
+
+/// Sizes that its modules share. The number of banks is a power of two, so
+/// that a row's low bits name its bank and the others its line there.
+pub(super) struct Shape {
+    pub(super) banks: u32,
+    pub(super) lanes: u32,
+    /// Bits of a bank's number, and of a channel's.
+    pub(super) bank_bits: u32,
+    /// Bits of a line: a row's place in its bank.
+    pub(super) line_bits: u32,
+    /// Rows of an MVoxel.
+    pub(super) rows: u32,
+}
+
+impl Shape {
+    pub(super) fn of(config: &Config) -> Self {
+        let (banks, rows) = (config.gu.banks, config.mvoxel.rows);
+        let bank_bits = bits_for(banks - 1);
+        Self {
+            banks,
+            lanes: config.gu.lanes,
+            bank_bits,
+            line_bits: bits_for(rows - 1) - bank_bits,
+            rows,
+        }
+    }
+
+    /// Bits that hold the number of rows.
+    pub(super) fn rows_bits(&self) -> u32 {
+        bits_for(self.rows)
+    }
+
+    /// Bits of a word's place in a half of a bank: line, then channel.
+    pub(super) fn word_bits(&self) -> u32 {
+        self.line_bits + self.bank_bits
+    }
+}

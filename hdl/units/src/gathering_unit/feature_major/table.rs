@@ -1,0 +1,218 @@
+//! The MVoxel feature table, feature-major: bank `row mod B` holds all channels
+//! of a row, one word a channel.
+
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+
+use super::passes::{Passes, Settings};
+use super::shape::Shape;
+use crate::circuits::{bits_for, is, plus_one, popcount, ram};
+use crate::gathering_unit::shared::table_halves::TableHalves;
+
+/// Builds `mft`: a beat brings one channel of B rows, one word a bank; every
+/// bank reads a word of its own.
+///
+/// # Errors
+/// The netlist's own checks.
+pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
+    let shape = Shape::of(config);
+    let (banks, bits) = (shape.banks, config.gu.feature_bits);
+    let bank = ram("mft_bank", (1 << shape.word_bits()) + shape.rows, bits, 1)?;
+    let mut builder = ModuleBuilder::new("mft");
+    let m = &mut builder;
+    m.doc(
+        "double-buffered, feature-major MVoxel feature table. Bank b holds every channel of the \
+         rows b, b + B, b + 2B and so on.",
+    );
+    let bit = Ty::bit();
+    let settings = Settings::inputs(m);
+    let valid = m.input("s_axis_mft_tvalid", bit, "");
+    let data = m.input(
+        "s_axis_mft_tdata",
+        Ty::u(16 * banks),
+        "one channel of B rows, lowest row lowest",
+    );
+    let keep = m.input("s_axis_mft_tkeep", Ty::u(2 * banks), "rows there are");
+    let last = m.input("s_axis_mft_tlast", bit, "ends the MVoxel's segment");
+    let read = m.input("read", Ty::u(banks), "banks that read at the clock edge");
+    let lines = m.input("lines", Ty::u(banks * shape.line_bits), "line of each");
+    let channel = m.input("channel", Ty::u(shape.bank_bits), "channel of all");
+    let release = m.input("done", bit, "the half that is read is done with");
+    if bits < 16 {
+        m.unused(
+            data,
+            "Lanes are 16 bits wide; features fill their low bits.",
+        );
+    }
+
+    let count_ty = Ty::u(shape.rows_bits());
+    let halves = TableHalves::declare(m, count_ty);
+    m.section("Writer");
+    let write_channel = m.reg("write_channel", Ty::u(shape.bank_bits), 0);
+    let blocks = shape.rows / banks;
+    let block_ty = Ty::u(bits_for(blocks));
+    let write_block = m.reg("write_block", block_ty, 0);
+    m.note(write_block, "B rows that are written together");
+    let ready = halves.ready(m);
+    let accept = m.and(valid, ready);
+    // A beat without rows is none, but for the end that it may mark.
+    let some = m.any(keep);
+    let some = m.name(some, "some_rows");
+    let counts = m.or(some, last);
+    let accept = m.and(accept, counts);
+    let accept = m.name(accept, "write_accept");
+    let done = m.and(accept, last);
+    let done = m.name(done, "write_done");
+    let passes = Passes::declare(m, "write", &shape, settings);
+    passes.advance(m, done);
+    let channel_ends = m.eq(write_channel, passes.top_channel);
+    let channel_ends = m.name(channel_ends, "write_ends_block");
+    let limit = m.param("MVOXEL_BLOCKS", blocks, block_ty, "");
+    let room = m.lt(write_block, limit);
+    let room = m.name(room, "write_room");
+    let write = m.and(accept, room);
+    let write = m.name(write, "write");
+    let next_channel = plus_one(m, write_channel);
+    let zero_channel = m.lit(0, write_channel.ty());
+    let wraps = m.or(channel_ends, last);
+    let channel_after = m.mux(wraps, zero_channel, next_channel);
+    m.set_next_if(write_channel, accept, channel_after);
+    let next_block = plus_one(m, write_block);
+    let zero_block = m.lit(0, block_ty);
+    let grows = m.and(channel_ends, room);
+    let block_after = m.mux(grows, next_block, write_block);
+    let block_after = m.mux(last, zero_block, block_after);
+    m.set_next_if(write_block, accept, block_after);
+    let kept: Vec<_> = (0..banks).map(|b| m.bit(keep, 2 * b)).collect();
+    let first_channel = is(m, write_channel, 0);
+    let first_channel = m.name(first_channel, "begins_block");
+    let block = Block {
+        kept: kept.clone(),
+        first: first_channel,
+        ends: channel_ends,
+    };
+    let misshapen = block.misshapen(m, keep, [accept, last, some]);
+    let kept = popcount(m, &kept);
+    let kept = m.extend(kept, count_ty.width);
+    let none = m.lit(0, count_ty);
+    let kept = m.mux(room, kept, none);
+    let kept = m.name(kept, "rows_of_block");
+    let before = m.extend(write_block, count_ty.width);
+    let before = m.shl_const(before, shape.bank_bits);
+    let with_block = m.add(before, kept);
+    let with_block = m.name(with_block, "rows_with_block");
+    let held = m.reg("rows_held", count_ty, 0);
+    m.note(held, "rows of the blocks that are written");
+    let rows_after = m.mux(some, with_block, held);
+    let rows_after = m.name(rows_after, "rows_after");
+    let held_after = m.mux(last, none, rows_after);
+    let block_over = m.or(channel_ends, last);
+    let block_over = m.and(accept, block_over);
+    m.set_next_if(held, block_over, held_after);
+    let no_room = m.not(room);
+    let overflow = m.all_of(&[accept, some, no_room]);
+    let overflow = m.or(overflow, misshapen);
+    let readable = halves.advance(m, done, rows_after, release);
+    m.section("Reader");
+    let write_line = m.truncate(write_block, shape.line_bits);
+    let write_address = m.cat(&[halves.write, write_line, write_channel]);
+    let write_address = m.name(write_address, "write_address");
+
+    m.section("Banks");
+    let mut words: Vec<Signal> = vec![];
+    for b in 0..banks {
+        let lane = m.slice(data, 16 * b, bits);
+        let line = m.slice(lines, b * shape.line_bits, shape.line_bits);
+        let address = m.cat(&[halves.read, line, channel]);
+        let address = m.name(address, &format!("address{b}"));
+        let enable = m.bit(read, b);
+        let inputs = [
+            ("we", write),
+            ("waddr", write_address),
+            ("wdata", lane),
+            ("re", enable),
+            ("raddr", address),
+        ];
+        let inst = m.instance(&format!("bank{b}"), &bank, &inputs);
+        words.insert(0, m.out(inst, "rdata"));
+    }
+
+    m.section("Outputs");
+    m.output("s_axis_mft_tready", ready, "");
+    m.output(
+        "is_loaded",
+        readable.is_loaded,
+        "the half to read holds its MVoxel",
+    );
+    m.output("rows", readable.rows, "rows that the half to read holds");
+    let words = m.cat(&words);
+    m.output("words", words, "what each bank read last");
+    m.output(
+        "overflow",
+        overflow,
+        "a row past the MVoxel's rows is dropped, or a block is not as it must be",
+    );
+    builder.finish()
+}
+
+/// A beat's place in its block: one channel of B rows.
+struct Block {
+    /// Of each row, that it is there.
+    kept: Vec<Signal>,
+    /// It is the block's first channel, or the last one.
+    first: Signal,
+    ends: Signal,
+}
+
+impl Block {
+    /// Whether a beat breaks what holds of blocks: whole rows from row 0 on, the same
+    /// ones with every channel, fewer than B in the last block alone, and an end behind
+    /// the last channel.
+    fn misshapen(
+        &self,
+        m: &mut ModuleBuilder,
+        keep: Signal,
+        [accept, last, some]: [Signal; 3],
+    ) -> Signal {
+        let mut wrong = vec![];
+        for (b, low) in self.kept.iter().enumerate() {
+            let high = m.bit(keep, 2 * b as u32 + 1);
+            wrong.push(m.xor(*low, high));
+            if b > 0 {
+                let gap = m.not(self.kept[b - 1]);
+                wrong.push(m.and(*low, gap));
+            }
+        }
+        let highest_first: Vec<_> = self.kept.iter().rev().copied().collect();
+        let rows = m.cat(&highest_first);
+        let of_block = m.reg("block_rows", rows.ty(), 0);
+        m.note(of_block, "rows that the block's first channel has");
+        let begins = m.all_of(&[accept, some, self.first]);
+        m.set_next_if(of_block, begins, rows);
+        let later = m.not(self.first);
+        let differs = m.ne(rows, of_block);
+        wrong.push(m.and(later, differs));
+
+        let partial = m.reg("block_partial", Ty::bit(), 0);
+        m.note(partial, "the block before has fewer than B rows");
+        let over = m.or(self.ends, last);
+        let over = m.and(accept, over);
+        let full = m.all(keep);
+        let not_full = m.not(full);
+        let goes_on = m.not(last);
+        let then_partial = m.and(not_full, goes_on);
+        m.set_next_if(partial, over, then_partial);
+        wrong.push(m.and(self.first, partial));
+        let amid = m.not(self.ends);
+        wrong.push(m.and(last, amid));
+        let wrong = m.any_of(&wrong);
+        let with_rows = m.and(some, wrong);
+        let none = m.not(some);
+        let without = m.all_of(&[none, last, later]);
+        let wrong = m.or(with_rows, without);
+        let wrong = m.and(accept, wrong);
+        m.name(wrong, "block_misshapen")
+    }
+}

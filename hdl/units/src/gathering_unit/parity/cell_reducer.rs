@@ -1,0 +1,37 @@
+//! The reducer of the parity organisation: over all eight vertices of a cell at once.
+
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+use potamoi_formats::rit::MAX_VERTICES;
+use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
+
+use crate::circuits::tree_sum;
+use crate::gathering_unit::shared::reducer::{enables, product, rounded_once};
+
+/// Builds `cell_reducer`: the weighted sum of all eight vertices of a cell at once.
+///
+/// # Errors
+/// The netlist's own checks.
+pub(crate) fn cell_reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
+    let gu = &config.gu;
+    let (features, weights) = (gu.feature_bits, gu.weight_bits);
+    let mut m = ModuleBuilder::new("cell_reducer");
+    m.doc("Weighted sum of one channel over the eight vertices of a cell, rounded once.");
+    let enables = enables(&mut m, config);
+    let wide = Ty::s(config.accumulator_bits());
+    let mut products = vec![];
+    for v in 0..MAX_VERTICES {
+        let feature = m.input(&format!("feature{v}"), Ty::s(features), "");
+        let doc = format!("U1.{weights}");
+        let weight = m.input(&format!("weight{v}"), Ty::u(weights + 1), &doc);
+        let product = product(&mut m, &v.to_string(), (feature, weight), &enables);
+        products.push(m.extend(product, wide.width));
+    }
+    let total = tree_sum(&mut m, &products);
+    let acc = m.reg("acc", wide, 0);
+    m.set_next_if(acc, enables[enables.len() - 1], total);
+    let result = rounded_once(&mut m, config, acc);
+    m.output("result", result, "the sum, rounded and saturated");
+    m.finish()
+}

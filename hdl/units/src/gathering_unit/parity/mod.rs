@@ -1,0 +1,9 @@
+//! What the parity organisation has of its own: all eight vertices of a cell are read in a
+//! cycle, each from the group of banks of its parities. `docs/organisations.md`.
+//!
+//! The rest is the channel-major unit.
+
+pub(super) mod block;
+pub(super) mod cell_reducer;
+pub(super) mod compact_cell;
+pub(super) mod whole_entry;

@@ -1,0 +1,108 @@
+//! The RIT buffer: double buffered, in banks of 16 bits, so that M entries or
+//! ids are read in one cycle.
+//!
+//! A row holds M eight-vertex entries, 24 M halfwords, one a bank. Whatever
+//! the entry size, a beat of the stream fills whole banks of one row, so the
+//! write side needs no shifter: bank `k` always takes lane `k mod lanes`.
+
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+
+use super::give::give;
+use crate::circuits::ram;
+use crate::gathering_unit::shared::rit_reader::Reader;
+use crate::gathering_unit::shared::rit_shape::{Halves, Shape};
+use crate::gathering_unit::shared::rit_writer::Writer;
+
+/// Builds `rit_buffer`.
+///
+/// # Errors
+/// The netlist's own checks; none for a configuration that keeps its rules.
+pub(crate) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
+    let shape = Shape::of(config);
+    let bank = ram("rit_bank", shape.depth(), 16, 1)?;
+    let mut builder = ModuleBuilder::new("rit_buffer");
+    let m = &mut builder;
+    let taken = match (shape.whole_cells, shape.compact) {
+        (false, false) => {
+            "Takes packed entries, gives one vertex of M entries a cycle. A row of the banks holds M \
+             eight-vertex entries, two of four, four of two vertices, or 12 M single ids."
+        }
+        (false, true) => {
+            "Takes compact entries, gives one vertex of M entries a cycle. A row of the banks holds \
+             6 M entries, or 12 M single ids."
+        }
+        (true, false) => {
+            "Takes packed entries, gives all eight vertices of M entries a cycle. A row of the banks \
+             holds M entries."
+        }
+        (true, true) => {
+            "Takes compact entries, gives all eight vertices of M entries a cycle. A row of the banks \
+             holds 6 M entries."
+        }
+    };
+    m.doc(&format!("double-buffered ray index table. {taken}"));
+    let bit = Ty::bit();
+    let vertices = m.input("cfg_vertices", Ty::u(2), "log2 of the vertices an entry");
+    if shape.vertices.len() == 1 {
+        m.unused(vertices, "One entry size is built.");
+    }
+    let segments = m.input("cfg_segments", Ty::u(7), "channel segments, 1 and up");
+    let writer = Writer {
+        valid: m.input("s_axis_rit_tvalid", bit, ""),
+        data: m.input(
+            "s_axis_rit_tdata",
+            Ty::u(shape.lanes * 16),
+            "packed entries, little-endian",
+        ),
+        keep: m.input(
+            "s_axis_rit_tkeep",
+            Ty::u(shape.lanes * 2),
+            "bytes that belong to the MVoxel",
+        ),
+        last: m.input("s_axis_rit_tlast", bit, "ends the MVoxel"),
+        user: m.input("s_axis_rit_tuser", bit, "streamed once for every segment"),
+    };
+    let take = m.input("p_take", bit, "the vertex in P is issued");
+
+    m.section(
+        "Each half, as the writer leaves it: what lies before (end_row, end_group) can be read",
+    );
+    let halves = Halves::declare(m, &shape);
+
+    m.section("Reader: the next vertex to read");
+    let reader = Reader::declare(m, &shape);
+    let read = reader.advance(m, &shape, &halves, vertices, segments, take);
+
+    m.section("Writer");
+    let write = writer.build(m, &shape, &halves, vertices, segments, read.release);
+
+    m.section("Banks: a row is read with vertex 0 of a group and held for the others");
+    let mut words: Vec<Signal> = vec![];
+    for k in 0..shape.banks {
+        let lane = m.slice(writer.data, 16 * (k % shape.lanes), 16);
+        let inputs = [
+            ("we", write.enables[(k / shape.lanes) as usize]),
+            ("waddr", write.address),
+            ("wdata", lane),
+            ("re", read.row_enable),
+            ("raddr", read.address),
+        ];
+        let inst = m.instance(&format!("bank{k}"), &bank, &inputs);
+        words.push(m.out(inst, "rdata"));
+    }
+
+    m.section("Stages to P: row, weight and slot, picked or made, and registered");
+    give(&reader, m, &shape, &read, vertices, &words);
+
+    m.section("Stream and error outputs");
+    m.output("s_axis_rit_tready", write.ready, "");
+    m.output(
+        "errors",
+        write.errors,
+        "{too large to keep, bytes or tuser not as they must be, ragged entries}",
+    );
+    builder.finish()
+}

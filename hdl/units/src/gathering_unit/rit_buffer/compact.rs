@@ -1,0 +1,127 @@
+//! Compact RIT entries: rows and weights of a cell's vertices, made of its first
+//! row and three fractions.
+//!
+//! A weight is made by splitting 1 along z, then y, then x: a sum `s` into
+//! `s - h` and `h = floor(s u + 1/2)`, so that an entry's weights sum to exactly 1.
+//! Stage E holds the entry, F the sums after y, P the weights; where pipelined, G and H
+//! the products along y and x. One vertex a cycle takes one multiplier along y and one
+//! along x; all eight take two and four.
+
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use crate::gathering_unit::parity::compact_cell::cell;
+use crate::gathering_unit::shared::compact_entry::{AXES, Entry, NO_ROW, entry};
+use crate::gathering_unit::shared::rit_given::{Given, Slot};
+use crate::gathering_unit::shared::rit_reader::{Read, Reader, Step};
+use crate::gathering_unit::shared::rit_shape::Shape;
+use crate::gathering_unit::shared::rit_split::{Product, WeightStages, carry, first_split, is_one};
+
+/// Rows, weights and slot of a port's compact entry.
+pub(super) fn of_compact(
+    reader: &Reader,
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    read: &Read,
+    vertices: Signal,
+    words: &[Signal],
+    port: u32,
+) -> Given {
+    let entry = entry(reader, m, shape, read, vertices, words, port);
+    let stages = WeightStages::of(read);
+    let slot = carry(m, port, &stages.to_f, "slot", entry.slot);
+    let slot = carry(m, port, &stages.to_p, "slot", slot);
+    let across = carry(m, port, &stages.to_f, "fraction_x", entry.fraction[0]);
+    let steps: Vec<Step> = reader.steps().into_iter().flatten().collect();
+    let (rows, weights) = match steps.is_empty() {
+        true => cell(m, shape, &stages, &entry, across, port),
+        false => {
+            let of_y = 1 + stages.of_y().len();
+            let row = row_of_vertex(m, shape, &entry, steps[1].vertex, vertices, port);
+            let row = carry(m, port, &stages.to_f, "row", row);
+            let row = carry(m, port, &stages.to_p, "row", row);
+            let steps = [steps[steps.len() - 2], steps[of_y], steps[1]];
+            let weight = weight(m, shape, &stages, &entry, (across, steps), port);
+            (vec![row], vec![weight])
+        }
+    };
+    let weights = weights.into_iter().map(|w| halfword(m, w)).collect();
+    Given {
+        rows,
+        weights,
+        slot: Slot::Whole(slot),
+    }
+}
+
+/// The weight of a vertex; of each axis, the step that says on which side it is.
+fn weight(
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    stages: &WeightStages,
+    entry: &Entry,
+    (across, steps): (Signal, [Step; 3]),
+    port: u32,
+) -> Signal {
+    let [x, y, z] = [0, 1, 2].map(|axis: u32| {
+        let bit = m.bit(steps[axis as usize].vertex, axis);
+        m.name(bit, &format!("far_{}{port}", AXES[axis as usize]))
+    });
+    let (low, high) = first_split(m, shape, &format!("z{port}"), entry.fraction[2]);
+    let sum = m.mux(z, high, low);
+    let sum = m.name(sum, &format!("sum_z{port}"));
+    let along_y = format!("y{port}");
+    let product = Product::of(m, &along_y, sum, entry.fraction[1]);
+    let product = product.carry(m, stages.of_y(), &along_y);
+    let one = is_one(m, entry.fraction[1]);
+    let one = carry(m, port, stages.of_y(), "one_y", one);
+    let (low, high) = product.split(m, &along_y, one);
+    let sum = m.mux(y, high, low);
+    let sum = carry(m, port, stages.f(), "sum_y", sum);
+    let along_x = format!("x{port}");
+    let product = Product::of(m, &along_x, sum, across);
+    let product = product.carry(m, &stages.to_p, &along_x);
+    let one = is_one(m, across);
+    let one = carry(m, port, &stages.to_p, "one_x", one);
+    let (low, high) = product.split(m, &along_x, one);
+    m.mux(x, high, low)
+}
+
+/// The row of the vertex in E. Beyond the MVoxel's faces there is none.
+fn row_of_vertex(
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    entry: &Entry,
+    vertex: Signal,
+    vertices: Signal,
+    port: u32,
+) -> Signal {
+    let ty = entry.row.ty();
+    let offset = shape.by_vertices(m, vertices, |m, v| {
+        let offsets = shape.offsets(v);
+        let options: Vec<_> = offsets[..v.count()].iter().map(|o| m.lit(*o, ty)).collect();
+        let offset = m.select(vertex, &options);
+        m.name(offset, &format!("offset{port}_v{}", v.count()))
+    });
+    let offset = m.name(offset, &format!("offset{port}"));
+    let outside = shape.by_vertices(m, vertices, |m, v| {
+        let mut beyond = vec![];
+        let mut low = 0;
+        for (axis, bits) in (0..).zip(shape.row_fields(v)) {
+            let field = m.slice(entry.row, low, bits);
+            let top = m.all(field);
+            let far = m.bit(vertex, axis);
+            beyond.push(m.and(top, far));
+            low += bits;
+        }
+        m.any_of(&beyond)
+    });
+    let outside = m.name(outside, &format!("outside{port}"));
+    let row = m.add(entry.row, offset);
+    let none = m.lit(0, Ty::u(NO_ROW));
+    let flag = m.cat(&[outside, none]);
+    m.or(row, flag)
+}
+
+/// A weight in 16 bits.
+fn halfword(m: &mut ModuleBuilder, weight: Signal) -> Signal {
+    m.extend(weight, 16)
+}

@@ -1,0 +1,9 @@
+//! The RIT buffer, with what it issues a cycle: one vertex of M entries, or whole cells.
+
+mod buffer;
+mod compact;
+mod give;
+mod vertex;
+
+pub(super) use buffer::rit_buffer;
+pub(super) use give::weights;

@@ -1,0 +1,71 @@
+//! One vertex of the paper's entries.
+
+use potamoi_formats::rit::Vertices;
+use potamoi_netlist::{ModuleBuilder, Signal};
+
+use crate::gathering_unit::shared::rit_given::{Given, HALF, HALFWORDS, Slot};
+use crate::gathering_unit::shared::rit_reader::{Read, Reader};
+use crate::gathering_unit::shared::rit_shape::Shape;
+
+/// Halfword `j` of an entry's word in Q, for one entry size.
+fn halfword(
+    reader: &Reader,
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    words: &[Signal],
+    of: (u32, Vertices, u32),
+) -> Signal {
+    let (port, v, j) = of;
+    let q = reader.stages()[0];
+    let what = HALFWORDS[j as usize];
+    let size = shape.entry_halfwords(v);
+    let (count, groups) = (v.count() as u32, shape.groups(v));
+    let word = if v.is_structured() { 3 } else { 2 };
+    if j >= word {
+        return m.lit(0, HALF);
+    }
+    let of_group: Vec<_> = (0..groups)
+        .map(|g| {
+            let at = |x: u32| g * shape.ports * size + port * size + x * word + j;
+            let options: Vec<_> = (0..count).map(|x| words[at(x) as usize]).collect();
+            let of_vertex = match q.step {
+                None => options[0],
+                Some(step) => m.select(step.vertex, &options),
+            };
+            m.name(of_vertex, &format!("{what}{port}_v{count}_group{g}"))
+        })
+        .collect();
+    let picked = m.select(q.group, &of_group);
+    m.name(picked, &format!("{what}{port}_v{count}"))
+}
+
+/// Id and weight of one vertex. With a stage between, the halfwords of each
+/// entry size are registered before one size is chosen.
+pub(super) fn vertex(
+    reader: &Reader,
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    read: &Read,
+    vertices: Signal,
+    words: &[Signal],
+    port: u32,
+) -> Given {
+    let [row, tag, weight] = [0, 1, 2].map(|j| {
+        let what = HALFWORDS[j as usize];
+        let s = shape.by_vertices(m, vertices, |m, v| {
+            let picked = halfword(reader, m, shape, words, (port, v, j));
+            if shape.between == 0 || j == 2 && !v.is_structured() {
+                return picked;
+            }
+            let reg = m.reg(&format!("e_{what}{port}_v{}", v.count()), HALF, 0);
+            m.set_next_if(reg, read.fills[0], picked);
+            reg
+        });
+        m.name(s, &format!("new_{what}{port}"))
+    });
+    Given {
+        rows: vec![row],
+        weights: vec![weight],
+        slot: Slot::Tag(tag),
+    }
+}

@@ -1,0 +1,13 @@
+//! What several organisations of the unit are made of.
+
+pub(super) mod compact_entry;
+pub(super) mod ports;
+pub(super) mod reducer;
+pub(super) mod report;
+pub(super) mod rit_given;
+pub(super) mod rit_reader;
+pub(super) mod rit_shape;
+pub(super) mod rit_split;
+pub(super) mod rit_writer;
+pub(super) mod streams;
+pub(super) mod table_halves;

@@ -1,0 +1,227 @@
+//! What the unit counts, and what it refuses.
+
+use potamoi_formats::config::{Config, EntryKind, Modes, Sums, WeightTrust};
+use potamoi_formats::rit::Vertices;
+use potamoi_netlist::{Instance, ModuleBuilder, Signal, Ty};
+
+use super::ports::Ports;
+use crate::circuits::{counter, is, popcount, sticky, tree_sum};
+
+/// Signals that the counters watch.
+pub(crate) struct Stats {
+    /// Something is issued.
+    pub(crate) fire: Signal,
+    /// What is issued is counted as busy.
+    pub(crate) busy: Signal,
+    /// What is issued is counted as a stall for a bank, where banks conflict.
+    pub(crate) bank: Option<Signal>,
+    pub(crate) group_done: Signal,
+    pub(crate) keep: Signal,
+    pub(crate) credit: Signal,
+    pub(crate) loaded: Signal,
+}
+
+/// Entries on their way, and what else the flags watch.
+pub(crate) struct Watched {
+    /// A vertex of several entries is here.
+    pub(crate) valid: Signal,
+    pub(crate) first: Signal,
+    pub(crate) last: Signal,
+    /// Places that hold an entry.
+    pub(crate) keep: Signal,
+    pub(crate) weight: Signal,
+    /// The stage's name.
+    pub(crate) name: &'static str,
+    /// Entries are single ids.
+    pub(crate) single: Signal,
+    pub(crate) row_not_loaded: Signal,
+    /// Settings beyond those of every organisation.
+    pub(crate) bad_settings: Vec<Signal>,
+}
+
+/// Stalls are counted as they happen, and shown as they stood at the last
+/// issue, so that idling at the end is none.
+fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats) {
+    m.section("Counters");
+    let (bits, clear) = (config.gu.counter_bits, io.clear);
+    let one = m.lit(1, Ty::bit());
+    let begun = sticky(m, "begun", clear, stats.fire);
+    let idle = m.not(stats.fire);
+    let stalled = m.and(begun, idle);
+    let stalled = m.name(stalled, "stalled");
+    let no_credit = m.not(stats.credit);
+    let not_loaded = m.not(stats.loaded);
+    let fifo = m.and(stalled, no_credit);
+    let mft = m.all_of(&[stalled, stats.credit, not_loaded]);
+    let rit = m.all_of(&[stalled, stats.credit, stats.loaded]);
+    let busy = counter(m, "stat_busy", bits, clear, stats.busy, one);
+    let issued = match (stats.bank, config.is_parity()) {
+        (Some(_), _) if config.table_parts() == 1 => "first rounds of steps that were issued",
+        (Some(_), _) => "cycles in which a vertex was issued",
+        (None, true) => "cycles in which whole cells were issued",
+        (None, false) => "cycles in which a vertex was issued",
+    };
+    m.output("stat_busy", busy, issued);
+    if let Some(bank) = stats.bank {
+        let doc = match config.table_parts() {
+            1 => "stalls: lanes wait for a bank",
+            _ => "stalls: ports wait for a turn",
+        };
+        let count = counter(m, "stat_stall_bank", bits, clear, bank, one);
+        m.output("stat_stall_bank", count, doc);
+    }
+    for (name, cause, doc) in [
+        ("fifo", fifo, "stalls: no room for what would come"),
+        ("mft", mft, "stalls: MVoxel not loaded"),
+        ("rit", rit, "stalls: no entry"),
+    ] {
+        let running = counter(m, &format!("running_{name}"), bits, clear, cause, one);
+        let port = format!("stat_stall_{name}");
+        let shown = m.reg(&port, Ty::u(bits), 0);
+        let zero = m.lit(0, Ty::u(bits));
+        let next = m.mux(stats.fire, running, shown);
+        let next = m.mux(clear, zero, next);
+        m.set_next(shown, next);
+        m.output(&port, shown, doc);
+    }
+    let kept: Vec<_> = (0..stats.keep.width())
+        .map(|p| m.bit(stats.keep, p))
+        .collect();
+    let entries = popcount(m, &kept);
+    let entries = m.name(entries, "entries_of_group");
+    let entries = m.extend(entries, bits);
+    let count = counter(m, "stat_entries", bits, clear, stats.group_done, entries);
+    m.output("stat_entries", count, "entries issued");
+}
+
+/// What both inputs answer, the counters and the flags: outputs of every
+/// organisation.
+pub(crate) fn outputs(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    io: &Ports,
+    stats: &Stats,
+    errors: Signal,
+    [rit, table]: [Instance; 2],
+) {
+    for (instance, name) in [(rit, "s_axis_rit_tready"), (table, "s_axis_mft_tready")] {
+        let ready = m.out(instance, name);
+        m.output_low_in_reset(name, ready, "");
+    }
+    statistics(m, config, io, stats);
+    let doc = "sticky; docs/gathering-unit.md names the bits";
+    m.output("stat_errors", errors, doc);
+}
+
+/// The sticky flags.
+pub(crate) fn errors(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    io: &Ports,
+    s1: &Watched,
+    below: [Instance; 2],
+) -> Signal {
+    m.section("Errors");
+    let gu = &config.gu;
+    let (mut high, mut sums) = (vec![], vec![]);
+    let mut one = None;
+    let structured = m.not(s1.single);
+    let structured = m.name(structured, "structured");
+    let groups = config.vertices_a_row();
+    // Weights that the unit makes itself are right.
+    let given = gu.modes != Modes::Unstructured && config.rit.entry == EntryKind::Paper;
+    for p in 0..gu.ports {
+        let kept = m.bit(s1.keep, p);
+        if !given {
+            continue;
+        }
+        let codes: Vec<_> = (0..groups)
+            .map(|g| m.slice(s1.weight, 16 * (p * groups + g), 16))
+            .collect();
+        if gu.weight_bits < 15 {
+            let above: Vec<_> = codes
+                .iter()
+                .map(|code| m.slice(*code, gu.weight_bits + 1, 15 - gu.weight_bits))
+                .collect();
+            let above = m.cat(&above);
+            let above = m.any(above);
+            high.push(m.all_of(&[kept, structured, above]));
+        }
+        if gu.weights == WeightTrust::Trusted {
+            // Eight codes of W + 1 bits.
+            let ty = Ty::u(gu.weight_bits + 4);
+            let weights: Vec<_> = codes
+                .iter()
+                .map(|code| {
+                    let weight = m.slice(*code, 0, gu.weight_bits + 1);
+                    m.extend(weight, ty.width)
+                })
+                .collect();
+            let weight = tree_sum(m, &weights);
+            let weight = m.name(weight, &format!("{}_weight_of_port{p}", s1.name));
+            let sum = if groups == 1 {
+                let total = m.reg(&format!("weight_total{p}"), ty, 0);
+                let more = m.add(total, weight);
+                let sum = m.mux(s1.first, weight, more);
+                let sum = m.name(sum, &format!("weight_sum{p}"));
+                m.set_next_if(total, s1.valid, sum);
+                sum
+            } else {
+                weight
+            };
+            let doc = "what an entry's weights sum to";
+            let one =
+                *one.get_or_insert_with(|| m.param("WEIGHT_ONE", 1u32 << gu.weight_bits, ty, doc));
+            let wrong = match gu.sums {
+                Sums::Rounded => m.ne(sum, one),
+                // The entry may be a part of a cell.
+                Sums::Exact => m.gt(sum, one),
+            };
+            sums.push(m.all_of(&[kept, structured, s1.last, wrong]));
+        }
+    }
+    // What cannot happen in this configuration has no register.
+    let issued = |m: &mut ModuleBuilder, bits: &[Signal]| {
+        let any = m.any_of(bits);
+        (!bits.is_empty()).then(|| m.and(s1.valid, any))
+    };
+    let (high, sums) = (issued(m, &high), issued(m, &sums));
+    let rit = m.out(below[0], "errors");
+    let (ragged, gap, large) = (m.bit(rit, 0), m.bit(rit, 1), m.bit(rit, 2));
+    let overflow = m.out(below[1], "overflow");
+    let supported: Vec<_> = config
+        .supported_vertices()
+        .into_iter()
+        .map(|v| is(m, io.vertices, v.log2()))
+        .collect();
+    let mut wrong = vec![];
+    if supported.len() < Vertices::ALL.len() {
+        let built = m.any_of(&supported);
+        wrong.push(m.not(built));
+    }
+    let most = m.param("SEGMENTS_MOST", gu.segments, Ty::u(7), "");
+    let too_many = m.gt(io.segments, most);
+    let none = is(m, io.segments, 0);
+    wrong.extend([too_many, none]);
+    wrong.extend(&s1.bad_settings);
+    let settings = m.any_of(&wrong);
+    let settings = m.and(s1.valid, settings);
+    let flags: Vec<_> = [
+        ("row_not_loaded", Some(s1.row_not_loaded)),
+        ("weight_too_large", high),
+        ("weights_off_one", sums),
+        ("ragged_entries", Some(ragged)),
+        ("gap_in_beat", Some(gap)),
+        ("rit_too_large", Some(large)),
+        ("mft_row_dropped", Some(overflow)),
+        ("bad_setting", Some(settings)),
+    ]
+    .into_iter()
+    .map(|(name, set)| match set {
+        Some(set) => sticky(m, name, io.clear, set),
+        None => m.lit(0, Ty::bit()),
+    })
+    .rev()
+    .collect();
+    m.cat(&flags)
+}

@@ -1,0 +1,312 @@
+//! The read side of the RIT buffer: what is read when, and the stages from Q (the
+//! banks' output) to P (what is issued). What they carry: `rit_pick.rs`.
+
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use super::rit_shape::{Halves, Shape, of_half};
+use crate::circuits::{is, ones, plus_one};
+
+/// Names of so many stages between Q and P.
+fn between(count: usize) -> &'static [&'static str] {
+    match count {
+        0 => &[],
+        1 => &["e"],
+        2 => &["e", "f"],
+        _ => &["e", "g", "f", "h"],
+    }
+}
+
+/// Registers of the reader.
+pub(crate) struct Reader {
+    half: Signal,
+    row: Signal,
+    group: Signal,
+    /// None where a group is one cycle.
+    vertex: Option<Signal>,
+    segment: Signal,
+    start_half: Signal,
+    /// From Q to P.
+    stages: Vec<Stage>,
+}
+
+/// What travels with a vertex.
+#[derive(Clone, Copy)]
+pub(crate) struct Stage {
+    pub(crate) valid: Signal,
+    /// None where a group is one cycle.
+    pub(crate) step: Option<Step>,
+    pub(crate) group: Signal,
+    /// The group is the last of its MVoxel and segment.
+    pub(crate) end: Signal,
+    pub(crate) keep: Signal,
+}
+
+/// A vertex of a group.
+#[derive(Clone, Copy)]
+pub(crate) struct Step {
+    pub(crate) vertex: Signal,
+    /// It is vertex 0, or V-1.
+    pub(crate) first: Signal,
+    pub(crate) last: Signal,
+}
+
+/// What the rest of the buffer needs of a read.
+pub(crate) struct Read {
+    pub(crate) row_enable: Signal,
+    pub(crate) address: Signal,
+    pub(crate) release: [Signal; 2],
+    /// Of each stage but Q, that it takes over what the one before it holds.
+    pub(crate) fills: Vec<Signal>,
+}
+
+impl Stage {
+    fn declare(m: &mut ModuleBuilder, shape: &Shape, name: &str) -> Self {
+        let mut reg = |what: &str, ty: Ty| m.reg(&format!("{name}_{what}"), ty, 0);
+        Self {
+            valid: reg("valid", Ty::bit()),
+            step: (!shape.whole_cells).then(|| Step {
+                vertex: reg("vertex", Ty::u(3)),
+                first: reg("first", Ty::bit()),
+                last: reg("last", Ty::bit()),
+            }),
+            group: reg("group", shape.group_ty()),
+            end: reg("end", Ty::bit()),
+            keep: reg("keep", Ty::u(shape.ports)),
+        }
+    }
+
+    fn fields(self) -> impl Iterator<Item = Signal> {
+        let step = self.step.map(|s| [s.vertex, s.first, s.last]);
+        let step = step.into_iter().flatten();
+        step.chain([self.group, self.end, self.keep])
+    }
+}
+
+impl Reader {
+    pub(crate) fn declare(m: &mut ModuleBuilder, shape: &Shape) -> Self {
+        let half = m.reg("read_half", Ty::bit(), 0);
+        let row = m.reg("read_row", Ty::u(shape.row_index_bits()), 0);
+        let group = m.reg("read_group", shape.group_ty(), 0);
+        let vertex = (!shape.whole_cells).then(|| m.reg("read_vertex", Ty::u(3), 0));
+        let segment = m.reg("read_segment", Ty::u(7), 0);
+        let start_half = m.reg("read_start_half", Ty::bit(), 0);
+        m.note(start_half, "half in which the MVoxel begins");
+        let between = between(shape.between as usize);
+        let names = ["q"].into_iter().chain(between.iter().copied());
+        let stages = names
+            .chain(["p"])
+            .map(|name| Stage::declare(m, shape, name))
+            .collect();
+        Self {
+            half,
+            row,
+            group,
+            vertex,
+            segment,
+            start_half,
+            stages,
+        }
+    }
+
+    /// The stages, from Q to P.
+    pub(crate) fn stages(&self) -> &[Stage] {
+        &self.stages
+    }
+
+    /// The vertices in the stages, from Q to P.
+    pub(crate) fn steps(&self) -> Vec<Option<Step>> {
+        self.stages.iter().map(|stage| stage.step).collect()
+    }
+
+    /// Moves what the stages behind Q hold, as far as there is room; gives of
+    /// each that it is filled, and that Q is free.
+    fn follow(&self, m: &mut ModuleBuilder, take: Signal) -> (Vec<Signal>, Signal) {
+        let mut moves_on = take;
+        let mut fills = vec![];
+        let between = between(self.stages.len() - 2).iter().rev();
+        let names = ["p"].iter().chain(between);
+        for (pair, name) in self.stages.windows(2).rev().zip(names) {
+            let (before, stage) = (pair[0], pair[1]);
+            let empty = m.not(stage.valid);
+            let free = m.or(empty, moves_on);
+            let free = m.name(free, &format!("{name}_free"));
+            let fill = m.and(free, before.valid);
+            let fill = m.name(fill, &format!("{name}_fill"));
+            let idle = m.not(moves_on);
+            let stays = m.and(stage.valid, idle);
+            let valid = m.or(fill, stays);
+            m.set_next(stage.valid, valid);
+            for (reg, value) in stage.fields().zip(before.fields()) {
+                m.set_next_if(reg, fill, value);
+            }
+            fills.push(fill);
+            moves_on = free;
+        }
+        fills.reverse();
+        (fills, moves_on)
+    }
+
+    /// Moves the reader and stage Q.
+    pub(crate) fn advance(
+        &self,
+        m: &mut ModuleBuilder,
+        shape: &Shape,
+        halves: &Halves,
+        vertices: Signal,
+        segments: Signal,
+        take: Signal,
+    ) -> Read {
+        let q = self.stages[0];
+        let (fills, q_moves) = self.follow(m, take);
+        let q_empty = m.not(q.valid);
+        let q_free = m.or(q_empty, q_moves);
+        let q_free = m.name(q_free, "q_free");
+
+        let end_row = of_half(m, self.half, halves.end_row);
+        let end_row = m.name(end_row, "end_row");
+        let end_group = of_half(m, self.half, halves.end_group);
+        let end_group = m.name(end_group, "end_group");
+        let row = m.extend(self.row, end_row.width());
+        let row = m.name(row, "read_row_now");
+        let next_row = plus_one(m, row);
+        let next_group = plus_one(m, self.group);
+        let groups = shape.by_vertices(m, vertices, |m, v| {
+            m.lit(shape.groups(v) - 1, shape.group_ty())
+        });
+        let groups = m.name(groups, "last_group_of_row");
+        let row_ends = m.eq(self.group, groups);
+        let row_ends = m.name(row_ends, "read_ends_row");
+        let readable = before(m, (row, self.group), (end_row, end_group));
+        let readable = m.name(readable, "readable");
+        let zero_group = m.lit(0, shape.group_ty());
+        let then_row = m.mux(row_ends, next_row, row);
+        let then_row = m.name(then_row, "row_of_next_group");
+        let then_group = m.mux(row_ends, zero_group, next_group);
+        let then_group = m.name(then_group, "next_group");
+        let more = before(m, (then_row, then_group), (end_row, end_group));
+        let more = m.name(more, "more_groups");
+
+        let fire = m.and(readable, q_free);
+        let fire = m.name(fire, "read_fire");
+        let at = self.vertex.map(|vertex| {
+            let first = is(m, vertex, 0);
+            let first = m.name(first, "read_first");
+            let top = shape.by_vertices(m, vertices, |m, v| m.lit(v.count() as u32 - 1, Ty::u(3)));
+            let top = m.name(top, "last_vertex_of_entry");
+            let last = m.eq(vertex, top);
+            let last = m.name(last, "read_last");
+            Step {
+                vertex,
+                first,
+                last,
+            }
+        });
+
+        let closed = of_half(m, self.half, halves.closed);
+        let no_more = m.not(more);
+        let half_ends = m.and(closed, no_more);
+        let half_ends = m.name(half_ends, "read_ends_half");
+        let ends_mvoxel = of_half(m, self.half, halves.ends_mvoxel);
+        let ends_mvoxel = m.name(ends_mvoxel, "half_ends_mvoxel");
+        let pass_ends = m.and(half_ends, ends_mvoxel);
+        let pass_ends = m.name(pass_ends, "read_ends_pass");
+        let streamed = of_half(m, self.half, halves.streamed);
+        let kept = m.not(streamed);
+        let later = plus_one(m, self.segment);
+        let later = m.name(later, "next_segment");
+        let again = m.lt(later, segments);
+        let retain = m.and(kept, again);
+        let retain = m.name(retain, "retain");
+        m.note(retain, "another segment reads this half from the buffer");
+
+        let step = match &at {
+            None => fire,
+            Some(at) => {
+                let step = m.and(fire, at.last);
+                m.name(step, "read_step")
+            }
+        };
+        let leave = m.and(step, half_ends);
+        let leave = m.name(leave, "read_leave_half");
+        let let_go = m.not(retain);
+        let let_go = m.name(let_go, "let_go");
+        let free = m.and(leave, let_go);
+        let free = m.name(free, "free_half");
+        let in_lower = m.not(self.half);
+        let in_lower = m.name(in_lower, "in_lower_half");
+        let release = [m.and(free, in_lower), m.and(free, self.half)];
+        let release = [
+            m.name(release[0], "release_0"),
+            m.name(release[1], "release_1"),
+        ];
+
+        if let Some(at) = &at {
+            let next = plus_one(m, at.vertex);
+            let zero = m.lit(0, Ty::u(3));
+            let after = m.mux(at.last, zero, next);
+            m.set_next_if(at.vertex, fire, after);
+        }
+        let group_after = m.mux(half_ends, zero_group, then_group);
+        m.set_next_if(self.group, step, group_after);
+        let narrow = m.truncate(then_row, self.row.width());
+        let zero_row = m.lit(0, self.row.ty());
+        let row_after = m.mux(half_ends, zero_row, narrow);
+        m.set_next_if(self.row, step, row_after);
+        let other = in_lower;
+        let repeat = m.and(pass_ends, retain);
+        let half_after = m.mux(repeat, self.start_half, other);
+        m.set_next_if(self.half, leave, half_after);
+        let zero_segment = m.lit(0, self.segment.ty());
+        let segment_after = m.mux(retain, later, zero_segment);
+        let pass_done = m.and(leave, ends_mvoxel);
+        let pass_done = m.name(pass_done, "pass_done");
+        m.set_next_if(self.segment, pass_done, segment_after);
+        let mvoxel_done = m.and(pass_done, let_go);
+        m.set_next_if(self.start_half, mvoxel_done, other);
+
+        // An MVoxel's last group may be partly filled; every other one is full.
+        let all_ports = m.lit(ones(shape.ports), Ty::u(shape.ports));
+        let last_keep = of_half(m, self.half, halves.last_keep);
+        let keep = m.mux(half_ends, last_keep, all_ports);
+
+        let still = m.not(q_free);
+        let q_stays = m.and(q.valid, still);
+        let q_valid = m.or(fire, q_stays);
+        m.set_next(q.valid, q_valid);
+        let next = Stage {
+            step: at,
+            group: self.group,
+            end: pass_ends,
+            keep,
+            ..q
+        };
+        for (reg, value) in q.fields().zip(next.fields()) {
+            m.set_next_if(reg, fire, value);
+        }
+
+        let row_enable = match &at {
+            None => fire,
+            Some(at) => {
+                let enable = m.and(fire, at.first);
+                m.name(enable, "read_row_enable")
+            }
+        };
+        let address = m.cat(&[self.half, self.row]);
+        let address = m.name(address, "read_address");
+        Read {
+            row_enable,
+            address,
+            release,
+            fills,
+        }
+    }
+}
+
+/// Whether `place` lies before `end`, both (row, group).
+fn before(m: &mut ModuleBuilder, place: (Signal, Signal), end: (Signal, Signal)) -> Signal {
+    let row_below = m.lt(place.0, end.0);
+    let row_same = m.eq(place.0, end.0);
+    let group_below = m.lt(place.1, end.1);
+    let within = m.and(row_same, group_below);
+    m.or(row_below, within)
+}

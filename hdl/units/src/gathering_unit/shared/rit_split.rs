@@ -1,0 +1,145 @@
+//! Sums split along an axis of a cell, in one stage or two.
+
+use potamoi_formats::compact::FRACTION_BITS;
+use potamoi_formats::fixed::Rounding;
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use super::rit_reader::Read;
+use super::rit_shape::Shape;
+
+/// Stages that values pass: their names, and when they are filled.
+pub(crate) type Stages = [(&'static str, Signal)];
+
+/// Registers a value in each of the stages.
+pub(crate) fn carry(
+    m: &mut ModuleBuilder,
+    port: u32,
+    stages: &Stages,
+    name: &str,
+    value: Signal,
+) -> Signal {
+    carry_named(m, stages, &format!("{name}{port}"), value)
+}
+
+fn carry_named(m: &mut ModuleBuilder, stages: &Stages, name: &str, mut value: Signal) -> Signal {
+    for (stage, fill) in stages {
+        let reg = m.reg(&format!("{stage}_{name}"), value.ty(), 0);
+        m.set_next_if(reg, *fill, value);
+        value = reg;
+    }
+    value
+}
+
+/// Stages behind E in which weights are made: where pipelined, G and H hold products.
+pub(crate) struct WeightStages {
+    /// To F.
+    pub(crate) to_f: Vec<(&'static str, Signal)>,
+    /// To P's inputs.
+    pub(crate) to_p: Vec<(&'static str, Signal)>,
+}
+
+impl WeightStages {
+    pub(crate) fn of(read: &Read) -> Self {
+        match read.fills[..] {
+            [_, g, f, h, _] => Self {
+                to_f: vec![("g", g), ("f", f)],
+                to_p: vec![("h", h)],
+            },
+            _ => Self {
+                to_f: vec![("f", read.fills[1])],
+                to_p: vec![],
+            },
+        }
+    }
+
+    /// Those of them that hold the product along y.
+    pub(crate) fn of_y(&self) -> &Stages {
+        &self.to_f[..self.to_f.len() - 1]
+    }
+
+    /// The stage that holds the sums after y.
+    pub(crate) fn f(&self) -> &Stages {
+        &self.to_f[self.to_f.len() - 1..]
+    }
+}
+
+/// 1 split along the last axis: no multiplier.
+pub(crate) fn first_split(
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    name: &str,
+    fraction: Signal,
+) -> (Signal, Signal) {
+    let w = shape.weight_bits;
+    let top = FRACTION_BITS - 1;
+    let (one, part) = (m.bit(fraction, top), m.slice(fraction, 0, top));
+    // A fraction above 1 counts as 1.
+    let below = m.not(one);
+    let mask = m.repeat(below, top);
+    let part = m.and(part, mask);
+    let fraction = m.cat(&[one, part]);
+    let high = if w >= top {
+        let zeros = (w > top).then(|| m.lit(0, Ty::u(w - top)));
+        let parts: Vec<_> = [Some(fraction), zeros].into_iter().flatten().collect();
+        m.cat(&parts)
+    } else {
+        let rounded = m.round(fraction, top - w, Rounding::HalfUp);
+        m.truncate(rounded, w + 1)
+    };
+    let high = m.name(high, &format!("high_{name}"));
+    let one = m.lit(1u32 << w, Ty::u(w + 1));
+    let low = m.sub(one, high);
+    (m.name(low, &format!("low_{name}")), high)
+}
+
+/// Whether a fraction is 1, which its product does not say.
+pub(crate) fn is_one(m: &mut ModuleBuilder, fraction: Signal) -> Signal {
+    m.bit(fraction, FRACTION_BITS - 1)
+}
+
+/// A sum and its product with a fraction below 1, not rounded.
+pub(crate) struct Product {
+    sum: Signal,
+    product: Signal,
+    /// Bits of the product below those of the sum.
+    below: u32,
+}
+
+impl Product {
+    pub(crate) fn of(m: &mut ModuleBuilder, name: &str, sum: Signal, fraction: Signal) -> Self {
+        let below = FRACTION_BITS - 1;
+        let part = m.slice(fraction, 0, below);
+        let product = m.mul(sum, part);
+        Self {
+            sum,
+            product: m.name(product, &format!("product_{name}")),
+            below,
+        }
+    }
+
+    /// Registers it in each of the stages, as far as rounding half up asks for.
+    pub(crate) fn carry(self, m: &mut ModuleBuilder, stages: &Stages, name: &str) -> Self {
+        if stages.is_empty() {
+            return self;
+        }
+        let from = self.below - 1;
+        let product = m.slice(self.product, from, self.product.width() - from);
+        Self {
+            sum: carry_named(m, stages, &format!("whole_{name}"), self.sum),
+            product: carry_named(m, stages, &format!("product_{name}"), product),
+            below: 1,
+        }
+    }
+
+    /// The sum in two parts, the product rounded half up; all of it in the second where the
+    /// fraction is `one`.
+    pub(crate) fn split(self, m: &mut ModuleBuilder, name: &str, one: Signal) -> (Signal, Signal) {
+        let rounded = m.round(self.product, self.below, Rounding::HalfUp);
+        let rounded = m.truncate(rounded, self.sum.width());
+        let rounded = m.name(rounded, &format!("rounded_{name}"));
+        let high = m.mux(one, self.sum, rounded);
+        let high = m.name(high, &format!("high_{name}"));
+        let low = m.sub(self.sum, high);
+        (m.name(low, &format!("low_{name}")), high)
+    }
+}

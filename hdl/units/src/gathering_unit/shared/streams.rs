@@ -1,0 +1,137 @@
+//! The stream ports that every organisation of the unit has.
+
+use potamoi_formats::config::{Config, GuConfig};
+use potamoi_netlist::{IrErrors, ModuleBuilder, Signal, Ty};
+
+use crate::circuits::{bits_for, fifo};
+
+/// An input port and its name.
+pub(crate) type Named = (&'static str, Signal);
+
+/// The stream of ray index tables.
+pub(crate) fn rit_stream(m: &mut ModuleBuilder, config: &Config) -> Vec<Named> {
+    let stream = config.rit_stream_bits();
+    let bit = Ty::bit();
+    [
+        ("s_axis_rit_tvalid", bit, "ray index table"),
+        ("s_axis_rit_tdata", Ty::u(stream), ""),
+        ("s_axis_rit_tkeep", Ty::u(stream / 8), ""),
+        ("s_axis_rit_tlast", bit, "ends the MVoxel"),
+        ("s_axis_rit_tuser", bit, "streamed once for every segment"),
+    ]
+    .map(|(name, ty, doc)| (name, m.input(name, ty, doc)))
+    .to_vec()
+}
+
+/// What goes into the feature FIFO with one beat.
+pub(crate) struct Beat {
+    pub(crate) push: Signal,
+    /// The last of its MVoxel and segment.
+    pub(crate) end: Signal,
+    /// Entries that the beat holds.
+    pub(crate) keep: Signal,
+    /// Slot of each entry.
+    pub(crate) slot: Signal,
+    /// Features of each entry, so many 16-bit lanes an entry.
+    pub(crate) data: Signal,
+}
+
+/// The feature stream: a FIFO whose room the issue keeps count of.
+pub(crate) struct FeatureStream {
+    /// A beat is accepted by the sink.
+    pub(crate) pop: Signal,
+    valid: Signal,
+    out: Signal,
+    widths: [u32; 3],
+}
+
+impl FeatureStream {
+    /// Builds the FIFO, with a register behind its read where the unit is pipelined.
+    ///
+    /// # Errors
+    /// The netlist's own checks.
+    pub(crate) fn build(
+        m: &mut ModuleBuilder,
+        gu: &GuConfig,
+        beat: &Beat,
+        ready: Signal,
+    ) -> Result<Self, IrErrors> {
+        let word = m.cat(&[beat.end, beat.keep, beat.slot, beat.data]);
+        // The register is one of the places.
+        let depth = gu.fifo_depth - u32::from(gu.pipelined);
+        let module = fifo("feature_fifo", depth, word.width())?;
+        let held = m.reg("offered", Ty::u(bits_for(depth)), 0);
+        m.note(held, "results in the FIFO");
+        let some = m.any(held);
+        let (valid, take) = if gu.pipelined {
+            let valid = m.reg("out_valid", Ty::bit(), 0);
+            let free = m.not(valid);
+            let free = m.or(free, ready);
+            let take = m.and(some, free);
+            let take = m.name(take, "take");
+            let waits = m.not(ready);
+            let waits = m.and(valid, waits);
+            let next = m.or(some, waits);
+            m.set_next(valid, next);
+            (valid, Some(take))
+        } else {
+            (m.name(some, "m_axis_feat_tvalid"), None)
+        };
+        let pop = m.and(valid, ready);
+        let pop = m.name(pop, "pop");
+        let leaves_fifo = take.unwrap_or(pop);
+        let inst = m.instance(
+            "results",
+            &module,
+            &[
+                ("push", beat.push),
+                ("push_data", word),
+                ("pop", leaves_fifo),
+            ],
+        );
+        let mut out = m.out(inst, "data");
+        if let Some(take) = take {
+            let word = m.reg("out_word", word.ty(), 0);
+            m.set_next_if(word, take, out);
+            out = word;
+        }
+        count_both(m, held, beat.push, leaves_fifo);
+        Ok(Self {
+            pop,
+            valid,
+            out,
+            widths: [beat.data.width(), beat.slot.width(), beat.keep.width()],
+        })
+    }
+
+    /// Declares the stream's outputs; `docs` say what a beat and its data are.
+    pub(crate) fn outputs(&self, m: &mut ModuleBuilder, docs: [&str; 3]) {
+        let [data, slots, entries] = self.widths;
+        m.output("m_axis_feat_tvalid", self.valid, docs[0]);
+        let features = m.slice(self.out, 0, data);
+        m.output("m_axis_feat_tdata", features, docs[1]);
+        let keep = m.slice(self.out, data + slots, entries);
+        let keep = m.name(keep, "kept_ports");
+        let mut bytes = vec![];
+        for entry in (0..entries).rev() {
+            let kept = m.bit(keep, entry);
+            bytes.push(m.repeat(kept, data / 8 / entries));
+        }
+        let bytes = m.cat(&bytes);
+        m.output("m_axis_feat_tkeep", bytes, docs[2]);
+        let last = m.bit(self.out, data + slots + entries);
+        m.output("m_axis_feat_tlast", last, "ends the MVoxel and segment");
+        let user = m.slice(self.out, data, slots);
+        m.output("m_axis_feat_tuser", user, "slot of each entry");
+    }
+}
+
+/// `count` goes up with `up`, down with `down`.
+pub(crate) fn count_both(m: &mut ModuleBuilder, count: Signal, up: Signal, down: Signal) {
+    let one = m.lit(1, count.ty());
+    let more = m.add(count, one);
+    let less = m.sub(count, one);
+    let next = m.mux(up, more, less);
+    let changes = m.xor(up, down);
+    m.set_next_if(count, changes, next);
+}

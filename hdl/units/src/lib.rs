@@ -1,0 +1,20 @@
+//! Potamoi's hardware units as netlists, and the Verilog of a configuration.
+//!
+//! [`gathering_unit`] and [`vector_unit`] each build a module from a configuration; [`emit`] prints
+//! both. Every size, width and stage comes from the configuration.
+//!
+//! ```
+//! use potamoi_formats::config::Config;
+//!
+//! let config = Config::default();
+//! let unit = potamoi_units::gathering_unit::gathering_unit(&config)?;
+//! assert!(unit.ports().iter().any(|port| port.name == "m_axis_feat_tdata"));
+//! let files = potamoi_units::emit::emit(&config, "potamoi emit")?;
+//! assert!(files.keys().any(|path| path.ends_with("reducer.v")));
+//! # Ok::<(), potamoi_netlist::IrErrors>(())
+//! ```
+
+mod circuits;
+pub mod emit;
+pub mod gathering_unit;
+pub mod vector_unit;

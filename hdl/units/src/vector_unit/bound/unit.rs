@@ -1,0 +1,85 @@
+//! The vector unit with one lane, run on all operands of a range at once.
+
+use num_bigint::BigInt;
+use num_traits::Zero;
+use potamoi_formats::config::Config;
+use potamoi_formats::units::OpCode;
+use potamoi_netlist::{Interval, Machine, Module};
+
+/// The unit as it runs, and what of it every form has.
+pub(super) struct Unit<'a> {
+    pub(super) config: &'a Config,
+    op: OpCode,
+    pub(super) machine: Machine<'a>,
+    valid: usize,
+    data: usize,
+    pub(super) done: usize,
+    result: usize,
+}
+
+impl<'a> Unit<'a> {
+    /// `signals` are looked at beside the result; `parts` are read in parts.
+    pub(super) fn new(
+        config: &'a Config,
+        op: OpCode,
+        module: &'a Module,
+        signals: &[&str],
+        parts: &[&str],
+    ) -> Option<Self> {
+        let result = match op {
+            OpCode::Softplus => "lane0.softplus_rounded",
+            _ => "lane0.rounded",
+        };
+        let all = [signals, &["result_valid", result]].concat();
+        let machine = Machine::new(module, &all, parts)?;
+        Some(Self {
+            config,
+            op,
+            valid: machine.find("s_axis_vec_tvalid")?,
+            data: machine.find("s_axis_vec_tdata")?,
+            done: machine.find("result_valid")?,
+            result: machine.find(result)?,
+            machine,
+        })
+    }
+
+    /// The value of a signal that has but one.
+    pub(super) fn point(&self, id: usize) -> Option<BigInt> {
+        let value = self.machine.value(id);
+        value.is_point().then(|| value.low.clone())
+    }
+
+    /// The same of a bit.
+    pub(super) fn yes(&self, id: usize) -> Option<bool> {
+        Some(!self.point(id)?.is_zero())
+    }
+
+    /// Sets what does not change while an operation of these operands runs.
+    pub(super) fn prepare(&mut self, [low, high]: [i64; 2]) {
+        self.machine.reset();
+        self.machine.set(self.data, Interval::new(low, high));
+        for (name, value) in [
+            ("cfg_clear", 0),
+            ("s_axis_vec_tkeep", 1),
+            ("s_axis_vec_tlast", 0),
+            ("s_axis_vec_tuser", self.op.code()),
+            ("m_axis_vec_tready", 1),
+        ] {
+            if let Some(port) = self.machine.find(name) {
+                self.machine.set(port, Interval::new(value, value));
+            }
+        }
+    }
+
+    /// Offers the operands in this cycle, or nothing.
+    pub(super) fn offer(&mut self, valid: bool) {
+        let valid = u8::from(valid);
+        self.machine.set(self.valid, Interval::new(valid, valid));
+        self.machine.settle();
+    }
+
+    /// What the result is off, before a power of one is held below it.
+    pub(super) fn dropped(&self) -> Option<[f64; 2]> {
+        self.machine.off(self.result)
+    }
+}

@@ -1,0 +1,381 @@
+//! The exponential engine's datapath: start, steps, tail and output.
+
+use num_bigint::BigInt;
+use potamoi_formats::config::{ExpConfig, ExpForm, ExpOutput};
+use potamoi_formats::fixed::Rounding;
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use super::constants::{ln_two_times, radix_bits};
+use super::kinds::Kinds;
+use super::logistic::Size;
+use super::radix4::bias_in_radix_4;
+use super::widths::{Place, Powers, State, Widths};
+use crate::circuits::bits_for;
+
+impl Widths {
+    pub(super) fn of(exp: &ExpConfig, kinds: Kinds) -> Self {
+        let engine = exp.engine();
+        // Integer bits of the start, 12 ln 2 = 8.3 or 24 ln 2 - 8 = 8.6 in the
+        // alpha configuration, x + Z ln 2 in the general one.
+        let (remain, integer) = match (exp.form, exp.output) {
+            (ExpForm::Literal, _) => (Ty::s(engine.constant_bits + 2), 3),
+            (_, ExpOutput::Alpha) => (Ty::u(engine.constant_bits + 4), 2),
+            (_, ExpOutput::General) => (Ty::u(engine.constant_bits + exp.input.int_bits() + 2), 2),
+        };
+        Self {
+            exp: exp.clone(),
+            engine,
+            remain,
+            accum: Ty::u(engine.accumulator_bits + integer),
+            digits: match exp.form {
+                ExpForm::Piecewise => Ty::u(5),
+                form => Ty::u((engine.digits * radix_bits(form)).max(1)),
+            },
+            shift: Ty::u(5),
+            kinds,
+        }
+    }
+
+    fn literal(&self) -> bool {
+        self.exp.form == ExpForm::Literal
+    }
+
+    /// `Z ln 2` as the sum of its rounded digits, centred.
+    fn bias(&self, z: u32) -> BigInt {
+        let bits = self.engine.constant_bits;
+        let digits = (0..32)
+            .filter(|j| z >> j & 1 == 1)
+            .map(|j| ln_two_times(j, bits));
+        let mut sum: BigInt = digits.sum();
+        if self.exp.form == ExpForm::Radix4 {
+            sum = bias_in_radix_4(z, bits);
+        }
+        if self.engine.centred {
+            sum + (BigInt::from(1) << (bits - self.exp.resolved_bits() - 1))
+        } else {
+            sum
+        }
+    }
+
+    /// The state before the first step, and whether the larger bias was taken.
+    /// `size` are the operands of sigmoid and softplus, where they are built.
+    pub(super) fn start(
+        &self,
+        m: &mut ModuleBuilder,
+        a: Signal,
+        one_minus: Signal,
+        size: Option<Size>,
+    ) -> (State, Signal) {
+        let bits = self.engine.constant_bits;
+        let zero = m.lit(0, Ty::bit());
+        let format = self.exp.input;
+        let power = self.operand(m, a);
+        let wide = m.extend(power, self.remain.width.max(power.width()));
+        let wide = m.name(wide, "power_extended");
+        let wide = m.truncate(wide, self.remain.width);
+        let aligned = m.shl_const(wide, bits - format.frac_bits());
+        let aligned = m.name(aligned, "power_aligned");
+        let one = (BigInt::from(1) << self.engine.accumulator_bits) + self.engine.offset;
+        let one = if self.literal() {
+            BigInt::from(1) << self.engine.accumulator_bits
+        } else {
+            one
+        };
+        let accum = m.param("ACCUM_START", one, self.accum, "1 and the offset");
+        let digits = m.lit(0, self.digits);
+        let (remain, large) = match (self.exp.form, self.exp.output) {
+            (ExpForm::Literal, _) => (aligned, zero),
+            (_, ExpOutput::General) => {
+                let bias = m.param("BIAS", self.bias(self.engine.bias), self.remain, "Z ln 2");
+                let x = m.as_unsigned(aligned);
+                (m.add(bias, x), zero)
+            }
+            (_, ExpOutput::Alpha) => {
+                let bias = m.param("BIAS", self.bias(12), self.remain, "12 ln 2, centred");
+                let plain = m.sub(bias, aligned);
+                if self.kinds.one_minus || size.is_some() {
+                    let mut depth = self.kinds.one_minus.then(|| self.depth(m, a));
+                    let mut wide = one_minus;
+                    if let Some(size) = size {
+                        depth = Some(size.or(m, depth));
+                        wide = m.or(size.given, wide);
+                        wide = m.name(wide, "takes_depth");
+                    }
+                    let (aligned, large) = depth.unwrap_or((plain, zero));
+                    let remain = self.start_depth(m, aligned, large, bias);
+                    let large = m.and(large, wide);
+                    (m.mux(wide, remain, plain), m.name(large, "rescaled"))
+                } else {
+                    (plain, zero)
+                }
+            }
+        };
+        let remain = m.name(remain, "remain_start");
+        (
+            State {
+                remain,
+                accum,
+                digits,
+            },
+            large,
+        )
+    }
+
+    /// The operand of exp.
+    pub(super) fn operand(&self, m: &mut ModuleBuilder, a: Signal) -> Signal {
+        let format = self.exp.input;
+        let ty = Ty {
+            width: format.width(),
+            signed: format.is_signed(),
+        };
+        let power = m.saturate(a, ty);
+        let power = m.name(power, "power");
+        m.note(power, &format!("the operand, held within {format}"))
+    }
+
+    /// The operand of `1 - exp(-s)` with the constants' fraction bits, and
+    /// whether it is 8 or more.
+    pub(super) fn depth(&self, m: &mut ModuleBuilder, a: Signal) -> (Signal, Signal) {
+        let (bits, frac) = (self.engine.constant_bits, self.exp.one_minus_frac_bits);
+        let s = m.saturate(a, Ty::u(4 + frac));
+        let s = m.name(s, "depth");
+        m.note(
+            s,
+            &format!("the operand of 1 - exp(-s), held within U4.{frac}"),
+        );
+        let large = m.bit(s, 3 + frac);
+        let width = self.remain.width + 1;
+        let aligned = if frac > bits {
+            let rounded = m.round(s, frac - bits, Rounding::HalfUp);
+            m.extend(rounded, width)
+        } else {
+            let wide = m.extend(s, width);
+            m.shl_const(wide, bits - frac)
+        };
+        (aligned, large)
+    }
+
+    /// The start for a power of up to 16, with a bias that suits it.
+    fn start_depth(
+        &self,
+        m: &mut ModuleBuilder,
+        aligned: Signal,
+        large: Signal,
+        bias: Signal,
+    ) -> Signal {
+        let width = self.remain.width + 1;
+        let far = m.param("FAR_BIAS", self.bias(24), Ty::u(width), "24 ln 2, centred");
+        let near = m.extend(bias, width);
+        let from = m.mux(large, far, near);
+        let remain = m.sub(from, aligned);
+        let remain = m.name(remain, "depth_remain");
+        m.truncate(remain, self.remain.width)
+    }
+
+    /// One step: compare, subtract, shift and add. With `log` high the sum
+    /// decides instead of the comparison: it stays below 2.
+    pub(super) fn step(
+        &self,
+        m: &mut ModuleBuilder,
+        s: State,
+        place: &Place,
+        index: u32,
+        log: Option<Signal>,
+    ) -> State {
+        let constant = match place.constants[..] {
+            [constant] => constant,
+            _ => return self.step_by_four(m, s, place, index),
+        };
+        let mut take = m.ge(s.remain, constant);
+        let mut early = None;
+        if let Some(log) = log {
+            let sum = self.grown(m, s, place, index);
+            let sum = m.name(sum, &format!("accum_grown{index}"));
+            // Doubled by a digit's step, a sum of 2 and more wraps.
+            let top = self.accum.width - 1;
+            let (past, before) = (m.bit(sum, top), m.bit(s.accum, top));
+            let past = m.or(past, before);
+            let below = m.not(past);
+            take = m.mux(log, below, take);
+            early = Some(sum);
+        }
+        let take = m.name(take, &format!("take{index}"));
+        let less = m.sub(s.remain, constant);
+        let remain = m.mux(take, less, s.remain);
+        let remain = m.name(remain, &format!("remain{index}"));
+        let sum = early.unwrap_or_else(|| self.grown(m, s, place, index));
+        if self.engine.digits == 0 {
+            let accum = m.mux(take, sum, s.accum);
+            let accum = m.name(accum, &format!("accum{index}"));
+            return State {
+                remain,
+                accum,
+                digits: s.digits,
+            };
+        }
+        let multiply = m.not(place.digit);
+        let multiply = m.and(take, multiply);
+        let accum = m.mux(multiply, sum, s.accum);
+        let accum = m.name(accum, &format!("accum{index}"));
+        let rest = m.slice(s.digits, 0, self.digits.width - 1);
+        let pushed = m.cat(&[rest, take]);
+        let digits = m.mux(place.digit, pushed, s.digits);
+        let digits = m.name(digits, &format!("digits{index}"));
+        State {
+            remain,
+            accum,
+            digits,
+        }
+    }
+
+    /// `R_accum (1 + 2^-i)`.
+    fn grown(&self, m: &mut ModuleBuilder, s: State, place: &Place, index: u32) -> Signal {
+        // One more bit below: the dropped bit rounds.
+        let none = m.lit(0, Ty::bit());
+        let doubled = m.cat(&[s.accum, none]);
+        let shifted = m.shr(doubled, place.shift);
+        let shifted = m.name(shifted, &format!("accum_shifted{index}"));
+        let whole = m.slice(shifted, 1, self.accum.width);
+        let sum = m.add(s.accum, whole);
+        if self.literal() {
+            return sum;
+        }
+        let up = m.bit(shifted, 0);
+        let up = m.extend(up, self.accum.width);
+        m.add(sum, up)
+    }
+
+    /// `R_accum (1 + R_remain)`, truncated.
+    pub(super) fn tail(&self, m: &mut ModuleBuilder, s: State) -> State {
+        let bits = self.engine.constant_bits;
+        // What is left is below 2^-n, and a unit for every constant's rounding.
+        let below = bits.saturating_sub(self.exp.resolved_bits());
+        let most = (1u64 << below) + u64::from(self.engine.steps + 2);
+        let left = m.truncate(s.remain, (most.ilog2() + 1).min(bits));
+        let left = m.name(left, "residual");
+        let product = m.mul(s.accum, left);
+        let product = m.name(product, "tail_product");
+        let Some(width) = product.width().checked_sub(bits).filter(|&width| width > 0) else {
+            return s;
+        };
+        let more = m.slice(product, bits, width.min(self.accum.width));
+        let more = m.extend(more, self.accum.width);
+        let accum = m.add(s.accum, more);
+        State {
+            accum: m.name(accum, "accum_tail"),
+            ..s
+        }
+    }
+
+    /// The exponent k: the power is `R_accum 2^-k`.
+    pub(super) fn exponent(&self, m: &mut ModuleBuilder, s: State, large: Signal) -> Signal {
+        if self.exp.form == ExpForm::Piecewise {
+            return s.digits;
+        }
+        let bias = m.lit(12, Ty::u(5));
+        let bias = if self.kinds.one_minus || self.kinds.logistic() {
+            let far = m.lit(24, Ty::u(5));
+            m.mux(large, far, bias)
+        } else {
+            bias
+        };
+        let digits = m.extend(s.digits, 5);
+        let k = m.sub(bias, digits);
+        let k = m.name(k, "exponent");
+        m.note(k, "the result is R_accum 2^-exponent");
+        k
+    }
+
+    /// `R_accum 2^-k` with one bit below its last, of sigmoid and softplus.
+    pub(super) fn scaled(&self, m: &mut ModuleBuilder, s: State, large: Signal) -> Signal {
+        let k = self.exponent(m, s, large);
+        let none = m.lit(0, Ty::bit());
+        let doubled = m.cat(&[s.accum, none]);
+        let doubled = m.name(doubled, "accum_doubled");
+        let scaled = m.shr(doubled, k);
+        m.name(scaled, "power_scaled")
+    }
+
+    /// The 32-bit result from the final state.
+    pub(super) fn result(
+        &self,
+        m: &mut ModuleBuilder,
+        powers: &Powers,
+        one_minus: Signal,
+    ) -> Signal {
+        let s = powers.state;
+        let (wa, f) = (self.engine.accumulator_bits, self.exp.output_bits);
+        if self.literal() {
+            let rounded = m.round(s.accum, wa - f, Rounding::HalfUp);
+            return self.word(m, rounded);
+        }
+        if self.exp.output == ExpOutput::General {
+            return self.general(m, s);
+        }
+        let fixed_width = s.accum.width() + 1 - (wa - f);
+        let scaled = if let Some((power, _)) = powers.logistic {
+            m.slice(power, wa - f, fixed_width)
+        } else {
+            let k = powers.exponent;
+            let k = k.unwrap_or_else(|| self.exponent(m, s, powers.large));
+            let none = m.lit(0, Ty::bit());
+            let doubled = m.cat(&[s.accum, none]);
+            let doubled = m.name(doubled, "accum_doubled");
+            let fixed = m.slice(doubled, wa - f, fixed_width);
+            m.shr(fixed, k)
+        };
+        let scaled = m.name(scaled, "scaled");
+        let whole = m.slice(scaled, 1, fixed_width - 1);
+        let up = m.bit(scaled, 0);
+        let up = m.extend(up, whole.width());
+        let e = m.add(whole, up);
+        let e = m.name(e, "rounded");
+        let top = m.saturate(e, Ty::u(f));
+        let alpha = self.word(m, top);
+        if !self.kinds.one_minus {
+            return alpha;
+        }
+        let one = m.lit(BigInt::from(1) << f, e.ty());
+        let rest = m.sub(one, e);
+        let past = m.gt(e, one);
+        let zero = m.lit(0, rest.ty());
+        let rest = m.mux(past, zero, rest);
+        let rest = m.name(rest, "one_minus_power");
+        let held = m.saturate(rest, Ty::u(f));
+        let other = self.word(m, held);
+        m.mux(one_minus, other, alpha)
+    }
+
+    fn general(&self, m: &mut ModuleBuilder, s: State) -> Signal {
+        let (wa, f) = (self.engine.accumulator_bits, self.exp.output_bits);
+        let m_rounded = m.round(s.accum, wa - f, Rounding::HalfUp);
+        let m_rounded = m.name(m_rounded, "mantissa_rounded");
+        let two = m.lit(BigInt::from(2) << f, m_rounded.ty());
+        let over = m.ge(m_rounded, two);
+        let over = m.name(over, "mantissa_over");
+        let low = m.slice(m_rounded, 0, f + 1);
+        let one = m.lit(BigInt::from(1) << f, low.ty());
+        let mantissa = m.mux(over, one, low);
+        let width = 32 - (f + 1);
+        let room = width
+            .max(bits_for(self.engine.bias) + 2)
+            .max(self.digits.width + 1);
+        let digits = m.extend(s.digits, room);
+        let bias = m.lit(self.engine.bias, Ty::u(room));
+        let over = m.extend(over, room);
+        let e = m.sub(digits, bias);
+        let e = m.add(e, over);
+        let e = m.name(e, "exponent");
+        let e = m.truncate(e, width);
+        m.cat(&[e, mantissa])
+    }
+
+    fn word(&self, m: &mut ModuleBuilder, s: Signal) -> Signal {
+        let s = m.as_unsigned(s);
+        if s.width() > 32 {
+            m.truncate(s, 32)
+        } else {
+            m.extend(s, 32)
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! Cycle by cycle: when the engine starts, steps, multiplies and is done.
+
+use potamoi_formats::config::{Config, ExpConfig};
+use potamoi_formats::units::OpCode;
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use super::early_out::incomplete;
+use crate::circuits::{is, plus_one};
+
+/// Sequencing of the engine.
+pub(super) struct Sequence {
+    /// The result is complete at the end of this cycle.
+    pub(super) done: Signal,
+    pub(super) step: Signal,
+    pub(super) begin: Signal,
+    pub(super) tail: Signal,
+    pub(super) rotate: Signal,
+    pub(super) busy: Signal,
+    pub(super) log: Option<Log>,
+    /// With an early out: the register that says the last phase.
+    pub(super) ending: Option<Signal>,
+}
+
+impl Sequence {
+    /// Ends the vector in the next clock if none of these lanes has `more`
+    /// steps after it. Every lane has until its exponent is known.
+    pub(super) fn end(
+        &self,
+        m: &mut ModuleBuilder,
+        exp: &ExpConfig,
+        phase: Signal,
+        more: &[Signal],
+    ) {
+        let Some(ending) = self.ending else { return };
+        let open = incomplete(m, exp, phase);
+        let more = m.any_of(more);
+        let goes_on = m.any_of(&[open, more, ending]);
+        let ends = m.not(goes_on);
+        let ends = m.and(self.step, ends);
+        m.set_next(ending, ends);
+    }
+}
+
+/// Sequencing of what sigmoid and softplus do after their first exponential.
+pub(super) struct Log {
+    /// This cycle's steps are the logarithm's.
+    pub(super) steps: Signal,
+    /// They are its first.
+    pub(super) begin: Signal,
+    /// This cycle's steps are the first of sigmoid's second exponential.
+    pub(super) again: Option<Signal>,
+}
+
+/// Whether the vector is of an operation.
+#[derive(Clone, Copy)]
+pub(super) struct Order {
+    /// The one that is offered.
+    pub(super) now: Signal,
+    /// The one that was accepted last.
+    pub(super) held: Signal,
+}
+
+/// The operation that is offered.
+#[derive(Clone, Copy)]
+pub(super) struct Offer {
+    pub(super) accept: Signal,
+    /// The engine has to compute it.
+    pub(super) is_exp: Signal,
+}
+
+impl Offer {
+    /// The engine begins with it.
+    fn begins(self, m: &mut ModuleBuilder) -> Signal {
+        let begin = m.and(self.accept, self.is_exp);
+        m.name(begin, "begin_power")
+    }
+}
+
+/// Whether the engine is in the middle of an operation, and whether it steps.
+fn runs(m: &mut ModuleBuilder, free: Signal, begin: Signal) -> [Signal; 2] {
+    let busy = m.not(free);
+    let busy = m.name(busy, "mid_power");
+    let step = m.or(begin, busy);
+    let step = m.name(step, "step");
+    [busy, step]
+}
+
+/// Counts the phases up to the last; that, and whether a result is complete.
+fn count(m: &mut ModuleBuilder, phase: Signal, step: Signal, last: Signal, offer: Offer) -> Signal {
+    let next = plus_one(m, phase);
+    let zero = m.lit(0, phase.ty());
+    let next = m.mux(last, zero, next);
+    m.set_next_if(phase, step, next);
+    let plain = m.not(offer.is_exp);
+    let plain = m.and(offer.accept, plain);
+    let done = m.or(plain, last);
+    m.name(done, "done")
+}
+
+/// Of operations of one pass.
+pub(super) fn sequence(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    phase: Option<Signal>,
+    free: Signal,
+    offer: Offer,
+    interval: u32,
+) -> Sequence {
+    let begin = offer.begins(m);
+    let never = m.lit(0, Ty::bit());
+    let Some(phase) = phase else {
+        return Sequence {
+            done: offer.accept,
+            step: begin,
+            begin,
+            tail: never,
+            rotate: begin,
+            busy: never,
+            log: None,
+            ending: None,
+        };
+    };
+    let [busy, step] = runs(m, free, begin);
+    let (last, ending) = if config.vu.exp.early_out {
+        let ending = m.reg("last_phase", Ty::bit(), 0);
+        (ending, Some(ending))
+    } else {
+        let last = is(m, phase, interval - 1);
+        (m.name(last, "last_phase"), None)
+    };
+    let done = count(m, phase, step, last, offer);
+    let (tail, rotate) = if config.vu.exp.tail {
+        let early = m.not(last);
+        (last, m.and(step, early))
+    } else {
+        (never, step)
+    };
+    Sequence {
+        done,
+        step,
+        begin,
+        tail,
+        rotate,
+        busy,
+        log: None,
+        ending,
+    }
+}
+
+/// As [`sequence`], with operations of one, two and three passes.
+pub(super) fn passes(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    phase: Signal,
+    free: Signal,
+    offer: Offer,
+    [sigmoid, softplus]: [Option<Order>; 2],
+) -> Sequence {
+    let engine = config.vu.exp.engine();
+    let begin = offer.begins(m);
+    let [busy, step] = runs(m, free, begin);
+
+    let mut end = m.lit(engine.interval - 1, phase.ty());
+    for (order, op) in [(sigmoid, OpCode::Sigmoid), (softplus, OpCode::Softplus)] {
+        let Some(order) = order else { continue };
+        let here = m.mux(free, order.now, order.held);
+        let own = m.lit(engine.clocks(op) - 1, phase.ty());
+        end = m.mux(here, own, end);
+    }
+    let end = m.name(end, "end_phase");
+    let ends = m.eq(phase, end);
+    let last = m.and(step, ends);
+    let last = m.name(last, "last_phase");
+    let done = count(m, phase, step, last, offer);
+
+    let from = m.lit(engine.interval, phase.ty());
+    let mut steps = m.ge(phase, from);
+    let log = m.eq(phase, from);
+    let log = m.name(log, "begin_log");
+    let mut tails = vec![is(m, phase, engine.interval - 1)];
+    let again = sigmoid.map(|_| {
+        let to = m.lit(engine.clocks(OpCode::Softplus), phase.ty());
+        let before = m.lt(phase, to);
+        steps = m.and(steps, before);
+        tails.push(is(m, phase, engine.clocks(OpCode::Sigmoid) - 1));
+        let again = m.eq(phase, to);
+        m.name(again, "begin_again")
+    });
+    let steps = m.name(steps, "log_steps");
+    let (tail, rotate) = if config.vu.exp.tail {
+        let tail = m.any_of(&tails);
+        let tail = m.name(tail, "tail_now");
+        let turns = m.not(tail);
+        (tail, m.and(step, turns))
+    } else {
+        (m.lit(0, Ty::bit()), step)
+    };
+    Sequence {
+        done,
+        step,
+        begin,
+        tail,
+        rotate,
+        busy,
+        log: Some(Log {
+            steps,
+            begin: log,
+            again,
+        }),
+        ending: None,
+    }
+}
