@@ -23,155 +23,51 @@ use crate::gathering_unit::shared::table_halves::TableHalves;
 /// # Errors
 /// The netlist's own checks.
 pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
-    let (banks, ports, rows) = (config.gu.banks, config.gu.ports, config.mft_rows());
-    let groups = config.vertices_a_row();
-    let bits = config.gu.feature_bits;
-    let index_bits = bits_for(rows - 1);
     let split = match config.table_parts() {
         1 => None,
         parts => Some(SplitBanks::new(config, parts)?),
     };
     let mut builder = ModuleBuilder::new("mft");
     let m = &mut builder;
-    m.doc(if groups == 1 {
+    m.doc(if config.vertices_a_row() == 1 {
         "double-buffered, channel-major MVoxel feature table. Bank b holds channel b of every row."
     } else {
         "double-buffered MVoxel feature table by parity. A row is a block of 2 x 2 x 2 vertices, \
          each in an eighth of the banks: first the one that is even along x, y and z."
     });
-    let bit = Ty::bit();
-    let valid = m.input("s_axis_mft_tvalid", bit, "");
-    let data = m.input(
-        "s_axis_mft_tdata",
-        Ty::u(16 * banks),
-        if groups == 1 {
-            "one row, channel 0 lowest"
-        } else {
-            "one row: vertices by parity, x lowest, channel 0 of each lowest"
-        },
-    );
-    let last = m.input(
-        "s_axis_mft_tlast",
-        bit,
-        "ends the MVoxel's rows of this segment",
-    );
-    let read = m.input(
-        "read",
-        bit,
-        match split {
-            None => "reads the rows at the clock edge",
-            Some(_) => "asks for the rows, until is_read",
-        },
-    );
-    let read_rows = m.input(
-        "read_row",
-        Ty::u(16 * ports * groups),
-        if groups == 1 {
-            "row of each port"
-        } else {
-            "vertex of each port and group of banks: z, y and x of its place"
-        },
-    );
-    let keep = m.input("read_keep", Ty::u(ports), "ports that hold an entry");
-    let release = m.input("done", bit, "the half that is read is done with");
-    if bits < 16 {
-        m.unused(
-            data,
-            "Lanes are 16 bits wide; features fill their low bits.",
-        );
-    }
-
-    let count_ty = Ty::u(bits_for(rows));
-    let halves = TableHalves::declare(m, count_ty);
-    m.section("Writer");
-    let write_row = m.reg("write_row", count_ty, 0);
-    let ready = halves.ready(m);
-    let accept = m.and(valid, ready);
-    let accept = m.name(accept, "write_accept");
-    let limit = m.param("MVOXEL_ROWS", rows, count_ty, "");
-    let room = m.lt(write_row, limit);
-    let room = m.name(room, "write_room");
-    let write = m.and(accept, room);
-    let write = m.name(write, "write");
-    let next = plus_one(m, write_row);
-    let rows_after = m.mux(room, next, write_row);
-    let rows_after = m.name(rows_after, "rows_after");
-    let zero = m.lit(0, count_ty);
-    let row_after = m.mux(last, zero, rows_after);
-    m.set_next_if(write_row, accept, row_after);
-    let done = m.and(accept, last);
-    let done = m.name(done, "write_done");
-    let no_room = m.not(room);
-    let overflow = m.and(accept, no_room);
-    let readable = halves.advance(m, done, rows_after, release);
-    m.section("Reader");
-    let read_count = readable.rows;
-    let axis_bits = config.mvoxel.edges(3).map_or(1, |[edge, ..]| edge.ilog2());
-    let mut in_range = vec![];
-    let mut read_ports = vec![];
-    for p in 0..ports {
-        let kept = m.bit(keep, p);
-        for g in 0..groups {
-            let of = match groups {
-                1 => p.to_string(),
-                _ => format!("{p}_{g}"),
-            };
-            let given = m.slice(read_rows, 16 * (p * groups + g), 16);
-            let (row, here) = match groups {
-                1 => (given, None),
-                _ => {
-                    let (row, parity) = block(m, given, axis_bits);
-                    let own = m.lit(g, parity.ty());
-                    (row, Some(m.eq(parity, own)))
-                }
-            };
-            let row = m.name(row, &format!("row{of}"));
-            let row_wide = m.extend(row, 17);
-            let count_wide = m.extend(read_count, 17);
-            let below = m.lt(row_wide, count_wide);
-            let ok = match here {
-                Some(here) => m.and(below, here),
-                None => below,
-            };
-            let ok = m.name(ok, &format!("row{of}_in_range"));
-            in_range.insert(0, ok);
-            let index = m.slice(row, 0, index_bits.min(row.width()));
-            if split.is_some() {
-                // Whose turn it is, the parts of the banks decide.
-                read_ports.push((ok, index));
-                continue;
-            }
-            let en = m.all_of(&[read, kept, ok]);
-            let en = m.name(en, &format!("read{of}"));
-            let address = m.cat(&[halves.read, index]);
-            let address = m.name(address, &format!("address{of}"));
-            read_ports.push((en, address));
-        }
-    }
-    let write_index = m.slice(write_row, 0, index_bits);
-    let lanes: Vec<_> = (0..banks).map(|b| m.slice(data, 16 * b, bits)).collect();
-    let place = Place {
-        halves: [halves.write, halves.read],
-        write,
-        row: write_index,
+    let inputs = Inputs::declare(m, config, split.is_some());
+    let halves = TableHalves::declare(m, Ty::u(bits_for(config.mft_rows())));
+    let written = write(m, config, &inputs, &halves);
+    let readable = halves.advance(m, written.done, written.rows_after, inputs.release);
+    let reader = Reader {
+        config,
+        inputs: &inputs,
+        count: readable.rows,
+        half: halves.read,
     };
+    let (reads, enabled) = reader.reads(m, split.is_some());
+    let place = written.place(m, config, &halves);
+    let lanes: Vec<_> = (0..config.gu.banks)
+        .map(|b| m.slice(inputs.data, 16 * b, config.gu.feature_bits))
+        .collect();
     let (words, turns) = match &split {
-        None => (whole_banks(m, config, &place, &lanes, &read_ports)?, None),
+        None => (whole_banks(m, config, &place, &lanes, &enabled)?, None),
         Some(split) => {
-            let turns = split.turns(m, read, keep, &read_ports);
+            let rows: Vec<_> = reads.iter().map(|read| (read.ok, read.index)).collect();
+            let turns = split.turns(m, inputs.read, inputs.keep, &rows);
             (split.banks(m, &place, &turns, &lanes), Some(turns))
         }
     };
-
     m.section("Outputs");
-    m.output("s_axis_mft_tready", ready, "");
+    m.output("s_axis_mft_tready", written.ready, "");
     m.output(
         "is_loaded",
         readable.is_loaded,
         "the half to read holds its MVoxel",
     );
+    let in_range: Vec<_> = reads.iter().rev().map(|read| read.ok).collect();
     let joined = m.cat(&in_range);
-    let doc = match groups {
+    let doc = match config.vertices_a_row() {
         1 => "ports whose row was loaded",
         _ => "ports and groups of banks whose vertex was loaded",
     };
@@ -195,10 +91,205 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
     }
     m.output(
         "overflow",
-        overflow,
+        written.overflow,
         "a row past the MVoxel's rows is dropped",
     );
     builder.finish()
+}
+
+/// The inputs.
+struct Inputs {
+    valid: Signal,
+    data: Signal,
+    last: Signal,
+    read: Signal,
+    rows: Signal,
+    keep: Signal,
+    release: Signal,
+}
+
+impl Inputs {
+    /// `turns`: ports may have to ask several times.
+    fn declare(m: &mut ModuleBuilder, config: &Config, turns: bool) -> Self {
+        let (banks, ports) = (config.gu.banks, config.gu.ports);
+        let groups = config.vertices_a_row();
+        let bit = Ty::bit();
+        let valid = m.input("s_axis_mft_tvalid", bit, "");
+        let data = m.input(
+            "s_axis_mft_tdata",
+            Ty::u(16 * banks),
+            if groups == 1 {
+                "one row, channel 0 lowest"
+            } else {
+                "one row: vertices by parity, x lowest, channel 0 of each lowest"
+            },
+        );
+        let last = m.input(
+            "s_axis_mft_tlast",
+            bit,
+            "ends the MVoxel's rows of this segment",
+        );
+        let read = m.input(
+            "read",
+            bit,
+            match turns {
+                false => "reads the rows at the clock edge",
+                true => "asks for the rows, until is_read",
+            },
+        );
+        let rows = m.input(
+            "read_row",
+            Ty::u(16 * ports * groups),
+            if groups == 1 {
+                "row of each port"
+            } else {
+                "vertex of each port and group of banks: z, y and x of its place"
+            },
+        );
+        let keep = m.input("read_keep", Ty::u(ports), "ports that hold an entry");
+        let release = m.input("done", bit, "the half that is read is done with");
+        if config.gu.feature_bits < 16 {
+            m.unused(
+                data,
+                "Lanes are 16 bits wide; features fill their low bits.",
+            );
+        }
+        Self {
+            valid,
+            data,
+            last,
+            read,
+            rows,
+            keep,
+            release,
+        }
+    }
+}
+
+/// What the writer does with a beat.
+struct Written {
+    ready: Signal,
+    /// A row is written, and which.
+    write: Signal,
+    row: Signal,
+    /// The MVoxel is complete, and has so many rows.
+    done: Signal,
+    rows_after: Signal,
+    overflow: Signal,
+}
+
+fn write(m: &mut ModuleBuilder, config: &Config, inputs: &Inputs, halves: &TableHalves) -> Written {
+    m.section("Writer");
+    let rows = config.mft_rows();
+    let count_ty = Ty::u(bits_for(rows));
+    let write_row = m.reg("write_row", count_ty, 0);
+    let ready = halves.ready(m);
+    let accept = m.and(inputs.valid, ready);
+    let accept = m.name(accept, "write_accept");
+    let limit = m.param("MVOXEL_ROWS", rows, count_ty, "");
+    let room = m.lt(write_row, limit);
+    let room = m.name(room, "write_room");
+    let write = m.and(accept, room);
+    let write = m.name(write, "write");
+    let next = plus_one(m, write_row);
+    let rows_after = m.mux(room, next, write_row);
+    let rows_after = m.name(rows_after, "rows_after");
+    let zero = m.lit(0, count_ty);
+    let row_after = m.mux(inputs.last, zero, rows_after);
+    m.set_next_if(write_row, accept, row_after);
+    let done = m.and(accept, inputs.last);
+    let done = m.name(done, "write_done");
+    let no_room = m.not(room);
+    let overflow = m.and(accept, no_room);
+    Written {
+        ready,
+        write,
+        row: write_row,
+        done,
+        rows_after,
+        overflow,
+    }
+}
+
+impl Written {
+    fn place(&self, m: &mut ModuleBuilder, config: &Config, halves: &TableHalves) -> Place {
+        Place {
+            halves: [halves.write, halves.read],
+            write: self.write,
+            row: m.slice(self.row, 0, bits_for(config.mft_rows() - 1)),
+        }
+    }
+}
+
+/// A row that a port asks for, of one group of banks.
+struct RowRead {
+    /// The row was loaded, and lies in this group of banks.
+    ok: Signal,
+    /// The row, of those of a half.
+    index: Signal,
+}
+
+/// What is read where.
+struct Reader<'a> {
+    config: &'a Config,
+    inputs: &'a Inputs,
+    /// Rows that the half to read holds.
+    count: Signal,
+    half: Signal,
+}
+
+impl Reader<'_> {
+    /// Of each port and group of banks the row that is asked for; with it, unless parts of the
+    /// banks decide whose turn it is, whether it is read and its address.
+    fn reads(&self, m: &mut ModuleBuilder, turns: bool) -> (Vec<RowRead>, Vec<(Signal, Signal)>) {
+        m.section("Reader");
+        let groups = self.config.vertices_a_row();
+        let (mut reads, mut enabled) = (vec![], vec![]);
+        for port in 0..self.config.gu.ports {
+            let kept = m.bit(self.inputs.keep, port);
+            for g in 0..groups {
+                let of = match groups {
+                    1 => port.to_string(),
+                    _ => format!("{port}_{g}"),
+                };
+                let read = self.read(m, port, g, &of);
+                if !turns {
+                    let en = m.all_of(&[self.inputs.read, kept, read.ok]);
+                    let en = m.name(en, &format!("read{of}"));
+                    let address = m.cat(&[self.half, read.index]);
+                    enabled.push((en, m.name(address, &format!("address{of}"))));
+                }
+                reads.push(read);
+            }
+        }
+        (reads, enabled)
+    }
+
+    fn read(&self, m: &mut ModuleBuilder, port: u32, g: u32, of: &str) -> RowRead {
+        let (config, groups) = (self.config, self.config.vertices_a_row());
+        let axis_bits = config.mvoxel.edges(3).map_or(1, |[edge, ..]| edge.ilog2());
+        let index_bits = bits_for(config.mft_rows() - 1);
+        let given = m.slice(self.inputs.rows, 16 * (port * groups + g), 16);
+        let (row, here) = match groups {
+            1 => (given, None),
+            _ => {
+                let (row, parity) = block(m, given, axis_bits);
+                let own = m.lit(g, parity.ty());
+                (row, Some(m.eq(parity, own)))
+            }
+        };
+        let row = m.name(row, &format!("row{of}"));
+        let row_wide = m.extend(row, 17);
+        let count_wide = m.extend(self.count, 17);
+        let below = m.lt(row_wide, count_wide);
+        let ok = match here {
+            Some(here) => m.and(below, here),
+            None => below,
+        };
+        let ok = m.name(ok, &format!("row{of}_in_range"));
+        let index = m.slice(row, 0, index_bits.min(row.width()));
+        RowRead { ok, index }
+    }
 }
 
 /// Banks that every port reads: of each port, the words of all of them, the last first.

@@ -2,9 +2,15 @@
 //! read in a cycle without a conflict. The parity organisation is the same unit, with a cell's
 //! eight vertices in place of one.
 
+mod inputs;
+mod issue;
 mod mft;
+mod product_stages;
+mod reducers;
 mod row_place;
+mod shared_rows;
 mod split_banks;
+mod stage_one;
 mod top;
 
 pub(super) use top::channel_major;

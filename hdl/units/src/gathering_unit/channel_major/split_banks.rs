@@ -29,7 +29,7 @@ pub(super) struct Turns {
     /// No port's row is left.
     pub(super) complete: Signal,
     /// Of each part and each of its reads: whether it takes place, and its line.
-    reads: Vec<[(Signal, Signal); READS as usize]>,
+    reads: Vec<[LineRead; READS as usize]>,
     /// Of each port, the read whose word it got last: part, then read.
     source: Vec<Signal>,
 }
@@ -66,36 +66,14 @@ impl SplitBanks {
             let before = m.bit(served, p as u32);
             let not_yet = m.not(before);
             let wants = m.and(kept, not_yet);
-            let mut wants = m.name(wants, &format!("wants{p}"));
+            let wants = m.name(wants, &format!("wants{p}"));
             let part = m.slice(row, 0, part_bits);
             let part = m.name(part, &format!("part{p}"));
             let line = m.slice(row, part_bits, row.width() - part_bits);
-            // How many ports before it want the same part.
-            let ahead: Vec<_> = wanted
-                .iter()
-                .map(|&(other_wants, other)| {
-                    let same = m.eq(part, other);
-                    m.and(other_wants, same)
-                })
-                .collect();
+            let place = place_in_part(m, p, (wants, part), &wanted);
             wanted.push((wants, part));
-            // The first port has the first read, the second has one for certain.
-            let second = match ahead[..] {
-                [] => None,
-                [one] => Some(m.name(one, &format!("second{p}"))),
-                _ => {
-                    let count = popcount(m, &ahead);
-                    let count = m.name(count, &format!("ahead{p}"));
-                    let limit = m.lit(READS, count.ty());
-                    let room = m.lt(count, limit);
-                    let room = m.name(room, &format!("room{p}"));
-                    let no_room = m.not(room);
-                    left.push(m.and(wants, no_room));
-                    wants = m.and(wants, room);
-                    Some(m.bit(count, 0))
-                }
-            };
-            let gets = m.and(read, wants);
+            left.extend(place.left);
+            let gets = m.and(read, place.wants);
             let gets = m.name(gets, &format!("grant{p}"));
             granted.insert(0, gets);
             let loaded = m.and(gets, ok);
@@ -104,7 +82,7 @@ impl SplitBanks {
                 let here = is(m, part, s as u32);
                 let here = m.and(loaded, here);
                 let here = m.name(here, &format!("port{p}_reads{s}"));
-                let Some(second) = second else {
+                let Some(second) = place.second else {
                     of_part[0].push((here, line));
                     continue;
                 };
@@ -114,7 +92,7 @@ impl SplitBanks {
                 }
             }
             let from = m.reg(&format!("source{p}"), Ty::u(part_bits + 1), 0);
-            let second = second.unwrap_or_else(|| m.lit(0, Ty::bit()));
+            let second = place.second.unwrap_or_else(|| m.lit(0, Ty::bit()));
             let choice = m.cat(&[part, second]);
             m.set_next_if(from, gets, choice);
             source.push(from);
@@ -129,31 +107,10 @@ impl SplitBanks {
         let none = m.lit(0, served.ty());
         let after = m.mux(complete, none, so_far);
         m.set_next_if(served, read, after);
-        let reads = reads
-            .iter()
-            .enumerate()
-            .map(|(s, of_part)| {
-                [0, 1].map(|r| {
-                    let hits: Vec<_> = of_part[r].iter().map(|&(hit, _)| hit).collect();
-                    let lines: Vec<_> = of_part[r]
-                        .iter()
-                        .map(|&(hit, line)| {
-                            let mask = m.repeat(hit, line.width());
-                            m.and(mask, line)
-                        })
-                        .collect();
-                    let enable = m.any_of(&hits);
-                    let enable = m.name(enable, &format!("read{s}_{r}"));
-                    let first = lines[0];
-                    let line = lines[1..].iter().fold(first, |all, &l| m.or(all, l));
-                    (enable, m.name(line, &format!("line{s}_{r}")))
-                })
-            })
-            .collect();
         Turns {
             granted,
             complete,
-            reads,
+            reads: merged(m, &reads),
             source,
         }
     }
@@ -212,4 +169,85 @@ impl SplitBanks {
         }
         words
     }
+}
+
+/// What a port gets of the part that it wants.
+struct PlaceInPart {
+    /// It wants a row, and gets one in this turn.
+    wants: Signal,
+    /// It has the second read; none: the first, for certain.
+    second: Option<Signal>,
+    /// It waits for a turn, where it may have to.
+    left: Option<Signal>,
+}
+
+/// The place of port `p` behind those before it that want the same part.
+fn place_in_part(
+    m: &mut ModuleBuilder,
+    p: usize,
+    (wants, part): (Signal, Signal),
+    before: &[(Signal, Signal)],
+) -> PlaceInPart {
+    let ahead: Vec<_> = before
+        .iter()
+        .map(|&(other_wants, other)| {
+            let same = m.eq(part, other);
+            m.and(other_wants, same)
+        })
+        .collect();
+    // The first port has the first read, the second has one for certain.
+    let second = match ahead[..] {
+        [] => None,
+        [one] => Some(m.name(one, &format!("second{p}"))),
+        _ => {
+            let count = popcount(m, &ahead);
+            let count = m.name(count, &format!("ahead{p}"));
+            let limit = m.lit(READS, count.ty());
+            let room = m.lt(count, limit);
+            let room = m.name(room, &format!("room{p}"));
+            let no_room = m.not(room);
+            let left = m.and(wants, no_room);
+            return PlaceInPart {
+                wants: m.and(wants, room),
+                second: Some(m.bit(count, 0)),
+                left: Some(left),
+            };
+        }
+    };
+    PlaceInPart {
+        wants,
+        second,
+        left: None,
+    }
+}
+
+/// Whether a port reads, and the line.
+type LineRead = (Signal, Signal);
+
+/// Of each part and read the ports that may have it, as one: at most one of them reads.
+fn merged(
+    m: &mut ModuleBuilder,
+    reads: &[[Vec<LineRead>; READS as usize]],
+) -> Vec<[LineRead; READS as usize]> {
+    reads
+        .iter()
+        .enumerate()
+        .map(|(s, of_part)| {
+            [0, 1].map(|r| {
+                let hits: Vec<_> = of_part[r].iter().map(|&(hit, _)| hit).collect();
+                let lines: Vec<_> = of_part[r]
+                    .iter()
+                    .map(|&(hit, line)| {
+                        let mask = m.repeat(hit, line.width());
+                        m.and(mask, line)
+                    })
+                    .collect();
+                let enable = m.any_of(&hits);
+                let enable = m.name(enable, &format!("read{s}_{r}"));
+                let first = lines[0];
+                let line = lines[1..].iter().fold(first, |all, &l| m.or(all, l));
+                (enable, m.name(line, &format!("line{s}_{r}")))
+            })
+        })
+        .collect()
 }

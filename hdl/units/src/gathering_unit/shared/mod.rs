@@ -5,6 +5,7 @@ pub(super) mod ports;
 pub(super) mod reducer;
 pub(super) mod report;
 pub(super) mod rit_given;
+mod rit_progress;
 pub(super) mod rit_reader;
 pub(super) mod rit_shape;
 pub(super) mod rit_split;

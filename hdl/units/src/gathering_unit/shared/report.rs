@@ -113,82 +113,93 @@ pub(crate) fn outputs(
     m.output("stat_errors", errors, doc);
 }
 
-/// The sticky flags.
-pub(crate) fn errors(
+/// Weights that are wrong: above 1, and those of an entry that do not sum to 1.
+struct WrongWeights {
+    high: Vec<Signal>,
+    sums: Vec<Signal>,
+}
+
+impl WrongWeights {
+    fn of(m: &mut ModuleBuilder, config: &Config, s1: &Watched) -> Self {
+        let gu = &config.gu;
+        let mut wrong = Self {
+            high: vec![],
+            sums: vec![],
+        };
+        let mut one = None;
+        let structured = m.not(s1.single);
+        let structured = m.name(structured, "structured");
+        let groups = config.vertices_a_row();
+        // Weights that the unit makes itself are right.
+        let given = gu.modes != Modes::Unstructured && config.rit.entry == EntryKind::Paper;
+        for p in 0..gu.ports {
+            let kept = m.bit(s1.keep, p);
+            if !given {
+                continue;
+            }
+            let codes: Vec<_> = (0..groups)
+                .map(|g| m.slice(s1.weight, 16 * (p * groups + g), 16))
+                .collect();
+            if gu.weight_bits < 15 {
+                let above: Vec<_> = codes
+                    .iter()
+                    .map(|code| m.slice(*code, gu.weight_bits + 1, 15 - gu.weight_bits))
+                    .collect();
+                let above = m.cat(&above);
+                let above = m.any(above);
+                wrong.high.push(m.all_of(&[kept, structured, above]));
+            }
+            if gu.weights == WeightTrust::Trusted {
+                let sum = weight_sum(m, config, s1, p, &codes);
+                let doc = "what an entry's weights sum to";
+                let one = *one.get_or_insert_with(|| {
+                    m.param("WEIGHT_ONE", 1u32 << gu.weight_bits, sum.ty(), doc)
+                });
+                let off = match gu.sums {
+                    Sums::Rounded => m.ne(sum, one),
+                    // The entry may be a part of a cell.
+                    Sums::Exact => m.gt(sum, one),
+                };
+                wrong.sums.push(m.all_of(&[kept, structured, s1.last, off]));
+            }
+        }
+        wrong
+    }
+}
+
+/// The sum of an entry's weights up to this vertex.
+fn weight_sum(
     m: &mut ModuleBuilder,
     config: &Config,
-    io: &Ports,
     s1: &Watched,
-    below: [Instance; 2],
+    port: u32,
+    codes: &[Signal],
 ) -> Signal {
-    m.section("Errors");
-    let gu = &config.gu;
-    let (mut high, mut sums) = (vec![], vec![]);
-    let mut one = None;
-    let structured = m.not(s1.single);
-    let structured = m.name(structured, "structured");
-    let groups = config.vertices_a_row();
-    // Weights that the unit makes itself are right.
-    let given = gu.modes != Modes::Unstructured && config.rit.entry == EntryKind::Paper;
-    for p in 0..gu.ports {
-        let kept = m.bit(s1.keep, p);
-        if !given {
-            continue;
-        }
-        let codes: Vec<_> = (0..groups)
-            .map(|g| m.slice(s1.weight, 16 * (p * groups + g), 16))
-            .collect();
-        if gu.weight_bits < 15 {
-            let above: Vec<_> = codes
-                .iter()
-                .map(|code| m.slice(*code, gu.weight_bits + 1, 15 - gu.weight_bits))
-                .collect();
-            let above = m.cat(&above);
-            let above = m.any(above);
-            high.push(m.all_of(&[kept, structured, above]));
-        }
-        if gu.weights == WeightTrust::Trusted {
-            // Eight codes of W + 1 bits.
-            let ty = Ty::u(gu.weight_bits + 4);
-            let weights: Vec<_> = codes
-                .iter()
-                .map(|code| {
-                    let weight = m.slice(*code, 0, gu.weight_bits + 1);
-                    m.extend(weight, ty.width)
-                })
-                .collect();
-            let weight = tree_sum(m, &weights);
-            let weight = m.name(weight, &format!("{}_weight_of_port{p}", s1.name));
-            let sum = if groups == 1 {
-                let total = m.reg(&format!("weight_total{p}"), ty, 0);
-                let more = m.add(total, weight);
-                let sum = m.mux(s1.first, weight, more);
-                let sum = m.name(sum, &format!("weight_sum{p}"));
-                m.set_next_if(total, s1.valid, sum);
-                sum
-            } else {
-                weight
-            };
-            let doc = "what an entry's weights sum to";
-            let one =
-                *one.get_or_insert_with(|| m.param("WEIGHT_ONE", 1u32 << gu.weight_bits, ty, doc));
-            let wrong = match gu.sums {
-                Sums::Rounded => m.ne(sum, one),
-                // The entry may be a part of a cell.
-                Sums::Exact => m.gt(sum, one),
-            };
-            sums.push(m.all_of(&[kept, structured, s1.last, wrong]));
-        }
+    let weight_bits = config.gu.weight_bits;
+    // Eight codes of W + 1 bits.
+    let ty = Ty::u(weight_bits + 4);
+    let weights: Vec<_> = codes
+        .iter()
+        .map(|code| {
+            let weight = m.slice(*code, 0, weight_bits + 1);
+            m.extend(weight, ty.width)
+        })
+        .collect();
+    let weight = tree_sum(m, &weights);
+    let weight = m.name(weight, &format!("{}_weight_of_port{port}", s1.name));
+    if codes.len() > 1 {
+        return weight;
     }
-    // What cannot happen in this configuration has no register.
-    let issued = |m: &mut ModuleBuilder, bits: &[Signal]| {
-        let any = m.any_of(bits);
-        (!bits.is_empty()).then(|| m.and(s1.valid, any))
-    };
-    let (high, sums) = (issued(m, &high), issued(m, &sums));
-    let rit = m.out(below[0], "errors");
-    let (ragged, gap, large) = (m.bit(rit, 0), m.bit(rit, 1), m.bit(rit, 2));
-    let overflow = m.out(below[1], "overflow");
+    let total = m.reg(&format!("weight_total{port}"), ty, 0);
+    let more = m.add(total, weight);
+    let sum = m.mux(s1.first, weight, more);
+    let sum = m.name(sum, &format!("weight_sum{port}"));
+    m.set_next_if(total, s1.valid, sum);
+    sum
+}
+
+/// Whether the settings are none that the unit was built for.
+fn bad_settings(m: &mut ModuleBuilder, config: &Config, io: &Ports, s1: &Watched) -> Signal {
     let supported: Vec<_> = config
         .supported_vertices()
         .into_iter()
@@ -199,13 +210,35 @@ pub(crate) fn errors(
         let built = m.any_of(&supported);
         wrong.push(m.not(built));
     }
-    let most = m.param("SEGMENTS_MOST", gu.segments, Ty::u(7), "");
+    let most = m.param("SEGMENTS_MOST", config.gu.segments, Ty::u(7), "");
     let too_many = m.gt(io.segments, most);
     let none = is(m, io.segments, 0);
     wrong.extend([too_many, none]);
     wrong.extend(&s1.bad_settings);
     let settings = m.any_of(&wrong);
-    let settings = m.and(s1.valid, settings);
+    m.and(s1.valid, settings)
+}
+
+/// The sticky flags.
+pub(crate) fn errors(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    io: &Ports,
+    s1: &Watched,
+    below: [Instance; 2],
+) -> Signal {
+    m.section("Errors");
+    let weights = WrongWeights::of(m, config, s1);
+    // What cannot happen in this configuration has no register.
+    let issued = |m: &mut ModuleBuilder, bits: &[Signal]| {
+        let any = m.any_of(bits);
+        (!bits.is_empty()).then(|| m.and(s1.valid, any))
+    };
+    let (high, sums) = (issued(m, &weights.high), issued(m, &weights.sums));
+    let rit = m.out(below[0], "errors");
+    let (ragged, gap, large) = (m.bit(rit, 0), m.bit(rit, 1), m.bit(rit, 2));
+    let overflow = m.out(below[1], "overflow");
+    let settings = bad_settings(m, config, io, s1);
     let flags: Vec<_> = [
         ("row_not_loaded", Some(s1.row_not_loaded)),
         ("weight_too_large", high),

@@ -162,6 +162,66 @@ impl Reader {
         let q_free = m.or(q_empty, q_moves);
         let q_free = m.name(q_free, "q_free");
 
+        let next = self.next_group(m, shape, halves, vertices);
+        let fire = m.and(next.readable, q_free);
+        let fire = m.name(fire, "read_fire");
+        let at = self.step(m, shape, vertices);
+        let ends = self.ends(m, halves, segments, next.more);
+        let step = match &at {
+            None => fire,
+            Some(at) => {
+                let step = m.and(fire, at.last);
+                m.name(step, "read_step")
+            }
+        };
+        let leaves = self.leaves(m, &ends, step);
+        self.move_on(m, &at, [fire, step], &next, &ends, &leaves);
+
+        // An MVoxel's last group may be partly filled; every other one is full.
+        let all_ports = m.lit(ones(shape.ports), Ty::u(shape.ports));
+        let last_keep = of_half(m, self.half, halves.last_keep);
+        let keep = m.mux(ends.half, last_keep, all_ports);
+
+        let still = m.not(q_free);
+        let q_stays = m.and(q.valid, still);
+        let q_valid = m.or(fire, q_stays);
+        m.set_next(q.valid, q_valid);
+        let read = Stage {
+            step: at,
+            group: self.group,
+            end: ends.pass,
+            keep,
+            ..q
+        };
+        for (reg, value) in q.fields().zip(read.fields()) {
+            m.set_next_if(reg, fire, value);
+        }
+
+        let row_enable = match &at {
+            None => fire,
+            Some(at) => {
+                let enable = m.and(fire, at.first);
+                m.name(enable, "read_row_enable")
+            }
+        };
+        let address = m.cat(&[self.half, self.row]);
+        let address = m.name(address, "read_address");
+        Read {
+            row_enable,
+            address,
+            release: leaves.release,
+            fills,
+        }
+    }
+
+    /// Whether the group that the reader is at can be read, and the one after it.
+    fn next_group(
+        &self,
+        m: &mut ModuleBuilder,
+        shape: &Shape,
+        halves: &Halves,
+        vertices: Signal,
+    ) -> NextGroup {
         let end_row = of_half(m, self.half, halves.end_row);
         let end_row = m.name(end_row, "end_row");
         let end_group = of_half(m, self.half, halves.end_group);
@@ -185,10 +245,17 @@ impl Reader {
         let then_group = m.name(then_group, "next_group");
         let more = before(m, (then_row, then_group), (end_row, end_group));
         let more = m.name(more, "more_groups");
+        NextGroup {
+            readable,
+            row: then_row,
+            group: then_group,
+            more,
+        }
+    }
 
-        let fire = m.and(readable, q_free);
-        let fire = m.name(fire, "read_fire");
-        let at = self.vertex.map(|vertex| {
+    /// The vertex that the reader is at.
+    fn step(&self, m: &mut ModuleBuilder, shape: &Shape, vertices: Signal) -> Option<Step> {
+        self.vertex.map(|vertex| {
             let first = is(m, vertex, 0);
             let first = m.name(first, "read_first");
             let top = shape.by_vertices(m, vertices, |m, v| m.lit(v.count() as u32 - 1, Ty::u(3)));
@@ -200,8 +267,11 @@ impl Reader {
                 first,
                 last,
             }
-        });
+        })
+    }
 
+    /// What ends with this group, if there are no `more`.
+    fn ends(&self, m: &mut ModuleBuilder, halves: &Halves, segments: Signal, more: Signal) -> Ends {
         let closed = of_half(m, self.half, halves.closed);
         let no_more = m.not(more);
         let half_ends = m.and(closed, no_more);
@@ -218,88 +288,101 @@ impl Reader {
         let retain = m.and(kept, again);
         let retain = m.name(retain, "retain");
         m.note(retain, "another segment reads this half from the buffer");
+        Ends {
+            half: half_ends,
+            ends_mvoxel,
+            pass: pass_ends,
+            retain,
+            next_segment: later,
+        }
+    }
 
-        let step = match &at {
-            None => fire,
-            Some(at) => {
-                let step = m.and(fire, at.last);
-                m.name(step, "read_step")
-            }
-        };
-        let leave = m.and(step, half_ends);
+    /// Whether the reader leaves the half, and which one it frees.
+    fn leaves(&self, m: &mut ModuleBuilder, ends: &Ends, step: Signal) -> Leaves {
+        let leave = m.and(step, ends.half);
         let leave = m.name(leave, "read_leave_half");
-        let let_go = m.not(retain);
+        let let_go = m.not(ends.retain);
         let let_go = m.name(let_go, "let_go");
         let free = m.and(leave, let_go);
         let free = m.name(free, "free_half");
         let in_lower = m.not(self.half);
         let in_lower = m.name(in_lower, "in_lower_half");
         let release = [m.and(free, in_lower), m.and(free, self.half)];
-        let release = [
-            m.name(release[0], "release_0"),
-            m.name(release[1], "release_1"),
-        ];
+        Leaves {
+            leave,
+            let_go,
+            other: in_lower,
+            release: [
+                m.name(release[0], "release_0"),
+                m.name(release[1], "release_1"),
+            ],
+        }
+    }
 
-        if let Some(at) = &at {
+    /// The reader's registers: `fire` reads a vertex, `step` the last one of its group.
+    fn move_on(
+        &self,
+        m: &mut ModuleBuilder,
+        at: &Option<Step>,
+        [fire, step]: [Signal; 2],
+        next: &NextGroup,
+        ends: &Ends,
+        leaves: &Leaves,
+    ) {
+        if let Some(at) = at {
             let next = plus_one(m, at.vertex);
             let zero = m.lit(0, Ty::u(3));
             let after = m.mux(at.last, zero, next);
             m.set_next_if(at.vertex, fire, after);
         }
-        let group_after = m.mux(half_ends, zero_group, then_group);
+        let zero_group = m.lit(0, self.group.ty());
+        let group_after = m.mux(ends.half, zero_group, next.group);
         m.set_next_if(self.group, step, group_after);
-        let narrow = m.truncate(then_row, self.row.width());
+        let narrow = m.truncate(next.row, self.row.width());
         let zero_row = m.lit(0, self.row.ty());
-        let row_after = m.mux(half_ends, zero_row, narrow);
+        let row_after = m.mux(ends.half, zero_row, narrow);
         m.set_next_if(self.row, step, row_after);
-        let other = in_lower;
-        let repeat = m.and(pass_ends, retain);
-        let half_after = m.mux(repeat, self.start_half, other);
-        m.set_next_if(self.half, leave, half_after);
+        let repeat = m.and(ends.pass, ends.retain);
+        let half_after = m.mux(repeat, self.start_half, leaves.other);
+        m.set_next_if(self.half, leaves.leave, half_after);
         let zero_segment = m.lit(0, self.segment.ty());
-        let segment_after = m.mux(retain, later, zero_segment);
-        let pass_done = m.and(leave, ends_mvoxel);
+        let segment_after = m.mux(ends.retain, ends.next_segment, zero_segment);
+        let pass_done = m.and(leaves.leave, ends.ends_mvoxel);
         let pass_done = m.name(pass_done, "pass_done");
         m.set_next_if(self.segment, pass_done, segment_after);
-        let mvoxel_done = m.and(pass_done, let_go);
-        m.set_next_if(self.start_half, mvoxel_done, other);
-
-        // An MVoxel's last group may be partly filled; every other one is full.
-        let all_ports = m.lit(ones(shape.ports), Ty::u(shape.ports));
-        let last_keep = of_half(m, self.half, halves.last_keep);
-        let keep = m.mux(half_ends, last_keep, all_ports);
-
-        let still = m.not(q_free);
-        let q_stays = m.and(q.valid, still);
-        let q_valid = m.or(fire, q_stays);
-        m.set_next(q.valid, q_valid);
-        let next = Stage {
-            step: at,
-            group: self.group,
-            end: pass_ends,
-            keep,
-            ..q
-        };
-        for (reg, value) in q.fields().zip(next.fields()) {
-            m.set_next_if(reg, fire, value);
-        }
-
-        let row_enable = match &at {
-            None => fire,
-            Some(at) => {
-                let enable = m.and(fire, at.first);
-                m.name(enable, "read_row_enable")
-            }
-        };
-        let address = m.cat(&[self.half, self.row]);
-        let address = m.name(address, "read_address");
-        Read {
-            row_enable,
-            address,
-            release,
-            fills,
-        }
+        let mvoxel_done = m.and(pass_done, leaves.let_go);
+        m.set_next_if(self.start_half, mvoxel_done, leaves.other);
     }
+}
+
+/// The group that the reader is at, and the place of the next one.
+struct NextGroup {
+    readable: Signal,
+    row: Signal,
+    group: Signal,
+    /// There is one in this half.
+    more: Signal,
+}
+
+/// What ends with a group.
+struct Ends {
+    half: Signal,
+    /// The half holds the last entry of its MVoxel.
+    ends_mvoxel: Signal,
+    /// The MVoxel's segment.
+    pass: Signal,
+    /// Another segment reads this half from the buffer.
+    retain: Signal,
+    next_segment: Signal,
+}
+
+/// The reader leaves a half.
+struct Leaves {
+    leave: Signal,
+    /// The half is not read again.
+    let_go: Signal,
+    other: Signal,
+    release: [Signal; 2],
 }
 
 /// Whether `place` lies before `end`, both (row, group).

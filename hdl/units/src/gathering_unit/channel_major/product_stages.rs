@@ -1,0 +1,80 @@
+//! The register stages behind stage 1, in which products are made.
+
+use potamoi_formats::config::Config;
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use super::stage_one::StageOne;
+use crate::gathering_unit::shared::reducer::LATER;
+
+/// What goes with the terms that are summed up.
+pub(super) struct Summed {
+    pub(super) valid: Signal,
+    /// Where terms arrive: at all ports with `valid`, or a bit a port where ports
+    /// take turns at the table.
+    pub(super) arrives: Signal,
+    pub(super) first: Signal,
+    pub(super) last: Signal,
+    pub(super) end: Signal,
+    pub(super) keep: Signal,
+    pub(super) slot: Signal,
+    /// Enables of the stages behind stage 1, by their names at the reducers.
+    pub(super) enables: Vec<(&'static str, Signal)>,
+}
+
+/// Stage 1 itself, or the last of the stages behind it where products are
+/// registered.
+pub(super) fn summed(m: &mut ModuleBuilder, config: &Config, s1: &StageOne) -> Summed {
+    let (whole_cells, turns) = (config.is_parity(), s1.turns);
+    let mut stage = Summed {
+        valid: s1.valid,
+        arrives: turns.unwrap_or(s1.valid),
+        first: s1.first,
+        last: s1.last,
+        end: s1.end,
+        keep: s1.keep,
+        slot: s1.slot,
+        enables: vec![],
+    };
+    let names = &LATER[LATER.len() - config.product_stages() as usize..];
+    for name in names {
+        if stage.enables.is_empty() {
+            m.section("Stages of the products");
+        }
+        let valid = m.reg(&format!("{name}_valid"), Ty::bit(), 0);
+        m.set_next(valid, stage.valid);
+        let (before, arrives) = match turns {
+            None => (stage.valid, valid),
+            Some(read) => {
+                let arrives = m.reg(&format!("{name}_read"), read.ty(), 0);
+                m.set_next(arrives, stage.arrives);
+                (m.any(stage.arrives), arrives)
+            }
+        };
+        let mut follow = |what: &str, from: Signal| {
+            let reg = m.reg(&format!("{name}_{what}"), from.ty(), 0);
+            m.set_next_if(reg, before, from);
+            reg
+        };
+        let mut enables = stage.enables;
+        enables.push((*name, arrives));
+        stage = Summed {
+            valid,
+            arrives,
+            first: if whole_cells {
+                stage.first
+            } else {
+                follow("first", stage.first)
+            },
+            last: if whole_cells {
+                stage.last
+            } else {
+                follow("last", stage.last)
+            },
+            end: follow("end", stage.end),
+            keep: follow("keep", stage.keep),
+            slot: follow("slot", stage.slot),
+            enables,
+        };
+    }
+    stage
+}

@@ -1,0 +1,126 @@
+//! Stage 1: what was issued, while the table's words are there.
+
+use potamoi_formats::config::{Config, Modes};
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use super::issue::Issue;
+use crate::circuits::is;
+
+/// The register stage behind the MFT's read.
+pub(super) struct StageOne {
+    pub(super) valid: Signal,
+    pub(super) first: Signal,
+    pub(super) last: Signal,
+    pub(super) end: Signal,
+    pub(super) keep: Signal,
+    pub(super) in_range: Signal,
+    pub(super) weight: Signal,
+    pub(super) slot: Signal,
+    /// Where ports take turns at the table: those whose rows were read.
+    pub(super) turns: Option<Signal>,
+    /// Where two records share a row: ports that ask for the upper one.
+    pub(super) upper: Option<Signal>,
+    /// Entries are single ids.
+    pub(super) single: Signal,
+}
+
+impl StageOne {
+    /// `vertices` is the setting.
+    pub(super) fn build(
+        m: &mut ModuleBuilder,
+        config: &Config,
+        issue: &Issue,
+        vertices: Signal,
+    ) -> Self {
+        m.section("Stage 1: features of the rows that were read");
+        let (bit, ports) = (Ty::bit(), config.gu.ports);
+        let (whole_cells, groups) = (config.is_parity(), config.vertices_a_row());
+        let (p, asks) = (&issue.offered, issue.asks);
+        let step = |m: &mut ModuleBuilder, name: &str, of_p: Signal| match whole_cells {
+            true => of_p,
+            false => m.reg(name, bit, 0),
+        };
+        let in_range = m.out(issue.table, "in_range");
+        let valid = m.reg("s1_valid", bit, 0);
+        let first = step(m, "s1_first", p.first);
+        let last = step(m, "s1_last", p.last);
+        let end = m.reg("s1_end", bit, 0);
+        let keep = m.reg("s1_keep", Ty::u(ports), 0);
+        let held_in_range = m.reg("s1_in_range", Ty::u(ports * groups), 0);
+        let weight = m.reg("s1_weight", Ty::u(16 * ports * groups), 0);
+        let slot = m.reg("s1_slot", Ty::u(config.rit.slot_bits * ports), 0);
+        m.set_next(valid, issue.fire);
+        for (reg, value) in [
+            (end, p.end),
+            (keep, p.keep),
+            (held_in_range, in_range),
+            (slot, p.slot),
+        ] {
+            m.set_next_if(reg, asks, value);
+        }
+        if !whole_cells {
+            m.set_next_if(first, asks, p.first);
+            m.set_next_if(last, asks, p.last);
+        }
+        let turns = issue.granted.map(|granted| {
+            let reg = m.reg("s1_read", granted.ty(), 0);
+            m.note(reg, "ports whose rows were read");
+            m.set_next(reg, granted);
+            reg
+        });
+        let single = is(m, vertices, 0);
+        let single = m.name(single, "single_ids");
+        let given = given_weight(m, config, single, p.weight);
+        m.set_next_if(weight, asks, given);
+        let upper = issue.shared.as_ref().map(|shared| {
+            let reg = m.reg("s1_upper_record", Ty::u(ports), 0);
+            m.set_next_if(reg, asks, shared.upper);
+            reg
+        });
+        Self {
+            valid,
+            first,
+            last,
+            end,
+            keep,
+            in_range: held_in_range,
+            weight,
+            slot,
+            turns,
+            upper,
+            single,
+        }
+    }
+
+    /// Whether a row was asked for that was not loaded.
+    pub(super) fn row_not_loaded(&self, m: &mut ModuleBuilder, config: &Config) -> Signal {
+        let groups = config.vertices_a_row();
+        let outside: Vec<_> = (0..config.gu.ports)
+            .map(|p| {
+                let kept = m.bit(self.keep, p);
+                let ok = m.slice(self.in_range, p * groups, groups);
+                let ok = m.all(ok);
+                let outside = m.not(ok);
+                m.and(kept, outside)
+            })
+            .collect();
+        let outside = m.any_of(&outside);
+        m.and(self.valid, outside)
+    }
+}
+
+/// The weights of what is issued: a single id has the weight 1.
+fn given_weight(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    single: Signal,
+    of_entries: Signal,
+) -> Signal {
+    if config.gu.modes != Modes::Both {
+        return of_entries;
+    }
+    let one = m.lit(1u32 << config.gu.weight_bits, Ty::u(16));
+    let ones = vec![one; config.gu.ports as usize];
+    let ones = m.cat(&ones);
+    m.mux(single, ones, of_entries)
+}
