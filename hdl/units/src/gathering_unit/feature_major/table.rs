@@ -18,7 +18,7 @@ use crate::gathering_unit::shared::table_halves::TableHalves;
 /// The netlist's own checks.
 pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let shape = Shape::of(config);
-    let (banks, bits) = (shape.banks, config.gu.feature_bits);
+    let bits = config.gu.feature_bits;
     let bank = ram("mft_bank", (1 << shape.word_bits()) + shape.rows, bits, 1)?;
     let mut builder = ModuleBuilder::new("mft");
     let m = &mut builder;
@@ -26,46 +26,137 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "double-buffered, feature-major MVoxel feature table. Bank b holds every channel of the \
          rows b, b + B, b + 2B and so on.",
     );
-    let bit = Ty::bit();
-    let settings = Settings::inputs(m);
-    let valid = m.input("s_axis_mft_tvalid", bit, "");
-    let data = m.input(
-        "s_axis_mft_tdata",
-        Ty::u(16 * banks),
-        "one channel of B rows, lowest row lowest",
-    );
-    let keep = m.input("s_axis_mft_tkeep", Ty::u(2 * banks), "rows there are");
-    let last = m.input("s_axis_mft_tlast", bit, "ends the MVoxel's segment");
-    let read = m.input("read", Ty::u(banks), "banks that read at the clock edge");
-    let lines = m.input("lines", Ty::u(banks * shape.line_bits), "line of each");
-    let channel = m.input("channel", Ty::u(shape.bank_bits), "channel of all");
-    let release = m.input("done", bit, "the half that is read is done with");
-    if bits < 16 {
-        m.unused(
-            data,
-            "Lanes are 16 bits wide; features fill their low bits.",
-        );
+    let inputs = Inputs::declare(m, &shape, bits);
+    let halves = TableHalves::declare(m, Ty::u(shape.rows_bits()));
+    let written = write(m, &shape, &inputs, &halves);
+    let readable = halves.advance(m, written.done, written.rows_after, inputs.release);
+    m.section("Reader");
+    let write_line = m.truncate(written.block, shape.line_bits);
+    let write_address = m.cat(&[halves.write, write_line, written.channel]);
+    let write_address = m.name(write_address, "write_address");
+
+    m.section("Banks");
+    let mut words: Vec<Signal> = vec![];
+    for b in 0..shape.banks {
+        let lane = m.slice(inputs.data, 16 * b, bits);
+        let line = m.slice(inputs.lines, b * shape.line_bits, shape.line_bits);
+        let address = m.cat(&[halves.read, line, inputs.channel]);
+        let address = m.name(address, &format!("address{b}"));
+        let enable = m.bit(inputs.read, b);
+        let ports = [
+            ("we", written.write),
+            ("waddr", write_address),
+            ("wdata", lane),
+            ("re", enable),
+            ("raddr", address),
+        ];
+        let inst = m.instance(&format!("bank{b}"), &bank, &ports);
+        words.insert(0, m.out(inst, "rdata"));
     }
 
-    let count_ty = Ty::u(shape.rows_bits());
-    let halves = TableHalves::declare(m, count_ty);
+    m.section("Outputs");
+    m.output("s_axis_mft_tready", written.ready, "");
+    m.output(
+        "is_loaded",
+        readable.is_loaded,
+        "the half to read holds its MVoxel",
+    );
+    m.output("rows", readable.rows, "rows that the half to read holds");
+    let words = m.cat(&words);
+    m.output("words", words, "what each bank read last");
+    m.output(
+        "overflow",
+        written.overflow,
+        "a row past the MVoxel's rows is dropped, or a block is not as it must be",
+    );
+    builder.finish()
+}
+
+/// The inputs.
+struct Inputs {
+    settings: Settings,
+    valid: Signal,
+    data: Signal,
+    keep: Signal,
+    last: Signal,
+    read: Signal,
+    lines: Signal,
+    channel: Signal,
+    release: Signal,
+}
+
+impl Inputs {
+    fn declare(m: &mut ModuleBuilder, shape: &Shape, feature_bits: u32) -> Self {
+        let (banks, bit) = (shape.banks, Ty::bit());
+        let inputs = Self {
+            settings: Settings::inputs(m),
+            valid: m.input("s_axis_mft_tvalid", bit, ""),
+            data: m.input(
+                "s_axis_mft_tdata",
+                Ty::u(16 * banks),
+                "one channel of B rows, lowest row lowest",
+            ),
+            keep: m.input("s_axis_mft_tkeep", Ty::u(2 * banks), "rows there are"),
+            last: m.input("s_axis_mft_tlast", bit, "ends the MVoxel's segment"),
+            read: m.input("read", Ty::u(banks), "banks that read at the clock edge"),
+            lines: m.input("lines", Ty::u(banks * shape.line_bits), "line of each"),
+            channel: m.input("channel", Ty::u(shape.bank_bits), "channel of all"),
+            release: m.input("done", bit, "the half that is read is done with"),
+        };
+        if feature_bits < 16 {
+            m.unused(
+                inputs.data,
+                "Lanes are 16 bits wide; features fill their low bits.",
+            );
+        }
+        inputs
+    }
+}
+
+/// What the writer does with a beat.
+struct Written {
+    ready: Signal,
+    /// It is written, and where.
+    write: Signal,
+    channel: Signal,
+    block: Signal,
+    /// The MVoxel is complete, and has so many rows.
+    done: Signal,
+    rows_after: Signal,
+    overflow: Signal,
+}
+
+/// A beat on its way into the banks.
+struct Accepted {
+    accept: Signal,
+    /// It has rows.
+    some: Signal,
+    last: Signal,
+    /// There is room for it.
+    room: Signal,
+    /// It is the last channel of its block.
+    channel_ends: Signal,
+}
+
+fn write(m: &mut ModuleBuilder, shape: &Shape, inputs: &Inputs, halves: &TableHalves) -> Written {
     m.section("Writer");
     let write_channel = m.reg("write_channel", Ty::u(shape.bank_bits), 0);
-    let blocks = shape.rows / banks;
+    let blocks = shape.rows / shape.banks;
     let block_ty = Ty::u(bits_for(blocks));
     let write_block = m.reg("write_block", block_ty, 0);
     m.note(write_block, "B rows that are written together");
+    let last = inputs.last;
     let ready = halves.ready(m);
-    let accept = m.and(valid, ready);
+    let accept = m.and(inputs.valid, ready);
     // A beat without rows is none, but for the end that it may mark.
-    let some = m.any(keep);
+    let some = m.any(inputs.keep);
     let some = m.name(some, "some_rows");
     let counts = m.or(some, last);
     let accept = m.and(accept, counts);
     let accept = m.name(accept, "write_accept");
     let done = m.and(accept, last);
     let done = m.name(done, "write_done");
-    let passes = Passes::declare(m, "write", &shape, settings);
+    let passes = Passes::declare(m, "write", shape, inputs.settings);
     passes.advance(m, done);
     let channel_ends = m.eq(write_channel, passes.top_channel);
     let channel_ends = m.name(channel_ends, "write_ends_block");
@@ -85,7 +176,16 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let block_after = m.mux(grows, next_block, write_block);
     let block_after = m.mux(last, zero_block, block_after);
     m.set_next_if(write_block, accept, block_after);
-    let kept: Vec<_> = (0..banks).map(|b| m.bit(keep, 2 * b)).collect();
+    let beat = Accepted {
+        accept,
+        some,
+        last,
+        room,
+        channel_ends,
+    };
+    let kept: Vec<_> = (0..shape.banks)
+        .map(|b| m.bit(inputs.keep, 2 * b))
+        .collect();
     let first_channel = is(m, write_channel, 0);
     let first_channel = m.name(first_channel, "begins_block");
     let block = Block {
@@ -93,11 +193,34 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
         first: first_channel,
         ends: channel_ends,
     };
-    let misshapen = block.misshapen(m, keep, [accept, last, some]);
-    let kept = popcount(m, &kept);
+    let misshapen = block.misshapen(m, inputs.keep, [accept, last, some]);
+    let rows_after = rows_after(m, shape, &beat, &kept, write_block);
+    let no_room = m.not(room);
+    let overflow = m.all_of(&[accept, some, no_room]);
+    Written {
+        ready,
+        write,
+        channel: write_channel,
+        block: write_block,
+        done,
+        rows_after,
+        overflow: m.or(overflow, misshapen),
+    }
+}
+
+/// Rows that the half holds with this beat: those of the blocks before it, and its own.
+fn rows_after(
+    m: &mut ModuleBuilder,
+    shape: &Shape,
+    beat: &Accepted,
+    kept: &[Signal],
+    write_block: Signal,
+) -> Signal {
+    let count_ty = Ty::u(shape.rows_bits());
+    let kept = popcount(m, kept);
     let kept = m.extend(kept, count_ty.width);
     let none = m.lit(0, count_ty);
-    let kept = m.mux(room, kept, none);
+    let kept = m.mux(beat.room, kept, none);
     let kept = m.name(kept, "rows_of_block");
     let before = m.extend(write_block, count_ty.width);
     let before = m.shl_const(before, shape.bank_bits);
@@ -105,56 +228,13 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let with_block = m.name(with_block, "rows_with_block");
     let held = m.reg("rows_held", count_ty, 0);
     m.note(held, "rows of the blocks that are written");
-    let rows_after = m.mux(some, with_block, held);
+    let rows_after = m.mux(beat.some, with_block, held);
     let rows_after = m.name(rows_after, "rows_after");
-    let held_after = m.mux(last, none, rows_after);
-    let block_over = m.or(channel_ends, last);
-    let block_over = m.and(accept, block_over);
+    let held_after = m.mux(beat.last, none, rows_after);
+    let block_over = m.or(beat.channel_ends, beat.last);
+    let block_over = m.and(beat.accept, block_over);
     m.set_next_if(held, block_over, held_after);
-    let no_room = m.not(room);
-    let overflow = m.all_of(&[accept, some, no_room]);
-    let overflow = m.or(overflow, misshapen);
-    let readable = halves.advance(m, done, rows_after, release);
-    m.section("Reader");
-    let write_line = m.truncate(write_block, shape.line_bits);
-    let write_address = m.cat(&[halves.write, write_line, write_channel]);
-    let write_address = m.name(write_address, "write_address");
-
-    m.section("Banks");
-    let mut words: Vec<Signal> = vec![];
-    for b in 0..banks {
-        let lane = m.slice(data, 16 * b, bits);
-        let line = m.slice(lines, b * shape.line_bits, shape.line_bits);
-        let address = m.cat(&[halves.read, line, channel]);
-        let address = m.name(address, &format!("address{b}"));
-        let enable = m.bit(read, b);
-        let inputs = [
-            ("we", write),
-            ("waddr", write_address),
-            ("wdata", lane),
-            ("re", enable),
-            ("raddr", address),
-        ];
-        let inst = m.instance(&format!("bank{b}"), &bank, &inputs);
-        words.insert(0, m.out(inst, "rdata"));
-    }
-
-    m.section("Outputs");
-    m.output("s_axis_mft_tready", ready, "");
-    m.output(
-        "is_loaded",
-        readable.is_loaded,
-        "the half to read holds its MVoxel",
-    );
-    m.output("rows", readable.rows, "rows that the half to read holds");
-    let words = m.cat(&words);
-    m.output("words", words, "what each bank read last");
-    m.output(
-        "overflow",
-        overflow,
-        "a row past the MVoxel's rows is dropped, or a block is not as it must be",
-    );
-    builder.finish()
+    rows_after
 }
 
 /// A beat's place in its block: one channel of B rows.
