@@ -11,6 +11,120 @@ use super::orders::Orders;
 use super::widths::Powers;
 use super::widths::{Place, State, Widths};
 
+/// What the lanes are told of the steps.
+struct Told {
+    step: Signal,
+    begin: Signal,
+    tail: Option<Signal>,
+    own: Option<Own>,
+    places: Vec<Place>,
+    passes: Option<Passes>,
+}
+
+impl Told {
+    fn declare(m: &mut ModuleBuilder, config: &Config, widths: &Widths) -> Self {
+        let exp = &config.vu.exp;
+        let step = m.input("step", Ty::bit(), "takes steps this cycle");
+        let begin = m.input(
+            "begin_power",
+            Ty::bit(),
+            "this cycle's steps start from the operand",
+        );
+        let tail = exp.tail.then(|| {
+            m.input(
+                "tail",
+                Ty::bit(),
+                "multiplies by 1 + the residual this cycle",
+            )
+        });
+        Self {
+            step,
+            begin,
+            tail,
+            own: exp.early_out.then(|| Own::declare(m, exp)),
+            places: (0..exp.iterations_per_clock)
+                .map(|i| place(m, widths, i))
+                .collect(),
+            passes: Passes::declare(m, widths),
+        }
+    }
+}
+
+/// What this cycle's steps start from.
+struct Start {
+    regs: State,
+    now: State,
+    /// From the operand, or as sigmoid's second exponential.
+    begin: Signal,
+    large: Signal,
+    /// Of sigmoid and softplus: the register that says so of a power of 8 and more.
+    rescaled: Option<Signal>,
+    /// Of sigmoid and softplus: the power, and the sum with the logarithm.
+    logistic: Option<(Signal, Signal)>,
+}
+
+impl Start {
+    fn build(
+        m: &mut ModuleBuilder,
+        widths: &Widths,
+        orders: &Orders,
+        told: &Told,
+        a: Signal,
+    ) -> Self {
+        let passes = told.passes;
+        // What sigmoid's second exponential starts from is in the registers.
+        let early = passes.map(|passes| {
+            let regs = registers(m, widths);
+            m.section("Exponential: start");
+            let (size, sum) = passes.sum(m, widths, a, told.begin, regs);
+            (regs, size, sum)
+        });
+        let size = early.map(|(_, size, _)| size);
+        let (start, large) = widths.start(m, a, orders.one_minus, size);
+        m.section("Exponential: steps");
+        let regs = match early {
+            Some((regs, ..)) => regs,
+            None => registers(m, widths),
+        };
+        let begin = match passes.and_then(|p| p.begin_again) {
+            Some(again) => m.or(told.begin, again),
+            None => told.begin,
+        };
+        let mut now = from(m, begin, start, regs);
+        let mut rescaled = None;
+        let mut logistic = None;
+        if let (Some(passes), Some((_, _, sum))) = (passes, early) {
+            let held = m.reg("r_rescaled", Ty::bit(), 0);
+            rescaled = Some(held);
+            let power = widths.scaled(m, regs, held);
+            let log = widths.start_log(m, power, now.digits);
+            now.remain = m.mux(passes.begin_log, log.remain, now.remain);
+            now.accum = m.mux(passes.begin_log, log.accum, now.accum);
+            logistic = Some((power, sum));
+        }
+        Self {
+            regs,
+            now: State {
+                remain: m.name(now.remain, "remain_now"),
+                accum: m.name(now.accum, "accum_now"),
+                digits: m.name(now.digits, "digits_now"),
+            },
+            begin,
+            large,
+            rescaled,
+            logistic,
+        }
+    }
+}
+
+fn registers(m: &mut ModuleBuilder, widths: &Widths) -> State {
+    State {
+        remain: m.reg("r_remain", widths.remain, 0),
+        accum: m.reg("r_accum", widths.accum, 0),
+        digits: m.reg("r_digits", widths.digits, 0),
+    }
+}
+
 /// Registers that the steps run in, r a clock. The first steps take the
 /// operand itself, so that loading costs no cycle.
 pub(super) fn iterative(
@@ -25,70 +139,14 @@ pub(super) fn iterative(
     } else {
         "Exponential: start"
     });
-    let exp = &config.vu.exp;
-    let step = m.input("step", Ty::bit(), "takes steps this cycle");
-    let begin = m.input(
-        "begin_power",
-        Ty::bit(),
-        "this cycle's steps start from the operand",
-    );
-    let tail = exp.tail.then(|| {
-        m.input(
-            "tail",
-            Ty::bit(),
-            "multiplies by 1 + the residual this cycle",
-        )
-    });
-    let own = exp.early_out.then(|| Own::declare(m, exp));
-    let ordered = step;
-    let places: Vec<Place> = (0..exp.iterations_per_clock)
-        .map(|i| place(m, widths, i))
-        .collect();
-    let passes = Passes::declare(m, widths);
-    let registers = |m: &mut ModuleBuilder| State {
-        remain: m.reg("r_remain", widths.remain, 0),
-        accum: m.reg("r_accum", widths.accum, 0),
-        digits: m.reg("r_digits", widths.digits, 0),
-    };
-    // What sigmoid's second exponential starts from is in the registers.
-    let early = passes.map(|passes| {
-        let regs = registers(m);
-        m.section("Exponential: start");
-        let (size, sum) = passes.sum(m, widths, a, begin, regs);
-        (regs, size, sum)
-    });
-    let size = early.map(|(_, size, _)| size);
-    let (start, large) = widths.start(m, a, orders.one_minus, size);
-    m.section("Exponential: steps");
-    let regs = match early {
-        Some((regs, ..)) => regs,
-        None => registers(m),
-    };
-    let begin = match passes.and_then(|p| p.begin_again) {
-        Some(again) => m.or(begin, again),
-        None => begin,
-    };
-    let mut state = from(m, begin, start, regs);
-    let mut rescaled = None;
-    let mut logistic = None;
-    if let (Some(passes), Some((_, _, sum))) = (passes, early) {
-        let held = m.reg("r_rescaled", Ty::bit(), 0);
-        rescaled = Some(held);
-        let power = widths.scaled(m, regs, held);
-        let log = widths.start_log(m, power, state.digits);
-        state.remain = m.mux(passes.begin_log, log.remain, state.remain);
-        state.accum = m.mux(passes.begin_log, log.accum, state.accum);
-        logistic = Some((power, sum));
+    let told = Told::declare(m, config, widths);
+    let start = Start::build(m, widths, orders, &told, a);
+    let (regs, begin) = (start.regs, start.begin);
+    let mut state = start.now;
+    for (i, place) in told.places.iter().enumerate() {
+        state = widths.step(m, state, place, i as u32, told.passes.map(|p| p.log));
     }
-    state = State {
-        remain: m.name(state.remain, "remain_now"),
-        accum: m.name(state.accum, "accum_now"),
-        digits: m.name(state.digits, "digits_now"),
-    };
-    for (i, place) in places.iter().enumerate() {
-        state = widths.step(m, state, place, i as u32, passes.map(|p| p.log));
-    }
-    if let Some(now) = tail {
+    if let Some(now) = told.tail {
         let end = widths.tail(m, regs);
         state = State {
             accum: m.mux(now, end.accum, state.accum),
@@ -97,28 +155,31 @@ pub(super) fn iterative(
         // The residual and the digits stay as they are for the last clock.
         state.digits = m.mux(now, regs.digits, state.digits);
     }
-    let step = match &own {
-        Some(own) => own.steps(m, step, begin),
-        None => step,
+    let step = match &told.own {
+        Some(own) => own.steps(m, told.step, begin),
+        None => told.step,
     };
     m.set_next_if(regs.remain, step, state.remain);
     m.set_next_if(regs.accum, step, state.accum);
     m.set_next_if(regs.digits, step, state.digits);
-    let large = if widths.kinds.one_minus || rescaled.is_some() {
-        let held = rescaled.unwrap_or_else(|| m.reg("r_rescaled", Ty::bit(), 0));
-        m.set_next_if(held, begin, large);
+    let large = if widths.kinds.one_minus || start.rescaled.is_some() {
+        let held = start
+            .rescaled
+            .unwrap_or_else(|| m.reg("r_rescaled", Ty::bit(), 0));
+        m.set_next_if(held, begin, start.large);
         held
     } else {
-        large
+        start.large
     };
-    let exponent = own.is_some().then(|| widths.exponent(m, regs, large));
-    let more = own
+    let exponent = told.own.is_some().then(|| widths.exponent(m, regs, large));
+    let more = told
+        .own
         .zip(exponent)
-        .map(|(own, k)| own.more(m, exp, k, ordered));
+        .map(|(own, k)| own.more(m, &config.vu.exp, k, told.step));
     Powers {
         state: regs,
         large,
-        logistic,
+        logistic: start.logistic,
         exponent,
         more,
     }

@@ -1,5 +1,6 @@
 //! The vector unit. Its interface and timing: `docs/vector-unit.md`.
 
+mod acceptance;
 mod alu;
 mod bound;
 mod constants;
@@ -9,11 +10,14 @@ mod engine;
 mod iterative;
 mod kinds;
 mod lane;
+mod lanes;
 mod logistic;
 mod orders;
 mod pieces;
 mod radix4;
 mod sequence;
+mod tag;
+mod timing;
 mod top;
 mod widths;
 

@@ -1,0 +1,161 @@
+//! The lanes, and what they are all told.
+
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal};
+
+use super::acceptance::{Acceptance, Inputs};
+use super::constants::multiples;
+use super::control::{exp_constants, sub_name};
+use super::kinds::Kinds;
+use super::sequence::{Order, Sequence};
+use super::tag::Tag;
+use super::widths::Widths;
+
+/// What every lane is told in a cycle.
+pub(super) struct Told<'a> {
+    pub(super) config: &'a Config,
+    pub(super) kinds: Kinds,
+    pub(super) pipelined: bool,
+    pub(super) accepted: &'a Acceptance,
+    /// Sigmoid and softplus.
+    pub(super) logistic: [Option<Order>; 2],
+    pub(super) sequence: &'a Sequence,
+    pub(super) tag: &'a Tag,
+}
+
+impl Told<'_> {
+    /// The inputs of a lane but its operands.
+    ///
+    /// # Errors
+    /// The checks of the constants' netlist.
+    pub(super) fn inputs(&self, m: &mut ModuleBuilder) -> Result<Vec<(String, Signal)>, IrErrors> {
+        let mut inputs: Vec<(String, Signal)> = vec![("accept".into(), self.accepted.accept)];
+        self.element_wise(m, &mut inputs);
+        if self.kinds.one_minus {
+            inputs.extend([
+                ("one_minus".into(), self.accepted.one_minus),
+                ("result_is_one_minus".into(), self.tag.one_minus),
+            ]);
+        }
+        self.logistic(&mut inputs);
+        if self.kinds.exp && !self.pipelined {
+            self.engine(m, &mut inputs)?;
+        }
+        Ok(inputs)
+    }
+
+    fn element_wise(&self, m: &mut ModuleBuilder, inputs: &mut Vec<(String, Signal)>) {
+        if !self.kinds.elementwise {
+            return;
+        }
+        inputs.extend([("code".into(), self.accepted.code)]);
+        let (shift, rounding) = if self.pipelined {
+            let early = |m: &mut ModuleBuilder, name: &str, from: Signal| {
+                let reg = m.reg(name, from.ty(), 0);
+                m.set_next(reg, from);
+                reg
+            };
+            (
+                early(m, "shift_next", self.accepted.shift),
+                early(m, "rounding_next", self.accepted.rounding),
+            )
+        } else {
+            (self.tag.shift, self.tag.rounding)
+        };
+        inputs.extend([("shift".into(), shift), ("rounding".into(), rounding)]);
+        if self.kinds.exp {
+            inputs.push(("result_is_exp".into(), self.tag.is_exp));
+        }
+    }
+
+    fn logistic(&self, inputs: &mut Vec<(String, Signal)>) {
+        let [sigmoid, softplus] = self.logistic;
+        if let Some(s) = softplus {
+            inputs.push(("result_is_softplus".into(), s.held));
+        }
+        let Some(log) = &self.sequence.log else {
+            return;
+        };
+        inputs.extend([
+            ("logistic".into(), self.accepted.logistic),
+            ("log".into(), log.steps),
+            ("begin_log".into(), log.begin),
+        ]);
+        if let (Some(s), true) = (sigmoid, self.kinds.softplus) {
+            inputs.push(("sigmoid".into(), s.now));
+        }
+        if let Some(again) = log.again {
+            inputs.push(("begin_again".into(), again));
+        }
+    }
+
+    /// The steps of the iterative form, and their constants.
+    fn engine(
+        &self,
+        m: &mut ModuleBuilder,
+        inputs: &mut Vec<(String, Signal)>,
+    ) -> Result<(), IrErrors> {
+        m.section("Constants, shared by the lanes");
+        let (exp, sequence) = (&self.config.vu.exp, self.sequence);
+        let widths = Widths::of(exp, self.kinds);
+        let module = exp_constants(self.config, &widths)?;
+        let constants = m.instance("constants", &module, &[("rotate", sequence.rotate)]);
+        if let Some(ending) = sequence.ending {
+            m.connect(constants, "restart", ending);
+        }
+        for i in 0..exp.iterations_per_clock {
+            let subs = multiples(exp.form).map(sub_name);
+            let digit = (widths.engine.digits > 0).then(|| "digit".to_owned());
+            for name in subs.chain(["mul".to_owned()]).chain(digit) {
+                let port = format!("{name}{i}");
+                let value = m.out(constants, &port);
+                inputs.push((port, value));
+            }
+        }
+        inputs.extend([
+            ("step".into(), sequence.step),
+            ("begin_power".into(), sequence.begin),
+        ]);
+        if exp.tail {
+            inputs.push(("tail".into(), sequence.tail));
+        }
+        if let (Some(phase), Some(_)) = (self.accepted.phase, sequence.ending) {
+            inputs.push(("phase".into(), phase));
+        }
+        Ok(())
+    }
+}
+
+/// The results of all lanes, 0 where none is kept, the last first; with an early out, of each
+/// lane that it has more steps to take.
+pub(super) fn lanes(
+    m: &mut ModuleBuilder,
+    lane: &Arc<Module>,
+    told: &Told<'_>,
+    common: &[(String, Signal)],
+    inputs: &Inputs,
+) -> (Signal, Vec<Signal>) {
+    m.section("Lanes");
+    let (mut results, mut more) = (vec![], vec![]);
+    for i in 0..told.config.vu.lanes {
+        let a = m.slice(inputs.data, 64 * i, 32);
+        let a = m.as_signed(a);
+        let b = m.slice(inputs.data, 64 * i + 32, 32);
+        let b = m.as_signed(b);
+        let mut io: Vec<(&str, Signal)> = common.iter().map(|(n, s)| (n.as_str(), *s)).collect();
+        io.extend([("a", a), ("b", b)]);
+        let inst = m.instance(&format!("lane{i}"), lane, &io);
+        let result = m.out(inst, "result");
+        let kept = m.bit(told.tag.keep, i);
+        if told.sequence.ending.is_some() {
+            let own = m.out(inst, "more");
+            more.push(m.and(own, kept));
+        }
+        let mask = m.repeat(kept, 32);
+        results.push(m.and(result, mask));
+    }
+    results.reverse();
+    (m.cat(&results), more)
+}

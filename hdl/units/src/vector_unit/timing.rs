@@ -1,0 +1,37 @@
+//! How long vectors are inside.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::units::OpCode;
+
+use super::kinds::Kinds;
+
+/// Clocks and places of the unit.
+pub(super) struct Timing {
+    /// Clocks of an exponential, or stages of the pipelined form.
+    pub(super) interval: u32,
+    /// Clocks of the longest operation.
+    pub(super) longest: u32,
+    pub(super) pipelined: bool,
+    /// Vectors that may be inside: the FIFO's, and those in the stages.
+    pub(super) depth: u32,
+}
+
+impl Timing {
+    pub(super) fn of(config: &Config, kinds: Kinds) -> Self {
+        let exp = &config.vu.exp;
+        let engine = exp.engine();
+        let interval = if kinds.exp { engine.interval } else { 1 };
+        let longest = match (kinds.sigmoid, kinds.softplus) {
+            (true, _) => engine.clocks(OpCode::Sigmoid),
+            (_, true) => engine.clocks(OpCode::Softplus),
+            _ => interval,
+        };
+        let pipelined = kinds.exp && exp.pipelined;
+        Self {
+            interval,
+            longest,
+            pipelined,
+            depth: config.vu.fifo_depth + if pipelined { interval + 1 } else { 0 },
+        }
+    }
+}
