@@ -21,6 +21,13 @@ fn atom(text: String) -> Text {
     Text { text, top: None }
 }
 
+fn op(text: String, top: &'static str) -> Text {
+    Text {
+        text,
+        top: Some(top),
+    }
+}
+
 /// Expressions of one module.
 pub(super) struct Exprs<'a> {
     pub(super) names: Names<'a>,
@@ -77,11 +84,6 @@ impl<'a> Exprs<'a> {
 
     fn expand(&self, id: usize) -> Text {
         let node = &self.names.module.nodes[id];
-        let nodes = &self.names.module.nodes;
-        let op = |text: String, top: &'static str| Text {
-            text,
-            top: Some(top),
-        };
         match &node.op {
             Op::OutOfReset => atom("rst_n".to_owned()),
             Op::Input | Op::Reg { .. } | Op::ReadSync(..) | Op::InstanceOut(..) => {
@@ -98,47 +100,8 @@ impl<'a> Exprs<'a> {
                 };
                 op(format!("{symbol}{}", self.inside(*a, "unary")), "unary")
             }
-            Op::Binary(Binary::Mul, a, b) => {
-                let (x, y) = (
-                    self.widened(*a, node.ty.width),
-                    self.widened(*b, node.ty.width),
-                );
-                // Both forms give the same bits; the signed one synthesises to a
-                // multiplier of the operands' own widths.
-                if node.ty.signed && node.ty.width <= WIDEST_SIGNED_PRODUCT {
-                    op(format!("$signed({x}) * $signed({y})"), "*")
-                } else {
-                    op(format!("{x} * {y}"), "*")
-                }
-            }
-            Op::Binary(binary, a, b) => {
-                let symbol = match binary {
-                    Binary::And => "&",
-                    Binary::Or => "|",
-                    Binary::Xor => "^",
-                    Binary::Add => "+",
-                    Binary::Sub => "-",
-                    Binary::Mul => "*",
-                    Binary::Eq => "==",
-                    Binary::Ne => "!=",
-                    Binary::Lt => "<",
-                    Binary::Le => "<=",
-                };
-                if matches!(binary, Binary::Lt | Binary::Le) && nodes[*a].ty.signed {
-                    return op(
-                        format!("{} {symbol} {}", self.signed(*a), self.signed(*b)),
-                        symbol,
-                    );
-                }
-                op(
-                    format!(
-                        "{} {symbol} {}",
-                        self.inside(*a, symbol),
-                        self.inside(*b, symbol)
-                    ),
-                    symbol,
-                )
-            }
+            Op::Binary(Binary::Mul, a, b) => self.product(node.ty, *a, *b),
+            Op::Binary(binary, a, b) => self.binary(*binary, *a, *b),
             Op::Shl(a, n) => op(
                 format!("{} << {}", self.inside(*a, "<<"), self.inside(*n, "<<")),
                 "<<",
@@ -161,19 +124,7 @@ impl<'a> Exprs<'a> {
             Op::Cast(a) => self.text(*a),
             Op::Round(a, bits, rounding) => self.rounded(*a, *bits, *rounding),
             Op::Saturate(a) => self.saturated(*a, node.ty),
-            Op::Mux(c, t, e) => {
-                let condition = self.inside(*c, "?");
-                let other = self.text(*e);
-                let other = if other.top.is_none_or(|t| t == "?") {
-                    other.text
-                } else {
-                    format!("({})", other.text)
-                };
-                op(
-                    format!("{condition} ? {} : {other}", self.inside(*t, "?then")),
-                    "?",
-                )
-            }
+            Op::Mux(c, t, e) => self.choice(*c, *t, *e),
             Op::Select(..) => atom(String::new()),
             Op::ReadAsync(m, addr) => atom(format!(
                 "{}[{}]",
@@ -181,6 +132,53 @@ impl<'a> Exprs<'a> {
                 self.operand(*addr)
             )),
         }
+    }
+
+    fn product(&self, ty: Ty, a: usize, b: usize) -> Text {
+        let (x, y) = (self.widened(a, ty.width), self.widened(b, ty.width));
+        // Both forms give the same bits; the signed one synthesises to a
+        // multiplier of the operands' own widths.
+        if ty.signed && ty.width <= WIDEST_SIGNED_PRODUCT {
+            op(format!("$signed({x}) * $signed({y})"), "*")
+        } else {
+            op(format!("{x} * {y}"), "*")
+        }
+    }
+
+    fn binary(&self, binary: Binary, a: usize, b: usize) -> Text {
+        let symbol = match binary {
+            Binary::And => "&",
+            Binary::Or => "|",
+            Binary::Xor => "^",
+            Binary::Add => "+",
+            Binary::Sub => "-",
+            Binary::Mul => "*",
+            Binary::Eq => "==",
+            Binary::Ne => "!=",
+            Binary::Lt => "<",
+            Binary::Le => "<=",
+        };
+        let (x, y) =
+            if matches!(binary, Binary::Lt | Binary::Le) && self.names.module.nodes[a].ty.signed {
+                (self.signed(a), self.signed(b))
+            } else {
+                (self.inside(a, symbol), self.inside(b, symbol))
+            };
+        op(format!("{x} {symbol} {y}"), symbol)
+    }
+
+    fn choice(&self, c: usize, t: usize, e: usize) -> Text {
+        let condition = self.inside(c, "?");
+        let other = self.text(e);
+        let other = if other.top.is_none_or(|t| t == "?") {
+            other.text
+        } else {
+            format!("({})", other.text)
+        };
+        op(
+            format!("{condition} ? {} : {other}", self.inside(t, "?then")),
+            "?",
+        )
     }
 
     fn widened(&self, a: usize, width: u32) -> String {
