@@ -64,7 +64,7 @@ refresh: setup
 	rm -rf out/refresh
 	for preset in $(notdir $(basename $(wildcard configs/*.toml))); do \
 	  cargo run --locked --release --quiet -- --config $$preset emit \
-	    --out out/refresh/$$preset || exit 1; \
+	    --out-dir out/refresh/$$preset || exit 1; \
 	done
 	rm -rf rtl_out
 	mv out/refresh rtl_out
@@ -74,7 +74,7 @@ refresh: setup
 	    --out docs/images/$$scene.png || exit 1; \
 	done
 	cargo run --locked --release --quiet -- warp --scene cairn:voxels --width 320 --frames 42 \
-	  --depth mesh --mesh-cells 128 --out out/refresh-warp
+	  --depth mesh --mesh-cells 128 --out-dir out/refresh-warp
 	for kind in frame origin; do \
 	  mv out/refresh-warp/$$kind.0032.png docs/images/warping-$$kind.png || exit 1; \
 	done
@@ -87,7 +87,7 @@ refresh: setup
 	  cargo run --locked --release --quiet -- cost --scene $$scene \
 	    --plot docs/images/cost-$$scene.svg > /dev/null || exit 1; \
 	done
-	cargo run --locked --release --quiet -- cost --unit methods \
+	cargo run --locked --release --quiet -- cost --study methods \
 	  --plot docs/images/cost-exponentials.svg > /dev/null
 	cargo run --locked --release --quiet -- effects --scene garden --width 64 --pairs 5 \
 	  --plot docs/images/effects-garden.svg > /dev/null

@@ -13,7 +13,7 @@ const DEFAULT_PRESET: &str = "paper";
 /// Options of all subcommands.
 #[derive(Debug, Default, Args)]
 pub(crate) struct Common {
-    /// Configuration file, or a preset: paper (unless given), fields, small, compact, parity, feature-major, piecewise
+    /// Configuration file, or a preset: paper, fields, small, compact, parity, feature-major, piecewise [default: paper]
     #[arg(long, global = true, value_name = "FILE")]
     pub(crate) config: Option<PathBuf>,
 }

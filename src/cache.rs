@@ -29,7 +29,7 @@ pub(crate) struct CacheArgs {
     /// Remove all that is kept: it is made again when it is asked for
     #[arg(long)]
     clear: bool,
-    /// Report as JSON
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }

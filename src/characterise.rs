@@ -24,19 +24,20 @@ use paper::Paper;
 pub(crate) struct CharacteriseArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Scenes side by side in one table, with commas between them; `all` is every built-in scene in
-    /// every representation, `cairn:all` every one of a scene, `all:ngp` every scene in one
+    /// Scenes side by side, with commas between them; `all` is every built-in scene in every
+    /// representation, `cairn:all` every one of a scene, `all:ngp` every scene in one [default: the
+    /// one of --scene]
     #[arg(
         long,
-        value_name = "SCENES",
+        value_name = "SCENE,...",
         value_delimiter = ',',
         conflicts_with = "scene"
     )]
     scenes: Vec<String>,
-    /// Reads of tables as large as the algorithm's authors use, with the model's samples
+    /// Count reads of tables as large as the algorithm's authors use, with the model's samples
     #[arg(long)]
     full_size: bool,
-    /// Report as JSON
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }

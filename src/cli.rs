@@ -63,25 +63,26 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct DoctorArgs {
-    /// Report as JSON
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct EmitArgs {
-    /// Folder that is made, or filled: files of an earlier emission are replaced as one step, and
-    /// others stay
+    /// Folder for the files: it is made where there is none, files that the command wrote earlier
+    /// are replaced, and others stay
     #[arg(long, value_name = "DIR")]
-    pub(crate) out: PathBuf,
+    pub(crate) out_dir: PathBuf,
     /// Replace files of the same names that were edited, or that this command did not write
     #[arg(long)]
     pub(crate) overwrite: bool,
-    /// Leave out of the configuration what no camera of a scene can use, and write what is left
-    /// beside the Verilog: a built-in scene, a model file or a description
+    /// Leave out of the configuration what no camera of this scene can use, and write what is left
+    /// beside the Verilog: a built-in scene, a model file or a description [default: the whole
+    /// configuration]
     #[arg(long, value_name = "SCENE")]
     pub(crate) for_scene: Option<String>,
-    /// Report as JSON
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
 }

@@ -26,7 +26,7 @@ const FORMAT_VERSION: u32 = 1;
 
 #[derive(Debug, Args)]
 pub(crate) struct CostArgs {
-    /// A unit by itself; left out: every knob of a scene's frame
+    /// Study of the exponential by itself [default: every knob of a scene's frame]
     #[arg(
         long,
         value_enum,
@@ -34,31 +34,32 @@ pub(crate) struct CostArgs {
             "scene", "camera", "camera_index", "width", "height", "force", "without", "frames"
         ]
     )]
-    unit: Option<Unit>,
+    study: Option<Study>,
     #[command(flatten)]
     scene: SceneArgs,
-    /// Knobs, with commas between them; left out: all that the scene has
+    /// Knobs to turn [default: all that the scene has]
     #[arg(
         long,
-        value_name = "NAMES",
+        value_name = "NAME,...",
         value_delimiter = ',',
-        conflicts_with = "unit"
+        conflicts_with = "study"
     )]
     knobs: Vec<String>,
-    /// Frames of the path by which warping is measured
+    /// Frames of the camera path
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
     frames: u32,
-    /// Search for the cheapest configuration whose picture is at least so good, in dB beside the
-    /// ground truth (beside the model where there is none), and prove it by its Verilog
-    #[arg(long, value_name = "DB", group = "goal", conflicts_with_all = ["unit", "budget_ms"])]
+    /// Search for the cheapest configuration that reaches this PSNR to the ground truth (to the model
+    /// where there is none), and verify its Verilog [default: no search]
+    #[arg(long, value_name = "DB", group = "goal", conflicts_with_all = ["study", "budget_ms"])]
     target_psnr: Option<f64>,
-    /// Search for the best picture within so many milliseconds a frame, likewise
-    #[arg(long, value_name = "MS", group = "goal", conflicts_with = "unit")]
+    /// Search for the best picture within this time a frame, and verify its Verilog [default: no
+    /// search]
+    #[arg(long, value_name = "MS", group = "goal", conflicts_with = "study")]
     budget_ms: Option<f64>,
-    /// What the cheapest has least of; settings of which it is not known are passed over
+    /// What a search minimises; settings for which it is unknown are passed over
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = Price::Time, requires = "target_psnr")]
     by: Price,
-    /// Where the configuration that was found is written
+    /// File for the configuration that a search finds
     #[arg(
         long,
         value_name = "FILE",
@@ -66,32 +67,33 @@ pub(crate) struct CostArgs {
         requires = "goal"
     )]
     found: PathBuf,
-    /// Parameters of the configuration's units (`potamoi synth --json`), instead of those that come
-    /// with the program and the formulas
-    #[arg(long, value_name = "FILE", conflicts_with = "unit")]
+    /// Area, clock and energy of the configuration's units, as `potamoi synth --json` writes them
+    /// [default: those that come with the program, and the formulas]
+    #[arg(long, value_name = "FILE", conflicts_with = "study")]
     synth: Option<PathBuf>,
-    /// The points as CSV; not of `--unit exp`, whose `--table` has every input
+    /// The points as CSV; `--study exp` has --table instead
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// The points and their front, as SVG; not of `--unit exp`
+    /// Plot of the result as SVG
     #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
     plot: Option<PathBuf>,
-    /// Of a unit: every input with its result and cycles, as CSV: u_code, y_code, cycles
+    /// Every input of the exponential with its result and cycles, as CSV: u_code, y_code, cycles;
+    /// without a name, exp-table.csv
     #[arg(
         long,
         value_name = "FILE",
         num_args = 0..=1,
         default_missing_value = "exp-table.csv",
-        requires = "unit"
+        requires = "study"
     )]
     table: Option<PathBuf>,
-    /// Report as JSON
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Unit {
+enum Study {
     /// The vector unit's exponential, over all 65,536 inputs
     Exp,
     /// Forms of the exponential side by side, over all inputs, beside what others use
@@ -141,28 +143,28 @@ pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
             )));
         }
     }
-    match args.unit {
-        Some(Unit::Exp) if args.plot.is_some() => Err(Failure::Usage(
-            "--plot: expected without --unit exp, which has one point; --unit methods has many"
+    match args.study {
+        Some(Study::Exp) if args.plot.is_some() => Err(Failure::Usage(
+            "--plot: expected without --study exp, which has one point; --study methods has many"
                 .to_owned(),
         )),
-        Some(Unit::Exp) if args.csv.is_some() => Err(Failure::Usage(
-            "--csv: expected without --unit exp; --table writes its inputs and results".to_owned(),
+        Some(Study::Exp) if args.csv.is_some() => Err(Failure::Usage(
+            "--csv: expected without --study exp; --table writes its inputs and results".to_owned(),
         )),
-        Some(Unit::Methods) if common.config.is_some() => Err(Failure::Usage(
-            "--config: expected without --unit methods, whose forms are its own; --unit exp measures \
+        Some(Study::Methods) if common.config.is_some() => Err(Failure::Usage(
+            "--config: expected without --study methods, whose forms are its own; --study exp measures \
              that of a configuration"
                 .to_owned(),
         )),
         None if args.table.is_some() => Err(Failure::Usage(
-            "--table: expected with --unit exp; --csv writes the points of a scene".to_owned(),
+            "--table: expected with --study exp; --csv writes the points of a scene".to_owned(),
         )),
-        Some(Unit::Methods) if args.table.is_some() => Err(Failure::Usage(
-            "--table: expected with --unit exp; --csv writes the forms of --unit methods"
+        Some(Study::Methods) if args.table.is_some() => Err(Failure::Usage(
+            "--table: expected with --study exp; --csv writes the forms of --study methods"
                 .to_owned(),
         )),
-        Some(Unit::Methods) => methods::run(args),
-        Some(Unit::Exp) => exponential::run(&common.read_config()?, args),
+        Some(Study::Methods) => methods::run(args),
+        Some(Study::Exp) => exponential::run(&common.read_config()?, args),
         None => scene::run(common, args),
     }
 }

@@ -31,29 +31,29 @@ use report::{FORMAT_VERSION, Found, Report, UnitReport};
 pub(crate) struct EffectsArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Frames of the path
+    /// Frames of the camera path
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Frames a second of the scene's way
-    #[arg(long, value_name = "F", default_value_t = 30.0)]
+    /// Frames a second of the scene's own camera path
+    #[arg(long, value_name = "FPS", default_value_t = 30.0)]
     fps: f64,
-    /// The camera stays where it is
+    /// Keep the camera where it is on every frame
     #[arg(long, conflicts_with = "fps")]
     still: bool,
     /// Where full frames are rendered
     #[arg(long, value_enum, default_value_t = Where::Local)]
     scenario: Where,
-    /// Pairs of runs, one with an effect and one without, whose medians are wall times; 0 for none
+    /// Pairs of timed runs, one with and one without an effect; medians are reported; 0: no timing
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..100))]
     pairs: u32,
-    /// Run the frame on the Verilated units too: the whole configuration, and what of it the scene
-    /// calls for
+    /// Run the frame on the Verilated units too: the whole configuration, and the part that the
+    /// scene calls for
     #[arg(long)]
     rtl: bool,
-    /// Picture as SVG: what is called for, and what each effect takes
+    /// Plot of the result as SVG
     #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
     plot: Option<PathBuf>,
-    /// Report as JSON
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }

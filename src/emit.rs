@@ -45,13 +45,13 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
     let asked = common.read_config()?;
     if let (Some(config), Some(scene)) = (&common.config, &args.for_scene) {
-        let own = args.out.join(CONFIGURATION);
+        let own = args.out_dir.join(CONFIGURATION);
         if let (Ok(read), Ok(written)) = (config.canonicalize(), own.canonicalize())
             && read == written
         {
             return Err(Failure::Usage(format!(
                 "--config {} would be replaced by what is left of it for {scene}: name another \
-                 folder with --out",
+                 folder with --out-dir",
                 config.display()
             )));
         }
@@ -82,12 +82,12 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     let written = args
         .for_scene
         .is_some()
-        .then(|| args.out.join(CONFIGURATION));
+        .then(|| args.out_dir.join(CONFIGURATION));
     let mut all = made.clone();
     if written.is_some() {
         all.insert(CONFIGURATION.to_owned(), text_of(&config)?);
     }
-    let stale = set::replace(&args.out, &all, &config.hash(), args.overwrite)?;
+    let stale = set::replace(&args.out_dir, &all, &config.hash(), args.overwrite)?;
     let (organisation, organisation_reason) = config.organisation();
     let report = Report {
         format_version: FORMAT_VERSION,
@@ -122,14 +122,14 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         }
     }
     for name in &stale {
-        let path = args.out.join(name);
+        let path = args.out_dir.join(name);
         say!("removed {}, of another configuration", path.display());
     }
     say!(
         "{} modules, {} lines of Verilog-2005 in {}, configuration {}",
         report.files.len(),
         report.files.values().sum::<usize>(),
-        args.out.display(),
+        args.out_dir.display(),
         report.configuration
     );
     say!(

@@ -25,24 +25,24 @@ const FORMAT_VERSION: u32 = 1;
 
 #[derive(Debug, Args)]
 pub(crate) struct EstimateArgs {
-    /// Which unit
+    /// Hardware unit
     #[arg(long, value_enum, default_value_t = Units::All)]
     unit: Units,
-    /// Share of the cycles in which the units issue, 0 to 1; unless given, that of the
-    /// work that the netlists were run with
+    /// Share of the cycles in which the units issue [default: that of the work that the netlists were
+    /// run with]
     #[arg(long, value_name = "SHARE")]
     busy: Option<f64>,
-    /// Channels of a sample; unless given, of the same work
+    /// Channels of a sample [default: those of the same work]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
     channels: Option<u64>,
-    /// Fit to this file, of `potamoi synth --grid`, in place of the one that comes with the
-    /// program: ASAP7, 7 nm
+    /// Syntheses that the formulas are fitted to, as `potamoi synth --grid` writes them [default: the
+    /// grid that comes with the program, ASAP7 at 7 nm]
     #[arg(long, value_name = "FILE")]
-    grid: Option<PathBuf>,
-    /// The node that figures are scaled to, in nanometres
+    fit_to: Option<PathBuf>,
+    /// Node that figures are scaled to
     #[arg(long, value_name = "NM", default_value_t = 12)]
     scale_to: u32,
-    /// Estimates as JSON, with errors and origins
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -82,7 +82,7 @@ pub(crate) fn run(common: &Common, args: &EstimateArgs) -> Result<(), Failure> {
     }
     files::prepare([args.json.as_ref()])?;
     let config = common.read_config()?;
-    let fit = match &args.grid {
+    let fit = match &args.fit_to {
         Some(path) => Fit::new(Grid::read(path)?)?,
         None => Fit::checked_in()?,
     };

@@ -19,7 +19,7 @@ use crate::tables;
 pub(crate) struct LayoutsArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Report as JSON
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }

@@ -20,6 +20,7 @@ mod limits;
 mod model;
 mod model_context;
 mod progress;
+mod renamed;
 mod render;
 mod roles;
 mod scene;
@@ -28,6 +29,8 @@ mod synth;
 mod tables;
 mod trace;
 mod verify;
+#[cfg(test)]
+mod vocabulary;
 mod warp;
 
 use std::io::Write as _;
@@ -52,7 +55,7 @@ fn parting(error: &clap::Error) -> ExitCode {
 }
 
 fn main() -> ExitCode {
-    let parsed = cli::Cli::command()
+    let parsed = renamed::accept(cli::Cli::command())
         .try_get_matches()
         .and_then(|matches| Ok((cli::Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match parsed {
@@ -61,6 +64,10 @@ fn main() -> ExitCode {
     };
     if let Some(code) = limits::run_within() {
         return code;
+    }
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    for note in renamed::notes(matches.subcommand_name().unwrap_or_default(), &arguments) {
+        stdout::remark(format_args!("{note}"));
     }
     let done = limits::check_tool_seconds()
         .and_then(|()| roles::check(&matches))

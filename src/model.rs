@@ -34,87 +34,87 @@ pub(crate) struct ModelArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Scenes side by side, with commas between them; `all` is every built-in scene in every
-    /// representation, `cairn:all` every one of a scene, `all:ngp` every scene in one
+    /// representation, `cairn:all` every one of a scene, `all:ngp` every scene in one [default: the
+    /// one of --scene]
     #[arg(
         long,
-        value_name = "SCENES",
+        value_name = "SCENE,...",
         value_delimiter = ',',
-        conflicts_with_all = ["scene", "trace"]
+        conflicts_with_all = ["scene", "chrome_trace"]
     )]
     scenes: Vec<String>,
-    /// Variants, with commas between them: baseline, fs, fs+gu, sparw, sparw+fs, potamoi, ds2, temp;
-    /// left out: all. Speed-ups are over the baseline
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    /// Variants of the system: baseline, fs, fs+gu, sparw, sparw+fs, potamoi, ds2, temp; speed-ups
+    /// are over the baseline [default: all]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     variants: Vec<String>,
     /// Where full frames are rendered
     #[arg(long, value_enum, default_value_t = Scenarios::Local)]
     scenario: Scenarios,
-    /// Targets of a reference
+    /// Target frames that are warped from one reference
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
     window: u32,
-    /// Largest angle between the rays of reference and target at a point, in degrees
+    /// Largest angle at a point between the rays of reference and target; beyond it the pixel is
+    /// rendered [default: no limit]
     #[arg(long, value_name = "DEG")]
     phi: Option<f64>,
-    /// Which pixels of targets are warped and which are rendered
+    /// Rules of warping: which pixels of a target are warped and which are rendered
     #[arg(long, value_enum, default_value_t = RulesOf::Potamoi)]
     profile: RulesOf,
-    /// Frames of the path
+    /// Frames of the camera path
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Frames a second of the scene's way
-    #[arg(long, value_name = "F", default_value_t = 30.0)]
+    /// Frames a second of the scene's own camera path
+    #[arg(long, value_name = "FPS", default_value_t = 30.0)]
     fps: f64,
-    /// The system, as TOML; what it does not name is the paper's
+    /// Description of the system, as TOML; what it does not name is the paper's [default: the paper's
+    /// system]
     #[arg(long, value_name = "FILE")]
     system: Option<PathBuf>,
-    /// Parameters of the configuration's units (`potamoi synth --json`), instead of those that come
-    /// with the program and the formulas
+    /// Area, clock and energy of the configuration's units, as `potamoi synth --json` writes them
+    /// [default: those that come with the program, and the formulas]
     #[arg(long, value_name = "FILE")]
     synth: Option<PathBuf>,
-    /// Energy of a frame by part and variant, as SVG
+    /// Plot of a frame's energy by part and variant, as SVG
     #[arg(
         long,
         value_name = "FILE",
         value_parser = crate::charts::svg,
         conflicts_with_all = ["scenes", "calibrate", "ladder", "octree", "rivals", "sensitivity"]
     )]
-    energy: Option<PathBuf>,
-    /// Multiplications against what the array and memory allow, by variant, as SVG
+    plot_energy: Option<PathBuf>,
+    /// Roofline plot as SVG: multiplications a second against what array and memory allow, by variant
     #[arg(
         long,
         value_name = "FILE",
         value_parser = crate::charts::svg,
         conflicts_with_all = ["scenes", "calibrate", "ladder", "octree", "rivals", "sensitivity"]
     )]
-    roofline: Option<PathBuf>,
-    /// Find the factors of the GPU that are calibrated, and how well they predict what they are not
-    /// calibrated to
-    #[arg(long, conflicts_with_all = ["scene", "trace", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
+    plot_roofline: Option<PathBuf>,
+    /// Fit the GPU's calibrated factors again, and report how well they predict other measurements
+    #[arg(long, conflicts_with_all = ["scene", "chrome_trace", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
     calibrate: bool,
-    /// Three ways to the cycles and the time of the scene's frame side by side, with their error and
-    /// wall time: formulas, cycle models (what all else here uses), and the Verilated units
-    #[arg(long, conflicts_with_all = ["scenes", "trace", "calibrate", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
+    /// Cycles and time of the scene's frame by formulas, by cycle models and by the Verilated units,
+    /// each with its error and wall time
+    #[arg(long, conflicts_with_all = ["scenes", "chrome_trace", "calibrate", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
     ladder: bool,
-    /// What merging cells of splats into fuller MVoxels saves
-    #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
+    /// Compare merged and unmerged cells of splats: what fuller MVoxels save
+    #[arg(long, conflicts_with_all = ["chrome_trace", "calibrate", "ladder", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
     octree: bool,
-    /// How often the sides of the cells that are merged are halved first, beyond the coarsest that
-    /// fit an MVoxel
+    /// Times that the sides of cells are halved before merging, beyond the coarsest that fit an MVoxel
     #[arg(long, value_name = "N", default_value_t = 0, requires = "octree", value_parser = clap::value_parser!(u32).range(..=8))]
     halvings: u32,
-    /// Instant-NGP beside the accelerators that the paper compares with
-    #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder", "octree", "scenario", "variants"])]
+    /// Compare Instant-NGP with the accelerators that the paper names
+    #[arg(long, conflicts_with_all = ["chrome_trace", "calibrate", "ladder", "octree", "scenario", "variants"])]
     rivals: bool,
-    /// Speed-ups and savings if what is calibrated or assumed of the GPU were otherwise, and if its
-    /// work took neither time nor energy
-    #[arg(long, conflicts_with_all = ["trace", "calibrate", "ladder", "octree", "rivals"])]
+    /// Vary what is calibrated or assumed of the GPU, up to a GPU that takes neither time nor energy
+    #[arg(long, conflicts_with_all = ["chrome_trace", "calibrate", "ladder", "octree", "rivals"])]
     sensitivity: bool,
-    /// Report as JSON; of several scenes it is written again after each
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Jobs of the last variant as a Chrome trace, for Perfetto
+    /// Schedule as a Chrome trace, for Perfetto; of several variants, that of the last
     #[arg(long, value_name = "FILE")]
-    trace: Option<PathBuf>,
+    chrome_trace: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -138,7 +138,12 @@ impl Scenarios {
 }
 
 pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
-    let written = [&args.json, &args.trace, &args.energy, &args.roofline];
+    let written = [
+        &args.json,
+        &args.chrome_trace,
+        &args.plot_energy,
+        &args.plot_roofline,
+    ];
     files::prepare(written.map(Option::as_ref))?;
     let variants = args.variants()?;
     let system = args.system()?;
@@ -182,13 +187,13 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
             tables::print(&found, &system);
             say_not_checked(&found.not_checked);
         }
-        if let Some(file) = &args.energy {
+        if let Some(file) = &args.plot_energy {
             pictures::energy(file, &found)?;
         }
-        if let Some(file) = &args.roofline {
+        if let Some(file) = &args.plot_roofline {
             pictures::roofline(file, &found, &system)?;
         }
-        if let (Some(file), Some(timeline)) = (&args.trace, &last) {
+        if let (Some(file), Some(timeline)) = (&args.chrome_trace, &last) {
             files::write_json(file, &chrome_trace(timeline))?;
         }
         report.scenes.push(found);

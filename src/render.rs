@@ -32,17 +32,17 @@ pub(crate) struct RenderArgs {
     /// What computes the picture
     #[arg(long, value_enum, default_value_t = Numerics::Fixed)]
     numerics: Numerics,
-    /// PNG file; of several, the name to which numbers are added
+    /// File to write: a PNG picture (`render`; of several frames, the name that numbers are added
+    /// to), an NPZ trace (`trace`)
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// So many pictures of the way through the scene: the cameras of its file
-    /// from the chosen one on, or an analytic scene's own
+    /// Frames of the camera path [default: one picture, from the scene's camera]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
-    /// Frames a second of an analytic scene's way
-    #[arg(long, value_name = "F", default_value_t = 30.0, requires = "frames")]
+    /// Frames a second of the scene's own camera path
+    #[arg(long, value_name = "FPS", default_value_t = 30.0, requires = "frames")]
     fps: f64,
-    /// Report as JSON, of several pictures one of all
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }

@@ -30,23 +30,22 @@ enum Role {
     Folder,
 }
 
-/// The role of an argument of a command; none of those that name no file.
-fn role(command: &str, argument: &str) -> Option<Role> {
-    Some(match (command, argument) {
-        ("verify", "trace") | ("estimate", "grid") => Role::Input,
-        ("emit" | "warp", "out") | (_, "readmemh" | "netlists") => Role::Folder,
-        (
-            _,
-            "config" | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "system" | "synth"
-            | "liberty" | "compare" | "activity",
-        ) => Role::Input,
-        (
-            _,
-            "out" | "json" | "vcd" | "csv" | "plot" | "found" | "table" | "energy" | "roofline"
-            | "trace" | "report" | "grid" | "forms",
-        ) => Role::Output,
+/// The role of an argument; none of those that name no file.
+fn role(argument: &str) -> Option<Role> {
+    Some(match argument {
+        "out_dir" | "readmemh" | "netlists" => Role::Folder,
+        "config" | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "trace" | "system"
+        | "synth" | "liberty" | "compare" | "activity" | "fit_to" => Role::Input,
+        "out" | "json" | "vcd" | "csv" | "plot" | "plot_energy" | "plot_roofline" | "found"
+        | "table" | "chrome_trace" | "report" | "grid" | "forms" => Role::Output,
         _ => return None,
     })
+}
+
+/// Whether an argument names a file or folder that is written.
+#[cfg(test)]
+pub(crate) fn is_output(argument: &str) -> bool {
+    matches!(role(argument), Some(Role::Output | Role::Folder))
 }
 
 /// Refuses arguments by which a file would be lost.
@@ -59,7 +58,7 @@ pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
     };
     let (mut inputs, mut outputs, mut folders) = (vec![], vec![], vec![]);
     for id in own.ids() {
-        let Some(role) = role(command, id.as_str()) else {
+        let Some(role) = role(id.as_str()) else {
             continue;
         };
         // What a search finds is written where there is a goal alone, though its file has a name
@@ -324,11 +323,11 @@ mod tests {
             let own = command.get_arguments().chain(root.get_arguments());
             for argument in own {
                 let names = argument.get_value_names().unwrap_or_default();
-                let is_path = names.iter().any(|name| {
-                    ["FILE", "DIR", "SCENE", "SCENES", "FOLDER"].contains(&name.as_str())
-                });
+                let is_path = names
+                    .iter()
+                    .any(|name| ["FILE", "DIR", "SCENE", "SCENE,..."].contains(&name.as_str()));
                 let id = argument.get_id().as_str();
-                if is_path && role(command.get_name(), id).is_none() {
+                if is_path && role(id).is_none() {
                     lacking.push(format!("{} --{id}", command.get_name()));
                 }
             }
@@ -389,7 +388,7 @@ mod tests {
                 "warp",
                 "--scene",
                 &at("images.toml"),
-                "--out",
+                "--out-dir",
                 out,
             ])
         };

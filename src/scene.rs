@@ -19,31 +19,31 @@ pub(crate) struct SceneArgs {
     /// each but the first two also as a ready model behind a colon, such as cairn:ngp: voxels,
     /// dvgo, tensorf, ngp, splats, efficientnerf, compact), splat model (.ply, .splat, .spz, .sog),
     /// `Compact-3DGS` model (.npz), checkpoint of `DirectVoxGO` (.tar) or `TensoRF` (.th),
-    /// Instant-NGP snapshot (.ingp, .msgpack) or description (.toml)
+    /// Instant-NGP snapshot (.ingp, .msgpack) or description (.toml) [default: garden]
     #[arg(long, value_name = "SCENE")]
     pub(crate) scene: Option<String>,
-    /// Camera file in the OpenCV convention, instead of the scene's camera
+    /// Camera file in the OpenCV convention [default: the scene's own camera]
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
     /// Which camera of the file, from 0
     #[arg(long, value_name = "N", default_value_t = 0, requires = "camera")]
     camera_index: usize,
-    /// Pixels a row; the height follows unless given
+    /// Width of the picture [default: the scene's]
     #[arg(long, value_name = "PIXELS")]
     width: Option<u32>,
-    /// Rows
+    /// Height of the picture [default: in proportion to the width]
     #[arg(long, value_name = "PIXELS")]
     height: Option<u32>,
-    /// Where x, y and z of a splat file point, such as right-down-front or right-up-back, in place
-    /// of what the file says or has by its format; it is turned with its harmonics, cameras are not
+    /// Where x, y and z of a splat file point, such as right-down-front or right-up-back; the model
+    /// is turned with its harmonics, cameras are not [default: as the file or its format says]
     #[arg(long, value_name = "AXES")]
     axes: Option<Axes>,
-    /// Effects that are carried out although nothing calls for them, with commas between them, or
-    /// all of them (potamoi effects says which there are): the result is the same
-    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    /// Effects that are computed although nothing calls for them, or `all` (`potamoi effects` lists
+    /// them): the result is the same [default: none]
+    #[arg(long, value_name = "EFFECT,...", value_delimiter = ',')]
     force: Vec<String>,
-    /// Effects that are left out although they are called for: the result is another
-    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    /// Effects that are left out although they are called for: the result changes [default: none]
+    #[arg(long, value_name = "EFFECT,...", value_delimiter = ',')]
     without: Vec<String>,
 }
 

@@ -31,6 +31,11 @@ pub(crate) fn error(text: Arguments<'_>) {
     );
 }
 
+/// Says what is of note beside a run's own output, on standard error, which may be closed.
+pub(crate) fn remark(text: Arguments<'_>) {
+    let _ = writeln!(std::io::stderr().lock(), "note: {text}");
+}
+
 /// Characters at the start and at the end of a long error that are told.
 const TOLD: [usize; 2] = [6000, 1000];
 

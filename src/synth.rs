@@ -29,48 +29,46 @@ use power::{PowerArgs, Scenes};
 
 #[derive(Debug, Args)]
 pub(crate) struct SynthArgs {
-    /// Cell library, a Liberty file, plain or packed with gzip; that of the package
-    /// qflow-tech-osu018 (180 nm) unless given
+    /// Cell library: a Liberty file, plain or packed with gzip [default: that of the package
+    /// qflow-tech-osu018, 180 nm]
     #[arg(long, value_name = "FILE")]
     liberty: Option<PathBuf>,
-    /// Which unit
+    /// Hardware unit
     #[arg(long, value_enum, default_value_t = Units::All)]
     unit: Units,
-    /// How many units at once
+    /// Units that are synthesised at once
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
     jobs: u8,
-    /// The library's node in nanometres, which no Liberty file says: figures are then
-    /// scaled too
+    /// Node of the library, which no Liberty file states; with it, figures are scaled too [default:
+    /// not scaled]
     #[arg(long, value_name = "NM")]
     node: Option<u32>,
-    /// The node that figures are scaled to, in nanometres
+    /// Node that figures are scaled to
     #[arg(long, value_name = "NM", default_value_t = 12)]
     scale_to: u32,
-    /// A clock that each unit must reach before wires, with its memories' access times where
-    /// --node and CACTI give them, in GHz: exit status 1 where it does not; the report is
-    /// written all the same
+    /// Clock that each unit must reach before wires, with its memories' access times where --node and
+    /// CACTI give them: exit status 1 where it does not; the report is still written [default: none]
     #[arg(long, value_name = "GHZ")]
     clock: Option<f64>,
-    /// Compare the units with those of a report made earlier: exit status 4 where
-    /// anything differs
+    /// Earlier report to compare the units with: exit status 4 where anything differs [default: none]
     #[arg(long, value_name = "FILE")]
     compare: Option<PathBuf>,
-    /// Other organisations, table memories and exponentials side by side, as tables in
-    /// Markdown; --config and --unit do not count
+    /// Organisations, table memories and exponentials side by side, as tables in Markdown; --config
+    /// and --unit do not count
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists"])]
     report: Option<PathBuf>,
-    /// Synthesise a grid of configurations, to see how area, period and energy go with
-    /// their numbers; --config and --unit do not count
+    /// Synthesise a grid of configurations, to fit formulas for area, period and energy to; --config
+    /// and --unit do not count
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists", "report"])]
     grid: Option<PathBuf>,
-    /// Synthesise the paper's vector unit with the exponentials that no formula is of (a multiply at
+    /// Synthesise the paper's vector unit with the exponentials that no formula covers (a multiply at
     /// the end, two bits a step, straight pieces, other widths); --config and --unit do not count
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists", "report", "grid"])]
     forms: Option<PathBuf>,
-    /// Place and route on an FPGA instead, with Yosys and nextpnr
+    /// FPGA to place and route for, with Yosys and nextpnr [default: cells of the library]
     #[arg(long, value_name = "FAMILY", conflicts_with_all = ["liberty", "node", "clock", "compare", "netlists", "report", "grid", "forms"])]
     fpga: Option<Family>,
-    /// Seed of the placement, with --fpga
+    /// Seed of what is random: stalls (`verify`), the placement (`synth --fpga`)
     #[arg(long, value_name = "N", default_value_t = 1, requires = "fpga")]
     seed: u32,
     /// Folder for the netlists in cells
@@ -78,7 +76,7 @@ pub(crate) struct SynthArgs {
     netlists: Option<PathBuf>,
     #[command(flatten)]
     power: PowerArgs,
-    /// Report as JSON: parameters, units, origins
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }

@@ -21,22 +21,23 @@ use crate::stdout::say;
 pub(crate) struct TraceArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// NPZ file
+    /// File to write: a PNG picture (`render`; of several frames, the name that numbers are added
+    /// to), an NPZ trace (`trace`)
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Folder for `$readmemh` files and testbenches that read them
     #[arg(long, value_name = "DIR")]
     readmemh: Option<PathBuf>,
-    /// RIT entries after which no more MVoxels are kept
+    /// Largest number of RIT entries kept; the MVoxel that reaches it is the last
     #[arg(long, value_name = "N", default_value_t = 20_000)]
     entries: u64,
-    /// Elements of vector operations that are kept at most
+    /// Largest number of elements of vector operations kept
     #[arg(long, value_name = "N", default_value_t = 200_000)]
     elements: u64,
     /// Keep the whole frame
     #[arg(long, conflicts_with_all = ["entries", "elements"])]
     all: bool,
-    /// Report as JSON
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }

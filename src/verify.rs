@@ -25,7 +25,7 @@ use work::Work;
 pub(crate) struct VerifyArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Trace that `potamoi trace` wrote, instead of a scene
+    /// Trace to verify, as `potamoi trace` writes it [default: traced from the scene]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "camera", "width", "height"])]
     trace: Option<PathBuf>,
     /// What runs the hardware
@@ -34,16 +34,16 @@ pub(crate) struct VerifyArgs {
     /// How much of the frame is verified
     #[arg(long, value_enum, default_value_t = Level::Quick)]
     level: Level,
-    /// Build a fault into the hardware, which has to be found
+    /// Fault built into the hardware, which has to be found [default: none]
     #[arg(long, value_enum)]
     inject: Option<Inject>,
-    /// Seed of the random stalls
-    #[arg(long, default_value_t = 1)]
+    /// Seed of what is random: stalls (`verify`), the placement (`synth --fpga`)
+    #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Where the dump of the cycles around a mismatch goes
+    /// Waveform of the cycles around a mismatch
     #[arg(long, value_name = "FILE", default_value = "potamoi-mismatch.vcd")]
     vcd: PathBuf,
-    /// Report as JSON
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }

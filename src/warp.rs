@@ -35,33 +35,36 @@ pub(crate) struct WarpArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Scenes side by side, with commas between them; `all` is every built-in scene in every
-    /// representation, `cairn:all` every one of a scene, `all:ngp` every scene in one
+    /// representation, `cairn:all` every one of a scene, `all:ngp` every scene in one [default: the
+    /// one of --scene]
     #[arg(
         long,
-        value_name = "SCENES",
+        value_name = "SCENE,...",
         value_delimiter = ',',
-        conflicts_with_all = ["scene", "out", "frame_ms", "live"]
+        conflicts_with_all = ["scene", "out_dir", "frame_ms", "live"]
     )]
     scenes: Vec<String>,
     #[command(flatten)]
     ways: WayArgs,
-    /// Frames of the path; left out: three windows, or all that a file has
+    /// Frames of the camera path [default: three windows, or all that a file has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
-    /// Frames a second of the scene's way
-    #[arg(long, value_name = "F", default_value_t = 30.0)]
+    /// Frames a second of the scene's own camera path
+    #[arg(long, value_name = "FPS", default_value_t = 30.0)]
     fps: f64,
     #[command(flatten)]
     depth: DepthArgs,
     #[command(flatten)]
     timing: TimingArgs,
-    /// References that never arrive, from 0, as if a remote renderer lost them
-    #[arg(long, value_name = "N", value_delimiter = ',')]
+    /// References that never arrive, by number from 0, as if a remote renderer lost them [default:
+    /// none]
+    #[arg(long, value_name = "N,...", value_delimiter = ',')]
     lose: Vec<usize>,
-    /// Folder for the frames, and for pictures of where their pixels come from
+    /// Folder for the files: it is made where there is none, files that the command wrote earlier
+    /// are replaced, and others stay
     #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Report as JSON; of several scenes it is written again after each
+    out_dir: Option<PathBuf>,
+    /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -75,15 +78,15 @@ struct Stage<'a> {
 }
 
 pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref(), args.timing.trace.as_ref()])?;
+    files::prepare([args.json.as_ref(), args.timing.chrome_trace.as_ref()])?;
     args.timing.check()?;
     let bar = progress::bar(0, "warping");
     let mut truth = Truth::default();
     if args.scenes.is_empty() {
         let found = args.found(args.scene.name(), &mut truth, &bar)?;
         bar.finish_and_clear();
-        found.print(args.timing.trace.as_ref());
-        if let Some(folder) = &args.out {
+        found.print(args.timing.chrome_trace.as_ref());
+        if let Some(folder) = &args.out_dir {
             crate::stdout::say!("  frames and origins of their pixels: {}", folder.display());
         }
         let report = Report {
@@ -127,7 +130,7 @@ impl WarpArgs {
         for way in &ways {
             self.ways.rule(way).check()?;
         }
-        if let Some(folder) = &self.out {
+        if let Some(folder) = &self.out_dir {
             files::prepare([Some(&folder.join("frame.0000.png"))])?;
         }
         let mut geometries = vec![];
@@ -206,7 +209,7 @@ impl WarpArgs {
             let mut take = |frame: &Frame| -> Result<(), Failure> {
                 measured.add(frame);
                 counts.push(Counts::of(&frame.target.classes, |_| true));
-                if let Some(folder) = &self.out {
+                if let Some(folder) = &self.out_dir {
                     picture::write(folder, frame)?;
                 }
                 bar.inc(1);
@@ -242,9 +245,9 @@ impl WarpArgs {
 
     /// Refuses what is of one way alone.
     fn check(&self, ways: &[Way]) -> Result<(), Failure> {
-        if self.out.is_some() && ways.len() != 1 {
+        if self.out_dir.is_some() && ways.len() != 1 {
             return Err(Failure::Usage(
-                "--out: frames of one way are written: name one --method, --window, --phi and \
+                "--out-dir: frames of one way are written: name one --method, --window, --phi and \
                  --depth"
                     .to_owned(),
             ));

@@ -137,17 +137,21 @@ fn configurations() {
     ] {
         fs::write(at.join("c.toml"), text).unwrap();
         for command in [
-            vec!["emit", "--out", "rtl"],
+            vec!["emit", "--out-dir", "rtl"],
             vec!["verify", "--width", "16"],
             vec!["render", "--width", "16", "--out", "p.png"],
             vec!["trace", "--width", "16", "--out", "t.npz"],
-            vec!["cost", "--unit", "exp"],
+            vec!["cost", "--study", "exp"],
         ] {
             let said = expect(at, 2, &[command, vec!["--config", "c.toml"]].concat());
             assert!(said.contains(expected), "{said}");
         }
     }
-    let said = expect(at, 2, &["emit", "--out", "rtl", "--config", "none.toml"]);
+    let said = expect(
+        at,
+        2,
+        &["emit", "--out-dir", "rtl", "--config", "none.toml"],
+    );
     assert!(said.contains("none.toml"), "{said}");
     assert_eq!(fs::read_dir(at).unwrap().count(), 1, "nothing was written");
     // A configuration that splats do not fit.
@@ -168,7 +172,7 @@ fn folders_that_cannot_be_written() {
     let at = folder.path();
     fs::write(at.join("file"), "").unwrap();
     for command in [
-        vec!["emit", "--out", "file/rtl"],
+        vec!["emit", "--out-dir", "file/rtl"],
         vec!["render", "--width", "16", "--out", "file/p.png"],
         vec!["trace", "--width", "16", "--out", "file/t.npz"],
         vec![
@@ -180,7 +184,7 @@ fn folders_that_cannot_be_written() {
             "--readmemh",
             "file/hex",
         ],
-        vec!["cost", "--unit", "exp", "--table", "file/e.csv"],
+        vec!["cost", "--study", "exp", "--table", "file/e.csv"],
         vec!["verify", "--width", "16", "--json", "file/r.json"],
         vec!["doctor", "--json", "file/d.json"],
     ] {
@@ -216,7 +220,7 @@ fn missing_tools() {
             ],
             "verilator",
         ),
-        (vec!["cost", "--unit", "exp"], "verilator"),
+        (vec!["cost", "--study", "exp"], "verilator"),
         (vec!["doctor"], "verilator"),
     ] {
         let done = potamoi()
@@ -267,4 +271,56 @@ fn scenes_and_arguments() {
         &["render", "--camera", "none.json", "--out", "p.png"],
     );
     assert!(said.contains("none.json"), "{said}");
+}
+
+/// Names of flags of the version before do the same, and a line says what they are called now.
+#[test]
+fn old_names_of_flags_work_with_a_note() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let said = |arguments: &str| {
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        let done = common::run(at, &arguments);
+        assert!(done.status.success(), "{}", stderr(&done));
+        // Work that the other name has done is not done again.
+        let printed = common::stdout(&done).replace("; counted earlier", "");
+        (printed, stderr(&done))
+    };
+    let frames = "warp --scene lantern --width 12 --frames 3 --window 2 --frame-ms 20";
+    let model = "model --scene lantern --width 12 --frames 2 --window 2";
+    let grid = Path::new(env!("CARGO_MANIFEST_DIR")).join("synth/grid-asap7.json");
+    let grid = grid.display();
+    for (old, new) in [
+        ("emit --out a".to_owned(), "emit --out-dir a".to_owned()),
+        (
+            format!("{frames} --out b --trace t.json"),
+            format!("{frames} --out-dir b --chrome-trace t.json"),
+        ),
+        (
+            format!("{model} --energy e.svg --roofline r.svg --trace t.json"),
+            format!("{model} --plot-energy e.svg --plot-roofline r.svg --chrome-trace t.json"),
+        ),
+        (
+            "cost --unit methods".to_owned(),
+            "cost --study methods".to_owned(),
+        ),
+        (
+            format!("estimate --grid {grid} --unit gu"),
+            format!("estimate --fit-to {grid} --unit gu"),
+        ),
+    ] {
+        let ((printed, notes), (expected, quiet)) = (said(&old), said(&new));
+        assert_eq!(printed, expected, "{old}");
+        assert!(!quiet.contains("note: "), "{quiet}");
+        let renamed: Vec<_> = new.split(' ').filter(|w| !old.contains(*w)).collect();
+        let flags: Vec<_> = renamed.iter().filter(|w| w.starts_with("--")).collect();
+        assert!(!flags.is_empty(), "{new}");
+        for flag in flags {
+            assert_eq!(
+                notes.matches(&format!("is now {flag};")).count(),
+                1,
+                "{notes}"
+            );
+        }
+    }
 }

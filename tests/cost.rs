@@ -178,7 +178,7 @@ fn a_search_finds_a_cheaper_configuration_and_proves_it() {
     assert!(written.contains("early_out = true"), "{written}");
     let output = potamoi()
         .current_dir(at)
-        .args(["--config", "found.toml", "emit", "--out", "rtl"])
+        .args(["--config", "found.toml", "emit", "--out-dir", "rtl"])
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", stderr(&output));
@@ -326,7 +326,7 @@ fn forms_of_the_exponential_stand_side_by_side() {
         at,
         0,
         &[
-            "--unit", "methods", "--json", "m.json", "--plot", "m.svg", "--csv", "m.csv",
+            "--study", "methods", "--json", "m.json", "--plot", "m.svg", "--csv", "m.csv",
         ],
     );
     assert!(said.contains("faithful with the fewest clocks: "), "{said}");
@@ -381,7 +381,7 @@ fn what_cannot_be_measured_is_refused() {
         said.contains("--knobs colour: expected some of iterations"),
         "{said}"
     );
-    let said = cost(at, 2, &["--unit", "exp", "--plot", "x.svg"]);
+    let said = cost(at, 2, &["--study", "exp", "--plot", "x.svg"]);
     assert!(said.contains("--plot"), "{said}");
     for goal in [["--target-psnr", "NaN"], ["--budget-ms", "0"]] {
         let said = cost(at, 2, &[&["--scene", "garden"][..], &goal].concat());

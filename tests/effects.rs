@@ -324,7 +324,7 @@ fn names_that_are_none_are_refused() {
     let said = expect(
         folder.path(),
         2,
-        &["emit", "--out", "x", "--for-scene", "cairn:ngp"],
+        &["emit", "--out-dir", "x", "--for-scene", "cairn:ngp"],
     );
     assert!(said.contains("vu.ops") && said.contains("fields"), "{said}");
 }

@@ -46,11 +46,11 @@ fn variants_stand_beside_the_baseline_and_the_paper() {
         "both",
         "--json",
         "r.json",
-        "--trace",
+        "--chrome-trace",
         "t.json",
-        "--energy",
+        "--plot-energy",
         "e.svg",
-        "--roofline",
+        "--plot-roofline",
         "r.svg",
     ];
     let said = model(at, 0, &arguments);

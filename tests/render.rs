@@ -141,7 +141,7 @@ fn every_exponential_is_listed() {
         at,
         0,
         &[
-            "cost", "--unit", "exp", "--table", "e.csv", "--json", "r.json",
+            "cost", "--study", "exp", "--table", "e.csv", "--json", "r.json",
         ],
     );
     assert!(
@@ -172,7 +172,7 @@ fn every_exponential_is_listed() {
         "[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"\n",
     )
     .unwrap();
-    let said = expect(at, 2, &["cost", "--unit", "exp", "--config", "g.toml"]);
+    let said = expect(at, 2, &["cost", "--study", "exp", "--config", "g.toml"]);
     assert!(said.contains("vu.exp.output"), "{said}");
 }
 
@@ -206,7 +206,7 @@ fn cost_compares_the_exponentials() {
         ),
     ] {
         let args = [
-            "cost", "--unit", "exp", "--json", "r.json", "--config", config,
+            "cost", "--study", "exp", "--json", "r.json", "--config", config,
         ];
         let text = expect(at, 0, &args);
         assert!(text.contains(said), "{text}");

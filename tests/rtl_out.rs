@@ -23,7 +23,7 @@ fn presets() -> Vec<String> {
 
 fn emit(preset: &str, out: &Path) {
     let done = Command::new(env!("CARGO_BIN_EXE_potamoi"))
-        .args(["--config", preset, "emit", "--out"])
+        .args(["--config", preset, "emit", "--out-dir"])
         .arg(out)
         .output()
         .unwrap();
@@ -83,7 +83,7 @@ fn what_was_emitted_is_listed() {
     let made = tempfile::tempdir().unwrap();
     let report = made.path().join("r.json");
     let done = Command::new(env!("CARGO_BIN_EXE_potamoi"))
-        .args(["emit", "--out"])
+        .args(["emit", "--out-dir"])
         .arg(made.path().join("rtl"))
         .arg("--json")
         .arg(&report)

@@ -278,8 +278,8 @@ fn units_are_estimated_without_synthesis() {
         (&["--busy", "NaN"], "--busy NaN: expected"),
         (&["--channels", "0"], "0 is not in 1..=4096"),
         (&["--scale-to", "5"], "--scale-to 5: no factors from 7 nm"),
-        (&["--grid", "gone.json"], "gone.json"),
-        (&["--grid", "grid.json"], "format_version 9, expected 2"),
+        (&["--fit-to", "gone.json"], "gone.json"),
+        (&["--fit-to", "grid.json"], "format_version 9, expected 2"),
     ] {
         let found = estimate(2, arguments);
         assert!(found.contains(said), "{arguments:?}: {found}");
@@ -410,7 +410,7 @@ fn a_small_unit_is_placed_and_routed() {
     };
     let said = place("1");
     assert!(
-        said.contains("MHz placed and routed") && said.contains("seed 1"),
+        said.contains("GHz placed and routed") && said.contains("seed 1"),
         "{said}"
     );
     let report = json(&at.join("r.json"));

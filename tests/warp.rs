@@ -85,7 +85,7 @@ fn frames_and_their_origins_are_written_and_the_same_on_any_number_of_threads() 
             .current_dir(folder.path())
             .env("RAYON_NUM_THREADS", threads)
             .args(SMALL)
-            .args(["5", "--window", "4", "--out", out])
+            .args(["5", "--window", "4", "--out-dir", out])
             .output()
             .unwrap();
         assert!(done.status.success(), "{done:?}");
@@ -161,7 +161,14 @@ fn phi_is_swept_and_a_small_one_renders_more() {
 fn schedules_overlap_references_and_targets_and_live_frames_are_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let window = ["--window", "5", "--out", "given", "--trace", "given.json"];
+    let window = [
+        "--window",
+        "5",
+        "--out-dir",
+        "given",
+        "--chrome-trace",
+        "given.json",
+    ];
     let given = [&window[..], &["--frame-ms", "40", "--warp-ms", "1"]].concat();
     let report = warp(at, "20", &given);
     let timing = &report["variants"][0]["timing"];
@@ -189,10 +196,10 @@ fn schedules_overlap_references_and_targets_and_live_frames_are_the_same() {
     let live = [
         "--window",
         "5",
-        "--out",
+        "--out-dir",
         "live",
         "--live",
-        "--trace",
+        "--chrome-trace",
         "live.json",
     ];
     let report = warp(at, "20", &live);
@@ -290,13 +297,13 @@ fn wrong_options_are_refused_by_name() {
     refused(&["--nearer", "2"], "nearer");
     refused(&["--mesh", "none.obj"], "none.obj");
     refused(&["--mesh-cells", "0", "--depth", "mesh"], "cells");
-    refused(&["--trace", "t.json"], "--frame-ms");
+    refused(&["--chrome-trace", "t.json"], "--frame-ms");
     refused(&["--frame-ms=-1"], "--frame-ms");
     refused(&["--live", "--warp-ms", "7"], "--live");
     refused(&["--lose", "77"], "references");
     refused(&["--lose", "0", "--method", "temp"], "--lose");
     refused(&["--lose", "0", "--frame-ms", "40"], "--server-ms");
-    refused(&["--window", "2,3", "--out", "x"], "one way");
+    refused(&["--window", "2,3", "--out-dir", "x"], "one way");
     refused(&["--fps", "0"], "fps");
 }
 
@@ -325,7 +332,7 @@ fn image_sequences_are_warped_from_their_own_frames() {
             frames,
             "--profile",
             "paper",
-            "--out",
+            "--out-dir",
             "out",
             "--json",
             "lego.json",

@@ -1,4 +1,4 @@
-//! `potamoi cost --unit exp`: every input of the exponential through the Verilated unit.
+//! `potamoi cost --study exp`: every input of the exponential through the Verilated unit.
 
 use std::fmt::Write as _;
 
@@ -180,7 +180,7 @@ fn check(config: &Config) -> Result<(), Failure> {
     let exp = &config.vu.exp;
     let refuse = |field: &str, value: String, expected: &str| {
         Err(Failure::Usage(format!(
-            "cost --unit exp: `{field}` is {value}: expected {expected}"
+            "cost --study exp: `{field}` is {value}: expected {expected}"
         )))
     };
     if !config.vu.ops.contains(&OpCode::Exp) {

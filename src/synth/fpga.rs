@@ -30,14 +30,14 @@ pub(super) fn run(config: &Config, args: &SynthArgs, cache: &Path) -> Result<(),
             format!("{} of {} {what} ({share:.1} %)", part.used, part.available)
         };
         say!(
-            "{}{}: {}, {}, {}, {}; {:.1} MHz placed and routed",
+            "{}{}: {}, {}, {}, {}; {:.4} GHz placed and routed",
             unit.unit,
             if *is_cached { " (made earlier)" } else { "" },
             of(unit.luts, "look-up tables"),
             of(unit.flops, "flip-flops"),
             of(unit.multipliers, "multipliers"),
             of(unit.block_rams, "block memories"),
-            unit.clock_mhz
+            unit.clock_mhz * 1e-3
         );
     }
     if let Some(path) = &args.json {

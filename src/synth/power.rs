@@ -25,11 +25,11 @@ const NONE: &str = "none";
 
 #[derive(Debug, Args)]
 pub(super) struct PowerArgs {
-    /// Scene whose work moves the netlists, for their power; `lantern` for the gathering unit and
-    /// `garden` for the vector unit unless given; `none` leaves power out
+    /// Scene whose work drives the netlists, for their power; `none` leaves power out [default:
+    /// lantern for the gathering unit, garden for the vector unit]
     #[arg(long, value_name = "SCENE")]
     activity: Option<String>,
-    /// Simulate the whole netlists rather than slices of them: slower, and nothing is composed
+    /// Simulate the whole netlists rather than slices of them, which is slower
     #[arg(long)]
     whole: bool,
 }

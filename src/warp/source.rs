@@ -17,15 +17,18 @@ use crate::scene::SceneArgs;
 /// Where depth is from.
 #[derive(Debug, Args)]
 pub(super) struct DepthArgs {
-    /// Where depth is from; several are shown side by side; left out: given for image sequences,
-    /// model otherwise
-    #[arg(long, value_enum, value_delimiter = ',')]
+    /// Where depth is from; several side by side [default: given for image sequences, else model]
+    #[arg(long, value_name = "FROM,...", value_enum, value_delimiter = ',')]
     depth: Vec<DepthFrom>,
-    /// Cells along the longest side of the mesh of a model's surface; several are shown side by
-    /// side
-    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "256")]
+    /// Cells along the longest side of the mesh of a model's surface; several side by side
+    #[arg(
+        long,
+        value_name = "N,...",
+        value_delimiter = ',',
+        default_value = "256"
+    )]
     mesh_cells: Vec<u32>,
-    /// A mesh that depth is taken from (.obj, .ply)
+    /// Mesh that depth is taken from, .obj or .ply [default: as --depth says]
     #[arg(long, value_name = "FILE", conflicts_with = "depth")]
     mesh: Option<PathBuf>,
 }

@@ -23,19 +23,18 @@ const NANOS_A_MILLISECOND: f64 = 1e6;
 /// Options of the runtime.
 #[derive(Debug, Args)]
 pub(super) struct TimingArgs {
-    /// Schedule the runtime: milliseconds of a frame in full; what a target renders takes its
-    /// share of it
+    /// Time of a full frame, with which frames are scheduled; a target takes the share that it
+    /// renders [default: no schedule]
     #[arg(long, value_name = "MS", conflicts_with = "live")]
     frame_ms: Option<f64>,
-    /// Milliseconds of warping a reference to a target; as long as nothing unless given, which the
-    /// report says
+    /// Time of warping a reference to a target [default: 0, which the report notes]
     #[arg(long, value_name = "MS", requires = "frame_ms")]
     warp_ms: Option<f64>,
-    /// References are rendered by a server in so many milliseconds, and come over the paper's
-    /// wireless link of 10 MB/s
+    /// Time in which a server renders a reference, sent over the paper's wireless link of 10 MB/s
+    /// [default: references are rendered on the device]
     #[arg(long, value_name = "MS", requires = "frame_ms")]
     server_ms: Option<f64>,
-    /// Milliseconds after which a reference from the server is given up
+    /// Time after which a reference from the server is given up
     #[arg(
         long,
         value_name = "MS",
@@ -43,15 +42,15 @@ pub(super) struct TimingArgs {
         requires = "server_ms"
     )]
     timeout_ms: f64,
-    /// References and targets share one renderer
+    /// Let references and targets share one renderer
     #[arg(long)]
     one_renderer: bool,
-    /// Really render references and targets at once, on two threads, and measure
+    /// Render references and targets at once, on two threads, and measure
     #[arg(long)]
     live: bool,
-    /// The schedule as a Chrome trace, for Perfetto
+    /// Schedule as a Chrome trace, for Perfetto; of several variants, that of the last
     #[arg(long, value_name = "FILE")]
-    pub(super) trace: Option<PathBuf>,
+    pub(super) chrome_trace: Option<PathBuf>,
 }
 
 /// References that are rendered here, less those that are lost.
@@ -132,9 +131,9 @@ impl TimingArgs {
                     .to_owned(),
             ));
         }
-        if self.trace.is_some() && !self.is_asked() {
+        if self.chrome_trace.is_some() && !self.is_asked() {
             return Err(Failure::Usage(
-                "--trace: of a schedule: give --frame-ms, or --live to measure".to_owned(),
+                "--chrome-trace: of a schedule: give --frame-ms, or --live to measure".to_owned(),
             ));
         }
         Ok(())
@@ -210,7 +209,7 @@ impl TimingArgs {
 
     /// Sums up, and writes the trace.
     pub(super) fn done(&self, schedule: &Schedule) -> Result<Timing, Failure> {
-        if let Some(path) = &self.trace {
+        if let Some(path) = &self.chrome_trace {
             files::write_json(path, &chrome_trace(schedule))?;
         }
         let ms = |nanos: Nanos| nanos as f64 / NANOS_A_MILLISECOND;

@@ -12,46 +12,58 @@ use super::source::Source;
 /// What is compared, and by which rules.
 #[derive(Debug, Args)]
 pub(super) struct WayArgs {
-    /// How frames are made; several are shown side by side
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "sparw")]
+    /// How frames are made; several side by side
+    #[arg(
+        long,
+        value_name = "METHOD,...",
+        value_enum,
+        value_delimiter = ',',
+        default_value = "sparw"
+    )]
     method: Vec<Method>,
-    /// Targets of a reference; several are shown side by side
-    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "16")]
+    /// Target frames that are warped from one reference
+    #[arg(
+        long,
+        value_name = "N,...",
+        value_delimiter = ',',
+        default_value = "16"
+    )]
     window: Vec<u32>,
-    /// Largest angle between the rays of reference and target at a point, in
-    /// degrees; several are shown side by side; left out: none
-    #[arg(long, value_name = "DEG", value_delimiter = ',')]
+    /// Largest angle at a point between the rays of reference and target; beyond it the pixel is
+    /// rendered [default: no limit]
+    #[arg(long, value_name = "DEG,...", value_delimiter = ',')]
     phi: Vec<f64>,
-    /// What a larger angle leads to
+    /// What is rendered where the angle exceeds --phi
     #[arg(long, value_enum, default_value_t = PhiScope::Pixel)]
     phi_scope: PhiScope,
-    /// Rules that belong together; the next options change one of them
+    /// Rules of warping: which pixels of a target are warped and which are rendered
     #[arg(long, value_enum, default_value_t = RulesOf::Potamoi)]
     profile: RulesOf,
-    /// Which angle
+    /// Which angle is held against --phi [default: the profile's]
     #[arg(long, value_enum)]
     angle: Option<AngleOf>,
-    /// How colours are taken from a reference
+    /// How colours are taken from a reference [default: the profile's]
     #[arg(long, value_enum)]
     sampling: Option<SamplingBy>,
-    /// Whether pixels at edges of the reference are rendered
+    /// Whether pixels at edges of the reference are rendered [default: the profile's]
     #[arg(long, value_name = "true|false")]
     render_edges: Option<bool>,
     /// Whether pixels on which no point landed are warped where the reference shows what is there
+    /// [default: the profile's]
     #[arg(long, value_name = "true|false")]
     fill_cracks: Option<bool>,
-    /// Whether points that are warped to where nothing is stay
+    /// Whether points that are warped to where nothing is stay [default: the profile's]
     #[arg(long, value_name = "true|false")]
     keep_over_void: Option<bool>,
-    /// A pixel is rendered where the depth there is below so much of the warped one; 0.995 unless
-    /// given
+    /// A pixel is rendered where the depth there is below this share of the warped one [default:
+    /// 0.995]
     #[arg(long, value_name = "SHARE")]
     nearer: Option<f64>,
-    /// From where references are taken; left out: predicted, of image sequences centre
+    /// Where references are taken from [default: predicted; of image sequences, centre]
     #[arg(long, value_enum)]
     reference: Option<From>,
-    /// Frames before its window at which a reference is begun; left out: as many as the window
-    /// has; 0: the paper's formula
+    /// Frames before its window at which a reference is begun; 0: the paper's formula [default: as
+    /// many as the window has]
     #[arg(long, value_name = "N")]
     lead: Option<u32>,
 }

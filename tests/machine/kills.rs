@@ -15,23 +15,40 @@ struct Run {
 }
 
 const EMIT: Run = Run {
-    command: &["emit", "--out", "rtl"],
+    command: &["emit", "--out-dir", "rtl"],
     outputs: &["rtl"],
 };
 const WARP: Run = Run {
     command: &[
-        "warp", "--scene", "lantern", "--width", "16", "--frames", "3", "--out", "w",
+        "warp",
+        "--scene",
+        "lantern",
+        "--width",
+        "16",
+        "--frames",
+        "3",
+        "--out-dir",
+        "w",
     ],
     outputs: &["w"],
 };
 const COST: Run = Run {
-    command: &["cost", "--unit", "methods", "--csv", "c.csv"],
+    command: &["cost", "--study", "methods", "--csv", "c.csv"],
     outputs: &["c.csv"],
 };
 const MODEL: Run = Run {
     command: &[
-        "model", "--scene", "lantern", "--width", "12", "--frames", "2", "--window", "2",
-        "--trace", "t.json",
+        "model",
+        "--scene",
+        "lantern",
+        "--width",
+        "12",
+        "--frames",
+        "2",
+        "--window",
+        "2",
+        "--chrome-trace",
+        "t.json",
     ],
     outputs: &["t.json"],
 };

@@ -92,7 +92,7 @@ fn standard_output_is_full_or_closed() {
             "{said}"
         );
     }
-    expect(at, 2, "$P estimate --grid nothing 2>&-");
+    expect(at, 2, "$P estimate --fit-to nothing 2>&-");
 }
 
 #[test]
@@ -105,8 +105,8 @@ fn pipes_and_devices_are_no_inputs() {
         "render --out o.png --width 8 --scene p.spz",
         "render --out o.png --width 8 --scene p.toml",
         "render --out o.png --width 8 --scene garden --camera p.json",
-        "emit --out rtl --config p.toml",
-        "estimate --grid p.json",
+        "emit --out-dir rtl --config p.toml",
+        "estimate --fit-to p.json",
         "model --scene garden --system p.toml",
         "verify --trace p.json",
     ] {
@@ -116,7 +116,7 @@ fn pipes_and_devices_are_no_inputs() {
     let said = expect(
         at,
         2,
-        "(ulimit -v 1500000; timeout 20 $P estimate --grid /dev/zero)",
+        "(ulimit -v 1500000; timeout 20 $P estimate --fit-to /dev/zero)",
     );
     assert!(said.contains("a device"), "{said}");
 }
@@ -128,10 +128,10 @@ fn emissions_replace_one_another_whole() {
     expect(
         at,
         0,
-        "$P --config feature-major emit --out x; $P emit --out p; cp -r x f",
+        "$P --config feature-major emit --out-dir x; $P emit --out-dir p; cp -r x f",
     );
     // A limit of file sizes stands for a full disk.
-    let script = "(trap '' XFSZ; ulimit -f 40; $P emit --out x)";
+    let script = "(trap '' XFSZ; ulimit -f 40; $P emit --out-dir x)";
     let said = expect(at, 2, script);
     assert!(said.contains("cannot write"), "{said}");
     expect(at, 0, "diff -r x f");
@@ -139,7 +139,7 @@ fn emissions_replace_one_another_whole() {
     expect(
         at,
         0,
-        "$P emit --out x; rm x/gathering_unit/mine.v; diff -r x p",
+        "$P emit --out-dir x; rm x/gathering_unit/mine.v; diff -r x p",
     );
     // Edited and foreign files.
     expect(
@@ -147,7 +147,7 @@ fn emissions_replace_one_another_whole() {
         0,
         "echo edited >> x/vector_unit/vector_unit.v; cp -r x e",
     );
-    let said = expect(at, 2, "$P --config small emit --out x");
+    let said = expect(at, 2, "$P --config small emit --out-dir x");
     assert!(
         said.contains("vector_unit/vector_unit.v") && said.contains("--overwrite"),
         "{said}"
@@ -155,16 +155,16 @@ fn emissions_replace_one_another_whole() {
     expect(
         at,
         0,
-        "diff -r x e; $P --config small emit --out x --overwrite",
+        "diff -r x e; $P --config small emit --out-dir x --overwrite",
     );
-    expect(at, 0, "$P --config small emit --out s; diff -r x s");
+    expect(at, 0, "$P --config small emit --out-dir s; diff -r x s");
     // A pipe that is none of the files stays, one that would be is refused.
     let said = expect(
         at,
         2,
-        "mkfifo x/gathering_unit/x.v; $P --config small emit --out x || exit 9; \
+        "mkfifo x/gathering_unit/x.v; $P --config small emit --out-dir x || exit 9; \
          mkdir -p y/vector_unit; mkfifo y/vector_unit/vector_unit.v; \
-         timeout 5 $P emit --out y --overwrite",
+         timeout 5 $P emit --out-dir y --overwrite",
     );
     assert!(said.contains("a FIFO and is never replaced"), "{said}");
     assert!(files(at).iter().all(|name| !name.contains(".potamoi")));

@@ -1,0 +1,113 @@
+//! Flags that had another name. The old name is accepted for one version, with a note.
+
+use std::ffi::OsString;
+
+use clap::Command;
+
+/// A flag that was renamed in one command.
+struct Renamed {
+    command: &'static str,
+    old: &'static str,
+    new: &'static str,
+}
+
+/// Names of the version before; they go with the next.
+const RENAMED: &[Renamed] = &[
+    renamed("emit", "out", "out-dir"),
+    renamed("warp", "out", "out-dir"),
+    renamed("warp", "trace", "chrome-trace"),
+    renamed("model", "trace", "chrome-trace"),
+    renamed("model", "energy", "plot-energy"),
+    renamed("model", "roofline", "plot-roofline"),
+    renamed("cost", "unit", "study"),
+    renamed("estimate", "grid", "fit-to"),
+];
+
+const fn renamed(command: &'static str, old: &'static str, new: &'static str) -> Renamed {
+    Renamed { command, old, new }
+}
+
+/// The command line with old names as hidden aliases.
+pub(crate) fn accept(mut cli: Command) -> Command {
+    for one in RENAMED {
+        cli = cli.mut_subcommand(one.command, |command| {
+            command.mut_arg(one.new.replace('-', "_"), |flag| flag.alias(one.old))
+        });
+    }
+    cli
+}
+
+/// A line for each old name among the arguments of `command`.
+pub(crate) fn notes(command: &str, arguments: &[OsString]) -> Vec<String> {
+    let words: Vec<_> = arguments
+        .iter()
+        .map(|word| word.to_string_lossy())
+        .collect();
+    let flags: Vec<&str> = words
+        .iter()
+        .take_while(|word| *word != "--")
+        .filter_map(|word| word.strip_prefix("--"))
+        .map(|word| word.split('=').next().unwrap_or(word))
+        .collect();
+    let used = RENAMED.iter().filter(|one| {
+        // clap takes no value that begins with a dash, so that such a word is a flag.
+        one.command == command && flags.contains(&one.old)
+    });
+    used.map(|one| {
+        format!(
+            "--{} of potamoi {command} is now --{}; the old name goes with the next version",
+            one.old, one.new
+        )
+    })
+    .collect()
+}
+
+/// Commands, old names and new names, in Markdown.
+#[cfg(test)]
+pub(crate) fn table() -> String {
+    let mut text = "| command | old name | new name |\n|---|---|---|\n".to_owned();
+    for one in RENAMED {
+        text += &format!(
+            "| `{}` | `--{}` | `--{}` |\n",
+            one.command, one.old, one.new
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    /// An old name would mean two things if a flag of the command had it.
+    #[test]
+    fn old_names_are_free_and_lead_to_the_new_ones() {
+        let cli = accept(crate::cli::Cli::command());
+        for one in RENAMED {
+            let command = cli.find_subcommand(one.command).unwrap();
+            let named = |name: &str| {
+                let mut flags = command.get_arguments();
+                flags.any(|flag| flag.get_long() == Some(name))
+            };
+            assert!(!named(one.old), "{} --{}", one.command, one.old);
+            assert!(named(one.new), "{} --{}", one.command, one.new);
+        }
+    }
+
+    #[test]
+    fn a_note_names_the_new_flag_and_only_where_the_old_one_stands() {
+        let notes = |command, words: &[&str]| {
+            let words: Vec<OsString> = words.iter().map(OsString::from).collect();
+            notes(command, &words)
+        };
+        let said = notes("emit", &["emit", "--out=rtl"]);
+        assert_eq!(said.len(), 1);
+        assert!(said[0].contains("--out-dir"), "{said:?}");
+        assert!(notes("emit", &["emit", "--out-dir", "out"]).is_empty());
+        assert!(notes("render", &["render", "--out", "p.png"]).is_empty());
+        assert_eq!(notes("cost", &["cost", "--unit", "exp"]).len(), 1);
+    }
+}
