@@ -96,9 +96,9 @@ refresh: setup
 	INSTA_UPDATE=always cargo test --locked --workspace --quiet figures_are_what_they_were
 	$(call step,the tables of hard cases)
 	POTAMOI_REFRESH=1 cargo test --locked --workspace --quiet the_table_of_the_book
-	@git status --short -- rtl_out docs/images docs/hard-cases.md docs/files.md ':(glob)**/*.snap' ':(glob)tests/**'
+	@git status --short -- rtl_out docs/images docs/explanation/hard-cases.md docs/reference/files.md ':(glob)**/*.snap' ':(glob)tests/**'
 
-# The library is not the project's: docs/synthesis.md says which.
+# The library is not the project's: docs/explanation/synthesis.md says which.
 parameters: setup
 	@test -n "$(LIBERTY)" || { echo 'make parameters: name the library, LIBERTY=FILE' >&2; exit 2; }
 	@tools/setup synth

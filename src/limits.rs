@@ -74,7 +74,7 @@ pub(crate) fn run_within() -> Option<ExitCode> {
         _ => {
             stdout::error(format_args!(
                 "the limit of {} MiB of memory does not hold what was asked for ({status}): raise it \
-                 (ulimit -v), or ask for a smaller picture or model; docs/kept-files.md#memory says what a model \
+                 (ulimit -v), or ask for a smaller picture or model; docs/reference/kept-files.md#memory says what a model \
                  takes",
                 limit >> 20
             ));

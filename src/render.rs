@@ -182,7 +182,7 @@ pub(crate) fn shoot(scene: &Scene, config: &Config, numerics: Numerics) -> Resul
             if rtl.gather_flags() != 0 {
                 return Err(Failure::Check(format!(
                     "the gathering unit raised flags {:#010b} of stat_errors, which \
-                     docs/gathering-unit.md names; no picture is written",
+                     docs/reference/gathering-unit.md names; no picture is written",
                     rtl.gather_flags()
                 )));
             }

@@ -270,7 +270,7 @@ fn a_frame_takes_what_the_model_of_the_system_says() {
     let model = json(&at.join("m.json"));
     let found = &model["scenes"][0]["outcomes"][1];
     assert_eq!(found["variant"]["name"], "fs+gu", "{found}");
-    // Memory is at the rates of streams here, and replayed there: up to 6 % apart (docs/system.md).
+    // Memory is at the rates of streams here, and replayed there: up to 6 % apart (docs/explanation/system.md).
     for (own, of) in [
         (number(default, "frame_ns"), number(found, "span_ns")),
         (
@@ -346,7 +346,7 @@ fn forms_of_the_exponential_stand_side_by_side() {
         }
     }
     assert_eq!(unbuilt, 7);
-    // Measured exhaustively before (docs/vector-unit.md).
+    // Measured exhaustively before (docs/reference/vector-unit.md).
     let paper = of("restoring, n = 16 (the paper's)");
     assert!((number(paper, "max_ulp") - 0.9728).abs() < 1e-4 && number(paper, "clocks") == 20.0);
     let cheapest = of(report["cheapest_faithful"].as_str().unwrap());

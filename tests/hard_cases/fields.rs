@@ -298,7 +298,7 @@ impl Bounds for ToyBounds<'_> {
     }
 
     /// The optical depth is cut off; the opacity's own unit gives 3.56 units of U0.16 at most
-    /// (docs/hard-cases.md).
+    /// (docs/explanation/hard-cases.md).
     fn alpha(&self, _: &[f64], off: &[Off]) -> f64 {
         STEP * off[0].largest() + self.depth_ulp + 3.56 * 2f64.powi(-16)
     }

@@ -86,7 +86,7 @@ pub(crate) fn compare(marks: [&str; 2], expected: &str, refresh: impl Fn()) {
 }
 
 fn page() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/hard-cases.md")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/explanation/hard-cases.md")
 }
 
 /// Names of the page's first table, whose rows are measured.
@@ -111,7 +111,7 @@ fn the_table_of_the_book_is_current() {
 }
 
 const STALE: &str =
-    "docs/hard-cases.md is not what is measured; make refresh writes it, then git diff";
+    "docs/explanation/hard-cases.md is not what is measured; make refresh writes it, then git diff";
 
 /// Whether rows say the same: decibels to one, other numbers to a quarter, since elementary functions
 /// differ between machines and may flip a decision.

@@ -59,7 +59,7 @@ impl ExpConfig {
     }
 
     /// Four guard bits for the pieces, three for the power of two: the largest
-    /// errors over all inputs are in `docs/vector-unit.md`.
+    /// errors over all inputs are in `docs/reference/vector-unit.md`.
     pub(super) fn piecewise_engine(&self) -> Engine {
         let least = self.input.frac_bits().max(self.pieces.max(2).ilog2() + 4);
         Engine {

@@ -34,7 +34,7 @@ impl BatchSize {
     ///
     /// With `d` samples a ray, MVoxels are loaded about `n / d` times, and `d / 2`
     /// samples a ray are gathered behind its stop; the sum is least at a root. The
-    /// third is chosen by counting (docs/fields.md), and so is that it holds for
+    /// third is chosen by counting (docs/explanation/fields.md), and so is that it holds for
     /// ray groups of all sizes: a batch is as many times larger as a group has
     /// more rays.
     #[must_use]

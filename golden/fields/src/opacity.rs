@@ -249,7 +249,7 @@ mod tests {
 
     /// How far an opacity may be from that of an optical depth `s` that is off
     /// by `error`: U4.20 rounds s by half a code and holds it below 16, and
-    /// 1 - exp(-s) is 1.112 units of 2^-16 off at most (docs/vector-unit.md).
+    /// 1 - exp(-s) is 1.112 units of 2^-16 off at most (docs/reference/vector-unit.md).
     fn bound(s: f64, error: f64) -> f64 {
         let least = (s - error).max(0.0);
         (-least).exp() * (error + 2f64.powi(-21)) + (-16f64).exp() + 1.112 * 2f64.powi(-16)

@@ -71,7 +71,7 @@ fn values_agree_with_floating_point() {
     }
 }
 
-/// Every code from -16 to 16 of the table in `docs/vector-unit.md`.
+/// Every code from -16 to 16 of the table in `docs/reference/vector-unit.md`.
 #[test]
 fn every_sigmoid_and_softplus() {
     let fields = include_str!("../../../configs/fields.toml");

@@ -1,6 +1,6 @@
 //! What the gathering unit makes of the beats of its streams, no clock: which bytes
 //! are an MVoxel's, where it ends, how its features are framed, and which flags are
-//! raised by beats that are not as they must be (`docs/gathering-unit.md`, Streams
+//! raised by beats that are not as they must be (`docs/reference/gathering-unit.md`, Streams
 //! and Errors).
 
 use potamoi_formats::config::Config;

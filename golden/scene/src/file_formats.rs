@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     fn the_table_of_the_book_is_current() {
-        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/files.md");
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference/files.md");
         let text = std::fs::read_to_string(&page).unwrap();
         let marks = ["<!-- formats -->\n", "<!-- end of formats -->\n"];
         let (before, rest) = text.split_once(marks[0]).unwrap();
@@ -62,7 +62,7 @@ mod tests {
         }
         assert!(
             found == expected,
-            "docs/files.md is not what the readers say; make refresh writes it, then git diff"
+            "docs/reference/files.md is not what the readers say; make refresh writes it, then git diff"
         );
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Only occupancy and positions are kept, no data. Every field of
 //! [`GatherModel`] is a register: what a cycle sees is what the cycle before
-//! left (paper, Sec. "Hardware Support"; rules of `docs/gathering-unit.md`).
+//! left (paper, Sec. "Hardware Support"; rules of `docs/reference/gathering-unit.md`).
 
 use std::collections::VecDeque;
 

@@ -2,7 +2,7 @@
 //!
 //! Their cycles depend on which rows are read. [`turns`] counts them from the entries
 //! alone; [`SplitRun`] is the work with them, for [`GatherModel::of_turns`] and
-//! [`split_cycles`](super::closed::split_cycles). Rules: `docs/gathering-unit.md`.
+//! [`split_cycles`](super::closed::split_cycles). Rules: `docs/reference/gathering-unit.md`.
 //!
 //! [`GatherModel::of_turns`]: super::gathering_unit::GatherModel::of_turns
 

@@ -1,5 +1,5 @@
 //! The vector unit, one clock cycle a call: occupancy only, no data (rules of
-//! `docs/vector-unit.md`).
+//! `docs/reference/vector-unit.md`).
 
 use std::collections::VecDeque;
 

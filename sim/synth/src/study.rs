@@ -283,7 +283,7 @@ mod tests {
         ]);
         assert_eq!(array_um2(&own), Some(576.0 * (7.0 + 32.0 * 0.5)));
         assert_eq!(array_um2(&unit(vec![module("rest", 1, 1, 1.0, 1.0)])), None);
-        // As docs/synthesis.md states it at 12 nm.
+        // As docs/explanation/synthesis.md states it at 12 nm.
         let paper = SynthReport::checked_in().unwrap()[0]
             .clone()
             .raw

@@ -24,13 +24,13 @@ fn of(variant: Variant, raw: &Raw) -> Row {
     }
 }
 
-/// The line of docs/synthesis.md.
+/// The line of docs/explanation/synthesis.md.
 #[test]
 fn the_paper_s_unit_is_as_the_book_has_it() {
     let text = units(&[row(GATHERING[0], 0)]);
     let line = "| paper | 0.0178 (0.0408) | 11102 | 1101 (1387) | 0.0983 | 0.0130 |";
     assert_eq!(text.lines().nth(2), Some(line), "{text}");
-    let book = include_str!("../../../docs/synthesis.md");
+    let book = include_str!("../../../docs/explanation/synthesis.md");
     assert!(book.contains(&line.replace("11102", "11,102")));
     let text = modules(&row(GATHERING[0], 0).unit);
     assert!(
@@ -145,12 +145,12 @@ fn plain(cell: &str) -> String {
     }
 }
 
-/// Both tables of docs/synthesis.md, figure by figure: of the paper's unit with and without
+/// Both tables of docs/explanation/synthesis.md, figure by figure: of the paper's unit with and without
 /// its feature FIFO beside an NPU with array, features and weights; and of tables with
 /// fewer ports beside a crossbar, all at 12 nm.
 #[test]
 fn memories_beside_logic_are_as_the_book_has_them() {
-    let book = include_str!("../../../docs/synthesis.md");
+    let book = include_str!("../../../docs/explanation/synthesis.md");
     let text = text("origin", &all(), &cacti).unwrap();
     let found = cells(&text, "| the paper's unit, mm^2 |");
     assert_eq!(found.len(), 4, "{text}");

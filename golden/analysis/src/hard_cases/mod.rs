@@ -1,6 +1,6 @@
 //! Hard cases at the unit. Each has the obvious form failing and ours holding on the same rounded
 //! inputs, against exact integers or numbers of 256 bits, with a tolerance that follows from the
-//! formats. The table of them is in docs/hard-cases.md, made by this suite and compared with it;
+//! formats. The table of them is in docs/explanation/hard-cases.md, made by this suite and compared with it;
 //! pictures, Verilog and system of the same cases are in the root package's tests/hard_cases.
 #![allow(clippy::unwrap_used, clippy::panic)]
 

@@ -65,7 +65,7 @@ fn table(cases: &[Case]) -> String {
 fn the_table_of_the_book_is_current() {
     let cases = all();
     assert!(cases.len() >= 30, "{} cases", cases.len());
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/hard-cases.md");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/explanation/hard-cases.md");
     let text = std::fs::read_to_string(&page).unwrap();
     let marks = ["<!-- units -->\n", "<!-- end of units -->\n"];
     let (before, rest) = text.split_once(marks[0]).unwrap();
@@ -87,7 +87,7 @@ fn the_table_of_the_book_is_current() {
 }
 
 const STALE: &str =
-    "docs/hard-cases.md is not what is measured; make refresh writes it, then git diff";
+    "docs/explanation/hard-cases.md is not what is measured; make refresh writes it, then git diff";
 
 /// Whether rows say the same: numbers to a tenth, or roundings of doubles to twice, since the last
 /// bits of elementary functions differ between machines.

@@ -1,4 +1,4 @@
-//! The gathering unit. Its interface and timing: `docs/gathering-unit.md`.
+//! The gathering unit. Its interface and timing: `docs/reference/gathering-unit.md`.
 
 mod channel_major;
 mod feature_major;

@@ -2,7 +2,7 @@
 //!
 //! An exponential of `-|x|`; then `ln(1 + e)` by the factors that bring `1 + e`
 //! up towards 2, whose logarithms are the constants of `SR_sub`; for sigmoid an
-//! exponential again. Bits: `docs/vector-unit.md`.
+//! exponential again. Bits: `docs/reference/vector-unit.md`.
 
 use num_bigint::BigInt;
 use potamoi_formats::fixed::Rounding;

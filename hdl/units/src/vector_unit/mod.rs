@@ -1,4 +1,4 @@
-//! The vector unit. Its interface and timing: `docs/vector-unit.md`.
+//! The vector unit. Its interface and timing: `docs/reference/vector-unit.md`.
 
 mod acceptance;
 mod alu;

@@ -3,7 +3,7 @@
 //! Its cycles depend on which rows are read, unlike the channel-major ones:
 //! [`rounds`](super::rounds::rounds) counts them from the entries alone, [`FeatureMajorModel`] steps
 //! through every cycle, and [`feature_major_cycles`] gives the totals for data
-//! and sink that are always ready. Rules: `docs/organisations.md`.
+//! and sink that are always ready. Rules: `docs/explanation/organisations.md`.
 
 mod closed;
 mod model;

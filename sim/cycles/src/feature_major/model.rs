@@ -1,7 +1,7 @@
 //! The feature-major unit, one clock cycle a call.
 //!
 //! Positions, occupancy and rounds are kept, no data. Every field of
-//! [`FeatureMajorModel`] is a register (rules of `docs/organisations.md`).
+//! [`FeatureMajorModel`] is a register (rules of `docs/explanation/organisations.md`).
 
 use std::collections::VecDeque;
 

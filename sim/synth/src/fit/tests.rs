@@ -78,10 +78,10 @@ fn units_are_in_order_at_every_corner() {
     }
 }
 
-/// The table of errors in docs/synthesis.md, every figure of it.
+/// The table of errors in docs/explanation/synthesis.md, every figure of it.
 #[test]
 fn errors_are_those_that_the_book_states() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/synthesis.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/explanation/synthesis.md");
     let book = std::fs::read_to_string(path).unwrap();
     for (family, name) in [
         (Family::Gathering, "gathering"),
@@ -109,7 +109,7 @@ fn errors_are_those_that_the_book_states() {
 /// The mean share of leakage, and the largest, in the power at 1 GHz or what a point reaches.
 #[test]
 fn leakage_is_the_part_that_the_book_states() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/synthesis.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/explanation/synthesis.md");
     let book = std::fs::read_to_string(path).unwrap();
     let book = book.split_whitespace().collect::<Vec<_>>().join(" ");
     let fit = Fit::checked_in().unwrap();

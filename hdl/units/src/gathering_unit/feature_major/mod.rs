@@ -1,7 +1,7 @@
 //! The feature-major organisation, which the paper argues against: every bank
 //! holds whole feature vectors, R lanes each work on one ray sample, and lanes
 //! that want different vectors of one bank wait for one another (paper, Sec.
-//! "Bank Conflict-Free Interleaving"). `docs/organisations.md`.
+//! "Bank Conflict-Free Interleaving"). `docs/explanation/organisations.md`.
 
 mod arbiter;
 mod lane;

@@ -1,0 +1,337 @@
+//! Figures in the documents are those of the program.
+//!
+//! ```text
+//! <!-- figures: render --scene garden --json g.json; model --scenes cairn:ngp
+//! g.json /psnr_db .1
+//! skip 2
+//! cairn:ngp | potamoi
+//! -->
+//! The picture is 90.9 dB from floating point. Of 200 x 200 pixels, the system is 3.66 (4.95) ...
+//! <!-- end -->
+//! ```
+//!
+//! After `figures:` (or `slow figures:`, for tests that run with `--ignored`) stand the program's
+//! arguments, `;` between commands. Each further line names what the next numbers of the body are:
+//!
+//! - `FILE /POINTER FORMAT`: a number of a JSON report; `[key=value]` in the pointer finds the entry
+//!   of a list; `.2` keeps two decimals, `,` puts commas between thousands;
+//! - `ROW | COLUMN`: the numbers in a cell of a table that the last command prints;
+//! - `skip N`: numbers of the text itself;
+//! - `output` or `output from TEXT`: the body is a block of code with all that the last command
+//!   prints, from the line that begins so.
+//!
+//! Numbers in code and in targets of links are none. With `POTAMOI_REFRESH` set the body is
+//! written, otherwise it is compared.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::common::{run, stderr, stdout};
+use crate::{name, pages, read};
+
+const END: &str = "<!-- end -->";
+
+/// A marked passage: what comes before its body, and the body.
+struct Passage<'a> {
+    is_slow: bool,
+    commands: Vec<&'a str>,
+    values: Vec<&'a str>,
+    body: std::ops::Range<usize>,
+}
+
+fn passages(text: &str) -> Vec<Passage<'_>> {
+    let mut found = vec![];
+    let mut at = 0;
+    while let Some(start) = text[at..].find("<!-- ").map(|n| at + n) {
+        let Some(stop) = text[start..].find("-->").map(|n| start + n) else {
+            break;
+        };
+        at = stop + 3;
+        let comment = text[start + 5..stop].trim();
+        let (is_slow, rest) = match comment.strip_prefix("slow ") {
+            Some(rest) => (true, rest),
+            None => (false, comment),
+        };
+        let Some(rest) = rest.strip_prefix("figures: ") else {
+            continue;
+        };
+        let mut lines = rest.lines();
+        let commands = lines.next().unwrap_or_default().split("; ").collect();
+        let length = text[at..].find(END).expect("an end to each passage");
+        found.push(Passage {
+            is_slow,
+            commands,
+            values: lines.collect(),
+            body: at..at + length,
+        });
+        at += length;
+    }
+    found
+}
+
+/// Where the numbers of a text are, but for those in code, in targets of links and in names.
+fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
+    let bytes = text.as_bytes();
+    let mut found = vec![];
+    let (mut at, mut code, mut target) = (0, false, false);
+    while at < bytes.len() {
+        let before = at.checked_sub(1).map_or(b' ', |n| bytes[n]);
+        match bytes[at] {
+            b'`' => code = !code,
+            b'(' if before == b']' => target = true,
+            b')' => target = false,
+            byte if byte.is_ascii_digit() && !code && !target => {
+                let mut end = at + 1;
+                while end < bytes.len() {
+                    let goes_on = match bytes[end] {
+                        b'.' | b',' => bytes.get(end + 1).is_some_and(u8::is_ascii_digit),
+                        byte => byte.is_ascii_digit(),
+                    };
+                    if !goes_on {
+                        break;
+                    }
+                    end += 1;
+                }
+                let after = bytes.get(end).copied().unwrap_or(b' ');
+                let is_name = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
+                if !is_name(before) && !is_name(after) {
+                    let is_negative = before == b'-'
+                        && at.checked_sub(2).is_none_or(|n| b" (|".contains(&bytes[n]));
+                    found.push(at - usize::from(is_negative)..end);
+                }
+                at = end;
+                continue;
+            }
+            _ => {}
+        }
+        at += 1;
+    }
+    found
+}
+
+/// A value by a pointer whose steps may be `[key=value]`.
+fn pointed<'a>(value: &'a Value, pointer: &str) -> Option<&'a Value> {
+    let mut value = value;
+    let mut rest = pointer.strip_prefix('/')?;
+    while !rest.is_empty() {
+        if let Some(inner) = rest.strip_prefix('[') {
+            let (condition, after) = inner.split_once(']')?;
+            let (key, expected) = condition.split_once('=')?;
+            let is_it = |own: &&Value| {
+                pointed(own, &format!("/{key}")).and_then(Value::as_str) == Some(expected)
+            };
+            value = value.as_array()?.iter().find(is_it)?;
+            rest = after.strip_prefix('/').unwrap_or(after);
+        } else {
+            let (step, after) = rest.split_once('/').unwrap_or((rest, ""));
+            value = match step.parse::<usize>() {
+                Ok(n) if value.is_array() => value.get(n)?,
+                _ => value.get(step)?,
+            };
+            rest = after;
+        }
+    }
+    Some(value)
+}
+
+/// A number as the documents have it.
+fn formatted(value: f64, format: &str) -> String {
+    if let Some(decimals) = format.strip_prefix('.') {
+        return format!("{value:.*}", decimals.parse().unwrap());
+    }
+    let digits = format!("{value:.0}");
+    if format != "," {
+        return digits;
+    }
+    let mut text = String::new();
+    for (n, digit) in digits.chars().enumerate() {
+        if n > 0 && digit != '-' && (digits.len() - n) % 3 == 0 && !text.ends_with('-') {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Cells of a line of a printed table: columns are two blanks apart.
+fn cells(line: &str) -> Vec<&str> {
+    let parts = line.split("  ").map(str::trim);
+    parts.filter(|cell| !cell.is_empty()).collect()
+}
+
+/// A cell of the first table that has the column and the row.
+fn cell<'a>(printed: &'a str, row: &str, column: &str) -> Option<&'a str> {
+    let lines: Vec<Vec<&str>> = printed.lines().map(cells).collect();
+    for (n, head) in lines.iter().enumerate() {
+        let Some(place) = head.iter().position(|own| *own == column) else {
+            continue;
+        };
+        // A table ends with an empty line.
+        let rows = lines[n + 1..].iter().take_while(|cells| !cells.is_empty());
+        for cells in rows.filter(|cells| cells[0] == row) {
+            // A table whose rows have no heading of their own has one cell less in its head.
+            let shift = cells.len().checked_sub(head.len())?;
+            return cells.get(place + shift).copied();
+        }
+    }
+    None
+}
+
+/// The body as the program has it.
+fn current(passage: &Passage<'_>, body: &str, folder: &Path) -> Result<String, String> {
+    let mut printed = String::new();
+    for command in &passage.commands {
+        let arguments: Vec<&str> = command.split(' ').collect();
+        let done = run(folder, &arguments);
+        if !done.status.success() {
+            return Err(format!("potamoi {command}: {}", stderr(&done)));
+        }
+        printed = stdout(&done).replace("; counted earlier", "");
+    }
+    let block = passage
+        .values
+        .iter()
+        .find_map(|line| line.strip_prefix("output"));
+    if let Some(from) = block {
+        let from = from.strip_prefix(" from ").unwrap_or_default();
+        let lines = printed.lines().skip_while(|line| !line.starts_with(from));
+        let lines: Vec<_> = lines.map(str::trim_end).collect();
+        let text = lines.join("\n");
+        return Ok(format!("\n```text\n{}\n```\n", text.trim_end()));
+    }
+    let mut values: Vec<Option<String>> = vec![];
+    for line in &passage.values {
+        if let Some(count) = line.strip_prefix("skip ") {
+            let count: usize = count.parse().map_err(|_| format!("{line}: a count"))?;
+            values.extend(std::iter::repeat_n(None, count));
+        } else if let Some((row, column)) = line.split_once(" | ") {
+            let cell =
+                cell(&printed, row, column).ok_or_else(|| format!("{line}: no such cell"))?;
+            let own = numbers(cell).into_iter().map(|n| Some(cell[n].to_owned()));
+            let before = values.len();
+            values.extend(own);
+            if values.len() == before {
+                return Err(format!("{line}: `{cell}` has no number"));
+            }
+        } else {
+            let words: Vec<&str> = line.split(' ').collect();
+            let [file, pointer, format] = words[..] else {
+                return Err(format!("{line}: FILE /POINTER FORMAT"));
+            };
+            let report = crate::common::json(&folder.join(file));
+            let value = pointed(&report, pointer).and_then(Value::as_f64);
+            let value = value.ok_or_else(|| format!("{line}: no such number"))?;
+            values.push(Some(formatted(value, format)));
+        }
+    }
+    let places = numbers(body);
+    if places.len() != values.len() {
+        let own: Vec<_> = places.iter().map(|n| &body[n.clone()]).collect();
+        return Err(format!(
+            "{} figures are named, the text has {own:?}",
+            values.len()
+        ));
+    }
+    let (mut text, mut at) = (String::new(), 0);
+    for (place, value) in places.into_iter().zip(values) {
+        text.push_str(&body[at..place.start]);
+        text.push_str(value.as_deref().unwrap_or(&body[place.clone()]));
+        at = place.end;
+    }
+    text.push_str(&body[at..]);
+    Ok(text)
+}
+
+/// Compares or writes all passages that are slow, or all that are not; gives their count.
+fn check(slow: bool) -> usize {
+    let is_refresh = std::env::var_os("POTAMOI_REFRESH").is_some();
+    let (mut count, mut wrong) = (0, String::new());
+    for page in pages() {
+        let text = read(&page);
+        let mut now = text.clone();
+        // From the last, so that places before it stay.
+        for passage in passages(&text).iter().rev().filter(|p| p.is_slow == slow) {
+            count += 1;
+            let body = &text[passage.body.clone()];
+            let folder = tempfile::tempdir().unwrap();
+            match current(passage, body, folder.path()) {
+                Ok(own) => now.replace_range(passage.body.clone(), &own),
+                Err(why) => {
+                    let _ = writeln!(wrong, "{}: {why}", name(&page));
+                }
+            }
+        }
+        if now == text {
+            continue;
+        }
+        if is_refresh {
+            std::fs::write(&page, &now).unwrap();
+            continue;
+        }
+        for (old, new) in text
+            .lines()
+            .zip(now.lines())
+            .filter(|(old, new)| old != new)
+        {
+            let _ = writeln!(wrong, "{}\n- {old}\n+ {new}", name(&page));
+        }
+        let _ = writeln!(
+            wrong,
+            "{} is not current: make figures writes it",
+            name(&page)
+        );
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+    count
+}
+
+#[test]
+fn figures_in_the_documents_are_the_programs() {
+    assert!(check(false) >= 5);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn slow_figures_in_the_documents_are_the_programs() {
+    assert!(check(true) >= 2);
+}
+
+#[test]
+fn numbers_are_told_from_names_and_code() {
+    let text = "Of 3DGS `12` [a](b1.md) at -1.5 dB, 15,232 (2.0) x4 and 5, 6.";
+    let found: Vec<_> = numbers(text).into_iter().map(|n| &text[n]).collect();
+    assert_eq!(found, ["-1.5", "15,232", "2.0", "5", "6"]);
+    assert_eq!(formatted(1_234_567.4, ","), "1,234,567");
+    assert_eq!(formatted(-123_456.0, ","), "-123,456");
+    assert_eq!(formatted(0.126, ".2"), "0.13");
+    let report = serde_json::json!({"a": [{"n": {"m": "x"}, "v": 1}, {"n": {"m": "y"}, "v": 2}]});
+    assert_eq!(pointed(&report, "/a/[n/m=y]/v").unwrap(), 2);
+    assert_eq!(pointed(&report, "/a/0/v").unwrap(), 1);
+    assert!(pointed(&report, "/a/[n/m=z]/v").is_none());
+    let table =
+        "words\n\n name   speed-up  dB\n one   2.00 (3)   -\n two    4.0 (5)  7\n\n two  8\n";
+    assert_eq!(cell(table, "two", "speed-up"), Some("4.0 (5)"));
+    assert_eq!(cell(table, "one", "dB"), Some("-"));
+    assert_eq!(cell(table, "three", "dB"), None);
+}
+
+/// A figure that is not the program's is corrected, and nothing else of the passage.
+#[test]
+fn a_wrong_figure_is_found() {
+    let text = "<!-- figures: doctor --json d.json\nd.json /format_version 0\nskip 1\n-->\n\
+                Version 77 of 5 kinds.\n<!-- end -->";
+    let passages = passages(text);
+    let folder = tempfile::tempdir().unwrap();
+    let body = &text[passages[0].body.clone()];
+    let now = current(&passages[0], body, folder.path()).unwrap();
+    assert!(
+        now.starts_with("\nVersion ") && now.ends_with(" of 5 kinds.\n"),
+        "{now}"
+    );
+    assert!(!now.contains("77"), "{now}");
+    let more = format!("{body} 9");
+    let refused = current(&passages[0], &more, folder.path()).unwrap_err();
+    assert!(refused.contains("2 figures are named"), "{refused}");
+}

@@ -1,0 +1,55 @@
+//! The documents: their commands run, their links lead somewhere, every page is in the book, and
+//! their pictures and figures are the program's.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod commands;
+#[path = "../common/mod.rs"]
+mod common;
+mod figures;
+mod links;
+mod pictures;
+
+use std::path::{Path, PathBuf};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Files that end in `.md` in a folder and below it, in order.
+fn pages_in(folder: &Path) -> Vec<PathBuf> {
+    let mut found = vec![];
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(pages_in(&path));
+        } else if path.extension().is_some_and(|e| e == "md") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// All pages for readers: the book, and those at the top of the repository.
+fn pages() -> Vec<PathBuf> {
+    let mut all = pages_in(&root().join("docs"));
+    for name in [
+        "README.md",
+        "CONTRIBUTING.md",
+        "SECURITY.md",
+        "CHANGELOG.md",
+    ] {
+        all.push(root().join(name));
+    }
+    all
+}
+
+/// A page's path from the top of the repository.
+fn name(page: &Path) -> String {
+    let relative = page.strip_prefix(root()).unwrap_or(page);
+    relative.to_string_lossy().into_owned()
+}
+
+fn read(page: &Path) -> String {
+    std::fs::read_to_string(page).unwrap_or_else(|e| panic!("{}: {e}", page.display()))
+}
