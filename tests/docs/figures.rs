@@ -169,8 +169,8 @@ fn cell<'a>(printed: &'a str, row: &str, column: &str) -> Option<&'a str> {
             continue;
         };
         // A table ends with an empty line.
-        let rows = lines[n + 1..].iter().take_while(|cells| !cells.is_empty());
-        for cells in rows.filter(|cells| cells[0] == row) {
+        let mut rows = lines[n + 1..].iter().take_while(|cells| !cells.is_empty());
+        if let Some(cells) = rows.find(|cells| cells[0] == row) {
             // A table whose rows have no heading of their own has one cell less in its head.
             let shift = cells.len().checked_sub(head.len())?;
             return cells.get(place + shift).copied();
