@@ -14,8 +14,10 @@
 //! arguments, `;` between commands. Each further line names what the next numbers of the body are:
 //!
 //! - `FILE /POINTER FORMAT`: a number of a JSON report; `[key=value]` in the pointer finds the entry
-//!   of a list; `.2` keeps two decimals, `,` puts commas between thousands;
-//! - `ROW | COLUMN`: the numbers in a cell of a table that the last command prints;
+//!   of a list; `.2` keeps two decimals, `.1e-3` one of a thousandth, `,` puts commas between
+//!   thousands;
+//! - `ROW | COLUMN; COLUMN`: the numbers in cells of a table that the last command prints, or, with
+//!   `first: ` before the row, the first one;
 //! - `skip N`: numbers of the text itself;
 //! - `output` or `output from TEXT`: the body is a block of code with all that the last command
 //!   prints, from the line that begins so.
@@ -63,7 +65,7 @@ fn passages(text: &str) -> Vec<Passage<'_>> {
         found.push(Passage {
             is_slow,
             commands,
-            values: lines.collect(),
+            values: lines.map(str::trim).collect(),
             body: at..at + length,
         });
         at += length;
@@ -95,10 +97,12 @@ fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
                     end += 1;
                 }
                 let after = bytes.get(end).copied().unwrap_or(b' ');
-                let is_name = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
-                if !is_name(before) && !is_name(after) {
-                    let is_negative = before == b'-'
-                        && at.checked_sub(2).is_none_or(|n| b" (|".contains(&bytes[n]));
+                let is_name = |byte: u8| byte.is_ascii_alphanumeric() || b"_^".contains(&byte);
+                // As in `SpaRW-6`.
+                let earlier = at.checked_sub(2).map_or(b' ', |n| bytes[n]);
+                let is_joined = before == b'-' && is_name(earlier);
+                if !is_name(before) && !is_name(after) && !is_joined {
+                    let is_negative = before == b'-';
                     found.push(at - usize::from(is_negative)..end);
                 }
                 at = end;
@@ -138,8 +142,12 @@ fn pointed<'a>(value: &'a Value, pointer: &str) -> Option<&'a Value> {
 
 /// A number as the documents have it.
 fn formatted(value: f64, format: &str) -> String {
-    if let Some(decimals) = format.strip_prefix('.') {
-        return format!("{value:.*}", decimals.parse().unwrap());
+    if let Some(rest) = format.strip_prefix('.') {
+        let (decimals, scale) = match rest.split_once('e') {
+            Some((decimals, power)) => (decimals, format!("1e{power}").parse().unwrap()),
+            None => (rest, 1.0),
+        };
+        return format!("{:.*}", decimals.parse().unwrap(), value * scale);
     }
     let digits = format!("{value:.0}");
     if format != "," {
@@ -155,25 +163,36 @@ fn formatted(value: f64, format: &str) -> String {
     text
 }
 
-/// Cells of a line of a printed table: columns are two blanks apart.
-fn cells(line: &str) -> Vec<&str> {
-    let parts = line.split("  ").map(str::trim);
-    parts.filter(|cell| !cell.is_empty()).collect()
+/// Cells of a line of a printed table with the columns of text that they take; cells are two blanks
+/// apart.
+fn cells(line: &str) -> Vec<(std::ops::Range<usize>, &str)> {
+    let mut found = vec![];
+    let mut at = 0;
+    for part in line.split("  ") {
+        let own = part.trim_matches([' ', '|']);
+        if !own.is_empty() {
+            let lead = part.find(own).unwrap_or_default();
+            let start = at + part[..lead].chars().count();
+            found.push((start..start + own.chars().count(), own));
+        }
+        at += part.chars().count() + 2;
+    }
+    found
 }
 
-/// A cell of the first table that has the column and the row.
+/// A cell of the first printed table that has the row and the column, which stands above the cell.
 fn cell<'a>(printed: &'a str, row: &str, column: &str) -> Option<&'a str> {
-    let lines: Vec<Vec<&str>> = printed.lines().map(cells).collect();
+    let lines: Vec<_> = printed.lines().map(cells).collect();
     for (n, head) in lines.iter().enumerate() {
-        let Some(place) = head.iter().position(|own| *own == column) else {
+        let Some((above, _)) = head.iter().find(|(_, own)| *own == column) else {
             continue;
         };
         // A table ends with an empty line.
         let mut rows = lines[n + 1..].iter().take_while(|cells| !cells.is_empty());
-        if let Some(cells) = rows.find(|cells| cells[0] == row) {
-            // A table whose rows have no heading of their own has one cell less in its head.
-            let shift = cells.len().checked_sub(head.len())?;
-            return cells.get(place + shift).copied();
+        if let Some(cells) = rows.find(|cells| cells[0].1 == row) {
+            let mut below = cells.iter().skip(1);
+            let found = below.find(|(own, _)| own.start < above.end && above.start < own.end);
+            return found.map(|(_, cell)| *cell);
         }
     }
     None
@@ -181,22 +200,23 @@ fn cell<'a>(printed: &'a str, row: &str, column: &str) -> Option<&'a str> {
 
 /// The body as the program has it.
 fn current(passage: &Passage<'_>, body: &str, folder: &Path) -> Result<String, String> {
-    let mut printed = String::new();
+    let mut all = vec![];
     for command in &passage.commands {
         let arguments: Vec<&str> = command.split(' ').collect();
         let done = run(folder, &arguments);
         if !done.status.success() {
             return Err(format!("potamoi {command}: {}", stderr(&done)));
         }
-        printed = stdout(&done).replace("; counted earlier", "");
+        all.push(stdout(&done).replace("; counted earlier", ""));
     }
+    let last = all.last().map_or("", String::as_str);
     let block = passage
         .values
         .iter()
         .find_map(|line| line.strip_prefix("output"));
     if let Some(from) = block {
         let from = from.strip_prefix(" from ").unwrap_or_default();
-        let lines = printed.lines().skip_while(|line| !line.starts_with(from));
+        let lines = last.lines().skip_while(|line| !line.starts_with(from));
         let lines: Vec<_> = lines.map(str::trim_end).collect();
         let text = lines.join("\n");
         return Ok(format!("\n```text\n{}\n```\n", text.trim_end()));
@@ -206,18 +226,27 @@ fn current(passage: &Passage<'_>, body: &str, folder: &Path) -> Result<String, S
         if let Some(count) = line.strip_prefix("skip ") {
             let count: usize = count.parse().map_err(|_| format!("{line}: a count"))?;
             values.extend(std::iter::repeat_n(None, count));
-        } else if let Some((row, column)) = line.split_once(" | ") {
-            let cell =
-                cell(&printed, row, column).ok_or_else(|| format!("{line}: no such cell"))?;
-            let own = numbers(cell).into_iter().map(|n| Some(cell[n].to_owned()));
-            let before = values.len();
-            values.extend(own);
-            if values.len() == before {
-                return Err(format!("{line}: `{cell}` has no number"));
+        } else if let Some((row, columns)) = line.split_once(" | ") {
+            let (row, printed) = match row.strip_prefix("first: ") {
+                Some(row) => (row, &*all[0]),
+                None => (row, last),
+            };
+            for column in columns.split("; ") {
+                let cell = cell(printed, row, column);
+                let cell = cell.ok_or_else(|| format!("{row} | {column}: no such cell"))?;
+                let own = numbers(cell).into_iter().map(|n| Some(cell[n].to_owned()));
+                let before = values.len();
+                values.extend(own);
+                if values.len() == before {
+                    return Err(format!("{row} | {column}: `{cell}` has no number"));
+                }
             }
         } else {
-            let words: Vec<&str> = line.split(' ').collect();
-            let [file, pointer, format] = words[..] else {
+            let parts = line.split_once(' ').and_then(|(file, rest)| {
+                let (pointer, format) = rest.rsplit_once(' ')?;
+                Some((file, pointer, format))
+            });
+            let Some((file, pointer, format)) = parts else {
                 return Err(format!("{line}: FILE /POINTER FORMAT"));
             };
             let report = crate::common::json(&folder.join(file));
@@ -300,20 +329,21 @@ fn slow_figures_in_the_documents_are_the_programs() {
 
 #[test]
 fn numbers_are_told_from_names_and_code() {
-    let text = "Of 3DGS `12` [a](b1.md) at -1.5 dB, 15,232 (2.0) x4 and 5, 6.";
+    let text = "Of 3DGS `12` DS-2 [a](b1.md) at -1.5 dB, 15,232 (2.0) x4 and 5, 6.";
     let found: Vec<_> = numbers(text).into_iter().map(|n| &text[n]).collect();
     assert_eq!(found, ["-1.5", "15,232", "2.0", "5", "6"]);
     assert_eq!(formatted(1_234_567.4, ","), "1,234,567");
     assert_eq!(formatted(-123_456.0, ","), "-123,456");
     assert_eq!(formatted(0.126, ".2"), "0.13");
+    assert_eq!(formatted(1234.0, ".1e-3"), "1.2");
     let report = serde_json::json!({"a": [{"n": {"m": "x"}, "v": 1}, {"n": {"m": "y"}, "v": 2}]});
     assert_eq!(pointed(&report, "/a/[n/m=y]/v").unwrap(), 2);
     assert_eq!(pointed(&report, "/a/0/v").unwrap(), 1);
     assert!(pointed(&report, "/a/[n/m=z]/v").is_none());
-    let table =
-        "words\n\n name   speed-up  dB\n one   2.00 (3)   -\n two    4.0 (5)  7\n\n two  8\n";
+    let table = "words\n\n| name  speed-up  gap  dB |\n| one   2.00 (3)        1 |\n| two    4.0 (5)    8   7 |\n\n two  8\n";
     assert_eq!(cell(table, "two", "speed-up"), Some("4.0 (5)"));
-    assert_eq!(cell(table, "one", "dB"), Some("-"));
+    assert_eq!(cell(table, "one", "dB"), Some("1"));
+    assert_eq!(cell(table, "one", "gap"), None);
     assert_eq!(cell(table, "three", "dB"), None);
 }
 
