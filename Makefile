@@ -5,7 +5,7 @@ export CARGO_TERM_COLOR ?= auto
 
 step = @printf '\n==> %s\n' '$(1)'
 
-.PHONY: help demo test test-full refresh parameters grid forms lint bench setup
+.PHONY: help demo test test-full refresh figures book parameters grid forms lint bench setup
 
 help:
 	@printf '%s\n' \
@@ -13,6 +13,8 @@ help:
 	  'make test       all checks of a change: formatting, lints, tests, checked-in Verilog' \
 	  'make test-full  also the exhaustive tests, hard cases without their guards, the crate verilated, and that the benches build' \
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
+	  'make figures    write the figures between markers in the documents (slow ones: make figures SLOW=1)' \
+	  'make book       build the documents as HTML: book/index.html' \
 	  'make parameters LIBERTY=FILE  synthesise again: synth/{paper,fields,records}-asap7.json' \
 	  'make grid LIBERTY=FILE        the grid too, in an hour or two: synth/grid-asap7.json' \
 	  'make forms LIBERTY=FILE       exponentials that no formula is of: synth/forms-asap7.json' \
@@ -96,7 +98,17 @@ refresh: setup
 	INSTA_UPDATE=always cargo test --locked --workspace --quiet figures_are_what_they_were
 	$(call step,the tables of hard cases)
 	POTAMOI_REFRESH=1 cargo test --locked --workspace --quiet the_table_of_the_book
-	@git status --short -- rtl_out docs/images docs/explanation/hard-cases.md docs/reference/files.md ':(glob)**/*.snap' ':(glob)tests/**'
+	$(call step,the command line and figures of the documents)
+	POTAMOI_REFRESH=1 cargo test --locked --quiet --bin potamoi vocabulary
+	@$(MAKE) --no-print-directory figures
+	@git status --short -- rtl_out README.md docs ':(glob)**/*.snap' ':(glob)tests/**'
+
+figures:
+	POTAMOI_REFRESH=1 cargo test --locked --quiet --test docs figures_in_the_documents -- $(if $(SLOW),--include-ignored)
+
+book:
+	@tools/setup book
+	@tools/book
 
 # The library is not the project's: docs/explanation/synthesis.md says which.
 parameters: setup
