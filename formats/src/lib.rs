@@ -11,4 +11,5 @@ pub mod files;
 pub mod fixed;
 pub mod record;
 pub mod rit;
+pub mod timing;
 pub mod units;

@@ -248,11 +248,7 @@ fn ways(rows: &[Row]) -> String {
     let mut first = None;
     for row in rows {
         let exp = &row.config.vu.exp;
-        let clocks = if exp.pipelined {
-            1
-        } else {
-            exp.engine().interval
-        };
+        let clocks = if exp.pipelined { 1 } else { exp.interval() };
         let of = |name: &str| row.unit.modules.iter().find(|m| m.module == name);
         let lane = of("vector_lane").map_or(0.0, |m| m.area_um2);
         let shared = of("exp_constants").map_or(0.0, |m| m.area_um2);

@@ -3,6 +3,7 @@
 
 use super::{Config, EntryKind, ExtraPorts, Modes, Organisation, Sums, WeightTrust};
 use crate::rit::{MAX_VERTICES, Vertices, WORD_BYTES};
+use crate::timing::{GatherStage, Pipeline, ReducerStage, RitStage};
 
 /// Bytes of a compact entry.
 const COMPACT_BYTES: usize = 8;
@@ -135,35 +136,23 @@ impl Config {
         (self.mft_rows().max(2) - 1).ilog2() + 1
     }
 
-    /// Register stages from the RIT banks' output to the MFT's address: the
-    /// banks' own and the last; one more where pipelined; two more in which the
-    /// weights of a compact entry are made, and two for their products where pipelined.
+    /// Register stages from the RIT banks' output to the MFT's address.
     #[must_use]
-    pub fn rit_stages(&self) -> u32 {
-        match self.rit.entry {
-            EntryKind::Paper => 2 + u32::from(self.gu.pipelined),
-            EntryKind::Compact => 4 + 2 * u32::from(self.gu.pipelined),
-        }
+    pub fn rit_pipeline(&self) -> Pipeline<RitStage> {
+        Pipeline::rit(self.rit.entry == EntryKind::Compact, self.gu.pipelined)
     }
 
-    /// Cycles from the issue of a group's last vertex to its offer: one each for
-    /// the sum, the rounding and the FIFO, those of the products, and where pipelined
-    /// one for the register behind the FIFO.
+    /// Register stages of a reducer.
     #[must_use]
-    pub fn gather_latency(&self) -> u32 {
-        3 + self.product_stages() + u32::from(self.gu.pipelined)
+    pub fn reducer_pipeline(&self) -> Pipeline<ReducerStage> {
+        Pipeline::reducer(self.gu.pipelined, self.is_parity())
     }
 
-    /// Register stages of a product before it is summed up: its operands, its two
-    /// halves and itself where pipelined, itself where eight are summed up at once, none
-    /// otherwise.
+    /// Register stages from the issue of a group's last vertex to its offer, of the
+    /// channel-major and the parity organisation.
     #[must_use]
-    pub fn product_stages(&self) -> u32 {
-        match (self.gu.pipelined, self.is_parity()) {
-            (true, _) => 3,
-            (false, true) => 1,
-            (false, false) => 0,
-        }
+    pub fn gather_pipeline(&self) -> Pipeline<GatherStage> {
+        Pipeline::gather(&self.reducer_pipeline(), self.gu.pipelined)
     }
 
     /// Bits of the RIT stream.
@@ -220,8 +209,8 @@ impl Config {
     #[must_use]
     pub fn accumulator_bits(&self) -> u32 {
         let exact = self.gu.feature_bits.saturating_add(self.gu.weight_bits);
-        // What trusted weights spare is not seen of products in parts.
-        let whole = self.product_stages() == 0;
+        // What trusted weights spare is not seen of registered products.
+        let whole = !self.reducer_pipeline().has(ReducerStage::Product);
         match self.gu.weights {
             WeightTrust::Trusted if whole => exact,
             // Eight codes below 2^(W+1) add four bits.
@@ -255,7 +244,10 @@ mod tests {
     fn stages_are_as_documented() {
         let of = |text: &str| {
             let config: Config = toml::from_str(text).unwrap();
-            (config.rit_stages(), config.gather_latency())
+            (
+                config.rit_pipeline().cycles(),
+                config.gather_pipeline().cycles(),
+            )
         };
         assert_eq!(of(""), (2, 3));
         assert_eq!(of("[gu]\npipelined = true\n"), (3, 7));

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::fixed::Format;
+use crate::timing::{AGREEMENT, Passes, Pipeline, PowerStage};
 use crate::units::OpCode;
 
 /// How exponentials are found.
@@ -128,11 +129,6 @@ pub struct Engine {
     pub bias: u32,
     /// Steps in all: `digits + n`.
     pub steps: u32,
-    /// Clocks that the steps take: a turn of the shift registers.
-    pub turn: u32,
-    /// Clocks that the steps and the tail take: the initiation interval of the
-    /// iterative form, and the stages of the pipelined one.
-    pub interval: u32,
 }
 
 impl ExpConfig {
@@ -179,7 +175,6 @@ impl ExpConfig {
             .unwrap_or(known.map_or((f + guard).max(n + 1), |k| k.1))
             .max(self.input.frac_bits());
         let steps = digits + self.iterations;
-        let turn = steps.div_ceil(self.iterations_per_clock.max(1));
         Engine {
             accumulator_bits,
             constant_bits,
@@ -188,49 +183,61 @@ impl ExpConfig {
             digits,
             bias,
             steps,
-            turn,
-            interval: turn + u32::from(self.tail),
         }
+    }
+
+    /// What is done to a power, clock by clock: its clocks are the initiation interval of the
+    /// iterative form, and its stages those of the pipelined one.
+    #[must_use]
+    pub fn power_pipeline(&self) -> Pipeline<PowerStage> {
+        match self.form {
+            ExpForm::Piecewise => Pipeline::power_of_two(self.base == ExpBase::Two),
+            _ => {
+                let a_clock = self.iterations_per_clock.max(1);
+                Pipeline::recurrence(self.engine().steps.div_ceil(a_clock), self.tail)
+            }
+        }
+    }
+
+    /// Clocks from the acceptance of an exponential to the next one's: the initiation interval
+    /// of the iterative form, and the stages of the pipelined one.
+    #[must_use]
+    pub fn interval(&self) -> u32 {
+        self.power_pipeline().cycles()
+    }
+
+    /// The passes of an operation through the iterative engine.
+    #[must_use]
+    pub fn passes(&self, op: OpCode) -> Passes {
+        Passes::of(op, &self.power_pipeline())
     }
 
     /// Clocks from the acceptance of an exponential whose result is
     /// `mantissa 2^-k` to the next one's: the interval, or fewer with an early
-    /// out. The exponent's digits are complete after `ceil(D / r)` clocks, and
-    /// two more go by until the lanes have agreed to stop.
+    /// out.
     #[must_use]
     pub fn clocks_of(&self, k: u32) -> u32 {
-        let engine = self.engine();
+        let interval = self.interval();
         if !self.early_out {
-            return engine.interval;
+            return interval;
         }
-        let r = self.iterations_per_clock.max(1);
         let wanted = (self.output_bits + 2).saturating_sub(k);
-        let clocks = (engine.digits + wanted.min(self.iterations)).div_ceil(r);
-        clocks.max(self.earliest_out()).min(engine.interval)
+        let steps = self.engine().digits + wanted.min(self.iterations);
+        let clocks = steps.div_ceil(self.iterations_per_clock.max(1));
+        clocks.max(self.earliest_out()).min(interval)
+    }
+
+    /// Clocks after which the exponent's digits are complete.
+    #[must_use]
+    pub fn digit_clocks(&self) -> u32 {
+        let digits = self.engine().digits;
+        digits.div_ceil(self.iterations_per_clock.max(1))
     }
 
     /// The fewest clocks that an early out can take.
     #[must_use]
     pub fn earliest_out(&self) -> u32 {
-        self.engine()
-            .digits
-            .div_ceil(self.iterations_per_clock.max(1))
-            + 2
-    }
-}
-
-impl Engine {
-    /// Clocks from an operation's acceptance to the next one's, of the
-    /// iterative form: an exponential, for softplus then a turn of the shift
-    /// registers for the logarithm, for sigmoid an exponential again.
-    #[must_use]
-    pub const fn clocks(&self, op: OpCode) -> u32 {
-        match op {
-            OpCode::Exp | OpCode::OneMinusExp => self.interval,
-            OpCode::Softplus => self.interval + self.turn,
-            OpCode::Sigmoid => 2 * self.interval + self.turn,
-            _ => 1,
-        }
+        self.digit_clocks() + AGREEMENT
     }
 }
 

@@ -73,9 +73,6 @@ impl ExpConfig {
             digits: 0,
             bias: 0,
             steps: 0,
-            turn: 0,
-            // The multiplication by log2 e, then the pieces.
-            interval: if self.base == ExpBase::E { 2 } else { 1 },
         }
     }
 }

@@ -170,7 +170,7 @@ fn gathering(config: &Config, out: &mut RuleBreaches) {
         "gu-fifo-depth",
         "gu.fifo_depth",
         gu.fifo_depth,
-        config.gather_latency() + 1,
+        config.gather_pipeline().cycles() + 1,
         1024,
         "fewer beats than the latency and one stall entries of one cycle even with a ready sink",
     );

@@ -142,13 +142,16 @@ fn radix_4_over_every_input() {
             e.accumulator_bits,
             e.constant_bits,
             e.offset,
-            e.interval,
+            config.interval(),
             3 * e.steps * e.constant_bits,
         );
         assert!(found.max_ulp <= budget(&config), "{found:?}");
         assert!(found.monotone, "{digits} {tail} {f}");
         if (digits, tail, f) == (4, true, 16) {
-            assert!(found.max_ulp <= 0.789 && e.interval == 7, "{found:?}");
+            assert!(
+                found.max_ulp <= 0.789 && config.interval() == 7,
+                "{found:?}"
+            );
         }
     }
 }

@@ -233,7 +233,11 @@ mod tests {
                 let e = config.engine();
                 println!(
                     "n {n:2} tail {tail:5}: {:.4} ulp, widths {}/{}/{}, {} cycles, {target:?}",
-                    found.max_ulp, e.accumulator_bits, e.constant_bits, e.offset, e.interval
+                    found.max_ulp,
+                    e.accumulator_bits,
+                    e.constant_bits,
+                    e.offset,
+                    config.interval()
                 );
                 assert!(target.is_met(found.max_ulp), "{n} {tail}: {found:?}");
                 assert!(found.monotone, "{n} {tail}");

@@ -83,7 +83,7 @@ impl Chain {
     pub(super) fn new(config: &Config, vertices: Vertices) -> Self {
         Self {
             issues: u64::from(config.issue_cycles(vertices)),
-            stages: config.rit_stages() as usize,
+            stages: config.rit_pipeline().cycles() as usize,
             beat: u64::from(config.rit_stream_bits() / 8),
             group_bytes: u64::from(config.gu.ports) * config.entry_bytes(vertices) as u64,
             issued: [0; KEPT],
@@ -285,7 +285,7 @@ fn cycles(config: &Config, run: &GatherRun<'_>, turns: Option<&[Vec<Rounds>]>) -
             mft.release(chain.last_issue() + 1);
         }
     }
-    chain.out.elapsed = chain.last_issue() + u64::from(config.gather_latency()) + 1;
+    chain.out.elapsed = chain.last_issue() + u64::from(config.gather_pipeline().cycles()) + 1;
     chain.out
 }
 

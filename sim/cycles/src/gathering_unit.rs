@@ -168,7 +168,7 @@ impl GatherModel {
             fifo_depth: u64::from(config.gu.fifo_depth),
             counter_max: u64::MAX >> (64 - config.gu.counter_bits),
             issues: config.issue_cycles(vertices),
-            latency: u64::from(config.gather_latency()),
+            latency: u64::from(config.gather_pipeline().cycles()),
             turns,
             cycle: 0,
             buffer: RitBuffer::new(config, vertices, segments),

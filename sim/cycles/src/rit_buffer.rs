@@ -71,7 +71,7 @@ impl RitBuffer {
             rit: [RitHalf::default(); 2],
             rit_writer: 0,
             reader: Reader::default(),
-            stages: vec![None; config.rit_stages() as usize],
+            stages: vec![None; config.rit_pipeline().cycles() as usize],
         }
     }
 

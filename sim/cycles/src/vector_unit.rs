@@ -65,11 +65,10 @@ impl VectorTiming {
             return Err(WorkError::Config(breaches.to_string()));
         }
         let exp = &config.vu.exp;
-        let engine = exp.engine();
-        let interval = u64::from(engine.interval);
+        let interval = u64::from(exp.interval());
         let mut clocks = [1; 16];
         for op in &config.vu.ops {
-            clocks[usize::from(op.code() & 15)] = u64::from(engine.clocks(*op));
+            clocks[usize::from(op.code() & 15)] = u64::from(exp.passes(*op).cycles());
         }
         let stages = if exp.pipelined { interval + 1 } else { 0 };
         Ok(Self {

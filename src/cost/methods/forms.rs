@@ -50,7 +50,7 @@ fn method(
             }
             sum / count
         }
-        _ => f64::from(exp.engine().interval),
+        _ => f64::from(exp.interval()),
     };
     let mut config = Config::paper();
     config.vu.exp = exp.clone();

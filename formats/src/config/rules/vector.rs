@@ -236,7 +236,7 @@ fn early_out(exp: &ExpConfig, out: &mut RuleBreaches) {
         true,
         "false, or vu.exp.pipelined and vu.exp.tail false: stages and tail come at fixed clocks",
     );
-    let (earliest, interval) = (exp.earliest_out(), exp.engine().interval);
+    let (earliest, interval) = (exp.earliest_out(), exp.interval());
     out.require(
         earliest < interval,
         "exp-early-out-clocks",

@@ -58,13 +58,12 @@ impl Own {
 
 /// Whether the exponent's digits are still being found.
 pub(super) fn incomplete(m: &mut ModuleBuilder, exp: &ExpConfig, phase: Signal) -> Signal {
-    let clocks = exp.engine().digits.div_ceil(exp.iterations_per_clock);
-    let complete = m.lit(clocks, phase.ty());
+    let complete = m.lit(exp.digit_clocks(), phase.ty());
     let open = m.lt(phase, complete);
     m.name(open, "digits_open")
 }
 
 /// Counts the clocks of an exponential.
 pub(super) fn phase_ty(exp: &ExpConfig) -> Ty {
-    Ty::u(bits_for(exp.engine().interval.saturating_sub(1)))
+    Ty::u(bits_for(exp.interval().saturating_sub(1)))
 }

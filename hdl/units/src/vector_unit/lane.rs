@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::{Config, ExpForm};
+use potamoi_formats::timing::PowerStage;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::alu::{EXACT, exact, requantise};
-use super::constants::steps;
+use super::constants::{Step, steps};
 use super::iterative::iterative;
 use super::kinds::Kinds;
 use super::orders::Orders;
@@ -57,7 +58,7 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.section("Result stage");
     let value = plain.map(|held| requantise(m, held, orders.shift, orders.rounding));
     let value = match (value, exp.pipelined && kinds.exp) {
-        (Some(v), true) => Some(delay(m, v, config.vu.exp.engine().interval - 1)),
+        (Some(v), true) => Some(delay(m, v, exp.interval() - 1)),
         (v, _) => v,
     };
     let more = powers.as_ref().and_then(|p| p.more);
@@ -125,26 +126,23 @@ fn pipelined(
         stage += 1;
         (held, large)
     };
-    for (s, chunk) in all.chunks(r).enumerate() {
-        m.section(&format!("Exponential: stage {s}"));
-        for (i, step) in chunk.iter().enumerate() {
-            let index = (s * r + i) as u32;
-            let place = Place {
-                constants: step
-                    .constants
-                    .iter()
-                    .map(|c| m.lit(c.clone(), widths.remain))
-                    .collect(),
-                shift: m.lit(step.shift, widths.shift),
-                digit: m.lit(u8::from(step.digit), Ty::bit()),
-            };
-            state = widths.step(m, state, &place, index, None);
-        }
-        (state, large) = hold(m, state, large);
-    }
-    if exp.tail {
-        m.section("Exponential: tail");
-        state = widths.tail(m, state);
+    for stage in exp.power_pipeline().stages() {
+        state = match stage {
+            PowerStage::Steps(clock) => {
+                m.section(&format!("Exponential: stage {clock}"));
+                let of_clock = all.iter().enumerate().skip(clock as usize * r).take(r);
+                of_clock.fold(state, |state, (index, step)| {
+                    let place = literal_place(m, widths, step);
+                    widths.step(m, state, &place, index as u32, None)
+                })
+            }
+            PowerStage::Tail => {
+                m.section("Exponential: tail");
+                widths.tail(m, state)
+            }
+            // Not of the recurrence.
+            PowerStage::PowerOfTwo | PowerStage::Mantissa => continue,
+        };
         (state, large) = hold(m, state, large);
     }
     Powers {
@@ -153,5 +151,15 @@ fn pipelined(
         logistic: None,
         exponent: None,
         more: None,
+    }
+}
+
+/// A place of the shift registers whose constants stay.
+fn literal_place(m: &mut ModuleBuilder, widths: &Widths, step: &Step) -> Place {
+    let constants = step.constants.iter();
+    Place {
+        constants: constants.map(|c| m.lit(c.clone(), widths.remain)).collect(),
+        shift: m.lit(step.shift, widths.shift),
+        digit: m.lit(u8::from(step.digit), Ty::bit()),
     }
 }

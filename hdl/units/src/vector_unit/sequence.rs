@@ -1,6 +1,7 @@
 //! Cycle by cycle: when the engine starts, steps, multiplies and is done.
 
 use potamoi_formats::config::{Config, ExpConfig};
+use potamoi_formats::timing::Pass;
 use potamoi_formats::units::OpCode;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
@@ -156,15 +157,16 @@ pub(super) fn passes(
     offer: Offer,
     [sigmoid, softplus]: [Option<Order>; 2],
 ) -> Sequence {
-    let engine = config.vu.exp.engine();
+    let exp = &config.vu.exp;
+    let of_sigmoid = exp.passes(OpCode::Sigmoid);
     let begin = offer.begins(m);
     let [busy, step] = runs(m, free, begin);
 
-    let mut end = m.lit(engine.interval - 1, phase.ty());
+    let mut end = m.lit(exp.interval() - 1, phase.ty());
     for (order, op) in [(sigmoid, OpCode::Sigmoid), (softplus, OpCode::Softplus)] {
         let Some(order) = order else { continue };
         let here = m.mux(free, order.now, order.held);
-        let own = m.lit(engine.clocks(op) - 1, phase.ty());
+        let own = m.lit(exp.passes(op).cycles() - 1, phase.ty());
         end = m.mux(here, own, end);
     }
     let end = m.name(end, "end_phase");
@@ -173,21 +175,24 @@ pub(super) fn passes(
     let last = m.name(last, "last_phase");
     let done = count(m, phase, step, last, offer);
 
-    let from = m.lit(engine.interval, phase.ty());
+    // Sigmoid begins as softplus does, and goes on from there.
+    let clocks = |pass| of_sigmoid.clocks(pass).unwrap_or_default();
+    let [power, logarithm, second] = [Pass::Power, Pass::Logarithm, Pass::SecondPower].map(clocks);
+    let from = m.lit(logarithm.start, phase.ty());
     let mut steps = m.ge(phase, from);
     let log = m.eq(phase, from);
     let log = m.name(log, "begin_log");
-    let mut tails = vec![is(m, phase, engine.interval - 1)];
+    let mut tails = vec![is(m, phase, power.end - 1)];
     let again = sigmoid.map(|_| {
-        let to = m.lit(engine.clocks(OpCode::Softplus), phase.ty());
+        let to = m.lit(second.start, phase.ty());
         let before = m.lt(phase, to);
         steps = m.and(steps, before);
-        tails.push(is(m, phase, engine.clocks(OpCode::Sigmoid) - 1));
+        tails.push(is(m, phase, second.end - 1));
         let again = m.eq(phase, to);
         m.name(again, "begin_again")
     });
     let steps = m.name(steps, "log_steps");
-    let (tail, rotate) = if config.vu.exp.tail {
+    let (tail, rotate) = if exp.tail {
         let tail = m.any_of(&tails);
         let tail = m.name(tail, "tail_now");
         let turns = m.not(tail);

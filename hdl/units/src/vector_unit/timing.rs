@@ -19,11 +19,10 @@ pub(super) struct Timing {
 impl Timing {
     pub(super) fn of(config: &Config, kinds: Kinds) -> Self {
         let exp = &config.vu.exp;
-        let engine = exp.engine();
-        let interval = if kinds.exp { engine.interval } else { 1 };
+        let interval = if kinds.exp { exp.interval() } else { 1 };
         let longest = match (kinds.sigmoid, kinds.softplus) {
-            (true, _) => engine.clocks(OpCode::Sigmoid),
-            (_, true) => engine.clocks(OpCode::Softplus),
+            (true, _) => exp.passes(OpCode::Sigmoid).cycles(),
+            (_, true) => exp.passes(OpCode::Softplus).cycles(),
             _ => interval,
         };
         let pipelined = kinds.exp && exp.pipelined;

@@ -3,7 +3,7 @@
 
 use potamoi_formats::config::Config;
 
-use super::{LATENCY, LaneRun, Rounds};
+use super::{LaneRun, Rounds, latency};
 use crate::closed::{Chain, GatherCycles, Halves, Part};
 use crate::work::WorkError;
 
@@ -121,6 +121,6 @@ pub fn feature_major_cycles(
             mft.release(lanes.done.map_or(0, |done| done + 1));
         }
     }
-    lanes.out.elapsed = lanes.done.map_or(0, |done| done + LATENCY + 1);
+    lanes.out.elapsed = lanes.done.map_or(0, |done| done + latency() + 1);
     Ok(lanes.out)
 }

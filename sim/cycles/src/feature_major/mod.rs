@@ -12,6 +12,7 @@ mod model;
 mod tests;
 
 use potamoi_formats::config::{Config, Organisation};
+use potamoi_formats::timing::Pipeline;
 
 use super::rounds::Rounds;
 use super::work::{GatherRun, MftPiece, WorkError};
@@ -20,7 +21,9 @@ pub use closed::feature_major_cycles;
 pub use model::FeatureMajorModel;
 
 /// Cycles from the issue of a channel's last round to its offer.
-pub const LATENCY: u64 = 4;
+fn latency() -> u64 {
+    Pipeline::crossbar().cycles().into()
+}
 
 /// MVoxels for the feature-major unit.
 #[derive(Debug, Clone, Copy)]

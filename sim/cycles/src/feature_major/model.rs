@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 
-use super::{LATENCY, LaneRun, channels_of};
+use super::{LaneRun, channels_of, latency};
 use crate::gathering_unit::{Cause, Counters, Feature, GatherInputs, GatherOutputs, Issue};
 use crate::rit_buffer::RitBuffer;
 use crate::rounds::Rounds;
@@ -202,7 +202,7 @@ impl FeatureMajorModel {
         }
         if let Some(s) = completes {
             self.output.push_back(Beat {
-                due: self.cycle + LATENCY,
+                due: self.cycle + latency(),
                 feature: Feature {
                     kept: s.kept,
                     last: s.ends_pass,

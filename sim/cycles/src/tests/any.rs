@@ -141,7 +141,7 @@ proptest! {
         // The plain formula, within its stated error.
         let plain = overlapped_cycles(&config, &run);
         let first = u64::from(mvoxels[0].entries.min(config.gu.ports)) * config.entry_bytes(vertices) as u64;
-        let fill = u64::from(config.rit_stages()) + first.div_ceil(u64::from(config.rit_stream_bits() / 8));
+        let fill = u64::from(config.rit_pipeline().cycles()) + first.div_ceil(u64::from(config.rit_stream_bits() / 8));
         let slack = fill.saturating_sub(u64::from(mvoxels[0].rows));
         prop_assert!(plain <= c.cycles() + slack, "{} {} {}", plain, c.cycles(), slack);
         if rit_keeps_up(&config, &run) {
@@ -205,7 +205,7 @@ proptest! {
         // Idling after the last issue has a cause but is not counted.
         prop_assert!(c.cycles() - c.busy <= stall_cycles);
         for (i, g) in log.groups.iter().enumerate() {
-            prop_assert!(g.accepted >= g.issued + u64::from(config.issue_cycles(vertices) + config.gather_latency()) - 1);
+            prop_assert!(g.accepted >= g.issued + u64::from(config.issue_cycles(vertices) + config.gather_pipeline().cycles()) - 1);
             if let Some(ahead) = log.groups.get(i + config.gu.fifo_depth as usize) {
                 prop_assert!(ahead.issued > g.accepted);
             }

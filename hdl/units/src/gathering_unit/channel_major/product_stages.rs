@@ -4,7 +4,7 @@ use potamoi_formats::config::Config;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::stage_one::StageOne;
-use crate::gathering_unit::shared::reducer::LATER;
+use crate::gathering_unit::shared::reducer::stage_name;
 
 /// What goes with the terms that are summed up.
 pub(super) struct Summed {
@@ -35,8 +35,9 @@ pub(super) fn summed(m: &mut ModuleBuilder, config: &Config, s1: &StageOne) -> S
         slot: s1.slot,
         enables: vec![],
     };
-    let names = &LATER[LATER.len() - config.product_stages() as usize..];
-    for name in names {
+    // What one stage holds enables the next one.
+    for next in config.reducer_pipeline().stages().skip(1) {
+        let name = stage_name(next);
         if stage.enables.is_empty() {
             m.section("Stages of the products");
         }
@@ -56,7 +57,7 @@ pub(super) fn summed(m: &mut ModuleBuilder, config: &Config, s1: &StageOne) -> S
             reg
         };
         let mut enables = stage.enables;
-        enables.push((*name, arrives));
+        enables.push((name, arrives));
         stage = Summed {
             valid,
             arrives,

@@ -29,7 +29,7 @@ pub(in crate::gathering_unit) fn channel_major(config: &Config) -> Result<Arc<Mo
     let done = summed(m, config, &s1);
     let data = reducers.build(m, &inputs, &issue, &s1, &done);
     let beat = beat(m, config, &done, data);
-    let stream = FeatureStream::build(m, &config.gu, &beat, inputs.io.ready)?;
+    let stream = FeatureStream::build(m, config, &beat, inputs.io.ready)?;
     count_both(m, issue.in_flight, issue.group_start, stream.pop);
     let stats = stats(m, config, &issue);
     let below = [issue.rit, issue.table];

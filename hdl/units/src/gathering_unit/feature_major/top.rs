@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::{Config, Modes};
+use potamoi_formats::timing::{CrossbarStage, Pipeline};
 use potamoi_formats::units::GATHERING_UNIT;
 use potamoi_netlist::{Instance, IrErrors, Module, ModuleBuilder, Signal, Ty};
 
@@ -54,7 +55,7 @@ pub(in crate::gathering_unit) fn feature_major(config: &Config) -> Result<Arc<Mo
         m.connect(*lane, "granted", granted);
     }
     let beat = beat(m, &issue, &lanes, round.completes);
-    let stream = FeatureStream::build(m, &config.gu, &beat, below.io.ready)?;
+    let stream = FeatureStream::build(m, config, &beat, below.io.ready)?;
     let begins = m.and(issue.fire, issue.begins_channel);
     let begins = m.name(begins, "beat_start");
     count_both(m, issue.in_flight, begins, stream.pop);
@@ -369,12 +370,11 @@ fn beat(m: &mut ModuleBuilder, issue: &Issue, lanes: &Lanes, completes: Signal) 
     let push = m.reg("s_push", bit, 0);
     m.set_next(push, lanes.x_completes);
     let mut end = step.end;
-    for (name, enable) in [
-        ("d_end", completes),
-        ("x_end", lanes.d_completes),
-        ("s_end", lanes.x_completes),
-    ] {
-        let reg = m.reg(name, bit, 0);
+    let enables = [completes, lanes.d_completes, lanes.x_completes];
+    let letters = Pipeline::crossbar();
+    let letters = letters.stages().filter_map(CrossbarStage::letter);
+    for (letter, enable) in letters.zip(enables) {
+        let reg = m.reg(&format!("{}_end", letter.to_ascii_lowercase()), bit, 0);
         m.set_next_if(reg, enable, end);
         end = reg;
     }

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::MAX_VERTICES;
+use potamoi_formats::timing::ReducerStage;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
 
 use crate::circuits::tree_sum;
-use crate::gathering_unit::shared::reducer::{enables, product, rounded_once};
+use crate::gathering_unit::shared::reducer::{Enables, product, rounded_once};
 
 /// Builds `cell_reducer`: the weighted sum of all eight vertices of a cell at once.
 ///
@@ -18,7 +19,7 @@ pub(crate) fn cell_reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let (features, weights) = (gu.feature_bits, gu.weight_bits);
     let mut m = ModuleBuilder::new("cell_reducer");
     m.doc("Weighted sum of one channel over the eight vertices of a cell, rounded once.");
-    let enables = enables(&mut m, config);
+    let enables = Enables::declare(&mut m, config);
     let wide = Ty::s(config.accumulator_bits());
     let mut products = vec![];
     for v in 0..MAX_VERTICES {
@@ -30,7 +31,9 @@ pub(crate) fn cell_reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     }
     let total = tree_sum(&mut m, &products);
     let acc = m.reg("acc", wide, 0);
-    m.set_next_if(acc, enables[enables.len() - 1], total);
+    if let Some(enable) = enables.of(ReducerStage::Sum) {
+        m.set_next_if(acc, enable, total);
+    }
     let result = rounded_once(&mut m, config, acc);
     m.output("result", result, "the sum, rounded and saturated");
     m.finish()

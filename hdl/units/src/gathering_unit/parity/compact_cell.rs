@@ -17,8 +17,8 @@ pub(crate) fn cell(
     port: u32,
 ) -> (Vec<Signal>, Vec<Signal>) {
     let hold = |m: &mut ModuleBuilder, name: &str, value: Signal| {
-        let value = carry(m, port, &stages.to_f, name, value);
-        carry(m, port, &stages.to_p, name, value)
+        let value = carry(m, port, &stages.to_part_y, name, value);
+        carry(m, port, &stages.product_x, name, value)
     };
     let odd = [0, 1, 2].map(|axis: u32| {
         let bit = m.bit(entry.row, axis * shape.axis_bits());
@@ -52,23 +52,23 @@ pub(crate) fn cell(
     let first = first_split(m, shape, &format!("z{port}"), entry.fraction[2]);
     let mut sums = vec![];
     let along_z = by_parity(m, &format!("z{port}"), first, odd[2]);
-    let odd_y = carry(m, port, stages.of_y(), "odd_y", odd[1]);
+    let odd_y = carry(m, port, &stages.product_y, "odd_y", odd[1]);
     let one = is_one(m, entry.fraction[1]);
-    let one_y = carry(m, port, stages.of_y(), "one_y", one);
+    let one_y = carry(m, port, &stages.product_y, "one_y", one);
     for (i, sum) in along_z.into_iter().enumerate() {
         let product = Product::of(m, &name("y", i), sum, entry.fraction[1]);
-        let product = product.carry(m, stages.of_y(), &name("y", i));
+        let product = product.carry(m, &stages.product_y, &name("y", i));
         let parts = product.split(m, &name("y", i), one_y);
         sums.extend(by_parity(m, &name("y", i), parts, odd_y));
     }
     let odd_x = hold(m, "odd_x", odd[0]);
     let one = is_one(m, across);
-    let one_x = carry(m, port, &stages.to_p, "one_x", one);
+    let one_x = carry(m, port, &stages.product_x, "one_x", one);
     let mut weights = vec![];
     for (i, sum) in sums.into_iter().enumerate() {
-        let sum = carry(m, port, stages.f(), &format!("sum{i}_"), sum);
+        let sum = carry(m, port, &stages.part_y, &format!("sum{i}_"), sum);
         let product = Product::of(m, &name("x", i), sum, across);
-        let product = product.carry(m, &stages.to_p, &name("x", i));
+        let product = product.carry(m, &stages.product_x, &name("x", i));
         let parts = product.split(m, &name("x", i), one_x);
         weights.extend(by_parity(m, &name("x", i), parts, odd_x));
     }

@@ -1,11 +1,13 @@
 //! All eight vertices of the paper's entries.
 
 use potamoi_formats::rit::MAX_VERTICES;
+use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal};
 
-use crate::gathering_unit::shared::rit_given::{Given, HALF, HALFWORDS, Slot};
+use crate::gathering_unit::shared::rit_given::{Given, HALFWORDS, Slot};
 use crate::gathering_unit::shared::rit_reader::Read;
 use crate::gathering_unit::shared::rit_shape::Shape;
+use crate::gathering_unit::shared::rit_split::carry_named;
 
 /// Ids and weights of all vertices of an entry, each at the group of banks of
 /// its parities: where the first vertex is odd along an axis, the two sides
@@ -18,14 +20,10 @@ pub(crate) fn whole_entry(
     port: u32,
 ) -> Given {
     let at = |v: u32, j: u32| words[(port * 24 + v * 3 + j) as usize];
+    let to_e = read.stages([RitStage::Entry]);
     let mut held = |v: u32, j: u32| {
-        if shape.between == 0 {
-            return at(v, j);
-        }
-        let name = format!("e_{}{port}_{v}", HALFWORDS[j as usize]);
-        let reg = m.reg(&name, HALF, 0);
-        m.set_next_if(reg, read.fills[0], at(v, j));
-        reg
+        let name = format!("{}{port}_{v}", HALFWORDS[j as usize]);
+        carry_named(m, &to_e, &name, at(v, j))
     };
     let count = MAX_VERTICES as u32;
     let rows: Vec<_> = (0..count).map(|v| held(v, 0)).collect();

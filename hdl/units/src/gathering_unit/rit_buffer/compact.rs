@@ -7,6 +7,7 @@
 //! the products along y and x. One vertex a cycle takes one multiplier along y and one
 //! along x; all eight take two and four.
 
+use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use crate::gathering_unit::parity::compact_cell::cell;
@@ -28,21 +29,22 @@ pub(super) fn of_compact(
 ) -> Given {
     let entry = entry(reader, m, shape, read, vertices, words, port);
     let stages = WeightStages::of(read);
-    let slot = carry(m, port, &stages.to_f, "slot", entry.slot);
-    let slot = carry(m, port, &stages.to_p, "slot", slot);
-    let across = carry(m, port, &stages.to_f, "fraction_x", entry.fraction[0]);
-    let steps: Vec<Step> = reader.steps().into_iter().flatten().collect();
-    let (rows, weights) = match steps.is_empty() {
-        true => cell(m, shape, &stages, &entry, across, port),
-        false => {
-            let of_y = 1 + stages.of_y().len();
-            let row = row_of_vertex(m, shape, &entry, steps[1].vertex, vertices, port);
-            let row = carry(m, port, &stages.to_f, "row", row);
-            let row = carry(m, port, &stages.to_p, "row", row);
-            let steps = [steps[steps.len() - 2], steps[of_y], steps[1]];
-            let weight = weight(m, shape, &stages, &entry, (across, steps), port);
+    let slot = carry(m, port, &stages.to_part_y, "slot", entry.slot);
+    let slot = carry(m, port, &stages.product_x, "slot", slot);
+    let across = carry(m, port, &stages.to_part_y, "fraction_x", entry.fraction[0]);
+    // Where each axis' side is chosen; none where all eight vertices are made.
+    let of_z = reader.step_at([RitStage::Entry]);
+    let of_y = reader.step_at([RitStage::ProductY, RitStage::Entry]);
+    let of_x = reader.step_at([RitStage::ProductX, RitStage::PartY]);
+    let (rows, weights) = match (of_x, of_y, of_z) {
+        (Some(x), Some(y), Some(z)) => {
+            let row = row_of_vertex(m, shape, &entry, z.vertex, vertices, port);
+            let row = carry(m, port, &stages.to_part_y, "row", row);
+            let row = carry(m, port, &stages.product_x, "row", row);
+            let weight = weight(m, shape, &stages, &entry, (across, [x, y, z]), port);
             (vec![row], vec![weight])
         }
+        _ => cell(m, shape, &stages, &entry, across, port),
     };
     let weights = weights.into_iter().map(|w| halfword(m, w)).collect();
     Given {
@@ -70,17 +72,17 @@ fn weight(
     let sum = m.name(sum, &format!("sum_z{port}"));
     let along_y = format!("y{port}");
     let product = Product::of(m, &along_y, sum, entry.fraction[1]);
-    let product = product.carry(m, stages.of_y(), &along_y);
+    let product = product.carry(m, &stages.product_y, &along_y);
     let one = is_one(m, entry.fraction[1]);
-    let one = carry(m, port, stages.of_y(), "one_y", one);
+    let one = carry(m, port, &stages.product_y, "one_y", one);
     let (low, high) = product.split(m, &along_y, one);
     let sum = m.mux(y, high, low);
-    let sum = carry(m, port, stages.f(), "sum_y", sum);
+    let sum = carry(m, port, &stages.part_y, "sum_y", sum);
     let along_x = format!("x{port}");
     let product = Product::of(m, &along_x, sum, across);
-    let product = product.carry(m, &stages.to_p, &along_x);
+    let product = product.carry(m, &stages.product_x, &along_x);
     let one = is_one(m, across);
-    let one = carry(m, port, &stages.to_p, "one_x", one);
+    let one = carry(m, port, &stages.product_x, "one_x", one);
     let (low, high) = product.split(m, &along_x, one);
     m.mux(x, high, low)
 }

@@ -30,9 +30,7 @@ pub(super) fn give(
     vertices: Signal,
     words: &[Signal],
 ) {
-    let stages = reader.stages();
-    let last = stages.len() - 1;
-    let (before, p, fill) = (stages[last - 1], stages[last], read.fills[last - 1]);
+    let (before, p, fill) = (reader.before_issue(), reader.issue, read.fill_issue);
     // The vertices whose tags make the slot.
     let [vertex_0, vertex_1] = match before.step {
         None => [fill; 2],

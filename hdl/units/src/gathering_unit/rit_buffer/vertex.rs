@@ -1,11 +1,13 @@
 //! One vertex of the paper's entries.
 
 use potamoi_formats::rit::Vertices;
+use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal};
 
 use crate::gathering_unit::shared::rit_given::{Given, HALF, HALFWORDS, Slot};
 use crate::gathering_unit::shared::rit_reader::{Read, Reader};
 use crate::gathering_unit::shared::rit_shape::Shape;
+use crate::gathering_unit::shared::rit_split::carry_named;
 
 /// Halfword `j` of an entry's word in Q, for one entry size.
 fn halfword(
@@ -16,7 +18,7 @@ fn halfword(
     of: (u32, Vertices, u32),
 ) -> Signal {
     let (port, v, j) = of;
-    let q = reader.stages()[0];
+    let q = reader.banks;
     let what = HALFWORDS[j as usize];
     let size = shape.entry_halfwords(v);
     let (count, groups) = (v.count() as u32, shape.groups(v));
@@ -50,16 +52,16 @@ pub(super) fn vertex(
     words: &[Signal],
     port: u32,
 ) -> Given {
+    let to_e = read.stages([RitStage::Entry]);
     let [row, tag, weight] = [0, 1, 2].map(|j| {
         let what = HALFWORDS[j as usize];
         let s = shape.by_vertices(m, vertices, |m, v| {
             let picked = halfword(reader, m, shape, words, (port, v, j));
-            if shape.between == 0 || j == 2 && !v.is_structured() {
+            if j == 2 && !v.is_structured() {
                 return picked;
             }
-            let reg = m.reg(&format!("e_{what}{port}_v{}", v.count()), HALF, 0);
-            m.set_next_if(reg, read.fills[0], picked);
-            reg
+            let name = format!("{what}{port}_v{}", v.count());
+            carry_named(m, &to_e, &name, picked)
         });
         m.name(s, &format!("new_{what}{port}"))
     });

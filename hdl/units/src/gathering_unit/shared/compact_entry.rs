@@ -2,10 +2,12 @@
 
 use potamoi_formats::compact::{FRACTION_AT, FRACTION_BITS, ROW_BITS, SLOT_AT};
 use potamoi_formats::rit::Vertices;
+use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::rit_reader::{Read, Reader};
 use super::rit_shape::Shape;
+use super::rit_split::carry;
 use crate::circuits::is;
 
 /// Names of the axes.
@@ -31,12 +33,10 @@ pub(crate) fn entry(
     words: &[Signal],
     port: u32,
 ) -> Entry {
-    let q = reader.stages()[0];
-    let register = |m: &mut ModuleBuilder, name: &str, value: Signal| {
-        let reg = m.reg(&format!("e_{name}{port}"), value.ty(), 0);
-        m.set_next_if(reg, read.fills[0], value);
-        reg
-    };
+    let q = reader.banks;
+    let to_e = read.stages([RitStage::Entry]);
+    let register =
+        |m: &mut ModuleBuilder, name: &str, value: Signal| carry(m, port, &to_e, name, value);
     // The same halfwords whatever the number of vertices, but for single ids.
     let of_size = |m: &mut ModuleBuilder, v: Vertices| {
         let size = shape.entry_halfwords(v);

@@ -6,10 +6,47 @@ use std::sync::Arc;
 use num_bigint::BigInt;
 use potamoi_formats::config::{Config, Modes, Sums, WeightTrust};
 use potamoi_formats::fixed::Rounding;
+use potamoi_formats::timing::ReducerStage;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
-/// Names of the enables of a product's stages, after `valid`.
-pub(crate) const LATER: [&str; 3] = ["halves", "product", "sum"];
+/// The enable of each stage that is built, first to last.
+pub(crate) struct Enables(Vec<(ReducerStage, Signal)>);
+
+impl Enables {
+    /// The ports: `valid` of the first stage, and one that bears the stage's name of each other.
+    pub(crate) fn declare(m: &mut ModuleBuilder, config: &Config) -> Self {
+        let stages = config.reducer_pipeline();
+        let ports = stages.stages().enumerate().map(|(at, stage)| {
+            let enable = match at {
+                0 => m.input("valid", Ty::bit(), "features and weights are given"),
+                _ => m.input(stage_name(stage), Ty::bit(), "the next stage takes over"),
+            };
+            (stage, enable)
+        });
+        Self(ports.collect())
+    }
+
+    /// The enable of a stage; `None` where it is not built.
+    pub(crate) fn of(&self, stage: ReducerStage) -> Option<Signal> {
+        let mut all = self.0.iter();
+        all.find(|(own, _)| *own == stage)
+            .map(|(_, enable)| *enable)
+    }
+
+    fn all(&self) -> impl Iterator<Item = Signal> + '_ {
+        self.0.iter().map(|(_, enable)| *enable)
+    }
+}
+
+/// The name of a stage's enable, of all but the first one.
+pub(crate) const fn stage_name(stage: ReducerStage) -> &'static str {
+    match stage {
+        ReducerStage::Operands => "operands",
+        ReducerStage::PartialProducts => "halves",
+        ReducerStage::Product => "product",
+        ReducerStage::Sum => "sum",
+    }
+}
 
 /// Builds `reducer`: `acc` holds the exact weighted sum of an entry's
 /// features; `result` is it rounded once, half-even, by W bits, or as it is. A
@@ -27,12 +64,12 @@ pub(crate) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
         Modes::Unstructured => "feature_register",
         _ => "reducer",
     });
-    let enables = enables(&mut m, config);
+    let enables = Enables::declare(&mut m, config);
     let feature = m.input("feature", Ty::s(features), "");
     if gu.modes == Modes::Unstructured {
         m.doc("Registers a feature: single ids need no reduction.");
         let mut held = feature;
-        for (i, enable) in enables.into_iter().enumerate() {
+        for (i, enable) in enables.all().enumerate() {
             let reg = m.reg(&format!("held{i}"), Ty::s(features), 0);
             m.set_next_if(reg, enable, held);
             held = reg;
@@ -57,8 +94,10 @@ pub(crate) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let total_so_far = m.add(acc, term);
     let total_so_far = m.name(total_so_far, "total_so_far");
     let next = m.mux(first, term, total_so_far);
-    m.set_next_if(acc, enables[enables.len() - 1], next);
-    if gu.weights == WeightTrust::Trusted && config.product_stages() == 0 {
+    if let Some(enable) = enables.of(ReducerStage::Sum) {
+        m.set_next_if(acc, enable, next);
+    }
+    if gu.weights == WeightTrust::Trusted && enables.of(ReducerStage::Product).is_none() {
         let total = BigInt::from(1) << weights;
         m.weighted_accumulator(acc, feature, total, "trusted weights sum to 2^W");
     } else {
@@ -76,62 +115,53 @@ pub(crate) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.finish()
 }
 
-/// Enables of the register stages up to the sum.
-pub(crate) fn enables(m: &mut ModuleBuilder, config: &Config) -> Vec<Signal> {
-    let mut all = vec![m.input("valid", Ty::bit(), "features and weights are given")];
-    let later = &LATER[LATER.len() - config.product_stages() as usize..];
-    for name in later {
-        all.push(m.input(name, Ty::bit(), "the next stage takes over"));
-    }
-    all
-}
-
-/// A feature times a weight, as it is, registered, or behind three register stages:
-/// the operands, so that they reach many reducers in a cycle of their own, then the
-/// product with each half of the weight, then their sum.
+/// A feature times a weight, behind the register stages that are built.
 pub(crate) fn product(
     m: &mut ModuleBuilder,
     of: &str,
     (feature, weight): (Signal, Signal),
-    enables: &[Signal],
+    enables: &Enables,
 ) -> Signal {
-    let times = |m: &mut ModuleBuilder, feature: Signal, part: Signal| {
-        let part = m.extend(part, part.width() + 1);
-        let part = m.as_signed(part);
-        m.mul(feature, part)
-    };
     let hold = |m: &mut ModuleBuilder, name: &str, value: Signal, enable: Signal| {
         let reg = m.reg(&format!("{name}{of}"), value.ty(), 0);
         m.set_next_if(reg, enable, value);
         reg
     };
-    match enables {
-        [valid, multiplied, taken, _] => {
-            let feature = hold(m, "held_feature", feature, *valid);
-            let weight = hold(m, "held_weight", weight, *valid);
+    let (feature, weight) = match enables.of(ReducerStage::Operands) {
+        Some(enable) => (
+            hold(m, "held_feature", feature, enable),
+            hold(m, "held_weight", weight, enable),
+        ),
+        None => (feature, weight),
+    };
+    let product = match enables.of(ReducerStage::PartialProducts) {
+        Some(enable) => {
             let bits = weight.width();
             let low = m.slice(weight, 0, bits / 2);
             let high = m.slice(weight, bits / 2, bits - bits / 2);
             let (low, high) = (times(m, feature, low), times(m, feature, high));
-            let low = hold(m, "product_of_low_bits", low, *multiplied);
-            let high = hold(m, "product_of_high_bits", high, *multiplied);
+            let low = hold(m, "product_of_low_bits", low, enable);
+            let high = hold(m, "product_of_high_bits", high, enable);
             let ty = Ty::s(feature.width() + bits + 1);
             let high = m.extend(high, ty.width);
             let high = m.shl_const(high, bits / 2);
             let low = m.extend(low, ty.width);
             let high = m.truncate(high, ty.width);
-            let both = m.add(low, high);
-            hold(m, "held_product", both, *taken)
+            m.add(low, high)
         }
-        [valid, _] => {
-            let product = times(m, feature, weight);
-            hold(m, "held_product", product, *valid)
-        }
-        _ => {
-            let product = times(m, feature, weight);
-            m.name(product, &format!("product{of}"))
-        }
+        None => times(m, feature, weight),
+    };
+    match enables.of(ReducerStage::Product) {
+        Some(enable) => hold(m, "held_product", product, enable),
+        None => m.name(product, &format!("product{of}")),
     }
+}
+
+/// A signed feature times an unsigned weight, or a part of one.
+fn times(m: &mut ModuleBuilder, feature: Signal, weight: Signal) -> Signal {
+    let weight = m.extend(weight, weight.width() + 1);
+    let weight = m.as_signed(weight);
+    m.mul(feature, weight)
 }
 
 /// A sum rounded half-even by W bits.

@@ -1,19 +1,15 @@
 //! The read side of the RIT buffer: what is read when, and the stages from Q (the
 //! banks' output) to P (what is issued). What they carry: `rit_pick.rs`.
 
+use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::rit_shape::{Halves, Shape, of_half};
 use crate::circuits::{is, ones, plus_one};
 
-/// Names of so many stages between Q and P.
-fn between(count: usize) -> &'static [&'static str] {
-    match count {
-        0 => &[],
-        1 => &["e"],
-        2 => &["e", "f"],
-        _ => &["e", "g", "f", "h"],
-    }
+/// What the signals of a stage begin with.
+pub(crate) fn prefix(stage: RitStage) -> char {
+    stage.letter().to_ascii_lowercase()
 }
 
 /// Registers of the reader.
@@ -25,8 +21,12 @@ pub(crate) struct Reader {
     vertex: Option<Signal>,
     segment: Signal,
     start_half: Signal,
-    /// From Q to P.
-    stages: Vec<Stage>,
+    /// Q.
+    pub(crate) banks: Stage,
+    /// Between Q and P.
+    between: Vec<(RitStage, Stage)>,
+    /// P.
+    pub(crate) issue: Stage,
 }
 
 /// What travels with a vertex.
@@ -50,17 +50,37 @@ pub(crate) struct Step {
     pub(crate) last: Signal,
 }
 
+/// A stage that a value is registered in: what its signals begin with, and when it is filled.
+pub(crate) type Filled = (char, Signal);
+
 /// What the rest of the buffer needs of a read.
 pub(crate) struct Read {
     pub(crate) row_enable: Signal,
     pub(crate) address: Signal,
     pub(crate) release: [Signal; 2],
-    /// Of each stage but Q, that it takes over what the one before it holds.
-    pub(crate) fills: Vec<Signal>,
+    /// P takes over what the stage before it holds.
+    pub(crate) fill_issue: Signal,
+    /// Of each stage between Q and P, that it takes over what the one before it holds.
+    fills: Vec<(RitStage, Signal)>,
+}
+
+impl Read {
+    /// Those of these stages that are built, with when they are filled.
+    pub(crate) fn stages<const N: usize>(&self, stages: [RitStage; N]) -> Vec<Filled> {
+        let filled = stages.map(|stage| self.fill(stage).map(|fill| (prefix(stage), fill)));
+        filled.into_iter().flatten().collect()
+    }
+
+    /// That a stage takes over what the one before it holds; `None` where it is not built.
+    pub(crate) fn fill(&self, stage: RitStage) -> Option<Signal> {
+        let mut all = self.fills.iter();
+        all.find(|(own, _)| *own == stage).map(|(_, fill)| *fill)
+    }
 }
 
 impl Stage {
-    fn declare(m: &mut ModuleBuilder, shape: &Shape, name: &str) -> Self {
+    fn declare(m: &mut ModuleBuilder, shape: &Shape, stage: RitStage) -> Self {
+        let name = prefix(stage);
         let mut reg = |what: &str, ty: Ty| m.reg(&format!("{name}_{what}"), ty, 0);
         Self {
             valid: reg("valid", Ty::bit()),
@@ -91,12 +111,13 @@ impl Reader {
         let segment = m.reg("read_segment", Ty::u(7), 0);
         let start_half = m.reg("read_start_half", Ty::bit(), 0);
         m.note(start_half, "half in which the MVoxel begins");
-        let between = between(shape.between as usize);
-        let names = ["q"].into_iter().chain(between.iter().copied());
-        let stages = names
-            .chain(["p"])
-            .map(|name| Stage::declare(m, shape, name))
+        let banks = Stage::declare(m, shape, RitStage::Banks);
+        let inner = shape.pipeline.stages();
+        let inner = inner.filter(|stage| !matches!(stage, RitStage::Banks | RitStage::Issue));
+        let between = inner
+            .map(|stage| (stage, Stage::declare(m, shape, stage)))
             .collect();
+        let issue = Stage::declare(m, shape, RitStage::Issue);
         Self {
             half,
             row,
@@ -104,29 +125,44 @@ impl Reader {
             vertex,
             segment,
             start_half,
-            stages,
+            banks,
+            between,
+            issue,
         }
     }
 
     /// The stages, from Q to P.
-    pub(crate) fn stages(&self) -> &[Stage] {
-        &self.stages
+    fn stages(&self) -> Vec<(RitStage, Stage)> {
+        let mut all = vec![(RitStage::Banks, self.banks)];
+        all.extend(&self.between);
+        all.push((RitStage::Issue, self.issue));
+        all
     }
 
-    /// The vertices in the stages, from Q to P.
-    pub(crate) fn steps(&self) -> Vec<Option<Step>> {
-        self.stages.iter().map(|stage| stage.step).collect()
+    /// What a stage holds; `None` where it is not built.
+    pub(crate) fn at(&self, stage: RitStage) -> Option<Stage> {
+        let mut all = self.stages().into_iter();
+        all.find(|(own, _)| *own == stage).map(|(_, held)| held)
+    }
+
+    /// The vertex in the first of these stages that is built; `None` where whole cells are read.
+    pub(crate) fn step_at<const N: usize>(&self, stages: [RitStage; N]) -> Option<Step> {
+        stages.into_iter().find_map(|stage| self.at(stage))?.step
+    }
+
+    /// What the stage before P holds.
+    pub(crate) fn before_issue(&self) -> Stage {
+        self.between.last().map_or(self.banks, |(_, held)| *held)
     }
 
     /// Moves what the stages behind Q hold, as far as there is room; gives of
-    /// each that it is filled, and that Q is free.
-    fn follow(&self, m: &mut ModuleBuilder, take: Signal) -> (Vec<Signal>, Signal) {
+    /// each that it is filled, P first, and that Q is free.
+    fn follow(&self, m: &mut ModuleBuilder, take: Signal) -> (Vec<(RitStage, Signal)>, Signal) {
         let mut moves_on = take;
         let mut fills = vec![];
-        let between = between(self.stages.len() - 2).iter().rev();
-        let names = ["p"].iter().chain(between);
-        for (pair, name) in self.stages.windows(2).rev().zip(names) {
-            let (before, stage) = (pair[0], pair[1]);
+        for pair in self.stages().windows(2).rev() {
+            let ((_, before), (which, stage)) = (pair[0], pair[1]);
+            let name = prefix(which);
             let empty = m.not(stage.valid);
             let free = m.or(empty, moves_on);
             let free = m.name(free, &format!("{name}_free"));
@@ -139,10 +175,9 @@ impl Reader {
             for (reg, value) in stage.fields().zip(before.fields()) {
                 m.set_next_if(reg, fill, value);
             }
-            fills.push(fill);
+            fills.push((which, fill));
             moves_on = free;
         }
-        fills.reverse();
         (fills, moves_on)
     }
 
@@ -156,7 +191,7 @@ impl Reader {
         segments: Signal,
         take: Signal,
     ) -> Read {
-        let q = self.stages[0];
+        let q = self.banks;
         let (fills, q_moves) = self.follow(m, take);
         let q_empty = m.not(q.valid);
         let q_free = m.or(q_empty, q_moves);
@@ -210,6 +245,7 @@ impl Reader {
             row_enable,
             address,
             release: leaves.release,
+            fill_issue: fills[0].1,
             fills,
         }
     }

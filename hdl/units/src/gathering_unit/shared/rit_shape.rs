@@ -2,6 +2,7 @@
 
 use potamoi_formats::config::{Config, EntryKind, Modes};
 use potamoi_formats::rit::{MAX_VERTICES, Vertices};
+use potamoi_formats::timing::{Pipeline, RitStage};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use crate::circuits::bits_for;
@@ -24,8 +25,8 @@ pub(crate) struct Shape {
     pub(crate) compact: bool,
     /// All eight vertices of an entry are issued at once.
     pub(crate) whole_cells: bool,
-    /// Register stages between the one that the banks fill and P.
-    pub(crate) between: u32,
+    /// Register stages from the banks to P.
+    pub(crate) pipeline: Pipeline<RitStage>,
     config: Config,
 }
 
@@ -44,7 +45,7 @@ impl Shape {
             vertices: config.supported_vertices(),
             compact: config.rit.entry == EntryKind::Compact,
             whole_cells: config.is_parity(),
-            between: config.rit_stages() - 2,
+            pipeline: config.rit_pipeline(),
             config: config.clone(),
         }
     }

@@ -2,26 +2,30 @@
 
 use potamoi_formats::compact::FRACTION_BITS;
 use potamoi_formats::fixed::Rounding;
+use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-use super::rit_reader::Read;
+use super::rit_reader::{Filled, Read};
 use super::rit_shape::Shape;
-
-/// Stages that values pass: their names, and when they are filled.
-pub(crate) type Stages = [(&'static str, Signal)];
 
 /// Registers a value in each of the stages.
 pub(crate) fn carry(
     m: &mut ModuleBuilder,
     port: u32,
-    stages: &Stages,
+    stages: &[Filled],
     name: &str,
     value: Signal,
 ) -> Signal {
     carry_named(m, stages, &format!("{name}{port}"), value)
 }
 
-fn carry_named(m: &mut ModuleBuilder, stages: &Stages, name: &str, mut value: Signal) -> Signal {
+/// As [`carry`], of a value that is no port's or whose name says which.
+pub(crate) fn carry_named(
+    m: &mut ModuleBuilder,
+    stages: &[Filled],
+    name: &str,
+    mut value: Signal,
+) -> Signal {
     for (stage, fill) in stages {
         let reg = m.reg(&format!("{stage}_{name}"), value.ty(), 0);
         m.set_next_if(reg, *fill, value);
@@ -30,36 +34,26 @@ fn carry_named(m: &mut ModuleBuilder, stages: &Stages, name: &str, mut value: Si
     value
 }
 
-/// Stages behind E in which weights are made: where pipelined, G and H hold products.
+/// Stages behind E in which weights are made.
 pub(crate) struct WeightStages {
-    /// To F.
-    pub(crate) to_f: Vec<(&'static str, Signal)>,
-    /// To P's inputs.
-    pub(crate) to_p: Vec<(&'static str, Signal)>,
+    /// G, where it is built: the product along y.
+    pub(crate) product_y: Vec<Filled>,
+    /// F: the part after y.
+    pub(crate) part_y: Vec<Filled>,
+    /// G and F.
+    pub(crate) to_part_y: Vec<Filled>,
+    /// H, where it is built: the product along x.
+    pub(crate) product_x: Vec<Filled>,
 }
 
 impl WeightStages {
     pub(crate) fn of(read: &Read) -> Self {
-        match read.fills[..] {
-            [_, g, f, h, _] => Self {
-                to_f: vec![("g", g), ("f", f)],
-                to_p: vec![("h", h)],
-            },
-            _ => Self {
-                to_f: vec![("f", read.fills[1])],
-                to_p: vec![],
-            },
+        Self {
+            product_y: read.stages([RitStage::ProductY]),
+            part_y: read.stages([RitStage::PartY]),
+            to_part_y: read.stages([RitStage::ProductY, RitStage::PartY]),
+            product_x: read.stages([RitStage::ProductX]),
         }
-    }
-
-    /// Those of them that hold the product along y.
-    pub(crate) fn of_y(&self) -> &Stages {
-        &self.to_f[..self.to_f.len() - 1]
-    }
-
-    /// The stage that holds the sums after y.
-    pub(crate) fn f(&self) -> &Stages {
-        &self.to_f[self.to_f.len() - 1..]
     }
 }
 
@@ -118,7 +112,7 @@ impl Product {
     }
 
     /// Registers it in each of the stages, as far as rounding half up asks for.
-    pub(crate) fn carry(self, m: &mut ModuleBuilder, stages: &Stages, name: &str) -> Self {
+    pub(crate) fn carry(self, m: &mut ModuleBuilder, stages: &[Filled], name: &str) -> Self {
         if stages.is_empty() {
             return self;
         }

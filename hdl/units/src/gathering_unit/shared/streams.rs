@@ -1,6 +1,7 @@
 //! The stream ports that every organisation of the unit has.
 
-use potamoi_formats::config::{Config, GuConfig};
+use potamoi_formats::config::Config;
+use potamoi_formats::timing::GatherStage;
 use potamoi_netlist::{IrErrors, ModuleBuilder, Signal, Ty};
 
 use crate::circuits::{bits_for, fifo};
@@ -46,24 +47,25 @@ pub(crate) struct FeatureStream {
 }
 
 impl FeatureStream {
-    /// Builds the FIFO, with a register behind its read where the unit is pipelined.
+    /// Builds the FIFO, with a register behind its read where that stage is built.
     ///
     /// # Errors
     /// The netlist's own checks.
     pub(crate) fn build(
         m: &mut ModuleBuilder,
-        gu: &GuConfig,
+        config: &Config,
         beat: &Beat,
         ready: Signal,
     ) -> Result<Self, IrErrors> {
         let word = m.cat(&[beat.end, beat.keep, beat.slot, beat.data]);
         // The register is one of the places.
-        let depth = gu.fifo_depth - u32::from(gu.pipelined);
+        let registered = config.gather_pipeline().has(GatherStage::Output);
+        let depth = config.gu.fifo_depth - u32::from(registered);
         let module = fifo("feature_fifo", depth, word.width())?;
         let held = m.reg("offered", Ty::u(bits_for(depth)), 0);
         m.note(held, "results in the FIFO");
         let some = m.any(held);
-        let (valid, take) = if gu.pipelined {
+        let (valid, take) = if registered {
             let valid = m.reg("out_valid", Ty::bit(), 0);
             let free = m.not(valid);
             let free = m.or(free, ready);

@@ -104,13 +104,13 @@ impl<'a> Passes<'a> {
         let raw = operands.map(|code| if low < 0.0 { code + (1 << 32) } else { code });
         self.recurrence.unit.prepare(raw);
 
-        let power = self.power(engine.interval, true)?;
+        let power = self.power(exp.interval(), true)?;
         let last = HOLDS - 2f64.powi(-(fraction as i32));
         let power = [power[0], power[1] + (sizes[1] - last).max(0.0)];
         // d ln(1 + e) / d ln e, at the largest e.
         let e = (power[1].max(0.0) - sizes[0]).exp();
         let slope = e / (1.0 + e);
-        let log = self.logarithm(engine.turn)?;
+        let log = self.logarithm(exp.power_pipeline().turn())?;
         let [least, most] = [
             power[0].min(0.0) * slope + log[0],
             power[1].max(0.0) * slope + log[1],
@@ -120,7 +120,7 @@ impl<'a> Passes<'a> {
         }
         let softplus = |y: f64| y.max(0.0) + (-y.abs()).exp().ln_1p();
         self.narrow([softplus(-high) + least, softplus(-low) + most])?;
-        let again = self.power(engine.interval, false)?;
+        let again = self.power(exp.interval(), false)?;
         let held = softplus(-low) - (HOLDS - 2f64.powi(-(engine.constant_bits as i32)));
         let left = [again[0] - most, again[1] - least + held.max(0.0)];
         let exact = output * (-softplus(-high)).exp();

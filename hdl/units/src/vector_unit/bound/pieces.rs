@@ -60,7 +60,7 @@ impl<'a> Pieces<'a> {
     pub(super) fn errors(&mut self, operands: [i64; 2], fraction: u32) -> Option<Errors> {
         let exp = &self.unit.config.vu.exp;
         self.unit.prepare(operands);
-        for _ in 0..=exp.engine().interval + 1 {
+        for _ in 0..=exp.interval() + 1 {
             // The pipeline is full of the same operands.
             self.unit.offer(true);
             if self.unit.yes(self.unit.done)? {

@@ -48,7 +48,7 @@ pub(super) struct Recurrence<'a> {
 impl<'a> Recurrence<'a> {
     pub(super) fn new(config: &'a Config, op: OpCode, module: &'a Module) -> Option<Self> {
         let exp = &config.vu.exp;
-        let last = exp.engine().steps.div_ceil(exp.iterations_per_clock) - 1;
+        let last = exp.power_pipeline().turn() - 1;
         let remain = if exp.pipelined {
             format!("lane0.s_remain_{last}")
         } else {
@@ -76,12 +76,12 @@ impl<'a> Recurrence<'a> {
     /// the same exponent and the same clocks.
     pub(super) fn errors(&mut self, operands: [i64; 2], fraction: u32) -> Option<Errors> {
         let exp = &self.unit.config.vu.exp;
-        let (engine, pipelined) = (exp.engine(), exp.pipelined);
+        let (stages, pipelined) = (exp.power_pipeline(), exp.pipelined);
         let bias = self.bias(operands[0], fraction)?;
         self.unit.prepare(operands);
         self.unit.offer(true);
         let mut power = self.begin(bias)?;
-        for cycle in 0..=engine.interval + 1 {
+        for cycle in 0..=stages.cycles() + 1 {
             if cycle > 0 {
                 // The pipeline is full of the same operands.
                 self.unit.offer(pipelined);
@@ -98,7 +98,7 @@ impl<'a> Recurrence<'a> {
             return None;
         }
         if pipelined {
-            for index in 0..engine.turn * exp.iterations_per_clock {
+            for index in 0..stages.turn() * exp.iterations_per_clock {
                 self.step(index, &mut power.taken)?;
             }
         }

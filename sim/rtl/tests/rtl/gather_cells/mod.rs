@@ -96,7 +96,9 @@ fn whole_cells_run_at_two_samples_a_cycle() {
                 assert_eq!(totals.issue_span(), samples / 2, "no bubble");
             } else {
                 // From the first beat on, and through the pipeline.
-                let stages = u64::from(config.rit_stages() + config.gather_latency() + 1);
+                let stages = u64::from(
+                    config.rit_pipeline().cycles() + config.gather_pipeline().cycles() + 1,
+                );
                 assert_eq!(totals.cycles - totals.first_beat, 3 * samples + stages);
             }
         }

@@ -1,0 +1,63 @@
+//! Passes of an operation through the iterative engine.
+
+use std::ops::Range;
+
+use super::{Pipeline, PowerStage};
+use crate::units::OpCode;
+
+/// A pass through the engine's registers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pass {
+    /// A power of the operand.
+    Power,
+    /// `ln(1 + power)`, by the same steps without a tail.
+    Logarithm,
+    /// A power of that logarithm.
+    SecondPower,
+}
+
+/// The passes of one operation, one behind the other.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Passes {
+    passes: Vec<(Pass, Range<u32>)>,
+}
+
+impl Passes {
+    /// Those of `op` with this power; of an operation that is none of the engine's, none.
+    #[must_use]
+    pub fn of(op: OpCode, power: &Pipeline<PowerStage>) -> Self {
+        let order: &[Pass] = match op {
+            OpCode::Exp | OpCode::OneMinusExp => &[Pass::Power],
+            OpCode::Softplus => &[Pass::Power, Pass::Logarithm],
+            OpCode::Sigmoid => &[Pass::Power, Pass::Logarithm, Pass::SecondPower],
+            _ => &[],
+        };
+        let mut from = 0;
+        let passes = order.iter().map(|&pass| {
+            let clocks = match pass {
+                Pass::Power | Pass::SecondPower => power.cycles(),
+                Pass::Logarithm => power.turn(),
+            };
+            let clocks = from..from + clocks;
+            from = clocks.end;
+            (pass, clocks)
+        });
+        Self {
+            passes: passes.collect(),
+        }
+    }
+
+    /// The clocks of a pass, counted from the acceptance; `None` where the operation has no such.
+    #[must_use]
+    pub fn clocks(&self, pass: Pass) -> Option<Range<u32>> {
+        let own = self.passes.iter().find(|(other, _)| *other == pass);
+        own.map(|(_, clocks)| clocks.clone())
+    }
+
+    /// Clocks from the operation's acceptance to the next one's: one of an operation without
+    /// passes.
+    #[must_use]
+    pub fn cycles(&self) -> u32 {
+        self.passes.last().map_or(1, |(_, clocks)| clocks.end)
+    }
+}
