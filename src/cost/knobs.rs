@@ -287,6 +287,42 @@ mod tests {
         }
     }
 
+    /// What a search writes as lines of a description is the scene that it measured.
+    #[test]
+    fn lines_of_a_description_set_what_the_knob_set() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        for (name, model) in [
+            ("garden", "name = \"garden\""),
+            ("cairn:ngp", "name = \"cairn\"\nrepresentation = \"ngp\""),
+        ] {
+            let scene = Scene::open(name).unwrap();
+            let mut count = 0;
+            for setting in of(&scene).iter().flat_map(|knob| &knob.settings) {
+                let (Change::Scene(look), Some(Asked::Render(lines))) =
+                    (&setting.change, setting.change.asked())
+                else {
+                    continue;
+                };
+                let mut set = scene.clone();
+                look.apply(&mut set).unwrap();
+                let text = format!("[model]\nkind = \"builtin\"\n{model}\n[render]\n");
+                std::fs::write(&path, text + &lines.join("\n")).unwrap();
+                let read = Scene::open(&path.to_string_lossy()).unwrap();
+                let rules = |s: &Scene| {
+                    let mut parts = s.identity();
+                    let kept = ["precision", "profile", "order", "step"];
+                    parts.retain(|(part, _)| kept.contains(part));
+                    parts
+                };
+                assert_ne!(rules(&set), rules(&scene), "{name}: {lines:?}");
+                assert_eq!(rules(&set), rules(&read), "{name}: {lines:?}");
+                count += 1;
+            }
+            assert!(count >= 5, "{name}: {count}");
+        }
+    }
+
     #[test]
     fn unknown_knobs_are_refused_by_name() {
         let garden = || of(&Scene::open("garden").unwrap());

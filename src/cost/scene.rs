@@ -70,17 +70,7 @@ fn measure(bench: &Bench, knobs: &[Knob]) -> Result<Report, Failure> {
     let mut refused = vec![];
     for knob in knobs {
         bar.set_message(knob.name);
-        for setting in &knob.settings {
-            match bench.point(knob.name, &setting.label, &[setting]) {
-                Ok(point) => points.push(point),
-                Err(failure) => refused.push(Refused {
-                    knob: knob.name,
-                    setting: setting.label.clone(),
-                    why: failure.to_string(),
-                }),
-            }
-            bar.inc(1);
-        }
+        turn(bench, knob, &mut points, &mut refused, &|| bar.inc(1));
     }
     bar.set_message("three ways to the frame's time");
     let ladder = ladder::rungs(&bench.setup)?;
@@ -102,6 +92,27 @@ fn measure(bench: &Bench, knobs: &[Knob]) -> Result<Report, Failure> {
         ladder,
         found: None,
     })
+}
+
+/// Measures each setting of a knob by itself, or says why it is refused.
+fn turn(
+    bench: &Bench,
+    knob: &Knob,
+    points: &mut Vec<Point>,
+    refused: &mut Vec<Refused>,
+    step: &dyn Fn(),
+) {
+    for setting in &knob.settings {
+        match bench.point(knob.name, &setting.label, &[setting]) {
+            Ok(point) => points.push(point),
+            Err(failure) => refused.push(Refused {
+                knob: knob.name,
+                setting: setting.label.clone(),
+                why: failure.to_string(),
+            }),
+        }
+        step();
+    }
 }
 
 /// Searches, writes what was found, and proves it by its Verilog.
@@ -274,7 +285,9 @@ fn prove(bench: &Bench, own: &[&Setting], inject: Option<Injection>) -> Result<(
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use super::super::knobs::Look;
     use super::*;
+    use potamoi_base::precision::Precision;
     use potamoi_scene::Scene;
 
     /// Of both units, in the configuration that a setting makes.
@@ -296,5 +309,42 @@ mod tests {
                 "{fault:?}: {proved:?}"
             );
         }
+    }
+
+    /// A knob that is added as docs/adding/knob.md says is measured, told and refused like others.
+    #[test]
+    fn an_added_knob_is_measured_like_the_others() {
+        let mut scene = Scene::open("garden").unwrap();
+        scene.set_size(Some(16), Some(16)).unwrap();
+        let setup = Setup::of_times(&Common::default(), scene, None).unwrap();
+        let bits = |n: u32| Setting {
+            label: n.to_string(),
+            change: Change::Scene(Look::Precision(Precision {
+                transmittance_bits: Some(n),
+                ..Precision::default()
+            })),
+        };
+        let added = Knob {
+            name: "added",
+            what: "a knob of this test",
+            settings: vec![bits(8), bits(20), bits(99)],
+        };
+        let mut knobs = knobs::of(&setup.scene);
+        knobs.push(added);
+        let knobs = knobs::named(knobs, &["added".to_owned()]).unwrap();
+        let bench = Bench::new(setup, 2).unwrap();
+        let default = bench.point("default", "", &[]).unwrap();
+        let (mut points, mut refused) = (vec![], vec![]);
+        turn(&bench, &knobs[0], &mut points, &mut refused, &|| {});
+        let db = |point: &Point| point.model.db.unwrap();
+        assert_eq!(points.len(), 2);
+        assert!(db(&points[0]) < db(&default) - 3.0, "{}", db(&points[0]));
+        assert_eq!(db(&points[1]).to_bits(), db(&default).to_bits());
+        assert_eq!((refused[0].knob, &*refused[0].setting), ("added", "99"));
+        assert!(
+            refused[0].why.contains("transmittance_bits"),
+            "{}",
+            refused[0].why
+        );
     }
 }

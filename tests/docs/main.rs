@@ -2,6 +2,7 @@
 //! their pictures and figures are the program's.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+mod adding;
 mod commands;
 #[path = "../common/mod.rs"]
 mod common;

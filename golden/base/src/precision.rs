@@ -1,26 +1,154 @@
 //! How finely frames are composited where it is not by their renderer's rules.
+//!
+//! A knob of rendering is a field of [`Precision`] and a row of [`NUMBERS`]: descriptions, refusals
+//! and reports follow from the row. Its renderer honours the field.
 
+use std::ops::RangeInclusive;
+
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
+
+use crate::record::Fate::Honoured;
+use crate::record::Key;
 
 /// Cut-offs, widths and levels, in place of those of a renderer's rules and of the
 /// hardware's formats. By default all are theirs.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Precision {
-    /// A pixel or a ray stops where less light is left: 1e-6 to 0.5. The rules have 1e-4 of splats,
+    /// A pixel or a ray stops where less light is left. The rules have 1e-4 of splats,
     /// 1e-3 of voxels, DirectVoxGO and EfficientNeRF, 0.01 of Instant-NGP, 1e-6 of TensoRF.
     pub stop_below: Option<f64>,
-    /// Splats are skipped where their alpha is smaller: 4e-4 to 0.5. The rules have 1/255.
+    /// Splats are skipped where their alpha is smaller. The rules have 1/255.
     pub alpha_min: Option<f64>,
-    /// Fraction bits of transmittances in the hardware's formats, 8 to 20, which they have.
+    /// Fraction bits of transmittances in the hardware's formats, which have 20.
     pub transmittance_bits: Option<u32>,
-    /// Fraction bits of the factors of splats' conics in their records, 8 to 30, which they have.
+    /// Fraction bits of the factors of splats' conics in their records, which have 30.
     pub conic_bits: Option<u32>,
     /// Levels of a hash grid whose vertices share entries that are gathered in the hardware's
     /// formats, from the coarsest; the features of finer ones are 0. All, by default.
     pub hashed_levels: Option<u32>,
 }
 
-/// A number outside its range.
+/// Every number of a [`Precision`], in the order of its fields.
+pub const NUMBERS: [Number; 5] = [
+    Number {
+        key: key(
+            "render.stop_below",
+            "the transmittance at which a pixel stops",
+        ),
+        place: Place::Real(|p| &mut p.stop_below, 1e-6..=0.5),
+        expected: "1e-6 to 0.5",
+        models: &[Models::Splats, Models::Voxels, Models::Fields],
+    },
+    Number {
+        key: key(
+            "render.alpha_min",
+            "the alpha below which splats are skipped",
+        ),
+        // What is past the exponential's range has its last result, exp(-8), and a unit of
+        // opacity more: drawn, it would cover its tiles.
+        place: Place::Real(|p| &mut p.alpha_min, 4e-4..=0.5),
+        expected: "4e-4, which is above exp(-8), to 0.5",
+        models: &[Models::Splats],
+    },
+    Number {
+        key: key(
+            "render.transmittance_bits",
+            "fraction bits of transmittances",
+        ),
+        place: Place::Count(|p| &mut p.transmittance_bits, 8..=20),
+        expected: "8 to 20",
+        models: &[Models::Splats, Models::Voxels],
+    },
+    Number {
+        key: key(
+            "render.conic_bits",
+            "fraction bits of the factors of conics",
+        ),
+        place: Place::Count(|p| &mut p.conic_bits, 8..=30),
+        expected: "8 to 30",
+        models: &[Models::Splats],
+    },
+    Number {
+        key: key("render.hashed_levels", "hashed levels that are gathered"),
+        // As many as the model has, which the scene checks.
+        place: Place::Count(|p| &mut p.hashed_levels, 0..=u32::MAX),
+        expected: "a whole number",
+        models: &[Models::Splats, Models::Voxels, Models::Fields],
+    },
+];
+
+const fn key(name: &'static str, about: &'static str) -> Key {
+    let fate = Honoured;
+    Key { name, fate, about }
+}
+
+/// A number of a [`Precision`]: how descriptions name it, its range, and what it is for.
+#[derive(Debug, Clone)]
+pub struct Number {
+    /// Its name in a description, with the section.
+    pub key: Key,
+    place: Place,
+    /// Its range in words.
+    expected: &'static str,
+    /// Models whose renderers honour it.
+    models: &'static [Models],
+}
+
+/// Where a number is in a [`Precision`], and its range.
+#[derive(Debug, Clone)]
+enum Place {
+    Real(fn(&mut Precision) -> &mut Option<f64>, RangeInclusive<f64>),
+    Count(fn(&mut Precision) -> &mut Option<u32>, RangeInclusive<u32>),
+}
+
+/// Models by what composites them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Models {
+    /// Gaussians.
+    Splats,
+    /// Stored voxels.
+    Voxels,
+    /// Fields with a perceptron or harmonics.
+    Fields,
+}
+
+impl Models {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Splats => "splats",
+            Self::Voxels => "stored voxels",
+            Self::Fields => "fields",
+        }
+    }
+}
+
+impl Number {
+    /// Its name in the section `[render]`.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.key
+            .name
+            .strip_prefix("render.")
+            .unwrap_or(self.key.name)
+    }
+
+    /// Its value as text, and whether that is in its range.
+    fn given(&self, mut precision: Precision) -> Option<(String, bool)> {
+        match &self.place {
+            Place::Real(place, range) => {
+                // Not a number is in no range.
+                place(&mut precision).map(|v| (v.to_string(), range.contains(&v)))
+            }
+            Place::Count(place, range) => {
+                place(&mut precision).map(|v| (v.to_string(), range.contains(&v)))
+            }
+        }
+    }
+}
+
+/// A number outside its range, or of other models.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{field}: {value}: expected {expected}")]
 pub struct PrecisionError {
@@ -29,36 +157,40 @@ pub struct PrecisionError {
     /// Its value.
     pub value: String,
     /// What would be right.
-    pub expected: &'static str,
+    pub expected: String,
 }
 
 impl Precision {
+    /// All as the rules have them.
+    pub const RULES: Self = Self {
+        stop_below: None,
+        alpha_min: None,
+        transmittance_bits: None,
+        conic_bits: None,
+        hashed_levels: None,
+    };
+
     /// These numbers, and another's where those are given.
     #[must_use]
-    pub fn and(self, other: Self) -> Self {
-        Self {
-            stop_below: other.stop_below.or(self.stop_below),
-            alpha_min: other.alpha_min.or(self.alpha_min),
-            transmittance_bits: other.transmittance_bits.or(self.transmittance_bits),
-            conic_bits: other.conic_bits.or(self.conic_bits),
-            hashed_levels: other.hashed_levels.or(self.hashed_levels),
+    pub fn and(mut self, mut other: Self) -> Self {
+        for number in &NUMBERS {
+            match number.place {
+                Place::Real(place, _) => {
+                    *place(&mut self) = place(&mut other).or(*place(&mut self));
+                }
+                Place::Count(place, _) => {
+                    *place(&mut self) = place(&mut other).or(*place(&mut self));
+                }
+            }
         }
+        self
     }
 
     /// The numbers that are given, by their names in a description's `[render]`.
     #[must_use]
     pub fn given(&self) -> Vec<(&'static str, String)> {
-        let text = |v: Option<f64>| v.map(|v| v.to_string());
-        let count = |v: Option<u32>| v.map(|v| v.to_string());
-        let all = [
-            ("stop_below", text(self.stop_below)),
-            ("alpha_min", text(self.alpha_min)),
-            ("transmittance_bits", count(self.transmittance_bits)),
-            ("conic_bits", count(self.conic_bits)),
-            ("hashed_levels", count(self.hashed_levels)),
-        ];
-        let given = all.into_iter();
-        given.filter_map(|(name, v)| Some((name, v?))).collect()
+        let given = |number: &Number| Some((number.name(), number.given(*self)?.0));
+        NUMBERS.iter().filter_map(given).collect()
     }
 
     /// Checks the ranges.
@@ -66,50 +198,87 @@ impl Precision {
     /// # Errors
     /// The first number outside its range.
     pub fn check(&self) -> Result<(), PrecisionError> {
-        let cuts = [
-            (
-                "render.stop_below",
-                self.stop_below,
-                1e-6..=0.5,
-                "1e-6 to 0.5",
-            ),
-            // What is past the exponential's range has its last result, exp(-8), and a unit of
-            // opacity more: drawn, it would cover its tiles.
-            (
-                "render.alpha_min",
-                self.alpha_min,
-                4e-4..=0.5,
-                "4e-4, which is above exp(-8), to 0.5",
-            ),
-        ];
-        for (field, given, range, expected) in cuts {
-            // Not a number is in no range.
-            if let Some(value) = given.filter(|value| !range.contains(value)) {
+        for number in &NUMBERS {
+            if let Some((value, false)) = number.given(*self) {
                 return Err(PrecisionError {
-                    field,
-                    value: value.to_string(),
-                    expected,
-                });
-            }
-        }
-        let widths = [
-            (
-                "render.transmittance_bits",
-                self.transmittance_bits,
-                8..=20,
-                "8 to 20",
-            ),
-            ("render.conic_bits", self.conic_bits, 8..=30, "8 to 30"),
-        ];
-        for (field, given, range, expected) in widths {
-            if let Some(value) = given.filter(|value| !range.contains(value)) {
-                return Err(PrecisionError {
-                    field,
-                    value: value.to_string(),
-                    expected,
+                    field: number.key.name,
+                    value,
+                    expected: number.expected.to_owned(),
                 });
             }
         }
         Ok(())
+    }
+
+    /// Checks that the renderer of these models honours what is given.
+    ///
+    /// # Errors
+    /// The first number that it does not.
+    pub fn check_for(&self, models: Models) -> Result<(), PrecisionError> {
+        for number in NUMBERS.iter().filter(|n| !n.models.contains(&models)) {
+            if let Some((value, _)) = number.given(*self) {
+                let fit = NUMBERS.iter().filter(|n| n.models.contains(&models));
+                // Levels are checked against those that the model has.
+                let fit = fit
+                    .map(Number::name)
+                    .filter(|name| *name != "hashed_levels");
+                let fit: Vec<_> = fit.collect();
+                return Err(PrecisionError {
+                    field: "render",
+                    value: format!("{} = {value}", number.name()),
+                    expected: format!("{} alone, of {}", fit.join(" and "), models.name()),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// A field without a row would be read and then checked, joined and told nowhere.
+    #[test]
+    fn every_field_has_a_row_that_leads_to_it() {
+        let fields = serde_json::to_value(Precision::default()).unwrap();
+        let fields: Vec<_> = fields.as_object().unwrap().keys().cloned().collect();
+        let rows: Vec<_> = NUMBERS.iter().map(Number::name).collect();
+        assert_eq!(fields, rows);
+        assert_eq!(Precision::RULES, Precision::default());
+        for name in rows {
+            let number = serde_json::json!({ name: 1 });
+            let own: Precision = serde_json::from_value(number).unwrap();
+            assert_eq!(own.given(), [(name, "1".to_owned())]);
+            assert_eq!(Precision::default().and(own), own);
+            assert_eq!(own.and(Precision::default()), own);
+        }
+    }
+
+    #[test]
+    fn numbers_are_held_to_their_range_and_their_models() {
+        let own = Precision {
+            conic_bits: Some(12),
+            ..Precision::default()
+        };
+        assert_eq!(own.check(), Ok(()));
+        assert_eq!(own.check_for(Models::Splats), Ok(()));
+        let said = own.check_for(Models::Voxels).unwrap_err().to_string();
+        assert_eq!(
+            said,
+            "render: conic_bits = 12: expected stop_below and transmittance_bits alone, of stored voxels"
+        );
+        let wide = Precision {
+            conic_bits: Some(31),
+            ..Precision::default()
+        };
+        let said = wide.check().unwrap_err().to_string();
+        assert_eq!(said, "render.conic_bits: 31: expected 8 to 30");
+        let lost = Precision {
+            alpha_min: Some(f64::NAN),
+            ..Precision::default()
+        };
+        assert!(lost.check().is_err());
     }
 }

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use potamoi_formats::document::{self, Value};
+use potamoi_base::precision::{NUMBERS, Number, Precision};
+use potamoi_formats::document::{self, Value, Wrong};
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer};
 
@@ -30,93 +31,93 @@ pub(super) struct Description {
 pub(super) static DESCRIPTION: Format = Format {
     name: "Scene descriptions",
     files: "`.toml`. Every list has as many values as stand here, at every depth.",
-    keys: &[
-        key(
-            "model.kind",
-            "builtin, splats, compact-3dgs, ngp, dvgo, tensorf or images",
-        ),
-        key("model.name", "of a built-in scene"),
-        key("model.representation", "what a built-in scene is made into"),
-        key(
-            "model.path",
-            "the file or folder, from the description's folder",
-        ),
-        key(
-            "model.axes",
-            "of splats and Compact-3DGS: where x, y and z of the file point, such as right-up-back",
-        ),
-        key(
-            "model.hash_unit",
-            "of Instant-NGP: vertex or mvoxel, as the file was fitted",
-        ),
-        key("model.depth", "of images: the folder of depths"),
-        key(
-            "model.depth_scale",
-            "of images: units of the poses a unit of the depths, above 0",
-        ),
-        key(
-            "model.void_above",
-            "of images: depths above are void, above 0",
-        ),
-        key(
-            "camera.kind",
-            "orbit, opencv-json, transforms or colmap; not of images",
-        ),
-        key(
-            "camera.path",
-            "the file or folder, from the description's folder",
-        ),
-        key("camera.index", "which camera of the file, from 0"),
-        key("camera.name", "of COLMAP: which image"),
-        key("camera.width", "pixels a row, 1 to 16384"),
-        key("camera.height", "rows, 1 to 16384"),
-        key("camera.azimuth", "degrees"),
-        key("camera.elevation", "degrees, between -89.9 and 89.9"),
-        key("camera.distance", "1e-9 to 1e9"),
-        key("camera.fov", "vertical field of view, 0.1 to 179 degrees"),
-        key("camera.target", "three numbers from -1e9 to 1e9"),
-        key("render.profile", "of splats: a renderer's rules"),
-        key(
-            "render.background",
-            "linear RGB, three numbers; of images, too",
-        ),
-        key("render.order", "of splats: exact or approximate"),
-        key(
-            "render.group_tiles",
-            "of splats: columns and rows of tiles, two whole numbers above 0",
-        ),
-        key(
-            "render.group_side",
-            "of voxels and fields: pixels a side of a ray group, above 0",
-        ),
-        key("render.halo", "of voxels and fields: shared or split"),
-        key(
-            "render.step",
-            "of voxels: edges from sample to sample, 1/64 to 8",
-        ),
-        key(
-            "render.stop_below",
-            "the transmittance at which a pixel stops",
-        ),
-        key(
-            "render.alpha_min",
-            "the alpha below which splats are skipped",
-        ),
-        key(
-            "render.transmittance_bits",
-            "fraction bits of transmittances",
-        ),
-        key(
-            "render.conic_bits",
-            "fraction bits of the factors of conics",
-        ),
-        key(
-            "render.antialiased",
-            "of splats: as trained with antialiasing; what the file says unless given",
-        ),
-        key("render.hashed_levels", "hashed levels that are gathered"),
-    ],
+    keys: &KEYS,
     others: Fate::Refused,
+};
+
+/// Those that are read here.
+const OWN: [Key; 28] = [
+    key(
+        "model.kind",
+        "builtin, splats, compact-3dgs, ngp, dvgo, tensorf or images",
+    ),
+    key("model.name", "of a built-in scene"),
+    key("model.representation", "what a built-in scene is made into"),
+    key(
+        "model.path",
+        "the file or folder, from the description's folder",
+    ),
+    key(
+        "model.axes",
+        "of splats and Compact-3DGS: where x, y and z of the file point, such as right-up-back",
+    ),
+    key(
+        "model.hash_unit",
+        "of Instant-NGP: vertex or mvoxel, as the file was fitted",
+    ),
+    key("model.depth", "of images: the folder of depths"),
+    key(
+        "model.depth_scale",
+        "of images: units of the poses a unit of the depths, above 0",
+    ),
+    key(
+        "model.void_above",
+        "of images: depths above are void, above 0",
+    ),
+    key(
+        "camera.kind",
+        "orbit, opencv-json, transforms or colmap; not of images",
+    ),
+    key(
+        "camera.path",
+        "the file or folder, from the description's folder",
+    ),
+    key("camera.index", "which camera of the file, from 0"),
+    key("camera.name", "of COLMAP: which image"),
+    key("camera.width", "pixels a row, 1 to 16384"),
+    key("camera.height", "rows, 1 to 16384"),
+    key("camera.azimuth", "degrees"),
+    key("camera.elevation", "degrees, between -89.9 and 89.9"),
+    key("camera.distance", "1e-9 to 1e9"),
+    key("camera.fov", "vertical field of view, 0.1 to 179 degrees"),
+    key("camera.target", "three numbers from -1e9 to 1e9"),
+    key("render.profile", "of splats: a renderer's rules"),
+    key(
+        "render.background",
+        "linear RGB, three numbers; of images, too",
+    ),
+    key("render.order", "of splats: exact or approximate"),
+    key(
+        "render.group_tiles",
+        "of splats: columns and rows of tiles, two whole numbers above 0",
+    ),
+    key(
+        "render.group_side",
+        "of voxels and fields: pixels a side of a ray group, above 0",
+    ),
+    key("render.halo", "of voxels and fields: shared or split"),
+    key(
+        "render.step",
+        "of voxels: edges from sample to sample, 1/64 to 8",
+    ),
+    key(
+        "render.antialiased",
+        "of splats: as trained with antialiasing; what the file says unless given",
+    ),
+];
+
+/// Those, and the numbers of [`Precision`].
+static KEYS: [Key; OWN.len() + NUMBERS.len()] = {
+    let mut keys = [OWN[0]; OWN.len() + NUMBERS.len()];
+    let mut at = 0;
+    while at < keys.len() {
+        keys[at] = match at < OWN.len() {
+            true => OWN[at],
+            false => NUMBERS[at - OWN.len()].key,
+        };
+        at += 1;
+    }
+    keys
 };
 
 const fn key(name: &'static str, about: &'static str) -> Key {
@@ -256,18 +257,11 @@ pub(super) struct RenderDescription {
     pub(super) halo: Option<String>,
     /// Voxel edges from sample to sample, for voxels.
     pub(super) step: Option<f64>,
-    /// What is left of the light where a pixel stops, for splats and voxels.
-    pub(super) stop_below: Option<f64>,
-    /// The alpha below which splats are skipped.
-    pub(super) alpha_min: Option<f64>,
-    /// Fraction bits of transmittances, for splats and voxels.
-    pub(super) transmittance_bits: Option<u32>,
     /// Whether splats were trained with antialiasing; what their file says unless given.
     pub(super) antialiased: Option<bool>,
-    /// Fraction bits of the factors of splats' conics.
-    pub(super) conic_bits: Option<u32>,
-    /// Levels whose vertices share entries that are gathered, from the coarsest.
-    pub(super) hashed_levels: Option<u32>,
+    /// Cut-offs, widths and levels.
+    #[serde(skip)]
+    pub(super) precision: Precision,
 }
 
 fn axes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Axes>, D::Error> {
@@ -312,7 +306,7 @@ impl Description {
         }
         let model = sections("model").ok_or("section `[model]` is missing")?;
         let render = match sections("render") {
-            Some(value) => value.read().map_err(|e| e.under("render").to_string())?,
+            Some(value) => RenderDescription::of(value)?,
             None => RenderDescription::default(),
         };
         Ok(Self {
@@ -322,6 +316,29 @@ impl Description {
                 None => CameraDescription::Default,
             },
             render,
+        })
+    }
+}
+
+impl RenderDescription {
+    fn of(value: &Value) -> Result<Self, String> {
+        let numbers: Vec<_> = NUMBERS.iter().map(Number::name).collect();
+        let wrong = |e: Wrong| {
+            let more = match e.problem().starts_with("no such field") {
+                true => format!(", {}", numbers.join(", ")),
+                false => String::new(),
+            };
+            format!("{}{more}", e.under("render"))
+        };
+        let Value::Map(entries) = value else {
+            return value.read().map_err(wrong);
+        };
+        let all = entries.iter().cloned();
+        let (own, rest): (Vec<_>, Vec<_>) = all.partition(|(key, _)| numbers.contains(&&**key));
+        let [own, rest] = [own, rest].map(|part| Value::Map(part.into()));
+        Ok(Self {
+            precision: own.read().map_err(wrong)?,
+            ..rest.read().map_err(wrong)?
         })
     }
 }

@@ -6,6 +6,7 @@ use potamoi_formats::units::OpCode;
 use super::{Kind, Model, Scene, SceneError};
 use crate::facts::Facts;
 use potamoi_base::effects::{Choices, Effect};
+use potamoi_base::precision::Precision;
 use potamoi_base::sh;
 use potamoi_fields::voxels::{self, Formats, MVoxels, Skip};
 use potamoi_fields::{Field, FieldWork};
@@ -131,6 +132,18 @@ impl Scene {
     /// Whether colours of voxels that are linear in the direction are seen from it.
     pub(super) fn voxel_directions(&self) -> bool {
         self.degree() > 0
+    }
+
+    /// Refuses numbers of a precision that ask for more than the model has.
+    pub(super) fn has_what_is_asked_for(&self, precision: &Precision) -> Result<(), SceneError> {
+        let all = self.facts().hashed_tables();
+        match precision.hashed_levels {
+            Some(levels) if levels as usize > all => {
+                let expected = format!("at most {all}, the hashed levels of the model");
+                Err(self.value("render.hashed_levels", levels.to_string(), &expected))
+            }
+            _ => Ok(()),
+        }
     }
 
     pub(super) fn field_work(&self) -> FieldWork {

@@ -2,29 +2,29 @@
 
 use crate::compact;
 use potamoi_base::record::Format;
-use potamoi_splats::{files, ply};
+use potamoi_splats::files;
 
 /// Every format, in the order of the book's table.
-pub static FORMATS: &[&Format] = &[
-    &super::description::DESCRIPTION,
-    &super::camera_file::CAMERAS,
-    &super::transforms::PATH,
-    &super::transforms::FRAME,
-    &super::colmap::FOLDER,
-    &super::colmap::INTRINSICS,
-    &super::colmap::POSES,
-    &super::picture_files::PNG,
-    &super::picture_files::EXR,
-    &potamoi_fields::dvgo::DVGO,
-    &potamoi_fields::tensorf::TENSORF,
-    &potamoi_fields::ngp::NGP,
-    &ply::FORMAT,
-    &files::packed_ply::FORMAT,
-    &files::splat::FORMAT,
-    &files::spz_keys::FORMAT,
-    &files::sog::FORMAT,
-    &compact::FORMAT,
-];
+#[must_use]
+pub fn formats() -> Vec<&'static Format> {
+    let mut all = vec![
+        &super::description::DESCRIPTION,
+        &super::camera_file::CAMERAS,
+        &super::transforms::PATH,
+        &super::transforms::FRAME,
+        &super::colmap::FOLDER,
+        &super::colmap::INTRINSICS,
+        &super::colmap::POSES,
+        &super::picture_files::PNG,
+        &super::picture_files::EXR,
+        &potamoi_fields::dvgo::DVGO,
+        &potamoi_fields::tensorf::TENSORF,
+        &potamoi_fields::ngp::NGP,
+    ];
+    all.extend(files::READERS.iter().flat_map(|reader| reader.formats));
+    all.push(&compact::FORMAT);
+    all
+}
 
 #[cfg(test)]
 mod tests {
@@ -36,7 +36,7 @@ mod tests {
 
     fn table() -> String {
         let mut text = String::new();
-        for format in FORMATS {
+        for format in formats() {
             writeln!(text, "\n### {}\n\n{}\n", format.name, format.files).unwrap();
             text += "| key | | |\n|---|---|---|\n";
             for key in format.keys {
@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn every_key_says_what_it_means() {
-        for format in FORMATS {
+        for format in formats() {
             for (at, key) in format.keys.iter().enumerate() {
                 assert!(!key.about.is_empty(), "{}: {}", format.name, key.name);
                 let same = format.keys[..at].iter().any(|k| k.name == key.name);

@@ -26,7 +26,7 @@ pub(super) const STEP: f64 = 0.5;
 fn endings() -> String {
     format!(
         ".{}, .{}, .tar, .th, .ingp, .msgpack or .toml",
-        files::ENDINGS.join(", ."),
+        files::endings().join(", ."),
         compact::ENDING
     )
 }

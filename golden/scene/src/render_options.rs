@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::description::RenderDescription;
 use super::{Kind, Model, Scene, SceneError};
 use crate::facts::Cache;
-use potamoi_base::precision::{Precision, PrecisionError};
+use potamoi_base::precision::{Models, Precision, PrecisionError};
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Order, Profile};
 
@@ -55,13 +55,7 @@ impl Scene {
         if let Some(step) = render.step {
             self.set_step(step)?;
         }
-        self.set_precision(Precision {
-            stop_below: render.stop_below,
-            alpha_min: render.alpha_min,
-            transmittance_bits: render.transmittance_bits,
-            conic_bits: render.conic_bits,
-            hashed_levels: render.hashed_levels,
-        })?;
+        self.set_precision(render.precision)?;
         let splats = matches!(self.model.kind(), Kind::Splats(_));
         let voxels = matches!(*self.model, Model::Voxels(_) | Model::Dvgo(_));
         let interpolated = match self.model.kind() {
@@ -160,36 +154,15 @@ impl Scene {
     /// of stored voxels where rays stop and how wide transmittances are; of fields where rays stop; levels of models with
     /// hashed tables, at most as many as they have.
     pub fn set_precision(&mut self, precision: Precision) -> Result<(), SceneError> {
-        let refuse = |e: PrecisionError| self.value(e.field, e.value, e.expected);
+        let refuse = |e: PrecisionError| self.value(e.field, e.value, &e.expected);
         precision.check().map_err(refuse)?;
-        if let Some(levels) = precision.hashed_levels {
-            let all = self.facts().hashed_tables();
-            if levels as usize > all {
-                let expected = format!("at most {all}, the hashed levels of the model");
-                return Err(self.value("render.hashed_levels", levels.to_string(), &expected));
-            }
-        }
-        let (known, models): (&[&str], _) = match *self.model {
-            Model::Splats(_) | Model::Compact(_) => (
-                &[
-                    "stop_below",
-                    "alpha_min",
-                    "transmittance_bits",
-                    "conic_bits",
-                ],
-                "",
-            ),
-            Model::Voxels(_) => (
-                &["stop_below", "transmittance_bits"],
-                "stop_below and transmittance_bits alone, of stored voxels",
-            ),
-            _ => (&["stop_below"], "stop_below alone, of fields"),
+        self.has_what_is_asked_for(&precision)?;
+        let models = match *self.model {
+            Model::Splats(_) | Model::Compact(_) => Models::Splats,
+            Model::Voxels(_) => Models::Voxels,
+            _ => Models::Fields,
         };
-        let mut given = precision.given().into_iter();
-        let unfit = given.find(|(name, _)| *name != "hashed_levels" && !known.contains(name));
-        if let Some((name, value)) = unfit {
-            return Err(self.value("render", format!("{name} = {value}"), models));
-        }
+        precision.check_for(models).map_err(refuse)?;
         self.precision = precision;
         self.found = Cache::default();
         Ok(())

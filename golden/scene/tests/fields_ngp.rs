@@ -169,7 +169,7 @@ const SECTIONS: [&str; 7] = [
 
 /// The format by its name in the book.
 fn format() -> &'static potamoi_base::record::Format {
-    let all = potamoi_scene::file_formats::FORMATS;
+    let all = potamoi_scene::file_formats::formats();
     all.iter()
         .find(|format| format.name == "Instant-NGP")
         .unwrap()

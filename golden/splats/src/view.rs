@@ -56,13 +56,7 @@ impl Work {
         degree: sh::MAX_DEGREE,
         sorting: Sorting::Always,
         stops: true,
-        precision: Precision {
-            stop_below: None,
-            alpha_min: None,
-            transmittance_bits: None,
-            conic_bits: None,
-            hashed_levels: None,
-        },
+        precision: Precision::RULES,
     };
 }
 

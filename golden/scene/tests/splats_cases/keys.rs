@@ -2,13 +2,13 @@
 //! or listed.
 
 use potamoi_base::record::{Fate, Format};
-use potamoi_scene::file_formats::FORMATS;
+use potamoi_scene::file_formats::formats;
 
 use super::write::{Ply, Shape, Spz, archive, members};
 use super::*;
 
 fn format(name: &str) -> &'static Format {
-    FORMATS.iter().find(|own| own.name == name).unwrap()
+    formats().into_iter().find(|own| own.name == name).unwrap()
 }
 
 fn fixture(name: &str) -> Vec<u8> {
@@ -99,7 +99,7 @@ fn every_key_of_a_fixture_has_a_row() {
     ] {
         let path = write(folder.path(), name, &fixture(&format!("splats/{name}")));
         let left = notes(&path);
-        let rows = FORMATS.iter().flat_map(|own| own.keys);
+        let rows = formats().into_iter().flat_map(|own| own.keys);
         let honoured = rows.filter(|row| row.fate == Fate::Honoured);
         let names: Vec<&str> = honoured.map(|row| row.name).collect();
         assert!(

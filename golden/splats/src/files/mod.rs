@@ -12,6 +12,7 @@
 
 mod error;
 pub mod packed_ply;
+mod reader;
 pub mod sog;
 pub mod splat;
 pub mod spz;
@@ -31,55 +32,61 @@ pub use error::Origin;
 use super::axes::Axes;
 use super::loaded::{Loaded, Raw};
 use super::ply;
+use reader::LARGEST;
+pub use reader::{Reader, whole};
 pub use zip_end::after_archive;
 
-/// The endings of splat files, and the name that makes a folder one.
-pub const ENDINGS: [&str; 4] = ["ply", "splat", "spz", "sog"];
+/// Every format, in the order of the book's table. A new one is a file beside this one, and a line
+/// here.
+pub static READERS: [&Reader; 4] = [&PLY, &splat::READER, &spz::READER, &sog::READER];
+
+/// Both PLY formats, which their headers tell apart.
+static PLY: Reader = Reader {
+    ending: "ply",
+    formats: &[&ply::FORMAT, &packed_ply::FORMAT],
+    read: read_ply,
+};
+
 /// What describes the images of an SOG folder.
 const META: &str = "meta.json";
 /// What lists the levels of detail of several SOG folders.
 const LEVELS: &str = "lod-meta.json";
-/// The largest file that is read whole, in bytes.
-const LARGEST: u64 = 1 << 32;
 
-/// The format of a file.
-enum Format {
-    Ply,
-    Splat,
-    Spz,
-    Sog,
-    /// Or its `meta.json`.
+/// What a path names.
+enum Named<'a> {
+    File(&'a Reader),
+    /// An SOG folder, or its `meta.json`.
     SogFolder,
     /// Levels of detail in SOG folders, none of which is named.
     Levels,
 }
 
-fn format(path: &Path) -> Option<Format> {
+fn named<'a>(readers: &[&'a Reader], path: &Path) -> Option<Named<'a>> {
     if path.is_dir() {
         return match () {
-            () if path.join(META).is_file() => Some(Format::SogFolder),
-            () if path.join(LEVELS).is_file() => Some(Format::Levels),
+            () if path.join(META).is_file() => Some(Named::SogFolder),
+            () if path.join(LEVELS).is_file() => Some(Named::Levels),
             () => None,
         };
     }
-    let name = path.file_name()?.to_string_lossy().to_lowercase();
-    let ending = path.extension()?.to_string_lossy().to_lowercase();
-    match ending.as_str() {
-        "ply" => Some(Format::Ply),
-        "splat" => Some(Format::Splat),
-        "spz" => Some(Format::Spz),
-        "sog" => Some(Format::Sog),
-        "json" if name == META => Some(Format::SogFolder),
-        "json" if name == LEVELS => Some(Format::Levels),
-        _ => None,
+    match path.file_name()?.to_string_lossy().to_lowercase().as_str() {
+        META => Some(Named::SogFolder),
+        LEVELS => Some(Named::Levels),
+        _ => reader::of(readers, path).map(Named::File),
     }
+}
+
+/// The endings of splat files.
+#[must_use]
+pub fn endings() -> Vec<&'static str> {
+    READERS.iter().map(|reader| reader.ending).collect()
 }
 
 /// Whether the name is that of a splat file, there or not, or of a folder that
 /// holds one.
 #[must_use]
 pub fn is_splats(path: &Path) -> bool {
-    format(path).is_some()
+    named(&READERS, path).is_some()
 }
 
 /// Reads a splat file of any format, whose axes are those that are `asked` for, or else what it
@@ -89,13 +96,15 @@ pub fn is_splats(path: &Path) -> bool {
 /// # Errors
 /// The file cannot be read, or is no complete file of its format.
 pub fn read(path: &Path, asked: Option<Axes>) -> Result<Loaded, FileError> {
+    read_by(&READERS, path, asked)
+}
+
+/// The same by some formats.
+fn read_by(readers: &[&Reader], path: &Path, asked: Option<Axes>) -> Result<Loaded, FileError> {
     let origin = path.display().to_string();
-    let raw = match format(path) {
-        Some(Format::Ply) => read_ply(path, &origin)?,
-        Some(Format::Splat) => splat::raw(&whole(path)?, &origin)?,
-        Some(Format::Spz) => spz::raw(&whole(path)?, &origin)?,
-        Some(Format::Sog) => sog::raw(&whole(path)?, &origin)?,
-        Some(Format::SogFolder) => {
+    let raw = match named(readers, path) {
+        Some(Named::File(reader)) => (reader.read)(path, &origin)?,
+        Some(Named::SogFolder) => {
             let folder = if path.is_dir() {
                 Some(path)
             } else {
@@ -103,7 +112,7 @@ pub fn read(path: &Path, asked: Option<Axes>) -> Result<Loaded, FileError> {
             };
             sog::raw_folder(folder.unwrap_or(Path::new("")), &origin)?
         }
-        Some(Format::Levels) => {
+        Some(Named::Levels) => {
             let expected = format!("one of them: name the {META} of a level's folder");
             return Err(Origin(&origin).field("the scene", "several levels of detail", expected));
         }
@@ -112,7 +121,7 @@ pub fn read(path: &Path, asked: Option<Axes>) -> Result<Loaded, FileError> {
                 path: path.to_owned(),
                 expected: format!(
                     "a name that ends in .{}, or a folder with a {META}",
-                    ENDINGS.join(", .")
+                    endings().join(", .")
                 ),
             });
         }
@@ -120,22 +129,8 @@ pub fn read(path: &Path, asked: Option<Axes>) -> Result<Loaded, FileError> {
     Ok(raw.turned(asked))
 }
 
-/// All bytes of a file that is not too large.
-pub fn whole(path: &Path) -> Result<Vec<u8>, FileError> {
-    limited(path, LARGEST)
-}
-
-fn limited(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
-    let fail = |source| FileError::Read {
-        path: path.to_owned(),
-        source,
-    };
-    let bytes = potamoi_base::files::read(path, most).map_err(fail)?;
-    bytes.ok_or_else(|| fail(std::io::Error::other(format!("more than {most} bytes"))))
-}
-
 /// Packed or not is known from the header alone.
-pub fn read_ply(path: &Path, origin: &str) -> Result<Raw, FileError> {
+fn read_ply(path: &Path, origin: &str) -> Result<Raw, FileError> {
     let fail = |source| FileError::Read {
         path: path.to_owned(),
         source,

@@ -19,7 +19,8 @@ use rayon::prelude::*;
 use zip::ZipArchive;
 
 use super::error::{FileError, Origin};
-use super::{META, after_archive, limited, values};
+use super::reader::{Reader, limited, whole};
+use super::{META, after_archive, values};
 use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
 use meta::Meta;
@@ -109,6 +110,13 @@ pub static FORMAT: Format = Format {
         key("bytes after *", Fate::Listed, "what follows the archive"),
     ],
     others: Fate::Listed,
+};
+
+/// How it is registered.
+pub(super) static READER: Reader = Reader {
+    ending: "sog",
+    formats: &[&FORMAT],
+    read: |path, origin| raw(&whole(path)?, origin),
 };
 
 /// Reads a cloud from a ZIP file; `origin` names it in errors.

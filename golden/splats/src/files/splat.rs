@@ -6,6 +6,7 @@
 //! After the converter of antimatter15/splat, whose format it is.
 
 use super::error::{FileError, Origin};
+use super::reader::{Reader, whole};
 use super::values;
 use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
@@ -50,6 +51,13 @@ const OTHERS: [(&[u8], &str); 5] = [
 ];
 /// Bytes of a Gaussian.
 const ROW: usize = 32;
+
+/// How it is registered.
+pub(super) static READER: Reader = Reader {
+    ending: "splat",
+    formats: &[&FORMAT],
+    read: |path, origin| raw(&whole(path)?, origin),
+};
 
 /// Reads a cloud; `origin` names the file in errors. A standard deviation of
 /// 0, to which a small one rounds, is read as the smallest normal float.

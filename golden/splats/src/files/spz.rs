@@ -12,7 +12,8 @@ use std::f64::consts::SQRT_2;
 use half::f16;
 
 use super::error::{FileError, Origin};
-use super::spz_keys::{ANTIALIASED, AXES, EXTENDED};
+use super::reader::{Reader, whole};
+use super::spz_keys::{self, ANTIALIASED, AXES, EXTENDED};
 use super::unpack::{Arrays, unpack};
 use super::values;
 use crate::Cloud;
@@ -22,6 +23,13 @@ use potamoi_base::record::Notes;
 
 /// Colour codes per unit of the constant coefficient, over 255.
 const COLOUR_SCALE: f64 = 0.15;
+/// How it is registered.
+pub(super) static READER: Reader = Reader {
+    ending: "spz",
+    formats: &[&spz_keys::FORMAT],
+    read: |path, origin| raw(&whole(path)?, origin),
+};
+
 /// Reads a cloud; `origin` names the file in errors.
 ///
 /// # Errors

@@ -1,6 +1,7 @@
 //! Files written by other programs, from a cloud that is made here again.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod added;
 mod agree;
 mod fuzz;
 pub mod pack;
