@@ -4,11 +4,11 @@
 //! the rules of [`rules`]; a broken one is refused with the rule's name, the
 //! field, the value and what would be right.
 
+mod breaches;
 mod derived;
-mod exp;
+mod exponential;
 mod gu;
 mod overlay;
-mod pieces;
 pub mod rules;
 mod vu;
 
@@ -19,14 +19,13 @@ use thiserror::Error;
 
 use crate::document;
 
-pub use exp::{Engine, ExpBase, ExpConfig, ExpForm, ExpOutput};
+pub use breaches::{RuleBreach, RuleBreaches};
+pub use exponential::{Engine, ExpBase, ExpConfig, ExpForm, ExpOutput, Offers, PieceWidths};
 pub use gu::{
     EntryKind, ExtraPorts, GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, RitPath, Sums,
     WeightTrust,
 };
 pub use overlay::{Layer, overlay};
-pub use pieces::PieceWidths;
-pub use rules::{RuleBreach, RuleBreaches};
 pub use vu::VuConfig;
 
 /// The paper's sizes; what every command uses unless told otherwise.

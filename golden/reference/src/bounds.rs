@@ -1,6 +1,6 @@
 //! What a vector unit's results may be off by.
 
-use potamoi_formats::config::{ExpConfig, ExpForm};
+use potamoi_formats::config::ExpConfig;
 
 use super::logistic::{Logistic, logistic_budget};
 use super::widths::budget;
@@ -23,9 +23,9 @@ impl VectorBounds {
     /// As [`budget`] and [`logistic_budget`] say.
     #[must_use]
     pub fn by_formula(config: &ExpConfig) -> Self {
-        let logistic = |of| match config.form {
-            ExpForm::Restoring => logistic_budget(of, config),
-            _ => f64::INFINITY,
+        let logistic = |of| match config.form.offers().logistic {
+            true => logistic_budget(of, config),
+            false => f64::INFINITY,
         };
         Self {
             sigmoid: logistic(Logistic::Sigmoid),

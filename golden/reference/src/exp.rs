@@ -1,62 +1,46 @@
-//! The exponential engine in exact integers (paper, Sec. "Vector Unit"):
-//! compare and subtract on `R_remain`, shift and add on `R_accum`; and what
-//! can stand in its place, straight pieces and radix 4.
+//! The exponential engine in exact integers (paper, Sec. "Vector Unit"): a file a form.
+//!
+//! `docs/adding/exponential.md` adds a form step by step.
+
+use std::sync::Arc;
 
 use potamoi_formats::config::{Engine, ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Format;
-
-use super::logarithms::{ln_one_plus_power, multiple_of_ln2};
 use potamoi_formats::units::OpCode;
 
+mod form;
+mod literal;
 mod logistic;
-mod pieces;
+mod piecewise;
 mod radix4;
+mod restoring;
 
-use pieces::Pieces;
-use radix4::Radix4;
+pub use form::Raw;
 
-/// What the engine holds after its last step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Raw {
-    /// `R_accum`, with [`Engine::accumulator_bits`] fraction bits: the
-    /// mantissa.
-    pub accumulator: i64,
-    /// `R_remain` before the tail, with [`Engine::constant_bits`] fraction
-    /// bits.
-    pub remain: i64,
-    /// Binary exponent: the result is `accumulator * 2^exponent`.
-    pub exponent: i32,
+use form::Form;
+use logistic::Logarithm;
+
+/// The form of a configuration.
+fn form(config: &ExpConfig) -> Arc<dyn Form> {
+    match config.form {
+        ExpForm::Restoring => Arc::new(restoring::Restoring::new(config)),
+        ExpForm::Literal => Arc::new(literal::Literal::new(config)),
+        ExpForm::Piecewise => Arc::new(piecewise::Piecewise::new(config)),
+        ExpForm::Radix4 => Arc::new(radix4::Radix4::new(config)),
+    }
 }
 
 /// The engine of one lane: every bit of it, no clock.
 #[derive(Debug, Clone)]
 pub struct ExpTwin {
-    form: ExpForm,
+    form: Arc<dyn Form>,
     output: ExpOutput,
     engine: Engine,
     input: Format,
-    tail: bool,
     output_bits: u32,
     one_minus_bits: u32,
-    digits: Vec<i64>,
-    steps: Vec<(u32, i64)>,
-    start: i64,
-    start_far: i64,
-    start_logarithm: i64,
-    /// With an early out, by exponent: iterations that a power takes.
-    early: Option<Vec<usize>>,
-    other: Option<Other>,
+    logarithm: Logarithm,
 }
-
-/// What finds powers in the restoring engine's place.
-#[derive(Debug, Clone)]
-enum Other {
-    Pieces(Pieces),
-    Radix4(Radix4),
-}
-
-/// The exponent's bias for one-minus-exp of values of 8 and more.
-const FAR_BIAS: u32 = 24;
 
 impl ExpTwin {
     /// The engine that `config` describes, its constants computed here.
@@ -68,48 +52,14 @@ impl ExpTwin {
         let mut engine = config.engine();
         engine.accumulator_bits = engine.accumulator_bits.min(40);
         engine.constant_bits = engine.constant_bits.min(40);
-        let (n, wc) = (config.iterations.min(31), engine.constant_bits);
-        let shifts = match config.form {
-            ExpForm::Literal => 0..n,
-            _ => 1..n + 1,
-        };
-        let centre = if engine.centred && wc > n {
-            1 << (wc - n - 1)
-        } else {
-            0
-        };
-        let biased = |bias: u32| -> i64 {
-            let digits = (0..u32::BITS).filter(|j| bias >> j & 1 == 1);
-            digits.map(|j| multiple_of_ln2(j, wc)).sum::<i64>() + centre
-        };
-        let steps: Vec<_> = shifts.map(|i| (i, ln_one_plus_power(i, wc))).collect();
         Self {
-            form: config.form,
+            form: form(config),
             output: config.output,
             engine,
             input: config.input,
-            tail: config.tail && config.form != ExpForm::Literal,
             output_bits: config.output_bits.min(24),
             one_minus_bits: config.one_minus_frac_bits.min(26),
-            digits: (0..engine.digits)
-                .rev()
-                .map(|j| multiple_of_ln2(j, wc))
-                .collect(),
-            start_logarithm: Self::logarithm_start(&engine, &steps),
-            steps,
-            start: biased(engine.bias),
-            start_far: biased(FAR_BIAS),
-            early: config.early_out.then(|| {
-                let iterations = |k| config.clocks_of(k) * config.iterations_per_clock;
-                (0..=FAR_BIAS)
-                    .map(|k| iterations(k).saturating_sub(engine.digits) as usize)
-                    .collect()
-            }),
-            other: match config.form {
-                ExpForm::Piecewise => Some(Other::Pieces(Pieces::new(config))),
-                ExpForm::Radix4 => Some(Other::Radix4(Radix4::new(config))),
-                ExpForm::Restoring | ExpForm::Literal => None,
-            },
+            logarithm: Logarithm::new(config, engine),
         }
     }
 
@@ -125,23 +75,23 @@ impl ExpTwin {
     pub fn raw(&self, a: i32) -> Raw {
         let code = i64::from(a).clamp(self.input.min() as i64, self.input.max() as i64);
         let value = align(code, self.input.frac_bits(), self.engine.constant_bits);
-        match (self.form, self.output) {
-            (ExpForm::Literal, _) => self.literal(value),
-            (_, ExpOutput::Alpha) => self.falling(value, false),
-            (_, ExpOutput::General) => self.restoring(self.start + value, self.engine.bias),
+        if self.form.is_bare() || self.output == ExpOutput::General {
+            self.form.signed_power(value)
+        } else {
+            self.form.power(value, false)
         }
     }
 
     /// The operation `exp`. Alpha: U0.F, `exp(-a)`; general: {exponent,
-    /// mantissa U1.F}; literal: F fraction bits.
+    /// mantissa U1.F}; the literal form: F fraction bits.
     #[must_use]
     pub fn exp(&self, a: i32) -> i32 {
         let raw = self.raw(a);
         let f = self.output_bits;
-        let result = match (self.form, self.output) {
-            (ExpForm::Literal, _) => self.round(raw.accumulator, 0),
-            (_, ExpOutput::Alpha) => self.round(raw.accumulator, -raw.exponent).min((1 << f) - 1),
-            (_, ExpOutput::General) => {
+        let result = match self.output {
+            _ if self.form.is_bare() => self.round(raw.accumulator, 0),
+            ExpOutput::Alpha => self.round(raw.accumulator, -raw.exponent).min((1 << f) - 1),
+            ExpOutput::General => {
                 let mantissa = self.round(raw.accumulator, 0);
                 let exponent = i64::from(raw.exponent);
                 if mantissa >= 1 << (f + 1) {
@@ -170,7 +120,7 @@ impl ExpTwin {
         let g = self.one_minus_bits;
         let code = i64::from(a).clamp(0, (16 << g) - 1);
         let value = align(code, g, self.engine.constant_bits);
-        self.falling(value, code >= 8 << g)
+        self.form.power(value, code >= 8 << g)
     }
 
     /// The exponent k of what the engine finds for operand `a`: the result, or
@@ -184,68 +134,6 @@ impl ExpTwin {
             _ => return 0,
         };
         raw.exponent.min(0).unsigned_abs()
-    }
-
-    /// The power of minus a value with the constants' fraction bits; `far` of
-    /// 8 and more.
-    fn falling(&self, value: i64, far: bool) -> Raw {
-        let (start, bias) = if far {
-            (self.start_far, FAR_BIAS)
-        } else {
-            (self.start, self.engine.bias)
-        };
-        match &self.other {
-            Some(Other::Pieces(pieces)) => pieces.raw(value),
-            Some(Other::Radix4(radix4)) => radix4.raw(value, bias),
-            None => self.restoring(start - value, bias),
-        }
-    }
-
-    fn restoring(&self, start: i64, bias: u32) -> Raw {
-        let mut remain = start;
-        let mut taken = 0;
-        for &c in &self.digits {
-            taken <<= 1;
-            if remain >= c {
-                remain -= c;
-                taken |= 1;
-            }
-        }
-        let mut accumulator =
-            (1i64 << self.engine.accumulator_bits) + i64::from(self.engine.offset);
-        let k = (bias as i32 - taken).clamp(0, FAR_BIAS as i32) as usize;
-        let count = self.early.as_ref().and_then(|early| early.get(k).copied());
-        for &(i, c) in self.steps.iter().take(count.unwrap_or(usize::MAX)) {
-            if remain >= c {
-                remain -= c;
-                accumulator += (accumulator >> i) + (accumulator >> (i - 1) & 1);
-            }
-        }
-        if self.tail {
-            let product = i128::from(accumulator) * i128::from(remain);
-            accumulator += (product >> self.engine.constant_bits) as i64;
-        }
-        Raw {
-            accumulator,
-            remain,
-            exponent: taken - bias as i32,
-        }
-    }
-
-    fn literal(&self, start: i64) -> Raw {
-        let mut remain = start;
-        let mut accumulator = 1i64 << self.engine.accumulator_bits;
-        for &(i, c) in &self.steps {
-            if remain >= c {
-                remain -= c;
-                accumulator += accumulator >> i;
-            }
-        }
-        Raw {
-            accumulator,
-            remain,
-            exponent: 0,
-        }
     }
 
     /// `accumulator * 2^-k` with F fraction bits, rounded half-up.
@@ -325,7 +213,7 @@ mod tests {
                 let _ = (twin.exp(a), twin.one_minus_exp(a));
                 let _ = (twin.sigmoid(a), twin.softplus(a));
             }
-            for form in [ExpForm::Piecewise, ExpForm::Radix4, ExpForm::Restoring] {
+            for &form in ExpForm::ALL {
                 let twin = ExpTwin::new(&ExpConfig {
                     form,
                     pieces: accumulator * 7,

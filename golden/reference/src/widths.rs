@@ -48,11 +48,15 @@ pub fn truncation(n: u32, tail: bool, f: u32) -> f64 {
 ///
 /// Radix 4 has one sum and one constant for two bits. An early out leaves a
 /// power of exponent k the iterations with which at most half a unit is cut
-/// off. Pieces: [`piecewise_budget`].
+/// off. Pieces: [`piecewise_budget`]. Infinite for a form of which no bound is known.
 #[must_use]
 pub fn budget(config: &ExpConfig) -> f64 {
     if config.form == ExpForm::Piecewise {
         return piecewise_budget(config);
+    }
+    let known = [ExpForm::Restoring, ExpForm::Literal, ExpForm::Radix4];
+    if !known.contains(&config.form) {
+        return f64::INFINITY;
     }
     let (n, f, engine) = (config.iterations, config.output_bits, config.engine());
     let beyond = |bits: u32| 2f64.powi(f as i32 - bits as i32);

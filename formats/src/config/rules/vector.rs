@@ -1,7 +1,6 @@
 //! The rules of the vector unit and its exponential engine.
 
-use super::RuleBreaches;
-use crate::config::{Config, ExpBase, ExpConfig, ExpForm, ExpOutput};
+use crate::config::{Config, ExpBase, ExpConfig, ExpOutput, RuleBreaches};
 use crate::units::OpCode;
 
 /// Most fraction bits of a sigmoid or softplus: exp(-16) is 0.12 units of 2^-20.
@@ -40,31 +39,27 @@ pub(super) fn vector(config: &Config, out: &mut RuleBreaches) {
 pub(super) fn exponential(config: &Config, out: &mut RuleBreaches) {
     let exp = &config.vu.exp;
     let (n, f) = (exp.iterations, exp.output_bits);
-    let (least, most, why) = match exp.form {
-        ExpForm::Radix4 => (1, 15, "digits of radix 4, whose shift amount has 5 bits"),
-        _ => (2, 31, "the shift amount has 5 bits"),
-    };
+    let offers = exp.form.offers();
+    let (least, most, why) = exp.form.iterations();
     out.range("exp-iterations", "vu.exp.iterations", n, least, most, why);
     if !(least..=most).contains(&n) {
         return;
     }
     out.require(
-        exp.output == ExpOutput::Alpha || matches!(exp.form, ExpForm::Restoring | ExpForm::Literal),
+        exp.output == ExpOutput::Alpha || offers.general,
         "exp-form-output",
         "vu.exp.output",
         "general",
         "\"alpha\": the general output is of vu.exp.form = \"restoring\"",
     );
     out.require(
-        exp.base == ExpBase::E || exp.form == ExpForm::Piecewise,
+        exp.base == ExpBase::E || offers.base_two,
         "exp-base",
         "vu.exp.base",
         "two",
         "\"e\": powers of two are of vu.exp.form = \"piecewise\"",
     );
-    if exp.form == ExpForm::Piecewise {
-        pieces(exp, out);
-    }
+    exp.rules_of_form(out);
     let most = if exp.output == ExpOutput::Alpha {
         24
     } else {
@@ -86,20 +81,7 @@ pub(super) fn exponential(config: &Config, out: &mut RuleBreaches) {
         24,
         "the input covers 0 to 16",
     );
-    let (wanted, right) = match (exp.form, exp.output) {
-        (ExpForm::Literal, _) => (
-            "S0.4 to S0.24: the recurrence covers [-1, 1)",
-            exp.input.is_signed() && exp.input.int_bits() == 0,
-        ),
-        (_, ExpOutput::Alpha) => (
-            "U1.x to U3.x with 4 to 24 fraction bits: the digits cover 0 to 8",
-            !exp.input.is_signed() && (1..=3).contains(&exp.input.int_bits()),
-        ),
-        (_, ExpOutput::General) => (
-            "S0.x to S6.x with 4 to 24 fraction bits",
-            exp.input.is_signed() && exp.input.int_bits() <= 6,
-        ),
-    };
+    let (right, wanted) = exp.form.input(exp.input, exp.output);
     out.require(
         right && (4..=24).contains(&exp.input.frac_bits()),
         "exp-input",
@@ -127,13 +109,7 @@ pub(super) fn exponential(config: &Config, out: &mut RuleBreaches) {
         40,
         "at least the result's fraction bits",
     );
-    let (least, why) = match exp.form {
-        ExpForm::Piecewise => (
-            exp.input.frac_bits().max(exp.piece_widths().index_bits + 4),
-            "at least the input's fraction bits, and 4 beyond those that name a piece",
-        ),
-        _ => (exp.input.frac_bits(), "at least the input's fraction bits"),
-    };
+    let (least, why) = exp.least_constant_bits();
     out.range(
         "exp-constant-bits",
         "vu.exp.constant_bits",
@@ -150,15 +126,15 @@ pub(super) fn exponential(config: &Config, out: &mut RuleBreaches) {
         "-16 to 16 units of the accumulator's last bit",
     );
     out.require(
-        exp.form != ExpForm::Literal || !exp.tail,
+        offers.tail || !exp.tail,
         "exp-literal-tail",
         "vu.exp.tail",
         exp.tail,
-        "false: the literal recurrence has no tail",
+        format_args!("false: the {} recurrence has no tail", exp.form.name()),
     );
     let one_minus = config.vu.ops.contains(&OpCode::OneMinusExp);
     out.require(
-        !one_minus || (exp.form != ExpForm::Literal && exp.output == ExpOutput::Alpha),
+        !one_minus || (offers.one_minus && exp.output == ExpOutput::Alpha),
         "exp-one-minus",
         "vu.ops",
         "one-minus-exp",
@@ -170,60 +146,10 @@ pub(super) fn exponential(config: &Config, out: &mut RuleBreaches) {
     logistic(config, out);
 }
 
-/// The exponential in straight pieces.
-fn pieces(exp: &ExpConfig, out: &mut RuleBreaches) {
-    let count = exp.pieces;
-    out.require(
-        count.is_power_of_two() && (16..=1024).contains(&count),
-        "exp-pieces",
-        "vu.exp.pieces",
-        count,
-        "a power of two, 16 to 1024: the first bits of the power name the piece",
-    );
-    out.require(
-        exp.pipelined,
-        "exp-pieces-pipelined",
-        "vu.exp.pipelined",
-        exp.pipelined,
-        "true: the pieces give one result a clock",
-    );
-    let most = 2 * count.max(1).ilog2() + 4;
-    out.require(
-        exp.output_bits <= most,
-        "exp-pieces-output-bits",
-        "vu.exp.output_bits",
-        exp.output_bits,
-        format_args!(
-            "at most {most} with {count} pieces, whose error is then below half a unit, so that 1 - exp(0) is 0"
-        ),
-    );
-    for (unset, field, value) in [
-        (!exp.tail, "vu.exp.tail", exp.tail.to_string()),
-        (
-            exp.offset.is_none(),
-            "vu.exp.offset",
-            exp.offset.unwrap_or_default().to_string(),
-        ),
-        (
-            !exp.early_out,
-            "vu.exp.early_out",
-            exp.early_out.to_string(),
-        ),
-    ] {
-        out.require(
-            unset,
-            "exp-pieces-knobs",
-            field,
-            value,
-            "left out: the pieces take no iterations",
-        );
-    }
-}
-
 /// Iterations left out where the exponent needs fewer.
 fn early_out(exp: &ExpConfig, out: &mut RuleBreaches) {
     out.require(
-        exp.form == ExpForm::Restoring && exp.output == ExpOutput::Alpha,
+        exp.form.offers().early_out && exp.output == ExpOutput::Alpha,
         "exp-early-out",
         "vu.exp.early_out",
         true,
@@ -263,7 +189,7 @@ fn logistic(config: &Config, out: &mut RuleBreaches) {
         return;
     }
     out.require(
-        exp.form == ExpForm::Restoring && exp.output == ExpOutput::Alpha,
+        exp.form.offers().logistic && exp.output == ExpOutput::Alpha,
         "exp-logistic",
         "vu.ops",
         OpCode::list(&built),

@@ -9,7 +9,10 @@
 
 use potamoi_formats::fixed::{Rounding, round_shift};
 
-use super::{Engine, ExpTwin, align};
+use potamoi_formats::config::{Engine, ExpConfig};
+
+use super::{ExpTwin, align};
+use crate::logarithms::ln_one_plus_power;
 
 impl ExpTwin {
     /// The operation `softplus` of a code with the input's fraction bits:
@@ -33,7 +36,7 @@ impl ExpTwin {
         let bits = self.engine.constant_bits;
         let sum = self.softplus_sum(-i64::from(a));
         let s = sum.clamp(0, (16 << bits) - 1) as i64;
-        let raw = self.falling(s, s >= 8 << bits);
+        let raw = self.form.power(s, s >= 8 << bits);
         let most = (1 << self.output_bits) - 1;
         self.round(raw.accumulator, -raw.exponent).min(most) as i32
     }
@@ -45,22 +48,40 @@ impl ExpTwin {
         let (from, to) = (self.input.frac_bits(), self.engine.constant_bits);
         let size = x.abs().min((16 << from.min(24)) - 1);
         let s = align(size, from, to);
-        let raw = self.falling(s, s >= 8 << to);
+        let raw = self.form.power(s, s >= 8 << to);
         let k = raw.exponent.clamp(-31, 0).unsigned_abs();
         let exp = align(raw.accumulator, k, 0);
         let linear = i128::from(x.max(0)) << to.saturating_sub(from);
-        linear + i128::from(self.logarithm(exp))
+        linear + i128::from(self.logarithm.of(exp))
+    }
+}
+
+/// What logarithms are found with: the constants of the restoring form.
+#[derive(Debug, Clone)]
+pub(super) struct Logarithm {
+    engine: Engine,
+    steps: Vec<(u32, i64)>,
+    /// ln 2 as the engine itself finds it from 1, so that ln 1 is exactly 0.
+    start: i64,
+}
+
+impl Logarithm {
+    /// Of an engine whose widths are limited already.
+    pub(super) fn new(config: &ExpConfig, engine: Engine) -> Self {
+        let steps = 1..=config.iterations.min(31);
+        let bits = engine.constant_bits;
+        let steps: Vec<_> = steps.map(|i| (i, ln_one_plus_power(i, bits))).collect();
+        Self {
+            start: normalise(&engine, &steps, 0),
+            engine,
+            steps,
+        }
     }
 
     /// `ln(1 + e)` with the constants' fraction bits, of an `e` with the
     /// accumulator's; exactly 0 of 0.
-    fn logarithm(&self, e: i64) -> i64 {
-        self.start_logarithm - normalise(&self.engine, &self.steps, e)
-    }
-
-    /// ln 2 as the engine itself finds it from 1, so that ln 1 is exactly 0.
-    pub(super) fn logarithm_start(engine: &Engine, steps: &[(u32, i64)]) -> i64 {
-        normalise(engine, steps, 0)
+    fn of(&self, e: i64) -> i64 {
+        self.start - normalise(&self.engine, &self.steps, e)
     }
 }
 
@@ -69,7 +90,7 @@ impl ExpTwin {
 fn normalise(engine: &Engine, steps: &[(u32, i64)], e: i64) -> i64 {
     let one = 1i64 << engine.accumulator_bits;
     let (mut accumulator, mut sum) = (one + e, 0);
-    for &(i, c) in steps.iter().filter(|(i, _)| *i > 0) {
+    for &(i, c) in steps {
         let more = accumulator + (accumulator >> i) + (accumulator >> (i - 1) & 1);
         if accumulator < 2 * one && more < 2 * one {
             accumulator = more;
@@ -87,7 +108,6 @@ fn normalise(engine: &Engine, steps: &[(u32, i64)], e: i64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use potamoi_formats::config::ExpConfig;
 
     #[test]
     fn anchors_of_the_default_engine() {
@@ -123,11 +143,11 @@ mod tests {
                 constant_bits: Some(bits),
                 ..ExpConfig::default()
             });
-            assert_eq!(twin.logarithm(0), 0);
+            assert_eq!(twin.logarithm.of(0), 0);
             for step in 0..=1000i64 {
                 let e = (step << bits) / 1000;
                 let exact = (e as f64 * 2f64.powi(-(bits as i32))).ln_1p();
-                let off = twin.logarithm(e) as f64 * 2f64.powi(-(bits as i32)) - exact;
+                let off = twin.logarithm.of(e) as f64 * 2f64.powi(-(bits as i32)) - exact;
                 // Twice (one end each): the first order, and n sums and constants.
                 let most =
                     2f64.powi(-2 * n as i32) + f64::from(2 * n + 2) * 2f64.powi(-(bits as i32));

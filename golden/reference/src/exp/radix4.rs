@@ -3,7 +3,7 @@
 
 use potamoi_formats::config::{Engine, ExpConfig};
 
-use super::Raw;
+use super::form::{FAR_BIAS, Form, Raw};
 use crate::logarithms::{ln_one_plus_ratio, times_ln2};
 
 /// The constants of a radix-4 engine.
@@ -41,9 +41,12 @@ impl Radix4 {
             },
         }
     }
+}
 
-    /// `exp(-value)`, with a start of `bias ln 2`, summed up digit by digit.
-    pub(super) fn raw(&self, value: i64, bias: u32) -> Raw {
+impl Form for Radix4 {
+    /// With a start of `bias ln 2`, summed up digit by digit.
+    fn power(&self, value: i64, far: bool) -> Raw {
+        let bias = if far { FAR_BIAS } else { self.engine.bias };
         let places = (0..u32::BITS / 2).map(|j| ((bias >> (2 * j)) & 3) << (2 * j));
         let biased = places
             .filter(|&part| part > 0)

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::config::{Config, ExpForm, Modes, Organisation};
+use potamoi_formats::config::{Config, Modes, Organisation};
 use potamoi_formats::units::GATHERING_UNIT;
 use potamoi_netlist::{Change, Fault, FaultError, Module};
 use serde::{Deserialize, Serialize};
@@ -65,7 +65,8 @@ impl Injection {
                 let taken = gu.fifo_depth.saturating_sub(1);
                 (GATHERING_UNIT, "in_flight", Change::Reset(taken.into()))
             }
-            Self::Exp if exp.form == ExpForm::Piecewise => {
+            // Without steps there is the mantissa alone.
+            Self::Exp if exp.power_pipeline().turn() == 0 => {
                 let high = exp.engine().accumulator_bits.saturating_sub(3);
                 ("vector_lane", "s_accum", Change::Invert(high))
             }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use potamoi_formats::config::{Config, ConfigError, ExpConfig, ExpForm};
+use potamoi_formats::config::{Config, ConfigError};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
@@ -298,21 +298,8 @@ fn matters(field: &str, unit: UnitKind) -> bool {
 /// A configuration with the widths that it has in effect, and nothing said of what its form of the
 /// exponential has not.
 fn in_effect(config: &Config) -> Config {
-    let (mut own, plain) = (config.clone(), ExpConfig::default());
-    let engine = own.vu.exp.engine();
-    let exp = &mut own.vu.exp;
-    exp.accumulator_bits = Some(engine.accumulator_bits);
-    exp.constant_bits = Some(engine.constant_bits);
-    exp.offset = Some(engine.offset);
-    match exp.form {
-        ExpForm::Piecewise => {
-            exp.iterations = plain.iterations;
-            exp.iterations_per_clock = plain.iterations_per_clock;
-            exp.tail = plain.tail;
-            exp.early_out = plain.early_out;
-        }
-        _ => exp.pieces = plain.pieces,
-    }
+    let mut own = config.clone();
+    own.vu.exp = own.vu.exp.in_effect();
     own
 }
 

@@ -5,7 +5,7 @@
 
 use potamoi_formats::config::{Engine, ExpConfig};
 
-use super::Raw;
+use super::form::{Form, Raw};
 use crate::logarithms::ln2;
 
 /// Fraction bits that pieces are computed with.
@@ -13,7 +13,7 @@ const BITS: u32 = 62;
 
 /// The table, and the factor that the operand is brought to base two with.
 #[derive(Debug, Clone)]
-pub(super) struct Pieces {
+pub(super) struct Piecewise {
     engine: Engine,
     /// Bits of f that name a piece.
     index_bits: u32,
@@ -24,7 +24,7 @@ pub(super) struct Pieces {
     table: Vec<(i64, i64)>,
 }
 
-impl Pieces {
+impl Piecewise {
     /// The table of a configuration; of one that breaks its rules it is one
     /// that does not panic.
     pub(super) fn new(config: &ExpConfig) -> Self {
@@ -51,9 +51,10 @@ impl Pieces {
             table,
         }
     }
+}
 
-    /// The power of a value of 0 to 16 with the constants' fraction bits.
-    pub(super) fn raw(&self, value: i64) -> Raw {
+impl Form for Piecewise {
+    fn power(&self, value: i64, _far: bool) -> Raw {
         let (bits, mut v) = (self.engine.constant_bits, i128::from(value));
         if let Some((factor, drop)) = self.scale {
             v = half_up(v * i128::from(factor), drop);
