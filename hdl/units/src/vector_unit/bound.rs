@@ -60,7 +60,8 @@ enum Method<'a> {
 /// As [`vector_unit`].
 pub fn error_bound(config: &Config, op: OpCode) -> Result<Option<Bound>, IrErrors> {
     let exp = &config.vu.exp;
-    let known = exp.form != ExpForm::Literal
+    let forms = [ExpForm::Restoring, ExpForm::Radix4, ExpForm::Piecewise];
+    let known = forms.contains(&exp.form)
         && exp.output == ExpOutput::Alpha
         && (exp.base == ExpBase::E || exp.form == ExpForm::Piecewise)
         && op.is_exponential()

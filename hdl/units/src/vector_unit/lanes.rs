@@ -6,12 +6,12 @@ use potamoi_formats::config::Config;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal};
 
 use super::acceptance::{Acceptance, Inputs};
-use super::constants::multiples;
-use super::control::{exp_constants, sub_name};
+use super::exponential;
+use super::exponential::constants::multiples;
+use super::exponential::shift_registers::{exp_constants, sub_name};
 use super::kinds::Kinds;
 use super::sequence::{Order, Sequence};
 use super::tag::Tag;
-use super::widths::Widths;
 
 /// What every lane is told in a cycle.
 pub(super) struct Told<'a> {
@@ -97,16 +97,19 @@ impl Told<'_> {
         m: &mut ModuleBuilder,
         inputs: &mut Vec<(String, Signal)>,
     ) -> Result<(), IrErrors> {
-        m.section("Constants, shared by the lanes");
         let (exp, sequence) = (&self.config.vu.exp, self.sequence);
-        let widths = Widths::of(exp, self.kinds);
-        let module = exp_constants(self.config, &widths)?;
+        let widths = exponential::widths(exp, self.kinds);
+        let Some(own) = widths.form.recurrence() else {
+            return Ok(());
+        };
+        m.section("Constants, shared by the lanes");
+        let module = exp_constants(own, self.config, &widths)?;
         let constants = m.instance("constants", &module, &[("rotate", sequence.rotate)]);
         if let Some(ending) = sequence.ending {
             m.connect(constants, "restart", ending);
         }
         for i in 0..exp.iterations_per_clock {
-            let subs = multiples(exp.form).map(sub_name);
+            let subs = multiples(own).map(sub_name);
             let digit = (widths.engine.digits > 0).then(|| "digit".to_owned());
             for name in subs.chain(["mul".to_owned()]).chain(digit) {
                 let port = format!("{name}{i}");

@@ -3,24 +3,16 @@
 mod acceptance;
 mod alu;
 mod bound;
-mod constants;
-mod control;
-mod early_out;
-mod engine;
-mod iterative;
+mod exponential;
 mod kinds;
 mod lane;
 mod lanes;
-mod logistic;
 mod orders;
-mod pieces;
-mod radix4;
 mod sequence;
 mod tag;
 mod timing;
 mod top;
-mod widths;
 
 pub use bound::{Bound, error_bound};
-pub use constants::{ln_one_plus, ln_two_times};
+pub use exponential::constants::{ln_one_plus, ln_two_times};
 pub use top::vector_unit;

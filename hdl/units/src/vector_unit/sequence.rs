@@ -5,7 +5,7 @@ use potamoi_formats::timing::Pass;
 use potamoi_formats::units::OpCode;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-use super::early_out::incomplete;
+use super::exponential::early_out::incomplete;
 use crate::circuits::{is, plus_one};
 
 /// Sequencing of the engine.

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::config::{Config, ExpForm};
+use potamoi_formats::config::Config;
 use potamoi_formats::units::VECTOR_UNIT;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::acceptance::{Acceptance, Inputs};
+use super::exponential::form;
 use super::kinds::Kinds;
 use super::lane::lane;
 use super::lanes::{Told, lanes};
@@ -25,10 +26,7 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let lane_module = lane(config)?;
     let mut builder = ModuleBuilder::new(VECTOR_UNIT);
     let m = &mut builder;
-    let powers = match config.vu.exp.form {
-        ExpForm::Piecewise => "exponentials in straight pieces",
-        _ => "shift-register exponentials",
-    };
+    let powers = form(&config.vu.exp).describe();
     m.doc(&format!(
         "{} lanes of element-wise operations and {powers}, in lockstep.",
         config.vu.lanes

@@ -14,7 +14,7 @@ use potamoi_netlist::{Binary, Interval, Module, Op, Unary};
 
 use super::recurrence::{self, Recurrence};
 use super::{Errors, SLACK};
-use crate::vector_unit::constants::less_than_log;
+use crate::vector_unit::exponential::constants::less_than_log;
 
 /// Operands are held at plus and minus this.
 const HOLDS: f64 = 16.0;

@@ -4,13 +4,14 @@ use std::f64::consts::LN_2;
 
 use num_bigint::BigInt;
 use num_traits::{ToPrimitive, Zero};
-use potamoi_formats::config::{Config, ExpForm};
+use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 use potamoi_netlist::{Binary, Interval, Module, Op};
 
 use super::unit::Unit;
 use super::{Errors, SLACK};
-use crate::vector_unit::constants::{less_than_log, multiples};
+use crate::vector_unit::exponential::constants::{less_than_log, multiples};
+use crate::vector_unit::exponential::form;
 
 /// A power on its way through the registers: what is known of it so far.
 pub(super) struct Power {
@@ -185,12 +186,13 @@ impl<'a> Recurrence<'a> {
     fn step(&self, index: u32, taken: &mut Taken) -> Option<()> {
         let exp = &self.unit.config.vu.exp;
         let engine = exp.engine();
-        let names = match exp.form {
-            ExpForm::Radix4 => vec!["take_one", "take_two", "take_three"],
-            _ => vec!["take"],
+        let own = form(exp).recurrence()?;
+        let names = match own.radix_bits() {
+            1 => vec!["take"],
+            _ => vec!["take_one", "take_two", "take_three"],
         };
         let (mut digit, mut off) = (BigInt::zero(), [0.0f64; 2]);
-        for (d, name) in multiples(exp.form).zip(names) {
+        for (d, name) in multiples(own).zip(names) {
             let take = self.unit.machine.find(&format!("lane0.{name}{index}"))?;
             let (take, constant) = self.compared(take)?;
             let takes = self.unit.yes(take);

@@ -9,7 +9,7 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::ln_one_plus;
-use super::widths::{State, Widths};
+use super::form::{State, Widths};
 
 /// A power of up to 16 that sigmoid or softplus starts an exponential from.
 #[derive(Clone, Copy)]
@@ -208,7 +208,7 @@ impl Widths {
     }
 
     /// The 32-bit result of softplus.
-    pub(super) fn softplus(&self, m: &mut ModuleBuilder, sum: Signal) -> Signal {
+    pub(in crate::vector_unit) fn softplus(&self, m: &mut ModuleBuilder, sum: Signal) -> Signal {
         let (from, to) = (self.engine.constant_bits, self.exp.output_bits);
         let rounded = if from >= to {
             m.round(sum, from - to, Rounding::HalfUp)

@@ -57,7 +57,11 @@ impl Own {
 }
 
 /// Whether the exponent's digits are still being found.
-pub(super) fn incomplete(m: &mut ModuleBuilder, exp: &ExpConfig, phase: Signal) -> Signal {
+pub(in crate::vector_unit) fn incomplete(
+    m: &mut ModuleBuilder,
+    exp: &ExpConfig,
+    phase: Signal,
+) -> Signal {
     let complete = m.lit(exp.digit_clocks(), phase.ty());
     let open = m.lt(phase, complete);
     m.name(open, "digits_open")

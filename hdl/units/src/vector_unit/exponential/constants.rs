@@ -2,7 +2,9 @@
 
 use num_bigint::BigInt;
 use num_traits::ToPrimitive;
-use potamoi_formats::config::{ExpConfig, ExpForm};
+use potamoi_formats::config::ExpConfig;
+
+use super::form::Recurrence;
 
 /// Fraction bits that the series are summed with; far past the 40 ever asked.
 const PRECISION: u32 = 110;
@@ -43,7 +45,7 @@ fn series(p: u32, i: u32) -> BigInt {
 }
 
 /// What a constant of `bits` fraction bits is less than `ln(1 + p 2^-i)`.
-pub(super) fn less_than_log(constant: &BigInt, bits: u32, p: u32, i: u32) -> f64 {
+pub(in crate::vector_unit) fn less_than_log(constant: &BigInt, bits: u32, p: u32, i: u32) -> f64 {
     let less = series(p, i) - (constant << (PRECISION - bits));
     less.to_f64().unwrap_or(f64::INFINITY) * 2f64.powi(-(PRECISION as i32))
 }
@@ -101,26 +103,16 @@ pub(super) struct Step {
     pub(super) digit: bool,
 }
 
-/// Bits of the power that a step resolves.
-pub(super) const fn radix_bits(form: ExpForm) -> u32 {
-    if matches!(form, ExpForm::Radix4) {
-        2
-    } else {
-        1
-    }
-}
-
 /// The digits but 0 of a step.
-pub(super) fn multiples(form: ExpForm) -> std::ops::RangeInclusive<u32> {
-    1..=(1 << radix_bits(form)) - 1
+pub(in crate::vector_unit) fn multiples(own: &dyn Recurrence) -> std::ops::RangeInclusive<u32> {
+    1..=(1 << own.radix_bits()) - 1
 }
 
 /// The steps, filled up to whole clocks with ones that never subtract.
-pub(super) fn steps(exp: &ExpConfig, remain_bits: u32) -> Vec<Step> {
+pub(super) fn steps(own: &dyn Recurrence, exp: &ExpConfig, remain_bits: u32) -> Vec<Step> {
     let engine = exp.engine();
     let bits = engine.constant_bits;
-    let multiples = multiples(exp.form);
-    let radix_bits = radix_bits(exp.form);
+    let (multiples, radix_bits) = (multiples(own), own.radix_bits());
     let mut steps: Vec<Step> = (0..engine.digits)
         .rev()
         .map(|j| Step {
@@ -132,7 +124,7 @@ pub(super) fn steps(exp: &ExpConfig, remain_bits: u32) -> Vec<Step> {
             digit: true,
         })
         .collect();
-    let first = u32::from(exp.form != ExpForm::Literal);
+    let first = own.first();
     steps.extend((first..first + exp.iterations).map(|i| {
         Step {
             constants: multiples
@@ -143,7 +135,7 @@ pub(super) fn steps(exp: &ExpConfig, remain_bits: u32) -> Vec<Step> {
             digit: false,
         }
     }));
-    let magnitude = remain_bits - u32::from(exp.form == ExpForm::Literal);
+    let magnitude = remain_bits - u32::from(own.is_literal());
     while !steps
         .len()
         .is_multiple_of(exp.iterations_per_clock as usize)

@@ -1,55 +1,19 @@
-//! The exponential engine's datapath: start, steps, tail and output.
+//! The engine's datapath: start, tail and result.
 
 use num_bigint::BigInt;
-use potamoi_formats::config::{ExpConfig, ExpForm, ExpOutput};
+use potamoi_formats::config::ExpOutput;
 use potamoi_formats::fixed::Rounding;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-use super::constants::{ln_two_times, radix_bits};
-use super::kinds::Kinds;
+use super::form::{Place, Powers, Recurrence, State, Widths};
 use super::logistic::Size;
-use super::radix4::bias_in_radix_4;
-use super::widths::{Place, Powers, State, Widths};
 use crate::circuits::bits_for;
 
 impl Widths {
-    pub(super) fn of(exp: &ExpConfig, kinds: Kinds) -> Self {
-        let engine = exp.engine();
-        // Integer bits of the start, 12 ln 2 = 8.3 or 24 ln 2 - 8 = 8.6 in the
-        // alpha configuration, x + Z ln 2 in the general one.
-        let (remain, integer) = match (exp.form, exp.output) {
-            (ExpForm::Literal, _) => (Ty::s(engine.constant_bits + 2), 3),
-            (_, ExpOutput::Alpha) => (Ty::u(engine.constant_bits + 4), 2),
-            (_, ExpOutput::General) => (Ty::u(engine.constant_bits + exp.input.int_bits() + 2), 2),
-        };
-        Self {
-            exp: exp.clone(),
-            engine,
-            remain,
-            accum: Ty::u(engine.accumulator_bits + integer),
-            digits: match exp.form {
-                ExpForm::Piecewise => Ty::u(5),
-                form => Ty::u((engine.digits * radix_bits(form)).max(1)),
-            },
-            shift: Ty::u(5),
-            kinds,
-        }
-    }
-
-    fn literal(&self) -> bool {
-        self.exp.form == ExpForm::Literal
-    }
-
-    /// `Z ln 2` as the sum of its rounded digits, centred.
-    fn bias(&self, z: u32) -> BigInt {
+    /// `Z ln 2`, centred.
+    fn bias(&self, own: &dyn Recurrence, z: u32) -> BigInt {
         let bits = self.engine.constant_bits;
-        let digits = (0..32)
-            .filter(|j| z >> j & 1 == 1)
-            .map(|j| ln_two_times(j, bits));
-        let mut sum: BigInt = digits.sum();
-        if self.exp.form == ExpForm::Radix4 {
-            sum = bias_in_radix_4(z, bits);
-        }
+        let sum = own.bias(z, bits);
         if self.engine.centred {
             sum + (BigInt::from(1) << (bits - self.exp.resolved_bits() - 1))
         } else {
@@ -61,6 +25,7 @@ impl Widths {
     /// `size` are the operands of sigmoid and softplus, where they are built.
     pub(super) fn start(
         &self,
+        own: &dyn Recurrence,
         m: &mut ModuleBuilder,
         a: Signal,
         one_minus: Signal,
@@ -76,22 +41,24 @@ impl Widths {
         let aligned = m.shl_const(wide, bits - format.frac_bits());
         let aligned = m.name(aligned, "power_aligned");
         let one = (BigInt::from(1) << self.engine.accumulator_bits) + self.engine.offset;
-        let one = if self.literal() {
+        let one = if own.is_literal() {
             BigInt::from(1) << self.engine.accumulator_bits
         } else {
             one
         };
         let accum = m.param("ACCUM_START", one, self.accum, "1 and the offset");
         let digits = m.lit(0, self.digits);
-        let (remain, large) = match (self.exp.form, self.exp.output) {
-            (ExpForm::Literal, _) => (aligned, zero),
-            (_, ExpOutput::General) => {
-                let bias = m.param("BIAS", self.bias(self.engine.bias), self.remain, "Z ln 2");
+        let (remain, large) = match self.exp.output {
+            _ if own.is_literal() => (aligned, zero),
+            ExpOutput::General => {
+                let bias = self.bias(own, self.engine.bias);
+                let bias = m.param("BIAS", bias, self.remain, "Z ln 2");
                 let x = m.as_unsigned(aligned);
                 (m.add(bias, x), zero)
             }
-            (_, ExpOutput::Alpha) => {
-                let bias = m.param("BIAS", self.bias(12), self.remain, "12 ln 2, centred");
+            ExpOutput::Alpha => {
+                let bias = self.bias(own, 12);
+                let bias = m.param("BIAS", bias, self.remain, "12 ln 2, centred");
                 let plain = m.sub(bias, aligned);
                 if self.kinds.one_minus || size.is_some() {
                     let mut depth = self.kinds.one_minus.then(|| self.depth(m, a));
@@ -102,7 +69,7 @@ impl Widths {
                         wide = m.name(wide, "takes_depth");
                     }
                     let (aligned, large) = depth.unwrap_or((plain, zero));
-                    let remain = self.start_depth(m, aligned, large, bias);
+                    let remain = self.start_depth(own, m, aligned, large, bias);
                     let large = m.and(large, wide);
                     (m.mux(wide, remain, plain), m.name(large, "rescaled"))
                 } else {
@@ -158,13 +125,19 @@ impl Widths {
     /// The start for a power of up to 16, with a bias that suits it.
     fn start_depth(
         &self,
+        own: &dyn Recurrence,
         m: &mut ModuleBuilder,
         aligned: Signal,
         large: Signal,
         bias: Signal,
     ) -> Signal {
         let width = self.remain.width + 1;
-        let far = m.param("FAR_BIAS", self.bias(24), Ty::u(width), "24 ln 2, centred");
+        let far = m.param(
+            "FAR_BIAS",
+            self.bias(own, 24),
+            Ty::u(width),
+            "24 ln 2, centred",
+        );
         let near = m.extend(bias, width);
         let from = m.mux(large, far, near);
         let remain = m.sub(from, aligned);
@@ -172,64 +145,15 @@ impl Widths {
         m.truncate(remain, self.remain.width)
     }
 
-    /// One step: compare, subtract, shift and add. With `log` high the sum
-    /// decides instead of the comparison: it stays below 2.
-    pub(super) fn step(
+    /// `R_accum (1 + 2^-i)`; the dropped bit is added where sums are `rounded`.
+    pub(super) fn grown(
         &self,
         m: &mut ModuleBuilder,
         s: State,
         place: &Place,
         index: u32,
-        log: Option<Signal>,
-    ) -> State {
-        let constant = match place.constants[..] {
-            [constant] => constant,
-            _ => return self.step_by_four(m, s, place, index),
-        };
-        let mut take = m.ge(s.remain, constant);
-        let mut early = None;
-        if let Some(log) = log {
-            let sum = self.grown(m, s, place, index);
-            let sum = m.name(sum, &format!("accum_grown{index}"));
-            // Doubled by a digit's step, a sum of 2 and more wraps.
-            let top = self.accum.width - 1;
-            let (past, before) = (m.bit(sum, top), m.bit(s.accum, top));
-            let past = m.or(past, before);
-            let below = m.not(past);
-            take = m.mux(log, below, take);
-            early = Some(sum);
-        }
-        let take = m.name(take, &format!("take{index}"));
-        let less = m.sub(s.remain, constant);
-        let remain = m.mux(take, less, s.remain);
-        let remain = m.name(remain, &format!("remain{index}"));
-        let sum = early.unwrap_or_else(|| self.grown(m, s, place, index));
-        if self.engine.digits == 0 {
-            let accum = m.mux(take, sum, s.accum);
-            let accum = m.name(accum, &format!("accum{index}"));
-            return State {
-                remain,
-                accum,
-                digits: s.digits,
-            };
-        }
-        let multiply = m.not(place.digit);
-        let multiply = m.and(take, multiply);
-        let accum = m.mux(multiply, sum, s.accum);
-        let accum = m.name(accum, &format!("accum{index}"));
-        let rest = m.slice(s.digits, 0, self.digits.width - 1);
-        let pushed = m.cat(&[rest, take]);
-        let digits = m.mux(place.digit, pushed, s.digits);
-        let digits = m.name(digits, &format!("digits{index}"));
-        State {
-            remain,
-            accum,
-            digits,
-        }
-    }
-
-    /// `R_accum (1 + 2^-i)`.
-    fn grown(&self, m: &mut ModuleBuilder, s: State, place: &Place, index: u32) -> Signal {
+        rounded: bool,
+    ) -> Signal {
         // One more bit below: the dropped bit rounds.
         let none = m.lit(0, Ty::bit());
         let doubled = m.cat(&[s.accum, none]);
@@ -237,7 +161,7 @@ impl Widths {
         let shifted = m.name(shifted, &format!("accum_shifted{index}"));
         let whole = m.slice(shifted, 1, self.accum.width);
         let sum = m.add(s.accum, whole);
-        if self.literal() {
+        if !rounded {
             return sum;
         }
         let up = m.bit(shifted, 0);
@@ -267,11 +191,13 @@ impl Widths {
         }
     }
 
-    /// The exponent k: the power is `R_accum 2^-k`.
-    pub(super) fn exponent(&self, m: &mut ModuleBuilder, s: State, large: Signal) -> Signal {
-        if self.exp.form == ExpForm::Piecewise {
-            return s.digits;
-        }
+    /// The exponent of the digits that steps have found.
+    pub(super) fn exponent_of_digits(
+        &self,
+        m: &mut ModuleBuilder,
+        s: State,
+        large: Signal,
+    ) -> Signal {
         let bias = m.lit(12, Ty::u(5));
         let bias = if self.kinds.one_minus || self.kinds.logistic() {
             let far = m.lit(24, Ty::u(5));
@@ -288,7 +214,7 @@ impl Widths {
 
     /// `R_accum 2^-k` with one bit below its last, of sigmoid and softplus.
     pub(super) fn scaled(&self, m: &mut ModuleBuilder, s: State, large: Signal) -> Signal {
-        let k = self.exponent(m, s, large);
+        let k = self.form.exponent(m, self, s, large);
         let none = m.lit(0, Ty::bit());
         let doubled = m.cat(&[s.accum, none]);
         let doubled = m.name(doubled, "accum_doubled");
@@ -297,7 +223,7 @@ impl Widths {
     }
 
     /// The 32-bit result from the final state.
-    pub(super) fn result(
+    pub(in crate::vector_unit) fn result(
         &self,
         m: &mut ModuleBuilder,
         powers: &Powers,
@@ -305,7 +231,7 @@ impl Widths {
     ) -> Signal {
         let s = powers.state;
         let (wa, f) = (self.engine.accumulator_bits, self.exp.output_bits);
-        if self.literal() {
+        if self.form.is_bare() {
             let rounded = m.round(s.accum, wa - f, Rounding::HalfUp);
             return self.word(m, rounded);
         }
@@ -317,7 +243,7 @@ impl Widths {
             m.slice(power, wa - f, fixed_width)
         } else {
             let k = powers.exponent;
-            let k = k.unwrap_or_else(|| self.exponent(m, s, powers.large));
+            let k = k.unwrap_or_else(|| self.form.exponent(m, self, s, powers.large));
             let none = m.lit(0, Ty::bit());
             let doubled = m.cat(&[s.accum, none]);
             let doubled = m.name(doubled, "accum_doubled");

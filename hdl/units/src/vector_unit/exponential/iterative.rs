@@ -4,12 +4,11 @@ use potamoi_formats::config::Config;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::multiples;
-use super::control::sub_name;
 use super::early_out::Own;
+use super::form::{Place, Powers, Recurrence, State, Widths};
 use super::logistic::Passes;
-use super::orders::Orders;
-use super::widths::Powers;
-use super::widths::{Place, State, Widths};
+use super::shift_registers::sub_name;
+use crate::vector_unit::orders::Orders;
 
 /// What the lanes are told of the steps.
 struct Told {
@@ -22,7 +21,12 @@ struct Told {
 }
 
 impl Told {
-    fn declare(m: &mut ModuleBuilder, config: &Config, widths: &Widths) -> Self {
+    fn declare(
+        own: &dyn Recurrence,
+        m: &mut ModuleBuilder,
+        config: &Config,
+        widths: &Widths,
+    ) -> Self {
         let exp = &config.vu.exp;
         let step = m.input("step", Ty::bit(), "takes steps this cycle");
         let begin = m.input(
@@ -43,7 +47,7 @@ impl Told {
             tail,
             own: exp.early_out.then(|| Own::declare(m, exp)),
             places: (0..exp.iterations_per_clock)
-                .map(|i| place(m, widths, i))
+                .map(|i| place(own, m, widths, i))
                 .collect(),
             passes: Passes::declare(m, widths),
         }
@@ -65,6 +69,7 @@ struct Start {
 
 impl Start {
     fn build(
+        own: &dyn Recurrence,
         m: &mut ModuleBuilder,
         widths: &Widths,
         orders: &Orders,
@@ -80,7 +85,7 @@ impl Start {
             (regs, size, sum)
         });
         let size = early.map(|(_, size, _)| size);
-        let (start, large) = widths.start(m, a, orders.one_minus, size);
+        let (start, large) = widths.start(own, m, a, orders.one_minus, size);
         m.section("Exponential: steps");
         let regs = match early {
             Some((regs, ..)) => regs,
@@ -128,6 +133,7 @@ fn registers(m: &mut ModuleBuilder, widths: &Widths) -> State {
 /// Registers that the steps run in, r a clock. The first steps take the
 /// operand itself, so that loading costs no cycle.
 pub(super) fn iterative(
+    own: &dyn Recurrence,
     m: &mut ModuleBuilder,
     config: &Config,
     widths: &Widths,
@@ -139,12 +145,19 @@ pub(super) fn iterative(
     } else {
         "Exponential: start"
     });
-    let told = Told::declare(m, config, widths);
-    let start = Start::build(m, widths, orders, &told, a);
+    let told = Told::declare(own, m, config, widths);
+    let start = Start::build(own, m, widths, orders, &told, a);
     let (regs, begin) = (start.regs, start.begin);
     let mut state = start.now;
     for (i, place) in told.places.iter().enumerate() {
-        state = widths.step(m, state, place, i as u32, told.passes.map(|p| p.log));
+        state = own.step(
+            m,
+            widths,
+            state,
+            place,
+            i as u32,
+            told.passes.map(|p| p.log),
+        );
     }
     if let Some(now) = told.tail {
         let end = widths.tail(m, regs);
@@ -171,7 +184,10 @@ pub(super) fn iterative(
     } else {
         start.large
     };
-    let exponent = told.own.is_some().then(|| widths.exponent(m, regs, large));
+    let exponent = told
+        .own
+        .is_some()
+        .then(|| widths.exponent_of_digits(m, regs, large));
     let more = told
         .own
         .zip(exponent)
@@ -194,10 +210,10 @@ fn from(m: &mut ModuleBuilder, take: Signal, one: State, other: State) -> State 
     }
 }
 
-fn place(m: &mut ModuleBuilder, widths: &Widths, i: u32) -> Place {
+fn place(own: &dyn Recurrence, m: &mut ModuleBuilder, widths: &Widths, i: u32) -> Place {
     let none = m.lit(0, Ty::bit());
     Place {
-        constants: multiples(widths.exp.form)
+        constants: multiples(own)
             .map(|d| {
                 m.input(
                     &format!("{}{i}", sub_name(d)),

@@ -7,7 +7,7 @@ use potamoi_formats::config::Config;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
 
 use super::constants::{multiples, steps};
-use super::widths::Widths;
+use super::form::{Recurrence, Widths};
 
 /// Builds `exp_constants`: two shift registers that rotate r places with every
 /// clock of steps, so that they stand at the start again after the last. With an
@@ -15,10 +15,14 @@ use super::widths::Widths;
 ///
 /// # Errors
 /// The netlist's own checks.
-pub(super) fn exp_constants(config: &Config, widths: &Widths) -> Result<Arc<Module>, IrErrors> {
+pub(in crate::vector_unit) fn exp_constants(
+    own: &dyn Recurrence,
+    config: &Config,
+    widths: &Widths,
+) -> Result<Arc<Module>, IrErrors> {
     let exp = &config.vu.exp;
     let r = exp.iterations_per_clock as usize;
-    let all = steps(exp, widths.remain.width);
+    let all = steps(own, exp, widths.remain.width);
     let mut builder = ModuleBuilder::new("exp_constants");
     let m = &mut builder;
     m.doc(&format!(
@@ -30,7 +34,7 @@ pub(super) fn exp_constants(config: &Config, widths: &Widths) -> Result<Arc<Modu
     let restart = exp
         .early_out
         .then(|| m.input("restart", Ty::bit(), "moves to the start instead"));
-    let subs: Vec<String> = multiples(exp.form).map(sub_name).collect();
+    let subs: Vec<String> = multiples(own).map(sub_name).collect();
     let mut columns: Vec<(&str, &str, Ty, Vec<BigInt>)> = vec![];
     for (d, name) in subs.iter().enumerate() {
         let values = all.iter().map(|s| s.constants[d].clone());
@@ -65,7 +69,7 @@ pub(super) fn exp_constants(config: &Config, widths: &Widths) -> Result<Arc<Modu
 }
 
 /// Name of the constants of digit d: its ports end in the step's number.
-pub(super) fn sub_name(d: u32) -> String {
+pub(in crate::vector_unit) fn sub_name(d: u32) -> String {
     match d {
         1 => "sub".to_owned(),
         2 => "sub_two".to_owned(),

@@ -3,19 +3,51 @@
 //! `v = u log2 e = k + f`; the power is `2^-(k+1) y` with `y = 2^(1-f)` in (1, 2],
 //! on each piece a start less a slope times what of f lies within the piece.
 
+use potamoi_formats::config::{Config, Engine, ExpConfig};
 use potamoi_formats::fixed::Rounding;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants;
-use super::orders::Orders;
-use super::widths::Powers;
-use super::widths::{State, Widths};
+use super::form::{Form, Powers, State, Widths};
+use crate::vector_unit::orders::Orders;
 
 /// Integer bits of v: 16 log2 e is 23.1.
 const INTEGER: u32 = 5;
 
+pub(super) struct Piecewise;
+
+impl Form for Piecewise {
+    fn describe(&self) -> &'static str {
+        "exponentials in straight pieces"
+    }
+
+    fn registers(&self, _: &ExpConfig, engine: &Engine) -> [Ty; 2] {
+        let remain = Ty::u(engine.constant_bits + 4);
+        [remain, Ty::u(engine.accumulator_bits + 2)]
+    }
+
+    fn digits_width(&self, _: &Engine) -> u32 {
+        INTEGER
+    }
+
+    fn powers(
+        &self,
+        m: &mut ModuleBuilder,
+        _: &Config,
+        widths: &Widths,
+        orders: &Orders,
+        a: Signal,
+    ) -> Powers {
+        pieces(m, widths, orders, a)
+    }
+
+    fn exponent(&self, _: &mut ModuleBuilder, _: &Widths, s: State, _: Signal) -> Signal {
+        s.digits
+    }
+}
+
 /// The stages: the power of two, the pieces.
-pub(super) fn pieces(m: &mut ModuleBuilder, widths: &Widths, orders: &Orders, a: Signal) -> Powers {
+fn pieces(m: &mut ModuleBuilder, widths: &Widths, orders: &Orders, a: Signal) -> Powers {
     m.section("Exponential: power of two");
     let bits = widths.engine.constant_bits;
     let (operand, frac) = operand(m, widths, orders, a);

@@ -1,0 +1,122 @@
+//! What a form of the exponential builds, and the registers of the engine.
+
+use num_bigint::BigInt;
+use potamoi_formats::config::{Config, Engine, ExpConfig};
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use crate::vector_unit::kinds::Kinds;
+use crate::vector_unit::orders::Orders;
+
+/// Widths of the engine's registers.
+#[derive(Clone)]
+pub(in crate::vector_unit) struct Widths {
+    /// The form that is built.
+    pub(in crate::vector_unit) form: &'static dyn Form,
+    pub(in crate::vector_unit) exp: ExpConfig,
+    pub(in crate::vector_unit) engine: Engine,
+    pub(in crate::vector_unit) remain: Ty,
+    pub(in crate::vector_unit) accum: Ty,
+    pub(in crate::vector_unit) digits: Ty,
+    pub(in crate::vector_unit) shift: Ty,
+    /// What is built.
+    pub(in crate::vector_unit) kinds: Kinds,
+}
+
+/// The state that a step takes and gives.
+#[derive(Clone, Copy)]
+pub(in crate::vector_unit) struct State {
+    pub(in crate::vector_unit) remain: Signal,
+    pub(in crate::vector_unit) accum: Signal,
+    pub(in crate::vector_unit) digits: Signal,
+}
+
+/// One place of the shift registers, as signals.
+#[derive(Clone)]
+pub(in crate::vector_unit) struct Place {
+    /// One constant, or of radix 4 those of the digits 1, 2 and 3.
+    pub(in crate::vector_unit) constants: Vec<Signal>,
+    pub(in crate::vector_unit) shift: Signal,
+    pub(in crate::vector_unit) digit: Signal,
+}
+
+/// What the engine holds for the result stage.
+pub(in crate::vector_unit) struct Powers {
+    pub(in crate::vector_unit) state: State,
+    pub(in crate::vector_unit) large: Signal,
+    /// Of sigmoid and softplus, where they are built: the power, scaled, and
+    /// the sum that softplus rounds.
+    pub(in crate::vector_unit) logistic: Option<(Signal, Signal)>,
+    /// The exponent, where it is known already.
+    pub(in crate::vector_unit) exponent: Option<Signal>,
+    /// With an early out: there are steps to take after the next clock.
+    pub(in crate::vector_unit) more: Option<Signal>,
+}
+
+/// How a form finds powers in a lane.
+pub(in crate::vector_unit) trait Form: Sync {
+    /// What a lane has, in words.
+    fn describe(&self) -> &'static str {
+        "shift-register exponentials"
+    }
+
+    /// Types of `R_remain` and `R_accum`, or of what stands in their place.
+    fn registers(&self, exp: &ExpConfig, engine: &Engine) -> [Ty; 2];
+
+    /// Bits of the exponent's digits.
+    fn digits_width(&self, engine: &Engine) -> u32;
+
+    /// The engine of a lane, with the operand `a`.
+    fn powers(
+        &self,
+        m: &mut ModuleBuilder,
+        config: &Config,
+        widths: &Widths,
+        orders: &Orders,
+        a: Signal,
+    ) -> Powers;
+
+    /// The exponent k: the power is `R_accum 2^-k`.
+    fn exponent(&self, m: &mut ModuleBuilder, widths: &Widths, s: State, large: Signal) -> Signal;
+
+    /// The shift registers of the iterative form, where there are any.
+    fn recurrence(&self) -> Option<&dyn Recurrence> {
+        None
+    }
+
+    /// Whether the result is the accumulator, rounded, whatever the output.
+    fn is_bare(&self) -> bool {
+        false
+    }
+}
+
+/// A form that compares, subtracts, shifts and adds.
+pub(in crate::vector_unit) trait Recurrence: Sync {
+    /// Bits of the power that a step resolves.
+    fn radix_bits(&self) -> u32 {
+        1
+    }
+
+    /// The shift amount of the first step, in units of the radix.
+    fn first(&self) -> u32 {
+        1
+    }
+
+    /// Whether the remainder is signed, and neither sums nor the start are rounded.
+    fn is_literal(&self) -> bool {
+        false
+    }
+
+    /// `z ln 2` as the sum of its digits, each rounded as the step's constant is.
+    fn bias(&self, z: u32, bits: u32) -> BigInt;
+
+    /// One step: with `log` high the sum decides instead of the comparison.
+    fn step(
+        &self,
+        m: &mut ModuleBuilder,
+        widths: &Widths,
+        s: State,
+        place: &Place,
+        index: u32,
+        log: Option<Signal>,
+    ) -> State;
+}

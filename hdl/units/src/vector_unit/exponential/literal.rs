@@ -1,0 +1,83 @@
+//! The recurrence as the paper prints it: on a signed power, nothing rounded, no digits.
+
+use num_bigint::BigInt;
+use potamoi_formats::config::{Config, Engine, ExpConfig};
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use super::engine::engine;
+use super::form::{Form, Place, Powers, Recurrence, State, Widths};
+use crate::vector_unit::orders::Orders;
+
+pub(super) struct Literal;
+
+impl Form for Literal {
+    fn registers(&self, _: &ExpConfig, engine: &Engine) -> [Ty; 2] {
+        let remain = Ty::s(engine.constant_bits + 2);
+        [remain, Ty::u(engine.accumulator_bits + 3)]
+    }
+
+    fn digits_width(&self, _: &Engine) -> u32 {
+        1
+    }
+
+    fn powers(
+        &self,
+        m: &mut ModuleBuilder,
+        config: &Config,
+        widths: &Widths,
+        orders: &Orders,
+        a: Signal,
+    ) -> Powers {
+        engine(self, m, config, widths, orders, a)
+    }
+
+    fn exponent(&self, m: &mut ModuleBuilder, widths: &Widths, s: State, large: Signal) -> Signal {
+        widths.exponent_of_digits(m, s, large)
+    }
+
+    fn recurrence(&self) -> Option<&dyn Recurrence> {
+        Some(self)
+    }
+
+    fn is_bare(&self) -> bool {
+        true
+    }
+}
+
+impl Recurrence for Literal {
+    fn first(&self) -> u32 {
+        0
+    }
+
+    fn is_literal(&self) -> bool {
+        true
+    }
+
+    fn bias(&self, _: u32, _: u32) -> BigInt {
+        BigInt::ZERO
+    }
+
+    fn step(
+        &self,
+        m: &mut ModuleBuilder,
+        widths: &Widths,
+        s: State,
+        place: &Place,
+        index: u32,
+        _: Option<Signal>,
+    ) -> State {
+        let constant = place.constants[0];
+        let take = m.ge(s.remain, constant);
+        let take = m.name(take, &format!("take{index}"));
+        let less = m.sub(s.remain, constant);
+        let remain = m.mux(take, less, s.remain);
+        let remain = m.name(remain, &format!("remain{index}"));
+        let sum = widths.grown(m, s, place, index, false);
+        let accum = m.mux(take, sum, s.accum);
+        State {
+            remain,
+            accum: m.name(accum, &format!("accum{index}")),
+            digits: s.digits,
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! The engine's pipeline: a register stage for every clock's worth of steps.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::timing::PowerStage;
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use super::constants::{Step, steps};
+use super::form::{Place, Powers, Recurrence, State, Widths};
+use crate::vector_unit::orders::Orders;
+
+/// A register stage for every clock's worth of steps.
+pub(super) fn pipelined(
+    own: &dyn Recurrence,
+    m: &mut ModuleBuilder,
+    config: &Config,
+    widths: &Widths,
+    orders: &Orders,
+    a: Signal,
+) -> Powers {
+    m.section("Exponential: start");
+    let exp = &config.vu.exp;
+    let r = exp.iterations_per_clock as usize;
+    let (mut state, mut large) = widths.start(own, m, a, orders.one_minus, None);
+    let all = steps(own, exp, widths.remain.width);
+    let mut stage = 0;
+    let mut hold = |m: &mut ModuleBuilder, s: State, large: Signal| {
+        let mut reg = |name: &str, value: Signal| {
+            let reg = m.reg(&format!("{name}_{stage}"), value.ty(), 0);
+            m.set_next(reg, value);
+            reg
+        };
+        let held = State {
+            remain: reg("s_remain", s.remain),
+            accum: reg("s_accum", s.accum),
+            digits: reg("s_digits", s.digits),
+        };
+        let large = if widths.kinds.one_minus {
+            reg("s_rescaled", large)
+        } else {
+            large
+        };
+        stage += 1;
+        (held, large)
+    };
+    for stage in exp.power_pipeline().stages() {
+        state = match stage {
+            PowerStage::Steps(clock) => {
+                m.section(&format!("Exponential: stage {clock}"));
+                let of_clock = all.iter().enumerate().skip(clock as usize * r).take(r);
+                of_clock.fold(state, |state, (index, step)| {
+                    let place = literal_place(m, widths, step);
+                    own.step(m, widths, state, &place, index as u32, None)
+                })
+            }
+            PowerStage::Tail => {
+                m.section("Exponential: tail");
+                widths.tail(m, state)
+            }
+            // Not of the recurrence.
+            PowerStage::PowerOfTwo | PowerStage::Mantissa => continue,
+        };
+        (state, large) = hold(m, state, large);
+    }
+    Powers {
+        state,
+        large,
+        logistic: None,
+        exponent: None,
+        more: None,
+    }
+}
+
+/// A place of the shift registers whose constants stay.
+fn literal_place(m: &mut ModuleBuilder, widths: &Widths, step: &Step) -> Place {
+    let constants = step.constants.iter();
+    Place {
+        constants: constants.map(|c| m.lit(c.clone(), widths.remain)).collect(),
+        shift: m.lit(step.shift, widths.shift),
+        digit: m.lit(u8::from(step.digit), Ty::bit()),
+    }
+}

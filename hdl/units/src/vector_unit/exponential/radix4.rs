@@ -1,0 +1,129 @@
+//! Radix 4: of three multiples the largest that fits.
+
+use num_bigint::BigInt;
+use potamoi_formats::config::{Config, Engine, ExpConfig};
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
+
+use super::constants::ln_two_multiple;
+use super::engine::engine;
+use super::form::{Form, Place, Powers, Recurrence, State, Widths};
+use crate::vector_unit::orders::Orders;
+
+pub(super) struct Radix4;
+
+impl Form for Radix4 {
+    fn registers(&self, _: &ExpConfig, engine: &Engine) -> [Ty; 2] {
+        let remain = Ty::u(engine.constant_bits + 4);
+        [remain, Ty::u(engine.accumulator_bits + 2)]
+    }
+
+    fn digits_width(&self, engine: &Engine) -> u32 {
+        2 * engine.digits
+    }
+
+    fn powers(
+        &self,
+        m: &mut ModuleBuilder,
+        config: &Config,
+        widths: &Widths,
+        orders: &Orders,
+        a: Signal,
+    ) -> Powers {
+        engine(self, m, config, widths, orders, a)
+    }
+
+    fn exponent(&self, m: &mut ModuleBuilder, widths: &Widths, s: State, large: Signal) -> Signal {
+        widths.exponent_of_digits(m, s, large)
+    }
+
+    fn recurrence(&self) -> Option<&dyn Recurrence> {
+        Some(self)
+    }
+}
+
+impl Recurrence for Radix4 {
+    fn radix_bits(&self) -> u32 {
+        2
+    }
+
+    /// Three times a rounded weight would be another number.
+    fn bias(&self, z: u32, bits: u32) -> BigInt {
+        let digits = (0..16).map(|j| z & (3 << (2 * j)));
+        digits
+            .filter(|&digit| digit > 0)
+            .map(|digit| ln_two_multiple(digit, bits))
+            .sum()
+    }
+
+    /// Compares with three constants, subtracts the largest that fits, and
+    /// adds the shifted multiple of the accumulator that goes with it.
+    fn step(
+        &self,
+        m: &mut ModuleBuilder,
+        widths: &Widths,
+        s: State,
+        place: &Place,
+        index: u32,
+        _: Option<Signal>,
+    ) -> State {
+        let mut takes = vec![];
+        let mut part = m.lit(0, widths.remain);
+        for (constant, name) in place.constants.iter().zip(["one", "two", "three"]) {
+            let take = m.ge(s.remain, *constant);
+            let take = m.name(take, &format!("take_{name}{index}"));
+            part = m.mux(take, *constant, part);
+            takes.push(take);
+        }
+        let [one, two, three] = takes[..] else {
+            return s;
+        };
+        let part = m.name(part, &format!("part{index}"));
+        let remain = m.sub(s.remain, part);
+        let remain = m.name(remain, &format!("remain{index}"));
+        let grown = grown(m, widths, s.accum, place.shift, [one, two, three], index);
+        let accum = m.mux(place.digit, s.accum, grown);
+        let accum = m.name(accum, &format!("accum{index}"));
+        let rest = m.slice(s.digits, 0, widths.digits.width - 2);
+        let not_two = m.not(two);
+        let odd = m.and(one, not_two);
+        let odd = m.or(odd, three);
+        let pushed = m.cat(&[rest, two, odd]);
+        let digits = m.mux(place.digit, pushed, s.digits);
+        let digits = m.name(digits, &format!("digits{index}"));
+        State {
+            remain,
+            accum,
+            digits,
+        }
+    }
+}
+
+/// `R_accum (1 + d 2^-i)`, rounded by the dropped bit.
+fn grown(
+    m: &mut ModuleBuilder,
+    widths: &Widths,
+    accum: Signal,
+    shift: Signal,
+    [one, two, three]: [Signal; 3],
+    index: u32,
+) -> Signal {
+    let width = widths.accum.width + 2;
+    let once = m.extend(accum, width);
+    let twice = m.shl_const(once, 1);
+    let thrice = m.add(once, twice);
+    let none = m.lit(0, once.ty());
+    let multiple = m.mux(one, once, none);
+    let multiple = m.mux(two, twice, multiple);
+    let multiple = m.mux(three, thrice, multiple);
+    let multiple = m.name(multiple, &format!("accum_multiple{index}"));
+    // One more bit below: the dropped bit rounds.
+    let low = m.lit(0, Ty::bit());
+    let doubled = m.cat(&[multiple, low]);
+    let shifted = m.shr(doubled, shift);
+    let shifted = m.name(shifted, &format!("accum_shifted{index}"));
+    let whole = m.slice(shifted, 1, widths.accum.width);
+    let sum = m.add(accum, whole);
+    let up = m.bit(shifted, 0);
+    let up = m.extend(up, widths.accum.width);
+    m.add(sum, up)
+}
