@@ -4,7 +4,9 @@
 use std::collections::VecDeque;
 
 use potamoi_formats::config::{Config, rules};
+use potamoi_formats::units::OpCode;
 
+use super::exponents::{self, MOST_EXPONENT};
 use super::work::WorkError;
 
 /// What the environment drives in one cycle.
@@ -34,9 +36,6 @@ pub struct VectorOutputs {
     pub stall_out: u32,
 }
 
-/// The largest exponent: one-minus-exp starts from 24 ln 2.
-const EXPONENTS: u32 = 24;
-
 /// How long vectors take, from the configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VectorTiming {
@@ -50,8 +49,8 @@ pub struct VectorTiming {
     /// By code: cycles that the iterative form takes for it, 1 for an operation
     /// that is not built.
     clocks: [u64; 16],
-    /// With an early out, by smallest exponent: cycles of an exponential.
-    early: Vec<u64>,
+    /// By smallest exponent, where it matters: cycles of an exponential.
+    by_exponent: Option<Vec<u64>>,
 }
 
 impl VectorTiming {
@@ -65,10 +64,13 @@ impl VectorTiming {
             return Err(WorkError::Config(breaches.to_string()));
         }
         let exp = &config.vu.exp;
-        let interval = u64::from(exp.interval());
+        let interval = exponents::clocks(exp);
         let mut clocks = [1; 16];
         for op in &config.vu.ops {
-            clocks[usize::from(op.code() & 15)] = u64::from(exp.passes(*op).cycles());
+            clocks[usize::from(op.code() & 15)] = match op {
+                OpCode::Exp | OpCode::OneMinusExp => interval,
+                _ => exp.passes(*op).cycles().into(),
+            };
         }
         let stages = if exp.pipelined { interval + 1 } else { 0 };
         Ok(Self {
@@ -76,11 +78,7 @@ impl VectorTiming {
             pipelined: exp.pipelined,
             room: u64::from(config.vu.fifo_depth) + stages,
             clocks,
-            early: if exp.early_out {
-                (0..=EXPONENTS).map(|k| exp.clocks_of(k).into()).collect()
-            } else {
-                Vec::new()
-            },
+            by_exponent: exponents::clocks_by_exponent(exp),
         })
     }
 
@@ -90,10 +88,12 @@ impl VectorTiming {
     #[must_use]
     pub fn occupancy(&self, code: u8, exponent: u32) -> u64 {
         let clocks = self.clocks[usize::from(code & 15)];
-        match self.early.get(exponent.min(EXPONENTS) as usize) {
-            _ if self.pipelined => 1,
+        if self.pipelined {
+            return 1;
+        }
+        match &self.by_exponent {
             // One clock: no exponential, since those that stop early take more.
-            Some(early) if clocks > 1 => *early,
+            Some(powers) if clocks > 1 => powers[exponent.min(MOST_EXPONENT) as usize],
             _ => clocks,
         }
     }
@@ -207,7 +207,6 @@ impl VectorModel {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use potamoi_formats::units::OpCode;
     use proptest::prelude::*;
 
     fn model(text: &str) -> VectorModel {

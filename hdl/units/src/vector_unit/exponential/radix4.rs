@@ -66,17 +66,14 @@ impl Recurrence for Radix4 {
         index: u32,
         _: Option<Signal>,
     ) -> State {
-        let mut takes = vec![];
         let mut part = m.lit(0, widths.remain);
-        for (constant, name) in place.constants.iter().zip(["one", "two", "three"]) {
-            let take = m.ge(s.remain, *constant);
+        let [one, two, three] = [(0, "one"), (1, "two"), (2, "three")].map(|(d, name)| {
+            let constant = place.constants[d];
+            let take = m.ge(s.remain, constant);
             let take = m.name(take, &format!("take_{name}{index}"));
-            part = m.mux(take, *constant, part);
-            takes.push(take);
-        }
-        let [one, two, three] = takes[..] else {
-            return s;
-        };
+            part = m.mux(take, constant, part);
+            take
+        });
         let part = m.name(part, &format!("part{index}"));
         let remain = m.sub(s.remain, part);
         let remain = m.name(remain, &format!("remain{index}"));
