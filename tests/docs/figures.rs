@@ -50,6 +50,12 @@ fn passages(text: &str) -> Vec<Passage<'_>> {
         let Some(stop) = text[start..].find("-->").map(|n| start + n) else {
             break;
         };
+        // Marks begin lines; elsewhere they are quoted.
+        let line = text[..start].rsplit('\n').next().unwrap_or_default();
+        if !line.trim().is_empty() {
+            at = start + 5;
+            continue;
+        }
         at = stop + 3;
         let comment = text[start + 5..stop].trim();
         let (is_slow, rest) = match comment.strip_prefix("slow ") {
@@ -352,16 +358,18 @@ fn numbers_are_told_from_names_and_code() {
 fn a_wrong_figure_is_found() {
     let text = "<!-- figures: doctor --json d.json\nd.json /format_version 0\nskip 1\n-->\n\
                 Version 77 of 5 kinds.\n<!-- end -->";
-    let passages = passages(text);
+    let found = passages(text);
     let folder = tempfile::tempdir().unwrap();
-    let body = &text[passages[0].body.clone()];
-    let now = current(&passages[0], body, folder.path()).unwrap();
+    let body = &text[found[0].body.clone()];
+    let now = current(&found[0], body, folder.path()).unwrap();
     assert!(
         now.starts_with("\nVersion ") && now.ends_with(" of 5 kinds.\n"),
         "{now}"
     );
     assert!(!now.contains("77"), "{now}");
+    let quoted = "between `<!-- figures: COMMAND` and `<!-- end -->`";
+    assert!(passages(quoted).is_empty());
     let more = format!("{body} 9");
-    let refused = current(&passages[0], &more, folder.path()).unwrap_err();
+    let refused = current(&found[0], &more, folder.path()).unwrap_err();
     assert!(refused.contains("2 figures are named"), "{refused}");
 }
