@@ -5,6 +5,7 @@
 //! another exit status than 0; a block marked `file=NAME` is written into the folder.
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::common::expect;
 use crate::{name, pages, read};
@@ -86,10 +87,16 @@ fn commands_in_the_documents_work() {
         count
     };
     // Commands of a page need each other, pages do not.
-    let half = pages.len() / 2;
+    let next = AtomicUsize::new(0);
+    let some = || {
+        let mut count = 0;
+        while let Some(page) = pages.get(next.fetch_add(1, Ordering::Relaxed)) {
+            count += run(page);
+        }
+        count
+    };
     let count: usize = std::thread::scope(|scope| {
-        let halves = [&pages[..half], &pages[half..]];
-        let threads = halves.map(|pages| scope.spawn(move || pages.iter().map(run).sum::<usize>()));
+        let threads = [(); 2].map(|()| scope.spawn(some));
         threads.into_iter().map(|t| t.join().unwrap()).sum()
     });
     assert!(count >= 20, "{count}");
