@@ -10,6 +10,9 @@ use crate::failure::Failure;
 /// What a command uses that names none.
 const DEFAULT_PRESET: &str = "paper";
 
+/// Commands whose result no configuration changes.
+pub(crate) const WITHOUT_CONFIGURATION: [&str; 3] = ["warp", "cache", "doctor"];
+
 /// Options of all subcommands.
 #[derive(Debug, Default, Args)]
 pub(crate) struct Common {
@@ -27,6 +30,17 @@ impl Common {
             }
         }
         Ok(Config::read(self.named())?)
+    }
+
+    /// Refuses a configuration that the command would not use.
+    pub(crate) fn check(&self, command: &str) -> Result<(), Failure> {
+        match &self.config {
+            Some(path) if WITHOUT_CONFIGURATION.contains(&command) => Err(Failure::Usage(format!(
+                "--config {}: no configuration changes what {command} does: leave it out",
+                path.display()
+            ))),
+            _ => Ok(()),
+        }
     }
 
     /// The preset that was asked for, if it was one.

@@ -70,6 +70,10 @@ fn main() -> ExitCode {
         stdout::remark(format_args!("{note}"));
     }
     let done = limits::check_tool_seconds()
+        .and_then(|()| {
+            cli.common
+                .check(matches.subcommand_name().unwrap_or_default())
+        })
         .and_then(|()| roles::check(&matches))
         .and_then(|()| run(&cli));
     let done = match (done, stdout::lost()) {

@@ -8,6 +8,7 @@ use std::path::Path;
 
 use clap::{Arg, Command, CommandFactory as _};
 
+use crate::args::WITHOUT_CONFIGURATION;
 use crate::cli::Cli;
 use crate::{renamed, roles};
 
@@ -100,11 +101,12 @@ impl Flag {
     }
 }
 
-/// All flags of all commands, and those of every command under `all`.
+/// All flags of all commands, those of the whole program under the commands that use them.
 fn flags(cli: &Command) -> BTreeMap<String, Vec<Flag>> {
     let mut found: BTreeMap<String, Vec<Flag>> = BTreeMap::new();
     let commands = cli.get_subcommands().map(|own| (own.get_name(), own));
-    for (name, command) in std::iter::once(("all", cli)).chain(commands) {
+    let all = format!("all but {}", WITHOUT_CONFIGURATION.join(", "));
+    for (name, command) in std::iter::once((&*all, cli)).chain(commands) {
         for flag in command.get_arguments() {
             let is_shown = flag.get_long().is_some() && !flag.is_hide_set();
             if is_shown && !["help", "version"].contains(&flag.get_id().as_str()) {

@@ -324,3 +324,18 @@ fn old_names_of_flags_work_with_a_note() {
         }
     }
 }
+
+/// A configuration that changes nothing would be believed to have changed something.
+#[test]
+fn commands_without_a_configuration_refuse_one() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in ["warp", "cache", "doctor"] {
+        for arguments in [
+            ["--config", "small", command],
+            [command, "--config", "small"],
+        ] {
+            let said = expect(folder.path(), 2, &arguments);
+            assert!(said.contains("--config small"), "{said}");
+        }
+    }
+}
