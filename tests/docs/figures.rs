@@ -25,8 +25,8 @@
 //! Numbers in code and in targets of links are none. With `POTAMOI_REFRESH` set the body is
 //! written, otherwise it is compared.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::Path;
 
 use serde_json::Value;
 
@@ -204,41 +204,45 @@ fn cell<'a>(printed: &'a str, row: &str, column: &str) -> Option<&'a str> {
     None
 }
 
-/// The body as the program has it.
-fn current(passage: &Passage<'_>, body: &str, folder: &Path) -> Result<String, String> {
-    let mut all = vec![];
-    for command in &passage.commands {
+/// What commands print, run one after another in a folder that keeps their files.
+struct Printed {
+    folder: tempfile::TempDir,
+    texts: Vec<String>,
+}
+
+fn printed(commands: &[&str]) -> Result<Printed, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let mut texts = vec![];
+    for command in commands {
         let arguments: Vec<&str> = command.split(' ').collect();
-        let done = run(folder, &arguments);
+        let done = run(folder.path(), &arguments);
         if !done.status.success() {
             return Err(format!("potamoi {command}: {}", stderr(&done)));
         }
-        all.push(stdout(&done).replace("; counted earlier", ""));
+        // Work that another command has counted is not counted again.
+        texts.push(stdout(&done).replace("; counted earlier", ""));
     }
-    let last = all.last().map_or("", String::as_str);
-    let block = passage
-        .values
-        .iter()
-        .find_map(|line| line.strip_prefix("output"));
-    if let Some(from) = block {
-        let from = from.strip_prefix(" from ").unwrap_or_default();
-        let lines = last.lines().skip_while(|line| !line.starts_with(from));
-        let lines: Vec<_> = lines.map(str::trim_end).collect();
-        let text = lines.join("\n");
-        return Ok(format!("\n```text\n{}\n```\n", text.trim_end()));
-    }
+    Ok(Printed { folder, texts })
+}
+
+/// What the numbers of a body are; none of those that stay as they stand.
+fn values(
+    passage: &Passage<'_>,
+    last: &str,
+    printed: &Printed,
+) -> Result<Vec<Option<String>>, String> {
     let mut values: Vec<Option<String>> = vec![];
     for line in &passage.values {
         if let Some(count) = line.strip_prefix("skip ") {
             let count: usize = count.parse().map_err(|_| format!("{line}: a count"))?;
             values.extend(std::iter::repeat_n(None, count));
         } else if let Some((row, columns)) = line.split_once(" | ") {
-            let (row, printed) = match row.strip_prefix("first: ") {
-                Some(row) => (row, &*all[0]),
+            let (row, text) = match row.strip_prefix("first: ") {
+                Some(row) => (row, &*printed.texts[0]),
                 None => (row, last),
             };
             for column in columns.split("; ") {
-                let cell = cell(printed, row, column);
+                let cell = cell(text, row, column);
                 let cell = cell.ok_or_else(|| format!("{row} | {column}: no such cell"))?;
                 let own = numbers(cell).into_iter().map(|n| Some(cell[n].to_owned()));
                 let before = values.len();
@@ -255,12 +259,30 @@ fn current(passage: &Passage<'_>, body: &str, folder: &Path) -> Result<String, S
             let Some((file, pointer, format)) = parts else {
                 return Err(format!("{line}: FILE /POINTER FORMAT"));
             };
-            let report = crate::common::json(&folder.join(file));
+            let report = crate::common::json(&printed.folder.path().join(file));
             let value = pointed(&report, pointer).and_then(Value::as_f64);
             let value = value.ok_or_else(|| format!("{line}: no such number"))?;
             values.push(Some(formatted(value, format)));
         }
     }
+    Ok(values)
+}
+
+/// The body as the program has it.
+fn current(passage: &Passage<'_>, body: &str, printed: &Printed) -> Result<String, String> {
+    let last = printed.texts.last().map_or("", String::as_str);
+    let block = passage
+        .values
+        .iter()
+        .find_map(|line| line.strip_prefix("output"));
+    if let Some(from) = block {
+        let from = from.strip_prefix(" from ").unwrap_or_default();
+        let lines = last.lines().skip_while(|line| !line.starts_with(from));
+        let lines: Vec<_> = lines.map(str::trim_end).collect();
+        let text = lines.join("\n");
+        return Ok(format!("\n```text\n{}\n```\n", text.trim_end()));
+    }
+    let values = values(passage, last, printed)?;
     let places = numbers(body);
     if places.len() != values.len() {
         let own: Vec<_> = places.iter().map(|n| &body[n.clone()]).collect();
@@ -283,6 +305,7 @@ fn current(passage: &Passage<'_>, body: &str, folder: &Path) -> Result<String, S
 fn check(slow: bool) -> usize {
     let is_refresh = std::env::var_os("POTAMOI_REFRESH").is_some();
     let (mut count, mut wrong) = (0, String::new());
+    let mut known: BTreeMap<String, Result<Printed, String>> = BTreeMap::new();
     for page in pages() {
         let text = read(&page);
         let mut now = text.clone();
@@ -290,8 +313,14 @@ fn check(slow: bool) -> usize {
         for passage in passages(&text).iter().rev().filter(|p| p.is_slow == slow) {
             count += 1;
             let body = &text[passage.body.clone()];
-            let folder = tempfile::tempdir().unwrap();
-            match current(passage, body, folder.path()) {
+            let said = known
+                .entry(passage.commands.join("; "))
+                .or_insert_with(|| printed(&passage.commands));
+            let own = match said {
+                Ok(said) => current(passage, body, said),
+                Err(why) => Err(why.clone()),
+            };
+            match own {
                 Ok(own) => now.replace_range(passage.body.clone(), &own),
                 Err(why) => {
                     let _ = writeln!(wrong, "{}: {why}", name(&page));
@@ -359,9 +388,9 @@ fn a_wrong_figure_is_found() {
     let text = "<!-- figures: doctor --json d.json\nd.json /format_version 0\nskip 1\n-->\n\
                 Version 77 of 5 kinds.\n<!-- end -->";
     let found = passages(text);
-    let folder = tempfile::tempdir().unwrap();
+    let said = printed(&found[0].commands).unwrap();
     let body = &text[found[0].body.clone()];
-    let now = current(&found[0], body, folder.path()).unwrap();
+    let now = current(&found[0], body, &said).unwrap();
     assert!(
         now.starts_with("\nVersion ") && now.ends_with(" of 5 kinds.\n"),
         "{now}"
@@ -370,6 +399,6 @@ fn a_wrong_figure_is_found() {
     let quoted = "between `<!-- figures: COMMAND` and `<!-- end -->`";
     assert!(passages(quoted).is_empty());
     let more = format!("{body} 9");
-    let refused = current(&found[0], &more, folder.path()).unwrap_err();
+    let refused = current(&found[0], &more, &said).unwrap_err();
     assert!(refused.contains("2 figures are named"), "{refused}");
 }
