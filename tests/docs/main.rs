@@ -7,6 +7,7 @@ mod commands;
 #[path = "../common/mod.rs"]
 mod common;
 mod figures;
+mod flags;
 mod links;
 mod pictures;
 
