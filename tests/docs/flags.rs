@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use crate::{name, pages, read, root};
 
-/// Flags of other programs that the documents name by themselves: tools/hard-case-guards, and the
-/// converter that packs Compact-3DGS models.
+/// Flags of other programs that the documents name by themselves: of tools/hard-case-guards, and of the
+/// program that writes Compact-3DGS models.
 const OF_OTHERS: [&str; 2] = ["--end-to-end", "--comp"];
 
 /// Commands by flag, as the reference page has them.
@@ -26,6 +26,11 @@ fn flags() -> BTreeMap<String, String> {
     found
 }
 
+/// Whether a line is of an indented block of commands.
+fn is_block(line: &str) -> bool {
+    line.starts_with("    ") && line.trim_start().starts_with("potamoi")
+}
+
 /// Pieces of code of a page, a line or a span each.
 fn pieces(text: &str) -> Vec<String> {
     let mut found = vec![];
@@ -33,9 +38,7 @@ fn pieces(text: &str) -> Vec<String> {
     for line in text.lines() {
         if line.trim_start().starts_with("```") {
             inside = !inside;
-        } else if inside {
-            found.push(line.trim().to_owned());
-        } else if line.starts_with("    ") && line.trim_start().starts_with("potamoi") {
+        } else if inside || is_block(line) {
             found.push(line.trim().to_owned());
         } else {
             let spans = line.split('`').enumerate().filter(|(n, _)| n % 2 == 1);
