@@ -25,6 +25,7 @@ use crate::scene::SceneArgs;
 const FORMAT_VERSION: u32 = 1;
 
 #[derive(Debug, Args)]
+#[command(mut_arg("width", |width| width.help("Width of the picture [default: 128]")))]
 pub(crate) struct CostArgs {
     /// Study of the exponential by itself [default: every knob of a scene's frame]
     #[arg(
