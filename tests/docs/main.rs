@@ -6,6 +6,7 @@ mod adding;
 mod commands;
 #[path = "../common/mod.rs"]
 mod common;
+mod exponential;
 mod figures;
 mod flags;
 mod links;

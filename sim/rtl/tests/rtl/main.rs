@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod cells;
+mod every_form;
 mod exponentials;
 mod faults;
 mod feature_major;
