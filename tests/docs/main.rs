@@ -6,9 +6,9 @@ mod adding;
 mod commands;
 #[path = "../common/mod.rs"]
 mod common;
-mod exponential;
 mod figures;
 mod flags;
+mod followed;
 mod links;
 mod pictures;
 

@@ -56,12 +56,14 @@ pub(super) fn exact(
                 let product = m.name(product, "product");
                 m.extend(product, 65)
             }
-            _ => {
+            OpCode::SquareSum => {
                 let (x, y) = (m.mul(a, a), m.mul(b, b));
                 let (x, y) = (m.name(x, "a_square"), m.name(y, "b_square"));
                 let (x, y) = (m.extend(x, 65), m.extend(y, 65));
                 m.add(x, y)
             }
+            // The engine's.
+            OpCode::Exp | OpCode::OneMinusExp | OpCode::Sigmoid | OpCode::Softplus => continue,
         };
         let here = is_op(m, code, op);
         value = m.mux(here, result, value);

@@ -3,6 +3,7 @@
 
 mod cells;
 mod every_form;
+mod every_operation;
 mod exponentials;
 mod faults;
 mod feature_major;

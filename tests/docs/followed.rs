@@ -1,8 +1,9 @@
-//! The page on adding an exponential form is followed: its example is added to a copy of the crates
-//! and tested there.
+//! Pages that say how to add something are followed: their examples are added to a copy of the
+//! crates and tested there.
 //!
 //! A file is new after a line ``New file `PATH`:``; lines are added after ``In `PATH`, below
-//! `LINE`:``. The block that follows is what is written.
+//! `LINE`:`` and put in its place after ``In `PATH`, in place of `LINE`:``. The block that follows is
+//! what is written.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -10,10 +11,14 @@ use std::process::Command;
 
 use crate::{read, root};
 
-const PAGE: &str = "docs/adding/exponential.md";
-/// The example's name, as files and modules have it.
+/// The pages, and the tests that their examples have to pass in the copy.
+const PAGES: [(&str, &str); 2] = [
+    ("docs/adding/exponential.md", "every_form"),
+    ("docs/adding/unit.md", "every_operation"),
+];
+/// The name of the form that the first page adds, as files and modules have it.
 const FORM: &str = "mitchell";
-/// The crates that a form is in, and those that they are built on.
+/// The crates that the examples are in, and those that they are built on.
 const CRATES: [&str; 6] = [
     "formats",
     "golden/base",
@@ -23,12 +28,23 @@ const CRATES: [&str; 6] = [
     "sim/cycles",
 ];
 
+/// Where a text goes.
+#[derive(Debug, PartialEq)]
+enum At {
+    NewFile,
+    Below(String),
+    InPlaceOf(String),
+}
+
+/// Where the copy is, from its workspace: elsewhere than the crates are in theirs. Cargo takes
+/// crates of one name and place for one, and both workspaces build into one folder.
+const COPY: &str = "copy";
+
 /// A change of a file.
 #[derive(Debug, PartialEq)]
 struct Change {
     path: String,
-    /// The line below which the text goes; none of a new file.
-    below: Option<String>,
+    at: At,
     text: String,
 }
 
@@ -38,16 +54,17 @@ fn changes(page: &str) -> Vec<Change> {
     let mut lines = page.lines();
     while let Some(line) = lines.next() {
         let parts: Vec<_> = line.split('`').collect();
-        let (path, below) = match parts[..] {
-            ["New file ", path, ":"] => (path, None),
-            ["In ", path, ", below ", below, ":"] => (path, Some(below.to_owned())),
+        let (path, at) = match parts[..] {
+            ["New file ", path, ":"] => (path, At::NewFile),
+            ["In ", path, ", below ", line, ":"] => (path, At::Below(line.to_owned())),
+            ["In ", path, ", in place of ", line, ":"] => (path, At::InPlaceOf(line.to_owned())),
             _ => continue,
         };
         let block = lines.by_ref().skip_while(|line| !line.starts_with("```"));
         let block = block.skip(1).take_while(|line| !line.starts_with("```"));
         out.push(Change {
             path: path.to_owned(),
-            below,
+            at,
             text: block.map(|line| line.to_owned() + "\n").collect(),
         });
     }
@@ -56,36 +73,33 @@ fn changes(page: &str) -> Vec<Change> {
 
 /// A file with a change made.
 fn changed(old: &str, change: &Change) -> String {
-    let Some(below) = &change.below else {
-        return change.text.clone();
+    let (line, kept) = match &change.at {
+        At::NewFile => return change.text.clone(),
+        At::Below(line) => (format!("{line}\n"), true),
+        At::InPlaceOf(line) => (format!("{line}\n"), false),
     };
-    let line = format!("{below}\n");
-    assert_eq!(
-        old.matches(&line).count(),
-        1,
-        "{}: lines `{below}`",
-        change.path
-    );
-    old.replace(&line, &format!("{line}{}", change.text))
+    assert_eq!(old.matches(&line).count(), 1, "{}: `{line}`", change.path);
+    let before = if kept { &*line } else { "" };
+    old.replace(&line, &format!("{before}{}", change.text))
 }
 
-/// At most eight files, which a search for the form's name finds, and registries that have the
-/// lines that the page names.
+/// The changes of all pages.
+fn all_changes() -> Vec<Change> {
+    let pages = PAGES
+        .iter()
+        .map(|(page, _)| changes(&read(&root().join(page))));
+    pages.flatten().collect()
+}
+
+/// At most eight files, which a search for the form's name finds.
 #[test]
-fn the_page_on_exponential_forms_names_lines_that_exist() {
-    let changes = changes(&read(&root().join(PAGE)));
+fn an_exponential_form_touches_eight_files() {
+    let changes = changes(&read(&root().join(PAGES[0].0)));
     let files: BTreeSet<_> = changes.iter().map(|c| &c.path).collect();
     assert_eq!(files.len(), 8, "{files:?}");
-    assert_eq!(changes.iter().filter(|c| c.below.is_none()).count(), 4);
     for change in &changes {
-        let path = root().join(&change.path);
         let named = change.path.contains(FORM) || change.text.contains(FORM);
         assert!(named, "{change:?}");
-        if change.below.is_some() {
-            changed(&read(&path), change);
-        } else {
-            assert!(!path.exists(), "{}", path.display());
-        }
     }
 }
 
@@ -115,10 +129,18 @@ fn manifest() -> String {
     let mut manifest: toml::Table = read(&root().join("Cargo.toml")).parse().unwrap();
     manifest.retain(|key, _| key == "workspace" || key == "profile");
     let workspace = manifest["workspace"].as_table_mut().unwrap();
-    let members = CRATES.iter().chain(&["every-form"]);
-    let members: Vec<_> = members.map(|&c| toml::Value::from(c)).collect();
+    let members = CRATES.iter().chain(&["followed"]);
+    let members: Vec<_> = members
+        .map(|c| toml::Value::from(format!("{COPY}/{c}")))
+        .collect();
     workspace.insert("members".to_owned(), members.into());
     workspace.remove("default-members");
+    let needed = workspace["dependencies"].as_table_mut().unwrap();
+    for needed in needed.iter_mut().filter_map(|(_, d)| d.as_table_mut()) {
+        if let Some(path) = needed.get_mut("path") {
+            *path = format!("{COPY}/{}", path.as_str().unwrap()).into();
+        }
+    }
     // Little is run: crates of the workspace are built in haste, those of others as ever.
     let dev = manifest["profile"]["dev"].as_table_mut().unwrap();
     let packages = dev["package"].as_table_mut().unwrap();
@@ -144,7 +166,7 @@ fn manifest_of(path: &Path) -> String {
 /// A copy of the crates with the page's changes, below `folder`.
 fn copy(folder: &Path) {
     let mut wanted = BTreeSet::new();
-    let changes = changes(&read(&root().join(PAGE)));
+    let changes = all_changes();
     for name in CRATES {
         let mut sources = vec![root().join(name).join("Cargo.toml")];
         files(&root().join(name).join("src"), &mut sources);
@@ -165,7 +187,7 @@ fn copy(folder: &Path) {
             }
         }
     }
-    for change in changes.iter().filter(|c| c.below.is_none()) {
+    for change in changes.iter().filter(|c| c.at == At::NewFile) {
         wanted.insert(folder.join(&change.path));
         write(&folder.join(&change.path), change.text.as_bytes());
     }
@@ -176,47 +198,45 @@ fn copy(folder: &Path) {
             std::fs::remove_file(gone).unwrap();
         }
     }
-    for path in ["configs", "Cargo.lock"] {
-        let mut all = vec![];
-        let from = root().join(path);
-        if from.is_dir() {
-            files(&from, &mut all);
-        } else {
-            all.push(from);
-        }
-        for path in all {
-            let own = path.strip_prefix(root()).unwrap();
-            let to = folder.join(own);
-            // Cargo leaves out of it what these crates do not need.
-            if !(own == Path::new("Cargo.lock") && to.exists()) {
-                write(&to, &std::fs::read(&path).unwrap());
-            }
-        }
+    let mut presets = vec![];
+    files(&root().join("configs"), &mut presets);
+    for path in presets {
+        let own = path.strip_prefix(root()).unwrap();
+        write(&folder.join(own), &std::fs::read(&path).unwrap());
     }
-    write(&folder.join("Cargo.toml"), manifest().as_bytes());
-    let own = folder.join("every-form");
-    let test = read(&root().join("sim/rtl/tests/rtl/every_form.rs"));
-    write(&own.join("tests/every_form.rs"), test.as_bytes());
+    let own = folder.join("followed");
+    for (_, name) in PAGES {
+        let test = read(&root().join(format!("sim/rtl/tests/rtl/{name}.rs")));
+        write(&own.join(format!("tests/{name}.rs")), test.as_bytes());
+    }
     write(&own.join("src/lib.rs"), b"//! Nothing.\n");
     let needed = ["formats", "netlist", "units", "reference", "cycles"];
     let needed = needed.map(|name| format!("potamoi-{name}.workspace = true\n"));
     let text = format!(
-        "[package]\nname = \"every-form\"\nedition = \"2024\"\n\n[dependencies]\n{}",
+        "[package]\nname = \"followed\"\nedition = \"2024\"\n\n[dependencies]\n{}",
         needed.concat()
     );
     write(&own.join("Cargo.toml"), text.as_bytes());
 }
 
 #[test]
-fn the_page_on_exponential_forms_adds_one() {
+fn what_the_pages_add_passes_its_tests() {
     let scratch = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let folder = scratch.join("adding-exponential");
-    copy(&folder);
+    let folder = scratch.join("followed");
+    copy(&folder.join(COPY));
+    write(&folder.join("Cargo.toml"), manifest().as_bytes());
+    // Cargo leaves out of it what these crates do not need.
+    let (lock, given) = (read(&root().join("Cargo.lock")), folder.join("given.lock"));
+    if !std::fs::read_to_string(&given).is_ok_and(|old| old == lock) {
+        write(&given, lock.as_bytes());
+        write(&folder.join("Cargo.lock"), lock.as_bytes());
+    }
     // The crates of others are built there already.
     let built = scratch.parent().unwrap();
     for tests in [
         &["-p", "potamoi-reference", "--lib", FORM][..],
-        &["-p", "every-form"],
+        &["-p", "followed", "--test", "every_form"],
+        &["-p", "followed", "--test", "every_operation"],
     ] {
         let done = Command::new(env!("CARGO"))
             .current_dir(&folder)
@@ -234,13 +254,12 @@ fn the_page_on_exponential_forms_adds_one() {
 
 #[test]
 fn changes_are_read_and_made() {
-    let page = "New file `a.rs`:\n\n```rust\none\n```\n\nIn `b.rs`, below `  two;`:\n\n```rust\n  three;\n```\n";
+    let page = "New file `a.rs`:\n\n```rust\none\n```\n\nIn `b.rs`, below `  two;`:\n\n```rust\n  three;\n```\n\
+                In `b.rs`, in place of `1;`:\n```rust\n0;\n```\n";
     let found = changes(page);
-    assert_eq!(found.len(), 2);
-    assert_eq!(found[0].below, None);
+    assert_eq!(found.len(), 3);
     assert_eq!(changed("", &found[0]), "one\n");
-    assert_eq!(
-        changed("1;\n  two;\n4;\n", &found[1]),
-        "1;\n  two;\n  three;\n4;\n"
-    );
+    let below = changed("1;\n  two;\n4;\n", &found[1]);
+    assert_eq!(below, "1;\n  two;\n  three;\n4;\n");
+    assert_eq!(changed(&below, &found[2]), "0;\n  two;\n  three;\n4;\n");
 }
