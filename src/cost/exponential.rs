@@ -218,6 +218,9 @@ fn method(report: &Report) -> String {
         (None, ExpForm::Radix4) => {
             format!("radix 4, {} digits, tail {tail}", report.iterations)
         }
+        (None, form) if form.plain().power_pipeline().turn() == 0 => {
+            format!("form \"{}\"", form.name())
+        }
         (None, _) if report.early_out => format!("n = {} at most, early out", report.iterations),
         (None, _) => format!("n = {}, tail {tail}", report.iterations),
     }
@@ -251,15 +254,18 @@ fn print(report: &Report, args: &CostArgs) {
         report.bias_ulp,
         report.output_bits
     );
-    say!(
-        "  budget: at most {:.4} ulp, of it {:.4} ulp for {} (formula)",
-        report.budget_ulp,
-        report.truncation_ulp,
-        match report.form {
-            ExpForm::Piecewise => "straight pieces",
-            _ => "cutting off after n iterations",
-        }
-    );
+    // Of a form without a formula there is none.
+    if report.budget_ulp.is_finite() {
+        say!(
+            "  budget: at most {:.4} ulp, of it {:.4} ulp for {} (formula)",
+            report.budget_ulp,
+            report.truncation_ulp,
+            match report.form {
+                ExpForm::Piecewise => "straight pieces",
+                _ => "cutting off after n iterations",
+            }
+        );
+    }
     if let Some(bound) = report.netlist_ulp {
         say!(
             "  bound: at most {bound:.4} ulp, of it {:.4} ulp of dropped bits (analysis of the netlist)",
