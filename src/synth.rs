@@ -192,9 +192,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         print::unit(made);
         if let Some(folder) = &args.netlists {
             let to = folder.join(format!("{}.netlist.v", made.report.unit));
-            let text = std::fs::read_to_string(&made.netlist);
-            let text = text.map_err(|e| FileError::new(&made.netlist, e))?;
-            files::write(&to, &text)?;
+            files::write(&to, &made.netlist)?;
             say!("netlist: {}", to.display());
         }
     }

@@ -116,8 +116,6 @@ impl PowerArgs {
         let Some(scene) = self.scene(unit) else {
             return Ok(());
         };
-        let netlist = std::fs::read_to_string(&made.netlist);
-        let netlist = netlist.map_err(|e| FileError::new(&made.netlist, e))?;
         let sampler = work.0.get(scene);
         let windows = (
             sampler.and_then(Sampler::gather_window),

@@ -3,17 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use potamoi_kept::{self as kept, Key};
-use potamoi_verilated::cache::Scratch;
+use potamoi_kept as kept;
 use potamoi_verilated::child;
 use serde::{Deserialize, Serialize};
 
 use super::SynthError;
+use super::error::cannot_keep;
+use super::kept_inputs::MemoryInputs;
 use super::scaling::Factors;
 use super::tools::{broken, says};
+use super::work_folder::WorkFolder;
 
-/// Version of what is kept of a memory.
-const KEPT: &str = "potamoi-cacti 1";
 const PROGRAM: &str = "cacti";
 /// The smallest node for which CACTI has transistors, wires and cells.
 const NODE_NM: u32 = 22;
@@ -138,21 +138,19 @@ impl Cacti {
             why,
         })?;
         let text = configuration(shape);
-        let key = Key::new("memory", KEPT)
-            .text("cacti", &self.version)
-            .text("configuration", &text);
-        let cannot = |path: &Path| {
-            let path = path.to_owned();
-            move |source| SynthError::File { path, source }
+        let inputs = MemoryInputs {
+            cacti: &self.version,
+            shape,
+            configuration: &text,
         };
-        std::fs::create_dir_all(&self.cache).map_err(cannot(&self.cache))?;
-        let kept = key.file(&self.cache, "json");
+        std::fs::create_dir_all(&self.cache).map_err(cannot_keep(&self.cache))?;
+        let kept = inputs.key().file(&self.cache, "json");
         if let Some(figures) = kept::read(&kept) {
             return Ok(figures);
         }
-        let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
-        let input = folder.path().join("memory.cfg");
-        std::fs::write(&input, text).map_err(cannot(&input))?;
+        let folder = WorkFolder::new()?;
+        folder.write("memory.cfg", &text)?;
+        let input = folder.file("memory.cfg");
         let fail = |said: String| SynthError::Tool {
             tool: PROGRAM,
             unit: name.to_owned(),
@@ -164,15 +162,15 @@ impl Cacti {
         let output =
             child::run(&cacti, child::TO_READ).map_err(|fault| broken(PROGRAM, name, fault))?;
         // It ends well where it refuses, and writes nothing.
-        let table = std::fs::read_to_string(folder.path().join("memory.cfg.out"));
-        let table = table.ok().filter(|_| output.status.success());
+        let table = folder.read("memory.cfg.out");
+        let table = table.filter(|_| output.status.success());
         let figures = table.as_deref().and_then(read).ok_or_else(|| {
             let text = String::from_utf8_lossy(&output.err);
             let first = text.lines().find(|l| !l.trim().is_empty());
             let said = first.unwrap_or("no array of this size");
             fail(format!("no figures, {}: {said}", output.status))
         })?;
-        kept::write(&kept, &figures).map_err(cannot(&kept))?;
+        kept::write(&kept, &figures).map_err(cannot_keep(&kept))?;
         Ok(figures)
     }
 }

@@ -107,8 +107,22 @@ pub enum SynthError {
     /// The netlist of a unit.
     #[error("the generated netlist is wrong: {0}")]
     Netlist(#[from] IrErrors),
-    /// A temporary or cached file.
-    #[error("cannot write {path}: {source}; POTAMOI_CACHE names another folder")]
+    /// A temporary file.
+    #[error(
+        "cannot write {path}: {source}; make room there, or name another folder of temporary \
+         files in TMPDIR"
+    )]
+    Temporary {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A kept file.
+    #[error(
+        "cannot write {path}: {source}; make room (`potamoi cache --clear` removes what is kept), \
+         or name another folder in POTAMOI_CACHE"
+    )]
     File {
         /// The file or folder.
         path: PathBuf,
@@ -165,4 +179,10 @@ pub enum SynthError {
     /// A simulation in cells failed, or found another result than the golden one.
     #[error(transparent)]
     Rtl(#[from] Box<potamoi_rtl::RtlError>),
+}
+
+/// An error of writing a kept file.
+pub(crate) fn cannot_keep(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> SynthError {
+    let path = path.to_owned();
+    move |source| SynthError::File { path, source }
 }

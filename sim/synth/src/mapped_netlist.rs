@@ -4,17 +4,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use potamoi_kept::{self as kept, Key};
+use potamoi_kept as kept;
 use potamoi_netlist::{Header, Module, verilog};
-use potamoi_verilated::cache::Scratch;
 
-use crate::error::CHECK_LIBRARY;
+use crate::error::{CHECK_LIBRARY, cannot_keep};
+use crate::kept_inputs::MappedInputs;
 use crate::script::{LIBRARY, NETLIST, scripts};
 use crate::tools::SYNTH;
+use crate::work_folder::WorkFolder;
 use crate::{Library, SynthError, Tools};
 
-/// Version of what is kept of a netlist.
-const KEPT: &str = "potamoi-netlist 1";
 /// The file of the cells' functions.
 const FUNCTIONS: &str = "cells.v";
 
@@ -98,35 +97,32 @@ impl Run<'_> {
             tools,
             cache,
         } = self;
-        let key = Key::new(format!("{unit}-cells"), KEPT)
-            .text("yosys", &tools.yosys)
-            .text("library", &library.sha256)
-            .text("script", script)
-            .value("verilog", texts);
-        let cannot = |path: &Path| {
-            let path = path.to_owned();
-            move |source| SynthError::File { path, source }
+        let inputs = MappedInputs {
+            unit,
+            yosys: &tools.yosys,
+            library: &library.sha256,
+            script,
+            texts,
         };
-        let kept = key.file(cache, "v");
+        let kept = inputs.key().file(cache, "v");
         if let Some(text) = kept::read_text(&kept) {
             return Ok(text);
         }
-        std::fs::create_dir_all(cache).map_err(cannot(cache))?;
-        let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
-        let own = [(LIBRARY, &*library.text), (SYNTH, script)];
-        for (file, text) in texts.iter().map(|(f, t)| (*f, *t)).chain(own) {
-            let path = folder.path().join(file);
-            std::fs::write(&path, text).map_err(cannot(&path))?;
+        std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
+        let folder = WorkFolder::new()?;
+        for (file, text) in texts {
+            folder.write(file, text)?;
         }
+        folder.write(LIBRARY, &library.text)?;
+        folder.write(SYNTH, script)?;
         tools.yosys(folder.path(), SYNTH, unit)?;
-        let text = std::fs::read_to_string(folder.path().join(result));
-        let text = text.map_err(|_| SynthError::Output {
+        let text = folder.read(result).ok_or_else(|| SynthError::Output {
             tool: "yosys",
             unit,
             what: "netlist".to_owned(),
             remedy: CHECK_LIBRARY,
         })?;
-        kept::write_text(&kept, &text).map_err(cannot(&kept))?;
+        kept::write_text(&kept, &text).map_err(cannot_keep(&kept))?;
         Ok(text)
     }
 }

@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
-use potamoi_kept::{self as kept, Key};
-use potamoi_verilated::cache::Scratch;
+use potamoi_kept as kept;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::error::CHECK_LIBRARY;
+use super::error::{CHECK_LIBRARY, cannot_keep};
+use super::kept_inputs::RetimeInputs;
 use super::script::{LIBRARY, NETLIST};
 use super::tools::TIMING;
+use super::work_folder::WorkFolder;
 use super::{Library, Made, SynthError, Tools, UnitKind};
 
 /// What a netlist is timed with.
@@ -45,32 +46,28 @@ impl Retiming<'_> {
         wanted: &Wanted<'_>,
         read: impl FnOnce(&str) -> Option<T>,
     ) -> Result<T, SynthError> {
-        let cannot = |path: &Path| {
-            let path = path.to_owned();
-            move |source| SynthError::File { path, source }
+        let (library, unit, netlist) = (self.library, self.unit, &self.made.netlist);
+        let inputs = RetimeInputs {
+            unit,
+            wanted: [wanted.name, wanted.version],
+            opensta: &self.tools.opensta,
+            library: &library.sha256,
+            script: wanted.script,
+            netlist,
+            others: wanted.others,
         };
-        let (library, unit) = (self.library, self.unit);
-        let from = &self.made.netlist;
-        let netlist = std::fs::read_to_string(from).map_err(cannot(from))?;
-        let key = Key::new(format!("{unit}-{}", wanted.name), wanted.version)
-            .text("script", wanted.script)
-            .text("opensta", &self.tools.opensta)
-            .text("library", &library.sha256)
-            .text("netlist", &netlist)
-            .value("other_files", &wanted.others);
-        let kept = key.file(self.cache, "json");
+        let kept = inputs.key().file(self.cache, "json");
         if let Some(found) = kept::read(&kept) {
             return Ok(found);
         }
-        let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
+        let folder = WorkFolder::new()?;
         let files = [
             (LIBRARY, &*library.text),
-            (NETLIST, &netlist),
+            (NETLIST, netlist),
             (TIMING, wanted.script),
         ];
         for (name, text) in files.iter().chain(wanted.others) {
-            let path = folder.path().join(name);
-            std::fs::write(&path, text).map_err(cannot(&path))?;
+            folder.write(name, text)?;
         }
         let said = self.tools.sta(folder.path(), unit.top())?;
         let found = read(&said).ok_or_else(|| SynthError::Output {
@@ -79,7 +76,7 @@ impl Retiming<'_> {
             what: wanted.what.to_owned(),
             remedy: CHECK_LIBRARY,
         })?;
-        kept::write(&kept, &found).map_err(cannot(&kept))?;
+        kept::write(&kept, &found).map_err(cannot_keep(&kept))?;
         // As it is read again, so that nothing depends on whether it was kept.
         Ok(kept::read(&kept).unwrap_or(found))
     }

@@ -1,21 +1,18 @@
 //! One unit, from its netlist to cells.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use potamoi_formats::config::Config;
-use potamoi_kept::{self as kept, Key};
+use potamoi_kept as kept;
 use potamoi_netlist::{Header, verilog};
-use potamoi_verilated::cache::Scratch;
 
-use super::error::CHECK_LIBRARY;
-use super::fanout::{FAN_OUT, LOAD};
+use super::error::{CHECK_LIBRARY, cannot_keep};
+use super::kept_inputs::UnitInputs;
 use super::netlist::{self, MemoryArea, ModuleArea};
 use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, scripts};
 use super::tools::{FINISH, SYNTH, TIMING};
+use super::work_folder::WorkFolder;
 use super::{Library, SynthError, Tools, UnitKind, UnitReport, fanout, memories};
-
-/// Version of what is kept of a unit.
-const KEPT: &str = "potamoi-synth 4";
 
 /// A unit that was synthesised, now or earlier.
 #[derive(Debug)]
@@ -23,7 +20,7 @@ pub struct Made {
     /// What it came to.
     pub report: UnitReport,
     /// Its netlist in cells.
-    pub netlist: PathBuf,
+    pub netlist: String,
     /// Whether it was found.
     pub is_cached: bool,
 }
@@ -65,23 +62,21 @@ pub fn synthesise(
         tools.yosys_version(),
     );
 
-    let key = Key::new(unit.to_string(), KEPT)
-        .text("limits", &format!("{FAN_OUT} {LOAD}"))
-        .text("yosys", &tools.yosys)
-        .text("opensta", &tools.opensta)
-        .text("library", &library.sha256)
-        .value("scripts", &[&*scripts.yosys, &scripts.finish, &scripts.sta])
-        .value("other_files", &scripts.others)
-        .value("verilog", &files);
-    let cannot = |path: &Path| {
-        let path = path.to_owned();
-        move |source| SynthError::File { path, source }
+    let inputs = UnitInputs {
+        unit,
+        yosys: &tools.yosys,
+        opensta: &tools.opensta,
+        library: &library.sha256,
+        scripts: [&scripts.yosys, &scripts.finish, &scripts.sta],
+        others: &scripts.others,
+        verilog: &files,
     };
-    std::fs::create_dir_all(cache).map_err(cannot(cache))?;
-    let kept = key.file(cache, "json");
-    let netlist = key.file(cache, "v");
+    let key = inputs.key();
+    std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
+    let [kept, kept_netlist] = ["json", "v"].map(|ending| key.file(cache, ending));
     if let Some((report, hash)) = kept::read::<(UnitReport, String)>(&kept)
-        && hash_of(&netlist).is_some_and(|found| found == hash)
+        && let Some(netlist) = kept::read_text(&kept_netlist)
+        && hash_of(&netlist) == hash
     {
         return Ok(Made {
             report,
@@ -90,41 +85,36 @@ pub fn synthesise(
         });
     }
 
-    let folder = Scratch::temporary().map_err(cannot(&std::env::temp_dir()))?;
-    let write = |name: &str, text: &str| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).map_err(cannot(&path))
-    };
+    let folder = WorkFolder::new()?;
     for (file, text) in &files {
-        write(file, text)?;
+        folder.write(file, text)?;
     }
     for (file, text) in &scripts.others {
-        write(file, text)?;
+        folder.write(file, text)?;
     }
-    write(LIBRARY, &library.text)?;
-    write(SYNTH, &scripts.yosys)?;
-    write(FINISH, &scripts.finish)?;
-    write(TIMING, &scripts.sta)?;
+    folder.write(LIBRARY, &library.text)?;
+    folder.write(SYNTH, &scripts.yosys)?;
+    folder.write(FINISH, &scripts.finish)?;
+    folder.write(TIMING, &scripts.sta)?;
     let no = |tool, what: &str| SynthError::Output {
         tool,
         unit: unit.top(),
         what: what.to_owned(),
         remedy: CHECK_LIBRARY,
     };
-    let read = |name: &str| std::fs::read_to_string(folder.path().join(name));
     tools.yosys(folder.path(), SYNTH, unit.top())?;
     step();
-    let buffered = read(MAPPED)
-        .ok()
+    let buffered = folder
+        .read(MAPPED)
         .and_then(|text| fanout::limit(text.as_bytes(), unit.top(), library));
     let (buffered, buffers) = buffered.ok_or_else(|| no("yosys", "netlist as JSON"))?;
-    write(BUFFERED, &buffered)?;
+    folder.write(BUFFERED, &buffered)?;
     tools.yosys(folder.path(), FINISH, unit.top())?;
     step();
     let timing = tools.sta(folder.path(), unit.top())?;
     step();
-    let types = read(STATISTICS)
-        .ok()
+    let types = folder
+        .read(STATISTICS)
         .as_deref()
         .and_then(netlist::read_types);
     let types = types.ok_or_else(|| no("yosys", "statistics"))?;
@@ -152,10 +142,9 @@ pub fn synthesise(
         with_memories: None,
         power: None,
     };
-    let text = read(NETLIST).map_err(|_| no("yosys", "netlist"))?;
-    potamoi_base::files::write(&netlist, text.as_bytes()).map_err(cannot(&netlist))?;
-    let hash = blake3::hash(text.as_bytes()).to_hex().to_string();
-    kept::write(&kept, &(&report, hash)).map_err(cannot(&kept))?;
+    let netlist = folder.read(NETLIST).ok_or_else(|| no("yosys", "netlist"))?;
+    kept::write_text(&kept_netlist, &netlist).map_err(cannot_keep(&kept_netlist))?;
+    kept::write(&kept, &(&report, hash_of(&netlist))).map_err(cannot_keep(&kept))?;
     Ok(Made {
         report,
         netlist,
@@ -163,11 +152,8 @@ pub fn synthesise(
     })
 }
 
-/// Hash of a kept netlist that is nobody else's.
-fn hash_of(netlist: &Path) -> Option<String> {
-    let bytes = std::fs::read(netlist).ok()?;
-    let is_own = potamoi_verilated::cache::is_own(netlist);
-    is_own.then(|| blake3::hash(&bytes).to_hex().to_string())
+fn hash_of(netlist: &str) -> String {
+    blake3::hash(netlist.as_bytes()).to_hex().to_string()
 }
 
 pub(super) struct LongestPath {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use potamoi_formats::config::{Config, rules};
 use potamoi_gates::Flat;
-use potamoi_kept::{self as kept, Key};
+use potamoi_kept as kept;
 use potamoi_netlist::Module;
 
 use super::lack::Lack;
@@ -16,12 +16,12 @@ use super::measure::{Measured, Work, measure};
 use super::order::{Extent, Order};
 use super::still::{Still, named_loads};
 use super::total::Ran;
+use crate::error::cannot_keep;
+use crate::kept_inputs::PowerInputs;
 use crate::mapped_netlist::netlist;
 use crate::power_report::{Power, PowerReport};
 use crate::{SynthError, UnitKind};
 
-/// Version of what is kept of an estimate.
-const KEPT: &str = "potamoi-power 3";
 /// Banks and lanes of the slices.
 const BANKS: [u32; 2] = [2, 4];
 const LANES: [u32; 2] = [1, 2];
@@ -46,11 +46,7 @@ pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Power, SynthError> {
         }
     };
     let parts = order.parts(&work, cache)?;
-    let cannot = |path: &Path| {
-        let path = path.to_owned();
-        move |source| SynthError::File { path, source }
-    };
-    let kept = order.key(&parts).file(cache, "json");
+    let kept = order.inputs(&parts).key().file(cache, "json");
     if let Some(power) = kept::read(&kept) {
         return Ok(power);
     }
@@ -59,8 +55,8 @@ pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Power, SynthError> {
         Err(Lack::Absent(absent)) => Power::Absent { absent },
         Err(Lack::Wrong(error)) => return Err(error),
     };
-    std::fs::create_dir_all(cache).map_err(cannot(cache))?;
-    kept::write(&kept, &power).map_err(cannot(&kept))?;
+    std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
+    kept::write(&kept, &power).map_err(cannot_keep(&kept))?;
     // As it is read again, so that nothing depends on whether it was kept.
     Ok(kept::read(&kept).unwrap_or(power))
 }
@@ -161,20 +157,19 @@ impl Order<'_> {
         config
     }
 
-    /// Of everything that an estimate depends on.
     /// What an estimate depends on.
-    fn key(&self, parts: &[Part]) -> Key {
-        let (report, netlist) = self.made;
-        let key = Key::new(format!("{}-power", self.unit), KEPT)
-            .text("library", &self.library.sha256)
-            .text("scene", self.scene)
-            .value("report", report)
-            .value("configuration", self.config)
-            .text("netlist", netlist);
-        parts.iter().fold(key, |key, part| {
-            key.text("part_netlist", &part.netlist)
-                .value("part_work", &part.works)
-        })
+    fn inputs<'p>(&'p self, parts: &'p [Part]) -> PowerInputs<'p, Work> {
+        PowerInputs {
+            unit: self.unit,
+            library: &self.library.sha256,
+            scene: self.scene,
+            report: self.made.0,
+            config: self.config,
+            netlist: self.made.1,
+            parts: (parts.iter())
+                .map(|part| (&*part.netlist, &*part.works))
+                .collect(),
+        }
     }
 
     /// Runs the parts' work with `measure` and adds up.
