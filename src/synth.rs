@@ -22,7 +22,7 @@ use potamoi_synth::{
 
 use crate::args::Common;
 use crate::failure::Failure;
-use crate::files::{self, FileError};
+use crate::files;
 use crate::progress;
 use crate::stdout::say;
 use power::{PowerArgs, Scenes};

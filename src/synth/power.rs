@@ -12,7 +12,6 @@ use potamoi_synth::{
 
 use super::Flow;
 use crate::failure::Failure;
-use crate::files::FileError;
 use crate::progress;
 use crate::stdout::say;
 use crate::tables;
@@ -126,7 +125,7 @@ impl PowerArgs {
             unit,
             library: flow.library,
             tools: flow.tools,
-            made: (&made.report, &netlist),
+            made: (&made.report, &made.netlist),
             scene,
             windows: (windows.0.as_ref(), windows.1.as_ref()),
             extent: match self.whole {

@@ -90,16 +90,22 @@ pub fn claim(folder: &Path) -> Result<PathBuf, Error> {
 #[must_use]
 pub fn distrust(metadata: &Metadata) -> Option<String> {
     let user = rustix::process::geteuid().as_raw();
-    if metadata.uid() != user {
+    let is_link = metadata.file_type().is_symlink();
+    let mode = metadata.mode() & 0o7777;
+    distrust_of(metadata.uid(), user, (!is_link).then_some(mode))
+}
+
+/// The same by owner, user and permission bits, which links do not have.
+fn distrust_of(owner: u32, user: u32, mode: Option<u32>) -> Option<String> {
+    if owner != user {
         return Some(format!(
-            "it belongs to user {}, and this is user {user}",
-            metadata.uid()
+            "it belongs to user {owner}, and this is user {user}"
         ));
     }
-    let mode = metadata.mode() & 0o7777;
-    let is_link = metadata.file_type().is_symlink();
-    (!is_link && mode & OTHERS_WRITE != 0)
-        .then(|| format!("others than its owner can write it (mode {mode:04o})"))
+    let mode = mode.filter(|mode| mode & OTHERS_WRITE != 0)?;
+    Some(format!(
+        "others than its owner can write it (mode {mode:04o})"
+    ))
 }
 
 /// Whether a file or folder inside a claimed one is this user's own, writable by no one else, and
@@ -204,6 +210,20 @@ mod tests {
         assert_eq!(home, PathBuf::from("/h/.cache/potamoi"));
         assert_eq!(with(&[]).unwrap_err(), Error::NoCacheDir);
         assert_eq!(with(&[("HOME", "h")]).unwrap_err(), Error::NoCacheDir);
+    }
+
+    #[test]
+    fn what_others_own_or_can_write_is_not_trusted() {
+        let says = |owner, mode| distrust_of(owner, 1000, mode).unwrap_or_default();
+        for mode in [Some(0o700), Some(0o755), None] {
+            assert_eq!(says(1000, mode), "");
+            for other in [0, 1001] {
+                assert!(says(other, mode).contains(&format!("belongs to user {other}")));
+            }
+        }
+        for mode in [0o720, 0o702, 0o1777] {
+            assert!(says(1000, Some(mode)).contains("can write it"), "{mode:o}");
+        }
     }
 
     #[test]

@@ -297,3 +297,55 @@ pub(crate) fn parse_note(note: &str) -> Option<Port> {
         name: words.next()?.to_string(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A model with each part changed alone is another one: a part that its key leaves out would
+    /// give a model of other Verilog, or of other tools.
+    #[test]
+    fn every_part_of_a_model_is_in_its_key() {
+        let sources = |name: &str, text: &str| vec![(name.to_owned(), text.to_owned())];
+        let spec = Spec {
+            top: "m".to_owned(),
+            sources: sources("m.v", "module m; endmodule"),
+            vcd: false,
+            optimise: "-O1",
+            deny_warnings: false,
+            keep_objects: false,
+        };
+        let with = |change: &dyn Fn(&mut Spec)| {
+            let mut changed = spec.clone();
+            change(&mut changed);
+            changed
+        };
+        let specs = [
+            spec.clone(),
+            with(&|s| s.top = "n".to_owned()),
+            with(&|s| s.sources = sources("n.v", "module m; endmodule")),
+            with(&|s| s.sources = sources("m.v", "module m;  endmodule")),
+            with(&|s| s.sources.clear()),
+            with(&|s| s.vcd = true),
+            with(&|s| s.optimise = "-O2"),
+            with(&|s| s.deny_warnings = true),
+            with(&|s| s.keep_objects = true),
+        ];
+        let tools = ["Verilator 5.006", "/v", "g++", "g++ 12"];
+        let mut keys = specs
+            .map(|s| s.key(&Toolchain::pretended(tools)).hex())
+            .to_vec();
+        for (part, other) in ["Verilator 5.008", "/w", "ccache g++", "g++ 13"]
+            .iter()
+            .enumerate()
+        {
+            let mut changed = tools;
+            changed[part] = other;
+            keys.push(spec.key(&Toolchain::pretended(changed)).hex());
+        }
+        let count = keys.len();
+        keys.sort();
+        keys.dedup();
+        assert_eq!(keys.len(), count);
+    }
+}

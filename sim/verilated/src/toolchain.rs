@@ -261,6 +261,21 @@ fn output(command: &Command, doing: &str) -> Result<String, Error> {
 }
 
 #[cfg(test)]
+impl Toolchain {
+    /// Tools that are not run: version and folder of Verilator, words and version of a compiler.
+    pub(crate) fn pretended([version, root, cxx, cxx_version]: [&str; 4]) -> Self {
+        Toolchain {
+            verilator: PathBuf::from("verilator"),
+            root: PathBuf::from(root),
+            set_root: None,
+            cxx: cxx.split(' ').map(str::to_owned).collect(),
+            verilator_version: version.to_owned(),
+            cxx_version: cxx_version.to_owned(),
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, clippy::panic)]
     use super::*;

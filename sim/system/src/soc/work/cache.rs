@@ -25,7 +25,10 @@ pub enum WorkCacheError {
     #[error(transparent)]
     Path(#[from] PathError),
     /// It cannot be written.
-    #[error("cannot write {path}: {source}; name another folder in POTAMOI_CACHE")]
+    #[error(
+        "cannot write {path}: {source}; make room (`potamoi cache --clear` removes what is kept), \
+         or name another folder in POTAMOI_CACHE"
+    )]
     Write {
         /// The file.
         path: PathBuf,
@@ -62,8 +65,9 @@ impl WorkCache {
         options: &PathOptions,
         step: &(dyn Fn() + Sync),
     ) -> Result<(PathWork, bool), WorkCacheError> {
-        let key = key("path", scene, config).value("path", options);
-        self.get(&key, || PathWork::count(scene, config, options, step))
+        self.get(&path_key(scene, config, options), || {
+            PathWork::count(scene, config, options, step)
+        })
     }
 
     /// The same of the frame that the scene's camera sees.
@@ -77,8 +81,7 @@ impl WorkCache {
         array: Array,
         cache: u32,
     ) -> Result<(FrameWork, bool), WorkCacheError> {
-        let key = array_of(key("frame", scene, config), array, cache);
-        self.get(&key, || {
+        self.get(&frame_key(scene, config, array, cache), || {
             Ok(FrameWork::count(scene, config, array, cache, None)?)
         })
     }
@@ -94,9 +97,7 @@ impl WorkCache {
         options: &PathOptions,
         memory: &Memory,
     ) -> Result<PathReplay, WorkCacheError> {
-        let key = key("replay", scene, config)
-            .value("path", options)
-            .hash("memory", memory.identity());
+        let key = replay_key(scene, config, options, memory);
         let found = self.get(&key, || PathReplay::of(scene, config, options, memory))?;
         Ok(found.0)
     }
@@ -128,8 +129,17 @@ fn key(kind: &str, scene: &Scene, config: &Config) -> Key {
     (scene.identity().into_iter()).fold(key, |key, (part, hash)| key.hash(part, hash))
 }
 
-/// What a frame's work depends on beside.
-fn array_of(key: Key, array: Array, cache: u32) -> Key {
+fn path_key(scene: &Scene, config: &Config, options: &PathOptions) -> Key {
+    key("path", scene, config).value("path", options)
+}
+
+fn replay_key(scene: &Scene, config: &Config, options: &PathOptions, memory: &Memory) -> Key {
+    key("replay", scene, config)
+        .value("path", options)
+        .hash("memory", memory.identity())
+}
+
+fn frame_key(scene: &Scene, config: &Config, array: Array, cache: u32) -> Key {
     // A new field has to be a part.
     let Array {
         rows,
@@ -137,7 +147,8 @@ fn array_of(key: Key, array: Array, cache: u32) -> Key {
         dataflow,
         is_double_buffered,
     } = array;
-    key.value("rows", &rows)
+    key("frame", scene, config)
+        .value("rows", &rows)
         .value("columns", &columns)
         .value("dataflow", &dataflow)
         .value("is_double_buffered", &is_double_buffered)

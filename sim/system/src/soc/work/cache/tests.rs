@@ -22,10 +22,20 @@ fn scene() -> Scene {
     Scene::open("lantern").unwrap()
 }
 
-fn path_key(options: &PathOptions) -> String {
-    key("path", &scene(), &Config::paper())
-        .value("path", options)
-        .hex()
+/// Scenes, configurations, paths and memories, the first as it is, each other one changed alone in
+/// what all kinds of work depend on.
+fn common() -> Vec<(Scene, Config)> {
+    let mut looks_away = scene();
+    looks_away.set_camera(Camera {
+        width: 31,
+        ..*scene().camera()
+    });
+    vec![
+        (scene(), Config::paper()),
+        (scene(), Config::preset("small").unwrap()),
+        (Scene::open("garden").unwrap(), Config::paper()),
+        (looks_away, Config::paper()),
+    ]
 }
 
 /// A list of options with each field changed alone. A field that is new does not compile until it
@@ -94,15 +104,28 @@ fn all_differ(mut keys: Vec<String>) {
 }
 
 #[test]
-fn every_option_of_a_path_is_in_its_key() {
-    let mut keys: Vec<String> = changed_options().iter().map(path_key).collect();
-    keys.push(path_key(&OPTIONS));
+fn all_that_a_path_depends_on_is_in_its_key() {
+    let (own, paper) = (scene(), Config::paper());
+    let of = |options: &PathOptions| path_key(&own, &paper, options).hex();
+    let mut keys: Vec<String> = changed_options().iter().map(of).collect();
+    keys.extend(common().iter().map(|(s, c)| path_key(s, c, &OPTIONS).hex()));
     all_differ(keys);
-    assert_eq!(path_key(&OPTIONS), path_key(&OPTIONS.clone()));
+    assert_eq!(of(&OPTIONS), of(&OPTIONS.clone()));
 }
 
 #[test]
-fn every_part_of_an_array_is_in_a_frames_key() {
+fn all_that_a_replay_depends_on_is_in_its_key() {
+    let (own, paper) = (scene(), Config::paper());
+    let [memory, wider] = [1, 2].map(Memory::lpddr3);
+    let of = |options: &PathOptions| replay_key(&own, &paper, options, &memory).hex();
+    let mut keys: Vec<String> = changed_options().iter().map(of).collect();
+    keys.extend((common().iter()).map(|(s, c)| replay_key(s, c, &OPTIONS, &memory).hex()));
+    keys.push(replay_key(&own, &paper, &OPTIONS, &wider).hex());
+    all_differ(keys);
+}
+
+#[test]
+fn all_that_a_frame_depends_on_is_in_its_key() {
     let Array {
         rows,
         columns,
@@ -142,8 +165,12 @@ fn every_part_of_an_array_is_in_a_frames_key() {
             1,
         ),
     ];
-    let of = |(array, cache)| array_of(Key::new("frame", VERSION), array, cache).hex();
-    all_differ(arrays.map(of).to_vec());
+    let (own, paper) = (scene(), Config::paper());
+    let of = |(array, cache)| frame_key(&own, &paper, array, cache).hex();
+    let mut keys = arrays.map(of).to_vec();
+    let others = &common()[1..];
+    keys.extend((others.iter()).map(|(s, c)| frame_key(s, c, a, 1).hex()));
+    all_differ(keys);
 }
 
 #[test]
@@ -215,22 +242,14 @@ fn configurations_that_differ_have_other_keys() {
     all_differ(texts.map(of).to_vec());
 }
 
-/// Kinds of work, and all cameras of a scene, not its first alone.
 #[test]
-fn kinds_and_cameras_are_in_the_key() {
-    let config = Config::paper();
-    let mut looks_away = scene();
-    looks_away.set_camera(Camera {
-        width: 31,
-        ..*scene().camera()
-    });
+fn kinds_of_work_have_other_keys() {
+    let (own, paper) = (scene(), Config::paper());
     all_differ(vec![
-        key("path", &scene(), &config).hex(),
-        key("frame", &scene(), &config).hex(),
-        key("path", &looks_away, &config).hex(),
-        key("path", &Scene::open("garden").unwrap(), &config).hex(),
+        key("path", &own, &paper).hex(),
+        key("frame", &own, &paper).hex(),
     ]);
-    let names: Vec<_> = key("path", &scene(), &config).names().collect();
+    let names: Vec<_> = path_key(&own, &paper, &OPTIONS).names().collect();
     assert!(
         ["version", "program", "configuration", "model", "path"]
             .iter()
