@@ -19,6 +19,30 @@ fn files(folder: &Path, end: &str, found: &mut Vec<std::path::PathBuf>) {
     }
 }
 
+/// The map leads somewhere: every path that it names in backticks exists.
+#[test]
+fn paths_on_the_map_exist() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let tops = [
+        "docs", "formats", "golden", "hdl", "sim", "src", "tests", "tools",
+    ];
+    let mut named = 0;
+    for page in [
+        "docs/ARCHITECTURE.md",
+        "docs/decisions/0006-named-timing.md",
+    ] {
+        let text = std::fs::read_to_string(root.join(page)).unwrap();
+        for word in text.split('`').skip(1).step_by(2) {
+            let is_path = tops.iter().any(|top| word.starts_with(&format!("{top}/")));
+            if is_path && !word.contains(' ') {
+                named += 1;
+                assert!(root.join(word).exists(), "{page}: {word}");
+            }
+        }
+    }
+    assert!(named > 20, "{named}");
+}
+
 /// The compiler denies it wherever the workspace's lints hold and are not
 /// lifted; no file outside the binding lifts them.
 #[test]

@@ -1,9 +1,42 @@
-//! The netlist: built at run time by ordinary Rust, because every parameter
-//! comes from a file.
+//! Netlists that are built at run time by ordinary Rust, because every parameter comes from a file.
 //!
-//! Each node has an explicit width and signedness and operands must agree, so
-//! that none of Verilog's context rules ever applies. Registers have reset
-//! values, memories are explicit, modules are shared by identity.
+//! Each node has an explicit width and signedness and operands must agree, so that none of
+//! Verilog's context rules ever applies. Registers have reset values, memories are explicit,
+//! modules are shared by identity.
+//!
+//! | | |
+//! |---|---|
+//! | build a module | [`ModuleBuilder`], whose `finish` checks it |
+//! | prove that sums do not overflow | [`ranges`] |
+//! | print it as Verilog-2005 | [`verilog`] |
+//! | run it, cycle by cycle | [`Interpreter`] |
+//! | bound what dropped bits cost, over sets of inputs | [`IntervalInterpreter`] |
+//! | change it on purpose | [`Fault`] |
+//!
+//! ```
+//! use potamoi_netlist::{Header, Interpreter, ModuleBuilder, Ty, verilog};
+//!
+//! let mut m = ModuleBuilder::new("counter");
+//! let up = m.input("up", Ty::bit(), "counts");
+//! let count = m.reg("count", Ty::u(8), 0);
+//! let one = m.lit(1, Ty::u(8));
+//! let next = m.add(count, one);
+//! m.set_next_if(count, up, next);
+//! m.output("value", count, "so far");
+//! let counter = m.finish()?;
+//!
+//! let mut run = Interpreter::new(&counter, 1);
+//! let [reset, up, value] = ["rst_n", "up", "value"].map(|name| run.port(name).unwrap());
+//! for (in_reset, counts) in [(0, 0), (1, 1), (1, 1)] {
+//!     run.set_u64(reset, in_reset)?;
+//!     run.set_u64(up, counts)?;
+//!     run.clock()?;
+//! }
+//! run.eval()?;
+//! assert_eq!(run.get_u64(value)?, 2);
+//! assert!(verilog(&counter, &Header::default())["counter.v"].contains("always @(posedge clk)"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod builder;
 mod check;
@@ -25,7 +58,7 @@ use thiserror::Error;
 pub use builder::ModuleBuilder;
 pub use fault::{Change, Fault, FaultError};
 pub use interpret::{InterpretError, Interpreter, PortHandle};
-pub use loss::Machine;
+pub use loss::IntervalInterpreter;
 pub use memories::MemoryMacro;
 pub use node::{Binary, Op, Unary};
 pub use node::{Instance, MemId, Signal, Ty};

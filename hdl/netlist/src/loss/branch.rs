@@ -3,7 +3,7 @@
 use num_bigint::BigInt;
 use num_traits::One;
 
-use super::machine::Machine;
+use super::interval_interpreter::IntervalInterpreter;
 use super::off::Off;
 use crate::node::{Binary, Op, Ty, Unary};
 use crate::range::{Interval, truth};
@@ -14,7 +14,7 @@ const DEPTH: u32 = 6;
 /// A node's value, the result before it is cut to the width, and what it is off.
 type Found = (Interval, Interval, Option<Off>);
 
-impl Machine<'_> {
+impl IntervalInterpreter<'_> {
     /// A node that follows from its operands.
     pub(super) fn result(&mut self, id: usize) -> Found {
         let Some(condition) = self.open(id) else {

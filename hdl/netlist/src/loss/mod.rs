@@ -14,10 +14,10 @@
 //! subtraction that did not become negative.
 
 mod branch;
-mod machine;
+mod interval_interpreter;
 mod off;
 #[cfg(test)]
 mod tests;
 mod transfer;
 
-pub use machine::Machine;
+pub use interval_interpreter::IntervalInterpreter;

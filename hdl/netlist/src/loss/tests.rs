@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use potamoi_formats::fixed::Rounding;
 
-use super::Machine;
+use super::IntervalInterpreter;
 use crate::range::Interval;
 use crate::{Interpreter, Module, ModuleBuilder, Signal, Ty};
 
@@ -19,7 +19,7 @@ fn built(make: impl Fn(&mut ModuleBuilder, Signal) -> Signal) -> Arc<Module> {
 
 /// What y is off for x of a range.
 fn off(module: &Module, low: u8, high: u8) -> Option<[f64; 2]> {
-    let mut machine = Machine::new(module, &["y"], &[]).unwrap();
+    let mut machine = IntervalInterpreter::new(module, &["y"], &[]).unwrap();
     let (x, y) = (machine.find("x").unwrap(), machine.find("y").unwrap());
     machine.set(x, Interval::new(low, high));
     machine.settle();
@@ -110,7 +110,7 @@ fn sides_know_what_was_compared() {
         }
         b.name(rest, "rest")
     });
-    let mut machine = Machine::new(&module, &["y"], &[]).unwrap();
+    let mut machine = IntervalInterpreter::new(&module, &["y"], &[]).unwrap();
     machine.set(machine.find("x").unwrap(), Interval::new(0, 255));
     machine.settle();
     let y = machine.find("y").unwrap();
@@ -130,7 +130,7 @@ fn choices_know_what_chose_them() {
         }
         b.sub(x, part)
     });
-    let mut machine = Machine::new(&module, &["y"], &[]).unwrap();
+    let mut machine = IntervalInterpreter::new(&module, &["y"], &[]).unwrap();
     machine.set(machine.find("x").unwrap(), Interval::new(0, 255));
     machine.settle();
     let y = machine.find("y").unwrap();
@@ -149,7 +149,7 @@ fn registers_keep_what_they_are_off() {
     b.set_next(held, next);
     b.output("y", held, "");
     let module = b.finish().unwrap();
-    let mut machine = Machine::new(&module, &["y"], &[]).unwrap();
+    let mut machine = IntervalInterpreter::new(&module, &["y"], &[]).unwrap();
     let [x, load, y] = ["x", "load", "y"].map(|n| machine.find(n).unwrap());
     machine.set(x, Interval::new(0, 255));
     let mut found = vec![];
@@ -180,7 +180,7 @@ fn comparisons_end_where_they_say() {
             let [t, e] = if kept { [x, other] } else { [other, x] };
             b.mux(so, t, e)
         });
-        let mut machine = Machine::new(&module, &["y"], &[]).unwrap();
+        let mut machine = IntervalInterpreter::new(&module, &["y"], &[]).unwrap();
         machine.set(machine.find("x").unwrap(), Interval::new(90, 110));
         machine.settle();
         machine.value(machine.find("y").unwrap()).clone()
@@ -199,7 +199,7 @@ fn a_register_that_may_have_taken_over_holds_either() {
     b.set_next_if(held, take, x);
     b.output("y", held, "");
     let module = b.finish().unwrap();
-    let mut machine = Machine::new(&module, &["y"], &[]).unwrap();
+    let mut machine = IntervalInterpreter::new(&module, &["y"], &[]).unwrap();
     let [x, take, y] = ["x", "take", "y"].map(|n| machine.find(n).unwrap());
     machine.set(x, Interval::new(7, 9));
     for (low, high, expected) in [(0, 0, [3, 3]), (0, 1, [3, 9]), (1, 1, [7, 9])] {

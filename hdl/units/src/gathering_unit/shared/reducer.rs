@@ -179,7 +179,7 @@ mod tests {
     use potamoi_formats::rit::MAX_VERTICES;
 
     use super::*;
-    use potamoi_netlist::{Interval, Machine};
+    use potamoi_netlist::{Interval, IntervalInterpreter};
 
     /// Over all features and weights: a sum of eight products keeps every bit, and what comes
     /// out is half a unit off at most; sums that are left as they are, not at all.
@@ -189,7 +189,7 @@ mod tests {
             let mut config = Config::default();
             config.gu.sums = sums;
             let module = reducer(&config).unwrap();
-            let mut machine = Machine::new(&module, &["acc", "result"], &[]).unwrap();
+            let mut machine = IntervalInterpreter::new(&module, &["acc", "result"], &[]).unwrap();
             let input = |name: &str| machine.find(name).unwrap();
             let [valid, first, feature, weight] =
                 ["valid", "first", "feature", "weight"].map(input);

@@ -4,13 +4,13 @@ use num_bigint::BigInt;
 use num_traits::Zero;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
-use potamoi_netlist::{Interval, Machine, Module};
+use potamoi_netlist::{Interval, IntervalInterpreter, Module};
 
 /// The unit as it runs, and what of it every form has.
 pub(super) struct Unit<'a> {
     pub(super) config: &'a Config,
     op: OpCode,
-    pub(super) machine: Machine<'a>,
+    pub(super) machine: IntervalInterpreter<'a>,
     valid: usize,
     data: usize,
     pub(super) done: usize,
@@ -31,7 +31,7 @@ impl<'a> Unit<'a> {
             _ => "lane0.rounded",
         };
         let all = [signals, &["result_valid", result]].concat();
-        let machine = Machine::new(module, &all, parts)?;
+        let machine = IntervalInterpreter::new(module, &all, parts)?;
         Some(Self {
             config,
             op,

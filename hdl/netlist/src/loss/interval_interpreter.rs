@@ -10,7 +10,7 @@ use crate::range::{Interval, Known, truth};
 use crate::tree::Tree;
 
 /// Runs what certain signals follow from, out of reset.
-pub struct Machine<'a> {
+pub struct IntervalInterpreter<'a> {
     pub(super) tree: Tree<'a>,
     /// Nodes that count, each after those it needs.
     order: Vec<usize>,
@@ -29,7 +29,7 @@ pub struct Machine<'a> {
     parts: Vec<usize>,
 }
 
-impl<'a> Machine<'a> {
+impl<'a> IntervalInterpreter<'a> {
     /// Nothing but what these signals, `instance.signal`, follow from is looked at.
     /// Of `parts` high bits are taken for decisions, and low ones for what is left.
     pub fn new(module: &'a Module, signals: &[&str], parts: &[&str]) -> Option<Self> {
