@@ -9,8 +9,8 @@ use potamoi_base::picture::Picture;
 use potamoi_fields::mac::MacMlp;
 use potamoi_fields::voxels::STOP_BELOW;
 use potamoi_fields::{
-    Along, AnyField, Bounds, Coded, Field, FieldError, FixedField, FixedOptions, Layer, Mlp, Off,
-    Sampling, Table, error_bounds, render_float,
+    Algorithm, Along, AnyField, Bounds, Coded, Field, FieldError, FixedField, FixedOptions, Layer,
+    Mlp, Off, Sampling, Table, error_bounds, render_float,
 };
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
@@ -121,7 +121,18 @@ impl Toy {
     }
 }
 
+/// As reports tell it.
+static ALGORITHM: Algorithm = Algorithm {
+    name: "toy",
+    outside: &["all but what the gathering and the vector unit compute"],
+    full_size: None,
+};
+
 impl Field for Toy {
+    fn algorithm(&self) -> &'static Algorithm {
+        &ALGORITHM
+    }
+
     fn tables(&self) -> &[Table] {
         &self.table
     }
@@ -358,7 +369,7 @@ pub(crate) fn cases() -> Vec<Case> {
         picture: through(&field, &mut Twins::new(&config())),
         step: None,
         config: config(),
-        model: Model::Field(AnyField::new("toy", field)),
+        model: Model::Field(AnyField::new(field)),
     };
     [("hashed", hashed()), ("perceptron", wide(false))]
         .map(one)

@@ -5,7 +5,7 @@ use potamoi_formats::config::Config;
 
 use super::bound::Bounds;
 use super::mlp::Mlp;
-use super::{Coded, Directions, Field, FieldError, Sampling, Table};
+use super::{Algorithm, Coded, Directions, Field, FieldError, Sampling, Table};
 use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;
 
@@ -31,6 +31,10 @@ impl<'a> Stopping<'a> {
 }
 
 impl Field for Stopping<'_> {
+    fn algorithm(&self) -> &'static Algorithm {
+        self.field.algorithm()
+    }
+
     fn tables(&self) -> &[Table] {
         self.field.tables()
     }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::batches::{BatchSize, SampleBatch, SampleBatches};
 use super::march::{check, check_mask};
-use super::{Field, FieldError, Sampling, Table};
+use super::{Algorithm, Field, FieldError, Sampling, Table};
 use crate::gather_plan::{CodedTable, Gathers, Located};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
@@ -101,6 +101,10 @@ impl Default for FixedOptions {
 struct Everywhere<'a>(&'a dyn Field);
 
 impl Field for Everywhere<'_> {
+    fn algorithm(&self) -> &'static Algorithm {
+        self.0.algorithm()
+    }
+
     fn tables(&self) -> &[Table] {
         self.0.tables()
     }

@@ -6,6 +6,7 @@
 //! A field brings its tables, the first and the last stage; gathering is the
 //! same for all of them, and is what the gathering unit does.
 
+mod algorithm;
 mod batches;
 mod bound;
 mod calibrate;
@@ -26,6 +27,7 @@ mod march;
 mod mlp;
 pub mod ngp;
 mod opacity;
+pub mod outside;
 mod ray_lengths;
 mod ray_stages;
 mod shape;
@@ -47,6 +49,7 @@ use serde::{Serialize, Serializer};
 use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;
 
+pub use algorithm::{Algorithm, Size};
 pub use batches::{BatchSize, SampleBatches};
 pub use bound::{Bounds, Off, error_bounds};
 pub use directions::Directions;
@@ -66,6 +69,9 @@ pub use two_level_grid::Nodes;
 
 /// A radiance field.
 pub trait Field: Sync {
+    /// What is said of all models of its algorithm.
+    fn algorithm(&self) -> &'static Algorithm;
+
     /// What is gathered from, in the order in which features follow one
     /// another.
     fn tables(&self) -> &[Table];
@@ -158,31 +164,23 @@ impl<T: Field + Send + Serialize> Stored for T {
 /// A field of any kind. Clones share it, and fields are equal that share one.
 #[derive(Clone)]
 pub struct AnyField {
-    kind: &'static str,
     field: Arc<dyn Stored + Send>,
 }
 
 impl Serialize for AnyField {
-    /// Its kind, and a hash of its numbers in their place.
+    /// Its algorithm, and a hash of its numbers in their place.
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        (self.kind, self.field.content().as_bytes()).serialize(to)
+        (self.algorithm().name, self.field.content().as_bytes()).serialize(to)
     }
 }
 
 impl AnyField {
-    /// Takes a field of a kind, told by its usual name.
+    /// Takes a field.
     #[must_use]
-    pub fn new(kind: &'static str, field: impl Field + Send + Serialize + 'static) -> Self {
+    pub fn new(field: impl Field + Send + Serialize + 'static) -> Self {
         Self {
-            kind,
             field: Arc::new(field),
         }
-    }
-
-    /// Its kind.
-    #[must_use]
-    pub const fn kind(&self) -> &'static str {
-        self.kind
     }
 }
 
@@ -202,7 +200,12 @@ impl PartialEq for AnyField {
 
 impl fmt::Debug for AnyField {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} of {} tables", self.kind, self.tables().len())
+        write!(
+            f,
+            "{} of {} tables",
+            self.algorithm().name,
+            self.tables().len()
+        )
     }
 }
 

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Along, Field, FieldError, Sampling, Table};
+use super::{Algorithm, Along, Field, FieldError, Sampling, Table, outside};
 use crate::voxels::{Grid, STOP_BELOW};
 use potamoi_march::tiling::cell;
 
@@ -57,7 +57,18 @@ impl StoredField {
     }
 }
 
+/// As reports tell it.
+static ALGORITHM: Algorithm = Algorithm {
+    name: "stored voxels",
+    outside: &[outside::INDEXING, outside::RIT, outside::COMPOSITING],
+    full_size: None,
+};
+
 impl Field for StoredField {
+    fn algorithm(&self) -> &'static Algorithm {
+        &ALGORITHM
+    }
+
     fn tables(&self) -> &[Table] {
         &self.tables
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{EFFICIENT_NERF, Model, NGP, NGP_MVOXEL, Scene, SceneError, garden, lantern, ready};
+use super::{Model, Scene, SceneError, garden, lantern, ready};
 use potamoi_analytic::Analytic;
 use potamoi_fields::AnyField;
 
@@ -77,11 +77,11 @@ impl Representation {
             Self::Voxels => Model::Voxels(Box::new(analytic.bake()?)),
             Self::Dvgo => Model::Dvgo(Box::new(ready::dvgo(&analytic.bake()?)?)),
             Self::Tensorf => Model::Tensorf(Box::new(ready::tensorf(&analytic.bake()?)?)),
-            Self::Ngp => Model::Field(AnyField::new(NGP, ready::ngp(analytic)?)),
+            Self::Ngp => Model::Field(AnyField::new(ready::ngp(analytic)?)),
             Self::Splats => Model::Splats(ready::cloud(analytic, ready::DISCS)?),
-            Self::EfficientNerf => Model::Field(AnyField::new(EFFICIENT_NERF, analytic.tree()?)),
+            Self::EfficientNerf => Model::Field(AnyField::new(analytic.tree()?)),
             Self::Compact => Model::Compact(Box::new(ready::compact(analytic)?)),
-            Self::NgpMVoxel => Model::Field(AnyField::new(NGP_MVOXEL, ready::ngp_mvoxel()?)),
+            Self::NgpMVoxel => Model::Field(AnyField::new(ready::ngp_mvoxel()?)),
         })
     }
 }

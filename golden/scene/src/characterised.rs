@@ -5,10 +5,11 @@ use rayon::join;
 
 use super::{Kind, Model, Scene, SceneError};
 use crate::characterise::{
-    Accesses, FullSize, Size, Stages, Traffic, colour_traffic, field_accesses, field_stages,
+    Accesses, FullSize, Stages, Traffic, colour_traffic, field_accesses, field_stages,
     splat_accesses, splat_stages, splat_traffic, table_traffic, traffic,
 };
 use potamoi_base::mask::Mask;
+use potamoi_fields::Size;
 use potamoi_fields::dvgo::Dvgo;
 use potamoi_fields::stored::StoredField;
 use potamoi_fields::voxels::{self, MVoxels, Placement, Volume, stored};

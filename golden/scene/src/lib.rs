@@ -59,7 +59,6 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::characterise::Size;
 use crate::compact::Compact;
 use crate::facts::Cache;
 use potamoi_analytic::Analytic;
@@ -70,14 +69,9 @@ use potamoi_base::record::Notes;
 use potamoi_fields::dvgo::Dvgo;
 use potamoi_fields::tensorf::Tensorf;
 use potamoi_fields::voxels::Grid;
-use potamoi_fields::{AnyField, Field};
+use potamoi_fields::{AnyField, Field, Size};
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Axes, Cells, Cloud, Order, Profile};
-
-/// Kinds of [`Model::Field`].
-const NGP: &str = "Instant-NGP";
-const NGP_MVOXEL: &str = "Instant-NGP, hashed by MVoxel";
-const EFFICIENT_NERF: &str = "EfficientNeRF";
 
 /// What is shown.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -111,32 +105,22 @@ impl Model {
     /// The algorithm, by its usual name.
     #[must_use]
     pub fn algorithm(&self) -> &'static str {
-        match self {
-            Self::Splats(_) => "3DGS",
-            Self::Compact(_) => "Compact-3DGS",
-            Self::Voxels(_) => "stored voxels",
-            Self::Dvgo(_) => "DirectVoxGO",
-            Self::Tensorf(_) => "TensoRF",
-            Self::Field(field) => field.kind(),
+        match (self, self.kind()) {
+            (Self::Compact(_), _) => "Compact-3DGS",
+            (_, Kind::Splats(_)) => "3DGS",
+            (_, Kind::Voxels(_)) => "stored voxels",
+            (_, Kind::Field(field)) => field.algorithm().name,
         }
     }
 
-    /// How large the algorithm's authors make its tables, where that is one
-    /// number: DirectVoxGO's fine grid of 160^3, TensoRF's of 300^3, 2^19 entries
-    /// a level of Instant-NGP's base configuration and of the colours of
-    /// Compact-3DGS, EfficientNeRF's 384^3 coarse cells.
+    /// How large the algorithm's authors make its tables, where that is one number; the colours of
+    /// Compact-3DGS have 2^19 entries a level.
     #[must_use]
     pub fn full_size(&self) -> Option<Size> {
-        match self {
-            Self::Dvgo(_) => Some(Size::Points(160)),
-            Self::Tensorf(_) => Some(Size::Points(300)),
-            Self::Field(field) => match field.kind() {
-                NGP | NGP_MVOXEL => Some(Size::Entries(1 << 19)),
-                EFFICIENT_NERF => Some(Size::Cells(384)),
-                _ => None,
-            },
-            Self::Compact(_) => Some(Size::Entries(1 << 19)),
-            Self::Splats(_) | Self::Voxels(_) => None,
+        match (self, self.kind()) {
+            (Self::Compact(_), _) => Some(Size::Entries(1 << 19)),
+            (_, Kind::Splats(_) | Kind::Voxels(_)) => None,
+            (_, Kind::Field(field)) => field.algorithm().full_size,
         }
     }
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::builtin::SIDE;
 use super::description::{Description, ModelDescription};
-use super::{BUILTIN, Model, NGP, NGP_MVOXEL, Scene, SceneError, lantern};
+use super::{BUILTIN, Model, Scene, SceneError, lantern};
 use crate::compact::{self, Compact};
 use crate::facts::Cache;
 use potamoi_base::camera::Camera;
@@ -195,12 +195,8 @@ impl Scene {
                 ),
             });
         }
-        let kind = match fitted {
-            HashUnit::Vertex => NGP,
-            HashUnit::MVoxel => NGP_MVOXEL,
-        };
         let notes = snapshot.notes().clone();
-        let field = AnyField::new(kind, snapshot);
+        let field = AnyField::new(snapshot);
         let scene = Self::framed(path, Model::Field(field), [0.0; 3]);
         Ok(Self { notes, ..scene })
     }

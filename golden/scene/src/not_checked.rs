@@ -2,39 +2,16 @@
 //! left open: said with every run, so that "no mismatch" is not read as more than
 //! it is.
 
-use super::{Model, Scene};
+use super::{Kind, Model, Scene};
+use potamoi_fields::outside::{COMPOSITING, HARMONICS, HASHES, INDEXING, PARTS, PERCEPTRONS, RIT};
 use potamoi_march::tiling::Halo;
 
-/// Sums and stops of the renderers of fields and splats.
-const COMPOSITING: &str = "sums of weighted colours and where rays stop: exact integers in Rust";
-/// Indexing of fields.
-const INDEXING: &str =
-    "sample positions, their cells and weights: floating point, as on the GPU, rounded once";
-/// Written for the gathering unit.
-const RIT: &str =
-    "the ray index table and the order of its MVoxels: written in Rust, as by the GPU";
 /// Of splats alone.
 const PROJECTION: &str = "projection, harmonics, tiles and depth order of Gaussians: floating \
                           point, as on the GPU, rounded into records once";
 const HOLDING: &str = "records held back until their turn: Rust, no RTL";
-/// In 16 bits.
-const PERCEPTRONS: &str = "perceptrons: the MAC array's formats by their twin, no RTL";
-const MATRIX: &str = "the products' sums and the matrix behind them: the MAC array's formats by \
-                      their twin, no RTL";
-const WAVES: &str = "sines and cosines of the viewing direction: floating point, rounded once";
-const FEATURE_WAVES: &str = "sines and cosines of features: a table in Rust, no RTL";
-const HARMONICS: &str =
-    "spherical harmonics of the viewing direction: floating point, rounded once";
-const HASHES: &str = "indices of hashed levels: Rust, as on the GPU";
 const CODES: &str =
     "sums of the codes of scales and rotations: floating point, when the file is read";
-/// What is known to be empty.
-const MASK: &str = "the mask of what is empty: Rust, as on the GPU";
-const OCCUPANCY: &str = "the occupancy grid: Rust, as on the GPU";
-const NODES: &str = "nodes of the tree's coarse cells: Rust, as on the GPU";
-const COEFFICIENTS: &str = "sums of harmonics times coefficients: exact integers in Rust, no RTL";
-const PARTS: &str = "sums of samples that several MVoxels share: the reducers' arithmetic in Rust, except \
-                     where the unit has exact sums";
 /// Of a model's file.
 const NO_REFERENCE: &str = "nearness to the truth: no picture that the model was trained on is at \
                             hand, only its own rendering in floating point";
@@ -50,9 +27,8 @@ impl Scene {
 
     /// What is computed outside the units.
     pub(super) fn outside(&self) -> Vec<String> {
-        let outside: &[&str] = match self.model() {
-            Model::Splats(_) => &[PROJECTION, RIT, HOLDING, COMPOSITING],
-            Model::Compact(_) => &[
+        let outside: &[&str] = match (self.model(), self.model().kind()) {
+            (Model::Compact(_), _) => &[
                 CODES,
                 HASHES,
                 HARMONICS,
@@ -62,39 +38,12 @@ impl Scene {
                 HOLDING,
                 COMPOSITING,
             ],
-            Model::Voxels(_) => &[INDEXING, RIT, COMPOSITING],
-            Model::Dvgo(_) => &[INDEXING, MASK, RIT, WAVES, PERCEPTRONS, COMPOSITING],
-            Model::Tensorf(_) => &[
-                INDEXING,
-                MASK,
-                RIT,
-                MATRIX,
-                FEATURE_WAVES,
-                WAVES,
-                PERCEPTRONS,
-                COMPOSITING,
-            ],
-            Model::Field(field) => match field.kind() {
-                super::NGP | super::NGP_MVOXEL => &[
-                    INDEXING,
-                    HASHES,
-                    OCCUPANCY,
-                    RIT,
-                    HARMONICS,
-                    PERCEPTRONS,
-                    COMPOSITING,
-                ],
-                super::EFFICIENT_NERF => {
-                    &[INDEXING, NODES, RIT, HARMONICS, COEFFICIENTS, COMPOSITING]
-                }
-                _ => &["all but what the gathering and the vector unit compute"],
-            },
+            (_, Kind::Splats(_)) => &[PROJECTION, RIT, HOLDING, COMPOSITING],
+            (_, Kind::Voxels(_)) => &[INDEXING, RIT, COMPOSITING],
+            (_, Kind::Field(field)) => field.algorithm().outside,
         };
         let mut all: Vec<String> = outside.iter().map(|&what| what.to_owned()).collect();
-        let blocks =
-            matches!(self.model(), Model::Field(field) if field.kind() == super::NGP_MVOXEL);
-        // MVoxels of a hash share no vertices.
-        if blocks || self.halo == Halo::Split {
+        if self.halo == Halo::Split && !outside.contains(&PARTS) {
             all.push(PARTS.to_owned());
         }
         all
@@ -137,6 +86,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::*;
+    use potamoi_fields::outside::*;
 
     fn said(scene: &str) -> String {
         Scene::open(scene).unwrap().not_checked().join("; ")

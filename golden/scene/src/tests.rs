@@ -271,6 +271,6 @@ fn a_representation_is_chosen_behind_a_colon_or_in_a_description() {
     let Model::Field(field) = described("efficientnerf").unwrap().model().clone() else {
         panic!("a field")
     };
-    assert_eq!(field.kind(), "EfficientNeRF");
+    assert_eq!(field.algorithm().name, "EfficientNeRF");
     assert!(described("cubes").unwrap_err().contains("representation"));
 }

@@ -17,7 +17,10 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
-use super::{Along, Bounds, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus};
+use super::{
+    Algorithm, Along, Bounds, Directions, Field, FieldError, Layer, Mlp, Sampling, Size, Table,
+    outside, softplus,
+};
 use crate::voxels::Mask;
 use potamoi_base::camera::Camera;
 use potamoi_base::record::Notes;
@@ -418,7 +421,25 @@ impl Dvgo {
     }
 }
 
+/// As reports tell it.
+static ALGORITHM: Algorithm = Algorithm {
+    name: "DirectVoxGO",
+    outside: &[
+        outside::INDEXING,
+        outside::MASK,
+        outside::RIT,
+        outside::WAVES,
+        outside::PERCEPTRONS,
+        outside::COMPOSITING,
+    ],
+    full_size: Some(Size::Points(160)),
+};
+
 impl Field for Dvgo {
+    fn algorithm(&self) -> &'static Algorithm {
+        &ALGORITHM
+    }
+
     fn tables(&self) -> &[Table] {
         &self.tables
     }

@@ -17,7 +17,8 @@ use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
 use super::{
-    Along, Bounds, Coded, Directions, Field, FieldError, Nodes, Sampling, Table, softplus,
+    Algorithm, Along, Bounds, Coded, Directions, Field, FieldError, Nodes, Sampling, Size, Table,
+    outside, softplus,
 };
 use potamoi_base::bands::{self, Bands};
 use potamoi_base::camera::Camera;
@@ -101,7 +102,25 @@ impl EfficientNerf {
     }
 }
 
+/// As reports tell it.
+static ALGORITHM: Algorithm = Algorithm {
+    name: "EfficientNeRF",
+    outside: &[
+        outside::INDEXING,
+        outside::NODES,
+        outside::RIT,
+        outside::HARMONICS,
+        outside::COEFFICIENTS,
+        outside::COMPOSITING,
+    ],
+    full_size: Some(Size::Cells(384)),
+};
+
 impl Field for EfficientNerf {
+    fn algorithm(&self) -> &'static Algorithm {
+        &ALGORITHM
+    }
+
     fn tables(&self) -> &[Table] {
         &self.tables
     }

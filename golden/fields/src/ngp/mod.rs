@@ -28,7 +28,10 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
-use super::{Along, Bounds, Coded, Directions, Field, FieldError, HashUnit, Mlp, Sampling, Table};
+use super::{
+    Algorithm, Along, Bounds, Coded, Directions, Field, FieldError, HashUnit, Mlp, Sampling, Size,
+    Table, outside,
+};
 use grid::GridShape;
 use occupancy::Occupancy;
 use potamoi_base::camera::Camera;
@@ -148,7 +151,45 @@ impl Ngp {
     }
 }
 
+/// As reports tell it; the size is that of a level of its base configuration.
+static ALGORITHM: Algorithm = Algorithm {
+    name: "Instant-NGP",
+    outside: &[
+        outside::INDEXING,
+        outside::HASHES,
+        outside::OCCUPANCY,
+        outside::RIT,
+        outside::HARMONICS,
+        outside::PERCEPTRONS,
+        outside::COMPOSITING,
+    ],
+    full_size: Some(Size::Entries(1 << 19)),
+};
+
+/// The same with an entry a MVoxel; such MVoxels share no vertices.
+static BY_MVOXEL: Algorithm = Algorithm {
+    name: "Instant-NGP, hashed by MVoxel",
+    outside: &[
+        outside::INDEXING,
+        outside::HASHES,
+        outside::OCCUPANCY,
+        outside::RIT,
+        outside::HARMONICS,
+        outside::PERCEPTRONS,
+        outside::COMPOSITING,
+        outside::PARTS,
+    ],
+    full_size: Some(Size::Entries(1 << 19)),
+};
+
 impl Field for Ngp {
+    fn algorithm(&self) -> &'static Algorithm {
+        match self.unit {
+            HashUnit::Vertex => &ALGORITHM,
+            HashUnit::MVoxel => &BY_MVOXEL,
+        }
+    }
+
     fn tables(&self) -> &[Table] {
         &self.tables
     }

@@ -27,7 +27,8 @@ use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
 use super::{
-    Along, Bounds, Coded, Directions, Field, FieldError, Layer, Mlp, Sampling, Table, softplus,
+    Algorithm, Along, Bounds, Coded, Directions, Field, FieldError, Layer, Mlp, Sampling, Size,
+    Table, outside, softplus,
 };
 pub use keys::TENSORF;
 use mask::AlphaMask;
@@ -342,7 +343,27 @@ fn encode(from: std::ops::Range<usize>, frequencies: usize, all: &mut Vec<f64>) 
     }
 }
 
+/// As reports tell it.
+static ALGORITHM: Algorithm = Algorithm {
+    name: "TensoRF",
+    outside: &[
+        outside::INDEXING,
+        outside::MASK,
+        outside::RIT,
+        outside::MATRIX,
+        outside::FEATURE_WAVES,
+        outside::WAVES,
+        outside::PERCEPTRONS,
+        outside::COMPOSITING,
+    ],
+    full_size: Some(Size::Points(300)),
+};
+
 impl Field for Tensorf {
+    fn algorithm(&self) -> &'static Algorithm {
+        &ALGORITHM
+    }
+
     fn tables(&self) -> &[Table] {
         &self.tables
     }

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use potamoi_fields::{Field, FieldError, Nodes, Table, TableShape};
+use potamoi_fields::{Field, FieldError, Nodes, Size, Table, TableShape};
 
 /// Tables that stand in for a field's.
 pub struct FullSize {
@@ -13,20 +13,6 @@ pub struct FullSize {
     /// From a place in vertices of the field's table to one of this.
     scales: Vec<DVec3>,
     parts: u32,
-}
-
-/// Tables of another size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Size {
-    /// Vertices along each axis that has more than one; channels stay. Samples
-    /// are as far apart as before, in voxels.
-    Points(usize),
-    /// Entries of hashed tables, and of dense ones no more. Vertices and samples
-    /// stay.
-    Entries(usize),
-    /// Coarse cells along each axis of a tree. Samples are as far apart as before,
-    /// in cells.
-    Cells(usize),
 }
 
 impl FullSize {

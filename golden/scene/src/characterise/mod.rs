@@ -22,7 +22,7 @@ use serde::Serialize;
 pub use accesses::{Accesses, Vectors};
 pub use banks::{BANKS, Banks, LANES};
 pub use fields::field_accesses;
-pub use full_size::{FullSize, Size};
+pub use full_size::FullSize;
 pub use splat_traffic::splat_traffic;
 pub use splats::splat_accesses;
 pub use stages::{Stages, field_stages, splat_stages};

@@ -1,11 +1,12 @@
 //! Accesses of splats.
 
+use super::Accesses;
 use super::accesses::{Lanes, Vectors, count, firsts};
 use super::fields::Colours;
-use super::{Accesses, Size};
 use crate::compact::Compact;
 use potamoi_base::mask::Mask;
 use potamoi_fields::FieldError;
+use potamoi_fields::Size;
 use potamoi_splats::{Cloud, View};
 
 /// A tile a lane: Gaussians in depth order, behind the vectors of other tables.
