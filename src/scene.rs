@@ -7,20 +7,28 @@ use clap::Args;
 use potamoi_analytic::Analytic;
 use potamoi_base::effects::Choices;
 use potamoi_scene::{BUILTIN, Representation, Scene};
-use potamoi_splats::Axes;
+use potamoi_splats::{Axes, files};
 
 use crate::args::quoted;
 use crate::failure::Failure;
 use crate::stdout::say;
 
+/// What a scene may be, for help.
+fn scenes() -> String {
+    format!(
+        "Built-in scene ({}; each but the first two also as a ready model behind a colon, such as \
+         cairn:ngp: {}), splat model (.{}), Compact-3DGS model (.npz), checkpoint of DirectVoxGO \
+         (.tar) or TensoRF (.th), Instant-NGP snapshot (.ingp, .msgpack) or description (.toml) \
+         [default: {DEFAULT}]",
+        BUILTIN.join(", "),
+        Representation::ALL.map(Representation::name).join(", "),
+        files::endings().join(", ."),
+    )
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
-    /// Built-in scene (garden, lantern, cairn, vase, lattice, mist, moons, chrome, gallery, city;
-    /// each but the first two also as a ready model behind a colon, such as cairn:ngp: voxels,
-    /// dvgo, tensorf, ngp, splats, efficientnerf, compact), splat model (.ply, .splat, .spz, .sog),
-    /// `Compact-3DGS` model (.npz), checkpoint of `DirectVoxGO` (.tar) or `TensoRF` (.th),
-    /// Instant-NGP snapshot (.ingp, .msgpack) or description (.toml) [default: garden]
-    #[arg(long, value_name = "SCENE")]
+    #[arg(long, value_name = "SCENE", help = scenes())]
     pub(crate) scene: Option<String>,
     /// Camera file in the OpenCV convention [default: the scene's own camera]
     #[arg(long, value_name = "FILE")]
