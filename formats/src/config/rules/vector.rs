@@ -92,6 +92,13 @@ pub(super) fn exponential(config: &Config, out: &mut RuleBreaches) {
     if !out.is_empty() && out.0.iter().any(|b| b.field.starts_with("vu.exp")) {
         return;
     }
+    widths(config, out);
+}
+
+/// Rules of widths, steps and operations, which ask for knobs that are right by themselves.
+fn widths(config: &Config, out: &mut RuleBreaches) {
+    let exp = &config.vu.exp;
+    let offers = exp.form.offers();
     let engine = exp.engine();
     out.range(
         "exp-iterations-per-clock",
@@ -105,7 +112,7 @@ pub(super) fn exponential(config: &Config, out: &mut RuleBreaches) {
         "exp-accumulator-bits",
         "vu.exp.accumulator_bits",
         engine.accumulator_bits,
-        f,
+        exp.output_bits,
         40,
         "at least the result's fraction bits",
     );

@@ -195,29 +195,26 @@ fn place_in_part(
             m.and(other_wants, same)
         })
         .collect();
-    // The first port has the first read, the second has one for certain.
-    let second = match ahead[..] {
-        [] => None,
-        [one] => Some(m.name(one, &format!("second{p}"))),
-        _ => {
-            let count = popcount(m, &ahead);
-            let count = m.name(count, &format!("ahead{p}"));
-            let limit = m.lit(READS, count.ty());
-            let room = m.lt(count, limit);
-            let room = m.name(room, &format!("room{p}"));
-            let no_room = m.not(room);
-            let left = m.and(wants, no_room);
-            return PlaceInPart {
-                wants: m.and(wants, room),
-                second: Some(m.bit(count, 0)),
-                left: Some(left),
-            };
-        }
-    };
+    // The first ports have a read for certain: one is ahead of the second, if it wants the part.
+    if ahead.len() < READS as usize {
+        let second = ahead.first();
+        return PlaceInPart {
+            wants,
+            second: second.map(|one| m.name(*one, &format!("second{p}"))),
+            left: None,
+        };
+    }
+    let count = popcount(m, &ahead);
+    let count = m.name(count, &format!("ahead{p}"));
+    let limit = m.lit(READS, count.ty());
+    let room = m.lt(count, limit);
+    let room = m.name(room, &format!("room{p}"));
+    let no_room = m.not(room);
+    let left = m.and(wants, no_room);
     PlaceInPart {
-        wants,
-        second,
-        left: None,
+        wants: m.and(wants, room),
+        second: Some(m.bit(count, 0)),
+        left: Some(left),
     }
 }
 
