@@ -13,7 +13,7 @@ use clap::ArgMatches;
 use crate::failure::Failure;
 
 /// Files that a description names are followed so far.
-const DEPTH: u32 = 3;
+const DEPTH: u32 = 5;
 /// Larger descriptions are not searched for files that they name.
 const LARGEST: u64 = 64 << 20;
 /// Files of an input folder that are looked at.
@@ -122,13 +122,12 @@ pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether a file of this name is written into folders: frames, streams, testbenches, netlists,
-/// and lists.
+/// Whether a file of this name is written into folders: frames, streams, Verilog, and lists.
 fn is_written(name: &str) -> bool {
     let is_frame = |start: &str| name.starts_with(start) && name.ends_with(".png");
     is_frame("frame.")
         || is_frame("origin.")
-        || [".hex", "_tb.v", ".netlist.v"]
+        || [".hex", ".v", ".sv"]
             .iter()
             .any(|ending| name.ends_with(ending))
         || ["memories.json", "manifest.json"].contains(&name)
@@ -150,11 +149,16 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Whether an output is a file that is written into a folder as well.
+/// Whether an output is a file that is written into a folder as well, or below it.
 fn is_written_in(path: &Path, folder: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let within = absolute(folder_of(path));
-    let is_named = is_written(&name) && within.is_some() && within == absolute(folder);
+    let is_inside = || {
+        within
+            .zip(absolute(folder))
+            .is_some_and(|(w, f)| w.starts_with(f))
+    };
+    let is_named = is_written(&name) && is_inside();
     // By another name, as through a link.
     let is_linked = || {
         let file = regular(path);
@@ -279,14 +283,15 @@ fn files_of(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
     let Ok(text) = potamoi_base::files::read_text(path, LARGEST) else {
         return;
     };
+    let text = text.trim_start_matches('\u{feff}');
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut names = vec![];
     if is_text("toml") {
-        let value: Option<toml::Value> = toml::from_str(&text).ok();
+        let value: Option<toml::Value> = toml::from_str(text).ok();
         let value = value.and_then(|value| serde_json::to_value(value).ok());
         value.iter().for_each(|value| texts(value, &mut names));
     } else {
-        let value: Option<serde_json::Value> = serde_json::from_str(&text).ok();
+        let value: Option<serde_json::Value> = serde_json::from_str(text).ok();
         value.iter().for_each(|value| texts(value, &mut names));
     }
     for name in names {
@@ -374,6 +379,9 @@ mod tests {
         assert!(render(&a, &at("m.ply"), &at("s.toml")).is_some());
         assert!(render(&a, &at("s.toml"), &at("s.toml")).is_some());
         assert_eq!(render(&a, &b, &at("s.toml")), None);
+        let marked = format!("\u{feff}{}", fs::read_to_string(at("s.toml")).unwrap());
+        fs::write(at("marked.toml"), marked).unwrap();
+        assert!(render(&a, &at("m.ply"), &at("marked.toml")).is_some());
         fs::copy(at("s.toml"), at("S.TOML")).unwrap();
         assert!(render(&a, &at("m.ply"), &at("S.TOML")).is_some());
 
@@ -434,6 +442,11 @@ mod tests {
         assert!(trace(&at("mem/memories.json")).is_some());
         assert!(trace(&at("mem/gathering_unit_tb.v")).is_some());
         assert_eq!(trace(&at("mem/report.json")), None);
+        let emit = |json: &str| said(&["potamoi", "emit", "--out-dir", &at("mem"), "--json", json]);
+        assert!(emit(&at("mem/vector_unit/vector_unit.v")).is_some());
+        assert!(emit(&at("mem/manifest.json")).is_some());
+        assert_eq!(emit(&at("mem/report.json")), None);
+        assert_eq!(emit(&at("vector_unit.v")), None);
         fs::create_dir(at("mem")).unwrap();
         fs::write(at("mem/memories.json"), "{}").unwrap();
         std::os::unix::fs::symlink(at("mem/memories.json"), at("link.json")).unwrap();

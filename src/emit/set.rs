@@ -104,6 +104,7 @@ fn foreign(out: &Path, set: &Set, old: &BTreeMap<String, String>) -> Result<Vec<
         .map(String::as_str)
         .chain([MANIFEST]);
     for name in names {
+        folders_are_here(out, name)?;
         let path = out.join(name);
         let Ok(found) = fs::symlink_metadata(&path) else {
             continue;
@@ -133,6 +134,30 @@ fn foreign(out: &Path, set: &Set, old: &BTreeMap<String, String>) -> Result<Vec<
         }
     }
     Ok(foreign)
+}
+
+/// The folders that a file of the set is in are folders, and no links to folders elsewhere.
+fn folders_are_here(out: &Path, name: &str) -> Result<(), Failure> {
+    let inner = Path::new(name).ancestors().skip(1);
+    for folder in inner.filter(|folder| *folder != Path::new("")) {
+        let path = out.join(folder);
+        let Ok(found) = fs::symlink_metadata(&path) else {
+            continue;
+        };
+        if !found.is_dir() {
+            let what = if found.file_type().is_symlink() {
+                "a link"
+            } else {
+                "no folder"
+            };
+            return Err(Failure::Usage(format!(
+                "{} is {what}: the files of the unit would not stay in {}; name another folder",
+                path.display(),
+                out.display()
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn hash(bytes: &[u8]) -> String {
@@ -252,6 +277,25 @@ mod tests {
             .filter(|n| n != MANIFEST)
             .map(|n| (n.clone(), fs::read_to_string(out.join(&n)).unwrap()))
             .collect()
+    }
+
+    /// A folder of the set that is a link leads elsewhere: nothing is written or removed there.
+    #[test]
+    fn folders_that_are_links_are_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [out, other] = ["o", "elsewhere"].map(|name| folder.path().join(name));
+        for path in [&out, &other] {
+            fs::create_dir(path).unwrap();
+        }
+        std::os::unix::fs::symlink(&other, out.join("unit")).unwrap();
+        fs::write(out.join("tb"), "a file").unwrap();
+        for (name, said) in [("unit/a.v", "is a link"), ("tb/a.v", "is no folder")] {
+            for overwrite in [false, true] {
+                let error = replace(&out, &set(&[name], "new"), "c", overwrite).unwrap_err();
+                assert!(error.to_string().contains(said), "{error}");
+            }
+        }
+        assert_eq!(fs::read_dir(&other).unwrap().count(), 0);
     }
 
     #[test]

@@ -5,6 +5,7 @@ use super::{Config, EntryKind, Modes};
 use crate::rit::Vertices;
 
 mod organisation;
+mod unused;
 mod vector;
 
 /// Every rule that `config` breaks.
@@ -24,6 +25,7 @@ pub fn check(config: &Config) -> RuleBreaches {
     index_table(config, &mut out);
     vector::vector(config, &mut out);
     vector::exponential(config, &mut out);
+    unused::unused(config, &mut out);
     out
 }
 
@@ -244,6 +246,10 @@ mod tests {
             "[vu.exp]\nearly_out = true\niterations_per_clock = 10",
             "[vu]\nops = [\"sigmoid\"]\n[vu.exp]\nearly_out = true",
             "[vu]\nops = [\"exp\"]\n[vu.exp]\nform = \"radix-4\"\niterations = 4\nearly_out = true",
+            "[gu]\nlanes = 0",
+            "[gu]\nmodes = \"unstructured\"\nvertices = [8]",
+            "[vu.exp]\npieces = 3",
+            "[vu.exp]\nform = \"piecewise\"\npipelined = true\niterations = 5",
         ];
         let mut seen = String::new();
         for text in cases {

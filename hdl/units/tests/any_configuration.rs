@@ -101,7 +101,7 @@ fn text(seed: u64) -> String {
         && !(logistic || tail || pipelined)
         && pick(&["true", "false"]) == "true";
     let steps = if one_clock { 1 } else { steps };
-    format!(
+    let text = format!(
         "[gu]\norganisation = \"{organisation}\"\npipelined = {deep}\n\
          sums = \"{sums}\"\nrecords_a_row = {records}\n\
          banks = {}\nports = {ports}\nextra_ports = \"{extra}\"\nmodes = \"{modes}\"\nvertices = {vertices}\n\
@@ -155,7 +155,16 @@ fn text(seed: u64) -> String {
         } else {
             "e".to_owned()
         },
-    )
+    );
+    // What would change nothing is refused where it is set.
+    let is_unused = |line: &str| {
+        modes == "unstructured" && line.starts_with("vertices =")
+            || one_clock && line.starts_with("iterations =")
+            || !one_clock && line.starts_with("pieces =")
+    };
+    (text.lines().filter(|line| !is_unused(line)))
+        .map(|line| format!("{line}\n"))
+        .collect()
 }
 
 fn accepted(config: &Config, seed: u64) {
