@@ -78,6 +78,26 @@ fn the_whole_one_is_read() {
     assert_eq!(field.notes().not_used(), ignored);
 }
 
+/// The nearest depth alone is used, but what contradicts itself is no range.
+#[test]
+fn depths_that_are_no_range_are_refused() {
+    for range in [[6.0, 2.0], [2.0, f64::NAN], [2.0, 2.0], [-1.0, 2.0]] {
+        let Made::Dict(mut root) = whole() else {
+            unreachable!()
+        };
+        let Some((_, Made::Dict(items))) = root.iter_mut().find(|(key, _)| key == "kwargs") else {
+            unreachable!()
+        };
+        items.retain(|(key, _)| key != "near_far");
+        let value = Made::List(range.map(Made::Float).into());
+        items.push(("near_far".to_owned(), value));
+        let error = Tensorf::load(Made::Dict(root).save().path());
+        let error = error.unwrap_err().to_string();
+        let said = format!("`kwargs/near_far` is {range:?}; expected finite depths");
+        assert!(error.contains(&said), "{error}");
+    }
+}
+
 /// Keys of other models by name; the others, known or not, are used or listed.
 #[test]
 fn every_key_is_honoured_refused_or_listed() {

@@ -83,7 +83,11 @@ fn rules(file: &mut Checkpoint) -> Result<Rules, TorchError> {
         _ => return Err(file.field(&kwarg("fea2denseAct"), activation, "softplus or relu")),
     };
     let [ax, ay, az, bx, by, bz] = list(file, &kwarg("aabb"))?;
-    let [near, _] = list(file, &kwarg("near_far"))?;
+    let near_far @ [near, far] = list(file, &kwarg("near_far"))?;
+    if !(near.is_finite() && far.is_finite() && near >= 0.0 && near < far) {
+        let expected = "finite depths from 0, the nearest before the farthest";
+        return Err(file.field(&kwarg("near_far"), format!("{near_far:?}"), expected));
+    }
     let mut number = |name: &str| file.number(&kwarg(name));
     let mut rules = Rules {
         activation,
@@ -120,8 +124,8 @@ fn interleaved(density: &[f32], appearance: &[f32], vertices: usize) -> Vec<f32>
 
 fn layer(file: &mut Checkpoint, name: &str, shape: [usize; 2]) -> Result<Layer, FieldError> {
     let (weight, bias) = (format!("{name}.weight"), format!("{name}.bias"));
-    let weight = file.tensor_of(&["state_dict", &weight], &shape)?;
-    let bias = file.tensor_of(&["state_dict", &bias], &shape[..1])?;
+    let weight = file.floats_of(&["state_dict", &weight], &shape)?;
+    let bias = file.floats_of(&["state_dict", &bias], &shape[..1])?;
     Layer::new(shape[1], weight.values, bias.values)
 }
 
@@ -199,7 +203,7 @@ impl Tensorf {
             let mut read = |kind: &str, [slow, fast]: [usize; 2]| -> Result<Table, FieldError> {
                 let mut one = |of: &str, count| {
                     let name = format!("{of}_{kind}.{mode}");
-                    file.tensor_of(&["state_dict", &name], &[1, count, slow, fast])
+                    file.floats_of(&["state_dict", &name], &[1, count, slow, fast])
                 };
                 let (d, c) = (
                     one("density", density[mode])?,
@@ -224,7 +228,7 @@ impl Tensorf {
 
         let products: usize = appearance.iter().sum();
         let keys = ["state_dict", "basis_mat.weight"];
-        let basis = file.tensor_of(&keys, &[features, products])?;
+        let basis = file.floats_of(&keys, &[features, products])?;
         let basis = Layer::new(products, basis.values, vec![0.0; features])?;
 
         let keys = kwarg("featureC");
