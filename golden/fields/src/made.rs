@@ -13,6 +13,8 @@ use zip::write::{SimpleFileOptions, ZipWriter};
 /// What a checkpoint holds.
 #[derive(Debug, Clone)]
 pub(crate) enum Made {
+    None,
+    Bool(bool),
     Int(i64),
     Float(f64),
     Text(String),
@@ -20,6 +22,8 @@ pub(crate) enum Made {
     Dict(Vec<(String, Made)>),
     /// Shape and stored numbers, in order.
     Tensor(Vec<usize>, Vec<f32>),
+    /// Shape and bytes of a tensor of `torch.uint8`.
+    Bytes(Vec<usize>, Vec<u8>),
 }
 
 impl Made {
@@ -62,6 +66,8 @@ impl Made {
 
     fn pickle(&self, p: &mut Vec<u8>, storages: &mut Vec<Vec<u8>>) {
         match self {
+            Self::None => p.push(b'N'),
+            Self::Bool(value) => p.push(if *value { 0x88 } else { 0x89 }),
             Self::Int(value) => int(p, *value),
             Self::Float(value) => {
                 p.push(b'G');
@@ -82,24 +88,16 @@ impl Made {
                 p.push(b'u');
             }
             Self::Tensor(shape, values) => {
-                p.extend(b"ctorch._utils\n_rebuild_tensor_v2\n((");
-                text(p, "storage");
-                p.extend(b"ctorch\nFloatStorage\n");
-                text(p, &storages.len().to_string());
-                text(p, "cpu");
-                int(p, values.len() as i64);
-                p.extend(b"tQK\0");
-                let mut strides = vec![1usize; shape.len()];
-                for axis in (1..shape.len()).rev() {
-                    strides[axis - 1] = strides[axis].saturating_mul(shape[axis]);
-                }
-                for sizes in [shape, &strides] {
-                    p.push(b'(');
-                    sizes.iter().for_each(|n| int(p, *n as i64));
-                    p.push(b't');
-                }
-                p.extend(b"\x89ccollections\nOrderedDict\n)RtR");
-                storages.push(values.iter().flat_map(|v| v.to_le_bytes()).collect());
+                let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+                stored(p, storages, shape, ("FloatStorage", values.len(), bytes));
+            }
+            Self::Bytes(shape, bytes) => {
+                stored(
+                    p,
+                    storages,
+                    shape,
+                    ("ByteStorage", bytes.len(), bytes.clone()),
+                );
             }
         }
     }
@@ -322,4 +320,31 @@ pub(crate) fn survives<F: crate::Field>(
         }
     }
     Ok(())
+}
+
+/// A tensor of this shape, of a storage of its own: its class, how many numbers, and their bytes.
+fn stored(
+    p: &mut Vec<u8>,
+    storages: &mut Vec<Vec<u8>>,
+    shape: &[usize],
+    (class, count, bytes): (&str, usize, Vec<u8>),
+) {
+    p.extend(b"ctorch._utils\n_rebuild_tensor_v2\n((");
+    text(p, "storage");
+    p.extend(format!("ctorch\n{class}\n").bytes());
+    text(p, &storages.len().to_string());
+    text(p, "cpu");
+    int(p, count as i64);
+    p.extend(b"tQK\0");
+    let mut strides = vec![1usize; shape.len()];
+    for axis in (1..shape.len()).rev() {
+        strides[axis - 1] = strides[axis].saturating_mul(shape[axis]);
+    }
+    for sizes in [shape, &strides] {
+        p.push(b'(');
+        sizes.iter().for_each(|n| int(p, *n as i64));
+        p.push(b't');
+    }
+    p.extend(b"\x89ccollections\nOrderedDict\n)RtR");
+    storages.push(bytes);
 }

@@ -8,6 +8,7 @@
 mod legacy;
 mod objects;
 mod pickle;
+mod plain;
 mod tensors;
 mod value;
 
@@ -235,15 +236,6 @@ impl Checkpoint {
                 }
             }
             other => Err(self.field(keys, kind(other), "a number")),
-        }
-    }
-
-    /// Whether it says yes under these keys; nothing where it says something else.
-    #[must_use]
-    pub fn flag(&self, keys: &[&str]) -> Option<bool> {
-        match self.find(keys) {
-            Some(Value::Bool(value)) => Some(value),
-            _ => None,
         }
     }
 

@@ -2,13 +2,49 @@
 
 use half::{bf16, f16};
 
-use super::value::{Kind, Place};
+use super::value::{Kind, Place, Value};
 use super::{Checkpoint, Tensor, TorchError, member};
 
 /// The most numbers of a tensor.
 const MAX_NUMBERS: usize = 1 << 30;
 
 impl Checkpoint {
+    /// As [`Checkpoint::tensor`], of a tensor that holds floating-point numbers: grids and
+    /// weights that are stored as integers were packed somehow, and their codes are no
+    /// densities.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::tensor`], or a tensor of integers or truth values.
+    pub fn floats(&mut self, keys: &[&str]) -> Result<Tensor, TorchError> {
+        self.are_floats(keys)?;
+        self.tensor(keys)
+    }
+
+    /// The same, if it has this shape.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::floats`], or another shape.
+    pub fn floats_of(&mut self, keys: &[&str], shape: &[usize]) -> Result<Tensor, TorchError> {
+        self.are_floats(keys)?;
+        self.tensor_of(keys, shape)
+    }
+
+    fn are_floats(&self, keys: &[&str]) -> Result<(), TorchError> {
+        let kind = match self.find(keys) {
+            Some(Value::Tensor(at)) => {
+                Some(self.arena.storages[self.arena.tensors[at].storage].kind)
+            }
+            Some(Value::Array(at)) => self.arena.arrays[at].kind,
+            _ => None,
+        };
+        if let Some(kind) = kind.filter(|kind| !kind.is_float()) {
+            let expected = "floating-point numbers: save it as it was trained, not packed into \
+                            integers";
+            return Err(self.field(keys, format!("of type {}", kind.name()), expected));
+        }
+        Ok(())
+    }
+
     pub(super) fn view(&mut self, keys: &[&str], at: usize) -> Result<Tensor, TorchError> {
         let view = self.arena.tensors[at].clone();
         let storage = self.arena.storages[view.storage].clone();

@@ -65,6 +65,26 @@ impl Kind {
         }
     }
 
+    /// Whether its numbers may be fractions, as those of weights are.
+    pub(super) const fn is_float(self) -> bool {
+        matches!(self, Self::F16 | Self::BF16 | Self::F32 | Self::F64)
+    }
+
+    /// How it is called.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::F16 => "float16",
+            Self::BF16 => "bfloat16",
+            Self::F32 => "float32",
+            Self::F64 => "float64",
+            Self::I16 => "int16",
+            Self::I32 => "int32",
+            Self::I64 => "int64",
+            Self::U8 => "uint8",
+            Self::Bool => "bool",
+        }
+    }
+
     /// Of numpy's type strings without byte order.
     pub(super) fn of_numpy(text: &str) -> Option<Self> {
         Some(match text {

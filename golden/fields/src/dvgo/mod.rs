@@ -79,19 +79,15 @@ impl Dvgo {
     fn read(file: &mut Checkpoint, step: f64) -> Result<Self, FieldError> {
         file.refuse(&DVGO)?;
         let state = |name| ["model_state_dict", name];
-        let direct = ["model_kwargs", "rgbnet_direct"];
-        if file.flag(&direct) == Some(false) {
-            let expected = "True: colours that are the perceptron's alone";
-            return Err(file.field(&direct, "False".to_owned(), expected).into());
+        for (name, wanted) in [
+            // 1 is True to Python.
+            ("rgbnet_direct", &["True", "1"][..]),
+            ("density_type", &["'DenseGrid'"]),
+            ("k0_type", &["'DenseGrid'"]),
+        ] {
+            file.says_only(&["model_kwargs", name], wanted)?;
         }
-        for (name, wanted) in [("density_type", "DenseGrid"), ("k0_type", "DenseGrid")] {
-            let keys = ["model_kwargs", name];
-            if let Some(found) = file.text(&keys).filter(|found| *found != wanted) {
-                let found = found.to_owned();
-                return Err(file.field(&keys, found, wanted).into());
-            }
-        }
-        let density = file.tensor(&state("density.grid"))?;
+        let density = file.floats(&state("density.grid"))?;
         let [1, 1, x, y, z] = density.shape[..] else {
             let found = format!("of shape {:?}", density.shape);
             let expected = "a tensor of shape [1, 1, X, Y, Z]";
@@ -103,7 +99,7 @@ impl Dvgo {
             let expected = "2 or more vertices along each axis";
             return Err(file.field(&state("density.grid"), found, expected).into());
         }
-        let features = file.tensor(&state("k0.grid"))?;
+        let features = file.floats(&state("k0.grid"))?;
         let count = match features.shape[..] {
             [1, c, fx, fy, fz] if [fx, fy, fz] == points && c > 0 => c,
             _ => {
@@ -113,7 +109,7 @@ impl Dvgo {
             }
         };
         let corner = |file: &mut Checkpoint, name| -> Result<DVec3, FieldError> {
-            let values = file.tensor_of(&state(name), &[3])?.values;
+            let values = file.floats_of(&state(name), &[3])?.values;
             Ok(dvec3(values[0].into(), values[1].into(), values[2].into()))
         };
         let bounds = [corner(file, "xyz_min")?, corner(file, "xyz_max")?];
@@ -127,7 +123,7 @@ impl Dvgo {
         let voxel = (size.element_product() / voxels).cbrt();
         let ratio = within(file, &["model_kwargs", "voxel_size_ratio"], ABOVE_0)?;
         let mlp = perceptron(file)?;
-        let frequencies: Vec<f64> = match file.tensor(&state("viewfreq"))?.values {
+        let frequencies: Vec<f64> = match file.floats(&state("viewfreq"))?.values {
             list if list.len() <= MAX_FREQUENCIES => list.iter().map(|v| f64::from(*v)).collect(),
             list => {
                 let found = format!("{} frequencies", list.len());
@@ -299,14 +295,14 @@ fn perceptron(file: &mut Checkpoint) -> Result<Mlp, FieldError> {
             if !file.has(&["model_state_dict", &weight]) {
                 continue;
             }
-            let tensor = file.tensor(&["model_state_dict", &weight])?;
+            let tensor = file.floats(&["model_state_dict", &weight])?;
             let [outputs, inputs] = tensor.shape[..] else {
                 let found = format!("of shape {:?}", tensor.shape);
                 let keys = ["model_state_dict", weight.as_str()];
                 return Err(file.field(&keys, found, "[outputs, inputs]").into());
             };
             let bias = format!("{name}.bias");
-            let bias = file.tensor_of(&["model_state_dict", &bias], &[outputs])?;
+            let bias = file.floats_of(&["model_state_dict", &bias], &[outputs])?;
             layers.push(Layer::new(inputs, tensor.values, bias.values)?);
         }
     }
@@ -328,7 +324,7 @@ fn mask(file: &mut Checkpoint, corner: DVec3, spacing: DVec3) -> Result<Option<M
             .into());
     };
     let mut three = |name| -> Result<DVec3, FieldError> {
-        let v = file.tensor_of(&state(name), &[3])?.values;
+        let v = file.floats_of(&state(name), &[3])?.values;
         let v = dvec3(v[0].into(), v[1].into(), v[2].into());
         if v.is_finite() {
             return Ok(v);

@@ -175,6 +175,57 @@ fn every_key_is_honoured_refused_or_listed() {
     assert!(kept.is_ok());
 }
 
+/// Nothing but what Python takes for the wanted value passes: no other type, no other text.
+#[test]
+fn settings_of_another_type_are_refused_by_key() {
+    let key = |name: &str| format!("model_kwargs/{name}");
+    for name in ["rgbnet_direct", "density_type", "k0_type"] {
+        let mut wrong = vec![
+            (Made::None, "None"),
+            (Made::Bool(false), "False"),
+            (Made::Int(0), "0"),
+            (Made::Float(2.0), "2.0"),
+            (Made::text("False"), "'False'"),
+            (Made::whole(&[1]), "a list"),
+        ];
+        if name != "rgbnet_direct" {
+            wrong.extend([(Made::Int(1), "1"), (Made::Bool(true), "True")]);
+        }
+        for (value, shown) in wrong {
+            let error = load(with(&key(name), value).save().path());
+            let error = error.unwrap_err().to_string();
+            let said = format!("`{}` is {shown}; expected ", key(name));
+            assert!(error.contains(&said), "{error}");
+        }
+    }
+    for value in [Made::Bool(true), Made::Int(1)] {
+        assert!(load(with(&key("rgbnet_direct"), value).save().path()).is_ok());
+    }
+}
+
+/// Codes of a packed grid are no densities; a mask may well be of bytes.
+#[test]
+fn grids_and_weights_of_integers_are_refused_by_tensor() {
+    for (name, shape) in [
+        ("density.grid", &[1, 1, 3, 4, 5][..]),
+        ("k0.grid", &[1, 2, 3, 4, 5]),
+        ("xyz_min", &[3]),
+        ("viewfreq", &[1]),
+        ("rgbnet.0.weight", &[6, 11]),
+        ("rgbnet.2.bias", &[3]),
+    ] {
+        let bytes = vec![1; shape.iter().product()];
+        let key = format!("model_state_dict/{name}");
+        let error = load(with(&key, Made::Bytes(shape.to_vec(), bytes)).save().path());
+        let error = error.unwrap_err().to_string();
+        let said = format!("`{key}` is of type uint8; expected floating-point");
+        assert!(error.contains(&said), "{error}");
+    }
+    let mask = Made::Bytes(vec![2; 3], vec![1; 8]);
+    let made = with("model_state_dict/mask_cache.mask", mask);
+    assert!(load(made.save().path()).is_ok());
+}
+
 /// Every key of the files that are read has a row.
 #[test]
 fn the_table_has_a_row_for_every_key_of_fixtures() {
