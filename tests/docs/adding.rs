@@ -1,8 +1,8 @@
 //! Pages that say how to add a thing: the files that they list are those that it takes.
 //!
 //! A page has a line `<!-- adding: at most N files, found by WORD -->`, and below it a table whose
-//! first column names files. `found by WORD` means that a search for the example's own word finds
-//! these files and no others, tests aside.
+//! first column names files or folders. `found by WORD` means that a search for the example's own
+//! word finds these files and no others, tests aside.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -66,7 +66,7 @@ fn pages_on_adding_list_the_files_that_it_takes() {
         checked += 1;
         assert!(!files.is_empty() && files.len() <= most, "{own}: {files:?}");
         for file in &files {
-            assert!(root().join(file).is_file(), "{own}: {file}");
+            assert!(root().join(file).exists(), "{own}: {file}");
         }
         if let Some(word) = word {
             let found = sources_of_all

@@ -18,7 +18,7 @@ use potamoi_march::{Head, Lanes, MarchError, Opacities};
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_reference::{Twins, Units};
 use potamoi_rtl::RtlUnits;
-use potamoi_scene::Model;
+use potamoi_scene::{Model, Scene};
 
 use super::modelled::Case;
 use super::obvious::{Obvious, ObviousUnits};
@@ -473,4 +473,36 @@ fn what_only_one_of_the_two_leaves_out_is_within_the_bound() {
         println!("{what}: decided otherwise {apart:?} times of 16");
         assert!(apart.iter().sum::<u32>() > 4, "{what}: {apart:?}");
     }
+}
+
+/// A field that is added as docs/adding/field.md says is told by scenes as the others are; its
+/// pictures, bounds and work are those of the other tests here.
+#[test]
+fn an_added_field_is_told_like_the_others() {
+    let model = Model::Field(AnyField::new(hashed()));
+    let up = DVec3::NEG_Y;
+    let mut scene = Scene::of("added", model, camera(), up, [0.0; 3]);
+    assert_eq!(scene.model().algorithm(), "toy");
+    assert_eq!(scene.model().full_size(), None);
+    let said = scene.not_checked();
+    assert!(
+        said.iter().any(|own| *own == ALGORITHM.outside[0]),
+        "{said:?}"
+    );
+    scene.set_size(Some(16), Some(16)).unwrap();
+    let float = scene.render_float().unwrap().picture;
+    let mut twins = Twins::new(&config());
+    let fixed = scene.render_fixed(&config(), &mut twins).unwrap().picture;
+    let off = fixed.rgb.iter().flatten().zip(float.rgb.iter().flatten());
+    let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    let bound = bounds(&hashed()).into_iter().fold(0.0, f64::max);
+    assert!(f64::from(off) <= bound, "{off} {bound}");
+    let other = Scene::of(
+        "added",
+        Model::Field(AnyField::new(wide(false))),
+        camera(),
+        up,
+        [0.0; 3],
+    );
+    assert_ne!(scene.identity(), other.identity());
 }
