@@ -76,4 +76,18 @@ mod tests {
             }
         }
     }
+
+    /// The first row that matches counts, so that a later one of another fate would never be.
+    #[test]
+    fn no_row_stands_behind_one_that_takes_its_keys() {
+        for format in formats() {
+            for key in format.keys {
+                for inside in ["", "0"] {
+                    let name = key.name.replace('*', inside);
+                    let fate = format.row(&name).map(|row| row.fate);
+                    assert_eq!(fate, Some(key.fate), "{}: {name}", format.name);
+                }
+            }
+        }
+    }
 }

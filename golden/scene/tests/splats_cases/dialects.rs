@@ -142,13 +142,25 @@ fn wide_centres_far_off_keep_their_digits() {
     tells_apart(&through(&path, &far_camera), &truth, &rounded, LOSSLESS);
     let loaded = load(&path);
     assert_eq!(loaded.origin.z, 0.0);
-    assert!(
-        loaded
-            .notes
-            .assumed()
-            .join(" ")
-            .contains("centres from (50000")
-    );
+    assert!((loaded.origin - far).abs().max_element() < 1.0);
+    let assumed = loaded.notes.assumed().join(" ");
+    assert!(assumed.contains("centres from (499999."), "{assumed}");
+    // One that lies elsewhere takes nothing from the others, and is told where it is rounded.
+    for (elsewhere, is_told) in [(0.0, false), (600_000.37, true)] {
+        let mut ply = ply.clone();
+        for (_, name, values) in &mut ply.columns {
+            values.push(values[0]);
+            if ["x", "y"].contains(&name.as_str()) {
+                values[160] = elsewhere;
+            }
+        }
+        let path = ply.write(folder.path(), "outlier.ply");
+        tells_apart(&through(&path, &far_camera), &truth, &rounded, LOSSLESS);
+        let notes = notes(&path);
+        let told = notes.not_used().join("; ");
+        let said = told.contains("the last digits of 1 centres, which floats move by up to");
+        assert_eq!(said, is_told, "{told}");
+    }
     // Text of the same digits.
     let text = Ply {
         text: true,

@@ -138,15 +138,6 @@ fn what_is_added_to_a_file_is_named() {
         ply.columns.push((kind, name.to_owned(), vec![0.0; 160]));
         named(at, "a.ply", &ply.bytes(), name);
     }
-    for name in ["motion_0", "trbf_scale", "t", "beta"] {
-        let mut ply = plain.clone();
-        ply.columns.push(("float", name.to_owned(), vec![0.0; 160]));
-        let said = refusal(&ply.write(at, "a.ply"));
-        assert!(
-            said.contains(&format!("`{name}` cannot be honoured")),
-            "{said}"
-        );
-    }
     for line in ["comment Exported by hand", "obj_info of something"] {
         named(
             at,
@@ -308,4 +299,52 @@ fn what_is_added_to_a_file_is_named() {
     assert!(said.contains("content is a PLY file"), "{said}");
     // Rows of 32 bytes have no place for anything else.
     named(at, "a.splat", &[0; 33], "length in bytes");
+}
+
+/// Of plain files and of packed ones.
+#[test]
+fn models_that_are_no_gaussians_in_space_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = Ply::of(&Shape::new(-3.2));
+    let packed = fixture("splats/cloud.compressed.ply");
+    let last = b"property uint packed_color\n";
+    let at = packed.windows(last.len()).position(|own| own == last);
+    let (head, rest) = packed.split_at(at.unwrap() + last.len());
+    for name in [
+        "motion_0",
+        "trbf_scale",
+        "t",
+        "time",
+        "lifetime",
+        "velocity_x",
+        "scale_t",
+        "rot_r_0",
+        "scale_3",
+        "rot_4",
+        "f_dc_3",
+        "beta",
+        "nu_degree",
+        "filter_3d",
+    ] {
+        let mut ply = plain.clone();
+        ply.columns.push(("float", name.to_owned(), vec![0.0; 160]));
+        let line = format!("property float {name}\n");
+        let files = [
+            ply.bytes(),
+            [head, line.as_bytes(), rest, &[0; 4 * 300]].concat(),
+        ];
+        for bytes in files {
+            let said = refusal(&write(folder.path(), "a.ply", &bytes));
+            let expected = format!("`{name}` cannot be honoured");
+            assert!(said.contains(&expected), "{said}");
+        }
+    }
+    // Discs have no such filter.
+    let mut discs = plain.clone();
+    discs.columns.retain(|own| own.1 != "scale_2");
+    discs
+        .columns
+        .push(("float", "filter_3D".to_owned(), vec![0.1; 160]));
+    let said = refusal(&discs.write(folder.path(), "a.ply"));
+    assert!(said.contains("`filter_3D` cannot be honoured"), "{said}");
 }

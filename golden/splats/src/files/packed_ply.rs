@@ -18,7 +18,7 @@ use super::error::{FileError, Origin};
 use super::values;
 use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
-use crate::ply::{SAID, says};
+use crate::ply::{self, SAID, says, with_other_models};
 use potamoi_base::record::{Fate, Format, Key, Notes, Record};
 use potamoi_base::sh;
 use potamoi_containers::ply::PlyFileError;
@@ -53,7 +53,7 @@ const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
 pub static FORMAT: Format = Format {
     name: "packed PLY of PlayCanvas",
     files: "`.ply` with a property `packed_position`, such as `.compressed.ply`: `element.property`, and comments",
-    keys: &[
+    keys: &with_other_models::<_, 35>([
         key(
             "chunk.min_*",
             Fate::Honoured,
@@ -85,6 +85,11 @@ pub static FORMAT: Format = Format {
             Fate::Honoured,
             "coefficients, channel by channel, as bytes over -4 to 4",
         ),
+        key(
+            "filter_3D",
+            Fate::Refused,
+            "the filter of Mip-Splatting is fused before packing; pack the file again",
+        ),
         SAID[0],
         SAID[1],
         SAID[2],
@@ -99,7 +104,7 @@ pub static FORMAT: Format = Format {
             Fate::Listed,
             "what follows the last element",
         ),
-    ],
+    ]),
     others: Fate::Listed,
 };
 
@@ -206,11 +211,22 @@ pub(super) fn decode(header: &Header, body: &[u8], origin: &str) -> Result<Raw, 
     })
 }
 
+/// `element.property` of each, but for what makes vertices those of another model, which plain
+/// files call the same.
 fn entries(header: &Header) -> Vec<(String, String)> {
+    let of_others = |property: &str| {
+        let row = ply::FORMAT.row(property);
+        property == "filter_3D" || row.is_some_and(|own| own.fate == Fate::Refused)
+    };
     let elements = header.ply.elements.iter();
     let properties = elements.flat_map(|(name, element)| {
-        let own = element.properties.keys();
-        own.map(move |property| (format!("{name}.{property}"), String::new()))
+        element.properties.keys().map(move |property| {
+            let key = match name == "vertex" && of_others(property) {
+                true => property.clone(),
+                false => format!("{name}.{property}"),
+            };
+            (key, String::new())
+        })
     });
     properties.chain(says::entries(&header.ply)).collect()
 }

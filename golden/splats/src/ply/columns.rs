@@ -3,7 +3,7 @@
 use ply_rs_bw::ply::{ElementDef, Header as PlyHeader, PropertyType, ScalarType};
 
 use super::PlyError;
-use potamoi_base::record::Record;
+use potamoi_base::record::{KeyError, Record};
 use potamoi_base::sh;
 use potamoi_containers::ply::header::type_name;
 
@@ -72,6 +72,14 @@ impl Columns {
         let opacity = finder.need("opacity")?;
         let scale = finder.scales()?;
         let rotation = finder.all(["rot_0", "rot_1", "rot_2", "rot_3"])?;
+        if scale[2].is_none() && vertex.properties.contains_key("filter_3D") {
+            let why = "it widens discs into volumes: 2DGS has no such filter; leave it out";
+            let key = "filter_3D".to_owned();
+            return Err(PlyError::Key {
+                origin: origin.to_owned(),
+                source: Box::new(KeyError::Refused { key, why }),
+            });
+        }
         let filter = match vertex.properties.contains_key("filter_3D") {
             true => Some(finder.need("filter_3D")?),
             false => None,

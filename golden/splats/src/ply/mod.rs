@@ -8,7 +8,9 @@
 //! discs of 2DGS, drawn as Gaussians of no thickness. Binary files of either
 //! byte order and text files are read, with any line ends.
 
+mod centres;
 mod columns;
+pub(super) mod other_models;
 pub(super) mod says;
 mod vertices;
 
@@ -21,6 +23,7 @@ use thiserror::Error;
 use super::cloud::CloudError;
 use super::loaded::{Loaded, Raw};
 use columns::Columns;
+pub(super) use other_models::with_other_models;
 use potamoi_base::record::{Fate, Format, Key, KeyError, Notes, Record};
 use potamoi_containers::ply::header::{self, Header};
 use potamoi_containers::ply::rows::{Layout, Rows};
@@ -49,28 +52,21 @@ pub(super) const SAID: [Key; 3] = [
         "x, y or z, with a sign: up in the default view and in orbits; anything else is listed",
     ),
 ];
-/// Why Gaussians that change with time are refused.
-const MOVES: &str = "Gaussians that move or change with time are not rendered; export one moment";
-/// Why other kernels are refused.
-const KERNEL: &str = "kernels that are no Gaussians are not rendered";
-
 /// Its properties are those of element `vertex`.
 pub static FORMAT: Format = Format {
     name: "PLY of 3D Gaussian splatting",
     files: "`.ply`: properties of element `vertex`, comments and other elements",
-    keys: &[
+    keys: &with_other_models::<_, 47>([
         key(
             "x",
             Fate::Honoured,
-            "centre; of `double`s far from the origin, their middle is subtracted first",
+            "centre; of `double`s far from the origin, their median is subtracted first",
         ),
         key("y", Fate::Honoured, "the same"),
         key("z", Fate::Honoured, "the same"),
-        key(
-            "f_dc_*",
-            Fate::Honoured,
-            "the constant coefficient of red, green and blue: 0 to 2",
-        ),
+        key("f_dc_0", Fate::Honoured, "the constant coefficient of red"),
+        key("f_dc_1", Fate::Honoured, "of green"),
+        key("f_dc_2", Fate::Honoured, "of blue"),
         key(
             "f_rest_*",
             Fate::Honoured,
@@ -82,15 +78,24 @@ pub static FORMAT: Format = Format {
             "before the sigmoid; may be infinite",
         ),
         key(
-            "scale_*",
+            "scale_0",
             Fate::Honoured,
-            "logarithms of sizes; minus infinity is a size of 0. Two: 2DGS, drawn as discs of no thickness",
+            "logarithms of sizes; minus infinity is a size of 0",
+        ),
+        key("scale_1", Fate::Honoured, "the same"),
+        key(
+            "scale_2",
+            Fate::Honoured,
+            "the same; without it, 2DGS, drawn as discs of no thickness",
         ),
         key(
-            "rot_*",
+            "rot_0",
             Fate::Honoured,
             "the quaternion w, x, y, z, of any length; of length 0 it is no rotation",
         ),
+        key("rot_1", Fate::Honoured, "the same"),
+        key("rot_2", Fate::Honoured, "the same"),
+        key("rot_3", Fate::Honoured, "the same"),
         key(
             "filter_3D",
             Fate::Honoured,
@@ -99,15 +104,6 @@ pub static FORMAT: Format = Format {
         key("nx", Fate::Listed, "normals, which Gaussians have none of"),
         key("ny", Fate::Listed, "the same"),
         key("nz", Fate::Listed, "the same"),
-        key("t", Fate::Refused, MOVES),
-        key("trbf_*", Fate::Refused, MOVES),
-        key("motion_*", Fate::Refused, MOVES),
-        key("omega_*", Fate::Refused, MOVES),
-        key("scale_t", Fate::Refused, MOVES),
-        key("rot_r_*", Fate::Refused, MOVES),
-        key("beta", Fate::Refused, KERNEL),
-        key("sb_params_*", Fate::Refused, KERNEL),
-        key("shape", Fate::Refused, KERNEL),
         SAID[0],
         SAID[1],
         SAID[2],
@@ -123,7 +119,7 @@ pub static FORMAT: Format = Format {
             Fate::Listed,
             "what follows the last element",
         ),
-    ],
+    ]),
     others: Fate::Listed,
 };
 
@@ -293,20 +289,26 @@ pub(super) fn body(
     let vertices = vertices.ok_or_else(|| PlyError::Empty {
         origin: origin.to_owned(),
     })?;
-    let (cloud, origin) = vertices
+    let (cloud, middle, rounded) = vertices
         .finish(&columns)
         .map_err(|source| PlyError::Cloud {
             origin: origin.to_owned(),
             source,
         })?;
-    if origin != glam::DVec3::ZERO {
-        let [x, y, z] = origin.to_array();
+    if middle != glam::DVec3::ZERO {
+        let [x, y, z] = middle.to_array();
         notes.assume(format!(
             "centres from ({x}, {y}, {z}) on, which floats do not hold"
         ));
     }
+    if let Some(own) = rounded {
+        notes.list(format!(
+            "the last digits of {} centres, which floats move by up to {:.1e}",
+            own.count, own.most
+        ));
+    }
     Ok(Raw {
-        origin,
+        origin: middle,
         up: says.up,
         ..Raw::new(cloud.antialiased(says.antialiased), notes)
     })

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::centres::{Centres, Rounded};
 use super::columns::Columns;
 use crate::cloud::{Cloud, CloudError};
 use crate::sigmoid;
@@ -9,10 +10,6 @@ use potamoi_base::sh;
 
 /// The log scale of what has no size: that of the smallest normal float.
 const NO_SIZE: f32 = -87.336_55;
-/// How many times farther from the world's origin than from their own middle centres are that are
-/// brought back.
-const FAR: f64 = 16.0;
-
 /// The vertices read so far.
 pub(super) struct Vertices {
     means: Vec<[f32; 3]>,
@@ -87,9 +84,17 @@ impl Vertices {
         Ok(())
     }
 
-    /// The cloud, and where its origin lies in the file's world.
-    pub(super) fn finish(mut self, columns: &Columns) -> Result<(Cloud, DVec3), CloudError> {
-        let origin = origin(&self.wide);
+    /// The cloud, where its origin lies in the file's world, and what is still rounded.
+    pub(super) fn finish(
+        mut self,
+        columns: &Columns,
+    ) -> Result<(Cloud, DVec3, Option<Rounded>), CloudError> {
+        let centres = Centres {
+            wide: &self.wide,
+            log_scales: &self.log_scales,
+        };
+        let origin = centres.origin();
+        let rounded = centres.rounded(origin);
         for (mean, wide) in self.means.iter_mut().zip(&self.wide) {
             for axis in 0..3 {
                 if origin[axis] != 0.0 {
@@ -105,29 +110,8 @@ impl Vertices {
             self.opacities,
             self.sh,
         )?;
-        Ok((cloud, DVec3::from(origin)))
+        Ok((cloud, origin, rounded))
     }
-}
-
-/// What is subtracted of wide centres along each axis before they are rounded to 32 bits: the float
-/// nearest to their middle where that is far off and rounding would move them, so that differences
-/// are exact; otherwise nothing.
-fn origin(wide: &[[f64; 3]]) -> [f64; 3] {
-    [0, 1, 2].map(|axis| {
-        let all = wide.iter().map(|own| own[axis]);
-        if all.clone().all(|v| v == f64::from(v as f32)) {
-            return 0.0;
-        }
-        let [low, high] = [
-            all.clone().fold(f64::INFINITY, f64::min),
-            all.fold(f64::NEG_INFINITY, f64::max),
-        ];
-        let middle = f64::midpoint(low, high);
-        match middle.abs() > FAR * (high - low) / 2.0 {
-            true => f64::from(middle as f32),
-            false => 0.0,
-        }
-    })
 }
 
 /// A Gaussian behind Mip-Splatting's filter in space of a width (Yu, Chen, Huang, Sattler, Geiger:
@@ -154,18 +138,6 @@ fn filtered(scales: [f32; 3], logit: f32, width: f64) -> ([f32; 3], f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn centres_are_brought_back_only_where_floats_would_move_them() {
-        let near = [[0.1, -0.2, 0.3], [-0.7, 0.9, -1.1]];
-        assert_eq!(origin(&near), [0.0; 3]);
-        let utm = near.map(|[x, y, z]| [x + 500_000.0, y, z]);
-        let found = origin(&utm);
-        assert_eq!(found[1..], [0.0; 2]);
-        assert!((found[0] - 499_999.7).abs() < 0.1 && found[0] == f64::from(found[0] as f32));
-        // What floats hold stays where it is, however far.
-        assert_eq!(origin(&[[5e5, 1.0, 2.0], [500_000.5, 1.5, 2.0]]), [0.0; 3]);
-    }
 
     #[test]
     fn a_filter_of_no_width_changes_nothing_and_a_wide_one_fades() {
