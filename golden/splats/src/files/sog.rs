@@ -14,7 +14,7 @@ use std::f64::consts::SQRT_2;
 use std::io::{Cursor, Read as _};
 use std::path::{Component, Path};
 
-use image::{DynamicImage, ImageDecoder as _, ImageReader, RgbaImage};
+use image::RgbaImage;
 use rayon::prelude::*;
 use zip::ZipArchive;
 
@@ -24,17 +24,17 @@ use super::{META, after_archive, values};
 use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
 use meta::Meta;
+use pixels::Wanted;
 use potamoi_base::record::{Fate, Format, Key, Notes};
 
 mod entries;
 mod meta;
+mod pixels;
 
 /// The largest `meta.json`, in bytes.
 const LONGEST_META: u64 = 4 << 20;
 /// The largest image file, in bytes.
 const LARGEST_IMAGE: u64 = 1 << 30;
-/// Pixels that an image may have beside four for each Gaussian.
-const SPARE_PIXELS: u64 = 1 << 20;
 /// Palette entries in a row of the image of centroids.
 const PALETTE_ROW: usize = 64;
 
@@ -217,9 +217,22 @@ fn decode(
             let size = (i == Meta::CENTROIDS)
                 .then(|| meta.palette_size())
                 .flatten();
-            pixels(bytes, file, meta.count, size, name)
+            let wanted = Wanted {
+                count: meta.count,
+                size,
+                with_alpha: Meta::WITH_ALPHA.contains(&i),
+            };
+            pixels::read(bytes, file, wanted, name)
         })
         .collect::<Result<_, _>>()?;
+    for (i, (image, (_, file))) in images.iter().zip(&files).enumerate() {
+        let [own, first] = [image, &images[0]].map(RgbaImage::dimensions);
+        if i != Meta::CENTROIDS && own != first {
+            let expected = format!("{} x {}, as of `{}`", first.0, first.1, files[0].1);
+            let value = format!("{} x {}", own.0, own.1);
+            return Err(name.field(format!("size of `{file}`"), value, expected));
+        }
+    }
     let cloud = build(&meta, Images::sort(images, name)?, name)?;
     Ok(Raw::new(cloud.antialiased(meta.antialiased), notes))
 }
@@ -243,42 +256,6 @@ impl Images {
             palette: next().zip(next()),
         })
     }
-}
-
-/// Unpacks an image of a pixel a Gaussian, or of a given width and least
-/// height; the size is checked before anything is reserved for it.
-fn pixels(
-    bytes: &[u8],
-    file: &str,
-    count: usize,
-    size: Option<[u32; 2]>,
-    name: Origin<'_>,
-) -> Result<RgbaImage, FileError> {
-    let fail = || name.part(file, "it is no image that can be read, such as WebP");
-    let decoder = ImageReader::new(Cursor::new(bytes))
-        .with_guessed_format()
-        .map_err(|_| fail())?
-        .into_decoder()
-        .map_err(|_| fail())?;
-    let (width, height) = decoder.dimensions();
-    let pixels = u64::from(width) * u64::from(height);
-    let most = 4 * count as u64 + SPARE_PIXELS;
-    let (right, expected) = match size {
-        Some([w, h]) => (
-            width == w && (h..=h + PALETTE_ROW as u32).contains(&height),
-            format!("{w} x {h}"),
-        ),
-        None => (
-            (count as u64..=most).contains(&pixels),
-            format!("{count} to {most} pixels, one a Gaussian"),
-        ),
-    };
-    if !right {
-        let field = format!("size of `{file}`");
-        return Err(name.field(field, format!("{width} x {height}"), expected));
-    }
-    let image = DynamicImage::from_decoder(decoder).map_err(|_| fail())?;
-    Ok(image.into_rgba8())
 }
 
 fn build(meta: &Meta, images: Images, name: Origin<'_>) -> Result<Cloud, FileError> {

@@ -62,6 +62,8 @@ pub(super) struct Harmonics {
 impl Meta {
     /// Which of [`Self::files`] is the image of the palette.
     pub(super) const CENTROIDS: usize = 5;
+    /// Those whose alpha holds codes: rotations and colours.
+    pub(super) const WITH_ALPHA: [usize; 2] = [3, 4];
 
     /// Reads the file; everything but the count of Gaussians is in its range.
     pub(super) fn parse(
@@ -83,7 +85,7 @@ impl Meta {
             return Err(name.field(field, "given twice", "it once"));
         }
         match all.iter().find(|(key, _)| key == "version") {
-            Some((_, Value::Number(n))) if n.as_u64() == Some(2) => {}
+            Some((_, value)) if whole(value) == Some(2) => {}
             Some((_, other)) => return Err(name.field("version", other, "2")),
             None => return Err(name.field("version", "missing", "2: write it again as SOG 2")),
         }
@@ -176,13 +178,17 @@ struct Fields<'a> {
 impl Fields<'_> {
     fn wrong(&self, key: &str, value: Option<&Value>, expected: &str) -> FileError {
         let field = format!("meta.json: field `{key}`");
-        let value = value.map_or_else(|| "missing".to_owned(), shown);
+        let value = match value {
+            None => "missing".to_owned(),
+            Some(Value::Object(_)) => "an object".to_owned(),
+            Some(value) => shown(value),
+        };
         self.name.field(field, value, expected)
     }
 
     fn count(&mut self, key: &str) -> Result<usize, FileError> {
         let value = self.record.take(key);
-        let count = value.as_ref().and_then(Value::as_u64);
+        let count = value.as_ref().and_then(whole);
         count
             .and_then(|own| usize::try_from(own).ok())
             .ok_or_else(|| self.wrong(key, value.as_ref(), "a whole number"))
@@ -283,6 +289,13 @@ impl Fields<'_> {
             _ => Ok(flag.or(model).unwrap_or(false)),
         }
     }
+}
+
+/// A whole number, with a point or without.
+fn whole(value: &Value) -> Option<u64> {
+    let float = value.as_f64();
+    let float = float.filter(|v| v.fract() == 0.0 && (0.0..9e15).contains(v));
+    value.as_u64().or(float.map(|v| v as u64))
 }
 
 /// The beginning of a value, for errors.

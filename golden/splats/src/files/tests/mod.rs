@@ -6,6 +6,7 @@ mod agree;
 mod fuzz;
 pub mod pack;
 mod refuse;
+mod sog_images;
 
 use std::path::PathBuf;
 

@@ -1,0 +1,90 @@
+//! The images of an SOG file, whose pixels are codes: what changes or lacks one is refused.
+
+use std::io::Cursor;
+
+use image::{ColorType, DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, RgbaImage};
+
+use super::super::error::{FileError, Origin};
+use super::PALETTE_ROW;
+
+/// Pixels that an image may have beside four for each Gaussian.
+const SPARE_PIXELS: u64 = 1 << 20;
+/// What to do about an image that is not as it should be.
+const AGAIN: &str = "WebP without loss, or PNG, of 8 bits, red, green and blue";
+
+/// What an image has to be.
+pub(super) struct Wanted {
+    /// Pixels at least, one a Gaussian.
+    pub(super) count: usize,
+    /// Or else its width and least height.
+    pub(super) size: Option<[u32; 2]>,
+    /// Whether alpha is a code too.
+    pub(super) with_alpha: bool,
+}
+
+/// Unpacks an image; its size is checked before anything is reserved for it.
+pub(super) fn read(
+    bytes: &[u8],
+    file: &str,
+    wanted: Wanted,
+    name: Origin<'_>,
+) -> Result<RgbaImage, FileError> {
+    let fail = || name.part(file, "it is no image that can be read, such as WebP");
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let reader = reader.map_err(|_| fail())?;
+    let wrong = |value: &str| Err(name.field(format!("image `{file}`"), value, AGAIN));
+    match reader.format() {
+        Some(ImageFormat::WebP) if is_lossy(bytes) => {
+            return wrong("WebP with loss, which changes codes");
+        }
+        Some(ImageFormat::WebP | ImageFormat::Png) | None => {}
+        Some(_) => return wrong("of another format"),
+    }
+    let decoder = reader.into_decoder().map_err(|_| fail())?;
+    let (width, height) = decoder.dimensions();
+    let pixels = u64::from(width) * u64::from(height);
+    let count = wanted.count as u64;
+    let most = 4 * count + SPARE_PIXELS;
+    let (right, expected) = match wanted.size {
+        Some([w, h]) => (
+            width == w && (h..=h + PALETTE_ROW as u32).contains(&height),
+            format!("{w} x {h}"),
+        ),
+        None => (
+            (count..=most).contains(&pixels),
+            format!("{count} to {most} pixels, one a Gaussian"),
+        ),
+    };
+    if !right {
+        let field = format!("size of `{file}`");
+        return Err(name.field(field, format!("{width} x {height}"), expected));
+    }
+    match decoder.color_type() {
+        ColorType::Rgba8 => {}
+        ColorType::Rgb8 if !wanted.with_alpha => {}
+        ColorType::Rgb8 => {
+            let expected = "one with alpha, which holds codes";
+            let field = format!("image `{file}`");
+            return Err(name.field(field, "without alpha", expected));
+        }
+        ColorType::L8 | ColorType::La8 => return wrong("grey"),
+        _ => return wrong("of more than 8 bits"),
+    }
+    let image = DynamicImage::from_decoder(decoder).map_err(|_| fail())?;
+    Ok(image.into_rgba8())
+}
+
+/// Whether a chunk of a WebP file holds pixels with loss.
+fn is_lossy(bytes: &[u8]) -> bool {
+    let mut rest = bytes.get(12..).unwrap_or_default();
+    while let Some((head, after)) = rest.split_first_chunk::<8>() {
+        if head.starts_with(b"VP8 ") {
+            return true;
+        }
+        let length = u32::from_le_bytes([head[4], head[5], head[6], head[7]]) as usize;
+        // Chunks have an even number of bytes.
+        let next = length.saturating_add(length % 2);
+        rest = after.get(next..).unwrap_or_default();
+    }
+    false
+}
