@@ -183,6 +183,25 @@ mod tests {
         }
     }
 
+    /// Gaussians in front of the camera that leave no colour are not in view.
+    #[test]
+    fn gaussians_that_are_too_clear_to_be_seen_are_not_in_view() {
+        let folder = tempfile::tempdir().unwrap();
+        let seen = |name: &str, opacity: u8| {
+            let mut row = [0f32, 0.0, 1.0, 0.1, 0.1, 0.1]
+                .map(f32::to_le_bytes)
+                .concat();
+            row.extend([200, 100, 50, opacity, 255, 128, 128, 128]);
+            let path = folder.path().join(name);
+            std::fs::write(&path, row).unwrap();
+            let scene = Scene::open(path.to_str().unwrap()).unwrap();
+            scene.unseen(&[*scene.camera()])
+        };
+        assert_eq!(seen("a.splat", 200), None);
+        let said = seen("b.splat", 0).unwrap();
+        assert!(said.contains("0 of 1 Gaussians"), "{said}");
+    }
+
     /// A box at the edge of what is seen is looked at ray by ray.
     #[test]
     fn a_box_is_met_where_a_ray_of_a_pixel_goes_through_it() {

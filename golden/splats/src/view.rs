@@ -280,10 +280,11 @@ pub fn is_any_in_view(
     let projection = Projection::new(cloud, camera, &rules, 0);
     let depths = projection.depths();
     Ok(depths.par_iter().any(|(_, index)| {
+        let splat = projection.project(*index);
         let mut touches = false;
-        coverage::tiles(&projection.project(*index), grid, &rules, |_| {
-            touches = true
-        });
+        if splat.opacity >= rules.alpha_min {
+            coverage::tiles(&splat, grid, &rules, |_| touches = true);
+        }
         touches
     }))
 }

@@ -42,13 +42,18 @@ pub static FORMAT: Format = Format {
 };
 
 /// How files of other formats begin.
-const OTHERS: [(&[u8], &str); 5] = [
+const OTHERS: [(&[u8], &str); 8] = [
     (b"ply\n", "PLY"),
     (b"ply\r", "PLY"),
+    (b"\xef\xbb\xbf", "text"),
+    (b"\x89PNG", "PNG"),
+    (b"\xff\xd8\xff", "JPEG"),
     (b"NGSP", "SPZ"),
     (b"\x1f\x8b\x08", "gzip"),
     (b"PK\x03\x04", "ZIP"),
 ];
+/// Bytes that are looked at to tell a text.
+const LOOKED_AT: usize = 1 << 12;
 /// Bytes of a Gaussian.
 const ROW: usize = 32;
 
@@ -72,7 +77,8 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
     let name = Origin(origin);
     // Any bytes would do, so that those of another format are told by how they begin.
     let other = OTHERS.iter().find(|(start, _)| bytes.starts_with(start));
-    if let Some((_, format)) = other {
+    let text = is_text(bytes).then_some("text");
+    if let Some(format) = other.map(|(_, format)| *format).or(text) {
         let expected = "rows of 32 bytes; give the file the ending of its format";
         return Err(name.field("content", format!("a {format} file"), expected));
     }
@@ -80,6 +86,10 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
     if !rest.is_empty() {
         let expected = format!("a multiple of {ROW}, the bytes of a Gaussian");
         return Err(name.field("length in bytes", bytes.len(), expected));
+    }
+    if !bytes.is_empty() && bytes.iter().all(|byte| *byte == 0) {
+        let expected = "Gaussians: the file was reserved and never written; write it again";
+        return Err(name.field("content", "zeros alone", expected));
     }
     let float = |row: &[u8; ROW], i: usize| {
         f32::from_le_bytes([row[4 * i], row[4 * i + 1], row[4 * i + 2], row[4 * i + 3]])
@@ -113,4 +123,11 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
         cloud.map_err(|e| name.cloud(e))?,
         Notes::default(),
     ))
+}
+
+/// Whether a file begins with letters and line ends alone, which rows of floats do not.
+fn is_text(bytes: &[u8]) -> bool {
+    let start = &bytes[..bytes.len().min(LOOKED_AT)];
+    let is_letter = |byte: &u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+    !start.is_empty() && start.iter().all(is_letter)
 }

@@ -8,7 +8,7 @@ use super::*;
 /// The refusal of a file, which names it and is one line; nothing that is
 /// refused takes time.
 #[track_caller]
-fn refused(parse: Parse, bytes: &[u8], expected: &str) {
+pub(super) fn refused(parse: Parse, bytes: &[u8], expected: &str) {
     let start = Instant::now();
     let read = parse(bytes, "t.file").map(|cloud| cloud.len());
     let Err(error) = read else {
@@ -31,6 +31,11 @@ fn splat() {
         "length in bytes is 33: expected a multiple of 32",
     );
     refused(splat_cloud, &[], "no Gaussian");
+    refused(splat_cloud, &[0; 64], "content is zeros alone: expected");
+    let text = "0.5 0.25 1.0 of a table of words\n".repeat(32);
+    refused(splat_cloud, text.as_bytes(), "content is a text file");
+    let png = [&b"\x89PNG\r\n\x1a\n"[..], &[0; 24]].concat();
+    refused(splat_cloud, &png, "content is a PNG file");
     let row = |at: usize, value: f32| {
         let mut row = [0; 64];
         row[at..at + 4].copy_from_slice(&value.to_le_bytes());
