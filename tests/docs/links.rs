@@ -125,6 +125,36 @@ fn links_lead_to_files_and_headings_that_exist() {
     assert!(count > 100, "{count} links: are they found?");
 }
 
+/// Emitted Verilog names the page that its errors are told on. The name is part of the text that
+/// syntheses are held against, and stays where the page moves.
+#[test]
+fn pages_that_verilog_names_are_there() {
+    let mut count = 0;
+    for preset in std::fs::read_dir(root().join("rtl_out")).unwrap() {
+        for unit in std::fs::read_dir(preset.unwrap().path()).unwrap().flatten() {
+            let files = std::fs::read_dir(unit.path())
+                .into_iter()
+                .flatten()
+                .flatten();
+            for file in files.filter(|f| f.path().extension().is_some_and(|e| e == "v")) {
+                let text = read(&file.path());
+                for (at, _) in text.match_indices("docs/") {
+                    let page = text[at..].split(".md").next().unwrap();
+                    let page = root().join(format!("{page}.md"));
+                    assert!(
+                        page.is_file(),
+                        "{}: {}",
+                        file.path().display(),
+                        page.display()
+                    );
+                    count += 1;
+                }
+            }
+        }
+    }
+    assert!(count > 0);
+}
+
 #[test]
 fn every_page_is_in_the_book_once_under_its_kind() {
     let book = root().join("docs");

@@ -18,11 +18,14 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Files that end in `.md` in a folder and below it, in order.
+/// Files that end in `.md` in a folder and below it, in order. Links to them are other names.
 fn pages_in(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
+        if path.is_symlink() {
+            continue;
+        }
         if path.is_dir() {
             found.extend(pages_in(&path));
         } else if path.extension().is_some_and(|e| e == "md") {

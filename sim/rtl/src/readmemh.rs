@@ -282,7 +282,7 @@ impl Bench<'_> {
         let _ = writeln!(
             t,
             "// Testbench of {unit}, without any tool but a Verilog-2005 simulator:\n\
-             //   potamoi emit --out rtl\n\
+             //   potamoi emit --out-dir rtl\n\
              //   iverilog -g2005 -o {unit}_tb {unit}_tb.v rtl/{unit}/*.v && vvp {unit}_tb\n\
              // Run it in the folder of the .hex files. The last line is PASS or FAIL.\n\
              `timescale 1ns/1ps\n`default_nettype none\n\nmodule {unit}_tb;\n  \
