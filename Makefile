@@ -63,13 +63,7 @@ lint: setup
 
 refresh: setup
 	$(call step,Verilog of the presets)
-	rm -rf out/refresh
-	for preset in $(notdir $(basename $(wildcard configs/*.toml))); do \
-	  cargo run --locked --release --quiet -- --config $$preset emit \
-	    --out-dir out/refresh/$$preset || exit 1; \
-	done
-	rm -rf rtl_out
-	mv out/refresh rtl_out
+	POTAMOI_REFRESH=1 cargo test --locked --quiet --test rtl_out current
 	$(call step,pictures of the documents)
 	for scene in garden lantern; do \
 	  cargo run --locked --release --quiet -- render --scene $$scene --numerics rtl \

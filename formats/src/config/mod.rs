@@ -8,6 +8,7 @@ mod breaches;
 mod derived;
 mod exponential;
 mod gu;
+mod identity;
 mod overlay;
 pub mod rules;
 mod vu;
@@ -180,13 +181,14 @@ impl Config {
         Self::default()
     }
 
-    /// A stable hash of every parameter: 12 hexadecimal digits that name the
-    /// configuration in headers, traces and results.
+    /// A stable hash of the parameters: 12 hexadecimal digits that name the configuration in
+    /// headers, traces and results.
+    ///
+    /// It is of the parameters that differ from their defaults, each by its field and its value:
+    /// the hash stays when a parameter is added that a configuration does not set.
     #[must_use]
     pub fn hash(&self) -> String {
-        // The debug form names every field, defaults included, in order.
-        let digest = blake3::hash(format!("{self:?}").as_bytes());
-        digest.to_hex()[..12].to_owned()
+        identity::hash(self, &Self::default())
     }
 }
 
