@@ -41,6 +41,20 @@ pub struct Shape {
     pub reads: u64,
 }
 
+impl Shape {
+    fn numbers(&self) -> [u64; 5] {
+        // A new field has to be a number.
+        let Self {
+            words,
+            bits,
+            read_writes,
+            writes,
+            reads,
+        } = *self;
+        [words, bits, read_writes, writes, reads]
+    }
+}
+
 /// One memory, at [`NODE_NM`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
@@ -140,7 +154,7 @@ impl Cacti {
         let text = configuration(shape);
         let inputs = MemoryInputs {
             cacti: &self.version,
-            shape,
+            shape: shape.numbers(),
             configuration: &text,
         };
         std::fs::create_dir_all(&self.cache).map_err(cannot_keep(&self.cache))?;

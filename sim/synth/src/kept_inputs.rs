@@ -8,7 +8,6 @@ use potamoi_formats::config::Config;
 use potamoi_kept::Key;
 use serde::Serialize;
 
-use crate::cacti::Shape;
 use crate::fanout::{FAN_OUT, LOAD};
 use crate::{UnitKind, UnitReport};
 
@@ -138,7 +137,8 @@ impl FpgaInputs<'_> {
 #[derive(Clone, Copy)]
 pub(crate) struct MemoryInputs<'a> {
     pub(crate) cacti: &'a str,
-    pub(crate) shape: &'a Shape,
+    /// Words, bits, ports that read or write, that write, that read.
+    pub(crate) shape: [u64; 5],
     /// What CACTI is given.
     pub(crate) configuration: &'a str,
 }
@@ -147,7 +147,7 @@ impl MemoryInputs<'_> {
     pub(crate) fn key(&self) -> Key {
         Key::new("memory", "potamoi-cacti 1")
             .text("cacti", self.cacti)
-            .value("shape", self.shape)
+            .value("shape", &self.shape)
             .text("configuration", self.configuration)
     }
 }

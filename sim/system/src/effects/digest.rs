@@ -2,13 +2,12 @@
 
 use potamoi_formats::units::VectorOp;
 use potamoi_reference::{GatherTask, Product, UnitError, Units};
-use sha2::{Digest as _, Sha256};
 
 /// Units that digest the work and the results of other units: those of two frames are equal where
 /// their traces are.
 pub struct Digest<'u> {
     units: &'u mut dyn Units,
-    state: Sha256,
+    state: blake3::Hasher,
 }
 
 impl<'u> Digest<'u> {
@@ -16,19 +15,18 @@ impl<'u> Digest<'u> {
     pub fn new(units: &'u mut dyn Units) -> Self {
         Self {
             units,
-            state: Sha256::new(),
+            state: blake3::Hasher::new(),
         }
     }
 
     /// Of all so far, as 16 hexadecimal digits.
     #[must_use]
     pub fn finish(self) -> String {
-        let bytes = self.state.finalize();
-        bytes.iter().take(8).map(|b| format!("{b:02x}")).collect()
+        self.state.finalize().to_hex()[..16].to_owned()
     }
 
     fn number(&mut self, number: usize) {
-        self.state.update((number as u64).to_le_bytes());
+        self.state.update(&(number as u64).to_le_bytes());
     }
 
     fn words(&mut self, words: impl Iterator<Item = i32>) {
@@ -44,10 +42,10 @@ impl<'u> Digest<'u> {
             self.number(task.channels);
             self.words(task.rows.iter().map(|code| i32::from(*code)));
             for entry in &task.entries {
-                self.state.update(entry.slot.to_le_bytes());
+                self.state.update(&entry.slot.to_le_bytes());
                 for (row, weight) in entry.rows.iter().zip(entry.weights) {
-                    self.state.update(row.to_le_bytes());
-                    self.state.update(weight.to_le_bytes());
+                    self.state.update(&row.to_le_bytes());
+                    self.state.update(&weight.to_le_bytes());
                 }
             }
         }
@@ -79,7 +77,7 @@ impl Units for Digest<'_> {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         self.units.vector(op, a, b, out)?;
-        self.state.update(op.field().to_le_bytes());
+        self.state.update(&op.field().to_le_bytes());
         for words in [a, b, out] {
             self.words(words.iter().copied());
         }
@@ -88,7 +86,7 @@ impl Units for Digest<'_> {
 
     fn multiplied(&mut self, product: Product) {
         for size in [product.rows, product.depth, product.columns] {
-            self.state.update(size.to_le_bytes());
+            self.state.update(&size.to_le_bytes());
         }
         self.units.multiplied(product);
     }
