@@ -50,12 +50,15 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
     record.take(EXTENDED);
     let mut axes = None;
     while let Some(content) = record.take(AXES) {
-        let own = coordinate_system(&content, name)?;
-        if axes.is_some() && axes != own {
+        // What says nothing contradicts nothing.
+        let Some(own) = coordinate_system(&content, name)? else {
+            continue;
+        };
+        if axes.is_some_and(|before| before != own) {
             let said = "the axes of the same extension before it";
             return Err(name.field("coordinate system", "given twice", said));
         }
-        axes = own;
+        axes = Some(own);
     }
     let mut notes = Notes::default();
     record.finish(&mut notes).map_err(|e| name.key(e))?;

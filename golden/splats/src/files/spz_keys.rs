@@ -31,7 +31,11 @@ pub static FORMAT: Format = Format {
             "of centres, 0 to 24; not used by version 1, whose centres are floats of 16 bits",
         ),
         key(ANTIALIASED, Fate::Honoured, "trained with antialiasing"),
-        key(EXTENDED, Fate::Honoured, "extensions follow"),
+        key(
+            EXTENDED,
+            Fate::Honoured,
+            "extensions follow; without it, what stands there is listed as bytes after the arrays",
+        ),
         key("flag *", Fate::Listed, "no other flag is known"),
         key(
             AXES,

@@ -59,7 +59,9 @@ impl Header {
             u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
         };
         if !bytes.starts_with(MAGIC) {
-            return Err(name.field("magic", format!("{:02x?}", &bytes[..4]), "`NGSP`"));
+            let shown: Vec<String> = bytes[..4].iter().map(|b| format!("{b:02x}")).collect();
+            let expected = "4e 47 53 50, the letters NGSP";
+            return Err(name.field("magic", shown.join(" "), expected));
         }
         let version = word(4);
         if !(1..=4).contains(&version) {
@@ -197,13 +199,12 @@ fn record(
     name: Origin<'_>,
 ) -> Result<Record<Vec<u8>>, FileError> {
     let mut all: Vec<_> = header.flags().map(|key| (key, vec![])).collect();
-    match records(extensions, name) {
-        Ok(own) => all.extend(own),
-        Err(error) if header.is_extended() => return Err(error),
-        Err(_) => all.push((
-            format!("bytes after {after} ({})", extensions.len()),
-            vec![],
-        )),
+    // Without the flag bytes that happen to be records say nothing.
+    if header.is_extended() {
+        all.extend(records(extensions, name)?);
+    } else if !extensions.is_empty() {
+        let key = format!("bytes after {after} ({})", extensions.len());
+        all.push((key, vec![]));
     }
     Ok(Record::new(&FORMAT, all))
 }

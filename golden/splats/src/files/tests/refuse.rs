@@ -163,7 +163,7 @@ fn spz_headers() {
     }
     let mut other = three.clone();
     other[0] = b'X';
-    refused(spz_cloud, &gzip(&other), "magic");
+    refused(spz_cloud, &gzip(&other), "magic is 58 47 53 50: expected");
     refused(spz_cloud, b"neither", "gzip stream");
     refused(
         spz_cloud,
@@ -214,6 +214,23 @@ fn spz_streams() {
         let mut bad = four.clone();
         bad[at..at + bytes.len()].copy_from_slice(bytes);
         refused(spz_cloud, &bad, expected);
+    }
+    let twice = |codes: [u8; 2]| {
+        let one = |code: u8| [3, 0, 0xbe, 0xad, 4, 0, 0, 0, code, 0, 0, 0];
+        let mut bytes = four[..32].to_vec();
+        bytes[14] |= 2;
+        bytes[16] = 56;
+        [&bytes, codes.map(one).as_flattened(), &four[32..]].concat()
+    };
+    refused(
+        spz_cloud,
+        &twice([6, 4]),
+        "coordinate system is given twice",
+    );
+    // 0 says nothing, before another or behind it.
+    let turned = spz_cloud(&twice([6, 6]), "f").unwrap();
+    for codes in [[6, 0], [0, 6]] {
+        assert_eq!(spz_cloud(&twice(codes), "f").unwrap(), turned);
     }
     // Extensions are read past, but for one that says that the axes are others.
     let extended = |record: &[u8]| {
