@@ -1,4 +1,4 @@
-//! PLY files and checkpoints of PyTorch as plain data.
+//! PLY files, ZIP archives and checkpoints of PyTorch as plain data.
 //!
 //! Nothing here knows what the numbers mean, and nothing is rendered. A damaged or hostile file is
 //! an error that names it; no code of a pickle is run.
@@ -12,5 +12,6 @@
 //! assert!(header::read(&mut "no ply".as_bytes(), "example.ply").is_err());
 //! ```
 
+pub mod archive;
 pub mod ply;
 pub mod torch;

@@ -6,6 +6,7 @@
 //! (docs/decisions/0004-own-pickle-reader.md).
 
 mod legacy;
+mod members;
 mod objects;
 mod pickle;
 mod plain;
@@ -15,12 +16,14 @@ mod value;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{BufRead as _, BufReader, Read as _};
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
-use zip::{CompressionMethod, ZipArchive};
+use zip::ZipArchive;
 
+use crate::archive;
+use members::member;
 use potamoi_base::record::{Fate, Format, KeyError, Notes, Record, told};
 use value::{Arena, Value};
 
@@ -88,6 +91,8 @@ pub struct Checkpoint {
     path: PathBuf,
     /// Beside the pickle; none where the numbers are within it.
     archive: Option<ZipArchive<BufReader<File>>>,
+    /// What of the archive is not read.
+    beside: Vec<String>,
     /// Folder of all members.
     prefix: String,
     arena: Arena,
@@ -118,11 +123,9 @@ impl Checkpoint {
         }
         let archive = ZipArchive::new(file);
         let mut archive = archive.map_err(|e| wrong(format!("no ZIP archive ({e})")))?;
-        let described = archive
-            .file_names()
-            .find_map(|n| n.strip_suffix("data.pkl"));
-        let prefix = described.ok_or_else(|| wrong("it has no data.pkl".to_owned()))?;
-        let prefix = prefix.to_owned();
+        let again = potamoi_base::files::open(path).map_err(fail)?;
+        let beside = archive::beside(&archive, BufReader::new(again)).map_err(fail)?;
+        let prefix = members::prefix(&archive, &beside).map_err(wrong)?;
         let text = member(&mut archive, &format!("{prefix}data.pkl"), PICKLE_LIMIT);
         let (arena, root) = pickle::read(&text.map_err(wrong)?).map_err(wrong)?;
         let order = format!("{prefix}byteorder");
@@ -133,9 +136,12 @@ impl Checkpoint {
                 return Err(wrong(format!("numbers in byte order `{order}`")));
             }
         }
+        let mut beside = beside.keys;
+        beside.extend(members::unknown(&archive, &prefix, &arena));
         Ok(Self {
             path: path.to_owned(),
             archive: Some(archive),
+            beside,
             prefix,
             arena,
             root,
@@ -166,6 +172,7 @@ impl Checkpoint {
         Ok(Self {
             path: path.to_owned(),
             archive: None,
+            beside: vec![],
             prefix: String::new(),
             arena,
             root,
@@ -321,6 +328,7 @@ impl Checkpoint {
     /// # Errors
     /// As [`Checkpoint::refuse`].
     pub fn finish(&self, format: &'static Format, notes: &mut Notes) -> Result<(), TorchError> {
+        self.beside.iter().for_each(|own| notes.list(own));
         self.judged(Record::new(format, self.entries(true)), notes)
     }
 
@@ -365,27 +373,6 @@ impl Checkpoint {
 
 fn kind(value: Option<Value>) -> String {
     value.map_or("missing", Value::kind).to_owned()
-}
-
-/// A member of at most `most` bytes; more are not read.
-fn member(
-    archive: &mut ZipArchive<BufReader<File>>,
-    name: &str,
-    most: u64,
-) -> Result<Vec<u8>, String> {
-    let file = archive.by_name(name);
-    let file = file.map_err(|e| format!("member {name}: {e}"))?;
-    // Few packed bytes could be any number of plain ones.
-    if file.compression() != CompressionMethod::Stored {
-        return Err(format!(
-            "member {name} is packed: PyTorch stores plain bytes"
-        ));
-    }
-    let mut bytes = vec![];
-    file.take(most)
-        .read_to_end(&mut bytes)
-        .map_err(|e| format!("member {name}: {e}"))?;
-    Ok(bytes)
 }
 
 #[cfg(test)]

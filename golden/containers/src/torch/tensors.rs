@@ -2,8 +2,11 @@
 
 use half::{bf16, f16};
 
+use potamoi_base::record::told;
+
+use super::members::{length, member};
 use super::value::{Kind, Place, Value};
-use super::{Checkpoint, Tensor, TorchError, member};
+use super::{Checkpoint, Tensor, TorchError};
 
 /// The most numbers of a tensor.
 const MAX_NUMBERS: usize = 1 << 30;
@@ -103,6 +106,13 @@ impl Checkpoint {
             path: self.path.clone(),
             problem,
         })?;
+        let all = self.archive.as_mut().map_or(0, |own| length(own, &name));
+        if let Some(left @ 1..) = all.checked_sub(most as u64) {
+            let key = format!("bytes after the numbers of {} ({left})", told(&name));
+            if !self.beside.contains(&key) {
+                self.beside.push(key);
+            }
+        }
         if bytes.len() < most {
             let found = format!("{} bytes in {name}", bytes.len());
             return Err(self.field(keys, found, &format!("{most} bytes")));

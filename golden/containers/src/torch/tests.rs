@@ -4,6 +4,7 @@ use std::io::Write as _;
 
 use half::f16;
 use proptest::prelude::*;
+use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 use super::*;
@@ -43,15 +44,81 @@ fn described() -> Vec<u8> {
 }
 
 fn packed(pickle: &[u8], numbers: &[u8], method: CompressionMethod) -> tempfile::NamedTempFile {
+    archived(&[("m/data.pkl", pickle), ("m/data/0", numbers)], method)
+}
+
+fn archived(members: &[(&str, &[u8])], method: CompressionMethod) -> tempfile::NamedTempFile {
     let file = tempfile::NamedTempFile::new().unwrap();
     let mut zip = ZipWriter::new(file.reopen().unwrap());
     let options = SimpleFileOptions::default().compression_method(method);
-    for (name, bytes) in [("m/data.pkl", pickle), ("m/data/0", numbers)] {
-        zip.start_file(name, options).unwrap();
+    for (name, bytes) in members {
+        zip.start_file(*name, options).unwrap();
         zip.write_all(bytes).unwrap();
     }
     zip.finish().unwrap();
     file
+}
+
+static OPEN: Format = Format {
+    name: "open",
+    files: "",
+    keys: &[],
+    others: Fate::Listed,
+};
+
+/// What no tensor needs is listed, and two descriptions are refused.
+#[test]
+fn what_stands_beside_the_numbers_is_listed() {
+    let (pickle, plain) = (described(), numbers());
+    let longer = [&plain[..], &[0; 3]].concat();
+    let own = [
+        ("m/data.pkl", &pickle[..]),
+        ("m/data/0", &longer),
+        ("m/version", b"3"),
+    ];
+    let known = [&own[..], &[("m/byteorder", b"little")]].concat();
+    let file = archived(&known, CompressionMethod::Stored);
+    let listed = |path: &Path| {
+        let mut found = Checkpoint::open(path).unwrap();
+        found.tensor(&["a", "t"]).unwrap();
+        let mut notes = Notes::default();
+        found.finish(&OPEN, &mut notes).unwrap();
+        notes.not_used().to_vec()
+    };
+    let told = "bytes after the numbers of m/data/0 (3)";
+    let keys = listed(file.path());
+    assert!(keys.iter().any(|key| key == told), "{keys:?}");
+    assert!(!keys.iter().any(|key| key.contains("member")), "{keys:?}");
+    let more = [&own[..], &[("m/data/1", b"12"), ("other", b"")]].concat();
+    let file = archived(&more, CompressionMethod::Stored);
+    let mut bytes = std::fs::read(file.path()).unwrap();
+    bytes.extend(b"tail");
+    std::fs::write(file.path(), bytes).unwrap();
+    let keys = listed(file.path());
+    for expected in [
+        "bytes after the archive (4)",
+        "member m/data/1",
+        "member other",
+    ] {
+        assert!(keys.iter().any(|key| key == expected), "{keys:?}");
+    }
+    let two = [&own[..], &[("n/data.pkl", &pickle[..])]].concat();
+    let file = archived(&two, CompressionMethod::Stored);
+    let said = Checkpoint::open(file.path()).unwrap_err().to_string();
+    assert!(said.contains("two members data.pkl"), "{said}");
+}
+
+#[test]
+fn numbers_of_the_other_byte_order_are_refused() {
+    let (pickle, numbers) = (described(), numbers());
+    let members = [
+        ("m/data.pkl", &pickle[..]),
+        ("m/data/0", &numbers),
+        ("m/byteorder", b"big"),
+    ];
+    let file = archived(&members, CompressionMethod::Stored);
+    let said = Checkpoint::open(file.path()).unwrap_err().to_string();
+    assert!(said.contains("numbers in byte order `big`"), "{said}");
 }
 
 fn numbers() -> Vec<u8> {

@@ -101,6 +101,7 @@ pub static FORMAT: Format = Format {
             "Huffman codes of the post-processed variant; expected is the plain one, point_cloud.npz, which is written without --comp",
         ),
         key("comment of *", Fate::Listed, "of the archive"),
+        key("bytes before *", Fate::Listed, "what precedes the archive"),
         key("bytes after *", Fate::Listed, "what follows the archive"),
     ],
     others: Fate::Listed,

@@ -6,7 +6,8 @@ use std::io::{Cursor, Read as _};
 use half::f16;
 use zip::ZipArchive;
 
-use potamoi_splats::files::{FileError, Origin, after_archive};
+use potamoi_containers::archive;
+use potamoi_splats::files::{FileError, Origin};
 
 /// What a member may unpack to, in lengths of the whole file.
 const RATIO: u64 = 64;
@@ -38,10 +39,15 @@ impl<'a> Npz<'a> {
     pub(super) fn open(bytes: &'a [u8], name: Origin<'a>) -> Result<Self, FileError> {
         let damaged = |_| name.part("ZIP archive", "there is none, or it is cut off");
         let zip = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
+        let cut = |_| name.part("ZIP archive", "it is cut off");
+        let beside = archive::beside(&zip, Cursor::new(bytes)).map_err(cut)?;
+        if let Some(twice) = beside.twice {
+            return Err(name.field(format!("member `{twice}`"), "given twice", "it once"));
+        }
         Ok(Self {
             name,
             most: bytes.len() as u64 * RATIO,
-            beside: after_archive(&zip, bytes),
+            beside: beside.keys,
             zip,
         })
     }

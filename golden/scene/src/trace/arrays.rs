@@ -12,6 +12,7 @@ use zip::write::{SimpleFileOptions, ZipWriter};
 
 use super::TraceError;
 use potamoi_base::record::told;
+use potamoi_containers::archive;
 
 /// Name of the JSON header among the arrays.
 const HEADER: &str = "header";
@@ -153,6 +154,15 @@ impl<'a> Packed<'a> {
             problem,
         };
         let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| container(e.to_string()))?;
+        let beside = archive::beside(&zip, Cursor::new(bytes));
+        let beside = beside.map_err(|e| container(e.to_string()))?;
+        if let Some(twice) = beside.twice {
+            let problem = "given twice: expected it once".to_owned();
+            return Err(array_error(path, &twice, problem));
+        }
+        if let Some(key) = beside.keys.first() {
+            return Err(container(format!("{key}: expected its arrays alone")));
+        }
         let member = member(&mut zip, path, HEADER, HEADER_LIMIT)?;
         let wrong = |problem: String| array_error(path, HEADER, problem);
         let text =

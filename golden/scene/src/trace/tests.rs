@@ -120,6 +120,24 @@ fn repacked(bytes: &[u8], change: impl FnOnce(&mut Vec<(String, Vec<u8>)>)) -> V
     zip.finish().unwrap().into_inner()
 }
 
+#[test]
+fn what_stands_around_the_archive_is_refused() {
+    let bytes = sample().1;
+    for (file, expected) in [
+        (
+            [&bytes[..], b"tail"].concat(),
+            "bytes after the archive (4)",
+        ),
+        (
+            [b"pre", &bytes[..]].concat(),
+            "bytes before the archive (3)",
+        ),
+    ] {
+        let said = read(&file).unwrap_err().to_string();
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
 struct ZipArchive<'a>(zip::ZipArchive<Cursor<&'a [u8]>>);
 
 impl<'a> ZipArchive<'a> {

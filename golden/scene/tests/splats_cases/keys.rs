@@ -224,12 +224,12 @@ fn what_is_added_to_a_file_is_named() {
                 ..Spz::new(version)
             };
             spz.tail = [0x1234_5678u32, 4, 1].map(u32::to_le_bytes).concat();
-            named(
-                at,
-                "a.spz",
-                &spz.bytes(&shape, true),
-                "extension 0x12345678",
-            );
+            let key = match (flags, version) {
+                (2, _) => "extension 0x12345678",
+                (_, 4) => "bytes after the header (12)",
+                _ => "bytes after the arrays (12)",
+            };
+            named(at, "a.spz", &spz.bytes(&shape, true), key);
             spz.tail = b"no extension".to_vec();
             let key = if flags == 0 {
                 "(12)"
@@ -258,12 +258,18 @@ fn what_is_added_to_a_file_is_named() {
 
     let all = members(&fixture("splats/cloud.sog"));
     let archived = archive(&all);
-    named(
-        at,
-        "a.sog",
-        &[&archived[..], b"tail"].concat(),
-        "bytes after the archive (4)",
-    );
+    let npz = fixture("compact/tiny.npz");
+    for (name, plain) in [("a.sog", &archived), ("a.npz", &npz)] {
+        let tail = [&plain[..], b"tail"].concat();
+        named(at, name, &tail, "bytes after the archive (4)");
+        let start = [b"start", &plain[..]].concat();
+        named(at, name, &start, "bytes before the archive (5)");
+        let mut said = plain.clone();
+        let length = said.len();
+        said[length - 2] = 2;
+        said.extend(b"hi");
+        named(at, name, &said, "comment of the archive");
+    }
     for (from, to, key) in [
         ("{", "{\"weird\":1,", "weird"),
         ("{", "{\"count\":300,", "field `count` is given twice"),
@@ -347,4 +353,50 @@ fn models_that_are_no_gaussians_in_space_are_refused() {
         .push(("float", "filter_3D".to_owned(), vec![0.1; 160]));
     let said = refusal(&discs.write(folder.path(), "a.ply"));
     assert!(said.contains("`filter_3D` cannot be honoured"), "{said}");
+}
+
+/// Of two members of a name no reader knows which is meant.
+#[test]
+fn members_that_are_given_twice_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, file, first) in [
+        ("a.sog", "splats/cloud.sog", "quats.webp"),
+        ("a.npz", "compact/tiny.npz", "xyz.npy"),
+    ] {
+        let mut all = members(&fixture(file));
+        let mut other = first.as_bytes().to_vec();
+        other[0] = b'?';
+        all.push((String::from_utf8(other.clone()).unwrap(), vec![1]));
+        let mut bytes = archive(&all);
+        for at in 0..=bytes.len() - other.len() {
+            if bytes[at..].starts_with(&other) {
+                bytes[at] = first.as_bytes()[0];
+            }
+        }
+        let path = write(folder.path(), name, &bytes);
+        let said = Scene::open(path.to_str().unwrap()).unwrap_err().to_string();
+        let expected = format!("member `{first}` is given twice");
+        assert!(said.contains(&expected), "{said}");
+    }
+}
+
+/// What comments of packed files say is what those of plain files say.
+#[test]
+fn comments_of_packed_files_are_honoured() {
+    let folder = tempfile::tempdir().unwrap();
+    let packed = fixture("splats/cloud.compressed.ply");
+    let end = packed
+        .windows(11)
+        .position(|own| own == b"end_header\n")
+        .unwrap();
+    let with = |line: &str| {
+        let bytes = [&packed[..end], line.as_bytes(), &packed[end..]].concat();
+        load(&write(folder.path(), "a.ply", &bytes))
+    };
+    let plain = with("comment of mine\n");
+    assert_eq!(plain.up, None);
+    let mip = with("comment SplatRenderMode: mip\n");
+    assert_eq!(mip.cloud, plain.cloud.clone().antialiased(true));
+    assert_ne!(mip.cloud, plain.cloud);
+    assert_eq!(with("comment Vertical axis: -z\n").up, Some(DVec3::NEG_Z));
 }

@@ -36,6 +36,10 @@ fn whole_numbers_are_no_values_of_gaussians() {
         said.contains("line 4: `property half x`: type `half`: expected char"),
         "{said}"
     );
+    assert!(
+        said.contains("PLY has no floats of 16 bits; write the file again with float"),
+        "{said}"
+    );
     // What is not used may be of any type.
     let mut own = ply.clone();
     own.columns

@@ -21,7 +21,6 @@ pub mod spz_keys;
 pub mod tests;
 mod unpack;
 mod values;
-mod zip_end;
 
 use std::io::Read as _;
 use std::path::Path;
@@ -34,7 +33,6 @@ use super::loaded::{Loaded, Raw};
 use super::ply;
 use reader::LARGEST;
 pub use reader::{Reader, whole};
-pub use zip_end::after_archive;
 
 /// Every format, in the order of the book's table. A new one is a file beside this one, and a line
 /// here.

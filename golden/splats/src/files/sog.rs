@@ -20,12 +20,13 @@ use zip::ZipArchive;
 
 use super::error::{FileError, Origin};
 use super::reader::{Reader, limited, whole};
-use super::{META, after_archive, values};
+use super::{META, values};
 use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
 use meta::Meta;
 use pixels::Wanted;
 use potamoi_base::record::{Fate, Format, Key, Notes};
+use potamoi_containers::archive;
 
 mod entries;
 mod meta;
@@ -107,6 +108,7 @@ pub static FORMAT: Format = Format {
             "a file of the archive that no field names",
         ),
         key("comment of *", Fate::Listed, "of the archive"),
+        key("bytes before *", Fate::Listed, "what precedes the archive"),
         key("bytes after *", Fate::Listed, "what follows the archive"),
     ],
     others: Fate::Listed,
@@ -132,7 +134,11 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
     let damaged = |_| name.part("ZIP archive", "there is none, or it is cut off");
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
     let mut unread: Vec<String> = archive.file_names().map(str::to_owned).collect();
-    let beside = after_archive(&archive, bytes);
+    let cut = |_| name.part("ZIP archive", "it is cut off");
+    let beside = archive::beside(&archive, Cursor::new(bytes)).map_err(cut)?;
+    if let Some(twice) = beside.twice {
+        return Err(name.field(format!("member `{twice}`"), "given twice", "it once"));
+    }
     // Images are packed already.
     let most = bytes.len() as u64 + LONGEST_META;
     let mut raw = decode(name, |member, limit| {
@@ -153,7 +159,7 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
     for member in unread {
         raw.notes.list(format!("member {member}"));
     }
-    for own in beside {
+    for own in beside.keys {
         raw.notes.list(own);
     }
     Ok(raw)
