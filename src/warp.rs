@@ -15,6 +15,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Effect;
+use potamoi_base::record::Notes;
 use potamoi_system::runtime::Schedule;
 use potamoi_warp::{Counts, Frame, Plan, Rule, Warper};
 
@@ -134,8 +135,9 @@ impl WarpArgs {
             files::prepare([Some(&folder.join("frame.0000.png"))])?;
         }
         let mut geometries = vec![];
+        let mut notes = Notes::default();
         for depth in &depths {
-            geometries.push(source.geometry(depth)?);
+            geometries.push(source.geometry(depth, &mut notes)?);
         }
         bar.inc_length((path.len() * (ways.len() + 1)) as u64);
         let footage = Footage::new(&source, &path, truth, bar)?;
@@ -167,6 +169,8 @@ impl WarpArgs {
                 way, depth, measured, &plan, &path, seconds, timed,
             ));
         }
+        let mut not_checked = source.left_open(&path);
+        not_checked.extend(notes.sentences());
         Ok(Found {
             scene: source.name().to_owned(),
             width: footage.size()[0],
@@ -175,7 +179,7 @@ impl WarpArgs {
             fps: source.is_timed().then_some(self.fps),
             model: footage.quality(),
             variants,
-            not_checked: source.left_open(&path),
+            not_checked,
             seconds: start.elapsed().as_secs_f64(),
         })
     }

@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
+use potamoi_base::record::Notes;
 use potamoi_scene::{ExactDepth, Images, Scene};
 use potamoi_warp::mesh;
 use potamoi_warp::{Geometry, ReferenceFrom, Renderer};
@@ -158,12 +159,18 @@ impl Source {
         }
     }
 
+    /// What tells depth; `notes` takes what its file says that is not used.
     pub(super) fn geometry(
         &self,
         depth: &Depth,
+        notes: &mut Notes,
     ) -> Result<Option<Box<dyn Geometry + '_>>, Failure> {
         match (depth, self) {
-            (Depth::File(file), _) => Ok(Some(Box::new(mesh::read(file)?))),
+            (Depth::File(file), _) => {
+                let (mesh, said) = mesh::read(file)?;
+                notes.extend(said.of_file(file));
+                Ok(Some(Box::new(mesh)))
+            }
             (Depth::Model, _) => Ok(None),
             (Depth::Given, Self::Images(images)) => Ok(Some(Box::new(images.clone()))),
             (Depth::Given, Self::Scene(scene)) => match scene.analytic() {

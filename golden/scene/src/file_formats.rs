@@ -23,6 +23,7 @@ pub fn formats() -> Vec<&'static Format> {
     ];
     all.extend(files::READERS.iter().flat_map(|reader| reader.formats));
     all.push(&compact::FORMAT);
+    all.extend([&potamoi_warp::mesh::OBJ, &potamoi_warp::mesh::PLY]);
     all
 }
 

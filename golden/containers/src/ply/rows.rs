@@ -15,6 +15,8 @@ pub struct Rows<R> {
     encoding: Encoding,
     line_end: u8,
     buffer: Vec<u8>,
+    /// Of the last row, the list that its layout keeps.
+    items: Vec<f64>,
 }
 
 /// How a row of an element is stored.
@@ -24,6 +26,8 @@ pub struct Layout {
     stride: Option<usize>,
     /// Whether all of it are floats of 32 bits, as nearly every file has it.
     floats: bool,
+    /// The property whose list is kept.
+    kept: Option<usize>,
 }
 
 impl Layout {
@@ -40,7 +44,15 @@ impl Layout {
             stride: widths.sum(),
             floats: properties.iter().all(float),
             properties,
+            kept: None,
         }
+    }
+
+    /// The same, of whose property `column`, a list, [`Rows::items`] tells the numbers.
+    #[must_use]
+    pub fn keeping(self, column: usize) -> Self {
+        let kept = Some(column);
+        Self { kept, ..self }
     }
 }
 
@@ -52,13 +64,21 @@ impl<R: BufRead> Rows<R> {
             encoding: header.ply.encoding,
             line_end: header.line_end,
             buffer: vec![],
+            items: vec![],
         }
+    }
+
+    /// Numbers of the list that the layout of the last row keeps.
+    #[must_use]
+    pub fn items(&self) -> &[f64] {
+        &self.items
     }
 
     /// Reads a row's values in the order of the header; a list leaves NaN in its place. An error is
     /// what is wrong.
     pub fn read(&mut self, layout: &Layout, values: &mut Vec<f64>) -> Result<(), String> {
         values.clear();
+        self.items.clear();
         let swap = match self.encoding {
             Encoding::Ascii => return self.read_text(layout, values),
             Encoding::BinaryLittleEndian => false,
@@ -82,9 +102,18 @@ impl<R: BufRead> Rows<R> {
             }
             return Ok(());
         }
-        for property in &layout.properties {
+        for (column, property) in layout.properties.iter().enumerate() {
             match property {
                 PropertyType::Scalar(kind) => values.push(self.number(kind, swap)?),
+                PropertyType::List(length, item) if layout.kept == Some(column) => {
+                    let length = self.number(length, swap)?;
+                    // Each is pushed once it is there: a wrong length takes no memory.
+                    for _ in 0..length.max(0.0) as u64 {
+                        let item = self.number(item, swap)?;
+                        self.items.push(item);
+                    }
+                    values.push(f64::NAN);
+                }
                 PropertyType::List(length, item) => {
                     let length = self.number(length, swap)?;
                     let bytes = length.max(0.0) as u64 * scalar_bytes(item) as u64;
@@ -129,13 +158,16 @@ impl<R: BufRead> Rows<R> {
             let word = words.next()?;
             word.parse::<f64>().ok()
         };
-        for property in &layout.properties {
+        for (column, property) in layout.properties.iter().enumerate() {
             match property {
                 PropertyType::Scalar(_) => values.push(next().ok_or_else(wrong)?),
                 PropertyType::List(..) => {
                     let length = next().filter(|n| *n >= 0.0 && n.fract() == 0.0);
                     for _ in 0..length.ok_or_else(wrong)? as u64 {
-                        next().ok_or_else(wrong)?;
+                        let item = next().ok_or_else(wrong)?;
+                        if layout.kept == Some(column) {
+                            self.items.push(item);
+                        }
                     }
                     values.push(f64::NAN);
                 }

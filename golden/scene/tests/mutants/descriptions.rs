@@ -244,7 +244,7 @@ fn mutated_mesh(rng: &mut Rng) -> Vec<u8> {
 
 /// Corners that are there, and depths in front of a camera.
 fn surface(path: &Path) -> Verdict {
-    Verdict::of(mesh::read(path), |mesh| {
+    Verdict::of(mesh::read(path).map(|(mesh, _)| mesh), |mesh| {
         let count = mesh.vertices().len();
         if mesh
             .triangles()

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use potamoi_base::record::KeyError;
 use potamoi_containers::ply::PlyFileError;
 
 /// A mesh that cannot be made or read.
@@ -36,6 +37,14 @@ pub enum MeshError {
     /// The header of a PLY file cannot be used.
     #[error(transparent)]
     Ply(#[from] PlyFileError),
+    /// The file says something that no depth is taken of.
+    #[error("{origin}: {source}")]
+    Key {
+        /// The file.
+        origin: String,
+        /// The key, and why.
+        source: KeyError,
+    },
     /// A field of the file has a value that it cannot have.
     #[error("{origin}: {field} is {value}: expected {expected}")]
     Field {

@@ -16,7 +16,7 @@ mod raster;
 mod tests;
 
 pub use error::MeshError;
-pub use files::{read, read_obj, read_ply, write_ply};
+pub use files::{OBJ, PLY, read, read_obj, read_ply, write_ply};
 pub use level::half_light;
 pub use march::{Density, Lattice, MAX_CELLS, MAX_TRIANGLES};
 

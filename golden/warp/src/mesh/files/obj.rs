@@ -1,68 +1,69 @@
-//! Wavefront OBJ: lines `v` and `f`; all others are read past. Read here and not
-//! by a library, none of which tells in which line something is wrong.
+//! Wavefront OBJ: lines `v` and `f`; all others are listed or refused. Read here and
+//! not by a library, none of which tells in which line something is wrong.
 
-use super::{Parts, wrong};
+use super::keys::OBJ;
+use super::{Parts, judged, wrong};
 use crate::mesh::{Mesh, MeshError};
+use potamoi_base::record::{Notes, Record};
 
 /// Most characters of a value that an error tells.
 const SHOWN: usize = 40;
+/// The most first words that are listed.
+const MAX_WORDS: usize = 64;
+/// What some editors put first.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Reads a mesh; `origin` names the bytes in errors. Faces are fanned into
-/// triangles from their first corner; texture coordinates, normals, materials,
-/// groups and curves are read past.
+/// Reads a mesh, and what it says that is not used; `origin` names the bytes in
+/// errors. Faces are fanned into triangles from their first corner.
 ///
 /// # Errors
 /// A vertex without three finite coordinates, a face of fewer than three
-/// corners or of a vertex that has not come yet, or no face.
-pub fn read_obj(bytes: &[u8], origin: &str) -> Result<Mesh, MeshError> {
+/// corners or of a vertex that has not come yet, no face, or a line that says
+/// more of the surface than is read.
+pub fn read_obj(bytes: &[u8], origin: &str) -> Result<(Mesh, Notes), MeshError> {
     let mut parts = Parts::default();
-    let mut corners = vec![];
+    let mut record = Record::new(&OBJ, []);
     let mut joined = vec![];
-    for (number, line) in bytes.split(|b| *b == b'\n').enumerate() {
-        // A backslash at its end: the line goes on.
-        let line = line.strip_suffix(b"\r").unwrap_or(line);
-        if let Some(begun) = line.strip_suffix(b"\\") {
-            joined.extend_from_slice(begun);
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let mut lines = lines(bytes).enumerate().peekable();
+    while let Some((number, line)) = lines.next() {
+        // A backslash at its end: the line goes on, if any follows.
+        let begun = line.strip_suffix(b"\\");
+        joined.extend_from_slice(begun.unwrap_or(line));
+        if begun.is_some() && lines.peek().is_some() {
             joined.push(b' ');
             continue;
         }
-        joined.extend_from_slice(line);
         let line = Line {
             origin,
             number: number + 1,
         };
-        let mut words = joined
-            .split(|b| *b == b'#')
-            .next()
-            .unwrap_or_default()
-            .split(u8::is_ascii_whitespace)
-            .filter(|w| !w.is_empty());
-        match words.next() {
-            Some(b"v") => {
-                let mut at = [0.0; 3];
-                for (to, name) in at.iter_mut().zip(["x", "y", "z"]) {
-                    *to = line.coordinate(name, words.next())?;
-                }
-                parts.vertices.push(at);
-            }
-            Some(b"f") => {
-                corners.clear();
-                for word in words {
-                    corners.push(line.corner(word, parts.vertices.len())?);
-                }
-                if corners.len() < 3 {
-                    let found = format!("{} corners", corners.len());
-                    return Err(line.wrong("face", found, "3 or more"));
-                }
-                if !parts.polygon(&corners) {
-                    return Err(line.wrong("faces", "too many", "at most 2^27 triangles"));
-                }
-            }
-            _ => {}
-        }
+        line.take(&joined, &mut parts, &mut record)?;
         joined.clear();
     }
-    parts.finish(origin)
+    let notes = judged(record, origin)?;
+    Ok((parts.finish(origin)?, notes))
+}
+
+/// Lines without their ends: a line feed, a carriage return, or both.
+fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = Some(bytes);
+    std::iter::from_fn(move || {
+        let all = rest?;
+        let Some(end) = all.iter().position(|b| matches!(b, b'\n' | b'\r')) else {
+            return rest.take();
+        };
+        let both = all[end..].starts_with(b"\r\n");
+        rest = all.get(end + 1 + usize::from(both)..);
+        Some(&all[..end])
+    })
+}
+
+/// Adds a first word once.
+fn list(record: &mut Record<()>, word: String) {
+    if record.keys().count() < MAX_WORDS && !record.has(&word) {
+        record.add(word, ());
+    }
 }
 
 struct Line<'a> {
@@ -71,15 +72,72 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
+    /// Takes what a line says.
+    fn take(
+        &self,
+        line: &[u8],
+        parts: &mut Parts,
+        record: &mut Record<()>,
+    ) -> Result<(), MeshError> {
+        let mut halves = line.splitn(2, |b| *b == b'#');
+        let mut words = halves
+            .next()
+            .unwrap_or_default()
+            .split(u8::is_ascii_whitespace)
+            .filter(|w| !w.is_empty());
+        match words.next() {
+            Some(b"v") => {
+                let mut at = [0.0; 3];
+                let mut each = vec![];
+                for (to, name) in at.iter_mut().zip(["x", "y", "z"]) {
+                    let word = words.next();
+                    *to = self.coordinate(name, word)?;
+                    each.push(word.unwrap_or_default());
+                }
+                parts.vertex(at).map_err(|axis| {
+                    let field = format!("coordinate {}", ["x", "y", "z"][axis]);
+                    self.wrong(&field, shown(each[axis]), "a finite number")
+                })?;
+                let more: Result<Vec<f64>, _> = words
+                    .map(|word| self.coordinate("behind z", Some(word)))
+                    .collect();
+                match more?[..] {
+                    [] | [1.0] => {}
+                    [_] => list(record, "weight of v".to_owned()),
+                    _ => list(record, "colour of v".to_owned()),
+                }
+            }
+            Some(b"f") => {
+                let there = parts.vertices.len();
+                let corners: Result<Vec<u32>, _> =
+                    words.map(|word| self.corner(word, there)).collect();
+                let corners = corners?;
+                if corners.len() < 3 {
+                    let found = format!("{} corners", corners.len());
+                    return Err(self.wrong("face", found, "3 or more"));
+                }
+                if !parts.polygon(&corners) {
+                    return Err(self.wrong("faces", "too many", "at most 2^27 triangles"));
+                }
+            }
+            Some(word) => list(record, shown(word)),
+            None => {}
+        }
+        if halves.next().is_some() {
+            list(record, "# (comments)".to_owned());
+        }
+        Ok(())
+    }
+
     fn wrong(&self, field: &str, value: impl ToString, expected: &str) -> MeshError {
         let field = format!("line {}, {field}", self.number);
         wrong(self.origin, field, value, expected)
     }
 
-    fn coordinate(&self, name: &str, word: Option<&[u8]>) -> Result<f32, MeshError> {
+    fn coordinate(&self, name: &str, word: Option<&[u8]>) -> Result<f64, MeshError> {
         let parsed = word
             .and_then(|w| std::str::from_utf8(w).ok())
-            .and_then(|w| w.parse::<f32>().ok())
+            .and_then(|w| w.parse::<f64>().ok())
             .filter(|v| v.is_finite());
         parsed.ok_or_else(|| {
             let field = format!("coordinate {name}");

@@ -5,27 +5,28 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use ply_rs_bw::parser::Parser;
-use ply_rs_bw::ply::{ElementDef, Property, PropertyAccess, PropertyType};
+use ply_rs_bw::ply::{ElementDef, PropertyType, ScalarType};
 
-use super::{Parts, wrong};
+use super::keys::PLY;
+use super::{Parts, judged, wrong};
 use crate::mesh::{Mesh, MeshError};
 use potamoi_base::files;
-use potamoi_containers::ply::header::{self, least_bytes};
-use potamoi_containers::ply::{PlyFileError, read_element};
+use potamoi_base::record::{Notes, Record};
+use potamoi_containers::ply::PlyFileError;
+use potamoi_containers::ply::header::{self, Header, least_bytes, type_name};
+use potamoi_containers::ply::rows::{Layout, Rows};
 
 /// Names of the list of a face's corners.
 const LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
-/// Reads a mesh; `origin` names the bytes in errors. Faces are fanned into
-/// triangles from their first corner; other elements and properties are read
-/// past.
+/// Reads a mesh, and what it says that is not used; `origin` names the bytes in
+/// errors. Faces are fanned into triangles from their first corner.
 ///
 /// # Errors
-/// No PLY file, one without vertices or faces as above, coordinates that are not
-/// finite, or a face of fewer than three corners or of a vertex that is not
-/// there.
-pub fn read_ply(bytes: &[u8], origin: &str) -> Result<Mesh, MeshError> {
+/// No PLY file, one without vertices or faces as above, coordinates that are
+/// integers or not finite, or a face of fewer than three corners or of a vertex
+/// that is not there.
+pub fn read_ply(bytes: &[u8], origin: &str) -> Result<(Mesh, Notes), MeshError> {
     let mut reader = bytes;
     let header = header::read(&mut reader, origin)?;
     let needed = least_bytes(&header.ply);
@@ -41,14 +42,20 @@ pub fn read_ply(bytes: &[u8], origin: &str) -> Result<Mesh, MeshError> {
         let field = format!("element `{name}`");
         found.ok_or_else(|| wrong(origin, field, "missing", "a mesh of vertices and faces"))
     };
-    let place = columns(element("vertex")?, origin)?;
-    let list = list(element("face")?, origin)?;
-    let parser = Parser::<Row>::new();
+    let mut record = Record::new(&PLY, entries(&header));
+    let place = columns(element("vertex")?, &mut record, origin)?;
+    let list = list(element("face")?, &mut record, origin)?;
+    let mut notes = judged(record, origin)?;
     let mut parts = Parts::default();
+    let mut rows = Rows::new(reader, &header);
+    let mut values = vec![];
     for (name, element) in &header.ply.elements {
+        let layout = match name.as_str() {
+            "face" => Layout::of(element).keeping(list),
+            _ => Layout::of(element),
+        };
         for index in 0..element.count {
-            let row = read_element(&parser, &mut reader, header.ply.encoding, element);
-            let row = row.map_err(|message| {
+            rows.read(&layout, &mut values).map_err(|message| {
                 MeshError::Ply(PlyFileError::Element {
                     origin: origin.to_owned(),
                     element: name.clone(),
@@ -57,45 +64,88 @@ pub fn read_ply(bytes: &[u8], origin: &str) -> Result<Mesh, MeshError> {
                 })
             })?;
             match name.as_str() {
-                "vertex" => {
-                    let at = place.map(|column| row.scalar(column));
-                    let narrow = at.map(|v| v as f32);
-                    if let Some(axis) = narrow.iter().position(|v| !v.is_finite()) {
-                        let field = format!("vertex {index}, {}", ["x", "y", "z"][axis]);
-                        return Err(wrong(origin, field, at[axis], "a finite number of 32 bits"));
-                    }
-                    parts.vertices.push(narrow);
-                }
-                "face" => {
-                    let corners = row.corners(list).map_err(|found| {
-                        let field = format!("face {index}, vertex");
-                        wrong(origin, field, found, "the number of a vertex")
-                    })?;
-                    if corners.len() < 3 {
-                        let found = format!("{} corners", corners.len());
-                        return Err(wrong(origin, format!("face {index}"), found, "3 or more"));
-                    }
-                    if !parts.polygon(&corners) {
-                        return Err(wrong(origin, "faces", "too many", "at most 2^27 triangles"));
-                    }
-                }
+                "vertex" => vertex(&mut parts, index, place.map(|c| values[c]), origin)?,
+                "face" => face(&mut parts, index, rows.items(), origin)?,
                 _ => {}
             }
         }
     }
-    parts.finish(origin)
+    let left = rows.rest().map_err(|e| PlyFileError::Header {
+        origin: origin.to_owned(),
+        message: e.to_string(),
+    })?;
+    if left > 0 {
+        notes.list(format!("bytes after the last element ({left})"));
+    }
+    Ok((parts.finish(origin)?, notes))
+}
+
+fn vertex(parts: &mut Parts, index: usize, at: [f64; 3], origin: &str) -> Result<(), MeshError> {
+    parts.vertex(at).map_err(|axis| {
+        let field = format!("vertex {index}, {}", ["x", "y", "z"][axis]);
+        let value = format!("{:?}", at[axis]);
+        wrong(origin, field, value, "a finite number of 32 bits")
+    })
+}
+
+fn face(parts: &mut Parts, index: usize, items: &[f64], origin: &str) -> Result<(), MeshError> {
+    let whole = |v: f64| (v >= 0.0 && v.fract() == 0.0 && v < 4e9).then_some(v as u32);
+    let corner = |v: &f64| {
+        let field = format!("face {index}, vertex");
+        whole(*v).ok_or_else(|| wrong(origin, field, v, "the number of a vertex"))
+    };
+    let corners = items.iter().map(corner).collect::<Result<Vec<_>, _>>()?;
+    if corners.len() < 3 {
+        let found = format!("{} corners", corners.len());
+        return Err(wrong(origin, format!("face {index}"), found, "3 or more"));
+    }
+    if !parts.polygon(&corners) {
+        return Err(wrong(origin, "faces", "too many", "at most 2^27 triangles"));
+    }
+    Ok(())
+}
+
+/// Properties of vertices and faces, other elements, and what comments say.
+fn entries(header: &Header) -> Vec<(String, ())> {
+    let mut all = vec![];
+    for (name, element) in &header.ply.elements {
+        match name.as_str() {
+            "vertex" | "face" => {
+                let own = element.properties.keys();
+                all.extend(own.map(|property| format!("{name}/{property}")));
+            }
+            _ => all.push(format!("element {name}")),
+        }
+    }
+    let comments = header.ply.comments.iter();
+    all.extend(comments.map(|text| format!("comment {text}")));
+    let infos = header.ply.obj_infos.iter();
+    all.extend(infos.map(|text| format!("obj_info {text}")));
+    all.into_iter().map(|key| (key, ())).collect()
 }
 
 /// Columns of the coordinates.
-fn columns(vertex: &ElementDef, origin: &str) -> Result<[usize; 3], MeshError> {
+fn columns(
+    vertex: &ElementDef,
+    record: &mut Record<()>,
+    origin: &str,
+) -> Result<[usize; 3], MeshError> {
     let mut all = [0; 3];
     for (to, name) in all.iter_mut().zip(["x", "y", "z"]) {
-        *to = match vertex.properties.get_full(name) {
-            Some((i, _, p)) if matches!(p.data_type, PropertyType::Scalar(_)) => i,
-            found => {
-                let value = found.map_or("missing", |_| "a list");
+        record.take(&format!("vertex/{name}"));
+        let found = vertex.properties.get_full(name);
+        let value = match found.map(|(_, _, property)| &property.data_type) {
+            Some(PropertyType::Scalar(ScalarType::Float | ScalarType::Double)) => "",
+            Some(PropertyType::Scalar(kind)) => type_name(kind),
+            Some(PropertyType::List(..)) => "a list",
+            None => "missing",
+        };
+        *to = match found {
+            Some((column, ..)) if value.is_empty() => column,
+            _ => {
                 let field = format!("element `vertex`, property `{name}`");
-                return Err(wrong(origin, field, value, "a number"));
+                let expected = "float or double: write the file again with one of them";
+                return Err(wrong(origin, field, value, expected));
             }
         };
     }
@@ -103,69 +153,17 @@ fn columns(vertex: &ElementDef, origin: &str) -> Result<[usize; 3], MeshError> {
 }
 
 /// The column of a face's corners.
-fn list(face: &ElementDef, origin: &str) -> Result<usize, MeshError> {
+fn list(face: &ElementDef, record: &mut Record<()>, origin: &str) -> Result<usize, MeshError> {
     let found = LISTS.iter().find_map(|n| face.properties.get_full(*n));
     match found {
-        Some((i, _, p)) if matches!(p.data_type, PropertyType::List(..)) => Ok(i),
+        Some((i, name, p)) if matches!(p.data_type, PropertyType::List(..)) => {
+            record.take(&format!("face/{name}"));
+            Ok(i)
+        }
         _ => {
             let value = found.map_or("missing", |_| "a number");
             let field = "element `face`, property `vertex_indices`";
             Err(wrong(origin, field, value, "a list of numbers"))
-        }
-    }
-}
-
-/// The properties of an element, in the order of the header.
-struct Row(Vec<Property>);
-
-impl PropertyAccess for Row {
-    fn new() -> Self {
-        Self(vec![])
-    }
-
-    fn set_property(&mut self, _: &str, property: Property) {
-        self.0.push(property);
-    }
-}
-
-impl Row {
-    fn scalar(&self, column: usize) -> f64 {
-        match self.0.get(column) {
-            Some(Property::Char(v)) => f64::from(*v),
-            Some(Property::UChar(v)) => f64::from(*v),
-            Some(Property::Short(v)) => f64::from(*v),
-            Some(Property::UShort(v)) => f64::from(*v),
-            Some(Property::Int(v)) => f64::from(*v),
-            Some(Property::UInt(v)) => f64::from(*v),
-            Some(Property::Float(v)) => f64::from(*v),
-            Some(Property::Double(v)) => *v,
-            // Columns were found to be scalars.
-            _ => f64::NAN,
-        }
-    }
-
-    /// An error is a number that is none of a vertex.
-    fn corners(&self, column: usize) -> Result<Vec<u32>, String> {
-        fn all<T: Copy + ToString>(
-            values: &[T],
-            number: impl Fn(T) -> Option<u32>,
-        ) -> Result<Vec<u32>, String> {
-            let each = values.iter();
-            each.map(|v| number(*v).ok_or_else(|| v.to_string()))
-                .collect()
-        }
-        let whole = |v: f64| (v >= 0.0 && v.fract() == 0.0 && v < 4e9).then_some(v as u32);
-        match self.0.get(column) {
-            Some(Property::ListChar(v)) => all(v, |v| u32::try_from(v).ok()),
-            Some(Property::ListUChar(v)) => all(v, |v| Some(u32::from(v))),
-            Some(Property::ListShort(v)) => all(v, |v| u32::try_from(v).ok()),
-            Some(Property::ListUShort(v)) => all(v, |v| Some(u32::from(v))),
-            Some(Property::ListInt(v)) => all(v, |v| u32::try_from(v).ok()),
-            Some(Property::ListUInt(v)) => all(v, Some),
-            Some(Property::ListFloat(v)) => all(v, |v| whole(f64::from(v))),
-            Some(Property::ListDouble(v)) => all(v, whole),
-            // The column was found to be a list.
-            _ => Ok(vec![]),
         }
     }
 }

@@ -54,14 +54,14 @@ fn binary_ply() -> Vec<u8> {
 
 #[test]
 fn every_format_gives_the_same_mesh() {
-    assert_eq!(read_obj(OBJ.as_bytes(), "t").unwrap(), pyramid());
-    assert_eq!(read_ply(text_ply().as_bytes(), "t").unwrap(), pyramid());
-    assert_eq!(read_ply(&binary_ply(), "t").unwrap(), pyramid());
+    assert_eq!(read_obj(OBJ.as_bytes(), "t").unwrap().0, pyramid());
+    assert_eq!(read_ply(text_ply().as_bytes(), "t").unwrap().0, pyramid());
+    assert_eq!(read_ply(&binary_ply(), "t").unwrap().0, pyramid());
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in [("m.OBJ", OBJ.as_bytes()), ("m.ply", &binary_ply())] {
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();
-        assert_eq!(read(&path).unwrap(), pyramid());
+        assert_eq!(read(&path).unwrap().0, pyramid());
     }
     let error = |name: &str| read(&folder.path().join(name)).unwrap_err().to_string();
     assert!(error("m.stl").contains("ends in .obj or .ply"));
@@ -140,6 +140,16 @@ fn what_is_wrong_in_a_ply_is_said() {
             "int vertex_index",
             "is a number: expected a list",
         ),
+        (
+            "float y",
+            "ushort y",
+            "property `y` is ushort: expected float",
+        ),
+        (
+            "float y",
+            "uint8 y",
+            "property `y` is uchar: expected float",
+        ),
         ("vertex_index", "corners", "`vertex_indices` is missing"),
         (
             "element face 5",
@@ -155,7 +165,7 @@ fn what_is_wrong_in_a_ply_is_said() {
         ),
         ("4 0 3 2 1 0", "4 0 3 2 -1 0", "face 0, vertex is -1"),
         ("4 0 3 2 1 0", "4 0 3 2", "element `face` 0"),
-        ("0.5 7 0.5 1", "0.5 7 1e300 1", "vertex 4, y is inf"),
+        ("0.5 7 0.5 1", "0.5 7 1e300 1", "vertex 4, y is 1e300"),
         ("ply\n", "obj\n", "not a PLY file"),
     ] {
         let error = refused(from, to);
@@ -164,6 +174,100 @@ fn what_is_wrong_in_a_ply_is_said() {
             "{error}"
         );
     }
+}
+
+/// Lines of any end, after a byte-order mark: no vertex is lost, so that no number of one means
+/// another.
+#[test]
+fn ends_of_lines_and_marks_do_no_harm() {
+    let text = OBJ.replace("\r\n", "\n");
+    for end in ["\n", "\r", "\r\n"] {
+        let ended = text.replace('\n', end);
+        for mark in ["", "\u{feff}"] {
+            let (mesh, _) = read_obj(format!("{mark}{ended}").as_bytes(), "t").unwrap();
+            assert_eq!(mesh, pyramid(), "{end:?}");
+            // The mark stands before the first vertex, too.
+            let first = format!("{mark}v 0 0 0{end}v 1 0 0{end}v 0 1 0{end}f 1 2 3{end}f 3 2 1");
+            let (mesh, _) = read_obj(first.as_bytes(), "t").unwrap();
+            assert_eq!(mesh.triangles(), [[0, 1, 2], [2, 1, 0]]);
+        }
+        let wrong = ended.replacen("v 1 1 0", "v 1 1", 1);
+        let error = read_obj(wrong.as_bytes(), "t").unwrap_err().to_string();
+        assert!(error.contains("line 6, coordinate z is missing"), "{error}");
+        let ply = text_ply().replace('\n', end);
+        assert_eq!(read_ply(ply.as_bytes(), "t").unwrap().0, pyramid());
+    }
+    let whole = text.trim_end().to_owned() + " \\";
+    assert_eq!(read_obj(whole.as_bytes(), "t").unwrap().0, pyramid());
+}
+
+#[test]
+fn what_is_not_used_is_listed_and_other_surfaces_are_refused() {
+    let obj = |text: &str| read_obj(text.as_bytes(), "t.obj");
+    let listed = |text: &str| obj(text).unwrap().1.not_used().to_vec();
+    let words = [
+        "# (comments)",
+        "mtllib",
+        "o",
+        "vt",
+        "vn",
+        "g",
+        "usemtl",
+        "s",
+    ];
+    assert_eq!(listed(OBJ), words);
+    let more = "v 0 0 0 2\nv 1 0 0 0 1 0\nv 0 1 0 1\nf 1 2 3\nl 1 2\np 1\ncurv2 1\nnews 3\nl 2 1\n";
+    let words = ["weight of v", "colour of v", "l", "p", "curv2", "news"];
+    assert_eq!(listed(more), words);
+    for word in ["surf", "fo", "call", "V", "F"] {
+        let error = obj(&format!("{more}{word} 1 2 3\n"))
+            .unwrap_err()
+            .to_string();
+        let said = format!("t.obj: `{word}` cannot be honoured");
+        assert!(error.starts_with(&said), "{error}");
+    }
+    let (_, notes) = read_ply((text_ply() + "more 1\n").as_bytes(), "t").unwrap();
+    let expected = [
+        "vertex/red",
+        "face/flags",
+        "element edge",
+        "comment c",
+        "bytes after the last element (5)",
+    ];
+    assert_eq!(notes.not_used(), expected);
+    let strips = text_ply().replace("element edge", "element tristrips");
+    let error = read_ply(strips.as_bytes(), "t.ply")
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("`element tristrips` cannot"), "{error}");
+    assert!(
+        read_ply(&binary_ply(), "t")
+            .unwrap()
+            .1
+            .not_used()
+            .is_empty()
+    );
+}
+
+/// Corners a millimetre apart, five hundred kilometres from the origin.
+#[test]
+fn meshes_that_floats_do_not_hold_are_refused() {
+    let text = |far: f64| {
+        let at = |x: f64, y: f64| format!("v {:?} {y} 0\n", far + x);
+        format!(
+            "{}{}{}f 1 2 3\n",
+            at(0.0, 0.0),
+            at(0.001, 0.0),
+            at(0.0, 0.001)
+        )
+    };
+    let error = read_obj(text(500_000.0).as_bytes(), "t").unwrap_err();
+    let error = error.to_string();
+    assert!(
+        error.starts_with("t: a coordinate is 500000.001: expected coordinates nearer"),
+        "{error}"
+    );
+    assert!(read_obj(text(0.5).as_bytes(), "t").is_ok());
 }
 
 /// A surface that nothing could ever be seen of is no surface.
@@ -204,7 +308,7 @@ proptest! {
         }
         let read = if which == 0 { read_obj } else { read_ply };
         match read(&bytes, "t") {
-            Ok(mesh) => prop_assert!(mesh.triangles().len() <= bytes.len()),
+            Ok((mesh, _)) => prop_assert!(mesh.triangles().len() <= bytes.len()),
             Err(error) => {
                 let text = error.to_string();
                 prop_assert!(text.starts_with("t: ") && !text.contains('\n'), "{text}");
