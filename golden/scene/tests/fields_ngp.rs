@@ -250,11 +250,11 @@ fn numbers_that_are_none_and_boxes_that_are_none_are_refused() {
             assert!(error.contains(&expected), "{error}");
         }
     }
-    let corner = |x: f64| Value::Array(vec![x.into(), 0.5.into(), 0.5.into()]);
+    let corner = |x: f64, yz: f64| Value::Array(vec![x.into(), yz.into(), yz.into()]);
     let aabb = |min: f64, max: f64| {
         Value::Map(vec![
-            ("min".into(), corner(min)),
-            ("max".into(), corner(max)),
+            ("min".into(), corner(min, 0.2)),
+            ("max".into(), corner(max, 0.8)),
         ])
     };
     for (min, max) in [(0.4, f64::NAN), (f64::NAN, 0.6), (0.6, 0.4), (0.5, 0.5)] {
@@ -262,8 +262,17 @@ fn numbers_that_are_none_and_boxes_that_are_none_are_refused() {
             *at(d, "snapshot.render_aabb") = aabb(min, max)
         }));
         let error = error.unwrap_err();
-        assert!(error.contains("snapshot.render_aabb` is ["), "{error}");
+        let said = "finite corners, `min` below `max`";
+        assert!(
+            error.contains("snapshot.render_aabb` is [") && error.contains(said),
+            "{error}"
+        );
     }
+    let off = load(&patched(|d| {
+        *at(d, "snapshot.render_aabb") = aabb(5.0, 6.0)
+    }));
+    let off = off.unwrap_err();
+    assert!(off.contains("a box that meets `aabb`"), "{off}");
     // One number too many.
     let long = Value::Array(vec![0.5.into(); 4]);
     let error = load(&patched(|d| {
@@ -289,6 +298,103 @@ fn numbers_that_are_none_and_boxes_that_are_none_are_refused() {
             );
         }
     }
+}
+
+/// A number without a fraction is whole, however it is written.
+#[test]
+fn whole_numbers_may_have_a_point() {
+    use rmpv::Value;
+    let fields = [
+        "encoding.n_levels",
+        "snapshot.version",
+        "snapshot.nerf.aabb_scale",
+    ];
+    let bytes = patched(|d| {
+        for field in fields {
+            let whole = at(d, field).as_u64().unwrap() as f64;
+            *at(d, field) = Value::F64(whole);
+        }
+        *at(d, "snapshot.linear_colors") = false.into();
+        *at(d, "snapshot.nerf.linear_colors") = false.into();
+    });
+    assert_eq!(load(&bytes).unwrap(), load(&expanded()).unwrap());
+}
+
+#[test]
+fn what_contradicts_itself_is_refused_by_name() {
+    use rmpv::Value;
+    let per_level = |d: &mut Value| at(d, "encoding.n_features_per_level").as_u64().unwrap();
+    let levels = |d: &mut Value| at(d, "encoding.n_levels").as_u64().unwrap();
+    let all = |more_levels: u64, more: u64| {
+        load(&patched(|d| {
+            let all = per_level(d) * (levels(d) + more_levels) + more;
+            *at(d, "encoding.n_features") = all.into();
+        }))
+    };
+    assert!(all(0, 0).is_ok());
+    assert!(all(0, 1).unwrap_err().contains("`encoding.n_features` is"));
+    assert!(all(1, 0).unwrap_err().contains("`encoding.n_levels` is"));
+    let harmonics = || {
+        let name = ("otype".into(), "SphericalHarmonics".into());
+        let inputs = ("n_dims_to_encode".into(), 3.into());
+        Value::Array(vec![Value::Map(vec![name, inputs])])
+    };
+    for (field, values) in [
+        (
+            "encoding.per_level_scale",
+            vec![("encoding.per_level_scale", f64::NAN.into())],
+        ),
+        (
+            "encoding.per_level_scale",
+            vec![("encoding.per_level_scale", (-3.0).into())],
+        ),
+        (
+            "encoding.type",
+            vec![
+                ("encoding.otype", "HashGrid".into()),
+                ("encoding.type", "Dense".into()),
+            ],
+        ),
+        (
+            "snapshot.linear_colors",
+            vec![("snapshot.linear_colors", true.into())],
+        ),
+        (
+            "dir_encoding.nested",
+            vec![
+                ("dir_encoding.otype", "SphericalHarmonics".into()),
+                ("dir_encoding.nested", harmonics()),
+            ],
+        ),
+        (
+            "dir_encoding.degree",
+            vec![
+                ("dir_encoding.otype", "Composite".into()),
+                ("dir_encoding.nested", harmonics()),
+                ("dir_encoding.degree", 3.into()),
+            ],
+        ),
+    ] {
+        let bytes = patched(|d| {
+            for (field, value) in &values {
+                *at(d, field) = value.clone();
+            }
+        });
+        let error = load(&bytes).unwrap_err();
+        assert!(error.contains(&format!("`{field}` is")), "{error}");
+    }
+}
+
+#[test]
+fn bytes_behind_the_packed_document_are_refused() {
+    let mut bytes = std::fs::read(fixture("cube.ingp")).unwrap();
+    assert!(load(&bytes).is_ok());
+    bytes.push(0);
+    let error = load(&bytes).unwrap_err();
+    assert!(
+        error.contains("bytes follow the end of the packed document"),
+        "{error}"
+    );
 }
 
 #[test]

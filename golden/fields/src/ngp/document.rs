@@ -4,6 +4,8 @@
 use std::fmt;
 
 use serde::Deserialize;
+
+use super::whole::{maybe_whole, whole};
 use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
 
 /// The whole.
@@ -24,10 +26,15 @@ pub(super) struct Encoding {
     pub(super) kind: Option<String>,
     pub(super) interpolation: Option<String>,
     pub(super) stochastic_interpolation: Option<bool>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) n_levels: Option<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) n_features: Option<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) n_features_per_level: Option<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) log2_hashmap_size: Option<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) base_resolution: Option<u32>,
     pub(super) per_level_scale: Option<f32>,
     /// Not of Instant-NGP: what of a hashed level has an entry.
@@ -38,7 +45,9 @@ pub(super) struct Encoding {
 #[derive(Debug, Deserialize)]
 pub(super) struct Direction {
     pub(super) otype: String,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) degree: Option<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) n_dims_to_encode: Option<u32>,
     pub(super) nested: Option<First>,
 }
@@ -74,32 +83,40 @@ pub(super) struct Network {
     pub(super) otype: String,
     pub(super) activation: Option<String>,
     pub(super) output_activation: Option<String>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) n_neurons: Option<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) n_hidden_layers: Option<u32>,
+    #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) n_output_dims: Option<u32>,
 }
 
 /// What was trained.
 #[derive(Debug, Deserialize)]
 pub(super) struct Snapshot {
+    #[serde(deserialize_with = "whole")]
     pub(super) version: u32,
     pub(super) mode: Option<String>,
     pub(super) n_params: Option<u64>,
     pub(super) params_type: Option<String>,
     pub(super) params_binary: Binary,
+    #[serde(deserialize_with = "whole")]
     pub(super) density_grid_size: u32,
     pub(super) density_grid_binary: Binary,
     pub(super) nerf: Nerf,
     pub(super) aabb: Option<Bounds>,
     pub(super) render_aabb: Option<Bounds>,
     pub(super) render_aabb_to_local: Option<[[f64; 3]; 3]>,
+    pub(super) linear_colors: Option<bool>,
 }
 
 /// What is told of the scene.
 #[derive(Debug, Deserialize)]
 pub(super) struct Nerf {
+    #[serde(deserialize_with = "whole")]
     pub(super) aabb_scale: u32,
     pub(super) dataset: Option<Dataset>,
+    pub(super) linear_colors: Option<bool>,
 }
 
 /// The pictures that it was trained on.
@@ -111,7 +128,7 @@ pub(super) struct Dataset {
     pub(super) from_mitsuba: bool,
     #[serde(default)]
     pub(super) is_hdr: bool,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "whole")]
     pub(super) n_extra_learnable_dims: u32,
 }
 

@@ -109,6 +109,8 @@ pub static NGP: Format = Format {
             Honoured,
             "0",
         ),
+        key("snapshot.linear_colors", Honoured, "false"),
+        key("snapshot.nerf.linear_colors", Honoured, "false"),
         key(
             "snapshot.nerf.*linear_colors*",
             Refused,

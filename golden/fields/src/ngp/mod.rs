@@ -21,6 +21,7 @@ mod keys;
 mod occupancy;
 mod parameters;
 mod snapshot;
+mod whole;
 mod wrong;
 
 use std::path::Path;

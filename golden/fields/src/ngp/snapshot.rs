@@ -128,24 +128,37 @@ fn read(path: &Path, mut bytes: impl BufRead, length: u64) -> Result<Told, Snaps
         path: path.to_owned(),
         source,
     })?;
-    let bytes: Box<dyn Read + '_> = match first {
-        [0x1f, 0x8b, ..] => Box::new(GzDecoder::new(bytes)),
+    let mut packed = true;
+    let read: Box<dyn Read + '_> = match first {
+        [0x1f, 0x8b, ..] => Box::new(GzDecoder::new(&mut bytes)),
         // Deflate with any window; as MessagePack it would be a number.
         [0x08 | 0x18 | 0x28 | 0x38 | 0x48 | 0x58 | 0x68 | 0x78, ..] => {
-            Box::new(ZlibDecoder::new(bytes))
+            Box::new(ZlibDecoder::new(&mut bytes))
         }
-        _ => Box::new(bytes),
+        _ => {
+            packed = false;
+            Box::new(&mut bytes)
+        }
     };
     let limit = length.saturating_mul(EXPANSION).clamp(SMALL, LIMIT);
-    parse(bytes.take(limit)).map_err(|(field, problem, left)| SnapshotError::Container {
+    let container = |field: String, problem: String| SnapshotError::Container {
         path: path.to_owned(),
         field: told(&field),
-        problem: if left == 0 {
-            format!("the file expands to more than {limit} bytes")
-        } else {
-            told_within(&problem, 300)
-        },
-    })
+        problem,
+    };
+    let parsed = parse(read.take(limit)).map_err(|(field, problem, left)| match left {
+        0 => container(
+            field,
+            format!("the file expands to more than {limit} bytes"),
+        ),
+        _ => container(field, told_within(&problem, 300)),
+    })?;
+    let follows = packed && bytes.fill_buf().is_ok_and(|rest| !rest.is_empty());
+    if follows {
+        let problem = "bytes follow the end of the packed document; expected none".to_owned();
+        return Err(container(".".to_owned(), problem));
+    }
+    Ok(parsed)
 }
 
 /// A document, and the keys in it that were passed over, by path.
@@ -168,7 +181,7 @@ fn parse(bytes: std::io::Take<impl Read>) -> Result<Told, (String, String, u64)>
     let document: Document = document.map_err(|e: rmp_serde::decode::Error| {
         let left = reader.get_ref().get_ref().limit();
         (
-            track.path().to_string(),
+            track.path().to_string().replace(".?", ""),
             document::foreign(&e.to_string()),
             left,
         )
@@ -215,12 +228,21 @@ fn supported(document: &Document) -> Result<(), Wrong> {
         let name = field("n_extra_learnable_dims");
         check(extra == 0, &name, extra, "0")?;
     }
+    for (field, linear) in [
+        ("snapshot.linear_colors", snapshot.linear_colors),
+        ("snapshot.nerf.linear_colors", snapshot.nerf.linear_colors),
+    ] {
+        let expected = "false: colours are those of training pictures, in sRGB";
+        check(linear != Some(true), field, "true", expected)?;
+    }
     let encoding = &document.encoding;
     let kind = &encoding.otype;
     let hashed = kind.eq_ignore_ascii_case("HashGrid")
         || (kind.eq_ignore_ascii_case("Grid") && is(&encoding.kind, "Hash"));
     let expected = "HashGrid, or Grid with type Hash";
     check(hashed, "encoding.otype", kind, expected)?;
+    let found = encoding.kind.as_deref().unwrap_or_default();
+    check(is(&encoding.kind, "Hash"), "encoding.type", found, "Hash")?;
     let linear = is(&encoding.interpolation, "Linear");
     let found = encoding.interpolation.as_deref().unwrap_or_default();
     check(linear, "encoding.interpolation", found, "Linear")?;
@@ -239,6 +261,9 @@ fn direction(encoding: &Direction) -> Result<(), Wrong> {
             let field = "dir_encoding.nested";
             return check(false, field, "another", "3 dimensions in its first part");
         };
+        let outer = encoding.degree.unwrap_or(4);
+        let expected = "4, or left out beside a composite, whose first part says it";
+        check(outer == 4, "dir_encoding.degree", outer, expected)?;
         (&**first, "dir_encoding.nested[0]")
     } else {
         (encoding, "dir_encoding")
@@ -246,6 +271,9 @@ fn direction(encoding: &Direction) -> Result<(), Wrong> {
     let harmonics = part.otype.eq_ignore_ascii_case("SphericalHarmonics");
     let name = format!("{field}.otype");
     check(harmonics, &name, &part.otype, "SphericalHarmonics")?;
+    let alone = part.nested.is_none();
+    let expected = "none beside SphericalHarmonics: a composite alone has parts";
+    check(alone, &format!("{field}.nested"), "a list", expected)?;
     let degree = part.degree.unwrap_or(4);
     check(degree == 4, &format!("{field}.degree"), degree, "4")
 }
@@ -257,7 +285,15 @@ fn shape(encoding: &Encoding, aabb_scale: u32) -> Result<GridShape, Wrong> {
     let field = "encoding.n_features_per_level";
     check(known, field, features, "1, 2, 4 or 8")?;
     let levels = match encoding.n_features {
-        Some(all) if all > 0 => all / features,
+        Some(all) if all > 0 => {
+            let expected = format!("a multiple of n_features_per_level, {features}");
+            check(all % features == 0, "encoding.n_features", all, expected)?;
+            let levels = all / features;
+            let given = encoding.n_levels.unwrap_or(levels);
+            let expected = format!("{levels}, as n_features {all} says, or left out");
+            check(given == levels, "encoding.n_levels", given, expected)?;
+            levels
+        }
         _ => encoding.n_levels.unwrap_or(16),
     };
     let known = (1..=32).contains(&levels);
@@ -273,7 +309,7 @@ fn shape(encoding: &Encoding, aabb_scale: u32) -> Result<GridShape, Wrong> {
     let known = base <= 1 << 14;
     check(known, "encoding.base_resolution", base, "1 to 16384")?;
     let growth = match encoding.per_level_scale {
-        Some(growth) if growth > 0.0 => growth,
+        Some(growth) if growth != 0.0 => growth,
         _ => GridShape::growth_to(levels, base, aabb_scale),
     };
     let field = "encoding.per_level_scale";
