@@ -8,7 +8,7 @@
 use std::collections::{HashMap, HashSet};
 use std::fmt::Display;
 use std::fs::File;
-use std::io::{BufRead as _, BufReader, Read as _};
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -27,7 +27,7 @@ const TOLD: usize = 60;
 /// The most cameras and the most images.
 const MAX_ENTRIES: usize = 1 << 20;
 /// The longest picture side.
-const MAX_SIDE: f64 = 16384.0;
+const MAX_SIDE: f64 = 32768.0;
 /// How far a quaternion's length may be from 1: files may hold few digits.
 const UNIT_TOLERANCE: f64 = 1e-2;
 
@@ -230,13 +230,11 @@ impl Text {
     fn advance(&mut self) -> Result<bool, ColmapError> {
         self.bytes.clear();
         self.number += 1;
-        let mut line = (&mut self.file).take(MAX_LINE + 1);
-        let read = line.read_until(b'\n', &mut self.bytes);
-        let read = read.map_err(|source| ColmapError::Read {
+        let read = self.read_line().map_err(|source| ColmapError::Read {
             path: self.path.clone(),
             source,
         })?;
-        if read as u64 > MAX_LINE {
+        if self.bytes.len() as u64 > MAX_LINE {
             let expected = format!("at most {MAX_LINE} bytes a line");
             return Err(self.at(("text", "longer".to_owned(), expected)));
         }
@@ -244,7 +242,35 @@ impl Text {
         if self.number == 1 && self.bytes.starts_with(b"\xef\xbb\xbf") {
             self.bytes.drain(..3);
         }
-        Ok(read > 0)
+        Ok(read)
+    }
+
+    /// Reads up to a line feed, a carriage return, or both; `false` if nothing is left. Of a line
+    /// that is too long, a part.
+    fn read_line(&mut self) -> std::io::Result<bool> {
+        let mut any = false;
+        while self.bytes.len() as u64 <= MAX_LINE {
+            let there = self.file.fill_buf()?;
+            if there.is_empty() {
+                break;
+            }
+            any = true;
+            let end = there.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
+            let Some(at) = end else {
+                let all = there.len();
+                self.bytes.extend_from_slice(there);
+                self.file.consume(all);
+                continue;
+            };
+            let returned = there[at] == b'\r';
+            self.bytes.extend_from_slice(&there[..at]);
+            self.file.consume(at + 1);
+            if returned && self.file.fill_buf()?.first() == Some(&b'\n') {
+                self.file.consume(1);
+            }
+            break;
+        }
+        Ok(any)
     }
 
     /// The line that was read last.
@@ -451,7 +477,7 @@ fn intrinsics(mut fields: Fields<'_>) -> Result<(u32, Camera), Wrong> {
         }
     };
     let mut side =
-        |field| fields.whole(field, 1.0..=MAX_SIDE, "a whole number of 1 to 16384 pixels");
+        |field| fields.whole(field, 1.0..=MAX_SIDE, "a whole number of 1 to 32768 pixels");
     let [width, height] = [side("WIDTH")?, side("HEIGHT")?];
     let mut focal = |field| fields.number(field, 1e-3..=1e9, "0.001 to 1e9 pixels");
     let focal = match focals {
@@ -508,6 +534,14 @@ fn image(
             "NAME",
             "missing".to_owned(),
             "the picture's name".to_owned(),
+        ));
+    }
+    if fields.0.contains(char::is_control) {
+        let found = shown(fields.0.escape_debug());
+        return Err((
+            "NAME",
+            found,
+            "a name without control characters".to_owned(),
         ));
     }
     let frame = PathFrame {

@@ -47,6 +47,31 @@ fn a_known_point_is_seen_at_its_known_pixel() {
     assert!((ahead - DVec3::X).length() < 1e-12, "{ahead}");
 }
 
+/// Lines may end in carriage returns alone.
+#[test]
+fn lines_of_any_end_are_the_same_images() {
+    let images = format!("{IMAGE}1 2 -1\n2 1 0 0 0 0 0 0 7 b.png\n\n3 1 0 0 0 0 0 0 7 c.png\n\n");
+    let cameras = format!("# cameras\n{CAMERA}");
+    let expected = read_texts(&cameras, &images).unwrap();
+    assert_eq!(expected.len(), 3);
+    for end in ["\r", "\r\n"] {
+        let [cameras, images] = [&cameras, &images].map(|text| text.replace('\n', end));
+        assert_eq!(read_texts(&cameras, &images).unwrap(), expected, "{end:?}");
+        let wrong = images.replace("2 1 0", "2 x 0");
+        let error = read_texts(&cameras, &wrong).unwrap_err().to_string();
+        assert!(error.contains("images.txt, line 3: QW is x"), "{error}");
+    }
+}
+
+#[test]
+fn names_with_control_characters_are_refused() {
+    for sign in ['\0', '\t', '\u{7f}'] {
+        let images = IMAGE.replace("a.png", &format!("a{sign}b.png"));
+        let error = read_texts(CAMERA, &images).unwrap_err().to_string();
+        assert!(error.contains("NAME is a\\"), "{error}");
+    }
+}
+
 #[derive(serde::Deserialize)]
 struct Told {
     points: Vec<[f64; 3]>,
