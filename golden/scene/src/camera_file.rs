@@ -13,8 +13,9 @@ use potamoi_formats::document::{self, Value};
 use serde::Deserialize;
 use thiserror::Error;
 
+use super::strange_lens::{self, with_strange_lenses};
 use potamoi_base::camera::Camera;
-use potamoi_base::record::Fate::{Honoured, Listed, Refused};
+use potamoi_base::record::Fate::{Honoured, Listed};
 use potamoi_base::record::{Fate, Format, Key, Notes, Record};
 
 /// The largest camera file, in bytes.
@@ -26,15 +27,18 @@ const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }
 }
 
-const PINHOLE: &str = "only pinholes are rendered: give the cameras of undistorted pictures; 0 or \
-                       false is accepted";
+/// What a file that is something else should be.
+const CAMERA: &str = "expected a camera, or a list of them, with width, height, fx, fy, position and \
+                      rotation";
+/// Names of the axes that its cameras stand in.
+const AXES: [&str; 4] = ["OPENCV", "COLMAP", "RDF", "CV"];
 
 /// Its keys.
 pub(super) static CAMERAS: Format = Format {
     name: "cameras.json",
     files: "`--camera` and `[camera] kind = \"opencv-json\"`: the cameras that 3D Gaussian splatting \
             writes, or one of them",
-    keys: &[
+    keys: with_strange_lenses![
         key("width", Honoured, "pixels a row"),
         key("height", Honoured, "rows"),
         key("fx", Honoured, "focal length in pixels"),
@@ -54,21 +58,7 @@ pub(super) static CAMERAS: Format = Format {
         ),
         key("id", Listed, "the order of the file counts"),
         key("img_name", Listed, "the picture that the camera took"),
-        key("k1", Refused, PINHOLE),
-        key("k2", Refused, PINHOLE),
-        key("k3", Refused, PINHOLE),
-        key("k4", Refused, PINHOLE),
-        key("k5", Refused, PINHOLE),
-        key("k6", Refused, PINHOLE),
-        key("p1", Refused, PINHOLE),
-        key("p2", Refused, PINHOLE),
-        key("skew", Refused, PINHOLE),
-        key("*distortion*", Refused, PINHOLE),
-        key("*fisheye*", Refused, PINHOLE),
-        key("*ortho*", Refused, PINHOLE),
-        key("*equirect*", Refused, PINHOLE),
-        key("*panorama*", Refused, PINHOLE),
-        key("*model*", Refused, PINHOLE),
+        key("*model*", Refused, crate::strange_lens::PINHOLE),
         key("rolling_shutter*", Refused, "a frame is seen at one moment"),
     ],
     others: Listed,
@@ -101,10 +91,7 @@ pub enum CameraFileError {
         path: PathBuf,
     },
     /// Not JSON, or a field is missing or of the wrong kind.
-    #[error(
-        "{origin}: {message}; expected a camera, or a list of them, with \
-         width, height, fx, fy, position and rotation"
-    )]
+    #[error("{origin}: {message}")]
     Parse {
         /// The file.
         origin: String,
@@ -176,7 +163,7 @@ pub fn parse(
         origin: origin.to_owned(),
         message,
     };
-    let document = document::json(json).map_err(|e| wrong(e.to_string()))?;
+    let document = document::json(json).map_err(|e| wrong(format!("{e}; {CAMERA}")))?;
     let entries = match document {
         Value::List(values) => values.into_vec(),
         one => vec![one],
@@ -225,25 +212,19 @@ fn required<T: for<'a> Deserialize<'a>>(
     optional(record, name)?.ok_or_else(|| format!("field `{name}`: it is missing"))
 }
 
-/// Whether a value says that a lens is a pinhole after all.
-fn is_pinhole(value: &Value) -> bool {
-    match value {
-        Value::Null | Value::Bool(false) => true,
-        Value::Text(model) => model.to_uppercase().ends_with("PINHOLE"),
-        Value::List(values) => values.iter().all(is_pinhole),
-        other => other.number() == Some(0.0),
-    }
-}
-
 impl Entry {
     fn read(value: Value, notes: &mut Notes) -> Result<Self, String> {
         let Value::Map(entries) = value else {
             let found = value.shown();
-            return Err(format!("found {found}, expected named values, `{{...}}`"));
+            return Err(format!(
+                "found {found}, expected named values, `{{...}}`; {CAMERA}"
+            ));
         };
-        let entries = entries.into_vec().into_iter();
+        for (key, value) in &entries {
+            strange_lens::within(&CAMERAS, key, value, &AXES).map_err(|e| e.to_string())?;
+        }
+        let entries = strange_lens::telling(&CAMERAS, entries.into_vec(), &AXES);
         let mut record = Record::new(&CAMERAS, entries.map(|(key, value)| (key.into(), value)));
-        record.take_neutral(is_pinhole);
         let from = &mut record;
         let entry = Self {
             width: required(from, "width")?,
@@ -345,8 +326,41 @@ mod tests {
                     listed,
                 )
             };
-            assert_eq!(with("11"), (fate == Refused, fate == Listed), "{key}");
+            assert_eq!(with("11"), (fate == Fate::Refused, fate == Listed), "{key}");
             assert_eq!(with("0"), (false, fate == Listed), "{key}");
+        }
+    }
+
+    /// Lenses and axes that are told by a name, or deeper in the file.
+    #[test]
+    fn what_changes_the_camera_is_refused_wherever_it_stands() {
+        let with = |more: &str| parsed(&ONE.replacen("\"id\": 3", more, 1));
+        for (harm, key) in [
+            (r#""camera_type": "fisheye""#, "camera_type"),
+            (r#""projection": "equirectangular""#, "projection"),
+            (r#""lens_type": "FISHEYE""#, "lens_type"),
+            (r#""model": "OPENCV_FISHEYE""#, "model"),
+            (r#""convention": "OpenGL""#, "convention"),
+            (r#""coordinate_system": "RUB""#, "coordinate_system"),
+            (r#""K": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"#, "K"),
+            (r#""crop": [1, 2, 3, 4]"#, "crop"),
+            (r#""pixel_aspect_ratio": 2"#, "pixel_aspect_ratio"),
+            (r#""lens": {"k1": 0.1}"#, "lens.k1"),
+            (r#""camera": {"model": "FISHEYE"}"#, "camera.model"),
+            (r#""metadata": [{"a": {"k7": 1}}]"#, "metadata.a.k7"),
+        ] {
+            let error = with(harm).unwrap_err().to_string();
+            assert!(error.contains(&format!("`{key}` cannot be")), "{error}");
+            assert!(!error.contains("expected a camera, or a list"), "{error}");
+        }
+        for none in [
+            r#""camera_type": "perspective""#,
+            r#""model": "OPENCV""#,
+            r#""convention": "OpenCV (x right, y down)""#,
+            r#""lens": {"k1": 0, "model": "pinhole"}"#,
+            r#""pixel_aspect_ratio": 1.0"#,
+        ] {
+            assert!(with(none).is_ok(), "{none}");
         }
     }
 

@@ -112,7 +112,7 @@ pub(super) fn sound<E: std::fmt::Display>(
         Ok(frames) => {
             prop_assert!(!frames.is_empty());
             for PathFrame { camera, .. } in frames {
-                let sides = 1..=16384;
+                let sides = 1..=32768;
                 prop_assert!(sides.contains(&camera.width) && sides.contains(&camera.height));
                 let (origin, direction) = camera.ray(camera.width - 1, 0);
                 prop_assert!(origin.is_finite(), "{:?}", camera);

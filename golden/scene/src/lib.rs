@@ -38,6 +38,7 @@ mod picture_files;
 mod ready;
 mod render;
 mod render_options;
+mod strange_lens;
 pub mod surface;
 #[cfg(test)]
 mod tests;

@@ -1,23 +1,19 @@
 //! What `transforms.json` may say, of all frames and of one.
 
-use potamoi_base::record::Fate::{Honoured, Listed, Refused};
+use crate::strange_lens::with_strange_lenses;
+use potamoi_base::record::Fate::{Honoured, Listed};
 use potamoi_base::record::{Fate, Format, Key};
 
 const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }
 }
 
-const PINHOLE: &str = "only pinholes are rendered: render with undistorted pictures' cameras \
-                       (ns-process-data, colmap image_undistorter); 0 or false is accepted";
 const SHUTTER: &str = "a frame is seen at one moment; 0 is accepted";
-const CROPPED: &str = "pictures are rendered whole: give the size and principal point of the \
-                       cropped one; 0 is accepted";
-
 /// Keys that stand in the document for all frames, or in a frame for it alone,
 /// before the others.
 macro_rules! with_lens {
     ($($own:expr),* $(,)?) => {
-        &[
+        with_strange_lenses![
             $($own,)*
             key("w", Honoured, "pixels a row; without it twice `cx`, else `h`, else 800"),
             key("h", Honoured, "rows; without it twice `cy`, else `w`"),
@@ -30,32 +26,10 @@ macro_rules! with_lens {
             key("cx", Honoured, "principal point in pixels; the middle unless given"),
             key("cy", Honoured, "the same of columns"),
             key("camera_model", Honoured, "a pinhole, or a lens whose distortion is 0; others are refused"),
-            key("k1", Refused, PINHOLE),
-            key("k2", Refused, PINHOLE),
-            key("k3", Refused, PINHOLE),
-            key("k4", Refused, PINHOLE),
-            key("k5", Refused, PINHOLE),
-            key("k6", Refused, PINHOLE),
-            key("p1", Refused, PINHOLE),
-            key("p2", Refused, PINHOLE),
-            key("s1", Refused, PINHOLE),
-            key("s2", Refused, PINHOLE),
-            key("s3", Refused, PINHOLE),
-            key("s4", Refused, PINHOLE),
-            key("*distortion*", Refused, PINHOLE),
-            key("*fisheye*", Refused, PINHOLE),
-            key("ftheta_*", Refused, PINHOLE),
-            key("*latlong*", Refused, PINHOLE),
-            key("*equirect*", Refused, PINHOLE),
-            key("*ortho*", Refused, PINHOLE),
-            key("*panorama*", Refused, PINHOLE),
-            key("*spherical*", Refused, PINHOLE),
             key("rolling_shutter*", Refused, SHUTTER),
             key("exposure_time", Refused, SHUTTER),
             key("*motion*blur*", Refused, SHUTTER),
             key("transform_matrix_*", Refused, SHUTTER),
-            key("crop*", Refused, CROPPED),
-            key("skew", Refused, PINHOLE),
             key("from_mitsuba", Refused, "its axes are others; false is accepted"),
             key("near", Listed, "all that is in view is rendered"),
             key("far", Listed, "all that is in view is rendered"),

@@ -3,23 +3,14 @@
 use glam::{DAffine3, DVec2};
 use potamoi_formats::document::Value;
 
+use crate::strange_lens::PINHOLES;
 use potamoi_base::camera::Camera;
 use potamoi_base::record::{Notes, Record};
 
 /// A side where the file says nothing of it: that of NeRF's synthetic scenes.
 const SIDE: u32 = 800;
 /// The longest side, in pixels.
-const MAX_SIDE: u32 = 16384;
-/// Names of lenses that are pinholes once their distortion is 0.
-const PINHOLES: [&str; 7] = [
-    "PINHOLE",
-    "SIMPLE_PINHOLE",
-    "PERSPECTIVE",
-    "OPENCV",
-    "FULL_OPENCV",
-    "SIMPLE_RADIAL",
-    "RADIAL",
-];
+const MAX_SIDE: u32 = 32768;
 /// How far two focal lengths of one axis may be from each other, as a share.
 const AGREEMENT: f64 = 0.01;
 
@@ -192,7 +183,11 @@ impl Lens {
         if x.side.is_none() || y.side.is_none() {
             let from = match (x.centre, y.centre) {
                 (None, None) => "the file does not say",
-                _ => "from twice cx and cy, as the file has no w and h",
+                _ => match (x.side, y.side) {
+                    (None, None) => "from twice cx and cy, as the file has no w and h",
+                    (None, _) => "from twice cx and cy, as the file has no w",
+                    _ => "from twice cx and cy, as the file has no h",
+                },
             };
             notes.assume(format!("size of pictures, {width} x {height}: {from}"));
         }

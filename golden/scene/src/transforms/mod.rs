@@ -13,12 +13,15 @@ use glam::{DAffine3, DMat3, DVec3};
 use potamoi_formats::document::{self, Value};
 use thiserror::Error;
 
+use super::strange_lens;
 use potamoi_base::camera::Camera;
 use potamoi_base::record::{Format, Notes, Record};
 
 pub(super) use keys::{FRAME, PATH};
 use lens::Lens;
 
+/// Names of the axes that its cameras stand in.
+const AXES: [&str; 6] = ["OPENGL", "BLENDER", "NERF", "NERFSTUDIO", "RUB", "GL"];
 /// The largest file, in bytes.
 const LIMIT: u64 = 1 << 26;
 /// The most frames of a path.
@@ -83,7 +86,14 @@ pub fn read(path: &Path, notes: &mut Notes) -> Result<Vec<PathFrame>, Transforms
 fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<PathFrame>, String> {
     let document = document::json(bytes).map_err(|e| e.to_string())?;
     let mut record = record(&PATH, document)?;
-    let frames = record.take("frames").ok_or("`frames` is missing")?;
+    let viewer = record.has("camera_path");
+    let frames = record.take("frames").ok_or(match viewer {
+        true => {
+            "`frames` is missing, and `camera_path` is there: a camera path of Nerfstudio's viewer, \
+             which is not read; expected a transforms.json"
+        }
+        false => "`frames` is missing: expected a transforms.json, with a list of frames",
+    })?;
     let Value::List(frames) = frames else {
         let found = frames.shown();
         return Err(format!("`frames` is {found}: expected a list of frames"));
@@ -112,19 +122,13 @@ fn record(format: &'static Format, value: Value) -> Result<Record<Value>, String
         let found = value.shown();
         return Err(format!("found {found}: expected named values, `{{...}}`"));
     };
-    let entries = entries.into_vec().into_iter();
-    let mut record = Record::new(format, entries.map(|(key, value)| (key.into(), value)));
-    record.take_neutral(is_neutral);
-    Ok(record)
-}
-
-/// Whether a value says of a key that changes pictures that it changes none.
-fn is_neutral(value: &Value) -> bool {
-    match value {
-        Value::Null | Value::Bool(false) => true,
-        Value::List(values) => values.iter().all(is_neutral),
-        other => other.number() == Some(0.0),
+    // Frames have a table of their own.
+    for (key, value) in entries.iter().filter(|(key, _)| &**key != "frames") {
+        strange_lens::within(format, key, value, &AXES).map_err(|e| e.to_string())?;
     }
+    let entries = strange_lens::telling(format, entries.into_vec(), &AXES);
+    let record = Record::new(format, entries.map(|(key, value)| (key.into(), value)));
+    Ok(record)
 }
 
 fn frame(value: Value, common: &Lens, notes: &mut Notes) -> Result<PathFrame, String> {
@@ -192,7 +196,11 @@ fn pose(matrix: &Value) -> Result<DAffine3, String> {
     let off = rotation * rotation.transpose() - DMat3::IDENTITY;
     let rigid = off.to_cols_array().iter().all(|v| v.abs() < ROUNDING);
     if !(rigid && rotation.determinant() > 0.0) {
-        return Err("is no rotation and translation".to_owned());
+        let found = matrix.shown();
+        return Err(format!(
+            "is no rotation and translation but {found}: expected columns of length 1 at right \
+             angles, right-handed"
+        ));
     }
     if !column(3).abs().cmple(DVec3::splat(FAR)).all() {
         return Err(format!("is at {}: expected -1e9 to 1e9", column(3)));

@@ -231,6 +231,16 @@ fn lenses_that_are_no_pinhole_are_refused_by_name() {
         ("camera_model", "\"EQUIRECTANGULAR\"", "\"OPENCV\""),
         ("camera_model", "\"OPENCV_FISHEYE\"", "\"PINHOLE\""),
         ("camera_model", "7", "null"),
+        ("camera_type", "\"fisheye\"", "\"perspective\""),
+        ("projection", "\"equirectangular\"", "\"PERSPECTIVE\""),
+        ("lens_type", "\"fisheye\"", "\"pinhole\""),
+        ("convention", "\"OpenCV\"", "\"OpenGL\""),
+        ("coordinate_system", "\"RDF\"", "\"RUB\""),
+        ("shift_x", "0.1", "0"),
+        ("pixel_aspect_ratio", "2", "1.0"),
+        ("K", "[[1, 0, 0]]", "null"),
+        ("intrinsics", "[1]", "null"),
+        ("params", "[1]", "[]"),
         ("transform_matrix_end", "[[1, 0, 0, 1]]", "null"),
     ] {
         let text = |value: &str, in_frame: bool| {
@@ -248,6 +258,30 @@ fn lenses_that_are_no_pinhole_are_refused_by_name() {
             assert!(notes.not_used().is_empty(), "{key}: {notes:?}");
         }
     }
+}
+
+/// A lens may be told within another key, which would be listed as a whole.
+#[test]
+fn lenses_within_other_keys_are_refused_by_path() {
+    for (more, key) in [
+        (r#""lens": {"k1": 0.1}"#, "lens.k1"),
+        (r#""metadata": [{"k1": 0.1}]"#, "metadata.k1"),
+        (r#""camera": {"model": "FISHEYE"}"#, "camera.model"),
+        (
+            r#""camera": {"camera_model": "FISHEYE"}"#,
+            "camera.camera_model",
+        ),
+    ] {
+        for text in [
+            format!(r#"{{"fl_x": 9, {more}, "frames": [{ONE}]}}"#),
+            format!(r#"{{"fl_x": 9, "frames": [{}]}}"#, with(more)),
+        ] {
+            let error = parsed(&text).unwrap_err();
+            assert!(error.contains(&format!("`{key}` cannot be")), "{error}");
+        }
+    }
+    let none = format!(r#"{{"fl_x": 9, "lens": {{"k1": 0}}, "frames": [{ONE}]}}"#);
+    assert!(said(&none).not_used().contains(&"lens".to_owned()));
 }
 
 /// Every row of the tables is met: what is honoured is taken, the rest is refused
