@@ -109,17 +109,15 @@ pub static NGP: Format = Format {
             Honoured,
             "0",
         ),
-        key("snapshot.linear_colors", Honoured, "false"),
-        key("snapshot.nerf.linear_colors", Honoured, "false"),
         key(
             "snapshot.nerf.*linear_colors*",
             Refused,
-            "colours are those of training pictures, in sRGB",
+            "colours are those of training pictures, in sRGB; false is accepted",
         ),
         key(
             "snapshot.*linear_colors*",
             Refused,
-            "colours are those of training pictures, in sRGB",
+            "colours are those of training pictures, in sRGB; false is accepted",
         ),
         key("snapshot.nerf.*activation*", Refused, ACTIVATIONS),
         key(
