@@ -98,7 +98,11 @@ impl Meta {
         fields.record.take("version");
         let none = fields.record.take("shN").filter(|own| !own.is_null());
         if none.is_some() {
-            return Err(fields.wrong("shN", none.as_ref(), "an object, or null"));
+            return Err(fields.wrong(
+                "shN",
+                none.as_ref(),
+                "an object with count, bands, codebook and files, or null",
+            ));
         }
         let count = fields.count("count")?;
         let means = Means {
@@ -180,7 +184,8 @@ impl Fields<'_> {
         let field = format!("meta.json: field `{key}`");
         let value = match value {
             None => "missing".to_owned(),
-            Some(Value::Object(_)) => "an object".to_owned(),
+            // Fields of other objects are told one by one.
+            Some(Value::Object(_)) => "empty".to_owned(),
             Some(value) => shown(value),
         };
         self.name.field(field, value, expected)

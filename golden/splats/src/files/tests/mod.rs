@@ -7,6 +7,7 @@ mod fuzz;
 pub mod pack;
 mod refuse;
 mod sog_images;
+mod splat_rows;
 
 use std::path::PathBuf;
 
