@@ -307,7 +307,6 @@ fn what_is_added_to_a_file_is_named() {
     named(at, "a.splat", &[0; 33], "length in bytes");
 }
 
-/// Of plain files and of packed ones.
 #[test]
 fn models_that_are_no_gaussians_in_space_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -380,7 +379,6 @@ fn members_that_are_given_twice_are_refused() {
     }
 }
 
-/// What comments of packed files say is what those of plain files say.
 #[test]
 fn comments_of_packed_files_are_honoured() {
     let folder = tempfile::tempdir().unwrap();

@@ -211,8 +211,7 @@ pub(super) fn decode(header: &Header, body: &[u8], origin: &str) -> Result<Raw, 
     })
 }
 
-/// `element.property` of each, but for what makes vertices those of another model, which plain
-/// files call the same.
+/// `element.property` of each, but for properties of other models, which have their names alone.
 fn entries(header: &Header) -> Vec<(String, String)> {
     let of_others = |property: &str| {
         let row = ply::FORMAT.row(property);
