@@ -80,10 +80,15 @@ impl Images {
             path: path.to_owned(),
             message: message.to_owned(),
         };
-        let positive = images.depth_scale > 0.0 && images.depth_scale.is_finite();
-        if !(positive && images.void_above > 0.0) {
-            let message = "field `model`: expected a positive depth_scale and void_above";
-            return Err(wrong(message));
+        let (scale, void) = (images.depth_scale, images.void_above);
+        for (field, value, is_right) in [
+            ("depth_scale", scale, scale > 0.0 && scale.is_finite()),
+            ("void_above", void, void > 0.0),
+        ] {
+            if !is_right {
+                let message = format!("field `model.{field}` is {value}: expected more than 0");
+                return Err(wrong(&message));
+            }
         }
         if description.camera != CameraDescription::Default {
             let message = "section `[camera]`: an image sequence has the cameras of its \

@@ -100,6 +100,10 @@ pub(super) fn list<T>(values: Vec<T>) -> ArrayD<T> {
     ndarray::Array1::from(values).into_dyn()
 }
 
+/// What is said of a file, or of a header, that is of another kind.
+const NO_ARCHIVE: &str = "no whole NPZ archive: expected a file of `potamoi trace`";
+const NO_HEADER: &str = "no list of bytes: expected the header that `potamoi trace` writes first";
+
 /// The bytes of an NPZ file: header first, then the arrays in order. The same
 /// content gives the same bytes.
 pub(super) fn pack<H: Serialize>(
@@ -153,7 +157,8 @@ impl<'a> Packed<'a> {
             path: path.to_owned(),
             problem,
         };
-        let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| container(e.to_string()))?;
+        let mut zip =
+            ZipArchive::new(Cursor::new(bytes)).map_err(|_| container(NO_ARCHIVE.to_owned()))?;
         let beside = archive::beside(&zip, Cursor::new(bytes));
         let beside = beside.map_err(|e| container(e.to_string()))?;
         if let Some(twice) = beside.twice {
@@ -165,8 +170,8 @@ impl<'a> Packed<'a> {
         }
         let member = member(&mut zip, path, HEADER, HEADER_LIMIT)?;
         let wrong = |problem: String| array_error(path, HEADER, problem);
-        let text =
-            ndarray::Array1::<u8>::read_npy(&member[..]).map_err(|e| wrong(e.to_string()))?;
+        let text = ndarray::Array1::<u8>::read_npy(&member[..])
+            .map_err(|_| wrong(NO_HEADER.to_owned()))?;
         let header = document::json(&text.to_vec()).and_then(|header| header.read());
         let header: H = header.map_err(|e| wrong(e.to_string()))?;
         let infos = infos(&header).to_vec();
@@ -325,11 +330,11 @@ fn member(
     let wrong = |problem: String| array_error(path, name, problem);
     let file = zip
         .by_name(&format!("{name}.npy"))
-        .map_err(|e| wrong(e.to_string()))?;
+        .map_err(|_| wrong("missing: expected a file of `potamoi trace`".to_owned()))?;
     let mut bytes = vec![];
     file.take(limit + 1)
         .read_to_end(&mut bytes)
-        .map_err(|e| wrong(e.to_string()))?;
+        .map_err(|_| wrong("its packed bytes are damaged or cut off".to_owned()))?;
     if bytes.len() as u64 > limit {
         return Err(wrong(format!(
             "more than the {limit} bytes that its shape takes"

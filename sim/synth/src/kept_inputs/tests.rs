@@ -1,6 +1,8 @@
 //! Each input changed alone gives another key. An input that is new does not compile until it is
 //! set here; one that a key leaves out fails.
 
+#![allow(clippy::expect_used)]
+
 use super::*;
 
 fn all_differ(keys: impl IntoIterator<Item = Key>) {
