@@ -318,7 +318,8 @@ mod tests {
         };
         let link = |to: &Path, path: &Path| std::os::unix::fs::symlink(to, path).unwrap();
         let file = place.join("a");
-        let strange: [(&Path, &dyn Fn(&Path)); 7] = [
+        type Change<'a> = (&'a Path, &'a dyn Fn(&Path));
+        let strange: [Change<'_>; 7] = [
             (&file, &fifo),
             (&file, &|path| fs::create_dir(path).unwrap()),
             (&place.join(MANIFEST), &fifo),
