@@ -86,7 +86,8 @@ impl Images {
             ("void_above", void, void > 0.0),
         ] {
             if !is_right {
-                let message = format!("field `model.{field}` is {value}: expected more than 0");
+                let message =
+                    format!("field `model.{field}` is {value}: expected a positive number");
                 return Err(wrong(&message));
             }
         }
