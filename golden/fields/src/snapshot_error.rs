@@ -17,7 +17,10 @@ pub enum SnapshotError {
         source: std::io::Error,
     },
     /// It is no snapshot.
-    #[error("snapshot {path}: field `{field}`: {problem}; expected what Instant-NGP saves")]
+    #[error(
+        "snapshot {path}: {}{problem}; expected what Instant-NGP saves",
+        place(field)
+    )]
     Container {
         /// The file.
         path: PathBuf,
@@ -47,4 +50,12 @@ pub enum SnapshotError {
         /// What would be right.
         expected: String,
     },
+}
+
+/// Where in the document something is; nothing of the whole.
+fn place(field: &str) -> String {
+    match field {
+        "" | "." => String::new(),
+        field => format!("field `{field}`: "),
+    }
 }

@@ -155,7 +155,7 @@ fn read(path: &Path, mut bytes: impl BufRead, length: u64) -> Result<Told, Snaps
     })?;
     let follows = packed && bytes.fill_buf().is_ok_and(|rest| !rest.is_empty());
     if follows {
-        let problem = "bytes follow the end of the packed document; expected none".to_owned();
+        let problem = "bytes follow the end of the packed document".to_owned();
         return Err(container(".".to_owned(), problem));
     }
     Ok(parsed)
@@ -195,7 +195,7 @@ fn parse(bytes: std::io::Take<impl Read>) -> Result<Told, (String, String, u64)>
     let left = reader.get_ref().get_ref().limit();
     let problem = match rest {
         Ok(0) if left > 0 => return Ok((document, unread)),
-        Ok(_) => "bytes follow the end of the document; expected none".to_owned(),
+        Ok(_) => "bytes follow the end of the document".to_owned(),
         Err(e) => e.to_string(),
     };
     Err((".".to_owned(), problem, left))
