@@ -1,15 +1,15 @@
 //! The engine of the forms that compare, subtract, shift and add.
 
-use potamoi_formats::config::Config;
-use potamoi_netlist::{ModuleBuilder, Signal};
+use potamoi_formats::config::{Config, Engine, ExpConfig};
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-use super::form::{Powers, Recurrence, Widths};
+use super::form::{Form, Powers, Recurrence, State, Widths};
 use super::iterative::iterative;
 use super::pipelined::pipelined;
 use crate::vector_unit::orders::Orders;
 
 /// Registers that are passed turn after turn, or a pipeline.
-pub(super) fn engine(
+fn engine(
     own: &dyn Recurrence,
     m: &mut ModuleBuilder,
     config: &Config,
@@ -21,5 +21,39 @@ pub(super) fn engine(
         pipelined(own, m, config, widths, orders, a)
     } else {
         iterative(own, m, config, widths, orders, a)
+    }
+}
+
+/// All recurrences have one engine, and count the exponent by digits.
+impl<R: Recurrence> Form for R {
+    fn registers(&self, exp: &ExpConfig, engine: &Engine) -> [Ty; 2] {
+        Recurrence::registers(self, exp, engine)
+    }
+
+    fn digits_width(&self, engine: &Engine) -> u32 {
+        Recurrence::digits_width(self, engine)
+    }
+
+    fn powers(
+        &self,
+        m: &mut ModuleBuilder,
+        config: &Config,
+        widths: &Widths,
+        orders: &Orders,
+        a: Signal,
+    ) -> Powers {
+        engine(self, m, config, widths, orders, a)
+    }
+
+    fn exponent(&self, m: &mut ModuleBuilder, widths: &Widths, s: State, large: Signal) -> Signal {
+        widths.exponent_of_digits(m, s, large)
+    }
+
+    fn recurrence(&self) -> Option<&dyn Recurrence> {
+        Some(self)
+    }
+
+    fn is_bare(&self) -> bool {
+        self.is_literal()
     }
 }

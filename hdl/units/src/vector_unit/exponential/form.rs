@@ -91,6 +91,12 @@ pub(in crate::vector_unit) trait Form: Sync {
 
 /// A form that compares, subtracts, shifts and adds.
 pub(in crate::vector_unit) trait Recurrence: Sync {
+    /// Types of `R_remain` and `R_accum`.
+    fn registers(&self, exp: &ExpConfig, engine: &Engine) -> [Ty; 2];
+
+    /// Bits of the exponent's digits.
+    fn digits_width(&self, engine: &Engine) -> u32;
+
     /// Bits of the power that a step resolves.
     fn radix_bits(&self) -> u32 {
         1
@@ -101,7 +107,8 @@ pub(in crate::vector_unit) trait Recurrence: Sync {
         1
     }
 
-    /// Whether the remainder is signed, and neither sums nor the start are rounded.
+    /// Whether the remainder is signed, neither sums nor the start are rounded, and the result is
+    /// the accumulator.
     fn is_literal(&self) -> bool {
         false
     }

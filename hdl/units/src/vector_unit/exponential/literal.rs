@@ -1,16 +1,14 @@
 //! The recurrence as the paper prints it: on a signed power, nothing rounded, no digits.
 
 use num_bigint::BigInt;
-use potamoi_formats::config::{Config, Engine, ExpConfig};
+use potamoi_formats::config::{Engine, ExpConfig};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-use super::engine::engine;
-use super::form::{Form, Place, Powers, Recurrence, State, Widths};
-use crate::vector_unit::orders::Orders;
+use super::form::{Place, Recurrence, State, Widths};
 
 pub(super) struct Literal;
 
-impl Form for Literal {
+impl Recurrence for Literal {
     fn registers(&self, _: &ExpConfig, engine: &Engine) -> [Ty; 2] {
         let remain = Ty::s(engine.constant_bits + 2);
         [remain, Ty::u(engine.accumulator_bits + 3)]
@@ -20,31 +18,6 @@ impl Form for Literal {
         1
     }
 
-    fn powers(
-        &self,
-        m: &mut ModuleBuilder,
-        config: &Config,
-        widths: &Widths,
-        orders: &Orders,
-        a: Signal,
-    ) -> Powers {
-        engine(self, m, config, widths, orders, a)
-    }
-
-    fn exponent(&self, m: &mut ModuleBuilder, widths: &Widths, s: State, large: Signal) -> Signal {
-        widths.exponent_of_digits(m, s, large)
-    }
-
-    fn recurrence(&self) -> Option<&dyn Recurrence> {
-        Some(self)
-    }
-
-    fn is_bare(&self) -> bool {
-        true
-    }
-}
-
-impl Recurrence for Literal {
     fn first(&self) -> u32 {
         0
     }

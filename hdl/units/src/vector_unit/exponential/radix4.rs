@@ -1,17 +1,15 @@
 //! Radix 4: of three multiples the largest that fits.
 
 use num_bigint::BigInt;
-use potamoi_formats::config::{Config, Engine, ExpConfig};
+use potamoi_formats::config::{Engine, ExpConfig};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::ln_two_multiple;
-use super::engine::engine;
-use super::form::{Form, Place, Powers, Recurrence, State, Widths};
-use crate::vector_unit::orders::Orders;
+use super::form::{Place, Recurrence, State, Widths};
 
 pub(super) struct Radix4;
 
-impl Form for Radix4 {
+impl Recurrence for Radix4 {
     fn registers(&self, _: &ExpConfig, engine: &Engine) -> [Ty; 2] {
         let remain = Ty::u(engine.constant_bits + 4);
         [remain, Ty::u(engine.accumulator_bits + 2)]
@@ -21,27 +19,6 @@ impl Form for Radix4 {
         2 * engine.digits
     }
 
-    fn powers(
-        &self,
-        m: &mut ModuleBuilder,
-        config: &Config,
-        widths: &Widths,
-        orders: &Orders,
-        a: Signal,
-    ) -> Powers {
-        engine(self, m, config, widths, orders, a)
-    }
-
-    fn exponent(&self, m: &mut ModuleBuilder, widths: &Widths, s: State, large: Signal) -> Signal {
-        widths.exponent_of_digits(m, s, large)
-    }
-
-    fn recurrence(&self) -> Option<&dyn Recurrence> {
-        Some(self)
-    }
-}
-
-impl Recurrence for Radix4 {
     fn radix_bits(&self) -> u32 {
         2
     }

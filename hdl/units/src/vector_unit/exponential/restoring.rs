@@ -1,17 +1,15 @@
 //! The restoring form: compare, subtract, shift and add.
 
 use num_bigint::BigInt;
-use potamoi_formats::config::{Config, Engine, ExpConfig, ExpOutput};
+use potamoi_formats::config::{Engine, ExpConfig, ExpOutput};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::ln_two_times;
-use super::engine::engine;
-use super::form::{Form, Place, Powers, Recurrence, State, Widths};
-use crate::vector_unit::orders::Orders;
+use super::form::{Place, Recurrence, State, Widths};
 
 pub(super) struct Restoring;
 
-impl Form for Restoring {
+impl Recurrence for Restoring {
     fn registers(&self, exp: &ExpConfig, engine: &Engine) -> [Ty; 2] {
         // Integer bits of the start, 12 ln 2 = 8.3 or 24 ln 2 - 8 = 8.6 in the
         // alpha configuration, x + Z ln 2 in the general one.
@@ -27,27 +25,6 @@ impl Form for Restoring {
         engine.digits
     }
 
-    fn powers(
-        &self,
-        m: &mut ModuleBuilder,
-        config: &Config,
-        widths: &Widths,
-        orders: &Orders,
-        a: Signal,
-    ) -> Powers {
-        engine(self, m, config, widths, orders, a)
-    }
-
-    fn exponent(&self, m: &mut ModuleBuilder, widths: &Widths, s: State, large: Signal) -> Signal {
-        widths.exponent_of_digits(m, s, large)
-    }
-
-    fn recurrence(&self) -> Option<&dyn Recurrence> {
-        Some(self)
-    }
-}
-
-impl Recurrence for Restoring {
     fn bias(&self, z: u32, bits: u32) -> BigInt {
         let digits = (0..32).filter(|j| z >> j & 1 == 1);
         digits.map(|j| ln_two_times(j, bits)).sum()
