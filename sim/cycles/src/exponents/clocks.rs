@@ -13,3 +13,12 @@ pub(super) trait Clocks: Sync {
         false
     }
 }
+
+/// Of a configuration whose engine has these knobs.
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+pub(super) fn clocks_of(form: &dyn Clocks, knobs: &str, exponent: u32) -> u32 {
+    let text = format!("[vu]\nops = [\"exp\"]\n[vu.exp]\n{knobs}");
+    let config = potamoi_formats::config::Config::from_toml(&text, "test").unwrap();
+    form.clocks(&config.vu.exp, exponent)
+}

@@ -14,24 +14,16 @@ impl Clocks for Literal {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
-    use potamoi_formats::config::Config;
-
+    use super::super::clocks::clocks_of;
     use super::*;
-
-    fn clocks(text: &str, exponent: u32) -> u32 {
-        let text = format!("[vu]\nops = [\"exp\"]\n[vu.exp]\n{text}");
-        let config = Config::from_toml(&text, "test").unwrap();
-        Literal.clocks(&config.vu.exp, exponent)
-    }
 
     /// No digits.
     #[test]
     fn clocks_are_iterations() {
         let literal = "form = \"literal\"\ninput = \"S0.14\"";
-        assert_eq!(clocks(literal, 0), 16);
+        assert_eq!(clocks_of(&Literal, literal, 0), 16);
         assert_eq!(
-            clocks(&format!("{literal}\niterations_per_clock = 3"), 0),
+            clocks_of(&Literal, &format!("{literal}\niterations_per_clock = 3"), 0),
             6
         );
     }

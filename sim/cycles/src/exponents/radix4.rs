@@ -16,22 +16,14 @@ impl Clocks for Radix4 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
-    use potamoi_formats::config::Config;
-
+    use super::super::clocks::clocks_of;
     use super::*;
-
-    fn clocks(text: &str, exponent: u32) -> u32 {
-        let text = format!("[vu]\nops = [\"exp\"]\n[vu.exp]\n{text}");
-        let config = Config::from_toml(&text, "test").unwrap();
-        Radix4.clocks(&config.vu.exp, exponent)
-    }
 
     /// Two digits of the exponent, J iterations.
     #[test]
     fn clocks_are_steps_and_tail() {
         let radix4 = "form = \"radix-4\"\niterations = 4";
-        assert_eq!(clocks(radix4, 0), 6);
-        assert_eq!(clocks(&format!("{radix4}\ntail = true"), 0), 7);
+        assert_eq!(clocks_of(&Radix4, radix4, 0), 6);
+        assert_eq!(clocks_of(&Radix4, &format!("{radix4}\ntail = true"), 0), 7);
     }
 }

@@ -18,23 +18,18 @@ impl Clocks for Restoring {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
-    use potamoi_formats::config::Config;
-
+    use super::super::clocks::clocks_of;
     use super::*;
-
-    fn clocks(text: &str, exponent: u32) -> u32 {
-        let text = format!("[vu]\nops = [\"exp\"]\n[vu.exp]\n{text}");
-        let config = Config::from_toml(&text, "test").unwrap();
-        Restoring.clocks(&config.vu.exp, exponent)
-    }
 
     /// Four digits and 16 iterations; n(k) of them with an early out, at least 6 clocks.
     #[test]
     fn clocks_are_steps_and_tail() {
-        assert_eq!(clocks("", 0), 20);
-        assert_eq!(clocks("iterations_per_clock = 6\ntail = true", 0), 5);
-        let early = [0, 2, 3, 12, 16, 24].map(|k| clocks("early_out = true", k));
+        assert_eq!(clocks_of(&Restoring, "", 0), 20);
+        assert_eq!(
+            clocks_of(&Restoring, "iterations_per_clock = 6\ntail = true", 0),
+            5
+        );
+        let early = [0, 2, 3, 12, 16, 24].map(|k| clocks_of(&Restoring, "early_out = true", k));
         assert_eq!(early, [20, 20, 19, 10, 6, 6]);
     }
 }
