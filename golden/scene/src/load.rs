@@ -220,6 +220,11 @@ impl Scene {
     fn described(path: &Path, asked: Option<Axes>) -> Result<Self, SceneError> {
         let description = Description::read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
+        // The model may be anywhere: what names it is told too.
+        let named = |error: SceneError| SceneError::Of {
+            scene: format!("{}: field `model.path`", path.display()),
+            source: Box::new(error),
+        };
         let mut scene = match &description.model {
             ModelDescription::Builtin {
                 name,
@@ -245,14 +250,18 @@ impl Scene {
                 }
             })?,
             ModelDescription::Splats { path, axes } => {
-                Self::model_file(&folder.join(path), asked.or(*axes))?
+                Self::model_file(&folder.join(path), asked.or(*axes)).map_err(named)?
             }
             ModelDescription::Compact3dgs { path, axes } => {
-                Self::compact(&folder.join(path), asked.or(*axes))?
+                Self::compact(&folder.join(path), asked.or(*axes)).map_err(named)?
             }
-            ModelDescription::Ngp { path, hash_unit } => Self::ngp(&folder.join(path), *hash_unit)?,
-            ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path))?,
-            ModelDescription::Tensorf { path } => Self::tensorf(&folder.join(path))?,
+            ModelDescription::Ngp { path, hash_unit } => {
+                Self::ngp(&folder.join(path), *hash_unit).map_err(named)?
+            }
+            ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path)).map_err(named)?,
+            ModelDescription::Tensorf { path } => {
+                Self::tensorf(&folder.join(path)).map_err(named)?
+            }
             ModelDescription::Images(_) => {
                 return Err(SceneError::Description {
                     path: path.to_owned(),
