@@ -37,7 +37,7 @@ pub(crate) struct VerifyArgs {
     /// Fault built into the hardware, which has to be found [default: none]
     #[arg(long, value_enum)]
     inject: Option<Inject>,
-    /// Seed of what is random: stalls (`verify`), the placement (`synth --fpga`)
+    /// Seed of the random stalls (`verify`) or of the placement (`synth --fpga`)
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Waveform of the cycles around a mismatch

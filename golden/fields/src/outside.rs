@@ -24,7 +24,7 @@ pub const HARMONICS: &str =
 /// Of hashed levels.
 pub const HASHES: &str = "indices of hashed levels: Rust, as on the GPU";
 /// What is known to be empty.
-pub const MASK: &str = "the mask of what is empty: Rust, as on the GPU";
+pub const MASK: &str = "the mask of empty space: Rust, as on the GPU";
 /// The same, as a grid of occupied cells.
 pub const OCCUPANCY: &str = "the occupancy grid: Rust, as on the GPU";
 /// The same, as a tree.

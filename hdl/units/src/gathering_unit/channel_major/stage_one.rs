@@ -109,7 +109,7 @@ impl StageOne {
     }
 }
 
-/// The weights of what is issued: a single id has the weight 1.
+/// The weights of the issued entries: a single id has the weight 1.
 fn given_weight(
     m: &mut ModuleBuilder,
     config: &Config,

@@ -12,7 +12,7 @@ use crate::gathering_unit::shared::rit_given::{HALF, Slot};
 use crate::gathering_unit::shared::rit_reader::{Read, Reader};
 use crate::gathering_unit::shared::rit_shape::Shape;
 
-/// Weights of what is issued; zeros where no entry has any.
+/// Weights of the issued entries; zeros where the unit takes single ids alone.
 pub(crate) fn weights(m: &mut ModuleBuilder, config: &Config, rit: Instance) -> Signal {
     let shape = Shape::of(config);
     if shape.has_weights() {
