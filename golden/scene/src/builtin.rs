@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::{Model, Scene, SceneError, garden, lantern, ready};
 use potamoi_analytic::Analytic;
+use potamoi_base::record::told;
 use potamoi_fields::AnyField;
 
 /// Pixels a side of a picture whose size nobody gave.
@@ -107,10 +108,10 @@ impl Scene {
         let Some(analytic) = Analytic::named(scene) else {
             if let Some(found) = representation {
                 return Err(SceneError::Value {
-                    scene: name.to_owned(),
+                    scene: told(name),
                     field: "representation",
-                    value: found.to_owned(),
-                    expected: format!("none: {scene} has its own"),
+                    value: told(found),
+                    expected: format!("none: {} has its own", told(scene)),
                 });
             }
             return Self::drawn(scene);
@@ -119,9 +120,9 @@ impl Scene {
         let all = Representation::of(analytic);
         let found = all.iter().copied().find(|r| r.name() == wanted);
         let found = found.ok_or_else(|| SceneError::Value {
-            scene: name.to_owned(),
+            scene: told(name),
             field: "representation",
-            value: wanted.to_owned(),
+            value: told(wanted),
             expected: all.iter().map(|r| r.name()).collect::<Vec<_>>().join(", "),
         })?;
         let camera = analytic.camera(0.0, SIDE, SIDE);

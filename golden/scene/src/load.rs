@@ -34,6 +34,8 @@ fn endings() -> String {
 /// The farthest coordinate of a Gaussian's centre in a file: default views stand some extents away,
 /// which 32-bit floats have to hold.
 const MAX_CENTRE: f32 = 1e30;
+/// Bytes of a path that the operating system takes.
+const LONGEST_PATH: usize = 4095;
 
 impl Scene {
     /// Opens a scene: a built-in name, with a colon and a representation if it is
@@ -96,7 +98,7 @@ impl Scene {
 
     pub(super) fn unknown(name: &str) -> SceneError {
         SceneError::Unknown {
-            name: name.to_owned(),
+            name: told(name),
             builtin: BUILTIN.join(", "),
             endings: endings(),
         }
@@ -221,6 +223,15 @@ impl Scene {
         let description = Description::read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         // The model may be anywhere: what names it is told too.
+        let model = |model: &Path| match model.as_os_str().len() {
+            0..=LONGEST_PATH => Ok(folder.join(model)),
+            bytes => Err(SceneError::Description {
+                path: path.to_owned(),
+                message: format!(
+                    "field `model.path` has {bytes} bytes: expected a path of at most {LONGEST_PATH}"
+                ),
+            }),
+        };
         let named = |error: SceneError| SceneError::Of {
             scene: format!("{}: field `model.path`", path.display()),
             source: Box::new(error),
@@ -250,18 +261,16 @@ impl Scene {
                 }
             })?,
             ModelDescription::Splats { path, axes } => {
-                Self::model_file(&folder.join(path), asked.or(*axes)).map_err(named)?
+                Self::model_file(&model(path)?, asked.or(*axes)).map_err(named)?
             }
             ModelDescription::Compact3dgs { path, axes } => {
-                Self::compact(&folder.join(path), asked.or(*axes)).map_err(named)?
+                Self::compact(&model(path)?, asked.or(*axes)).map_err(named)?
             }
             ModelDescription::Ngp { path, hash_unit } => {
-                Self::ngp(&folder.join(path), *hash_unit).map_err(named)?
+                Self::ngp(&model(path)?, *hash_unit).map_err(named)?
             }
-            ModelDescription::Dvgo { path } => Self::dvgo(&folder.join(path)).map_err(named)?,
-            ModelDescription::Tensorf { path } => {
-                Self::tensorf(&folder.join(path)).map_err(named)?
-            }
+            ModelDescription::Dvgo { path } => Self::dvgo(&model(path)?).map_err(named)?,
+            ModelDescription::Tensorf { path } => Self::tensorf(&model(path)?).map_err(named)?,
             ModelDescription::Images(_) => {
                 return Err(SceneError::Description {
                     path: path.to_owned(),

@@ -237,6 +237,28 @@ fn a_tensorf_checkpoint_is_a_scene() {
     );
 }
 
+/// The model of a description may be anywhere: an error names the description and the field, too.
+#[test]
+fn errors_of_a_description_s_model_name_the_description() {
+    let folder = tempfile::tempdir().unwrap();
+    let description = folder.path().join("scene.toml");
+    let long = "x".repeat(5000);
+    for (model, said) in [
+        ("/nowhere/model", "/nowhere/model"),
+        ("/nowhere/model.ply", "/nowhere/model.ply"),
+        (&long, "5000 bytes: expected a path of at most 4095"),
+    ] {
+        for kind in ["splats", "ngp", "dvgo", "tensorf", "compact-3dgs"] {
+            let text = format!("[model]\nkind = \"{kind}\"\npath = \"{model}\"\n");
+            fs::write(&description, text).unwrap();
+            let error = Scene::open(description.to_str().unwrap()).unwrap_err();
+            let error = error.to_string();
+            assert!(error.contains("scene.toml: field `model.path`"), "{error}");
+            assert!(error.contains(said), "{kind}: {error}");
+        }
+    }
+}
+
 #[test]
 fn a_representation_is_chosen_behind_a_colon_or_in_a_description() {
     let opened = |name: &str| Scene::open(name).map_err(|e| e.to_string());
