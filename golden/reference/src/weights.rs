@@ -94,6 +94,18 @@ pub fn fractions(weights: &[u16; 8], count: usize, weight_bits: u32) -> Option<[
 mod tests {
     use super::*;
 
+    /// Halves go up: half of an odd weight is the larger half at the far end.
+    #[test]
+    fn a_tie_goes_to_the_far_end() {
+        let half = 1 << (FRACTION_BITS - 1);
+        let mut sums = [15, 0];
+        split(&mut sums, 1, half);
+        assert_eq!(sums, [7, 8], "15 at one half is 7.5: rounded half up");
+        let mut sums = [1 << 4, 0];
+        split(&mut sums, 1, 128);
+        assert_eq!(sums, [15, 1], "16 at 1/32 is 0.5: rounded half up");
+    }
+
     /// Of every tree, in every width; not of weights that are none.
     #[test]
     fn fractions_are_found_again() {

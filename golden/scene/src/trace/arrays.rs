@@ -226,7 +226,13 @@ impl<'a> Packed<'a> {
         };
         let width = match info.dtype.as_str() {
             "<i2" | "<u2" => 2,
-            _ => 4u64,
+            "<i4" | "<u4" => 4u64,
+            other => {
+                let other = told(other);
+                return Err(wrong(format!(
+                    "values of type {other}: expected <i2, <u2, <i4 or <u4"
+                )));
+            }
         };
         let elements = info
             .shape
@@ -234,9 +240,9 @@ impl<'a> Packed<'a> {
             .try_fold(1u64, |n, side| n.checked_mul(*side as u64))
             .filter(|n| *n <= MAX_ELEMENTS);
         let Some(elements) = elements else {
-            let shape = &info.shape;
+            let shape = told(&format!("{:?}", info.shape));
             return Err(wrong(format!(
-                "shape {shape:?}: expected at most {MAX_ELEMENTS} elements"
+                "shape {shape}: expected at most {MAX_ELEMENTS} elements"
             )));
         };
         let limit = elements * width + NPY_HEADER;
@@ -261,8 +267,9 @@ impl<'a> Packed<'a> {
         let own = own.and_then(|b| b.get(2..)?.strip_prefix(head.as_bytes()));
         if !own.is_some_and(|rest| rest.starts_with(b"}") || rest.starts_with(b", }")) {
             return Err(wrong(format!(
-                "its own header is not that of a {dtype} array of shape {shape}, row by row, as \
-                 the trace's header says"
+                "its own header is not that of a {dtype} array of shape {}, row by row, as \
+                 the trace's header says",
+                told(&shape)
             )));
         }
         let values = Values::from_npy(&info.dtype, &bytes).map_err(wrong)?;

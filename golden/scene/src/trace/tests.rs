@@ -206,6 +206,19 @@ fn a_changed_file_is_refused_by_the_arrays_name() {
     refused(b"not a zip file at all", "NPZ");
 }
 
+/// A type that is none is refused as such, before the array is unpacked.
+#[test]
+fn a_type_that_no_array_has_is_refused() {
+    let bytes = repacked(&sample().1, |m| {
+        let header = &mut m[0].1;
+        let known = b"\"dtype\":\"<";
+        let at = header.windows(known.len()).position(|w| w == known);
+        header[at.unwrap() + known.len()] = b'x';
+    });
+    let error = read(&bytes).unwrap_err().to_string();
+    assert!(error.contains("expected <i2, <u2, <i4 or <u4"), "{error}");
+}
+
 /// The sample, with another header of array `gather_rows` and a digest to fit.
 fn forged(change: impl FnOnce(&str) -> String) -> Vec<u8> {
     let (_, bytes) = sample();

@@ -25,7 +25,7 @@ use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
 use meta::Meta;
 use pixels::Wanted;
-use potamoi_base::record::{Fate, Format, Key, Notes};
+use potamoi_base::record::{Fate, Format, Key, Notes, told};
 use potamoi_containers::archive;
 
 mod entries;
@@ -36,6 +36,8 @@ mod pixels;
 const LONGEST_META: u64 = 4 << 20;
 /// The largest image file, in bytes.
 const LARGEST_IMAGE: u64 = 1 << 30;
+/// Bytes of a name that file systems take.
+const LONGEST_NAME: usize = 255;
 /// Palette entries in a row of the image of centroids.
 const PALETTE_ROW: usize = 64;
 
@@ -201,12 +203,14 @@ fn decode(
     for (field, file) in &files {
         // A name must not lead out of the folder.
         let mut parts = Path::new(file).components();
-        if !matches!(
+        let is_beside = matches!(
             (parts.next(), parts.next()),
             (Some(Component::Normal(_)), None)
-        ) {
-            let expected = "the name of a file beside meta.json";
-            return Err(name.field(*field, format!("`{file}`"), expected));
+        );
+        if !is_beside || file.len() > LONGEST_NAME {
+            let expected =
+                format!("the name of a file beside meta.json, of at most {LONGEST_NAME} bytes");
+            return Err(name.field(*field, format!("`{}`", told(file)), expected));
         }
         contents.push(read(file, LARGEST_IMAGE)?);
     }
@@ -215,7 +219,7 @@ fn decode(
         let expected = format!("1 to {total}: a byte of the files for each at the least");
         return Err(name.field("count", meta.count, expected));
     }
-    let images: Vec<RgbaImage> = files
+    let images: Vec<Result<RgbaImage, FileError>> = files
         .par_iter()
         .zip(&contents)
         .enumerate()
@@ -230,7 +234,9 @@ fn decode(
             };
             pixels::read(bytes, file, wanted, name)
         })
-        .collect::<Result<_, _>>()?;
+        .collect();
+    // The first image that is wrong is told, whichever thread was first.
+    let images: Vec<RgbaImage> = images.into_iter().collect::<Result<_, _>>()?;
     for (i, (image, (_, file))) in images.iter().zip(&files).enumerate() {
         let [own, first] = [image, &images[0]].map(RgbaImage::dimensions);
         if i != Meta::CENTROIDS && own != first {

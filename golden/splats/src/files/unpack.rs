@@ -261,13 +261,15 @@ fn streams(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
             vec![],
         );
     }
-    let unpacked: Vec<Vec<u8>> = (0..streams)
+    let unpacked: Vec<Result<Vec<u8>, FileError>> = (0..streams)
         .into_par_iter()
         .map(|i| {
             zstd(parts[i], lengths[i])
                 .map_err(|message| name.part(format!("stream `{}`", NAMES[i]), message))
         })
-        .collect::<Result<_, _>>()?;
+        .collect();
+    // The first stream that is wrong is told, whichever thread was first.
+    let unpacked: Vec<Vec<u8>> = unpacked.into_iter().collect::<Result<_, _>>()?;
     let mut unpacked = unpacked.into_iter();
     Ok(Arrays {
         header,

@@ -318,6 +318,11 @@ fn sog() {
         ("\"quats.webp\"", "\"q.webp\"", "q.webp"),
         (
             "\"quats.webp\"",
+            &format!("\"{}\"", "q".repeat(256)),
+            "of at most 255 bytes",
+        ),
+        (
+            "\"quats.webp\"",
             "\"sh0.webp\"",
             "largest component of the rotation",
         ),
