@@ -3,6 +3,7 @@
 //! are numbers. A cell that fails here would go missing without a word in programs that
 //! read it later.
 
+use potamoi_base::record::{told, told_within};
 use potamoi_gates::Truth;
 
 use super::SynthError;
@@ -146,7 +147,7 @@ impl Checker<'_> {
             return match names.wrong(text) {
                 None => Ok(()),
                 Some(why) => {
-                    let why = format!("a function of the cell's pins ({why})");
+                    let why = format!("a function of the cell's pins ({})", told_within(&why, 300));
                     wrong(&why, text)
                 }
             };
@@ -174,15 +175,15 @@ impl Checker<'_> {
 
     fn wrong(&self, groups: &[&Group], line: usize, expected: &str, found: &str) -> SynthError {
         let place = groups.iter().rev().map(|group| match group.name() {
-            "" => group.kind.clone(),
-            name => format!("{} `{name}`", group.kind),
+            "" => told(&group.kind),
+            name => format!("{} `{}`", told(&group.kind), told(name)),
         });
         let place = place.collect::<Vec<_>>().join(" of the ");
         SynthError::Liberty {
             path: self.path.to_owned(),
             line,
             expected: format!("{expected} in the {place}"),
-            found: format!("`{found}`"),
+            found: format!("`{}`", told(found)),
         }
     }
 }

@@ -5,6 +5,7 @@
 //! (`docs/decisions/0005-reading-liberty.md`).
 
 use super::SynthError;
+use potamoi_base::record::told;
 
 /// Groups within groups: libraries have five.
 const MAX_DEPTH: u32 = 32;
@@ -62,8 +63,12 @@ impl Group {
         SynthError::Liberty {
             path: path.to_owned(),
             line: self.line,
-            expected: format!("{expected} in the {} `{}`", self.kind, self.name()),
-            found: format!("`{found}`"),
+            expected: format!(
+                "{expected} in the {} `{}`",
+                told(&self.kind),
+                told(self.name())
+            ),
+            found: format!("`{}`", told(found)),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Tables of a library: that each is whole, whoever reads it later.
 
+use potamoi_base::record::told;
 use std::collections::BTreeMap;
 
 use super::SynthError;
@@ -35,7 +36,7 @@ pub(super) fn check(library: &Group, units: &Units, path: &str) -> Result<(), Sy
 /// An error in a group of a cell, with the cell's name.
 fn of_cell(mut error: SynthError, cell: &Group) -> SynthError {
     if let SynthError::Liberty { expected, .. } = &mut error {
-        *expected += &format!(" of the cell `{}`", cell.name());
+        *expected += &format!(" of the cell `{}`", told(cell.name()));
     }
     error
 }

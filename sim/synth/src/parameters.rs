@@ -1,5 +1,6 @@
 //! Reading a file of parameters, as a system model does.
 
+use potamoi_base::record::told;
 use std::path::Path;
 
 use potamoi_formats::config::{Config, PRESETS};
@@ -12,8 +13,6 @@ use super::report::{
 use super::{MemoryReport, SynthError, SynthReport, UnitKind, UnitReport};
 
 const REMEDY: &str = "potamoi synth --json FILE";
-/// Characters of a text of the file that are told.
-const TOLD: usize = 60;
 const PAPER: &str = include_str!("../../../synth/paper-asap7.json");
 const FIELDS: &str = include_str!("../../../synth/fields-asap7.json");
 const RECORDS: &str = include_str!("../../../synth/records-asap7.json");
@@ -172,7 +171,7 @@ impl SynthReport {
 
     fn check(&self) -> Result<(), String> {
         if self.command != COMMAND {
-            let told: String = self.command.chars().take(TOLD).collect();
+            let told = told(&self.command);
             return Err(format!("command `{told}`, expected `{COMMAND}`"));
         }
         for unit in &self.raw.units {
@@ -218,7 +217,7 @@ impl SynthReport {
                 return Err("scaled.logic.units: as many as in raw.units expected".to_owned());
             }
             for (unit, raw) in logic.units.iter().zip(&self.raw.units) {
-                let name = format!("scaled {}", unit.unit);
+                let name = format!("scaled {}", told(&unit.unit));
                 if unit.unit != raw.unit {
                     return Err(format!("{name}, expected {}", raw.unit));
                 }
@@ -259,7 +258,7 @@ impl SynthReport {
             return Err("scaled.memories.macros: as many as in raw.memories expected".to_owned());
         }
         for (own, raw) in memories.macros.iter().zip(raw) {
-            let name = format!("scaled {}", own.memory);
+            let name = format!("scaled {}", told(&own.memory));
             if (&own.memory, &own.of) != (&raw.memory, &raw.of) {
                 return Err(format!("{name}, expected {}", raw.memory));
             }
