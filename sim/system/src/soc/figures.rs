@@ -94,7 +94,13 @@ fn path(splats: bool) -> PathWork {
         },
         references: (0..4).map(|i| frame(splats, 5 + i, 4096)).collect(),
         reference_frames: vec![(Some(0), 0), (None, 1), (None, 4), (None, 7)],
-        targets: (0..12).map(|number| target(number, 3)).collect(),
+        // Only the first reference is a frame of the path, as `reference_frames` says.
+        targets: (0..12)
+            .map(|number| TargetWork {
+                reference: (number > 0).then_some(number / 3),
+                ..target(number, 12)
+            })
+            .collect(),
         chained: (0..12).map(|number| target(number, 3)).collect(),
         halves: vec![frame(splats, 2, 1024); 4],
         full_quality: Quality::default(),
