@@ -6,7 +6,7 @@
 //! Verilog is run for any of it.
 
 pub mod effects;
-mod frame_rules;
+mod frame_scheduler;
 pub mod link;
 pub mod runtime;
 pub mod soc;

@@ -1,89 +1,51 @@
-//! The dispatcher: what may begin, and what begins (paper, "Scheduler").
-
-use std::collections::{BTreeSet, VecDeque};
+//! The dispatcher: which renderer begins what, and what was waited for.
 
 use potamoi_warp::Plan;
 
-use super::buffer::Buffer;
 use super::finish::Record;
-use super::state::{Cause, FrameState, Gates, ReferenceState, split};
+use super::waits::split;
 use super::windows;
-use super::{Job, Made, Nanos, Options, Resource, RuntimeError, Task};
-use crate::frame_rules::Windows;
-
-/// How a job went.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Outcome {
-    /// As it should.
-    Right,
-    /// A reference was lost; of a target an angle is too large.
-    Failed,
-}
+use super::{Job, Nanos, Options, Resource, RuntimeError, Task, Waits};
+use crate::frame_scheduler::{Cause, FrameScheduler, Outcome, Reference};
 
 #[derive(Debug, Clone)]
 struct Running {
     job: Job,
     start: Nanos,
-    gates: Gates,
+    gates: Vec<(Cause, Nanos)>,
     free_since: Nanos,
 }
 
-/// A state machine that is told what happens when, and says what begins. It has
-/// no clock: times are only recorded, and have to be told in order.
+/// Renderers, a server and a link, each of which does one job at a time, on what
+/// the [`FrameScheduler`] says may begin. It has no clock: times are only
+/// recorded, and have to be told in order.
 #[derive(Debug)]
-pub(super) struct Dispatcher<'p> {
-    plan: &'p Plan,
-    windows: Windows,
+pub(super) struct Dispatcher {
+    frames: FrameScheduler<Nanos>,
     concurrent: bool,
     remote: bool,
-    references: Vec<ReferenceState>,
-    frames: Vec<FrameState>,
-    buffer: Buffer,
-    /// The reference that is begun next.
-    next: usize,
-    /// References that the server is to render, and that it is to send.
-    serve: VecDeque<usize>,
-    answer: VecDeque<usize>,
-    /// Targets to be warped, and to be rendered in full.
-    targets: BTreeSet<usize>,
-    fallbacks: BTreeSet<usize>,
+    /// What each frame waited for.
+    waits: Vec<Waits>,
     running: [Option<Running>; Resource::ALL.len()],
     free_since: [Nanos; Resource::ALL.len()],
-    /// The frame that is shown next.
-    next_shown: usize,
     tasks: Vec<Task>,
 }
 
-impl<'p> Dispatcher<'p> {
-    pub(super) fn new(
-        plan: &'p Plan,
-        options: &Options,
-        remote: bool,
-    ) -> Result<Self, RuntimeError> {
+impl Dispatcher {
+    pub(super) fn new(plan: &Plan, options: &Options, remote: bool) -> Result<Self, RuntimeError> {
         options.check()?;
         let windows = windows::checked(plan, options.poses)?;
-        let count = plan.references.len();
-        let references = (0..count).map(|number| ReferenceState {
-            readers: windows.of(number).len(),
-            ..ReferenceState::default()
+        let references = plan.references.iter().map(|task| Reference {
+            known: task.known,
+            shown_as: task.target,
         });
         Ok(Self {
-            plan,
-            references: references.collect(),
-            windows,
+            frames: FrameScheduler::new(windows, references.collect(), options.slots, remote),
             concurrent: options.concurrent,
             remote,
-            frames: vec![FrameState::default(); plan.targets.len()],
-            // Slots that no reference is there for are never taken.
-            buffer: Buffer::new(options.slots.min(count)),
-            next: 0,
-            serve: VecDeque::new(),
-            answer: VecDeque::new(),
-            targets: BTreeSet::new(),
-            fallbacks: BTreeSet::new(),
+            waits: vec![Waits::default(); plan.targets.len()],
             running: [const { None }; Resource::ALL.len()],
             free_since: [0; Resource::ALL.len()],
-            next_shown: 0,
             tasks: vec![],
         })
     }
@@ -109,116 +71,23 @@ impl<'p> Dispatcher<'p> {
         }
     }
 
-    fn window(&self, frame: usize) -> usize {
-        self.plan.targets[frame].reference
-    }
-
-    /// The frame that needs a job soonest; a reference before what else that
-    /// frame needs.
-    fn urgency(&self, job: Job) -> (usize, u8) {
-        match job {
-            Job::Answer(r) => (self.windows.of(r).start, 0),
-            Job::Reference(r) | Job::Request(r) => (self.windows.of(r).start, 1),
-            Job::Fallback(frame) => (frame, 2),
-            Job::Target(frame) => (frame, 3),
-        }
-    }
-
-    /// What a resource, if it is free, could begin.
-    fn ready_for(&self, resource: Resource) -> Option<Job> {
+    /// Begins what a resource has to do, if it is free and there is something.
+    pub(super) fn begin(&mut self, resource: Resource, now: Nanos) -> Option<Job> {
         if self.running[resource as usize].is_some() {
             return None;
         }
-        let reference = self.plan.references.get(self.next).and_then(|task| {
-            self.frames[task.known].pose?;
-            self.buffer.free()?;
-            Some(if self.remote {
-                Job::Request(self.next)
-            } else {
-                Job::Reference(self.next)
-            })
-        });
-        let jobs = [
-            reference,
-            self.serve.front().copied().map(Job::Reference),
-            self.answer.front().copied().map(Job::Answer),
-            self.targets.first().copied().map(Job::Target),
-            self.fallbacks.first().copied().map(Job::Fallback),
-        ];
-        let jobs = jobs.into_iter().flatten();
-        jobs.filter(|job| self.resource(*job) == resource)
-            .min_by_key(|job| self.urgency(*job))
-    }
-
-    /// Begins what a resource has to do, if it is free and there is something.
-    pub(super) fn begin(&mut self, resource: Resource, now: Nanos) -> Option<Job> {
-        let job = self.ready_for(resource)?;
-        match job {
-            Job::Request(r) | Job::Reference(r) if r == self.next => {
-                let free = self.buffer.free()?;
-                self.buffer.take(free.1, r, now);
-                self.references[r].slot = Some(free);
-                self.next += 1;
-            }
-            Job::Reference(_) => {
-                self.serve.pop_front();
-            }
-            Job::Answer(_) => {
-                self.answer.pop_front();
-            }
-            Job::Target(frame) => {
-                self.targets.remove(&frame);
-            }
-            Job::Fallback(frame) => {
-                self.fallbacks.remove(&frame);
-            }
-            Job::Request(_) => {}
-        }
+        let jobs = self.frames.ready();
+        let job = jobs
+            .filter(|job| self.resource(*job) == resource)
+            .min_by_key(|job| self.frames.urgency(*job))?;
+        self.frames.begin(job, now);
         self.running[resource as usize] = Some(Running {
             job,
             start: now,
-            gates: self.gates(job),
+            gates: self.frames.awaited(job),
             free_since: self.free_since[resource as usize],
         });
         Some(job)
-    }
-
-    /// What a job had to wait for, its pose first.
-    fn gates(&self, job: Job) -> Gates {
-        let pose = |frame: usize| self.frames[frame].pose.map(|t| (Cause::Pose, t));
-        let of = |r: usize| &self.references[r];
-        let all = match job {
-            Job::Request(r) | Job::Reference(r) | Job::Answer(r) => {
-                let asked = matches!(job, Job::Reference(_) | Job::Answer(_));
-                let rendered = matches!(job, Job::Answer(_));
-                [
-                    pose(self.plan.references[r].known),
-                    of(r).slot.map(|(since, _)| (Cause::Buffer, since)),
-                    of(r).asked.filter(|_| asked).map(|t| (Cause::Link, t)),
-                    of(r)
-                        .rendered
-                        .filter(|_| rendered)
-                        .map(|t| (Cause::Reference, t)),
-                ]
-            }
-            Job::Target(frame) | Job::Fallback(frame) => {
-                let r = of(self.window(frame));
-                let refused = self.frames[frame].refused;
-                let last = refused.map(|t| (Cause::Angle, t));
-                if let (Some(lost), None) = (r.lost, refused) {
-                    [pose(frame), Some((Cause::Loss, lost)), None, None]
-                } else {
-                    let rendered = r.rendered.map(|t| (Cause::Reference, t));
-                    [
-                        pose(frame),
-                        rendered,
-                        r.ready.map(|t| (Cause::Link, t)),
-                        last,
-                    ]
-                }
-            }
-        };
-        all.into_iter().flatten().collect()
     }
 
     /// The job of a resource has ended.
@@ -248,132 +117,62 @@ impl<'p> Dispatcher<'p> {
             waits,
             idle: split(free_since, &gates, start, rest),
             slot: match job {
-                Job::Reference(r) => self.references[r].slot.map(|(_, slot)| slot),
+                Job::Reference(r) => self.frames.slot(r),
                 _ => None,
             },
         });
+        let finished = self.frames.end(job, now, outcome);
         match job {
-            Job::Reference(r) if !self.remote && outcome == Outcome::Failed => self.give_up(r, now),
-            Job::Reference(r) => {
-                self.references[r].rendered = Some(now);
-                if !self.remote {
-                    self.arrive(r, now);
-                } else if self.references[r].lost.is_none() {
-                    self.answer.push_back(r);
-                }
-            }
-            Job::Target(frame) => {
-                if outcome == Outcome::Failed {
-                    self.frames[frame].refused = Some(now);
-                    self.fallbacks.insert(frame);
-                } else {
-                    self.finish(frame, now, Made::Warped, waits);
-                }
-                self.read(self.window(frame), now);
-            }
-            Job::Fallback(frame) => {
-                let made = match self.frames[frame].refused {
-                    Some(_) => Made::FullByAngle,
-                    None => Made::FullByLoss,
-                };
-                self.finish(frame, now, made, waits);
-            }
-            Job::Request(_) | Job::Answer(_) => {}
+            Job::Target(frame) | Job::Fallback(frame) => self.waits[frame] = waits,
+            _ => self.finished_as_reference(finished, now),
+        }
+    }
+
+    /// A frame that is its reference waited until that was there.
+    fn finished_as_reference(&mut self, frame: Option<usize>, now: Nanos) {
+        if let Some(frame) = frame
+            && let Some(pose) = self.frames.frame(frame).pose
+        {
+            let gates = self.frames.awaited(Job::Target(frame));
+            self.waits[frame] = split(pose, &gates, now, Cause::Renderer);
         }
     }
 
     /// The pose of a frame has arrived.
     pub(super) fn pose(&mut self, frame: usize, now: Nanos) {
-        self.frames[frame].pose = Some(now);
-        self.admit(frame, now);
+        let finished = self.frames.pose(frame, now);
+        self.finished_as_reference(finished, now);
     }
 
     /// A request has arrived at the server.
     pub(super) fn asked(&mut self, reference: usize, now: Nanos) {
-        self.references[reference].asked = Some(now);
-        if self.references[reference].lost.is_none() {
-            self.serve.push_back(reference);
-        }
+        self.frames.asked(reference, now);
     }
 
     /// A reference has arrived in its slot, unless it was given up before.
     pub(super) fn arrive(&mut self, reference: usize, now: Nanos) {
-        if self.references[reference].lost.is_none() {
-            self.references[reference].ready = Some(now);
-            for frame in self.windows.of(reference) {
-                self.admit(frame, now);
-            }
-        }
+        let finished = self.frames.arrive(reference, now);
+        self.finished_as_reference(finished, now);
     }
 
-    /// A reference is given up, unless it is there: what was not begun for it
-    /// is not begun any more.
+    /// A reference is given up, unless it is there.
     pub(super) fn give_up(&mut self, reference: usize, now: Nanos) {
-        if self.references[reference].ready.is_some() {
-            return;
-        }
-        self.references[reference].lost = Some(now);
-        self.serve.retain(|r| *r != reference);
-        self.answer.retain(|r| *r != reference);
-        self.buffer.release(reference, now);
-        for frame in self.windows.of(reference) {
-            self.admit(frame, now);
-        }
-    }
-
-    /// Queues a frame if its pose and its reference are there, or the latter is
-    /// lost.
-    fn admit(&mut self, frame: usize, now: Nanos) {
-        let r = self.window(frame);
-        let Some(pose) = self.frames[frame].pose else {
-            return;
-        };
-        let state = &self.references[r];
-        if state.lost.is_some() {
-            self.fallbacks.insert(frame);
-        } else if state.ready.is_some() {
-            if self.plan.references[r].target == Some(frame) {
-                let gates = self.gates(Job::Target(frame));
-                let waits = split(pose, &gates, now, Cause::Renderer);
-                self.finish(frame, now, Made::Reference, waits);
-                self.read(r, now);
-            } else {
-                self.targets.insert(frame);
-            }
-        }
-    }
-
-    /// One of its targets has read a reference.
-    fn read(&mut self, reference: usize, now: Nanos) {
-        let readers = &mut self.references[reference].readers;
-        *readers -= 1;
-        if *readers == 0 {
-            self.buffer.release(reference, now);
-        }
-    }
-
-    fn finish(&mut self, frame: usize, now: Nanos, made: Made, waits: super::Waits) {
-        self.frames[frame].finished = Some((now, made));
-        self.frames[frame].waits = waits;
+        self.frames.give_up(reference, now);
     }
 
     /// Shows the next frame, if it is finished.
     pub(super) fn show(&mut self, now: Nanos) -> Option<usize> {
-        let next = self.next_shown;
-        self.frames.get(next)?.finished?;
-        self.frames[next].shown = Some(now);
-        self.next_shown += 1;
-        Some(next)
+        self.frames.show(now)
     }
 
     /// Whether all frames were shown.
     pub(super) fn is_over(&self) -> bool {
-        self.next_shown == self.frames.len()
+        self.frames.is_over()
     }
 
     /// The frame that is shown next.
     pub(super) fn next_shown(&self) -> usize {
-        self.next_shown
+        self.frames.next_shown()
     }
 
     /// What a resource is at.
@@ -383,15 +182,18 @@ impl<'p> Dispatcher<'p> {
 
     /// The slot of a reference that was begun.
     pub(super) fn slot(&self, reference: usize) -> Option<usize> {
-        self.references[reference].slot.map(|(_, slot)| slot)
+        self.frames.slot(reference)
     }
 
     pub(super) fn into_record(self) -> Record {
+        let resources = self.resources();
+        let (frames, holds) = self.frames.into_parts();
         Record {
-            resources: self.resources(),
+            resources,
             tasks: self.tasks,
-            frames: self.frames,
-            buffer: self.buffer,
+            frames,
+            waits: self.waits,
+            holds,
         }
     }
 }

@@ -2,19 +2,19 @@
 
 use potamoi_warp::Plan;
 
-use super::buffer::Buffer;
-use super::state::FrameState;
 use super::{
-    FrameTime, Job, LinkUse, Nanos, Resource, ResourceUse, RuntimeError, Schedule, Task, Totals,
-    Waits,
+    FrameTime, Held, Job, LinkUse, Nanos, Resource, ResourceUse, RuntimeError, Schedule, Task,
+    Totals, Waits,
 };
+use crate::frame_scheduler::{FrameState, Hold};
 
 /// What is left of a dispatcher.
 pub(super) struct Record {
     pub(super) resources: Vec<Resource>,
     pub(super) tasks: Vec<Task>,
-    pub(super) frames: Vec<FrameState>,
-    pub(super) buffer: Buffer,
+    pub(super) frames: Vec<FrameState<Nanos>>,
+    pub(super) waits: Vec<Waits>,
+    pub(super) holds: Vec<Hold<Nanos>>,
 }
 
 /// Adds waits of different tasks.
@@ -40,11 +40,12 @@ pub(super) fn finish(record: Record, plan: &Plan, link: LinkUse) -> Result<Sched
         resources,
         mut tasks,
         frames,
-        mut buffer,
+        waits,
+        mut holds,
     } = record;
     // Both come in the order in which they ended, and keep it.
     tasks.sort_by_key(|t| t.start);
-    buffer.held.sort_by_key(|h| h.from);
+    holds.sort_by_key(|h| h.from);
     let frames = frames.iter().enumerate().map(|(number, state)| {
         let (Some(pose), Some((finished, made)), Some(shown)) =
             (state.pose, state.finished, state.shown)
@@ -52,7 +53,6 @@ pub(super) fn finish(record: Record, plan: &Plan, link: LinkUse) -> Result<Sched
             return Err(RuntimeError::Unfinished { frame: number });
         };
         let reference = plan.targets[number].reference;
-        let waits = state.waits;
         Ok(FrameTime {
             number,
             reference,
@@ -60,7 +60,7 @@ pub(super) fn finish(record: Record, plan: &Plan, link: LinkUse) -> Result<Sched
             pose,
             finished,
             shown,
-            waits,
+            waits: waits[number],
         })
     });
     let frames = frames.collect::<Result<Vec<_>, _>>()?;
@@ -98,7 +98,7 @@ pub(super) fn finish(record: Record, plan: &Plan, link: LinkUse) -> Result<Sched
     Ok(Schedule {
         tasks,
         frames,
-        held: buffer.held,
+        held: holds.into_iter().map(Held::from).collect(),
         resources,
         totals,
     })

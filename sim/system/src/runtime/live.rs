@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 use potamoi_base::camera::Camera;
 use potamoi_warp::{Class, Frame, Plan, Shaded, Target, WarpError, Warper};
 
-use super::dispatch::{Dispatcher, Outcome};
+use super::dispatch::Dispatcher;
 use super::finish::finish;
 use super::{Job, LinkUse, Nanos, Options, Poses, Resource, RuntimeError, Schedule};
+use crate::frame_scheduler::Outcome;
 
 /// Frames that are finished before one is shown, at which rendering pauses.
 pub(super) const AHEAD: usize = 4;
@@ -29,8 +30,8 @@ impl References for Warper<'_> {
     }
 }
 
-struct State<'a> {
-    dispatcher: Dispatcher<'a>,
+struct State {
+    dispatcher: Dispatcher,
     /// The reference buffer.
     slots: Vec<Option<Arc<Shaded>>>,
     /// Frames that are not shown yet.
@@ -45,7 +46,7 @@ struct Live<'a> {
     path: &'a [Camera],
     plan: &'a Plan,
     begun: Instant,
-    state: Mutex<State<'a>>,
+    state: Mutex<State>,
     changed: Condvar,
 }
 
@@ -127,13 +128,13 @@ pub fn live(
     }
 }
 
-impl<'a> Live<'a> {
+impl Live<'_> {
     /// The state. A thread that panicked under the lock has stopped the others.
-    fn lock(&self) -> MutexGuard<'_, State<'a>> {
+    fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn wait<'g>(&self, state: MutexGuard<'g, State<'a>>) -> MutexGuard<'g, State<'a>> {
+    fn wait<'g>(&self, state: MutexGuard<'g, State>) -> MutexGuard<'g, State> {
         self.changed
             .wait(state)
             .unwrap_or_else(PoisonError::into_inner)
@@ -216,7 +217,7 @@ impl<'a> Live<'a> {
 
     fn render(
         &self,
-        mut state: MutexGuard<'_, State<'a>>,
+        mut state: MutexGuard<'_, State>,
         resource: Resource,
         job: Job,
     ) -> Result<(), WarpError> {
@@ -293,13 +294,7 @@ impl<'a> Live<'a> {
         }
     }
 
-    fn end(
-        &self,
-        state: &mut State<'a>,
-        resource: Resource,
-        outcome: Outcome,
-        frame: Option<Frame>,
-    ) {
+    fn end(&self, state: &mut State, resource: Resource, outcome: Outcome, frame: Option<Frame>) {
         state.dispatcher.end(resource, self.now(), outcome);
         if let Some(frame) = frame {
             state.finished.insert(frame.number, frame);

@@ -26,7 +26,6 @@
 //! link and camera run on clocks of their own, and at 1 GHz a nanosecond is a
 //! cycle.
 
-mod buffer;
 mod clock;
 mod dispatch;
 mod error;
@@ -35,19 +34,18 @@ mod live;
 mod options;
 mod record;
 mod simulate;
-mod state;
 mod trace;
+mod waits;
 mod windows;
 
 #[cfg(test)]
 mod tests;
 
+pub use crate::frame_scheduler::{Job, Made};
 pub use clock::{Clock, FixedClock, Nanos, PixelClock};
 pub use error::RuntimeError;
 pub use live::{References, live};
 pub use options::{Link, Options, Poses, Remote};
-pub use record::{
-    FrameTime, Held, Job, LinkUse, Made, Resource, ResourceUse, Schedule, Task, Totals, Waits,
-};
+pub use record::{FrameTime, Held, LinkUse, Resource, ResourceUse, Schedule, Task, Totals, Waits};
 pub use simulate::schedule;
 pub use trace::chrome_trace;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use super::{Nanos, RuntimeError};
-use crate::frame_rules::REFERENCE_SLOTS;
+use crate::frame_scheduler::REFERENCE_SLOTS;
 use crate::link;
 
 const SECOND: u128 = 1_000_000_000;

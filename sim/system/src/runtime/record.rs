@@ -2,23 +2,8 @@
 
 use serde::Serialize;
 
-use super::Nanos;
-
-/// What is done by one resource at a time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case", tag = "what", content = "number")]
-pub enum Job {
-    /// A reference is asked for.
-    Request(usize),
-    /// A reference is rendered.
-    Reference(usize),
-    /// A reference is sent back.
-    Answer(usize),
-    /// A target is warped, and rendered where its reference does not show it.
-    Target(usize),
-    /// A target is rendered in full.
-    Fallback(usize),
-}
+use super::{Job, Made, Nanos};
+use crate::frame_scheduler::Hold;
 
 /// What does one thing at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
@@ -121,20 +106,6 @@ pub struct Task {
     pub slot: Option<usize>,
 }
 
-/// How a frame came about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Made {
-    /// It is the reference.
-    Reference,
-    /// It was warped.
-    Warped,
-    /// It was rendered in full, as an angle was too large.
-    FullByAngle,
-    /// It was rendered in full, as its reference was lost.
-    FullByLoss,
-}
-
 /// When a frame was there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct FrameTime {
@@ -175,6 +146,17 @@ pub struct Held {
     pub from: Nanos,
     /// Until when.
     pub until: Nanos,
+}
+
+impl From<Hold<Nanos>> for Held {
+    fn from(hold: Hold<Nanos>) -> Self {
+        Self {
+            reference: hold.reference,
+            slot: hold.slot,
+            from: hold.from,
+            until: hold.until,
+        }
+    }
 }
 
 /// How a resource spent its time: `busy`, all `idle` and `after` are the span.

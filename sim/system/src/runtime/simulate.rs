@@ -6,9 +6,10 @@ use std::collections::BinaryHeap;
 use potamoi_warp::{Counts, Plan};
 
 use super::clock::later;
-use super::dispatch::{Dispatcher, Outcome};
+use super::dispatch::Dispatcher;
 use super::finish::finish;
 use super::{Clock, Job, LinkUse, Nanos, Options, Poses, Remote, Resource, RuntimeError, Schedule};
+use crate::frame_scheduler::Outcome;
 
 /// What happens. Of what happens at once this is the order; a reference that
 /// arrives as its time is over has arrived.
@@ -27,7 +28,7 @@ enum Event {
 }
 
 struct Simulation<'a> {
-    dispatcher: Dispatcher<'a>,
+    dispatcher: Dispatcher,
     counts: &'a [Counts],
     clock: &'a dyn Clock,
     poses: Poses,

@@ -3,7 +3,7 @@
 use potamoi_warp::Plan;
 
 use super::{Poses, RuntimeError};
-use crate::frame_rules::Windows;
+use crate::frame_scheduler::Windows;
 
 /// The windows of a plan. Checks that each reference serves a run of frames, in order, and can be
 /// begun when its pose is said to be known.

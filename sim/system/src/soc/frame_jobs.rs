@@ -2,10 +2,11 @@
 
 use super::compose::Composer;
 use super::costs::CostError;
+use super::error::ModelError;
 use super::job_scheduler::JobId;
 use super::variant::{Frames, Scenario, Variant};
 use super::work::{FrameWork, PathWork};
-use crate::frame_rules::Windows;
+use crate::frame_scheduler::{FrameScheduler, Job, REFERENCE_SLOTS, Reference, Windows, unroll};
 
 /// A path on a variant.
 pub(super) struct FrameJobs<'a> {
@@ -33,8 +34,8 @@ impl<'a> FrameJobs<'a> {
     /// Its jobs.
     ///
     /// # Errors
-    /// Energy that is not known.
-    pub(super) fn jobs(mut self) -> Result<Composer<'a>, CostError> {
+    /// Energy that is not known; a reference whose pose is known too late.
+    pub(super) fn jobs(mut self) -> Result<Composer<'a>, ModelError> {
         match self.variant.frames {
             Frames::Full | Frames::Half => self.single()?,
             Frames::Warped => self.warped()?,
@@ -105,44 +106,32 @@ impl<'a> FrameJobs<'a> {
         Ok(())
     }
 
-    /// References beside the targets of those before; a target begins when the one before it is
-    /// shown, and a reference when its pose is known and one of two buffers is free.
-    fn warped(&mut self) -> Result<(), CostError> {
+    /// References beside the targets of those before, as the frame scheduler has them wait for
+    /// one another: a target begins when the one before it is shown, and a reference when its
+    /// pose is known and one of two buffers is free.
+    fn warped(&mut self) -> Result<(), ModelError> {
         let path = self.path;
         let window = path.options.window as usize;
         let windows = Windows::every(window, path.references.len(), path.targets.len());
-        let mut shown: Vec<JobId> = vec![];
-        let mut references: Vec<JobId> = vec![];
-        for (number, target) in path.targets.iter().enumerate() {
-            // A reference stands before the first target at which it may begin.
-            while let Some((_, known)) = path.reference_frames.get(references.len())
-                && *known <= number
-            {
-                let r = references.len();
-                let mut after: Vec<JobId> = (known.checked_sub(1))
-                    .map(|at| shown[at])
-                    .into_iter()
-                    .collect();
-                if let Some(free) = windows.frees_slot_of(r)
-                    && let Some(last) = shown.get(free)
-                {
-                    after.push(*last);
-                }
-                let rank = windows.of(r).start as u64;
-                references.push(self.full(&path.references[r], true, &after, rank)?);
+        let plan = (path.reference_frames.iter()).map(|(shown_as, known)| Reference {
+            known: *known,
+            shown_as: *shown_as,
+        });
+        let frames = FrameScheduler::new(windows, plan.collect(), REFERENCE_SLOTS, false);
+        let left = unroll(frames, |job, after, rank| match job {
+            Job::Reference(r) | Job::Request(r) | Job::Answer(r) => {
+                self.full(&path.references[r], true, after, rank)
             }
-            let own = references[windows.reference_of(number).min(references.len() - 1)];
-            let mut after: Vec<JobId> = shown.last().copied().into_iter().collect();
-            after.push(own);
-            shown.push(match target.reference {
-                None => own,
-                Some(_) => {
-                    let pixels = target.classes.pixels();
-                    self.target(pixels, target.work.as_ref(), &after, number as u64)?
-                }
-            });
+            Job::Target(frame) | Job::Fallback(frame) => {
+                let target = &path.targets[frame];
+                let pixels = target.classes.pixels();
+                self.target(pixels, target.work.as_ref(), after, rank)
+            }
+        })?;
+        match left {
+            None => Ok(()),
+            Some((frame, reference)) => Err(ModelError::Unfinished { frame, reference }),
         }
-        Ok(())
     }
 
     /// Each frame from the one before.

@@ -3,8 +3,9 @@
 
 use serde::Serialize;
 
+use super::error::ModelError;
 use super::memory::Memory;
-use super::outcome::{Model, ModelError};
+use super::outcome::Model;
 use super::transfers::{Known, missed_transfers, unit_transfers};
 use super::variant::Gathering;
 use super::work::{FrameWork, PathReplay};

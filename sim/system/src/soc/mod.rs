@@ -6,6 +6,7 @@ mod buffers;
 mod compose;
 mod costs;
 pub mod dram;
+mod error;
 #[cfg(test)]
 mod figures;
 mod frame_jobs;
@@ -29,14 +30,13 @@ pub mod work;
 
 pub use compose::{GpuDone, Spent};
 pub use costs::{CostError, Costs, MacEnergy, OnChip, Port};
+pub use error::ModelError;
 pub use gathering::{Gathered, MemorySaving};
 pub use gpu::Gpu;
 pub use gpu_only::{GpuOnlyTime, gpu_only};
 pub use kernels::{Instructions, Kernel, Program};
 pub use memory::{Memory, Rate};
-pub use outcome::{
-    EnergyByPart, LastThrough, Model, ModelError, Outcome, Run, StageTime, Timeline,
-};
+pub use outcome::{EnergyByPart, LastThrough, Model, Outcome, Run, StageTime, Timeline};
 pub use system::{System, SystemError};
 pub use timeline::chrome_trace;
 pub use variant::{Frames, Gathering, Scenario, Variant};

@@ -3,28 +3,17 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use thiserror::Error;
 
 use super::buffers;
 use super::compose::{Composer, Spent};
-use super::costs::{CostError, Costs};
+use super::costs::Costs;
+use super::error::ModelError;
 use super::frame_jobs::FrameJobs;
-use super::job_scheduler::{self, Job, JobError, Resource, Shared, Times};
+use super::job_scheduler::{self, Job, Resource, Shared, Times};
 use super::memory::Memory;
 use super::system::System;
 use super::variant::{Frames, Gathering, Scenario, Variant};
 use super::work::{FrameWork, PathReplay, PathWork, Quality};
-
-/// A path that could not be modelled.
-#[derive(Debug, Error)]
-pub enum ModelError {
-    /// Energy that is not known.
-    #[error(transparent)]
-    Cost(#[from] CostError),
-    /// Jobs that cannot be run.
-    #[error(transparent)]
-    Engine(#[from] JobError),
-}
 
 /// Nanoseconds of a stage, a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]

@@ -1,0 +1,78 @@
+//! The reference buffer (paper, "Rendering Engine").
+
+/// A slot that was held by a reference, from when it was begun until its last target had read it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Hold<M> {
+    /// The reference.
+    pub(crate) reference: usize,
+    /// The slot.
+    pub(crate) slot: usize,
+    /// From when.
+    pub(crate) from: M,
+    /// Until when.
+    pub(crate) until: M,
+}
+
+/// Slots that references are written to. One is taken by a reference until it is given back, and
+/// by no other meanwhile.
+#[derive(Debug)]
+pub(super) struct Slots<M> {
+    /// Of each slot: who holds it since when, or since when it is free.
+    slots: Vec<Slot<M>>,
+    /// In the order in which they ended.
+    holds: Vec<Hold<M>>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Slot<M> {
+    Free { since: M },
+    Held { reference: usize, from: M },
+}
+
+impl<M: Copy + Default + Ord> Slots<M> {
+    pub(super) fn new(slots: usize) -> Self {
+        let since = M::default();
+        Self {
+            slots: vec![Slot::Free { since }; slots],
+            holds: vec![],
+        }
+    }
+
+    /// The slot that has been free for longest, and since when.
+    pub(super) fn free(&self) -> Option<(M, usize)> {
+        let free = self.slots.iter().enumerate().filter_map(|(n, s)| match s {
+            Slot::Free { since } => Some((*since, n)),
+            Slot::Held { .. } => None,
+        });
+        free.min()
+    }
+
+    /// Takes the slot that has been free for longest; which it is, and since when it was free.
+    pub(super) fn take(&mut self, reference: usize, from: M) -> Option<(M, usize)> {
+        let (since, slot) = self.free()?;
+        self.slots[slot] = Slot::Held { reference, from };
+        Some((since, slot))
+    }
+
+    /// Gives back the slot that a reference holds, if it does.
+    pub(super) fn release(&mut self, by: usize, now: M) {
+        for (number, slot) in self.slots.iter_mut().enumerate() {
+            if let Slot::Held { reference, from } = *slot
+                && reference == by
+            {
+                self.holds.push(Hold {
+                    reference,
+                    slot: number,
+                    from,
+                    until: now,
+                });
+                *slot = Slot::Free { since: now };
+            }
+        }
+    }
+
+    /// What was held and is not any more.
+    pub(super) fn into_holds(self) -> Vec<Hold<M>> {
+        self.holds
+    }
+}
