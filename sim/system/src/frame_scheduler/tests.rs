@@ -26,10 +26,11 @@ fn scheduler<M: Copy + Default + Ord>(
     FrameScheduler::new(windows, plan.collect(), slots, false)
 }
 
-/// Jobs in the order in which they are listed, each with those that it comes after.
-fn listed(
-    frames: FrameScheduler<Option<usize>>,
-) -> (Vec<(Job, Vec<usize>)>, Option<(usize, usize)>) {
+/// A job, and those that it comes after.
+type Listed = (Job, Vec<usize>);
+
+/// Jobs in the order in which they are listed, and what is never rendered.
+fn listed(frames: FrameScheduler<Option<usize>>) -> (Vec<Listed>, Option<(usize, usize)>) {
     let mut jobs = vec![];
     let left = unroll(frames, |job, after, _| {
         jobs.push((job, after.to_vec()));
