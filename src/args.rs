@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use potamoi_explore::Chosen;
 use potamoi_formats::config::{Config, PRESETS};
+use potamoi_scene::Scene;
 
 use crate::failure::Failure;
 
@@ -30,6 +32,18 @@ impl Common {
             }
         }
         Ok(Config::read(self.named())?)
+    }
+
+    /// The configuration that was asked for; where none was, the preset that has what the scene's
+    /// model needs.
+    pub(crate) fn chosen_for(&self, scene: &Scene) -> Result<Chosen, Failure> {
+        if self.config.is_none() {
+            return Ok(Chosen::for_scene(scene)?);
+        }
+        Ok(Chosen {
+            config: self.read_config()?,
+            preset: self.preset(),
+        })
     }
 
     /// Refuses a configuration that the command would not use.

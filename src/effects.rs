@@ -12,6 +12,7 @@ use clap::{Args, ValueEnum};
 use potamoi_analysis::{Analysis, Hardware, Surroundings};
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Effect;
+use potamoi_explore::Chosen;
 use potamoi_reference::Twins;
 use potamoi_scene::Scene;
 use potamoi_system::effects::{EffectCycles, EffectMeter};
@@ -19,7 +20,6 @@ use potamoi_system::effects::{EffectCycles, EffectMeter};
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
-use crate::model_context::config_for;
 use crate::progress;
 use crate::scene::SceneArgs;
 
@@ -76,7 +76,7 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
     }
     let choices = args.scene.choices()?;
     let mut scene = args.scene.open_as_called_for(args.scene.name())?;
-    let (config, preset) = config_for(common, &scene)?;
+    let Chosen { config, preset } = common.chosen_for(&scene)?;
     let path = args.path(&scene)?;
     if let Some(first) = path.first() {
         scene.set_camera(*first);

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use potamoi_analysis::HardwareError;
 use potamoi_base::effects::UnknownEffect;
 use potamoi_base::picture::PictureError;
+use potamoi_explore::ExploreError;
 use potamoi_formats::config::ConfigError;
 use potamoi_netlist::IrErrors;
 use potamoi_reference::UnitError;
@@ -76,6 +77,20 @@ pub(crate) enum Failure {
     /// What was printed did not all arrive.
     #[error("cannot write standard output: {0}; what was printed is not whole")]
     Output(String),
+}
+
+impl From<ExploreError> for Failure {
+    fn from(error: ExploreError) -> Self {
+        match error {
+            ExploreError::Config(error) => Self::Config(error),
+            ExploreError::Scene(error) => Self::Scene(error),
+            ExploreError::Synth(error) => Self::Synth(error),
+            ExploreError::Rtl(error) => Self::Rtl(error),
+            ExploreError::Work(error) => Self::Work(error),
+            ExploreError::Model(error) => Self::Model(error),
+            ExploreError::Cost(error) => Self::Cost(error),
+        }
+    }
 }
 
 impl Failure {

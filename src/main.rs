@@ -18,7 +18,6 @@ mod files;
 mod layouts;
 mod limits;
 mod model;
-mod model_context;
 mod progress;
 mod renamed;
 mod render;

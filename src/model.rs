@@ -13,6 +13,8 @@ mod tables;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use potamoi_explore::Setup;
+use potamoi_explore::system::Modelled;
 use potamoi_scene::Scene;
 use potamoi_system::soc::work::{PathOptions, PathWork};
 use potamoi_system::soc::{Scenario, System, Variant, chrome_trace};
@@ -20,11 +22,10 @@ use potamoi_system::soc::{Scenario, System, Variant, chrome_trace};
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
-use crate::model_context::{Setup, store};
-use crate::progress;
+use crate::progress::{self, Shown};
 use crate::scene::{SceneArgs, named, say_not_checked};
 use crate::warp::RulesOf;
-use report::{Found, Report};
+use report::Report;
 
 /// What is read of a system, in bytes: far more than any has.
 const LARGEST_SYSTEM: u64 = 1 << 20;
@@ -170,19 +171,10 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
     for name in &names {
         let mut setup = args.setup(common, &system, args.scene.open_named(name)?)?;
         let (path, was_kept) = args.count(&mut setup)?;
-        let model = setup.model();
-        let mut outcomes = vec![];
-        let mut last = None;
-        for scenario in args.scenario.all() {
-            for variant in &variants {
-                let (outcome, timeline) = model.run(&path, *variant, *scenario)?;
-                outcomes.push(outcome);
-                last = Some(timeline);
-            }
-        }
-        let mut found = Found::new(&path, &setup, was_kept, outcomes)?;
         let cameras = setup.scene.path(args.fps, args.frames)?;
-        found.not_checked = setup.scene.left_open_along(&cameras);
+        let scenarios = args.scenario.all();
+        let counted = (&path, was_kept);
+        let (found, last) = Modelled::of(counted, &setup, &variants, scenarios, &cameras)?;
         if names.len() == 1 {
             tables::print(&found, &system);
             say_not_checked(&found.not_checked);
@@ -243,7 +235,12 @@ impl ModelArgs {
     }
 
     fn setup(&self, common: &Common, system: &System, scene: Scene) -> Result<Setup, Failure> {
-        Setup::new(common, system, scene, self.synth.as_deref())
+        Ok(Setup::new(
+            common.chosen_for(&scene)?,
+            system,
+            scene,
+            self.synth.as_deref(),
+        )?)
     }
 
     /// The work of the scene's path and what memory takes for its accesses, counted now or earlier.
@@ -260,10 +257,7 @@ impl ModelArgs {
             cache: system.gpu.cache_bytes,
         };
         let bar = progress::bar(PathWork::steps(&options), "rendering and counting");
-        bar.set_message(setup.scene.name().to_owned());
-        let found = store()?.path(&setup.scene, &setup.config, &options, &|| bar.inc(1))?;
-        bar.set_message(format!("{}: replaying what is read", setup.scene.name()));
-        setup.replay(&options)?;
+        let found = setup.count(&options, &Shown(&bar))?;
         bar.finish_and_clear();
         Ok(found)
     }

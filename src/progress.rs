@@ -3,6 +3,24 @@
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use potamoi_explore::Progress;
+
+/// A bar or a spinner that shows the progress of a study.
+pub(crate) struct Shown<'a>(pub(crate) &'a ProgressBar);
+
+impl Progress for Shown<'_> {
+    fn expect(&self, steps: u64) {
+        self.0.inc_length(steps);
+    }
+
+    fn advance(&self, steps: u64) {
+        self.0.inc(steps);
+    }
+
+    fn now(&self, what: &str) {
+        self.0.set_message(what.to_owned());
+    }
+}
 
 /// A bar over `total` of something, with a message beside it.
 pub(crate) fn bar(total: u64, what: &str) -> ProgressBar {

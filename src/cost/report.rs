@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::trial::Point;
-use crate::model::ladder::Rung;
+use potamoi_explore::system::Rung;
 
 /// All that was found.
 #[derive(Serialize)]

@@ -1,5 +1,6 @@
 //! Every knob of a scene's frame on one scale.
 
+use potamoi_explore::Setup;
 use potamoi_reference::Twins;
 use potamoi_rtl::EngineKind;
 use potamoi_rtl::verify::{Injection, Settings, Verifier};
@@ -13,10 +14,9 @@ use super::{CostArgs, FORMAT_VERSION, Price, pictures, tables};
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
-use crate::model::ladder;
-use crate::model_context::Setup;
 use crate::progress;
 use crate::stdout::say;
+use potamoi_explore::system::rungs;
 
 /// Pixels a row of built-in scenes, unless asked for otherwise.
 const WIDTH: u32 = 128;
@@ -31,7 +31,7 @@ pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
     if !args.scene.looks_otherwise() {
         scene.set_size(Some(WIDTH), None)?;
     }
-    let setup = Setup::of_times(common, scene, args.synth.as_deref())?;
+    let setup = Setup::of_times(common.chosen_for(&scene)?, scene, args.synth.as_deref())?;
     let knobs = knobs::named(knobs::of(&setup.scene), &args.knobs)?;
     let bench = Bench::new(setup, args.frames)?;
     let mut report = measure(&bench, &knobs)?;
@@ -73,7 +73,7 @@ fn measure(bench: &Bench, knobs: &[Knob]) -> Result<Report, Failure> {
         turn(bench, knob, &mut points, &mut refused, &|| bar.inc(1));
     }
     bar.set_message("three ways to the frame's time");
-    let ladder = ladder::rungs(&bench.setup)?;
+    let ladder = rungs(&bench.setup)?;
     bar.finish_and_clear();
     let places: Vec<Place> = points.iter().map(Point::place).collect();
     let front = front(&places);
@@ -296,7 +296,7 @@ mod tests {
         let mut scene = Scene::open("lantern").unwrap();
         scene.set_size(Some(12), None).unwrap();
         let common = crate::args::Common::default();
-        let setup = Setup::of_times(&common, scene, None).unwrap();
+        let setup = Setup::of_times(common.chosen_for(&scene).unwrap(), scene, None).unwrap();
         let bench = Bench::new(setup, 2).unwrap();
         let knobs = knobs::of(&bench.setup.scene);
         let iterations = knobs.iter().find(|knob| knob.name == "iterations").unwrap();
@@ -316,7 +316,12 @@ mod tests {
     fn an_added_knob_is_measured_like_the_others() {
         let mut scene = Scene::open("garden").unwrap();
         scene.set_size(Some(16), Some(16)).unwrap();
-        let setup = Setup::of_times(&Common::default(), scene, None).unwrap();
+        let setup = Setup::of_times(
+            potamoi_explore::Chosen::for_scene(&scene).unwrap(),
+            scene,
+            None,
+        )
+        .unwrap();
         let bits = |n: u32| Setting {
             label: n.to_string(),
             change: Change::Scene(Look::Precision(Precision {

@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use potamoi_base::effects::Choices;
 use potamoi_base::picture::Picture;
 use potamoi_base::ssim::ssim;
+use potamoi_explore::{Setup, store};
 use potamoi_formats::config::{Config, Layer};
 use potamoi_reference::Twins;
 use potamoi_scene::Scene;
@@ -18,7 +19,6 @@ use super::front::Place;
 use super::knobs::{Change, Look, Setting, Way};
 use super::units::{Known, UnitErrors};
 use crate::failure::Failure;
-use crate::model_context::{Setup, store};
 
 /// Peak and frame rate of built-in paths.
 const FPS: f64 = 30.0;

@@ -1,8 +1,8 @@
 //! The factors of the GPU: found from what the paper timed, and tried on what they were not
 //! found from.
 
-use potamoi_system::soc::work::FrameWork;
-use potamoi_system::soc::{Gpu, GpuOnlyTime, Memory, System, gpu_only};
+use potamoi_explore::system::{GpuFactors, SIDE, TIMED, Timed, WARPED};
+use potamoi_system::soc::System;
 use serde::Serialize;
 
 use super::ModelArgs;
@@ -14,35 +14,11 @@ use crate::scene::named;
 use crate::stdout::say;
 use crate::tables;
 
-/// Frames a second at 800 x 800 on the mobile GPU alone (paper, Sec. "Introduction").
-const TIMED: [(&str, f64); 2] = [("DirectVoxGO", 0.8), ("3DGS", 5.0)];
-/// Points that the mobile GPU warps, and the nanoseconds that it stays below (paper, Sec.
-/// "Basic Algorithm"): taken as those that it needs.
-const WARPED: (u64, f64) = (1_000_000, 1e6);
 /// Frames a second of Instant-NGP, to which nothing is calibrated, and the share of the time that
 /// gathering takes on average (paper, Sec. "Introduction" and "Performance and Energy").
 const HELD_OUT: f64 = 0.20;
 const GATHERING: f64 = 64.0;
-/// Pixels a side.
-const SIDE: u32 = 800;
 const DEFAULT: [&str; 3] = ["all:dvgo", "all:splats", "all:ngp"];
-
-/// A frame at the GPU's best.
-#[derive(Serialize)]
-struct Timed {
-    scene: String,
-    algorithm: &'static str,
-    /// Pixels of a row and rows.
-    size: [u32; 2],
-    gaussians: u64,
-    model_bytes: u64,
-    #[serde(skip)]
-    work: FrameWork,
-    /// As the GPU would do it at its best.
-    best: GpuOnlyTime,
-    /// As its programs do it by the factors that were found; by the system's where none was.
-    by_factor: GpuOnlyTime,
-}
 
 /// The factors, and what they were found from and tried on.
 #[derive(Serialize)]
@@ -59,8 +35,6 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         true => named(&DEFAULT.map(str::to_owned)),
         false => named(&args.scenes),
     };
-    let best = system.gpu.reaching(1.0);
-    let memory = Memory::lpddr3(system.memory_channels);
     let bar = progress::bar(names.len() as u64, "counting");
     let mut scenes = vec![];
     for name in names {
@@ -69,56 +43,16 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         if !args.scene.looks_otherwise() {
             scene.set_size(Some(SIDE), Some(SIDE))?;
         }
-        let setup = args.setup(common, system, scene)?;
-        let work = setup.frame()?;
-        let at_best = gpu_only(&best, &system.instructions, &memory, &work);
-        scenes.push(Timed {
-            scene: name,
-            algorithm: setup.scene.model().algorithm(),
-            size: [setup.scene.camera().width, setup.scene.camera().height],
-            gaussians: work.gaussians,
-            model_bytes: work.reads.model_bytes,
-            best: at_best,
-            by_factor: at_best,
-            work,
-        });
+        scenes.push(Timed::of(&name, &args.setup(common, system, scene)?)?);
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let factor = |algorithm: &str, target: f64| {
-        let own: Vec<&Timed> = scenes.iter().filter(|t| t.algorithm == algorithm).collect();
-        let mean = |efficiency: f64| {
-            let gpu = best.reaching(efficiency);
-            let all = own
-                .iter()
-                .map(|t| gpu_only(&gpu, &system.instructions, &memory, &t.work).total_ns());
-            all.sum::<f64>() / own.len() as f64
-        };
-        // The more it reaches, the less time it takes.
-        let (mut low, mut high) = (1e-6f64, 1.0);
-        for _ in 0..60 {
-            let middle = (low * high).sqrt();
-            match mean(middle) * target > 1e9 {
-                true => low = middle,
-                false => high = middle,
-            }
-        }
-        (!own.is_empty() && high < 1.0).then_some(high)
-    };
-    let [fields, splats] = TIMED.map(|(algorithm, target)| factor(algorithm, target));
-    for timed in &mut scenes {
-        let gpu = Gpu {
-            fields_efficiency: fields.unwrap_or(system.gpu.fields_efficiency),
-            splats_efficiency: splats.unwrap_or(system.gpu.splats_efficiency),
-            ..best
-        };
-        timed.by_factor = gpu_only(&gpu, &system.instructions, &memory, &timed.work);
-    }
+    let factors = GpuFactors::find(system, &mut scenes);
     let found = Factors {
         report: Report::new("model --calibrate", system, scenes),
-        fields_efficiency: fields,
-        splats_efficiency: splats,
-        pictures_efficiency: system.gpu.efficiency_that_warps(WARPED.0, WARPED.1),
+        fields_efficiency: factors.fields,
+        splats_efficiency: factors.splats,
+        pictures_efficiency: factors.pictures,
     };
     print(&found);
     report::write(&found, args)

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use plotters::prelude::*;
+use potamoi_explore::system::Modelled;
 use potamoi_system::soc::{EnergyByPart, Memory, Outcome, Scenario, System};
 
-use super::report::Found;
 use crate::charts::{COLOURS, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;
 
@@ -15,7 +15,7 @@ const BAR: u32 = 116;
 const BESIDE: u32 = 2;
 
 /// A bar a variant, in parts.
-pub(super) fn energy(path: &Path, found: &Found) -> Result<(), Failure> {
+pub(super) fn energy(path: &Path, found: &Modelled) -> Result<(), Failure> {
     let outcomes = &found.outcomes;
     let names: Vec<String> = outcomes.iter().map(label).collect();
     let most = outcomes
@@ -71,7 +71,7 @@ pub(super) fn energy(path: &Path, found: &Found) -> Result<(), Failure> {
 }
 
 /// Multiplications a second over multiplications a byte of memory, below the array and memory.
-pub(super) fn roofline(path: &Path, found: &Found, system: &System) -> Result<(), Failure> {
+pub(super) fn roofline(path: &Path, found: &Modelled, system: &System) -> Result<(), Failure> {
     let memory = Memory::lpddr3(system.memory_channels);
     let array = f64::from(system.array_rows) * f64::from(system.array_columns) * found.clock_ghz;
     let bandwidth = 1.0 / memory.streamed().ns;

@@ -1,10 +1,7 @@
-//! Instant-NGP beside `NeuRex` and `NGPC`, as their structure is described (paper, Sec. "Compared
-//! with Prior Works").
+//! Instant-NGP beside `NeuRex` and `NGPC`.
 
-use potamoi_formats::config::{Config, Modes, Organisation};
-use potamoi_system::soc::npu::Array;
-use potamoi_system::soc::{Gathering, Outcome, Scenario, System, Variant};
-use serde::Serialize;
+use potamoi_explore::system::{Accelerators, NEUREX_SIDE};
+use potamoi_system::soc::System;
 
 use super::ModelArgs;
 use super::report::{self, Report};
@@ -13,19 +10,6 @@ use crate::failure::Failure;
 use crate::progress;
 use crate::stdout::say;
 use crate::tables;
-
-/// Rows and columns of `NeuRex`'s array (paper, ibid.).
-const NEUREX_SIDE: u64 = 32;
-
-#[derive(Serialize)]
-struct Compared {
-    scene: String,
-    /// Speed-ups over the baseline, frame by frame in full.
-    neurex: f64,
-    ngpc: f64,
-    potamoi_without_sparw: f64,
-    potamoi: f64,
-}
 
 pub(super) fn run(
     common: &Common,
@@ -44,49 +28,15 @@ pub(super) fn run(
         }
         let mut setup = args.setup(common, system, scene)?;
         let (path, _) = args.count(&mut setup)?;
-        let model = setup.model();
         let spinner = progress::spinner("counting");
-        // Banks that hold whole vectors, lanes that want them, and a larger array.
-        let array = Array {
-            rows: NEUREX_SIDE,
-            columns: NEUREX_SIDE,
-            ..system.array()
-        };
-        let neurex = setup.frame_of(&feature_major(&setup.config), array)?;
+        scenes.push(Accelerators::of(name, &setup, &path)?);
         spinner.finish_and_clear();
-        let run = |variant: Variant| -> Result<Outcome, Failure> {
-            Ok(model.run(&path, variant, Scenario::Local)?.0)
-        };
-        let named = |name: &str| Variant::named(name).unwrap_or(Variant::ALL[0]);
-        let baseline = run(named("baseline"))?;
-        let per_frame = baseline.run.span_ns / baseline.run.frames as f64;
-        // One frame, which is the same for all that render each in full.
-        let ngpc = model.frame(&path.full(0).with_resident_tables(), Gathering::Unit)?;
-        let neurex = model.frame(&neurex, Gathering::Unit)?;
-        let ours = run(named("fs+gu"))?;
-        let warped = run(named("potamoi"))?;
-        scenes.push(Compared {
-            scene: name.clone(),
-            neurex: per_frame / neurex.span_ns,
-            ngpc: per_frame / ngpc.span_ns,
-            potamoi_without_sparw: baseline.run.span_ns / ours.run.span_ns,
-            potamoi: baseline.run.span_ns / warped.run.span_ns,
-        });
     }
     print(&scenes);
     report::write(&Report::new("model --rivals", system, scenes), args)
 }
 
-/// The same with banks that hold whole vectors.
-fn feature_major(config: &Config) -> Config {
-    let mut config = config.clone();
-    config.gu.organisation = Organisation::FeatureMajor;
-    config.gu.modes = Modes::Both;
-    (config.gu.banks, config.gu.lanes, config.gu.ports) = (16, 16, 1);
-    config
-}
-
-fn print(scenes: &[Compared]) {
+fn print(scenes: &[Accelerators]) {
     let mut table = tables::plain([
         "speed-up over the baseline",
         "NeuRex",
@@ -100,12 +50,7 @@ fn print(scenes: &[Compared]) {
     ]);
     let mut means = [0.0; 4];
     for own in scenes {
-        let ratios = [
-            own.potamoi_without_sparw / own.neurex,
-            own.potamoi_without_sparw / own.ngpc,
-            own.potamoi / own.neurex,
-            own.potamoi / own.ngpc,
-        ];
+        let ratios = own.ratios();
         for (mean, ratio) in means.iter_mut().zip(ratios) {
             *mean += ratio / scenes.len() as f64;
         }

@@ -1,12 +1,13 @@
 //! Tables for people.
 
+use potamoi_explore::system::Modelled;
 use potamoi_system::soc::job_scheduler::Resource;
 use potamoi_system::soc::work::Replayed;
 use potamoi_system::soc::{Frames, Gpu, Outcome, Scenario, System};
 use potamoi_warp::Profile;
 
 use super::paper::{BY_TRAFFIC, Paper, figure, frames_per_second, gathering_speed_up};
-use super::report::{Found, Report};
+use super::report::Report;
 use crate::stdout::say;
 use crate::tables;
 
@@ -99,7 +100,7 @@ fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
     table
 }
 
-pub(super) fn print(found: &Found, system: &System) {
+pub(super) fn print(found: &Modelled, system: &System) {
     let options = &found.options;
     say!(
         "{} ({}), {} x {}, {} frames, window {}{}{}",
@@ -297,7 +298,7 @@ fn shares(gpu: &Gpu) -> String {
 }
 
 /// Speed-ups and savings of many scenes, their means, and the paper's.
-pub(super) fn side_by_side(report: &Report<Found>) {
+pub(super) fn side_by_side(report: &Report<Modelled>) {
     let Some(first) = report.scenes.first() else {
         return;
     };
@@ -326,7 +327,7 @@ pub(super) fn side_by_side(report: &Report<Found>) {
             rows.add_row(row);
         }
         let count = report.scenes.len() as f64;
-        let mean = |of: &dyn Fn(&Found, &Outcome) -> f64, i: usize, is_geometric: bool| {
+        let mean = |of: &dyn Fn(&Modelled, &Outcome) -> f64, i: usize, is_geometric: bool| {
             let all = report
                 .scenes
                 .iter()
@@ -357,7 +358,7 @@ pub(super) fn side_by_side(report: &Report<Found>) {
 }
 
 /// Gathering alone, scene by scene.
-fn gathering(report: &Report<Found>) {
+fn gathering(report: &Report<Modelled>) {
     let mut rows = tables::plain([
         "gathering alone",
         "ms on the GPU",

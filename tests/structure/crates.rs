@@ -6,7 +6,7 @@ use std::process::Command;
 
 /// The crates of the workspace in the order of the data flow: each builds on those before it
 /// alone, its tests included.
-const FLOW: [&str; 21] = [
+const FLOW: [&str; 22] = [
     "formats",
     // The oracle.
     "base",
@@ -31,6 +31,7 @@ const FLOW: [&str; 21] = [
     "rtl",
     "synth",
     "system",
+    "explore",
 ];
 const ORACLE: std::ops::Range<usize> = 1..11;
 const GENERATOR: [&str; 4] = ["verilated", "netlist", "units", "rust-hdl"];

@@ -1,0 +1,35 @@
+//! Why a study has no result.
+
+use potamoi_formats::config::ConfigError;
+use potamoi_rtl::RtlError;
+use potamoi_scene::SceneError;
+use potamoi_synth::SynthError;
+use potamoi_system::soc::work::WorkCacheError;
+use potamoi_system::soc::{CostError, ModelError};
+use thiserror::Error;
+
+/// Why a study has no result: what a crate below says of it.
+#[derive(Debug, Error)]
+pub enum ExploreError {
+    /// Of the configuration.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// Of a scene, its files or its rendering.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// Of syntheses, their files or their tools.
+    #[error(transparent)]
+    Synth(#[from] SynthError),
+    /// Of the files in which counted work is kept.
+    #[error(transparent)]
+    Work(#[from] WorkCacheError),
+    /// Of Verilog, the tools that run it, or what runs.
+    #[error(transparent)]
+    Rtl(#[from] RtlError),
+    /// Of the system's model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// Energy or area is not known.
+    #[error(transparent)]
+    Cost(#[from] CostError),
+}

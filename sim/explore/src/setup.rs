@@ -1,0 +1,252 @@
+//! What the frames of a scene are modelled on: configuration, system, energy of units.
+
+use std::path::Path;
+
+use potamoi_formats::config::{Config, PRESETS};
+use potamoi_scene::{Model as SceneModel, Scene};
+use potamoi_synth::fit::Fit;
+use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind};
+use potamoi_system::soc::npu::Array;
+use potamoi_system::soc::work::{FrameWork, PathOptions, PathReplay, PathWork, WorkCache};
+use potamoi_system::soc::{Costs, Memory, Model, Program, System};
+
+use crate::{ExploreError, Progress};
+
+/// A configuration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chosen {
+    /// The configuration itself.
+    pub config: Config,
+    /// The name of the preset that it is, if it is one.
+    pub preset: Option<&'static str>,
+}
+
+impl Chosen {
+    /// The preset that has what a scene's model needs: `paper` for splats and voxel grids, `fields`
+    /// for all others.
+    ///
+    /// # Errors
+    /// None of the presets that come with the program.
+    pub fn for_scene(scene: &Scene) -> Result<Self, ExploreError> {
+        let wanted = match scene.model() {
+            SceneModel::Splats(_) | SceneModel::Voxels(_) => "paper",
+            _ => "fields",
+        };
+        let known = PRESETS.into_iter().find(|(name, _)| *name == wanted);
+        let (name, text) = known.unwrap_or(PRESETS[0]);
+        Ok(Self {
+            config: Config::from_toml(text, &format!("preset {name}"))?,
+            preset: Some(name),
+        })
+    }
+}
+
+/// A scene, the configuration that renders it, and the system around that.
+pub struct Setup {
+    /// The scene, with the camera that a frame is seen by.
+    pub scene: Scene,
+    /// The configuration whose units render it.
+    pub config: Config,
+    /// The preset whose units they are.
+    pub preset: Option<&'static str>,
+    /// The system around the units.
+    pub system: System,
+    memory: Memory,
+    known: Known,
+    costs: Costs,
+    replay: Option<PathReplay>,
+}
+
+impl Setup {
+    /// With a configuration whose energy is known. `synth` is a file of the parameters of its units,
+    /// as `potamoi synth --json` writes it, instead of those that come with the program.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is of another configuration; units whose energy nothing says.
+    pub fn new(
+        chosen: Chosen,
+        system: &System,
+        scene: Scene,
+        synth: Option<&Path>,
+    ) -> Result<Self, ExploreError> {
+        let known = Known::read(&chosen.config, synth)?;
+        let costs = known.costs(&scene, &chosen.config)?;
+        Ok(Self::of(scene, chosen, system, known, costs))
+    }
+
+    /// The same where energy may be unknown, in the paper's system: [`Setup::costs`] are then those
+    /// of the scene's preset, for times alone.
+    ///
+    /// # Errors
+    /// As [`Setup::new`] of a file.
+    pub fn of_times(
+        chosen: Chosen,
+        scene: Scene,
+        synth: Option<&Path>,
+    ) -> Result<Self, ExploreError> {
+        let known = Known::read(&chosen.config, synth)?;
+        let costs = match known.costs(&scene, &chosen.config) {
+            Ok(costs) => costs,
+            Err(_) => known.costs(&scene, &Chosen::for_scene(&scene)?.config)?,
+        };
+        let system = System::default();
+        Ok(Self::of(scene, chosen, &system, known, costs))
+    }
+
+    fn of(
+        scene: Scene,
+        Chosen { config, preset }: Chosen,
+        system: &System,
+        known: Known,
+        costs: Costs,
+    ) -> Self {
+        Self {
+            scene,
+            config,
+            preset,
+            system: system.clone(),
+            memory: Memory::lpddr3(system.memory_channels),
+            known,
+            costs,
+            replay: None,
+        }
+    }
+
+    /// Energy and area of another configuration's units as a scene uses them.
+    ///
+    /// # Errors
+    /// Units whose energy nothing says.
+    pub fn costs_of(&self, scene: &Scene, config: &Config) -> Result<Costs, ExploreError> {
+        self.known.costs(scene, config)
+    }
+
+    /// Energy and area of the configuration's units.
+    #[must_use]
+    pub const fn costs(&self) -> &Costs {
+        &self.costs
+    }
+
+    /// The work of the scene's path, and whether it was counted earlier; has memory take for its
+    /// frames what their accesses in their order do, see [`Setup::replay`].
+    ///
+    /// # Errors
+    /// As [`WorkCache::path`].
+    pub fn count(
+        &mut self,
+        options: &PathOptions,
+        progress: &dyn Progress,
+    ) -> Result<(PathWork, bool), ExploreError> {
+        progress.now(self.scene.name());
+        let step = || progress.advance(1);
+        let found = store()?.path(&self.scene, &self.config, options, &step)?;
+        progress.now(&format!("{}: replaying what is read", self.scene.name()));
+        self.replay(options)?;
+        Ok(found)
+    }
+
+    /// Has memory take for the frames of a path what their accesses in their order do.
+    ///
+    /// # Errors
+    /// As [`WorkCache::replay`].
+    pub fn replay(&mut self, options: &PathOptions) -> Result<(), ExploreError> {
+        let (scene, config) = (&self.scene, &self.config);
+        let found = store()?.replay(scene, config, options, &self.memory)?;
+        self.replay = Some(found);
+        Ok(())
+    }
+
+    /// The system's memory.
+    #[must_use]
+    pub const fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    /// The model of the system at work with the configuration's units.
+    #[must_use]
+    pub fn model(&self) -> Model<'_> {
+        self.model_of(&self.config, &self.costs)
+    }
+
+    /// The same with units of another configuration.
+    #[must_use]
+    pub fn model_of<'a>(&'a self, config: &Config, costs: &'a Costs) -> Model<'a> {
+        Model {
+            system: &self.system,
+            memory: &self.memory,
+            costs,
+            clock_ghz: f64::from(config.clock_mhz) * 1e-3,
+            // Two bytes each.
+            weight_bytes: 2 * self.scene.facts().weights as u64,
+            replay: self.replay.as_ref(),
+        }
+    }
+
+    /// The work of the frame that the scene's camera sees.
+    ///
+    /// # Errors
+    /// As [`WorkCache::frame`].
+    pub fn frame(&self) -> Result<FrameWork, ExploreError> {
+        self.frame_of(&self.config, self.system.array())
+    }
+
+    /// The same on another accelerator.
+    ///
+    /// # Errors
+    /// As [`WorkCache::frame`].
+    pub fn frame_of(&self, config: &Config, array: Array) -> Result<FrameWork, ExploreError> {
+        let cache = self.system.gpu.cache_bytes;
+        Ok(store()?.frame(&self.scene, config, array, cache)?.0)
+    }
+}
+
+/// Where counted work is kept between runs: the folder `work` of the cache.
+///
+/// # Errors
+/// There is no folder to keep it in.
+pub fn store() -> Result<WorkCache, ExploreError> {
+    let folder = potamoi_verilated::cache::folder("work").map_err(SynthError::from)?;
+    Ok(WorkCache::new(&folder))
+}
+
+/// What is known of units: one file that was given, then what comes with the program.
+struct Known {
+    reports: Vec<Synthesised>,
+    /// The first of them, where it was given.
+    is_given: bool,
+    records: SynthReport,
+    memories: SynthReport,
+}
+
+impl Known {
+    fn read(config: &Config, given: Option<&Path>) -> Result<Self, ExploreError> {
+        let checked_in = Synthesised::checked_in()?;
+        let memories = checked_in[0].report.clone();
+        let mut reports = checked_in.to_vec();
+        if let Some(path) = given {
+            let report = SynthReport::read(path)?.of(config, path)?;
+            let config = config.clone();
+            reports.insert(0, Synthesised { config, report });
+        }
+        Ok(Self {
+            is_given: given.is_some(),
+            reports,
+            records: SynthReport::of_records()?,
+            memories,
+        })
+    }
+
+    /// Energy and area of units and memories.
+    fn costs(&self, scene: &Scene, config: &Config) -> Result<Costs, ExploreError> {
+        let program = match scene.model() {
+            SceneModel::Splats(_) | SceneModel::Compact(_) => Program::Splats,
+            _ => Program::Fields,
+        };
+        let (fit, reports) = (Fit::checked_in()?, &self.reports);
+        let given = (reports.iter().take(usize::from(self.is_given)))
+            .find(|r| r.has(config, UnitKind::Gathering))
+            .map(|r| &r.report);
+        let (records, memories) = (&self.records, &self.memories);
+        let costs = Costs::new(config, program, fit, given, reports, records, memories);
+        Ok(costs?)
+    }
+}

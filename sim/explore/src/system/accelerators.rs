@@ -1,0 +1,84 @@
+//! Instant-NGP beside `NeuRex` and `NGPC`, as their structure is described (paper, Sec. "Compared
+//! with Prior Works").
+
+use potamoi_formats::config::{Config, Modes, Organisation};
+use potamoi_system::soc::npu::Array;
+use potamoi_system::soc::work::PathWork;
+use potamoi_system::soc::{Gathering, Outcome, Scenario, Variant};
+use serde::Serialize;
+
+use crate::{ExploreError, Setup};
+
+/// Rows and columns of `NeuRex`'s array (paper, ibid.).
+pub const NEUREX_SIDE: u64 = 32;
+
+/// Speed-ups over the baseline of the same scene.
+#[derive(Debug, Clone, Serialize)]
+pub struct Accelerators {
+    /// As the scene was asked for.
+    pub scene: String,
+    /// `NeuRex`: tables in MVoxels as here, banks that hold whole vectors, a larger array; each frame
+    /// in full.
+    pub neurex: f64,
+    /// `NGPC`: all tables on chip, a bank a level that gives a vertex a cycle; each frame in full.
+    pub ngpc: f64,
+    /// Ours, each frame in full.
+    pub potamoi_without_sparw: f64,
+    /// Ours with warped frames.
+    pub potamoi: f64,
+}
+
+impl Accelerators {
+    /// Of a scene of Instant-NGP whose path is counted, on the setup's system.
+    ///
+    /// # Errors
+    /// As [`Setup::frame`].
+    pub fn of(name: &str, setup: &Setup, path: &PathWork) -> Result<Self, ExploreError> {
+        let model = setup.model();
+        // Banks that hold whole vectors, lanes that want them, and a larger array.
+        let array = Array {
+            rows: NEUREX_SIDE,
+            columns: NEUREX_SIDE,
+            ..setup.system.array()
+        };
+        let neurex = setup.frame_of(&feature_major(&setup.config), array)?;
+        let run = |name: &str| -> Result<Outcome, ExploreError> {
+            let variant = Variant::named(name).unwrap_or(Variant::ALL[0]);
+            Ok(model.run(path, variant, Scenario::Local)?.0)
+        };
+        let baseline = run("baseline")?;
+        let per_frame = baseline.run.span_ns / baseline.run.frames as f64;
+        // One frame, which is the same for all that render each in full.
+        let ngpc = model.frame(&path.full(0).with_resident_tables(), Gathering::Unit)?;
+        let neurex = model.frame(&neurex, Gathering::Unit)?;
+        let ours = run("fs+gu")?;
+        let warped = run("potamoi")?;
+        Ok(Self {
+            scene: name.to_owned(),
+            neurex: per_frame / neurex.span_ns,
+            ngpc: per_frame / ngpc.span_ns,
+            potamoi_without_sparw: baseline.run.span_ns / ours.run.span_ns,
+            potamoi: baseline.run.span_ns / warped.run.span_ns,
+        })
+    }
+
+    /// How many times as fast ours is: beside `NeuRex` and `NGPC` without warping, then with it.
+    #[must_use]
+    pub fn ratios(&self) -> [f64; 4] {
+        [
+            self.potamoi_without_sparw / self.neurex,
+            self.potamoi_without_sparw / self.ngpc,
+            self.potamoi / self.neurex,
+            self.potamoi / self.ngpc,
+        ]
+    }
+}
+
+/// The same with banks that hold whole vectors.
+fn feature_major(config: &Config) -> Config {
+    let mut config = config.clone();
+    config.gu.organisation = Organisation::FeatureMajor;
+    config.gu.modes = Modes::Both;
+    (config.gu.banks, config.gu.lanes, config.gu.ports) = (16, 16, 1);
+    config
+}

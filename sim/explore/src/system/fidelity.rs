@@ -1,0 +1,111 @@
+//! Three ways to the same number: formulas, cycle models, and the hardware itself.
+
+use std::time::Instant;
+
+use potamoi_reference::{Twins, Units};
+use potamoi_rtl::RtlUnits;
+use potamoi_system::soc::Gathering;
+use potamoi_system::soc::work::{Counted, FrameWork, Replay};
+use serde::Serialize;
+
+use crate::{ExploreError, Progress, Setup};
+
+/// A frame's cycles and time, found in one way.
+#[derive(Debug, Clone, Serialize)]
+pub struct Rung {
+    /// The way, in words.
+    pub way: &'static str,
+    /// Cycles of the gathering unit.
+    pub gather_cycles: u64,
+    /// Cycles of the vector unit.
+    pub vector_cycles: u64,
+    /// Cycles of the MAC array, the same in all ways.
+    pub array_cycles: u64,
+    /// Nanoseconds of the frame.
+    pub frame_ns: f64,
+    /// Seconds that finding it took on this machine.
+    pub wall_s: f64,
+}
+
+/// How far the models of cycles and of memory are from what they stand for.
+#[derive(Debug, Clone, Serialize)]
+pub struct Fidelity {
+    /// The scene's name.
+    pub scene: String,
+    /// Pixels of a row, and rows.
+    pub size: [u32; 2],
+    /// From the fastest way to the Verilated units.
+    pub rungs: Vec<Rung>,
+    /// Memory's rates beside the frame's own accesses.
+    pub memory: Replay,
+}
+
+impl Fidelity {
+    /// Of the frame that a setup's camera sees, in full, gathered by the unit.
+    ///
+    /// # Errors
+    /// As [`rungs`].
+    pub fn of(setup: &Setup, progress: &dyn Progress) -> Result<Self, ExploreError> {
+        let rungs = rungs(setup)?;
+        progress.now("replaying what it reads");
+        let scene = &setup.scene;
+        let cache = setup.system.gpu.cache_bytes;
+        Ok(Self {
+            scene: scene.name().to_owned(),
+            size: [scene.camera().width, scene.camera().height],
+            rungs,
+            memory: Replay::of(scene, &setup.config, cache, setup.memory(), None)?,
+        })
+    }
+}
+
+/// The frame that a setup's camera sees in three ways: by formulas, by cycle models and by the
+/// Verilated units, which come last.
+///
+/// # Errors
+/// A scene that cannot be rendered by the configuration, or Verilog that cannot be built or run.
+pub fn rungs(setup: &Setup) -> Result<Vec<Rung>, ExploreError> {
+    let (scene, config, model) = (&setup.scene, &setup.config, setup.model());
+    let count = |units: &mut dyn Units| {
+        let (array, cache) = (setup.system.array(), setup.system.gpu.cache_bytes);
+        FrameWork::rendered(scene, config, array, cache, None, units)
+    };
+    let begun = Instant::now();
+    let Counted {
+        work,
+        sums,
+        modelled,
+        ..
+    } = count(&mut Twins::new(config))?;
+    let counted_s = begun.elapsed().as_secs_f64();
+    // What all of them use is made once.
+    model.frame(&work, Gathering::Unit)?;
+    let mut rungs = vec![];
+    let mut rung = |way, work: &FrameWork, before_s: f64| -> Result<(), ExploreError> {
+        let begun = Instant::now();
+        let frame = model.frame(work, Gathering::Unit)?;
+        let total = work.total();
+        rungs.push(Rung {
+            way,
+            gather_cycles: total.gather_cycles,
+            vector_cycles: total.vector_cycles,
+            array_cycles: total.array_cycles,
+            frame_ns: frame.span_ns,
+            wall_s: before_s + begun.elapsed().as_secs_f64(),
+        });
+        Ok(())
+    };
+    // Without the cycle models: what is asked for is counted all the same.
+    let asked_s = counted_s - modelled.as_secs_f64();
+    rung("formulas on one sum", &work.as_one_sum(sums), asked_s)?;
+    rung("cycle models", &work, counted_s)?;
+    let mut rtl = RtlUnits::new(config);
+    let begun = Instant::now();
+    let through = count(&mut rtl)?.work;
+    let simulated_s = begun.elapsed().as_secs_f64();
+    let cycles = rtl.cycles();
+    // Cycles of the hardware stand for those of the models.
+    let measured = through.with_cycles(cycles.gather, cycles.vector);
+    rung("Verilated units", &measured, simulated_s)?;
+    Ok(rungs)
+}

@@ -1,0 +1,129 @@
+//! What merging cells of splats into fuller `MVoxel`s saves.
+
+use potamoi_formats::record::RECORD_CHANNELS;
+use potamoi_formats::rit::Vertices;
+use potamoi_splats::{Cells, Octree};
+use potamoi_system::soc::Gathering;
+use potamoi_system::soc::work::Batch;
+use serde::Serialize;
+
+use crate::{ExploreError, Setup};
+
+/// A frame with cells merged, or as they are.
+#[derive(Debug, Clone, Serialize)]
+pub struct Side {
+    /// Whether cells are merged.
+    pub merged: bool,
+    /// MVoxels that hold points.
+    pub mvoxels: usize,
+    /// Points of an MVoxel, on average.
+    pub points_a_mvoxel: f64,
+    /// Passes of the array over the model if an MVoxel's points were its columns, none shared
+    /// between MVoxels.
+    pub passes: usize,
+    /// Bytes of the tree that says which cells are merged; 0 without.
+    pub tree_bytes: usize,
+    /// Nanoseconds of gathering: of the unit's cycles or of its bytes, whichever is more.
+    pub gathering_ns: f64,
+    /// Nanoseconds of the array.
+    pub computation_ns: f64,
+    /// Nanoseconds of the frame.
+    pub frame_ns: f64,
+    /// Picojoules of the array's multipliers.
+    pub array_pj: f64,
+    /// The same with its buffers.
+    pub computation_pj: f64,
+    /// Picojoules of gathering: the unit's, its memories', and those of all bytes of memory with the
+    /// DMA's descriptors.
+    pub gathering_pj: f64,
+    /// Share of the array's multipliers that work while it does.
+    pub array_use: f64,
+    /// The frame's work.
+    pub done: Batch,
+}
+
+/// A scene's frame with cells as they are, and merged.
+#[derive(Debug, Clone, Serialize)]
+pub struct Merging {
+    /// As the scene was asked for.
+    pub scene: String,
+    /// Pixels of a row, and rows.
+    pub size: [u32; 2],
+    /// Without merging, and with it.
+    pub sides: [Side; 2],
+}
+
+impl Merging {
+    /// Of the frame that a setup's camera sees. The sides of cells are halved so many times beyond
+    /// the coarsest that fit an `MVoxel`; `step` is called after each side. None of scenes without
+    /// splats.
+    ///
+    /// # Errors
+    /// As [`Setup::frame`].
+    pub fn of(
+        name: &str,
+        mut setup: Setup,
+        halvings: u32,
+        step: &dyn Fn(),
+    ) -> Result<Option<Self>, ExploreError> {
+        if octree(&setup).is_none() {
+            return Ok(None);
+        }
+        let mut side = |merge: bool| -> Result<Side, ExploreError> {
+            setup.scene.set_cells(Cells { halvings, merge });
+            let side = Side::new(&setup)?;
+            step();
+            Ok(side)
+        };
+        let sides = [side(false)?, side(true)?];
+        Ok(Some(Self {
+            scene: name.to_owned(),
+            size: [setup.scene.camera().width, setup.scene.camera().height],
+            sides,
+        }))
+    }
+}
+
+/// The tree over the cells of splats; none of other scenes.
+fn octree(setup: &Setup) -> Option<Octree> {
+    let rows = (setup.config).mvoxel_capacity(Vertices::One, RECORD_CHANNELS);
+    setup.scene.octree(rows as usize)
+}
+
+impl Side {
+    fn new(setup: &Setup) -> Result<Self, ExploreError> {
+        let (model, work) = (setup.model(), setup.frame()?);
+        let frame = model.frame(&work, Gathering::Unit)?;
+        let done = work.total();
+        let spent = model.costs.of(&done, true, setup.system.array().units())?;
+        let merged = setup.scene.cells().merge;
+        let tree = octree(setup);
+        let mvoxels: &[usize] = match &tree {
+            Some(tree) if merged => tree.points(),
+            Some(tree) => tree.cells(),
+            None => &[],
+        };
+        let points: usize = mvoxels.iter().sum();
+        let columns = setup.system.array_columns as usize;
+        let moved = frame.stages.get("gathering").copied().unwrap_or_default();
+        let held = setup.system.array().units();
+        Ok(Self {
+            merged,
+            mvoxels: mvoxels.len(),
+            points_a_mvoxel: points as f64 / mvoxels.len().max(1) as f64,
+            passes: mvoxels.iter().map(|n| n.div_ceil(columns)).sum(),
+            tree_bytes: tree.as_ref().filter(|_| merged).map_or(0, Octree::bytes),
+            gathering_ns: moved.own_ns + moved.memory_ns,
+            computation_ns: done.array_cycles as f64 / model.clock_ghz,
+            frame_ns: frame.span_ns,
+            array_pj: spent.array_pj,
+            computation_pj: spent.array_pj + spent.buffers_pj,
+            gathering_pj: spent.gathering_pj
+                + spent.gathering_memories_pj
+                + frame.spent.memory_pj
+                + frame.spent.descriptor_pj,
+            array_use: done.macs as f64 / (done.array_cycles.max(1) * held) as f64,
+            done,
+        })
+    }
+}

@@ -1,0 +1,16 @@
+//! What the whole system gains: variants beside the baseline, what the result rests on, and how
+//! far it moves if that were otherwise.
+
+mod accelerators;
+mod calibration;
+mod fidelity;
+mod merging;
+mod modelled;
+mod sensitivity;
+
+pub use accelerators::{Accelerators, NEUREX_SIDE};
+pub use calibration::{GpuFactors, SIDE, TIMED, Timed, WARPED};
+pub use fidelity::{Fidelity, Rung, rungs};
+pub use merging::{Merging, Side};
+pub use modelled::Modelled;
+pub use sensitivity::{CountedScene, Mean, Sensitivity, SensitivityRow};
