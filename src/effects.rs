@@ -14,6 +14,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::effects::Effect;
 use potamoi_explore::Chosen;
 use potamoi_reference::Twins;
+use potamoi_reference::observer::Observed;
 use potamoi_scene::Scene;
 use potamoi_system::effects::{EffectCycles, EffectMeter};
 
@@ -90,8 +91,9 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
     spinner.set_message("counting cycles");
     let (cycles, counts) = {
         let mut twins = Twins::new(&config);
-        let mut meter = EffectMeter::new(&mut twins, &config);
-        let rendered = scene.render_fixed(&config, &mut meter)?;
+        let mut meter = EffectMeter::new(&config);
+        let mut units = Observed::new(&mut twins, &config).by(&mut meter);
+        let rendered = scene.render_fixed(&config, &mut units)?;
         (meter.cycles(), rendered.counts)
     };
     let watch = Stopwatch {

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use potamoi_cycles::layouts::{Layout, Layouts};
 use potamoi_formats::config::{EntryKind, ExtraPorts, Organisation};
+use potamoi_reference::Twins;
+use potamoi_reference::observer::Observed;
 use serde::Serialize;
 
 use crate::args::Common;
@@ -78,11 +80,13 @@ pub(crate) fn run(common: &Common, args: &LayoutsArgs) -> Result<(), Failure> {
     let config = common.read_config()?;
     let scene = args.scene.open()?;
     let spinner = progress::spinner("gathering a frame in every organisation");
-    let mut units = Layouts::new(&config, Layout::all(&config));
+    let mut layouts = Layouts::new(Layout::all(&config));
+    let mut twins = Twins::new(&config);
+    let mut units = Observed::new(&mut twins, &config).by(&mut layouts);
     scene.render_fixed(&config, &mut units)?;
     spinner.finish_and_clear();
-    let samples = units.samples;
-    let rows = units.layouts.into_iter().map(|layout| Row {
+    let samples = layouts.samples;
+    let rows = layouts.layouts.into_iter().map(|layout| Row {
         conflict_rate: layout.conflict_rate(),
         conflict_rate_unshared: layout.unshared_rate(),
         lost: layout.lost(),

@@ -4,6 +4,7 @@ use potamoi_analysis::{Finding, Hardware};
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::picture::Picture;
 use potamoi_reference::Twins;
+use potamoi_reference::observer::Observed;
 use potamoi_scene::{Rendered, Scene};
 use potamoi_system::effects::{Digest, EffectCycles, EffectMeter};
 use serde::Serialize;
@@ -22,9 +23,12 @@ struct Outcome {
 impl Outcome {
     fn of(watch: &Stopwatch<'_>, scene: &Scene) -> Result<Self, Failure> {
         let mut twins = Twins::new(watch.config);
-        let mut meter = EffectMeter::new(&mut twins, watch.config);
-        let mut digest = Digest::new(&mut meter);
-        let fixed = scene.render_fixed(watch.config, &mut digest)?;
+        let mut meter = EffectMeter::new(watch.config);
+        let mut digest = Digest::default();
+        let mut units = Observed::new(&mut twins, watch.config)
+            .by(&mut meter)
+            .by(&mut digest);
+        let fixed = scene.render_fixed(watch.config, &mut units)?;
         Ok(Self {
             float: scene.render_float()?,
             fixed,
@@ -73,8 +77,9 @@ impl Forced {
         // The hardware without what is not called for, by its own cycle model.
         let reduced = {
             let mut twins = Twins::new(&hardware.config);
-            let mut meter = EffectMeter::new(&mut twins, &hardware.config);
-            watch.scene.render_fixed(watch.config, &mut meter)?;
+            let mut meter = EffectMeter::new(&hardware.config);
+            let mut units = Observed::new(&mut twins, &hardware.config).by(&mut meter);
+            watch.scene.render_fixed(watch.config, &mut units)?;
             meter.cycles()
         };
         let warps = own.forces(Effect::Warping) && !is_remote && watch.path.len() > 1;

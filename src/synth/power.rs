@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use clap::Args;
 use potamoi_formats::config::Config;
+use potamoi_reference::Twins;
+use potamoi_reference::observer::Observed;
 use potamoi_scene::Scene;
 use potamoi_synth::{
     Extent, Made, Order, POWER_STEPS, Power, PowerReport, STEPS, Sampler, SynthError, UnitKind,
@@ -62,7 +64,9 @@ impl Scenes {
         let mut work = BTreeMap::new();
         for (name, scene) in self.0 {
             let mut sampler = Sampler::new(config);
-            scene.render_fixed(config, &mut sampler)?;
+            let mut twins = Twins::new(config);
+            let mut units = Observed::new(&mut twins, config).by(&mut sampler);
+            scene.render_fixed(config, &mut units)?;
             work.insert(name, sampler);
         }
         spinner.finish_and_clear();

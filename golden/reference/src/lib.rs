@@ -31,6 +31,7 @@ mod exp_tests;
 pub mod gather;
 mod logarithms;
 pub mod logistic;
+pub mod observer;
 pub mod one_minus;
 pub mod reference;
 pub mod reference_units;

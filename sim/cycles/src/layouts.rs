@@ -5,8 +5,8 @@ use potamoi_formats::config::{
     Config, EntryKind, ExtraPorts, Modes, Organisation, RitPath, Sums, rules,
 };
 use potamoi_formats::rit::Vertices;
-use potamoi_formats::units::VectorOp;
-use potamoi_reference::{GatherTask, Product, Twins, UnitError, Units};
+use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
+use potamoi_reference::{GatherTask, Product, UnitError};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -221,9 +221,8 @@ impl Layout {
     }
 }
 
-/// The twins, with every gather counted for several organisations.
+/// Counts every gather for several organisations.
 pub struct Layouts {
-    twins: Twins,
     /// The organisations.
     pub layouts: Vec<Layout>,
     /// Entries gathered.
@@ -231,11 +230,10 @@ pub struct Layouts {
 }
 
 impl Layouts {
-    /// Computes as units of `config` do.
+    /// Nothing is counted yet.
     #[must_use]
-    pub fn new(config: &Config, layouts: Vec<Layout>) -> Self {
+    pub const fn new(layouts: Vec<Layout>) -> Self {
         Self {
-            twins: Twins::new(config),
             layouts,
             samples: 0,
         }
@@ -251,39 +249,30 @@ impl Layouts {
     }
 }
 
-impl Units for Layouts {
-    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
-        self.twins.gather(tasks, features)?;
-        self.count(tasks);
+impl Observer for Layouts {
+    /// What gives no unrounded sums is left out as soon as some are asked for, with the reason.
+    fn gathered(&mut self, call: &GatherCall<'_>) -> Result<(), UnitError> {
+        if call.codes.is_none() {
+            self.layouts.iter_mut().for_each(Layout::demand_sums);
+        }
+        self.count(call.tasks);
         Ok(())
     }
 
-    /// What gives no unrounded sums is left out from here on, with the reason.
-    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
-        self.twins.sums(tasks, sums)?;
-        self.layouts.iter_mut().for_each(Layout::demand_sums);
-        self.count(tasks);
+    /// All organisations have one vector unit.
+    fn computed(&mut self, _: &VectorCall<'_>) -> Result<(), UnitError> {
         Ok(())
     }
 
-    fn vector(
-        &mut self,
-        op: VectorOp,
-        a: &[i32],
-        b: &[i32],
-        out: &mut [i32],
-    ) -> Result<(), UnitError> {
-        self.twins.vector(op, a, b, out)
-    }
-
-    fn multiplied(&mut self, product: Product) {
-        self.twins.multiplied(product);
-    }
+    /// Nor do they differ in the MAC array.
+    fn multiplied(&mut self, _: &Product) {}
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use potamoi_reference::Twins;
+    use potamoi_reference::observer::Observed;
     use potamoi_scene::Scene;
 
     use super::*;
@@ -298,17 +287,17 @@ mod tests {
         let mut scene = Scene::open(path.to_str().unwrap()).unwrap();
         scene.set_size(Some(16), Some(16)).unwrap();
         let config = Config::from_toml("[gu]\nsums = \"exact\"\n", "test").unwrap();
-        let mut units = Layouts::new(&config, Layout::all(&config));
-        scene.render_fixed(&config, &mut units).unwrap();
+        let mut layouts = Layouts::new(Layout::all(&config));
         let mut twins = Twins::new(&config);
-        scene.render_fixed(&config, &mut twins).unwrap();
-        assert_eq!(units.samples, twins.counts().feature_vectors);
-        assert!(units.samples > 100);
-        let own = &units.layouts[0];
+        let mut units = Observed::new(&mut twins, &config).by(&mut layouts);
+        scene.render_fixed(&config, &mut units).unwrap();
+        assert_eq!(layouts.samples, twins.counts().feature_vectors);
+        assert!(layouts.samples > 100);
+        let own = &layouts.layouts[0];
         assert_eq!(own.refused, None);
-        assert!(own.busy >= units.samples * 8 / u64::from(own.ports * 8));
+        assert!(own.busy >= layouts.samples * 8 / u64::from(own.ports * 8));
         let mut compared = 0;
-        for layout in &units.layouts {
+        for layout in &layouts.layouts {
             let sums = layout.organisation == Organisation::ChannelMajor
                 && layout.entry == EntryKind::Paper;
             match &layout.refused {

@@ -20,8 +20,9 @@ use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_netlist::{Header, Module, verilog};
+use potamoi_reference::observer::Observed;
 use potamoi_reference::vu::VectorTwin;
-use potamoi_reference::{GatherTask, Units};
+use potamoi_reference::{GatherTask, Twins, Units};
 use potamoi_rtl::{Check, EngineKind, GatherUnit, RtlError, VectorBatch, VectorUnit};
 use potamoi_synth::{
     Library, Sampler, SynthError, Tools, UnitKind, Verified, cell_functions, default_library,
@@ -134,7 +135,9 @@ fn gather(
 
 fn sampled(config: &Config, tasks: &[GatherTask]) -> Sampler {
     let mut sampler = Sampler::new(config);
-    sampler.gather(tasks, &mut vec![]).unwrap();
+    let mut twins = Twins::new(config);
+    let mut units = Observed::new(&mut twins, config).by(&mut sampler);
+    units.gather(tasks, &mut vec![]).unwrap();
     sampler
 }
 
@@ -225,7 +228,9 @@ fn a_lane_computes_the_same_in_cells() {
     let mut sampler = Sampler::new(&cells.config);
     let [a, b, _] = exponentials(&cells.config, 64);
     let op = VectorOp::new(OpCode::Exp);
-    sampler.vector(op, &a, &b, &mut vec![0; 64]).unwrap();
+    let mut twins = Twins::new(&cells.config);
+    let mut units = Observed::new(&mut twins, &cells.config).by(&mut sampler);
+    units.vector(op, &a, &b, &mut [0; 64]).unwrap();
     let own = cells.own(&sampler).unwrap();
     assert_eq!((own.runs, own.items), (2, 64));
 

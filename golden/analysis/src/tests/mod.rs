@@ -17,6 +17,7 @@ use potamoi_base::effects::*;
 use potamoi_base::precision::Precision;
 use potamoi_fields::voxels::{Grid, Layout};
 use potamoi_reference::Twins;
+use potamoi_reference::observer::Observed;
 use potamoi_reference::trace_recorder::{Limits, Recorder};
 use potamoi_scene::{BUILTIN, Model, Rendered, Representation, Scene};
 use potamoi_splats::Cloud;
@@ -58,8 +59,9 @@ fn calls(scene: &Scene, effect: Effect) -> bool {
 fn everything(scene: &Scene, config: &Config) -> impl PartialEq + use<> {
     let float = scene.render_float().unwrap();
     let mut twins = Twins::new(config);
-    let mut recorder = Recorder::new(&mut twins, config, Limits::NONE);
-    let fixed = scene.render_fixed(config, &mut recorder).unwrap();
+    let mut recorder = Recorder::new(Limits::NONE);
+    let mut units = Observed::new(&mut twins, config).by(&mut recorder);
+    let fixed = scene.render_fixed(config, &mut units).unwrap();
     let (gathered, computed) = (recorder.gathered, recorder.computed);
     assert!(gathered.len() + computed.len() > 0 || fixed.counts.feature_vectors == 0);
     let bits = |rendered: &Rendered| -> Vec<u32> {

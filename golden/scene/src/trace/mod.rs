@@ -31,6 +31,7 @@ use crate::{Scene, SceneError};
 use arrays::{Info, Packed, Values, array_error, list, rows};
 use potamoi_base::files;
 use potamoi_base::record::told;
+use potamoi_reference::observer::Observed;
 use potamoi_reference::trace_recorder::{Computed, Gathered, Limits, Recorder};
 use potamoi_reference::{GatherTask, Twins};
 
@@ -78,8 +79,9 @@ impl Trace {
     /// As [`Scene::render_fixed`].
     pub fn record(scene: &Scene, config: &Config, limits: Limits) -> Result<Self, SceneError> {
         let mut twins = Twins::new(config);
-        let mut recorder = Recorder::new(&mut twins, config, limits);
-        scene.render_fixed(config, &mut recorder)?;
+        let mut recorder = Recorder::new(limits);
+        let mut units = Observed::new(&mut twins, config).by(&mut recorder);
+        scene.render_fixed(config, &mut units)?;
         let exp = &config.vu.exp;
         let formats = [
             (

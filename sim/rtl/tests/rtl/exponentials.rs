@@ -5,6 +5,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_reference::Twins;
 use potamoi_reference::exp::ExpTwin;
+use potamoi_reference::observer::Observed;
 use potamoi_reference::reference::Reference;
 use potamoi_reference::trace_recorder::{Limits, Recorder};
 use potamoi_reference::widths::budget;
@@ -204,8 +205,9 @@ fn both_scenes_pass(forms: &[&str]) {
 fn an_early_out_on_splats() {
     let early = config("[vu.exp]\nearly_out = true");
     let mut twins = Twins::new(&early);
-    let mut recorder = Recorder::new(&mut twins, &early, Limits::NONE);
-    garden_through(&mut recorder, 96).unwrap();
+    let mut recorder = Recorder::new(Limits::NONE);
+    let mut units = Observed::new(&mut twins, &early).by(&mut recorder);
+    garden_through(&mut units, 96).unwrap();
     let exps: Vec<_> = recorder
         .computed
         .iter()

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use potamoi_formats::config::{Config, Organisation, Sums};
+use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_reference::gather::Reducer;
-use potamoi_reference::{GatherTask, Product, Twins, UnitError, Units};
+use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
+use potamoi_reference::{GatherTask, Product, UnitError};
 
 /// MVoxels of a share: those with the most entries.
 const MVOXELS: usize = 4;
@@ -44,10 +44,9 @@ struct Gathered {
     kept: Vec<(GatherTask, Vec<i32>)>,
 }
 
-/// Units that compute with the twins and keep a share of the work.
+/// Keeps a share of the work of units.
 pub struct Sampler {
     config: Config,
-    twins: Twins,
     /// By vertices and channels.
     gathered: BTreeMap<(Vertices, usize), Gathered>,
     computed: BTreeMap<OpCode, (VectorOp, [Vec<i32>; 3])>,
@@ -59,7 +58,6 @@ impl Sampler {
     pub fn new(config: &Config) -> Self {
         Self {
             config: config.clone(),
-            twins: Twins::new(config),
             gathered: BTreeMap::new(),
             computed: BTreeMap::new(),
         }
@@ -105,71 +103,39 @@ impl Sampler {
         })
     }
 
-    fn keep<T: Copy + Into<i32>>(&mut self, task: &GatherTask, features: &[T]) {
+    fn keep(&mut self, task: &GatherTask, features: Vec<i32>) {
         let kind = (task.vertices, task.channels);
         let Gathered { entries, kept } = self.gathered.entry(kind).or_default();
         *entries += task.entries.len() as u64;
         let place = kept.partition_point(|(k, _)| k.entries.len() >= task.entries.len());
         if place < MVOXELS {
-            let features = features.iter().map(|code| (*code).into()).collect();
             kept.insert(place, (task.clone(), features));
             kept.truncate(MVOXELS);
         }
     }
 }
 
-impl Units for Sampler {
-    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
-        if self.config.gu.sums == Sums::Exact {
-            let mut sums = vec![];
-            self.sums(tasks, &mut sums)?;
-            let reducer = Reducer::new(&self.config);
-            features.extend(sums.into_iter().map(|sum| reducer.round(sum.into())));
-            return Ok(());
-        }
-        let mut at = features.len();
-        self.twins.gather(tasks, features)?;
-        for task in tasks {
-            let codes = task.entries.len() * task.channels;
-            self.keep(task, &features[at..at + codes]);
-            at += codes;
-        }
+impl Observer for Sampler {
+    fn gathered(&mut self, call: &GatherCall<'_>) -> Result<(), UnitError> {
+        call.each_task(|task, features| self.keep(task, features));
         Ok(())
     }
 
-    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
-        let mut at = sums.len();
-        self.twins.sums(tasks, sums)?;
-        for task in tasks {
-            let codes = task.entries.len() * task.channels;
-            self.keep(task, &sums[at..at + codes]);
-            at += codes;
-        }
-        Ok(())
-    }
-
-    fn vector(
-        &mut self,
-        op: VectorOp,
-        a: &[i32],
-        b: &[i32],
-        out: &mut [i32],
-    ) -> Result<(), UnitError> {
-        self.twins.vector(op, a, b, out)?;
+    fn computed(&mut self, call: &VectorCall<'_>) -> Result<(), UnitError> {
+        let VectorCall { op, a, b, out } = *call;
         if op.code.is_exponential() {
             let kept = self.computed.entry(op.code);
             let (_, all) = kept.or_insert_with(|| (op, Default::default()));
             let room = ELEMENTS.saturating_sub(all[0].len()).min(a.len());
-            for (kept, part) in all.iter_mut().zip([a, b, &*out]) {
+            for (kept, part) in all.iter_mut().zip([a, b, out]) {
                 kept.extend(&part[..room]);
             }
         }
         Ok(())
     }
 
-    fn multiplied(&mut self, product: Product) {
-        self.twins.multiplied(product);
-    }
+    /// Products move neither unit.
+    fn multiplied(&mut self, _: &Product) {}
 }
 
 impl GatherWindow {

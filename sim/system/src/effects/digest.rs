@@ -1,24 +1,16 @@
 //! A digest of a trace that is too long to be kept.
 
-use potamoi_formats::units::VectorOp;
-use potamoi_reference::{GatherTask, Product, UnitError, Units};
+use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
+use potamoi_reference::{GatherTask, Product, UnitError};
 
-/// Units that digest the work and the results of other units: those of two frames are equal where
-/// their traces are.
-pub struct Digest<'u> {
-    units: &'u mut dyn Units,
+/// Digests the work and the results of units: those of two frames are equal where their traces
+/// are.
+#[derive(Default)]
+pub struct Digest {
     state: blake3::Hasher,
 }
 
-impl<'u> Digest<'u> {
-    /// Of what goes through `units`.
-    pub fn new(units: &'u mut dyn Units) -> Self {
-        Self {
-            units,
-            state: blake3::Hasher::new(),
-        }
-    }
-
+impl Digest {
     /// Of all so far, as 16 hexadecimal digits.
     #[must_use]
     pub fn finish(self) -> String {
@@ -52,42 +44,27 @@ impl<'u> Digest<'u> {
     }
 }
 
-impl Units for Digest<'_> {
-    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
-        let begin = features.len();
-        self.units.gather(tasks, features)?;
-        self.tasks(tasks);
-        self.words(features[begin..].iter().map(|code| i32::from(*code)));
+impl Observer for Digest {
+    fn gathered(&mut self, call: &GatherCall<'_>) -> Result<(), UnitError> {
+        self.tasks(call.tasks);
+        match (call.codes, call.sums) {
+            (Some(codes), _) => self.words(codes.iter().map(|code| i32::from(*code))),
+            (None, sums) => self.words(sums.unwrap_or_default().iter().copied()),
+        }
         Ok(())
     }
 
-    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
-        let begin = sums.len();
-        self.units.sums(tasks, sums)?;
-        self.tasks(tasks);
-        self.words(sums[begin..].iter().copied());
-        Ok(())
-    }
-
-    fn vector(
-        &mut self,
-        op: VectorOp,
-        a: &[i32],
-        b: &[i32],
-        out: &mut [i32],
-    ) -> Result<(), UnitError> {
-        self.units.vector(op, a, b, out)?;
-        self.state.update(&op.field().to_le_bytes());
-        for words in [a, b, out] {
+    fn computed(&mut self, call: &VectorCall<'_>) -> Result<(), UnitError> {
+        self.state.update(&call.op.field().to_le_bytes());
+        for words in [call.a, call.b, call.out] {
             self.words(words.iter().copied());
         }
         Ok(())
     }
 
-    fn multiplied(&mut self, product: Product) {
+    fn multiplied(&mut self, product: &Product) {
         for size in [product.rows, product.depth, product.columns] {
             self.state.update(&size.to_le_bytes());
         }
-        self.units.multiplied(product);
     }
 }

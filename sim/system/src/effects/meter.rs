@@ -2,8 +2,8 @@
 
 use potamoi_cycles::{ClosedVector, GatherWork, runs};
 use potamoi_formats::config::Config;
-use potamoi_formats::units::VectorOp;
-use potamoi_reference::{GatherTask, Product, UnitError, Units};
+use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
+use potamoi_reference::{GatherTask, Product, UnitError};
 use serde::Serialize;
 
 use crate::soc::npu::Array;
@@ -30,9 +30,8 @@ pub struct EffectCycles {
     pub powers: u64,
 }
 
-/// Units that count what other units do.
-pub struct EffectMeter<'u> {
-    units: &'u mut dyn Units,
+/// Counts what units of a configuration do.
+pub struct EffectMeter {
     config: Config,
     /// From the first operation on.
     vector: Option<ClosedVector>,
@@ -40,11 +39,11 @@ pub struct EffectMeter<'u> {
     cycles: EffectCycles,
 }
 
-impl<'u> EffectMeter<'u> {
-    /// Of `units` of a configuration, beside the paper's MAC array.
-    pub fn new(units: &'u mut dyn Units, config: &Config) -> Self {
+impl EffectMeter {
+    /// Of units of a configuration, beside the paper's MAC array.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
         Self {
-            units,
             config: config.clone(),
             vector: None,
             array: Array::PAPER,
@@ -75,39 +74,26 @@ impl<'u> EffectMeter<'u> {
     }
 }
 
-impl Units for EffectMeter<'_> {
-    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
-        self.count(tasks)?;
-        self.units.gather(tasks, features)
+impl Observer for EffectMeter {
+    fn gathered(&mut self, call: &GatherCall<'_>) -> Result<(), UnitError> {
+        self.count(call.tasks)
     }
 
-    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
-        self.count(tasks)?;
-        self.units.sums(tasks, sums)
-    }
-
-    fn vector(
-        &mut self,
-        op: VectorOp,
-        a: &[i32],
-        b: &[i32],
-        out: &mut [i32],
-    ) -> Result<(), UnitError> {
+    fn computed(&mut self, call: &VectorCall<'_>) -> Result<(), UnitError> {
         let vector = match &self.vector {
             Some(vector) => vector,
             None => self.vector.insert(ClosedVector::new(&self.config)?),
         };
-        let found = vector.cycles(&[(op.code, a)]);
+        let found = vector.cycles(&[(call.op.code, call.a)]);
         self.cycles.vector += found.elapsed;
-        if op.code.is_exponential() {
+        if call.op.code.is_exponential() {
             self.cycles.exponentials += found.elapsed;
-            self.cycles.powers += a.len() as u64;
+            self.cycles.powers += call.a.len() as u64;
         }
-        self.units.vector(op, a, b, out)
+        Ok(())
     }
 
-    fn multiplied(&mut self, product: Product) {
-        self.cycles.array += self.array.cycles(&product);
-        self.units.multiplied(product);
+    fn multiplied(&mut self, product: &Product) {
+        self.cycles.array += self.array.cycles(product);
     }
 }

@@ -4,6 +4,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::effects::Choices;
 use potamoi_formats::config::Config;
 use potamoi_reference::Twins;
+use potamoi_reference::observer::Observed;
 use potamoi_rtl::RtlUnits;
 use potamoi_scene::{BUILTIN, Scene};
 use potamoi_system::effects::{EffectCycles, EffectMeter};
@@ -68,8 +69,9 @@ fn modelled_the_same(name: &str, width: u32) {
     let hardware = Hardware::of(&scene, &config).unwrap();
     let metered = |own: &Config| -> EffectCycles {
         let mut twins = Twins::new(own);
-        let mut meter = EffectMeter::new(&mut twins, own);
-        scene.render_fixed(&config, &mut meter).unwrap();
+        let mut meter = EffectMeter::new(own);
+        let mut units = Observed::new(&mut twins, own).by(&mut meter);
+        scene.render_fixed(&config, &mut units).unwrap();
         meter.cycles()
     };
     let whole = metered(&config);

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use potamoi_base::mask::Mask;
 use potamoi_formats::config::Config;
+use potamoi_reference::observer::Observed;
 use potamoi_reference::{Twins, Units};
 use potamoi_scene::characterise::{BANKS, LANES};
 use potamoi_scene::{Rendered, Scene, SceneError};
@@ -127,10 +128,11 @@ impl FrameWork {
         only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<Counted, SceneError> {
-        let mut meter = Meter::new(units, config, array);
+        let mut meter = Meter::new(config, array);
+        let mut units = Observed::new(units, config).by(&mut meter);
         let rendered = match only {
-            None => scene.render_fixed(config, &mut meter)?,
-            Some(mask) => scene.render_fixed_masked(config, mask, &mut meter)?,
+            None => scene.render_fixed(config, &mut units)?,
+            Some(mask) => scene.render_fixed_masked(config, mask, &mut units)?,
         };
         let (modelled, sums) = (meter.modelled(), meter.sums());
         let batches = meter.into_batches();

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use potamoi_cycles::{ClosedVector, GatherWork, runs};
 use potamoi_formats::config::{Config, RitPath};
-use potamoi_formats::units::VectorOp;
-use potamoi_reference::{GatherTask, Product, UnitError, Units};
+use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
+use potamoi_reference::{GatherTask, Product, UnitError};
 use serde::{Deserialize, Serialize};
 
 use super::super::npu::Array;
@@ -120,10 +120,9 @@ impl std::ops::AddAssign for Batch {
     }
 }
 
-/// Units that count what other units do: cycles by the cycle models, of the same runs that
+/// Counts what units of a configuration do: cycles by the cycle models, of the same runs that
 /// hardware would do.
-pub struct Meter<'u> {
-    units: &'u mut dyn Units,
+pub struct Meter {
     config: Config,
     /// From the first operation on.
     vector: Option<ClosedVector>,
@@ -152,11 +151,11 @@ impl Sums {
     }
 }
 
-impl<'u> Meter<'u> {
-    /// Of `units` of a configuration, beside a MAC array.
-    pub fn new(units: &'u mut dyn Units, config: &Config, array: Array) -> Self {
+impl Meter {
+    /// Of units of a configuration, beside a MAC array.
+    #[must_use]
+    pub fn new(config: &Config, array: Array) -> Self {
         Self {
-            units,
             config: config.clone(),
             vector: None,
             array,
@@ -256,24 +255,13 @@ fn counted(
     Ok(own)
 }
 
-impl Units for Meter<'_> {
-    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
-        self.count(tasks)?;
-        self.units.gather(tasks, features)
+impl Observer for Meter {
+    fn gathered(&mut self, call: &GatherCall<'_>) -> Result<(), UnitError> {
+        self.count(call.tasks)
     }
 
-    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
-        self.count(tasks)?;
-        self.units.sums(tasks, sums)
-    }
-
-    fn vector(
-        &mut self,
-        op: VectorOp,
-        a: &[i32],
-        b: &[i32],
-        out: &mut [i32],
-    ) -> Result<(), UnitError> {
+    fn computed(&mut self, call: &VectorCall<'_>) -> Result<(), UnitError> {
+        let VectorCall { op, a, .. } = call;
         let begun = Instant::now();
         let vector = match &self.vector {
             Some(vector) => vector,
@@ -291,15 +279,15 @@ impl Units for Meter<'_> {
             result_bytes: OPERAND * a.len() as u64,
             ..Batch::default()
         };
-        self.units.vector(op, a, b, out)
+        Ok(())
     }
 
-    fn multiplied(&mut self, product: Product) {
-        let (folds, _) = self.array.folds(&product);
+    fn multiplied(&mut self, product: &Product) {
+        let (folds, _) = self.array.folds(product);
         let across = product.columns.div_ceil(self.array.columns);
-        let array_cycles = self.array.cycles(&product);
+        let array_cycles = self.array.cycles(product);
         let held = self.array.units();
-        let partial_bytes = self.array.partial_bytes(&product);
+        let partial_bytes = self.array.partial_bytes(product);
         *self.batch() += Batch {
             products: 1,
             macs: product.operations(),
@@ -310,6 +298,5 @@ impl Units for Meter<'_> {
             partial_bytes,
             ..Batch::default()
         };
-        self.units.multiplied(product);
     }
 }

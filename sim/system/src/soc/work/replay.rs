@@ -5,8 +5,8 @@ use std::collections::{HashMap, VecDeque};
 
 use potamoi_base::mask::Mask;
 use potamoi_formats::config::{Config, RitPath};
-use potamoi_formats::units::VectorOp;
-use potamoi_reference::{GatherTask, Product, Twins, UnitError, Units};
+use potamoi_reference::observer::{GatherCall, Observed, Observer, VectorCall};
+use potamoi_reference::{GatherTask, Product, Twins, UnitError};
 use potamoi_scene::{Scene, SceneError};
 use potamoi_warp::{Plan, PlanOptions, ReferenceFrom, Sequence, Warper};
 use serde::{Deserialize, Serialize};
@@ -117,9 +117,11 @@ impl Replay {
     ) -> Result<Self, SceneError> {
         let missed = scene.accesses(cache, only)?.first_misses;
         let mut loads = Loads::new(config);
+        let mut twins = Twins::new(config);
+        let mut units = Observed::new(&mut twins, config).by(&mut loads);
         let rendered = match only {
-            None => scene.render_fixed(config, &mut loads)?,
-            Some(mask) => scene.render_fixed_masked(config, mask, &mut loads)?,
+            None => scene.render_fixed(config, &mut units)?,
+            Some(mask) => scene.render_fixed_masked(config, mask, &mut units)?,
         };
         let is_streamed = rendered.counts.scattered_bytes == 0;
         Ok(Self {
@@ -190,10 +192,9 @@ impl Replayed {
     }
 }
 
-/// Twins, and what the gathering unit loads for them: MVoxels with the same rows are the same, and
+/// What the gathering unit loads: MVoxels with the same rows are the same, and
 /// lie one behind the other as they come up, as their entries do.
 struct Loads {
-    twins: Twins,
     config: Config,
     places: HashMap<Vec<i16>, u64>,
     /// First free bursts of MVoxels and of entries.
@@ -205,7 +206,6 @@ struct Loads {
 impl Loads {
     fn new(config: &Config) -> Self {
         Self {
-            twins: Twins::new(config),
             config: config.clone(),
             places: HashMap::new(),
             free: [0, TABLE / BURST],
@@ -249,30 +249,19 @@ impl Loads {
     }
 }
 
-impl Units for Loads {
-    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
-        tasks.iter().for_each(|task| self.load(task));
-        self.twins.gather(tasks, features)
+impl Observer for Loads {
+    fn gathered(&mut self, call: &GatherCall<'_>) -> Result<(), UnitError> {
+        call.tasks.iter().for_each(|task| self.load(task));
+        Ok(())
     }
 
-    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
-        tasks.iter().for_each(|task| self.load(task));
-        self.twins.sums(tasks, sums)
+    /// Operands come from no memory.
+    fn computed(&mut self, _: &VectorCall<'_>) -> Result<(), UnitError> {
+        Ok(())
     }
 
-    fn vector(
-        &mut self,
-        op: VectorOp,
-        a: &[i32],
-        b: &[i32],
-        out: &mut [i32],
-    ) -> Result<(), UnitError> {
-        self.twins.vector(op, a, b, out)
-    }
-
-    fn multiplied(&mut self, product: Product) {
-        self.twins.multiplied(product);
-    }
+    /// Weights stay on the chip.
+    fn multiplied(&mut self, _: &Product) {}
 }
 
 #[cfg(test)]

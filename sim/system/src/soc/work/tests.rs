@@ -7,7 +7,8 @@ use potamoi_base::mask::Mask;
 use potamoi_base::precision::Precision;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_reference::{Product, Twins, Units};
+use potamoi_reference::observer::{Observer, VectorCall};
+use potamoi_reference::{Product, Twins};
 use potamoi_scene::Scene;
 use potamoi_warp::Profile;
 use proptest::prelude::*;
@@ -220,14 +221,13 @@ fn a_path_is_counted_once() {
 #[test]
 fn products_are_counted_as_the_array_does_them() {
     let config = Config::paper();
-    let mut twins = Twins::new(&config);
-    let mut meter = Meter::new(&mut twins, &config, Array::PAPER);
+    let mut meter = Meter::new(&config, Array::PAPER);
     let product = Product {
         rows: 4096,
         depth: 39,
         columns: 128,
     };
-    meter.multiplied(product);
+    meter.multiplied(&product);
     let batches = meter.into_batches();
     let expected = Batch {
         products: 1,
@@ -248,11 +248,11 @@ fn products_are_counted_as_the_array_does_them() {
 #[test]
 fn operands_and_results_are_counted() {
     let config = Config::paper();
-    let mut twins = Twins::new(&config);
-    let mut meter = Meter::new(&mut twins, &config, Array::PAPER);
+    let mut meter = Meter::new(&config, Array::PAPER);
     for (code, b) in [(OpCode::Add, &[1; 30][..]), (OpCode::Exp, &[0; 30][..])] {
         let op = VectorOp::new(code);
-        meter.vector(op, &[1000; 30], b, &mut [0; 30]).unwrap();
+        let [a, out] = [&[1000; 30], &[0; 30]];
+        meter.computed(&VectorCall { op, a, b, out }).unwrap();
     }
     let batches = meter.into_batches();
     let bytes = (batches[0].operand_bytes, batches[0].result_bytes);

@@ -1,0 +1,265 @@
+//! Who looks on as units compute: counters, recorders and digests, any number at once.
+//!
+//! An [`Observer`] is told of each call with its results and forwards nothing, so that none can
+//! drop or change what the units are asked for. [`Observed`] is the one place that forwards.
+//!
+//! ```
+//! use potamoi_formats::config::Config;
+//! use potamoi_formats::units::{OpCode, VectorOp};
+//! use potamoi_reference::observer::Observed;
+//! use potamoi_reference::trace_recorder::{Limits, Recorder};
+//! use potamoi_reference::{Twins, Units};
+//!
+//! let config = Config::paper();
+//! let mut twins = Twins::new(&config);
+//! let mut recorder = Recorder::new(Limits::NONE);
+//! let mut units = Observed::new(&mut twins, &config).by(&mut recorder);
+//! let mut out = [0; 2];
+//! let op = VectorOp::new(OpCode::Add);
+//! units.vector(op, &[3, 8], &[5, 5], &mut out).unwrap();
+//! assert_eq!(out, [8, 13]);
+//! assert_eq!(recorder.computed[0].out, out);
+//! ```
+
+use potamoi_formats::config::{Config, Sums};
+use potamoi_formats::units::VectorOp;
+
+use super::gather::Reducer;
+use super::{GatherTask, Product, UnitError, Units};
+
+/// Tasks that were gathered, with `channels` results for every task and every entry in order.
+#[derive(Debug, Clone, Copy)]
+pub struct GatherCall<'c> {
+    /// The tasks.
+    pub tasks: &'c [GatherTask],
+    /// Feature codes; none where unrounded sums were asked for ([`Units::sums`]).
+    pub codes: Option<&'c [i16]>,
+    /// Unrounded sums, in units of 2^-W: what a unit with `gu.sums = "exact"` gives, whatever was
+    /// asked for.
+    pub sums: Option<&'c [i32]>,
+}
+
+impl GatherCall<'_> {
+    /// Calls `each` with every task and what the unit itself gives of it: sums where it gives
+    /// sums, else codes.
+    pub fn each_task(&self, mut each: impl FnMut(&GatherTask, Vec<i32>)) {
+        let mut at = 0;
+        for task in self.tasks {
+            let own = at..at + task.entries.len() * task.channels;
+            at = own.end;
+            let values = match (self.sums, self.codes) {
+                (Some(sums), _) => sums[own].to_vec(),
+                (None, Some(codes)) => codes[own].iter().map(|code| (*code).into()).collect(),
+                (None, None) => vec![],
+            };
+            each(task, values);
+        }
+    }
+}
+
+/// A vector operation with its results. All slices have one length.
+#[derive(Debug, Clone, Copy)]
+pub struct VectorCall<'c> {
+    /// The operation.
+    pub op: VectorOp,
+    /// First operands.
+    pub a: &'c [i32],
+    /// Second operands.
+    pub b: &'c [i32],
+    /// Results.
+    pub out: &'c [i32],
+}
+
+/// Is told of what units computed. No call has a default body: an observer says what it does not
+/// look at.
+pub trait Observer {
+    /// MVoxels were gathered.
+    ///
+    /// # Errors
+    /// What was seen cannot be counted; the renderer ends with that error.
+    fn gathered(&mut self, call: &GatherCall<'_>) -> Result<(), UnitError>;
+
+    /// A vector operation was computed.
+    ///
+    /// # Errors
+    /// As [`Observer::gathered`].
+    fn computed(&mut self, call: &VectorCall<'_>) -> Result<(), UnitError>;
+
+    /// The MAC array computes a product.
+    fn multiplied(&mut self, product: &Product);
+}
+
+/// Units of a configuration whose calls observers are told of, once they have succeeded.
+pub struct Observed<'u> {
+    units: &'u mut dyn Units,
+    observers: Vec<&'u mut dyn Observer>,
+    sums: Sums,
+    reducer: Reducer,
+}
+
+impl<'u> Observed<'u> {
+    /// `units`, which are those of `config`, without observers.
+    pub fn new(units: &'u mut dyn Units, config: &Config) -> Self {
+        Self {
+            units,
+            observers: vec![],
+            sums: config.gu.sums,
+            reducer: Reducer::new(config),
+        }
+    }
+
+    /// The same with another observer, which is told after those before it.
+    #[must_use]
+    pub fn by(mut self, observer: &'u mut dyn Observer) -> Self {
+        self.observers.push(observer);
+        self
+    }
+
+    fn tell(&mut self, call: &GatherCall<'_>) -> Result<(), UnitError> {
+        let mut observers = self.observers.iter_mut();
+        observers.try_for_each(|observer| observer.gathered(call))
+    }
+}
+
+impl Units for Observed<'_> {
+    /// A unit of exact sums has no rounded ones: its sums are rounded here.
+    fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
+        let begin = features.len();
+        let mut sums = vec![];
+        match self.sums {
+            Sums::Rounded => self.units.gather(tasks, features)?,
+            Sums::Exact => {
+                self.units.sums(tasks, &mut sums)?;
+                features.extend(sums.iter().map(|sum| self.reducer.round((*sum).into())));
+            }
+        }
+        self.tell(&GatherCall {
+            tasks,
+            codes: Some(&features[begin..]),
+            sums: (self.sums == Sums::Exact).then_some(&sums),
+        })
+    }
+
+    fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
+        let begin = sums.len();
+        self.units.sums(tasks, sums)?;
+        self.tell(&GatherCall {
+            tasks,
+            codes: None,
+            sums: Some(&sums[begin..]),
+        })
+    }
+
+    fn vector(
+        &mut self,
+        op: VectorOp,
+        a: &[i32],
+        b: &[i32],
+        out: &mut [i32],
+    ) -> Result<(), UnitError> {
+        self.units.vector(op, a, b, out)?;
+        let call = VectorCall { op, a, b, out };
+        let mut observers = self.observers.iter_mut();
+        observers.try_for_each(|observer| observer.computed(&call))
+    }
+
+    fn multiplied(&mut self, product: Product) {
+        self.units.multiplied(product);
+        for observer in &mut self.observers {
+            observer.multiplied(&product);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use potamoi_formats::rit::{RitEntry, Vertices};
+    use potamoi_formats::units::OpCode;
+
+    use super::*;
+    use crate::Twins;
+    use crate::trace_recorder::{Limits, Recorder};
+
+    fn task(code: i16) -> GatherTask {
+        GatherTask {
+            vertices: Vertices::Eight,
+            channels: 1,
+            rows: vec![code, 0],
+            entries: vec![RitEntry {
+                slot: 0,
+                rows: [0, 1, 1, 1, 1, 1, 1, 1],
+                weights: [1 << 14, 1 << 14, 0, 0, 0, 0, 0, 0],
+            }],
+        }
+    }
+
+    /// What the observed units give is what they give alone, and every observer sees it.
+    fn seen(config: &Config) -> [Recorder; 2] {
+        let [mut alone, mut twins] = [(); 2].map(|()| Twins::new(config));
+        let mut recorders = [(); 2].map(|()| Recorder::new(Limits::NONE));
+        let [first, second] = &mut recorders;
+        let mut units = Observed::new(&mut twins, config).by(first).by(second);
+        let tasks = [task(82), task(-6)];
+        let (mut codes, mut expected) = (vec![7], vec![7]);
+        units.gather(&tasks, &mut codes).unwrap();
+        alone.gather(&tasks, &mut expected).unwrap();
+        assert_eq!(codes, expected);
+        if config.gu.sums == Sums::Exact {
+            let (mut sums, mut expected) = (vec![], vec![]);
+            units.sums(&tasks, &mut sums).unwrap();
+            alone.sums(&tasks, &mut expected).unwrap();
+            assert_eq!(sums, expected);
+        }
+        let mut out = [0; 2];
+        let op = VectorOp::new(OpCode::Add);
+        units.vector(op, &[1, 2], &[2, 1], &mut out).unwrap();
+        assert_eq!(out, [3, 3]);
+        assert_eq!(twins.counts().gathers, alone.counts().gathers);
+        recorders
+    }
+
+    #[test]
+    fn units_give_the_same_with_observers_who_all_see_it() {
+        let paper = Config::paper();
+        for recorder in seen(&paper) {
+            let values = recorder.gathered.iter().map(|g| &g.features[..]);
+            assert_eq!(values.collect::<Vec<_>>(), [[41], [-3]]);
+            assert_eq!(recorder.computed.len(), 1);
+        }
+        let exact = Config::from_toml("[gu]\nsums = \"exact\"\n", "test").unwrap();
+        for recorder in seen(&exact) {
+            // Codes that were asked for, and then the sums: of both the unit gives sums.
+            let values = recorder.gathered.iter().map(|g| g.features[0]);
+            let sums = [82 << 14, -6 * (1 << 14)];
+            assert_eq!(values.collect::<Vec<_>>(), [sums, sums].concat());
+        }
+    }
+
+    /// Looks at nothing, and refuses what it is told.
+    struct Refuses;
+
+    impl Observer for Refuses {
+        fn gathered(&mut self, _: &GatherCall<'_>) -> Result<(), UnitError> {
+            Err("seen enough".into())
+        }
+
+        fn computed(&mut self, _: &VectorCall<'_>) -> Result<(), UnitError> {
+            Err("seen enough".into())
+        }
+
+        fn multiplied(&mut self, _: &Product) {}
+    }
+
+    #[test]
+    fn an_observer_that_fails_ends_the_call() {
+        let config = Config::paper();
+        let mut twins = Twins::new(&config);
+        let mut refuses = Refuses;
+        let mut units = Observed::new(&mut twins, &config).by(&mut refuses);
+        let error = units.gather(&[task(1)], &mut vec![]).unwrap_err();
+        assert_eq!(error.to_string(), "seen enough");
+        let op = VectorOp::new(OpCode::Add);
+        assert!(units.vector(op, &[1], &[2], &mut [0]).is_err());
+    }
+}
