@@ -115,10 +115,12 @@ impl Format {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum KeyError {
     /// Its row says so.
-    #[error("`{key}` cannot be honoured: {why}")]
+    #[error("`{key}` cannot be honoured: {why}{}", valued(value.as_deref()))]
     Refused {
         /// The key.
         key: String,
+        /// Its value, shortly, where one can be told.
+        value: Option<String>,
         /// Why, and what to do.
         why: &'static str,
     },
@@ -132,6 +134,10 @@ pub enum KeyError {
         /// Its keys.
         expected: String,
     },
+}
+
+fn valued(value: Option<&str>) -> String {
+    value.map_or_else(String::new, |value| format!("; its value is {value}"))
 }
 
 /// What files say that is not used, and what was assumed where they say nothing.
@@ -301,17 +307,32 @@ impl<V> Record<V> {
             .retain(|(key, value)| !(refused(key) && is_neutral(value)));
     }
 
-    /// Judges what is left: lists it in `notes`.
+    /// Judges what is left, of which the keys alone are told: lists it in `notes`.
     ///
     /// # Errors
     /// The first key that is refused.
     pub fn finish(self, notes: &mut Notes) -> Result<(), KeyError> {
-        for (key, _) in self.left {
+        self.finish_valued(notes, |_| None)
+    }
+
+    /// Judges what is left: lists it in `notes`. `shown` tells the value of a key that is refused.
+    ///
+    /// # Errors
+    /// The first key that is refused.
+    pub fn finish_valued(
+        self,
+        notes: &mut Notes,
+        shown: impl Fn(&V) -> Option<String>,
+    ) -> Result<(), KeyError> {
+        for (key, value) in self.left {
             let told = told(&key);
             match self.format.row(&key) {
                 Some(row) if row.fate == Fate::Refused => {
-                    let why = row.about;
-                    return Err(KeyError::Refused { key: told, why });
+                    return Err(KeyError::Refused {
+                        key: told,
+                        value: shown(&value).map(|value| self::told(&value)),
+                        why: row.about,
+                    });
                 }
                 None if self.format.others == Fate::Refused => {
                     let names: Vec<_> = self.format.keys.iter().map(|row| row.name).collect();
@@ -371,10 +392,14 @@ mod tests {
         assert!(finished(&OPEN, &["x"]).unwrap().sentences().is_empty());
         for format in [&OPEN, &CLOSED] {
             let error = finished(format, &["note", "k_7_end"]).unwrap_err();
-            let why = "a reason";
+            let (why, value) = ("a reason", None);
             let key = "k_7_end".to_owned();
-            assert_eq!(error, KeyError::Refused { key, why });
+            assert_eq!(error, KeyError::Refused { key, value, why });
         }
+        let record = Record::new(&OPEN, [("k_7_end".to_owned(), 7)]);
+        let error = record.finish_valued(&mut Notes::default(), |v| Some(v.to_string()));
+        let expected = "`k_7_end` cannot be honoured: a reason; its value is 7";
+        assert_eq!(error.unwrap_err().to_string(), expected);
         let error = finished(&CLOSED, &["x", "new"]).unwrap_err().to_string();
         let expected = "`new` is no key of closed: expected x, rest_*, k_*_end, note";
         assert_eq!(error, expected);

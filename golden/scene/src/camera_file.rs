@@ -237,7 +237,9 @@ impl Entry {
             rotation: required(from, "rotation")?,
             background: optional(from, "background")?,
         };
-        record.finish(notes).map_err(|e| e.to_string())?;
+        record
+            .finish_valued(notes, |value| Some(value.shown()))
+            .map_err(|e| e.to_string())?;
         Ok(entry)
     }
 

@@ -5,7 +5,7 @@
 //! camera, and the centre of the upper left pixel is at (0.5, 0.5): all of it
 //! is this project's convention too, so that no number is converted.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 use std::fmt::Display;
 use std::fs::File;
 use std::io::{BufRead as _, BufReader};
@@ -151,9 +151,34 @@ type Wrong = (&'static str, String, String);
 /// undistorted camera.
 pub fn read(folder: &Path, notes: &mut Notes) -> Result<Vec<PathFrame>, ColmapError> {
     files(folder, notes);
-    let cameras = Text::open(folder.join("cameras.txt"))?.cameras()?;
+    let mut listed = Text::open(folder.join("cameras.txt"))?;
+    let cameras = listed.cameras()?;
     let mut images = Text::open(folder.join("images.txt"))?;
-    let mut frames = images.images(&cameras, notes)?;
+    let posed = images.images(&cameras, notes)?;
+    let mut frames = vec![];
+    for image in &posed {
+        match &cameras[&image.lens] {
+            Lens::Pinhole(camera) => frames.push(PathFrame {
+                camera: Camera {
+                    world_to_camera: image.world_to_camera,
+                    ..*camera
+                },
+                picture: image.picture.clone(),
+            }),
+            Lens::Strange { line, wrong } => {
+                listed.number = *line;
+                return Err(listed.at(wrong.clone()));
+            }
+        }
+    }
+    // What is no pinhole got here without an image.
+    for (id, lens) in &cameras {
+        if matches!(lens, Lens::Strange { .. }) {
+            notes.list(format!(
+                "cameras.txt: camera {id}, of which there is no image"
+            ));
+        }
+    }
     frames.sort_by(|a, b| a.picture.cmp(&b.picture));
     let twice = frames.windows(2).find(|w| w[0].picture == w[1].picture);
     match (twice, frames.is_empty()) {
@@ -289,14 +314,14 @@ impl Text {
         Ok(false)
     }
 
-    /// Intrinsics by `CAMERA_ID`, posed nowhere.
-    fn cameras(mut self) -> Result<HashMap<u32, Camera>, ColmapError> {
-        let mut cameras = HashMap::new();
+    /// Lenses by `CAMERA_ID`.
+    fn cameras(&mut self) -> Result<BTreeMap<u32, Lens>, ColmapError> {
+        let mut cameras = BTreeMap::new();
         while self.advance_to_text()? {
-            let (id, camera) = Fields::of(self.line())
-                .and_then(intrinsics)
+            let (id, lens) = Fields::of(self.line())
+                .and_then(|fields| intrinsics(fields, self.number))
                 .map_err(|wrong| self.at(wrong))?;
-            if cameras.insert(id, camera).is_some() {
+            if cameras.insert(id, lens).is_some() {
                 let wrong = ("CAMERA_ID", id.to_string(), "each camera once".to_owned());
                 return Err(self.at(wrong));
             }
@@ -313,9 +338,9 @@ impl Text {
     /// points, whatever its name.
     fn images(
         &mut self,
-        cameras: &HashMap<u32, Camera>,
+        cameras: &BTreeMap<u32, Lens>,
         notes: &mut Notes,
-    ) -> Result<Vec<PathFrame>, ColmapError> {
+    ) -> Result<Vec<Posed>, ColmapError> {
         let read = |line: &[u8]| Fields::of(line).and_then(|fields| image(fields, cameras));
         let mut frames = vec![];
         let mut ids = HashSet::new();
@@ -364,6 +389,22 @@ impl Text {
         }
         Ok(frames)
     }
+}
+
+/// What `cameras.txt` says of a camera.
+enum Lens {
+    /// A pinhole, posed nowhere.
+    Pinhole(Camera),
+    /// Another lens, by its line; images of it are refused, and it is listed where there are none.
+    Strange { line: usize, wrong: Wrong },
+}
+
+/// A line of `images.txt`.
+struct Posed {
+    /// Its `CAMERA_ID`, which `cameras.txt` has.
+    lens: u32,
+    world_to_camera: DAffine3,
+    picture: PathBuf,
 }
 
 /// Whether a line is of points: X, Y and POINT3D_ID of each, or nothing at all.
@@ -461,7 +502,7 @@ fn shown(value: impl Display) -> String {
 }
 
 /// `CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]`.
-fn intrinsics(mut fields: Fields<'_>) -> Result<(u32, Camera), Wrong> {
+fn intrinsics(mut fields: Fields<'_>, line: usize) -> Result<(u32, Lens), Wrong> {
     let id = fields.id("CAMERA_ID")?;
     let model = fields.next();
     let (focals, distortions): (_, &[&'static str]) = match model {
@@ -473,7 +514,8 @@ fn intrinsics(mut fields: Fields<'_>) -> Result<(u32, Camera), Wrong> {
         other => {
             let expected = "PINHOLE or SIMPLE_PINHOLE, or SIMPLE_RADIAL, RADIAL or OPENCV without \
                             distortion; colmap image_undistorter makes such pictures";
-            return Err(("MODEL", shown(other), expected.to_owned()));
+            let wrong = ("MODEL", shown(other), expected.to_owned());
+            return Ok((id, Lens::Strange { line, wrong }));
         }
     };
     let mut side =
@@ -486,10 +528,14 @@ fn intrinsics(mut fields: Fields<'_>) -> Result<(u32, Camera), Wrong> {
     };
     let mut centre = |field| fields.number(field, -1e6..=1e6, "-1e6 to 1e6 pixels");
     let centre = DVec2::new(centre("cx")?, centre("cy")?);
+    let mut strange = None;
     for field in distortions {
         let expected = "0: distorted pictures are not rendered; colmap image_undistorter makes \
                         others";
-        fields.number(field, 0.0..=0.0, expected)?;
+        let value: f64 = fields.parse(field, expected)?;
+        if value != 0.0 {
+            strange.get_or_insert((*field, shown(value), expected.to_owned()));
+        }
     }
     if !fields.0.is_empty() {
         let expected = format!("{} of {model}", focals + 2 + distortions.len());
@@ -506,14 +552,15 @@ fn intrinsics(mut fields: Fields<'_>) -> Result<(u32, Camera), Wrong> {
         centre,
         world_to_camera: DAffine3::IDENTITY,
     };
-    Ok((id, camera))
+    let lens = match strange {
+        None => Lens::Pinhole(camera),
+        Some(wrong) => Lens::Strange { line, wrong },
+    };
+    Ok((id, lens))
 }
 
 /// `IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME`.
-fn image(
-    mut fields: Fields<'_>,
-    cameras: &HashMap<u32, Camera>,
-) -> Result<(u32, PathFrame), Wrong> {
+fn image(mut fields: Fields<'_>, cameras: &BTreeMap<u32, Lens>) -> Result<(u32, Posed), Wrong> {
     let image = fields.id("IMAGE_ID")?;
     let mut part = |field| fields.number(field, -2.0..=2.0, "a part of a unit quaternion");
     let [w, x, y, z] = [part("QW")?, part("QX")?, part("QY")?, part("QZ")?];
@@ -524,11 +571,11 @@ fn image(
     }
     let mut along = |field| fields.number(field, -1e9..=1e9, "-1e9 to 1e9");
     let shift = DVec3::new(along("TX")?, along("TY")?, along("TZ")?);
-    let id = fields.id("CAMERA_ID")?;
-    let Some(lens) = cameras.get(&id) else {
+    let lens = fields.id("CAMERA_ID")?;
+    if !cameras.contains_key(&lens) {
         let expected = "a camera of cameras.txt".to_owned();
-        return Err(("CAMERA_ID", id.to_string(), expected));
-    };
+        return Err(("CAMERA_ID", lens.to_string(), expected));
+    }
     if fields.0.is_empty() {
         return Err((
             "NAME",
@@ -544,14 +591,12 @@ fn image(
             "a name without control characters".to_owned(),
         ));
     }
-    let frame = PathFrame {
-        camera: Camera {
-            world_to_camera: DAffine3::from_rotation_translation(turn.normalize(), shift),
-            ..*lens
-        },
+    let posed = Posed {
+        lens,
+        world_to_camera: DAffine3::from_rotation_translation(turn.normalize(), shift),
         picture: PathBuf::from(fields.0),
     };
-    Ok((image, frame))
+    Ok((image, posed))
 }
 
 #[cfg(test)]

@@ -72,10 +72,28 @@ fn names_with_control_characters_are_refused() {
     }
 }
 
+/// A lens that is no pinhole is refused where a picture was taken with it.
+#[test]
+fn strange_lenses_of_no_image_are_listed() {
+    let cameras =
+        format!("{CAMERA}3 FISHEYE 40 20 30 20 9 0.1\n4 OPENCV 40 20 30 31 20 9 0.1 0 0 0\n");
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("cameras.txt"), &cameras).unwrap();
+    fs::write(folder.path().join("images.txt"), IMAGE).unwrap();
+    let mut notes = Notes::default();
+    let frames = read(folder.path(), &mut notes).unwrap();
+    assert_eq!(frames[0].camera.focal, DVec2::new(30.0, 31.0));
+    let listed = [3, 4].map(|id| format!("cameras.txt: camera {id}, of which there is no image"));
+    assert_eq!(notes.not_used(), listed);
+    let images = IMAGE.replace(" 7 ", " 4 ");
+    let error = read_texts(&cameras, &images).unwrap_err().to_string();
+    assert!(error.contains("cameras.txt, line 3: k1 is 0.1"), "{error}");
+}
+
 #[derive(serde::Deserialize)]
 struct Told {
     points: Vec<[f64; 3]>,
-    seen: HashMap<String, Vec<[f64; 2]>>,
+    seen: std::collections::HashMap<String, Vec<[f64; 2]>>,
 }
 
 /// Written and projected by COLMAP itself (tools/colmap-fixtures).

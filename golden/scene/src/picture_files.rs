@@ -30,6 +30,11 @@ pub(super) static PNG: Format = Format {
         key("fcTL", Listed, "the still picture of an animation is read"),
         key("fdAT", Listed, "the still picture of an animation is read"),
         key("eXIf", Listed, "pictures are taken as they lie"),
+        key(
+            BEHIND,
+            Listed,
+            "what is behind IEND is no part of the picture",
+        ),
     ],
     others: Listed,
 };
@@ -77,6 +82,8 @@ pub(super) static EXR: Format = Format {
     others: Listed,
 };
 
+/// How bytes behind a picture are listed.
+const BEHIND: &str = "bytes behind the picture";
 const PNG_HEAD: &[u8] = b"\x89PNG\r\n\x1a\n";
 const EXR_HEAD: &[u8] = b"\x76\x2f\x31\x01";
 /// Bits of OpenEXR's version that tell of several parts and of deep pixels.
@@ -100,10 +107,17 @@ pub(super) fn png(bytes: &[u8], notes: &mut Notes) -> Result<(), String> {
             break;
         };
         let name = String::from_utf8_lossy(name).into_owned();
+        let is_end = name == "IEND";
         if !chunks.iter().any(|(known, _)| *known == name) {
             chunks.push((name, data));
         }
         rest = rest.get(12 + length..).unwrap_or_default();
+        if is_end {
+            break;
+        }
+    }
+    if !rest.is_empty() && chunks.iter().any(|(name, _)| name == "IEND") {
+        chunks.push((BEHIND.to_owned(), rest));
     }
     let says_srgb = chunks.iter().any(|(name, _)| name == "sRGB");
     let mut record = Record::new(&PNG, chunks);
@@ -249,6 +263,7 @@ mod tests {
             .keys
             .iter()
             .map(|row| (row.name, row.fate))
+            .filter(|(name, _)| !["IEND", BEHIND].contains(name))
             .chain([("prVt", Listed)])
         {
             let (name, fate) = row;
@@ -264,6 +279,8 @@ mod tests {
             ""
         );
         assert_eq!(said(png, &with_chunk("cICP", &[1, 13, 0, 1])).unwrap(), "");
+        let behind = [&encoded(ImageFormat::Png)[..], b"more"].concat();
+        assert_eq!(said(png, &behind).unwrap(), BEHIND);
         // Behind a chunk that is cut off there is nothing to judge.
         assert_eq!(said(png, &with_chunk("gAMA", &[0; 4])[..40]).unwrap(), "");
     }

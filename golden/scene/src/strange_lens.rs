@@ -138,6 +138,7 @@ pub(super) fn within(
                 Some(row) if row.fate == Fate::Refused && !is_neutral(key, value, axes) => {
                     Err(KeyError::Refused {
                         key: told(&own),
+                        value: Some(told(&value.shown())),
                         why: row.about,
                     })
                 }
@@ -145,6 +146,7 @@ pub(super) fn within(
                 _ if key.eq_ignore_ascii_case("camera_model") && !is_neutral(key, value, axes) => {
                     Err(KeyError::Refused {
                         key: told(&own),
+                        value: Some(told(&value.shown())),
                         why: PINHOLE,
                     })
                 }

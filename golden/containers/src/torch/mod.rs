@@ -338,7 +338,14 @@ impl Checkpoint {
             Value::Float(value) => *value == 0.0,
             _ => false,
         });
-        record.finish(notes).map_err(|source| TorchError::Key {
+        let shown = |value: &Value| match value {
+            Value::Bool(flag) => Some(flag.to_string()),
+            Value::Int(number) => Some(number.to_string()),
+            Value::Float(number) => Some(number.to_string()),
+            _ => None,
+        };
+        let judged = record.finish_valued(notes, shown);
+        judged.map_err(|source| TorchError::Key {
             path: self.path.clone(),
             source,
         })

@@ -103,7 +103,9 @@ fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<PathFrame>, String> {
         return Err(format!("{count} frames: expected 1 to {MAX_FRAMES}"));
     }
     let lens = Lens::take(&mut record)?;
-    record.finish(notes).map_err(|e| e.to_string())?;
+    record
+        .finish_valued(notes, |value| Some(value.shown()))
+        .map_err(|e| e.to_string())?;
     let mut own = Notes::default();
     let frames = frames.into_vec().into_iter().enumerate();
     let frames: Result<Vec<_>, String> = frames
@@ -142,7 +144,9 @@ fn frame(value: Value, common: &Lens, notes: &mut Notes) -> Result<PathFrame, St
     let matrix = matrix.ok_or("`transform_matrix` is missing")?;
     let world_to_camera = pose(&matrix).map_err(|e| format!("`transform_matrix` {e}"))?;
     let lens = Lens::take(&mut record)?.over(common);
-    record.finish(notes).map_err(|e| e.to_string())?;
+    record
+        .finish_valued(notes, |value| Some(value.shown()))
+        .map_err(|e| e.to_string())?;
     let camera = Camera {
         world_to_camera,
         ..lens.camera(notes)?

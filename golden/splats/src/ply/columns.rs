@@ -74,10 +74,10 @@ impl Columns {
         let rotation = finder.all(["rot_0", "rot_1", "rot_2", "rot_3"])?;
         if scale[2].is_none() && vertex.properties.contains_key("filter_3D") {
             let why = "it widens discs into volumes: 2DGS has no such filter; leave it out";
-            let key = "filter_3D".to_owned();
+            let (key, value) = ("filter_3D".to_owned(), None);
             return Err(PlyError::Key {
                 origin: origin.to_owned(),
-                source: Box::new(KeyError::Refused { key, why }),
+                source: Box::new(KeyError::Refused { key, value, why }),
             });
         }
         let filter = match vertex.properties.contains_key("filter_3D") {
