@@ -1,20 +1,15 @@
 //! `potamoi cost`: what accuracy costs in time.
 
 mod exponential;
-mod front;
-mod knobs;
 mod methods;
 mod pictures;
-mod report;
 mod scene;
-mod search;
 mod tables;
-mod trial;
-mod units;
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use potamoi_explore::accuracy::Price;
 
 use crate::args::Common;
 use crate::failure::Failure;
@@ -58,8 +53,8 @@ pub(crate) struct CostArgs {
     #[arg(long, value_name = "MS", group = "goal", conflicts_with = "study")]
     budget_ms: Option<f64>,
     /// What a search minimises; settings for which it is unknown are passed over
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = Price::Time, requires = "target_psnr")]
-    by: Price,
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = By::Time, requires = "target_psnr")]
+    by: By,
     /// File for the configuration that a search finds
     #[arg(
         long,
@@ -103,7 +98,7 @@ enum Study {
 
 /// What a search saves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Price {
+enum By {
     /// Of a frame
     Time,
     /// Of a frame, by the whole system
@@ -112,21 +107,12 @@ enum Price {
     Area,
 }
 
-impl Price {
-    /// Of what time in nanoseconds, energy in millijoules and area in square millimetres are known.
-    fn of(self, [time, energy, area]: [Option<f64>; 3]) -> Option<f64> {
-        match self {
-            Self::Time => time,
-            Self::Energy => energy,
-            Self::Area => area,
-        }
-    }
-
-    fn words(self, cost: f64) -> String {
-        match self {
-            Self::Time => format!("{:.3} ms a frame", cost * 1e-6),
-            Self::Energy => format!("{cost:.3} mJ a frame"),
-            Self::Area => format!("{cost:.4} mm^2"),
+impl From<By> for Price {
+    fn from(by: By) -> Self {
+        match by {
+            By::Time => Self::Time,
+            By::Energy => Self::Energy,
+            By::Area => Self::Area,
         }
     }
 }

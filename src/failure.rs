@@ -89,6 +89,10 @@ impl From<ExploreError> for Failure {
             ExploreError::Work(error) => Self::Work(error),
             ExploreError::Model(error) => Self::Model(error),
             ExploreError::Cost(error) => Self::Cost(error),
+            ExploreError::Netlist(error) => Self::Netlist(error),
+            ExploreError::Check(why) => Self::Check(why),
+            ExploreError::Inconclusive(why) => Self::Inconclusive(why),
+            ExploreError::Refused(why) => Self::Usage(why),
         }
     }
 }

@@ -1,12 +1,10 @@
 //! Ways to find an exponential side by side: error over all inputs against clocks a result.
 
-mod forms;
-mod others;
-mod peers;
 mod plot;
 
 use std::fmt::Write as _;
 
+use potamoi_explore::exponential::{Method, Methods, Peer};
 use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION};
@@ -15,64 +13,40 @@ use crate::files;
 use crate::stdout::say;
 use crate::tables;
 
-/// Inputs of U3.13: `u` is a code over 2^13, `exp(-u)` in units of 2^-16 the result.
-const INPUT_UNIT: f64 = 1.0 / 8192.0;
-const OUTPUT_UNIT: f64 = 65536.0;
-/// Units of the last place below which a result is faithful.
-const FAITHFUL: f64 = 1.0;
 /// The paper's unit.
 const PAPER: &str = "restoring, n = 16 (the paper's)";
 
 #[derive(Serialize)]
-struct Report {
+struct Report<'a> {
     format_version: u32,
     command: &'static str,
     unit: &'static str,
-    methods: Vec<Method>,
-    peers: Vec<Peer>,
-    /// Faithful with the fewest clocks; of those with the least energy.
-    cheapest_faithful: Option<String>,
-    /// Faithful on the least area.
-    smallest_faithful: Option<String>,
-    /// Faithful with the least energy.
-    thriftiest_faithful: Option<String>,
-}
-
-/// A form of the engine, or of what could stand in its place.
-#[derive(Serialize)]
-struct Method {
-    name: String,
-    family: &'static str,
-    /// From one vector to the next; with an early out on average over all inputs, each lane
-    /// by itself.
-    clocks: f64,
-    max_ulp: f64,
-    mean_ulp: f64,
-    /// By formula; none of what is not built.
-    bound_ulp: Option<f64>,
-    /// By analysis of the netlist.
-    netlist_ulp: Option<f64>,
-    monotone: bool,
-    /// Square millimetres of the paper's vector unit with it at 12 nm; none where it was neither
-    /// synthesised nor formulas are of it.
-    area_mm2: Option<f64>,
-    /// Picojoules of the unit, at work all the time, for each; likewise.
-    energy_pj: Option<f64>,
-}
-
-/// What others use: measured on the same inputs, rounded to the same output.
-#[derive(Serialize)]
-struct Peer {
-    name: &'static str,
-    max_ulp: f64,
+    #[serde(flatten)]
+    found: &'a Methods,
 }
 
 pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
-    let (methods, peers) = (
-        forms::forms()?.into_iter().chain(others::others()?),
-        peers::peers()?,
-    );
-    let methods: Vec<Method> = methods.collect();
+    let found = Methods::compare()?;
+    print(&found);
+    if let Some(path) = &args.csv {
+        files::write(path, &csv(&found.methods, &found.peers))?;
+    }
+    if let Some(path) = &args.plot {
+        plot::plot(path, &found.methods, &found.peers)?;
+    }
+    if let Some(path) = &args.json {
+        let report = Report {
+            format_version: FORMAT_VERSION,
+            command: "cost",
+            unit: "methods",
+            found: &found,
+        };
+        files::write_json(path, &report)?;
+    }
+    Ok(())
+}
+
+fn print(found: &Methods) {
     let mut rows = tables::plain([
         "exponential",
         "clocks a result",
@@ -87,7 +61,7 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
     let figure = |of: Option<f64>, digits: usize| {
         of.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
     };
-    for own in &methods {
+    for own in &found.methods {
         rows.add_row([
             own.name.clone(),
             format!("{:.2}", own.clocks),
@@ -100,7 +74,7 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
             figure(own.energy_pj, 1),
         ]);
     }
-    for peer in &peers {
+    for peer in &found.peers {
         rows.add_row([
             peer.name.to_owned(),
             "-".to_owned(),
@@ -108,46 +82,20 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
         ]);
     }
     say!("all 65,536 inputs of U3.13, of what is built through the twin, against 120 bits\n{rows}");
-    let known = |of: Option<f64>| of.unwrap_or(f64::INFINITY);
-    let least = |what: &str, of: &dyn Fn(&Method) -> f64, then: &dyn Fn(&Method) -> f64| {
-        let synthesised = methods.iter().filter(|m| m.energy_pj.is_some());
-        let faithful = synthesised.filter(|m| m.max_ulp < FAITHFUL);
-        let own =
-            faithful.min_by(|a, b| of(a).total_cmp(&of(b)).then(then(a).total_cmp(&then(b))))?;
-        say!(
-            "of those synthesised, faithful {what}: {}, {:.4} ulp",
-            own.name,
-            own.max_ulp
-        );
-        Some(own.name.clone())
-    };
-    let (area, energy) = (
-        |m: &Method| known(m.area_mm2),
-        |m: &Method| known(m.energy_pj),
-    );
-    let cheapest_faithful = least("with the fewest clocks", &|m| m.clocks, &energy);
-    let smallest_faithful = least("on the least area", &area, &|m| m.clocks);
-    let thriftiest_faithful = least("with the least energy", &energy, &|m| m.clocks);
-    if let Some(path) = &args.csv {
-        files::write(path, &csv(&methods, &peers))?;
+    for (what, name) in [
+        ("with the fewest clocks", &found.cheapest_faithful),
+        ("on the least area", &found.smallest_faithful),
+        ("with the least energy", &found.thriftiest_faithful),
+    ] {
+        let own = |name: &String| found.methods.iter().find(|m| m.name == *name);
+        if let Some(own) = name.as_ref().and_then(own) {
+            say!(
+                "of those synthesised, faithful {what}: {}, {:.4} ulp",
+                own.name,
+                own.max_ulp
+            );
+        }
     }
-    if let Some(path) = &args.plot {
-        plot::plot(path, &methods, &peers)?;
-    }
-    if let Some(path) = &args.json {
-        let report = Report {
-            format_version: FORMAT_VERSION,
-            command: "cost",
-            unit: "methods",
-            methods,
-            peers,
-            cheapest_faithful,
-            smallest_faithful,
-            thriftiest_faithful,
-        };
-        files::write_json(path, &report)?;
-    }
-    Ok(())
 }
 
 /// A line a form and a peer; names, which hold commas, in quotes; what is not known is empty.

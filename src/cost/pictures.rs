@@ -3,10 +3,8 @@
 use std::path::Path;
 
 use plotters::prelude::*;
+use potamoi_explore::accuracy::{Likeness, Place, Point, Sweep, front};
 
-use super::front::{Place, front};
-use super::report::Report;
-use super::trial::{Likeness, Point};
 use crate::charts::{Area, COLOURS, Drawn, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;
 
@@ -29,7 +27,7 @@ fn place(point: &Point, of: impl Fn(&Point) -> Option<Likeness>) -> Option<Place
 }
 
 /// Quality over time, beside the model and beside the truth.
-pub(super) fn plot(path: &Path, report: &Report) -> Result<(), Failure> {
+pub(super) fn plot(path: &Path, report: &Sweep) -> Result<(), Failure> {
     picture(path, SIZE, |area| {
         let title = format!(
             "{}, {} x {}: quality and time of a frame by knob",
@@ -62,7 +60,7 @@ pub(super) fn plot(path: &Path, report: &Report) -> Result<(), Failure> {
 /// `aside` is the room for names to the right of the slowest, of what times differ by.
 fn panel(
     area: &Area<'_>,
-    report: &Report,
+    report: &Sweep,
     what: &str,
     aside: f64,
     of: impl Fn(&Point) -> Option<Likeness>,

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::knobs::Knob;
-use super::report::Report;
-use super::trial::{Likeness, Point};
+use potamoi_explore::accuracy::knobs::Knob;
+use potamoi_explore::accuracy::{Found, Likeness, Point, Sweep};
+
 use crate::model::ladder;
 use crate::stdout::say;
 use crate::tables;
@@ -21,7 +21,7 @@ fn db(of: Likeness) -> String {
         .map_or_else(|| "equal".to_owned(), |v| format!("{v:.2}"))
 }
 
-pub(super) fn print(report: &Report, knobs: &[Knob]) {
+pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     say!(
         "{} ({}), {} x {}: a frame in full by the gathering and vector units, warped ones by what a path's are of the same path in full",
         report.scene,
@@ -121,7 +121,7 @@ pub(super) fn print(report: &Report, knobs: &[Knob]) {
     ladder::print(&report.ladder);
 }
 
-fn mark(report: &Report, i: usize) -> &'static str {
+fn mark(report: &Sweep, i: usize) -> &'static str {
     match (report.knee == Some(i), report.front.contains(&i)) {
         (true, _) => "knee",
         (_, true) => "yes",
@@ -131,7 +131,7 @@ fn mark(report: &Report, i: usize) -> &'static str {
 
 /// What a knob is worth: the fastest of its settings that is as good as the default, else the one
 /// that loses least.
-fn sentence(knob: &Knob, report: &Report) -> String {
+fn sentence(knob: &Knob, report: &Sweep) -> String {
     let default = report.default_point();
     let lost = |p: &Point| match (default.place().quality, p.place().quality) {
         // Both are equal to what they are compared with.
@@ -159,7 +159,12 @@ fn sentence(knob: &Knob, report: &Report) -> String {
     )
 }
 
-pub(super) fn found(settings: &[String], point: &Point, default: &Point, tried: usize) {
+pub(super) fn found(found: &Found, default: &Point) {
+    let Found {
+        settings,
+        point,
+        tried,
+    } = found;
     let quality = |p: &Point| number(Some(p.place().quality).filter(|q| q.is_finite()), 2);
     say!(
         "\nfound, {tried} combinations beside single settings tried: {}",
@@ -192,7 +197,7 @@ pub(super) fn found(settings: &[String], point: &Point, default: &Point, tried: 
 }
 
 /// A line a point.
-pub(super) fn csv(report: &Report) -> String {
+pub(super) fn csv(report: &Sweep) -> String {
     let units = report.default_point().units.named();
     let units = units.map(|(name, _)| format!("{name}_max_ulp,{name}_bound_ulp,{name}_mean_ulp"));
     let mut text = format!(

@@ -1,6 +1,7 @@
 //! Why a study has no result.
 
 use potamoi_formats::config::ConfigError;
+use potamoi_netlist::IrErrors;
 use potamoi_rtl::RtlError;
 use potamoi_scene::SceneError;
 use potamoi_synth::SynthError;
@@ -8,7 +9,8 @@ use potamoi_system::soc::work::WorkCacheError;
 use potamoi_system::soc::{CostError, ModelError};
 use thiserror::Error;
 
-/// Why a study has no result: what a crate below says of it.
+/// Why a study has no result: what a crate below says of it, or one of the last
+/// three, each a sentence for the user.
 #[derive(Debug, Error)]
 pub enum ExploreError {
     /// Of the configuration.
@@ -32,4 +34,16 @@ pub enum ExploreError {
     /// Energy or area is not known.
     #[error(transparent)]
     Cost(#[from] CostError),
+    /// Of the generated netlist.
+    #[error("the generated netlist is wrong: {0}")]
+    Netlist(#[from] IrErrors),
+    /// A check failed.
+    #[error("{0}")]
+    Check(String),
+    /// A check could not say.
+    #[error("{0}")]
+    Inconclusive(String),
+    /// What was asked for cannot be.
+    #[error("{0}")]
+    Refused(String),
 }

@@ -1,6 +1,8 @@
 //! Studies on the whole chain.
 
+pub mod accuracy;
 mod error;
+pub mod exponential;
 mod progress;
 mod setup;
 pub mod system;

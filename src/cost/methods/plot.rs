@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use plotters::prelude::*;
+use potamoi_explore::accuracy::{Place, front};
+use potamoi_explore::exponential::{Method, Peer};
 
-use super::super::front::{Place, front};
-use super::{Method, PAPER, Peer};
+use super::PAPER;
 use crate::charts::{COLOURS, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;
 

@@ -7,53 +7,69 @@ use potamoi_base::effects::Effect;
 use potamoi_base::precision::Precision;
 use potamoi_scene::{Model, Scene};
 use potamoi_splats::{Order, Profile};
+use thiserror::Error;
 
 use self::exponential::exponential;
 use self::rendering::{interpolation, left_out, splatting, stops, transmittances};
-use crate::failure::Failure;
+use crate::ExploreError;
 
 /// A knob.
-pub(super) struct Knob {
-    pub(super) name: &'static str,
+#[derive(Debug, Clone, PartialEq)]
+pub struct Knob {
+    /// As it is asked for.
+    pub name: &'static str,
     /// What it is, in a phrase.
-    pub(super) what: &'static str,
-    pub(super) settings: Vec<Setting>,
+    pub what: &'static str,
+    /// Its settings but the default.
+    pub settings: Vec<Setting>,
 }
 
 /// One way to set it, which is not the default.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Setting {
-    pub(super) label: String,
-    pub(super) change: Change,
+pub struct Setting {
+    /// What tells it from the others; it ends with the number that it sets, if it sets one.
+    pub label: String,
+    /// What it changes.
+    pub change: Change,
 }
 
 /// What a setting changes.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Change {
-    /// The configuration, by TOML laid over it; keys that are given up for their derived values
-    /// come first.
+pub enum Change {
+    /// The configuration.
     Config {
+        /// Keys that are given up for their derived values first.
         derived: &'static [&'static str],
+        /// What is laid over the rest.
         toml: String,
     },
     /// How the scene is rendered.
-    Scene(Look),
+    Scene(RenderChange),
     /// Which frames of a path are rendered.
-    Path(Way),
+    Path(PathVariant),
 }
 
 /// How a scene is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Look {
+pub enum RenderChange {
+    /// The order of Gaussians.
     Order(Order),
+    /// The rules of a rasteriser.
     Profile(Profile),
+    /// Voxel edges from sample to sample.
     Step(f64),
+    /// Numbers of precision, laid over the scene's own.
     Precision(Precision),
+    /// An effect is left out.
     Without(Effect),
 }
 
-impl Look {
-    pub(super) fn apply(self, scene: &mut Scene) -> Result<(), Failure> {
+impl RenderChange {
+    /// Renders a scene so.
+    ///
+    /// # Errors
+    /// A value that the scene's model does not have.
+    pub fn apply(self, scene: &mut Scene) -> Result<(), ExploreError> {
         match self {
             Self::Order(order) => scene.set_order(order),
             Self::Profile(profile) => scene.set_profile(profile),
@@ -66,7 +82,8 @@ impl Look {
 }
 
 /// How what is not of a configuration is asked for.
-pub(super) enum Asked {
+#[derive(Debug, Clone, PartialEq)]
+pub enum Reproduce {
     /// Lines of `[render]` in the scene's description.
     Render(Vec<String>),
     /// Flags of commands.
@@ -74,45 +91,58 @@ pub(super) enum Asked {
 }
 
 impl Change {
-    /// Nothing of a configuration's own changes.
-    pub(super) fn asked(&self) -> Option<Asked> {
+    /// How the change is asked for of other commands; nothing of changes of the configuration.
+    #[must_use]
+    pub fn reproduce(&self) -> Option<Reproduce> {
         Some(match self {
             Self::Config { .. } => return None,
-            Self::Scene(Look::Order(order)) => Asked::Render(vec![format!(
+            Self::Scene(RenderChange::Order(order)) => Reproduce::Render(vec![format!(
                 "order = {:?}",
                 match order {
                     Order::Exact => "exact",
                     Order::Approximate => "approximate",
                 }
             )]),
-            Self::Scene(Look::Profile(own)) => {
-                Asked::Render(vec![format!("profile = {:?}", own.name())])
+            Self::Scene(RenderChange::Profile(own)) => {
+                Reproduce::Render(vec![format!("profile = {:?}", own.name())])
             }
-            Self::Scene(Look::Step(step)) => Asked::Render(vec![format!("step = {step}")]),
-            Self::Scene(Look::Precision(own)) => {
+            Self::Scene(RenderChange::Step(step)) => {
+                Reproduce::Render(vec![format!("step = {step}")])
+            }
+            Self::Scene(RenderChange::Precision(own)) => {
                 let given = own.given().into_iter();
-                Asked::Render(given.map(|(name, v)| format!("{name} = {v}")).collect())
+                Reproduce::Render(given.map(|(name, v)| format!("{name} = {v}")).collect())
             }
-            Self::Scene(Look::Without(effect)) => Asked::Flags(format!("--without {effect}")),
-            Self::Path(Way::Warped { window, phi }) => {
+            Self::Scene(RenderChange::Without(effect)) => {
+                Reproduce::Flags(format!("--without {effect}"))
+            }
+            Self::Path(PathVariant::Warped { window, phi }) => {
                 let phi = phi.map_or_else(String::new, |phi| format!(" --phi {phi}"));
-                Asked::Flags(format!("model --variants potamoi --window {window}{phi}"))
+                Reproduce::Flags(format!("model --variants potamoi --window {window}{phi}"))
             }
-            Self::Path(Way::Chained { window }) => {
-                Asked::Flags(format!("model --variants temp --window {window}"))
+            Self::Path(PathVariant::Chained { window }) => {
+                Reproduce::Flags(format!("model --variants temp --window {window}"))
             }
-            Self::Path(Way::Half) => Asked::Flags("model --variants ds2".to_owned()),
+            Self::Path(PathVariant::Half) => Reproduce::Flags("model --variants ds2".to_owned()),
         })
     }
 }
 
 /// Which frames of a path are rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Way {
-    /// Warped from references of so many frames, points seen under so many degrees more rendered.
-    Warped { window: u32, phi: Option<f64> },
+pub enum PathVariant {
+    /// Warped from references.
+    Warped {
+        /// Frames of a reference.
+        window: u32,
+        /// Degrees between the rays of a point beyond which it is rendered; none: no limit.
+        phi: Option<f64>,
+    },
     /// Each from the one before (Temp-N).
-    Chained { window: u32 },
+    Chained {
+        /// Frames of which the first is rendered in full.
+        window: u32,
+    },
     /// At half the resolution, scaled up (DS-2).
     Half,
 }
@@ -141,22 +171,23 @@ fn exp(label: impl Into<String>, toml: impl Into<String>) -> Setting {
     }
 }
 
-fn look(label: &str, look: Look) -> Setting {
+fn rendered(label: &str, change: RenderChange) -> Setting {
     Setting {
         label: label.to_owned(),
-        change: Change::Scene(look),
+        change: Change::Scene(change),
     }
 }
 
-fn way(label: String, way: Way) -> Setting {
+fn path(label: String, variant: PathVariant) -> Setting {
     Setting {
         label,
-        change: Change::Path(way),
+        change: Change::Path(variant),
     }
 }
 
 /// The knobs of a scene.
-pub(super) fn of(scene: &Scene) -> Vec<Knob> {
+#[must_use]
+pub fn of(scene: &Scene) -> Vec<Knob> {
     let splats = matches!(scene.model(), Model::Splats(_) | Model::Compact(_));
     let stepped = matches!(
         scene.model(),
@@ -178,7 +209,9 @@ pub(super) fn of(scene: &Scene) -> Vec<Knob> {
         knobs.push(Knob {
             name: "step",
             what: "voxel edges from sample to sample",
-            settings: steps.map(|s| look(&s.to_string(), Look::Step(s))).to_vec(),
+            settings: steps
+                .map(|s| rendered(&s.to_string(), RenderChange::Step(s)))
+                .to_vec(),
         });
     }
     knobs.extend(paths());
@@ -188,45 +221,57 @@ pub(super) fn of(scene: &Scene) -> Vec<Knob> {
 fn paths() -> Vec<Knob> {
     let windows = [2, 4, 6, 8, 16];
     let angles = [1.0, 2.0, 4.0];
-    let warped = |window, phi| Way::Warped { window, phi };
+    let warped = |window, phi| PathVariant::Warped { window, phi };
     vec![
         Knob {
             name: "window",
             what: "frames that are warped from a reference (SpaRW)",
             settings: windows
-                .map(|n| way(format!("{n}"), warped(n, None)))
+                .map(|n| path(format!("{n}"), warped(n, None)))
                 .to_vec(),
         },
         Knob {
             name: "phi",
             what: "the largest angle that is warped, in degrees, at up to 16 frames a reference",
             settings: angles
-                .map(|d| way(format!("{d}"), warped(16, Some(d))))
+                .map(|d| path(format!("{d}"), warped(16, Some(d))))
                 .to_vec(),
         },
         Knob {
             name: "chained",
             what: "each frame warped from the one before, one of so many in full (Temp-N)",
             settings: [6, 16]
-                .map(|window| way(format!("{window}"), Way::Chained { window }))
+                .map(|window| path(format!("{window}"), PathVariant::Chained { window }))
                 .to_vec(),
         },
         Knob {
             name: "resolution",
             what: "half the width and height, scaled up (DS-2)",
-            settings: vec![way("half".to_owned(), Way::Half)],
+            settings: vec![path("half".to_owned(), PathVariant::Half)],
         },
     ]
 }
 
+/// A knob that a scene has not.
+#[derive(Debug, Error)]
+#[error("{name}: expected some of {known}")]
+pub struct UnknownKnob {
+    name: String,
+    /// Between commas.
+    known: String,
+}
+
 /// The knobs of those names; of none, all.
-pub(super) fn named(all: Vec<Knob>, names: &[String]) -> Result<Vec<Knob>, Failure> {
+///
+/// # Errors
+/// A name that none of them has.
+pub fn named(all: Vec<Knob>, names: &[String]) -> Result<Vec<Knob>, UnknownKnob> {
     let known = all.iter().map(|knob| knob.name).collect::<Vec<_>>();
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
-        return Err(Failure::Usage(format!(
-            "--knobs {unknown}: expected some of {}",
-            known.join(", ")
-        )));
+        return Err(UnknownKnob {
+            name: unknown.clone(),
+            known: known.join(", "),
+        });
     }
     let is_wanted = |knob: &Knob| names.is_empty() || names.iter().any(|name| name == knob.name);
     Ok(all.into_iter().filter(is_wanted).collect())
@@ -266,7 +311,7 @@ mod tests {
                     }
                     let text = match &own.change {
                         Change::Config { toml, .. } => toml.clone(),
-                        Change::Scene(Look::Precision(precision)) => {
+                        Change::Scene(RenderChange::Precision(precision)) => {
                             let given = precision.given();
                             assert_eq!(given.len(), 1, "{told}");
                             given[0].1.clone()
@@ -299,8 +344,8 @@ mod tests {
             let scene = Scene::open(name).unwrap();
             let mut count = 0;
             for setting in of(&scene).iter().flat_map(|knob| &knob.settings) {
-                let (Change::Scene(look), Some(Asked::Render(lines))) =
-                    (&setting.change, setting.change.asked())
+                let (Change::Scene(look), Some(Reproduce::Render(lines))) =
+                    (&setting.change, setting.change.reproduce())
                 else {
                     continue;
                 };

@@ -4,7 +4,7 @@ use potamoi_formats::config::Config;
 use potamoi_reference::reference::Reference;
 
 use super::{INPUT_UNIT, OUTPUT_UNIT, Peer};
-use crate::failure::Failure;
+use crate::ExploreError;
 
 /// The nearest code, 1 held at the largest.
 fn code(value: f64) -> i32 {
@@ -53,9 +53,9 @@ fn off_by(ulps: impl Fn(f32) -> f64, u: i32) -> i32 {
     code(y + ulps(x) * last)
 }
 
-pub(super) fn peers() -> Result<Vec<Peer>, Failure> {
+pub(super) fn peers() -> Result<Vec<Peer>, ExploreError> {
     let paper = Config::paper().vu.exp;
-    let fail = |e: &dyn std::fmt::Display| Failure::Inconclusive(e.to_string());
+    let fail = |e: &dyn std::fmt::Display| ExploreError::Inconclusive(e.to_string());
     let reference = Reference::of(paper.input).map_err(|e| fail(&e))?;
     let peer = |name, of: &dyn Fn(i32) -> i32| Peer {
         name,

@@ -5,7 +5,7 @@ use potamoi_base::precision::Precision;
 use potamoi_scene::Scene;
 use potamoi_splats::{Order, Profile};
 
-use super::{Knob, Look, config, look};
+use super::{Knob, RenderChange, config, rendered};
 
 pub(super) fn splatting() -> Vec<Knob> {
     let alphas = [0.008, 0.016, 0.03];
@@ -22,28 +22,31 @@ pub(super) fn splatting() -> Vec<Knob> {
         Knob {
             name: "order",
             what: "Gaussians in the order in which MVoxels bring them",
-            settings: vec![look("streamed", Look::Order(Order::Approximate))],
+            settings: vec![rendered(
+                "streamed",
+                RenderChange::Order(Order::Approximate),
+            )],
         },
         Knob {
             name: "extent",
             what: "which tiles a Gaussian is drawn in, and the cap of alpha",
             settings: vec![
-                look("box", Look::Profile(Profile::GsplatCap99)),
-                look("ellipse", Look::Profile(Profile::Brush)),
+                rendered("box", RenderChange::Profile(Profile::GsplatCap99)),
+                rendered("ellipse", RenderChange::Profile(Profile::Brush)),
             ],
         },
         Knob {
             name: "cut-off",
             what: "the alpha below which a Gaussian is skipped",
             settings: alphas
-                .map(|at| look(&at.to_string(), Look::Precision(cut_off(at))))
+                .map(|at| rendered(&at.to_string(), RenderChange::Precision(cut_off(at))))
                 .to_vec(),
         },
         Knob {
             name: "conic-bits",
             what: "fraction bits of the factors of conics",
             settings: widths
-                .map(|n| look(&n.to_string(), Look::Precision(conic(n))))
+                .map(|n| rendered(&n.to_string(), RenderChange::Precision(conic(n))))
                 .to_vec(),
         },
         Knob {
@@ -107,7 +110,7 @@ pub(super) fn stops(scene: &Scene) -> Knob {
         name: "stop",
         what: "the transmittance at which a pixel stops",
         settings: others
-            .map(|at| look(&at.to_string(), Look::Precision(stop(at))))
+            .map(|at| rendered(&at.to_string(), RenderChange::Precision(stop(at))))
             .collect(),
     }
 }
@@ -123,7 +126,7 @@ pub(super) fn transmittances() -> Knob {
         name: "transmittance-bits",
         what: "fraction bits of transmittances",
         settings: widths
-            .map(|n| look(&n.to_string(), Look::Precision(bits(n))))
+            .map(|n| rendered(&n.to_string(), RenderChange::Precision(bits(n))))
             .to_vec(),
     }
 }
@@ -134,12 +137,12 @@ pub(super) fn left_out(scene: &Scene) -> Vec<Knob> {
     let mut knobs = vec![];
     let degrees = facts.highest_harmonic().min(3) as u8;
     if degrees > 0 {
-        let without = |d: u8| Look::Without(Effect::SphericalHarmonics(d + 1));
+        let without = |d: u8| RenderChange::Without(Effect::SphericalHarmonics(d + 1));
         knobs.push(Knob {
             name: "sh-degree",
             what: "the highest degree of spherical harmonics",
             settings: (0..degrees)
-                .map(|d| look(&d.to_string(), without(d)))
+                .map(|d| rendered(&d.to_string(), without(d)))
                 .collect(),
         });
     }
@@ -157,7 +160,7 @@ pub(super) fn left_out(scene: &Scene) -> Vec<Knob> {
             name: "hash-levels",
             what: "levels of which vertices share entries that are gathered, from the coarsest",
             settings: (kept.into_iter())
-                .map(|n| look(&n.to_string(), Look::Precision(first(n))))
+                .map(|n| rendered(&n.to_string(), RenderChange::Precision(first(n))))
                 .collect(),
         });
     }
@@ -165,7 +168,7 @@ pub(super) fn left_out(scene: &Scene) -> Vec<Knob> {
         knobs.push(Knob {
             name: "directions",
             what: "whether the perceptron sees the viewing direction",
-            settings: vec![look("none", Look::Without(Effect::ViewMlp))],
+            settings: vec![rendered("none", RenderChange::Without(Effect::ViewMlp))],
         });
     }
     knobs

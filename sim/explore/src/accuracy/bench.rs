@@ -4,161 +4,24 @@ use std::cell::RefCell;
 
 use potamoi_base::effects::Choices;
 use potamoi_base::picture::Picture;
-use potamoi_base::ssim::ssim;
-use potamoi_explore::{Setup, store};
 use potamoi_formats::config::{Config, Layer};
 use potamoi_reference::Twins;
 use potamoi_scene::Scene;
 use potamoi_system::soc::work::{Counted, FrameWork, PathOptions};
 use potamoi_system::soc::{Frames, Gathering, Model, Scenario, Variant};
 use potamoi_warp::Profile;
-use serde::Serialize;
 
-use super::Price;
 use super::front::Place;
-use super::knobs::{Change, Look, Setting, Way};
+use super::knobs::{Change, PathVariant, RenderChange, Setting};
+use super::likeness::{Likeness, PixelError};
+use super::point::{Point, priced};
+use super::price::Price;
+use super::search::Paths;
 use super::units::{Known, UnitErrors};
-use crate::failure::Failure;
+use crate::{ExploreError, Setup, store};
 
-/// Peak and frame rate of built-in paths.
+/// Frames a second of built-in paths.
 const FPS: f64 = 30.0;
-
-/// How like a picture is to another.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct Likeness {
-    /// Decibels of the mean squared error, peak 1, over all pixels; none where they are equal.
-    pub(super) db: Option<f64>,
-    /// Structural similarity, in pictures of 11 x 11 pixels or more.
-    pub(super) ssim: Option<f64>,
-}
-
-impl Likeness {
-    fn of(shown: &Picture, other: &Picture) -> Self {
-        Self {
-            db: shown.psnr(other, |_| true).filter(|db| db.is_finite()),
-            ssim: ssim(shown, other, |_| true),
-        }
-    }
-
-    /// Of a path's frames beside the model's, compared in floating point, as the hardware's formats
-    /// show them: squared errors of the formats, on a frame in full, come to those of the path.
-    fn path(of: [Option<f64>; 2], formats: Self) -> Self {
-        let error = |db: Option<f64>| db.map_or(0.0, |db| 10f64.powf(-0.1 * db));
-        let sum = error(of[0]) + error(formats.db);
-        Self {
-            db: (sum > 0.0).then(|| -10.0 * sum.log10()),
-            ssim: of[1].zip(formats.ssim).map(|(own, formats)| own * formats),
-        }
-    }
-
-    /// Of a frame in full, by as much more or less as a path's frames are beside it than the same
-    /// path's in full.
-    fn moved(self, of: [Option<f64>; 2], full: [Option<f64>; 2]) -> Self {
-        let moved = |own: Option<f64>, i: usize| Some(own? + of[i]? - full[i]?);
-        Self {
-            db: moved(self.db, 0),
-            ssim: moved(self.ssim, 1),
-        }
-    }
-}
-
-/// Errors of a picture's pixels beside the float model's, and what they cannot exceed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct PixelError {
-    /// The largest of a channel.
-    pub(super) measured: f64,
-    /// The largest bound, by analysis; none where none is derived, or where the scene is not
-    /// rendered as the float model is.
-    pub(super) bound: Option<f64>,
-    /// The largest part of its own bound that a pixel takes.
-    pub(super) part_of_bound: Option<f64>,
-    /// Decibels that all pixels at their bounds would have.
-    pub(super) bound_db: Option<f64>,
-}
-
-impl PixelError {
-    fn new(shown: &Picture, model: &Picture, bounds: Option<&[f64]>) -> Self {
-        let off: Vec<f64> = (shown.rgb.iter().zip(&model.rgb))
-            .map(|(a, b)| {
-                let channels = a.iter().zip(b);
-                channels.fold(0.0, |m, (a, b)| {
-                    f64::max(m, (f64::from(*a) - f64::from(*b)).abs())
-                })
-            })
-            .collect();
-        let most = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
-        let part = |bounds: &[f64]| {
-            off.iter()
-                .zip(bounds)
-                .map(|(o, b)| o / b)
-                .fold(0.0, f64::max)
-        };
-        let mean =
-            |bounds: &[f64]| bounds.iter().map(|b| b * b).sum::<f64>() / bounds.len().max(1) as f64;
-        Self {
-            measured: most(&off),
-            bound: bounds.map(most),
-            part_of_bound: bounds.map(part),
-            bound_db: bounds.map(|b| -10.0 * mean(b).log10()),
-        }
-    }
-}
-
-/// What was found of a setting.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Point {
-    pub(super) knob: String,
-    pub(super) setting: String,
-    /// What the operations of the units are off by.
-    pub(super) units: UnitErrors,
-    /// Beside the float model.
-    pub(super) model: Likeness,
-    /// Beside what the model was sampled from, where that is known.
-    pub(super) truth: Option<Likeness>,
-    /// Largest error of a channel of a pixel beside the float model; not measured over paths.
-    pub(super) worst: Option<PixelError>,
-    /// Of a frame in full.
-    pub(super) gather_cycles: u64,
-    pub(super) vector_cycles: u64,
-    pub(super) array_cycles: u64,
-    /// Nanoseconds of a frame, of a path its mean.
-    pub(super) frame_ns: f64,
-    /// Millijoules of a frame; none where no formulas are of the units.
-    pub(super) energy_mj: Option<f64>,
-    /// Square millimetres of both units' cells at 12 nm, by formulas; likewise.
-    pub(super) area_mm2: Option<f64>,
-}
-
-impl Point {
-    pub(super) fn place(&self) -> Place {
-        place(self.model, self.truth, self.frame_ns)
-    }
-
-    /// With another cost than time; none where that is not known.
-    pub(super) fn priced(&self, price: Price) -> Option<Place> {
-        let costs = [Some(self.frame_ns), self.energy_mj, self.area_mm2];
-        priced(self.model, self.truth, costs, price)
-    }
-}
-
-/// Quality beside the truth where that is known, else beside the model. Equal pictures are
-/// as good as any.
-fn place(model: Likeness, truth: Option<Likeness>, cost: f64) -> Place {
-    Place {
-        cost,
-        quality: truth.unwrap_or(model).db.unwrap_or(f64::INFINITY),
-    }
-}
-
-/// [`place`] by one of time, energy and area, where that is known.
-fn priced(
-    model: Likeness,
-    truth: Option<Likeness>,
-    costs: [Option<f64>; 3],
-    price: Price,
-) -> Option<Place> {
-    price.of(costs).map(|cost| place(model, truth, cost))
-}
 
 /// A frame with settings, as it is shown and what it takes.
 struct Tried {
@@ -174,28 +37,25 @@ struct Tried {
     is_path: bool,
 }
 
-/// Where what a path's frames are beside the same in full comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Paths {
-    /// From the path with all settings.
-    Counted,
-    /// From the path with the default's, where it was counted.
-    AsAlone,
-}
-
 /// A scene to try settings on.
-pub(super) struct Bench {
-    pub(super) setup: Setup,
+pub struct Bench {
+    /// The scene and what it is modelled on, with the default of every knob.
+    pub setup: Setup,
     model: Picture,
     truth: Option<Picture>,
     frames: u32,
     known: Known,
     /// Of ways that were tried by themselves.
-    alone: RefCell<Vec<(Way, Moved)>>,
+    alone: RefCell<Vec<(PathVariant, Moved)>>,
 }
 
 impl Bench {
-    pub(super) fn new(setup: Setup, frames: u32) -> Result<Self, Failure> {
+    /// Renders what settings are compared with: the model in floating point, and the truth where it
+    /// is known. Paths have so many frames.
+    ///
+    /// # Errors
+    /// A scene that cannot be rendered.
+    pub fn new(setup: Setup, frames: u32) -> Result<Self, ExploreError> {
         let scene = &setup.scene;
         // What pictures are compared with leaves nothing out.
         let mut whole = scene.clone();
@@ -214,7 +74,10 @@ impl Bench {
     }
 
     /// A configuration and a scene with settings applied.
-    pub(super) fn apply(&self, settings: &[&Setting]) -> Result<(Config, Scene), Failure> {
+    ///
+    /// # Errors
+    /// Settings that the configuration's rules or the scene's model refuse.
+    pub fn apply(&self, settings: &[&Setting]) -> Result<(Config, Scene), ExploreError> {
         let mut scene = self.setup.scene.clone();
         let mut layers = vec![];
         for setting in settings {
@@ -235,27 +98,27 @@ impl Bench {
     ///
     /// # Errors
     /// As [`Bench::point`].
-    pub(super) fn place(
+    pub fn place(
         &self,
         settings: &[&Setting],
         paths: Paths,
         price: Price,
-    ) -> Result<Option<Place>, Failure> {
+    ) -> Result<Option<Place>, ExploreError> {
         let tried = self.tried(settings, paths)?;
         let costs = [Some(tried.frame_ns), tried.energy_mj, tried.area_mm2];
         Ok(priced(tried.model, tried.truth, costs, price))
     }
 
-    /// All that is said of settings.
+    /// All that is said of settings, under the name of a knob and a label.
     ///
     /// # Errors
     /// Settings that do not fit the scene or each other.
-    pub(super) fn point(
+    pub fn point(
         &self,
         knob: &str,
         label: &str,
         settings: &[&Setting],
-    ) -> Result<Point, Failure> {
+    ) -> Result<Point, ExploreError> {
         let tried = self.tried(settings, Paths::Counted)?;
         let (scene, config) = (&tried.scene, &tried.config);
         let worst = match tried.is_path {
@@ -289,9 +152,11 @@ impl Bench {
         settings: &[&Setting],
         scene: &Scene,
         config: &Config,
-    ) -> Result<Option<Vec<f64>>, Failure> {
+    ) -> Result<Option<Vec<f64>>, ExploreError> {
         let is_same_float = |s: &&Setting| match s.change {
-            Change::Scene(Look::Precision(_)) | Change::Config { .. } | Change::Path(_) => true,
+            Change::Scene(RenderChange::Precision(_)) | Change::Config { .. } | Change::Path(_) => {
+                true
+            }
             Change::Scene(_) => false,
         };
         if !settings.iter().all(is_same_float) {
@@ -303,7 +168,7 @@ impl Bench {
     }
 
     /// Renders with settings; of those of paths the last counts.
-    fn tried(&self, settings: &[&Setting], paths: Paths) -> Result<Tried, Failure> {
+    fn tried(&self, settings: &[&Setting], paths: Paths) -> Result<Tried, ExploreError> {
         let (config, scene) = self.apply(settings)?;
         let way = settings.iter().rev().find_map(|s| match s.change {
             Change::Path(way) => Some(way),
@@ -350,18 +215,25 @@ impl Bench {
     }
 
     /// What a way's frames are beside the same path's in full, with the settings that were tried.
-    fn moved(&self, tried: &Tried, way: Way, model: &Model<'_>) -> Result<Moved, Failure> {
+    fn moved(
+        &self,
+        tried: &Tried,
+        way: PathVariant,
+        model: &Model<'_>,
+    ) -> Result<Moved, ExploreError> {
         let system = &self.setup.system;
         let (frames, window, phi) = match way {
-            Way::Warped { window, phi: None } | Way::Chained { window } if window > self.frames => {
-                return Err(Failure::Usage(format!(
+            PathVariant::Warped { window, phi: None } | PathVariant::Chained { window }
+                if window > self.frames =>
+            {
+                return Err(ExploreError::Refused(format!(
                     "a window of {window} in a path of {}: --frames {window} or more shows it",
                     self.frames
                 )));
             }
-            Way::Warped { window, phi } => (Frames::Warped, window, phi),
-            Way::Chained { window } => (Frames::Chained, window, None),
-            Way::Half => (Frames::Half, self.frames, None),
+            PathVariant::Warped { window, phi } => (Frames::Warped, window, phi),
+            PathVariant::Chained { window } => (Frames::Chained, window, None),
+            PathVariant::Half => (Frames::Half, self.frames, None),
         };
         let options = PathOptions {
             frames: self.frames,

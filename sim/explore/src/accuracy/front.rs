@@ -1,12 +1,12 @@
 //! Which points no other beats, and where the front bends.
 
-/// What is compared: less time and more quality are better.
+/// A point of cost and quality: less of the one and more of the other are better.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
+pub struct Place {
     /// Nanoseconds, or any other cost.
-    pub(super) cost: f64,
+    pub cost: f64,
     /// Decibels, or any other quality.
-    pub(super) quality: f64,
+    pub quality: f64,
 }
 
 impl Place {
@@ -18,7 +18,8 @@ impl Place {
 }
 
 /// The Pareto front: points that no other beats, by rising cost; of equal ones the first.
-pub(super) fn front(places: &[Place]) -> Vec<usize> {
+#[must_use]
+pub fn front(places: &[Place]) -> Vec<usize> {
     let mut kept: Vec<usize> = (0..places.len())
         .filter(|i| {
             let own = places[*i];
@@ -35,7 +36,8 @@ pub(super) fn front(places: &[Place]) -> Vec<usize> {
 /// best, over all their times; this is the point of it farthest above the straight line between
 /// (V. Satopaa et al., "Finding a 'Kneedle' in a Haystack", ICDCSW 2011). None where all cost or
 /// are worth the same, or none is above. Equal pictures, whose quality has no number, are no place.
-pub(super) fn knee(places: &[Place], front: &[usize]) -> Option<usize> {
+#[must_use]
+pub fn knee(places: &[Place], front: &[usize]) -> Option<usize> {
     let ends = |of: fn(&Place) -> f64| {
         let finite = places.iter().filter(|p| p.quality.is_finite());
         finite.map(of).fold(None, |ends, v| {

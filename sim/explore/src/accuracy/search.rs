@@ -3,11 +3,10 @@
 use std::collections::{HashMap, HashSet};
 
 use super::front::Place;
-use super::trial::Paths;
 
 /// What is sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Goal {
+pub enum Goal {
     /// The least cost at such a quality or more.
     Quality(f64),
     /// The best quality at such a cost or less.
@@ -48,7 +47,7 @@ impl Goal {
     /// The next place of those that one knob leads to. While a budget is exceeded it is where most
     /// cost is saved for the quality lost, so that no knob is turned all the way at once; otherwise
     /// the one that is preferred to all others.
-    fn next(self, stands: Place, reached: Vec<(Chosen, Place)>) -> Option<(Chosen, Place)> {
+    fn next(self, stands: Place, reached: Vec<(Choice, Place)>) -> Option<(Choice, Place)> {
         let ahead = reached
             .into_iter()
             .filter(|(_, at)| self.prefers(*at, stands));
@@ -64,24 +63,41 @@ impl Goal {
     }
 }
 
+/// Where what a path's frames are beside the same in full comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Paths {
+    /// From the path with all settings.
+    Counted,
+    /// From the path with the default's, where it was counted.
+    AsAlone,
+}
+
 /// By how much of a quality, in decibels, a setting misses it alone that is tried beside no other.
 const HOPELESS: f64 = 1.0;
 
 /// For each knob its setting, if it is not the default's.
-pub(super) type Chosen = Vec<Option<usize>>;
+pub type Choice = Vec<Option<usize>>;
 
 /// A knob, and one of its settings or the default's.
 type Turn = (usize, Option<usize>);
 
-/// [`search`] by what ways through a path are alone. What it finds is placed by its own path, and if
-/// it then misses the goal, all that is tried is.
-pub(super) fn search_by_ways_alone<E>(
+/// The choice of settings that a goal prefers, with its place and whether it meets the goal; none
+/// where the default has no place. Ways through a path are first taken as they are alone; what is
+/// found is then placed by its own path, and if it misses the goal, all that is tried is.
+///
+/// `settings` has the number of each knob's settings; `place` says where a choice lies, or nothing
+/// if it cannot be; `reach` is told every choice on the way that meets the goal and is preferred to
+/// those before.
+///
+/// # Errors
+/// Those of `place` and `reach`.
+pub fn search_by_ways_alone<E>(
     goal: Goal,
     settings: &[usize],
-    mut place: impl FnMut(&Chosen, Paths) -> Result<Option<Place>, E>,
-    mut reach: impl FnMut(&Chosen) -> Result<(), E>,
-) -> Result<Option<(Chosen, Place, bool)>, E> {
-    let alone = |chosen: &Chosen| place(chosen, Paths::AsAlone);
+    mut place: impl FnMut(&Choice, Paths) -> Result<Option<Place>, E>,
+    mut reach: impl FnMut(&Choice) -> Result<(), E>,
+) -> Result<Option<(Choice, Place, bool)>, E> {
+    let alone = |chosen: &Choice| place(chosen, Paths::AsAlone);
     let found = search(goal, settings, alone, &mut reach)?;
     let Some((chosen, _, true)) = found else {
         return Ok(found);
@@ -103,16 +119,16 @@ pub(super) fn search_by_ways_alone<E>(
 fn search<E>(
     goal: Goal,
     settings: &[usize],
-    place: impl FnMut(&Chosen) -> Result<Option<Place>, E>,
-    reach: impl FnMut(&Chosen) -> Result<(), E>,
-) -> Result<Option<(Chosen, Place, bool)>, E> {
+    place: impl FnMut(&Choice) -> Result<Option<Place>, E>,
+    reach: impl FnMut(&Choice) -> Result<(), E>,
+) -> Result<Option<(Choice, Place, bool)>, E> {
     let mut places = Places {
         known: HashMap::new(),
         place,
         best: None,
         reach,
     };
-    let default: Chosen = vec![None; settings.len()];
+    let default: Choice = vec![None; settings.len()];
     let Some(start) = places.at(goal, &default)? else {
         return Ok(None);
     };
@@ -147,7 +163,7 @@ fn search<E>(
 
 /// Where choices lie, each found once.
 struct Places<F, R> {
-    known: HashMap<Chosen, Option<Place>>,
+    known: HashMap<Choice, Option<Place>>,
     place: F,
     /// Of those that meet the goal.
     best: Option<Place>,
@@ -155,10 +171,10 @@ struct Places<F, R> {
 }
 
 impl<F, R> Places<F, R> {
-    fn at<E>(&mut self, goal: Goal, chosen: &Chosen) -> Result<Option<Place>, E>
+    fn at<E>(&mut self, goal: Goal, chosen: &Choice) -> Result<Option<Place>, E>
     where
-        F: FnMut(&Chosen) -> Result<Option<Place>, E>,
-        R: FnMut(&Chosen) -> Result<(), E>,
+        F: FnMut(&Choice) -> Result<Option<Place>, E>,
+        R: FnMut(&Choice) -> Result<(), E>,
     {
         if let Some(place) = self.known.get(chosen) {
             return Ok(*place);
@@ -186,12 +202,12 @@ fn climb<E, F, R>(
     goal: Goal,
     turns: &[Turn],
     hopeless: &HashSet<Turn>,
-    (mut own, mut stands): (Chosen, Place),
+    (mut own, mut stands): (Choice, Place),
     places: &mut Places<F, R>,
-) -> Result<(Chosen, Place), E>
+) -> Result<(Choice, Place), E>
 where
-    F: FnMut(&Chosen) -> Result<Option<Place>, E>,
-    R: FnMut(&Chosen) -> Result<(), E>,
+    F: FnMut(&Choice) -> Result<Option<Place>, E>,
+    R: FnMut(&Choice) -> Result<(), E>,
 {
     let mut missed = hopeless.clone();
     let mut saved: HashMap<Turn, f64> = HashMap::new();
@@ -244,7 +260,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// Knobs whose costs and losses add up; the last setting of the second does not exist.
-    fn place(chosen: &Chosen) -> Result<Option<Place>, ()> {
+    fn place(chosen: &Choice) -> Result<Option<Place>, ()> {
         const COST: [[f64; 3]; 2] = [[10.0, 6.0, 1.0], [5.0, 2.0, 0.0]];
         const LOSS: [[f64; 3]; 2] = [[0.0, 0.5, 20.0], [0.0, 0.1, 0.0]];
         let at = |knob: usize| chosen[knob].map_or(0, |s| s + 1);
@@ -261,7 +277,7 @@ mod tests {
     fn the_cheapest_that_holds_is_found() {
         let found = |goal| {
             let mut last = None;
-            let reach = |chosen: &Chosen| {
+            let reach = |chosen: &Choice| {
                 last = Some(chosen.clone());
                 Ok(())
             };
@@ -287,7 +303,7 @@ mod tests {
     fn what_is_found_meets_the_goal_by_its_own_path() {
         let mut counted = 0;
         let mut found = |goal, more: f64| {
-            let place = |chosen: &Chosen, paths: Paths| -> Result<Option<Place>, ()> {
+            let place = |chosen: &Choice, paths: Paths| -> Result<Option<Place>, ()> {
                 let are_both = chosen.iter().all(Option::is_some);
                 counted += u32::from(paths == Paths::Counted);
                 let lost = match paths {
@@ -322,7 +338,7 @@ mod tests {
     #[test]
     fn turns_that_saved_little_wait() {
         let mut tried = 0;
-        let place = |chosen: &Chosen| -> Result<Option<Place>, ()> {
+        let place = |chosen: &Choice| -> Result<Option<Place>, ()> {
             tried += u32::from(chosen.iter().flatten().count() > 1);
             let turned = chosen.iter().enumerate();
             let saved = turned.map(|(knob, s)| s.map_or(0, |s| (knob + 1) * (s + 1)));
@@ -344,7 +360,7 @@ mod tests {
         fn no_knob_alone_is_preferred_to_what_is_found(
             all in prop::collection::vec((0u32..50, 0u32..50), 64), least in 0u32..50
         ) {
-            let place = |chosen: &Chosen| -> Result<Option<Place>, ()> {
+            let place = |chosen: &Choice| -> Result<Option<Place>, ()> {
                 let at = chosen.iter().fold(0, |at, s| 4 * at + s.map_or(0, |s| s + 1));
                 let (cost, quality) = all[at];
                 Ok(Some(Place { cost: f64::from(cost), quality: f64::from(quality) }))

@@ -10,13 +10,13 @@ use potamoi_synth::{SynthError, UnitKind, scaling};
 use potamoi_units::vector_unit::error_bound;
 
 use super::Method;
-use crate::failure::Failure;
+use crate::ExploreError;
 
 /// Nanometres at which area and energy are stated.
 const NODE_NM: u32 = 12;
 
 /// The vector unit at work all the time, at 12 nm.
-fn hardware(fit: &Fit, config: &Config) -> Result<Option<ScaledEstimate>, Failure> {
+fn hardware(fit: &Fit, config: &Config) -> Result<Option<ScaledEstimate>, ExploreError> {
     let node = fit.grid().library.node_nm;
     let factors = node.and_then(|nm| scaling::logic(nm, NODE_NM));
     let work = Work {
@@ -35,8 +35,8 @@ fn method(
     family: &'static str,
     name: String,
     exp: ExpConfig,
-) -> Result<Method, Failure> {
-    let fail = |e: &dyn std::fmt::Display| Failure::Inconclusive(e.to_string());
+) -> Result<Method, ExploreError> {
+    let fail = |e: &dyn std::fmt::Display| ExploreError::Inconclusive(e.to_string());
     let reference = Reference::in_base(exp.input, exp.base).map_err(|e| fail(&e))?;
     let twin = ExpTwin::new(&exp);
     let error = reference.measure(exp.output_bits, |u| twin.exp(u));
@@ -72,7 +72,7 @@ fn method(
 }
 
 /// Forms of the paper's engine and the alternatives, widths as they follow.
-pub(super) fn forms() -> Result<Vec<Method>, Failure> {
+pub(super) fn forms() -> Result<Vec<Method>, ExploreError> {
     let fit = Fit::checked_in()?;
     let paper = Config::paper().vu.exp;
     let mut all = vec![];

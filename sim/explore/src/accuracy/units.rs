@@ -24,13 +24,15 @@ const FEATURE_FRAC: i32 = 15;
 
 /// Error of a unit's operation, in units of the last place.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct UnitError {
-    pub(super) max_ulp: f64,
-    pub(super) mean_ulp: f64,
+pub struct UnitError {
+    /// The largest magnitude.
+    pub max_ulp: f64,
+    /// The mean magnitude.
+    pub mean_ulp: f64,
     /// What it cannot exceed, by formula.
-    pub(super) bound_ulp: f64,
+    pub bound_ulp: f64,
     /// The same by analysis of the netlist, of which that is known.
-    pub(super) netlist_ulp: Option<f64>,
+    pub netlist_ulp: Option<f64>,
 }
 
 impl UnitError {
@@ -50,28 +52,30 @@ impl UnitError {
     }
 
     /// The lesser of the two bounds.
-    pub(super) fn bound(&self) -> f64 {
+    #[must_use]
+    pub fn bound(&self) -> f64 {
         self.netlist_ulp
             .unwrap_or(f64::INFINITY)
             .min(self.bound_ulp)
     }
 }
 
-/// Of the operations that a scene is rendered with.
+/// Errors of the operations that a scene is rendered with.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct UnitErrors {
+pub struct UnitErrors {
     /// exp(-u), in units of the result, over all operands of 16 bits.
-    pub(super) exponential: Option<UnitError>,
+    pub exponential: Option<UnitError>,
     /// 1 - exp(-s) of depths below 8 that are rounded to its operand, in units of the result, over
     /// 65,536 of them; where rays have opacities.
-    pub(super) one_minus_exp: Option<UnitError>,
-    /// 1 / (1 + exp(-x)) and ln(1 + exp(x)), in units of the result, over all operands of -16 to 16;
-    /// where rays' colours and opacities are made of them.
-    pub(super) sigmoid: Option<UnitError>,
-    pub(super) softplus: Option<UnitError>,
+    pub one_minus_exp: Option<UnitError>,
+    /// 1 / (1 + exp(-x)), in units of the result, over all operands of -16 to 16; where colours or
+    /// opacities of rays are made of it.
+    pub sigmoid: Option<UnitError>,
+    /// ln(1 + exp(x)), likewise.
+    pub softplus: Option<UnitError>,
     /// Eight values of -1 to 1, coded and interpolated, beside the same unrounded, in units of a
     /// 16-bit feature, at 65,536 places; where features are interpolated.
-    pub(super) gathering: Option<UnitError>,
+    pub gathering: Option<UnitError>,
 }
 
 /// What takes time to find and is found once for a scene's model.
@@ -151,8 +155,9 @@ impl UnitErrors {
         }
     }
 
-    /// With their names.
-    pub(super) fn named(&self) -> [(&'static str, Option<UnitError>); 5] {
+    /// Each with the name of its operation; none of operations that the scene has not.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, Option<UnitError>); 5] {
         [
             ("exp", self.exponential),
             ("one_minus_exp", self.one_minus_exp),
@@ -265,7 +270,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    const FIELDS: &str = include_str!("../../configs/fields.toml");
+    const FIELDS: &str = include_str!("../../../../configs/fields.toml");
 
     /// Errors of a scene's units, as the text sets them.
     fn of(scene: &str) -> impl Fn(&str) -> UnitErrors {

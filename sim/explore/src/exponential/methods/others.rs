@@ -7,7 +7,7 @@ use potamoi_formats::config::Config;
 use potamoi_reference::reference::Reference;
 
 use super::{INPUT_UNIT, Method, OUTPUT_UNIT};
-use crate::failure::Failure;
+use crate::ExploreError;
 
 /// Fraction bits within.
 const BITS: u32 = 22;
@@ -149,9 +149,9 @@ fn squared(u: i32) -> i32 {
 }
 
 /// All of them, over every input.
-pub(super) fn others() -> Result<Vec<Method>, Failure> {
+pub(super) fn others() -> Result<Vec<Method>, ExploreError> {
     let paper = Config::paper().vu.exp;
-    let fail = |e: &dyn std::fmt::Display| Failure::Inconclusive(e.to_string());
+    let fail = |e: &dyn std::fmt::Display| ExploreError::Inconclusive(e.to_string());
     let reference = Reference::of(paper.input).map_err(|e| fail(&e))?;
     let of = |[family, name]: [&'static str; 2], clocks: f64, result: &dyn Fn(i32) -> i32| {
         let error = reference.measure(paper.output_bits, result);

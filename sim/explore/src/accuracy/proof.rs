@@ -1,0 +1,104 @@
+//! Settings whose Verilog is held against the golden models.
+
+use potamoi_reference::Twins;
+use potamoi_rtl::EngineKind;
+use potamoi_rtl::verify::{Injection, Settings, Verifier};
+
+use super::bench::Bench;
+use super::knobs::Setting;
+use crate::{ExploreError, Progress};
+
+/// Feature vectors and elements that a proof aims at: some seconds.
+const AIM: [u64; 2] = [100_000, 1_000_000];
+
+/// What was compared, without a mismatch in any bit or cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Proof {
+    /// Feature vectors that were compared, and those of the frame.
+    pub vectors: [u64; 2],
+    /// Elements of vector operations, likewise.
+    pub elements: [u64; 2],
+}
+
+impl Bench {
+    /// Holds the Verilog of settings against the golden models on the scene's frame; with a fault in
+    /// it, to see that it is found.
+    ///
+    /// # Errors
+    /// A mismatch, nothing to compare, or Verilog that cannot be built or run.
+    pub fn prove(
+        &self,
+        settings: &[&Setting],
+        inject: Option<Injection>,
+        progress: &dyn Progress,
+    ) -> Result<Proof, ExploreError> {
+        let (config, scene) = self.apply(settings)?;
+        let counts = scene
+            .render_fixed(&config, &mut Twins::new(&config))?
+            .counts;
+        let total = [counts.feature_vectors, counts.elements.values().sum()];
+        let [gather_every, vector_every] = [0, 1].map(|i| total[i].div_ceil(AIM[i]).max(1));
+        let own = Settings {
+            engine: EngineKind::Verilator,
+            seed: 0,
+            gather_every,
+            vector_every,
+            inject,
+            excerpt: None,
+        };
+        progress.expect(total.iter().sum());
+        let mut shown = 0;
+        let mut show = |p: potamoi_rtl::verify::Progress| {
+            progress.advance(p.done.saturating_sub(shown));
+            shown = p.done;
+        };
+        let mut verifier = Verifier::new(&config, own, &mut show);
+        let done = scene.render_fixed(&config, &mut verifier);
+        if verifier.failure().is_some() {
+            return Err(ExploreError::Check(
+                "the Verilog of what was found differs from the golden models".to_owned(),
+            ));
+        }
+        done?;
+        let proof = Proof {
+            vectors: [verifier.gather_report().samples, total[0]],
+            elements: [verifier.vector_report().elements, total[1]],
+        };
+        if proof.vectors[0] + proof.elements[0] == 0 {
+            return Err(ExploreError::Inconclusive(
+                "nothing was compared".to_owned(),
+            ));
+        }
+        Ok(proof)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::super::knobs;
+    use super::*;
+    use crate::{Chosen, Setup};
+    use potamoi_scene::Scene;
+
+    /// Of both units, in the configuration that a setting makes.
+    #[test]
+    fn a_fault_of_what_was_found_is_not_proved() {
+        let mut scene = Scene::open("lantern").unwrap();
+        scene.set_size(Some(12), None).unwrap();
+        let setup = Setup::of_times(Chosen::for_scene(&scene).unwrap(), scene, None).unwrap();
+        let bench = Bench::new(setup, 2).unwrap();
+        let knobs = knobs::of(&bench.setup.scene);
+        let iterations = knobs.iter().find(|knob| knob.name == "iterations").unwrap();
+        let own = [&iterations.settings[0]];
+        let proof = bench.prove(&own, None, &()).unwrap();
+        assert!(proof.vectors[0] > 0 && proof.elements[0] > 0, "{proof:?}");
+        for fault in [Injection::Bit, Injection::Bubble, Injection::Exp] {
+            let proved = bench.prove(&own, Some(fault), &());
+            assert!(
+                matches!(proved, Err(ExploreError::Check(_))),
+                "{fault:?}: {proved:?}"
+            );
+        }
+    }
+}

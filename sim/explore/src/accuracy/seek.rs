@@ -1,0 +1,165 @@
+//! The cheapest or the best of all settings, and the configuration that it is.
+
+use super::bench::Bench;
+use super::front::Place;
+use super::knobs::{Change, Knob, Reproduce, Setting};
+use super::price::Price;
+use super::search::{Choice, Goal, Paths, search_by_ways_alone};
+use super::sweep::{Found, Sweep};
+use crate::{ExploreError, Progress};
+
+/// A knob with one of its settings.
+type Turned<'a> = (&'a Knob, &'a Setting);
+
+/// What is sought among the settings of knobs.
+pub struct Search<'a> {
+    /// The scene that they are tried on.
+    pub bench: &'a Bench,
+    /// The knobs that may be turned.
+    pub knobs: &'a [Knob],
+    /// What is known of each setting by itself.
+    pub sweep: &'a Sweep,
+    /// What has to be reached.
+    pub goal: Goal,
+    /// What is saved; settings for which it is not known are passed over.
+    pub price: Price,
+}
+
+/// What a search ended with.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// What is reported of it.
+    pub found: Found,
+    /// Its settings, to be applied together.
+    pub settings: Vec<Setting>,
+    /// Its configuration as TOML, below comments that say what is not of a configuration.
+    pub text: String,
+}
+
+impl Search<'_> {
+    /// Searches; `reach` is given the text of every choice on the way that meets the goal and is
+    /// preferred to those before, as [`Candidate::text`] has it.
+    ///
+    /// # Errors
+    /// The goal is out of reach, what is to be saved is not known of the default, or `reach` fails.
+    pub fn find<E: From<ExploreError>>(
+        &self,
+        progress: &dyn Progress,
+        mut reach: impl FnMut(&str) -> Result<(), E>,
+    ) -> Result<Candidate, E> {
+        let counts: Vec<usize> = self.knobs.iter().map(|knob| knob.settings.len()).collect();
+        let mut tried = 0;
+        let place = |choice: &Choice, paths: Paths| -> Result<_, E> {
+            let own = self.turned(choice);
+            if let Some(known) = self.measured(&own) {
+                return Ok(known);
+            }
+            tried += 1;
+            let names = labels(&own).join(", ");
+            progress.now(&format!("searching: {tried} tried, {names}"));
+            // Two variants of a path are one too many; what cannot be is passed over.
+            let paths_turned = own
+                .iter()
+                .filter(|(_, s)| matches!(s.change, Change::Path(_)));
+            if paths_turned.count() > 1 {
+                return Ok(None);
+            }
+            Ok((self.bench.place(&settings(&own), paths, self.price))
+                .ok()
+                .flatten())
+        };
+        let told = |choice: &Choice| reach(&self.text(&self.turned(choice))?);
+        let found = search_by_ways_alone(self.goal, &counts, place, told)?;
+        let Some((choice, at, is_met)) = found else {
+            return Err(self.unknown().into());
+        };
+        if !is_met {
+            return Err(ExploreError::Inconclusive(format!(
+                "no settings reach it: the nearest have {:.2} dB at {}",
+                at.quality,
+                self.price.words(at.cost)
+            ))
+            .into());
+        }
+        let own = self.turned(&choice);
+        let names = labels(&own);
+        let point = (self.bench).point("found", &names.join(", "), &settings(&own))?;
+        Ok(Candidate {
+            text: self.text(&own)?,
+            settings: own.iter().map(|(_, setting)| (*setting).clone()).collect(),
+            found: Found {
+                settings: names,
+                point,
+                tried,
+            },
+        })
+    }
+
+    /// The settings of a choice that are not the default's.
+    fn turned(&self, choice: &[Option<usize>]) -> Vec<Turned<'_>> {
+        let pairs = self.knobs.iter().zip(choice);
+        pairs
+            .filter_map(|(knob, at)| Some((knob, &knob.settings[(*at)?])))
+            .collect()
+    }
+
+    /// What is known of no setting or one alone: its place, or that it cannot be.
+    fn measured(&self, own: &[Turned<'_>]) -> Option<Option<Place>> {
+        match own {
+            [] => Some(self.sweep.default_point().priced(self.price)),
+            [(knob, setting)] => {
+                let mut points = self.sweep.points.iter();
+                let point =
+                    points.find(|point| point.knob == knob.name && point.setting == setting.label);
+                Some(point.and_then(|point| point.priced(self.price)))
+            }
+            _ => None,
+        }
+    }
+
+    /// Nothing is known of what the default costs.
+    fn unknown(&self) -> ExploreError {
+        ExploreError::Inconclusive(match self.price {
+            Price::Time => "the default cannot be measured".to_owned(),
+            Price::Energy | Price::Area => {
+                "energy and area of the default are not known: potamoi synth --json finds them, and \
+                 --synth takes them"
+                    .to_owned()
+            }
+        })
+    }
+
+    /// The configuration, and what is not of it as lines of a description or flags.
+    fn text(&self, own: &[Turned<'_>]) -> Result<String, ExploreError> {
+        let (config, _) = self.bench.apply(&settings(own))?;
+        let (mut render, mut flags) = (vec![], vec![]);
+        for (_, setting) in own {
+            match setting.change.reproduce() {
+                Some(Reproduce::Render(lines)) => render.extend(lines),
+                Some(Reproduce::Flags(own)) => flags.push(own),
+                None => {}
+            }
+        }
+        let mut text = String::new();
+        if !render.is_empty() {
+            text.push_str("# Beside this configuration, in the scene's description:\n# [render]\n");
+            text.extend(render.iter().map(|line| format!("# {line}\n")));
+        }
+        if !flags.is_empty() {
+            text.push_str("# Beside this configuration, of commands:\n");
+            text.extend(flags.iter().map(|flag| format!("# {flag}\n")));
+        }
+        let made = config.to_toml();
+        text.push_str(&made.map_err(|e| ExploreError::Refused(e.to_string()))?);
+        Ok(text)
+    }
+}
+
+fn settings<'a>(own: &[Turned<'a>]) -> Vec<&'a Setting> {
+    own.iter().map(|(_, setting)| *setting).collect()
+}
+
+fn labels(own: &[Turned<'_>]) -> Vec<String> {
+    let label = |(knob, setting): &Turned<'_>| format!("{} {}", knob.name, setting.label);
+    own.iter().map(label).collect()
+}

@@ -1,0 +1,173 @@
+//! Every setting of every knob, one at a time.
+
+use serde::Serialize;
+
+use super::bench::Bench;
+use super::front::{Place, front, knee};
+use super::knobs::Knob;
+use super::point::Point;
+use crate::system::{Rung, rungs};
+use crate::{ExploreError, Progress};
+
+/// What a scene's knobs trade, one at a time.
+#[derive(Debug, Clone, Serialize)]
+pub struct Sweep {
+    /// The scene's name.
+    pub scene: String,
+    /// The model's algorithm.
+    pub algorithm: &'static str,
+    /// Pixels of a row, and rows.
+    pub size: [u32; 2],
+    /// Hexadecimal digits of the default's configuration.
+    pub configuration: String,
+    /// The default first.
+    pub points: Vec<Point>,
+    /// Settings that cannot be, and why.
+    pub refused: Vec<Refused>,
+    /// The Pareto front: places among the points, by rising time.
+    pub front: Vec<usize>,
+    /// The knee of the front, likewise.
+    pub knee: Option<usize>,
+    /// How far the time's model is from the Verilated units.
+    pub ladder: Vec<Rung>,
+    /// What a search found, once there was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub found: Option<Found>,
+}
+
+/// A setting that cannot be.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Refused {
+    /// The knob's name.
+    pub knob: &'static str,
+    /// The setting's label.
+    pub setting: String,
+    /// The reason, in a user's words.
+    pub why: String,
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Found {
+    /// Knobs and labels that it turned.
+    pub settings: Vec<String>,
+    /// What is said of them together.
+    pub point: Point,
+    /// Combinations that were tried beside single settings.
+    pub tried: usize,
+}
+
+impl Sweep {
+    /// Measures the default and each setting by itself: a step each, and one for how far the model
+    /// of time is off.
+    ///
+    /// # Errors
+    /// The default cannot be rendered or modelled, or Verilog cannot be run. Settings that cannot be
+    /// are listed.
+    pub fn of(
+        bench: &Bench,
+        knobs: &[Knob],
+        progress: &dyn Progress,
+    ) -> Result<Self, ExploreError> {
+        let count: usize = knobs.iter().map(|knob| knob.settings.len()).sum();
+        progress.expect(count as u64 + 2);
+        let mut points = vec![bench.point("default", "", &[])?];
+        progress.advance(1);
+        let mut refused = vec![];
+        for knob in knobs {
+            progress.now(knob.name);
+            turn(bench, knob, &mut points, &mut refused, progress);
+        }
+        progress.now("three ways to the frame's time");
+        let ladder = rungs(&bench.setup)?;
+        let places: Vec<Place> = points.iter().map(Point::place).collect();
+        let front = front(&places);
+        let scene = &bench.setup.scene;
+        Ok(Self {
+            scene: scene.name().to_owned(),
+            algorithm: scene.model().algorithm(),
+            size: [scene.camera().width, scene.camera().height],
+            configuration: bench.setup.config.hash(),
+            knee: knee(&places, &front),
+            front,
+            points,
+            refused,
+            ladder,
+            found: None,
+        })
+    }
+
+    /// What the others are compared with.
+    #[must_use]
+    pub fn default_point(&self) -> &Point {
+        &self.points[0]
+    }
+}
+
+/// Measures each setting of a knob by itself, or says why it is refused.
+fn turn(
+    bench: &Bench,
+    knob: &Knob,
+    points: &mut Vec<Point>,
+    refused: &mut Vec<Refused>,
+    progress: &dyn Progress,
+) {
+    for setting in &knob.settings {
+        match bench.point(knob.name, &setting.label, &[setting]) {
+            Ok(point) => points.push(point),
+            Err(error) => refused.push(Refused {
+                knob: knob.name,
+                setting: setting.label.clone(),
+                why: error.to_string(),
+            }),
+        }
+        progress.advance(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::super::knobs::{self, Change, RenderChange, Setting};
+    use super::*;
+    use crate::{Chosen, Setup};
+    use potamoi_base::precision::Precision;
+    use potamoi_scene::Scene;
+
+    /// A knob that is added as docs/adding/knob.md says is measured, told and refused like others.
+    #[test]
+    fn an_added_knob_is_measured_like_the_others() {
+        let mut scene = Scene::open("garden").unwrap();
+        scene.set_size(Some(16), Some(16)).unwrap();
+        let setup = Setup::of_times(Chosen::for_scene(&scene).unwrap(), scene, None).unwrap();
+        let bits = |n: u32| Setting {
+            label: n.to_string(),
+            change: Change::Scene(RenderChange::Precision(Precision {
+                transmittance_bits: Some(n),
+                ..Precision::default()
+            })),
+        };
+        let added = Knob {
+            name: "added",
+            what: "a knob of this test",
+            settings: vec![bits(8), bits(20), bits(99)],
+        };
+        let mut knobs = knobs::of(&setup.scene);
+        knobs.push(added);
+        let knobs = knobs::named(knobs, &["added".to_owned()]).unwrap();
+        let bench = Bench::new(setup, 2).unwrap();
+        let default = bench.point("default", "", &[]).unwrap();
+        let (mut points, mut refused) = (vec![], vec![]);
+        turn(&bench, &knobs[0], &mut points, &mut refused, &());
+        let db = |point: &Point| point.model.db.unwrap();
+        assert_eq!(points.len(), 2);
+        assert!(db(&points[0]) < db(&default) - 3.0, "{}", db(&points[0]));
+        assert_eq!(db(&points[1]).to_bits(), db(&default).to_bits());
+        assert_eq!((refused[0].knob, &*refused[0].setting), ("added", "99"));
+        assert!(
+            refused[0].why.contains("transmittance_bits"),
+            "{}",
+            refused[0].why
+        );
+    }
+}

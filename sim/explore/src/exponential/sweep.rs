@@ -1,0 +1,243 @@
+//! Every input of the exponential through the Verilated unit.
+
+use std::fmt::Write as _;
+
+use potamoi_cycles::Stalls;
+use potamoi_formats::config::{Config, ExpBase, ExpConfig, ExpForm, ExpOutput};
+use potamoi_formats::fixed::Format;
+use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_reference::reference::{ExpError, Reference};
+use potamoi_reference::widths::{budget, straightness, truncation};
+use potamoi_rtl::{VectorBatch, VectorRun, VectorUnit};
+use potamoi_units::vector_unit::error_bound;
+use serde::Serialize;
+
+use crate::ExploreError;
+
+/// Bits of an input that is swept wholly.
+const INPUT_BITS: u32 = 16;
+
+/// The exponential's results on the Verilated unit, of every input.
+pub struct ExponentialSweep {
+    /// Errors and clocks.
+    pub report: ExponentialReport,
+    /// By input code.
+    results: Vec<i32>,
+    /// Cycles from the acceptance of an input's vector to its results, likewise.
+    cycles: Vec<u64>,
+}
+
+impl ExponentialSweep {
+    /// Sweeps all inputs of U3.13 through the vector unit of a configuration.
+    ///
+    /// # Errors
+    /// A configuration whose exponential is not of U3.13 or not that of splats; Verilog that cannot
+    /// be built or run.
+    pub fn run(config: &Config) -> Result<Self, ExploreError> {
+        check(config)?;
+        let exp = &config.vu.exp;
+        let unit = VectorUnit::build(config)?;
+        let codes: Vec<i32> = (0..1 << INPUT_BITS).collect();
+        let zeros = vec![0; codes.len()];
+        let batch = VectorBatch {
+            op: VectorOp::new(OpCode::Exp),
+            a: &codes,
+            b: &zeros,
+        };
+        let run = unit.run(&[batch], &Stalls::NONE, 0)?;
+        let reference = Reference::in_base(exp.input, exp.base)
+            .map_err(|e| ExploreError::Inconclusive(e.to_string()))?;
+        let error = reference.measure(exp.output_bits, |u| {
+            run.results.get(u as usize).copied().unwrap_or_default()
+        });
+        let lanes = config.vu.lanes as usize;
+        let latency = |code: usize| {
+            run.vectors
+                .get(code / lanes)
+                .map_or(0, |(from, to)| to - from)
+        };
+        Ok(Self {
+            report: ExponentialReport::new(config, codes.len(), &error, &run)?,
+            cycles: (0..codes.len()).map(latency).collect(),
+            results: run.results,
+        })
+    }
+
+    /// Every input with its result and cycles, as CSV: `u_code,y_code,cycles`.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let mut text = String::from("u_code,y_code,cycles\n");
+        for (u, (y, cycles)) in self.results.iter().zip(&self.cycles).enumerate() {
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "{u},{y},{cycles}");
+        }
+        text
+    }
+}
+
+/// Errors and clocks of a configuration's exponential. A unit of the last place is
+/// `2^-output_bits`.
+#[derive(Debug, Clone, Serialize)]
+pub struct ExponentialReport {
+    /// 12 hexadecimal digits.
+    pub configuration: String,
+    /// Inputs, all of their format.
+    pub inputs: usize,
+    /// "restoring", "piecewise" or "radix-4".
+    pub form: ExpForm,
+    /// What is raised to a power.
+    pub base: ExpBase,
+    /// Of the piecewise form: pieces, and bits of their table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pieces: Option<PieceTable>,
+    /// Whether it stops when its bits are complete.
+    pub early_out: bool,
+    /// Iterations; of an early out the most.
+    pub iterations: u32,
+    /// Whether what is left is multiplied in.
+    pub tail: bool,
+    /// Fraction bits of the accumulator.
+    pub accumulator_bits: u32,
+    /// Fraction bits of the constants.
+    pub constant_bits: u32,
+    /// Start of the accumulator, in its last place.
+    pub offset: i32,
+    /// Fraction bits of the result.
+    pub output_bits: u32,
+    /// The largest magnitude of the error.
+    pub max_ulp: f64,
+    /// The mean magnitude of the error.
+    pub mean_ulp: f64,
+    /// The mean error.
+    pub bias_ulp: f64,
+    /// Input with the largest error.
+    pub worst_code: i32,
+    /// Results that are not the nearest code.
+    pub misrounded: u32,
+    /// Whether no larger input has a larger result.
+    pub monotone: bool,
+    /// The part of it that cutting off after n iterations, or straight pieces,
+    /// may cost.
+    pub truncation_ulp: f64,
+    /// What all roundings together may cost.
+    pub budget_ulp: f64,
+    /// By analysis of the netlist.
+    pub netlist_ulp: Option<f64>,
+    /// The part of it that dropped bits are.
+    pub netlist_dropped_ulp: Option<f64>,
+    /// From the acceptance of a vector to its results.
+    pub latency_cycles: u64,
+    /// From one vector to the next.
+    pub interval_cycles: f64,
+    /// Lanes of the unit, an exponential a lane.
+    pub lanes: u32,
+    /// In the steady state, of all lanes.
+    pub exponentials_per_cycle: f64,
+}
+
+/// What straight pieces are made of.
+#[derive(Debug, Clone, Serialize)]
+pub struct PieceTable {
+    /// Pieces.
+    pub pieces: u32,
+    /// Bits of the table.
+    pub table_bits: u32,
+    /// Partial-product bits of the slope's multiplier.
+    pub slope_product_bits: u32,
+    /// Partial-product bits of the multiplier by log2 e.
+    pub scale_product_bits: u32,
+}
+
+impl ExponentialReport {
+    fn new(
+        config: &Config,
+        inputs: usize,
+        error: &ExpError,
+        run: &VectorRun,
+    ) -> Result<Self, ExploreError> {
+        let (exp, lanes) = (&config.vu.exp, config.vu.lanes);
+        let (engine, netlist) = (exp.engine(), error_bound(config, OpCode::Exp)?);
+        let (first, last) = (run.vectors.first(), run.vectors.last());
+        let span = last.zip(first).map_or(0, |(last, first)| last.0 - first.0);
+        let interval = span as f64 / (run.vectors.len().max(2) - 1) as f64;
+        // With an early out it is an average.
+        let interval = (interval * 1e3).round() / 1e3;
+        Ok(Self {
+            configuration: config.hash(),
+            inputs,
+            form: exp.form,
+            base: exp.base,
+            pieces: PieceTable::of(exp),
+            early_out: exp.early_out,
+            iterations: exp.iterations,
+            tail: exp.tail,
+            accumulator_bits: engine.accumulator_bits,
+            constant_bits: engine.constant_bits,
+            offset: engine.offset,
+            output_bits: exp.output_bits,
+            max_ulp: error.max_ulp,
+            mean_ulp: error.mean,
+            bias_ulp: error.bias,
+            worst_code: error.worst_code,
+            misrounded: error.misrounded,
+            monotone: error.monotone,
+            truncation_ulp: approximation(exp),
+            budget_ulp: budget(exp),
+            netlist_ulp: netlist.map(|bound| bound.ulp),
+            netlist_dropped_ulp: netlist.map(|bound| bound.dropped),
+            latency_cycles: first.map_or(0, |(from, to)| to - from),
+            interval_cycles: interval,
+            lanes,
+            exponentials_per_cycle: f64::from(lanes) / interval.max(1.0),
+        })
+    }
+}
+
+impl PieceTable {
+    fn of(exp: &ExpConfig) -> Option<Self> {
+        let (widths, engine) = (exp.piece_widths(), exp.engine());
+        (exp.form == ExpForm::Piecewise).then(|| Self {
+            pieces: exp.pieces,
+            table_bits: widths.table_bits(&engine),
+            slope_product_bits: widths.slope_product_bits(&engine),
+            scale_product_bits: widths.scale_product_bits(exp.input.width()),
+        })
+    }
+}
+
+/// What ends the power early costs: cutting off, or straight pieces.
+fn approximation(exp: &ExpConfig) -> f64 {
+    match exp.form {
+        ExpForm::Piecewise => straightness(exp.pieces, exp.output_bits),
+        _ => truncation(exp.resolved_bits(), exp.tail, exp.output_bits),
+    }
+}
+
+/// The sweep is of exp(-u) in the format of splats.
+fn check(config: &Config) -> Result<(), ExploreError> {
+    let exp = &config.vu.exp;
+    let refuse = |field: &str, value: String, expected: &str| {
+        Err(ExploreError::Refused(format!(
+            "`{field}` is {value}: expected {expected}"
+        )))
+    };
+    if !config.vu.ops.contains(&OpCode::Exp) {
+        return refuse("vu.ops", OpCode::list(&config.vu.ops), "\"exp\" among them");
+    }
+    if exp.form == ExpForm::Literal {
+        let form = "literal".to_owned();
+        return refuse("vu.exp.form", form, "a form that is right below 0");
+    }
+    if exp.output != ExpOutput::Alpha {
+        let output = format!("{:?}", exp.output);
+        return refuse("vu.exp.output", output, "the alpha configuration");
+    }
+    if exp.input != Format::unsigned(3, 13) {
+        return refuse(
+            "vu.exp.input",
+            exp.input.to_string(),
+            "U3.13, whose inputs the table lists",
+        );
+    }
+    Ok(())
+}
