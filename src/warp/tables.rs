@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use potamoi_explore::warping::{Likeness, Part, Variant, Warping};
 use potamoi_warp::Counts;
 
-use super::measure::{Likeness, Part};
-use super::report::{Found, Reports, Variant};
+use super::report::Reports;
+use super::timing;
 use crate::scene::say_not_checked;
 use crate::stdout::say;
 use crate::tables;
@@ -47,143 +48,142 @@ fn shares(counts: &Counts) -> [String; 5] {
     ]
 }
 
-impl Found {
-    pub(super) fn print(&self, trace: Option<&PathBuf>) {
-        let mut depths: Vec<&str> = vec![];
-        for variant in &self.variants {
-            if !depths.contains(&variant.depth.as_str()) {
-                depths.push(&variant.depth);
-            }
+/// Prints one scene.
+pub(super) fn print(found: &Warping, trace: Option<&PathBuf>) {
+    let mut depths: Vec<&str> = vec![];
+    for variant in &found.variants {
+        if !depths.contains(&variant.depth.as_str()) {
+            depths.push(&variant.depth);
         }
-        let pace = self.fps.map(|fps| format!(" at {fps} frames a second"));
+    }
+    let pace = found.fps.map(|fps| format!(" at {fps} frames a second"));
+    say!(
+        "{}: {} frames of {} x {}{}, depth from {}",
+        found.scene,
+        found.frames,
+        found.width,
+        found.height,
+        pace.unwrap_or_default(),
+        depths.join(", ")
+    );
+    if let Some(model) = &found.model {
         say!(
-            "{}: {} frames of {} x {}{}, depth from {}",
-            self.scene,
-            self.frames,
-            self.width,
-            self.height,
-            pace.unwrap_or_default(),
-            depths.join(", ")
+            "  the model in full against ground truth: {} dB (mean of frames), SSIM {}",
+            number(model.mean_psnr_db, 2),
+            number(model.ssim, 4)
         );
-        if let Some(model) = &self.model {
+    }
+    if let [variant] = &found.variants[..] {
+        print_frames(variant);
+    }
+    print_totals(found);
+    for variant in &found.variants {
+        if let Some(prediction) = &variant.prediction {
             say!(
-                "  the model in full against ground truth: {} dB (mean of frames), SSIM {}",
-                number(model.mean_psnr_db, 2),
-                number(model.ssim, 4)
+                "  {}: {} references as predicted, off by {:.4} rad on average, {:.4} at most, \
+                 {:.4} of the scene's units (the paper: below 0.01 rad)",
+                variant.name,
+                prediction.references,
+                prediction.mean_radians,
+                prediction.largest_radians,
+                prediction.mean_distance
             );
         }
-        if let [variant] = &self.variants[..] {
-            Self::print_frames(variant);
+        if let Some(timing) = &variant.timing {
+            timing::print(timing, &variant.name, trace);
         }
-        self.print_totals();
-        for variant in &self.variants {
-            if let Some(prediction) = &variant.prediction {
-                say!(
-                    "  {}: {} references as predicted, off by {:.4} rad on average, {:.4} at most, \
-                     {:.4} of the scene's units (the paper: below 0.01 rad)",
-                    variant.name,
-                    prediction.references,
-                    prediction.mean_radians,
-                    prediction.largest_radians,
-                    prediction.mean_distance
-                );
-            }
-            if let Some(timing) = &variant.timing {
-                timing.print(&variant.name, trace);
-            }
-        }
-        say_not_checked(&self.not_checked);
     }
+    say_not_checked(&found.not_checked);
+}
 
-    fn print_frames(variant: &Variant) {
-        let mut header = vec!["frame", "from"];
-        header.extend(SHARES);
-        for likeness in ["PSNR to model", "PSNR to truth"] {
-            header.extend([likeness, "SSIM", "of the foreground: PSNR", "SSIM"]);
-        }
-        let mut all = tables::lined(1, &header);
-        for frame in &variant.frames {
-            let from = match (frame.reference, frame.fell_back) {
-                (Some(_), true) => "full (fallback)".to_owned(),
-                (Some(reference), false) => format!("R{reference}"),
-                (None, _) => "full".to_owned(),
-            };
-            let Part { model, truth, .. } = &frame.frame;
-            let fore = &frame.foreground;
-            let psnr = |l: &Option<Likeness>, digits| number(l.and_then(|l| l.psnr_db), digits);
-            let ssim = |l: &Option<Likeness>| number(l.and_then(|l| l.ssim), 4);
-            let mut row = vec![frame.number.to_string(), from];
-            row.extend(shares(&frame.frame.pixels));
-            row.extend(shares(&fore.pixels));
-            for likeness in [model, &fore.model, truth, &fore.truth] {
-                row.extend([psnr(likeness, 2), ssim(likeness)]);
-            }
-            all.add_row(row);
-        }
-        say!("{all}");
+fn print_frames(variant: &Variant) {
+    let mut header = vec!["frame", "from"];
+    header.extend(SHARES);
+    for likeness in ["PSNR to model", "PSNR to truth"] {
+        header.extend([likeness, "SSIM", "of the foreground: PSNR", "SSIM"]);
     }
+    let mut all = tables::lined(1, &header);
+    for frame in &variant.frames {
+        let from = match (frame.reference, frame.fell_back) {
+            (Some(_), true) => "full (fallback)".to_owned(),
+            (Some(reference), false) => format!("R{reference}"),
+            (None, _) => "full".to_owned(),
+        };
+        let Part { model, truth, .. } = &frame.frame;
+        let fore = &frame.foreground;
+        let psnr = |l: &Option<Likeness>, digits| number(l.and_then(|l| l.psnr_db), digits);
+        let ssim = |l: &Option<Likeness>| number(l.and_then(|l| l.ssim), 4);
+        let mut row = vec![frame.number.to_string(), from];
+        row.extend(shares(&frame.frame.pixels));
+        row.extend(shares(&fore.pixels));
+        for likeness in [model, &fore.model, truth, &fore.truth] {
+            row.extend([psnr(likeness, 2), ssim(likeness)]);
+        }
+        all.add_row(row);
+    }
+    say!("{all}");
+}
 
-    fn print_totals(&self) {
-        let mut quality = tables::lined(
-            1,
-            [
-                "",
-                "PSNR to truth, dB",
-                "loss, dB",
-                "the paper's",
-                "SSIM",
-                "of the foreground: PSNR",
-                "SSIM",
-                "PSNR to model, dB",
-                "SSIM",
-                "of the foreground: PSNR",
-                "SSIM",
-            ],
-        );
-        let mut header = vec![""];
-        header.extend(SHARES);
-        header.extend(["fallbacks", "rendered in all %"]);
-        let mut pixels = tables::lined(1, &header);
-        for variant in &self.variants {
-            let [frame, fore] = [&variant.frame, &variant.foreground];
-            let mean = |l: Option<Likeness>| number(l.and_then(|l| l.mean_psnr_db), 2);
-            let psnr = |l: Option<Likeness>| number(l.and_then(|l| l.psnr_db), 2);
-            let ssim = |l: Option<Likeness>| number(l.and_then(|l| l.ssim), 4);
-            // Of its pace.
-            let papers = variant.papers_loss().filter(|_| self.fps == Some(30.0));
-            quality.add_row([
-                variant.name.clone(),
-                mean(frame.truth),
-                number(variant.loss(self.model.as_ref()), 2),
-                papers.map_or_else(String::new, |l| format!("{l:.1}")),
-                ssim(frame.truth),
-                mean(fore.truth),
-                ssim(fore.truth),
-                psnr(frame.model),
-                ssim(frame.model),
-                psnr(fore.model),
-                ssim(fore.model),
-            ]);
-            let mut row = vec![variant.name.clone()];
-            row.extend(shares(&frame.pixels));
-            row.extend(shares(&fore.pixels));
-            row.push(variant.fallbacks.to_string());
-            row.push(format!("{:.1}", 100.0 * variant.rendered_share));
-            pixels.add_row(row);
-        }
-        say!("{quality}");
-        say!("{pixels}");
-        say!(
-            "  loss: by how much the model's own PSNR to ground truth falls; PSNR to truth: means of \
-             frames, to model: of all pixels; the paper's loss is of trained models\n  \
-             rendered in all: pixels that the model renders, references included, of those of all \
-             frames in full"
-        );
+fn print_totals(found: &Warping) {
+    let mut quality = tables::lined(
+        1,
+        [
+            "",
+            "PSNR to truth, dB",
+            "loss, dB",
+            "the paper's",
+            "SSIM",
+            "of the foreground: PSNR",
+            "SSIM",
+            "PSNR to model, dB",
+            "SSIM",
+            "of the foreground: PSNR",
+            "SSIM",
+        ],
+    );
+    let mut header = vec![""];
+    header.extend(SHARES);
+    header.extend(["fallbacks", "rendered in all %"]);
+    let mut pixels = tables::lined(1, &header);
+    for variant in &found.variants {
+        let [frame, fore] = [&variant.frame, &variant.foreground];
+        let mean = |l: Option<Likeness>| number(l.and_then(|l| l.mean_psnr_db), 2);
+        let psnr = |l: Option<Likeness>| number(l.and_then(|l| l.psnr_db), 2);
+        let ssim = |l: Option<Likeness>| number(l.and_then(|l| l.ssim), 4);
+        // Of its pace.
+        let papers = variant.papers_loss().filter(|_| found.fps == Some(30.0));
+        quality.add_row([
+            variant.name.clone(),
+            mean(frame.truth),
+            number(variant.loss(found.model.as_ref()), 2),
+            papers.map_or_else(String::new, |l| format!("{l:.1}")),
+            ssim(frame.truth),
+            mean(fore.truth),
+            ssim(fore.truth),
+            psnr(frame.model),
+            ssim(frame.model),
+            psnr(fore.model),
+            ssim(fore.model),
+        ]);
+        let mut row = vec![variant.name.clone()];
+        row.extend(shares(&frame.pixels));
+        row.extend(shares(&fore.pixels));
+        row.push(variant.fallbacks.to_string());
+        row.push(format!("{:.1}", 100.0 * variant.rendered_share));
+        pixels.add_row(row);
     }
+    say!("{quality}");
+    say!("{pixels}");
+    say!(
+        "  loss: by how much the model's own PSNR to ground truth falls; PSNR to truth: means of \
+         frames, to model: of all pixels; the paper's loss is of trained models\n  \
+         rendered in all: pixels that the model renders, references included, of those of all \
+         frames in full"
+    );
 }
 
 /// What a table of several scenes shows of each.
-type Value = fn(&Found, &Variant) -> Option<f64>;
+type Value = fn(&Warping, &Variant) -> Option<f64>;
 
 impl Reports {
     /// A row a scene, a column a way.

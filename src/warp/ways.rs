@@ -1,13 +1,8 @@
 //! The ways of making frames that stand side by side.
 
 use clap::{Args, ValueEnum};
-use potamoi_base::camera::Camera;
-use potamoi_warp::{
-    Angle, Chain, Class, Frame, Plan, PlanOptions, Profile, ReferenceFrom, Rule, Sampling, Scope,
-    Sequence, Shaded, Target, WarpError, Warper, half_resolution,
-};
-
-use super::source::Source;
+use potamoi_explore::warping::{Method, Source, Way};
+use potamoi_warp::{Angle, PlanOptions, Profile, ReferenceFrom, Rule, Sampling, Scope};
 
 /// What is compared, and by which rules.
 #[derive(Debug, Args)]
@@ -20,7 +15,7 @@ pub(super) struct WayArgs {
         value_delimiter = ',',
         default_value = "sparw"
     )]
-    method: Vec<Method>,
+    method: Vec<MethodName>,
     /// Target frames that are warped from one reference
     #[arg(
         long,
@@ -69,7 +64,7 @@ pub(super) struct WayArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Method {
+enum MethodName {
     /// Sparse radiance warping
     Sparw,
     /// Each frame warped from the one before
@@ -78,12 +73,12 @@ pub(super) enum Method {
     Ds2,
 }
 
-impl Method {
-    pub(super) const fn name(self) -> &'static str {
-        match self {
-            Self::Sparw => "SpaRW",
-            Self::Temp => "Temp",
-            Self::Ds2 => "DS-2",
+impl std::convert::From<MethodName> for Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::Sparw => Self::SpaRw,
+            MethodName::Temp => Self::Chained,
+            MethodName::Ds2 => Self::HalfResolution,
         }
     }
 }
@@ -142,19 +137,6 @@ enum From {
     Centre,
 }
 
-/// One way of making the frames.
-#[derive(Debug, Clone)]
-pub(super) struct Way {
-    pub(super) method: Method,
-    pub(super) window: u32,
-    /// In degrees.
-    pub(super) phi: Option<f64>,
-    /// Which of the depths that are asked for.
-    pub(super) depth: usize,
-    /// What tells it from the others.
-    pub(super) name: String,
-}
-
 impl WayArgs {
     pub(super) fn longest_window(&self) -> u32 {
         self.window.iter().copied().max().unwrap_or(1)
@@ -163,42 +145,8 @@ impl WayArgs {
     /// All that were asked for, less those that do not differ. `depths` are the
     /// names of the depths.
     pub(super) fn ways(&self, depths: &[String]) -> Vec<Way> {
-        let mut ways = vec![];
-        for method in &self.method {
-            let warps = *method != Method::Ds2;
-            let phis: Vec<Option<f64>> = match self.phi.is_empty() {
-                false if warps => self.phi.iter().copied().map(Some).collect(),
-                _ => vec![None],
-            };
-            let windows = if warps {
-                &self.window[..]
-            } else {
-                &self.window[..1]
-            };
-            let depths = if warps { depths } else { &depths[..1] };
-            for window in windows {
-                for phi in &phis {
-                    for (depth, of) in depths.iter().enumerate() {
-                        let mut name = method.name().to_owned();
-                        if warps {
-                            name += &format!("-{window}");
-                        }
-                        name += &phi.map_or_else(String::new, |phi| format!(", phi {phi}"));
-                        if depths.len() > 1 {
-                            name += &format!(", {of}");
-                        }
-                        ways.push(Way {
-                            method: *method,
-                            window: *window,
-                            phi: *phi,
-                            depth,
-                            name,
-                        });
-                    }
-                }
-            }
-        }
-        ways
+        let methods: Vec<Method> = self.method.iter().map(|name| (*name).into()).collect();
+        Way::all(&methods, &self.window, &self.phi, depths)
     }
 
     /// What decides in one way.
@@ -240,34 +188,5 @@ impl WayArgs {
             reference,
             lead: self.lead,
         }
-    }
-}
-
-/// The frames of one way, one after another.
-pub(super) fn frames<'a>(
-    way: &Way,
-    warper: Warper<'a>,
-    path: &'a [Camera],
-    plan: &'a Plan,
-    lost: &'a [usize],
-) -> Box<dyn Iterator<Item = Result<Frame, WarpError>> + 'a> {
-    match way.method {
-        Method::Sparw => Box::new(Sequence::new(warper, path, plan, lost)),
-        Method::Temp => Box::new(Chain::new(warper, path, way.window)),
-        Method::Ds2 => Box::new(path.iter().enumerate().map(move |(number, camera)| {
-            let picture = half_resolution(warper.renderer, camera)?;
-            let count = picture.rgb.len();
-            Ok(Frame {
-                number,
-                reference: None,
-                target: Target {
-                    shaded: Shaded {
-                        picture,
-                        depth: vec![f32::NAN; count],
-                    },
-                    classes: vec![Class::Full; count],
-                },
-            })
-        })),
     }
 }

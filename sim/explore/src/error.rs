@@ -5,8 +5,11 @@ use potamoi_netlist::IrErrors;
 use potamoi_rtl::RtlError;
 use potamoi_scene::SceneError;
 use potamoi_synth::SynthError;
+use potamoi_system::runtime::RuntimeError;
 use potamoi_system::soc::work::WorkCacheError;
 use potamoi_system::soc::{CostError, ModelError};
+use potamoi_warp::WarpError;
+use potamoi_warp::mesh::MeshError;
 use thiserror::Error;
 
 /// Why a study has no result: what a crate below says of it, or one of the last
@@ -25,6 +28,15 @@ pub enum ExploreError {
     /// Of the files in which counted work is kept.
     #[error(transparent)]
     Work(#[from] WorkCacheError),
+    /// Of warping.
+    #[error(transparent)]
+    Warp(#[from] WarpError),
+    /// Of the schedule of frames.
+    #[error(transparent)]
+    Runtime(#[from] RuntimeError),
+    /// Of a mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// Of Verilog, the tools that run it, or what runs.
     #[error(transparent)]
     Rtl(#[from] RtlError),

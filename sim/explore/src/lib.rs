@@ -6,6 +6,7 @@ pub mod exponential;
 mod progress;
 mod setup;
 pub mod system;
+pub mod warping;
 
 pub use error::ExploreError;
 pub use progress::Progress;

@@ -1,6 +1,5 @@
-//! How good frames are, and what they took.
+//! How good frames are.
 
-use indicatif::ProgressBar;
 use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
@@ -9,12 +8,12 @@ use potamoi_warp::{Counts, Frame, Shaded, is_void};
 use serde::Serialize;
 
 use super::source::Source;
-use crate::failure::Failure;
+use crate::{ExploreError, Progress};
 
 /// What was really there along the last path, for the next representation of the
 /// same scene.
 #[derive(Default)]
-pub(super) struct Truth {
+pub struct Truth {
     of: Option<Analytic>,
     background: [f32; 3],
     path: Vec<Camera>,
@@ -44,7 +43,7 @@ impl Truth {
         source: &Source,
         number: usize,
         camera: &Camera,
-    ) -> Result<Option<Picture>, Failure> {
+    ) -> Result<Option<Picture>, ExploreError> {
         if let Some(known) = self.frame(number, camera) {
             return Ok(Some(known.clone()));
         }
@@ -60,18 +59,22 @@ impl Truth {
 }
 
 /// Of a path, what the model shows in full, and what is there.
-pub(super) struct Footage {
+pub struct Footage {
     full: Vec<Shaded>,
     truth: Vec<Option<Picture>>,
 }
 
 impl Footage {
-    pub(super) fn new(
+    /// Renders the path's frames in full, a step each, and what is there, where that is known.
+    ///
+    /// # Errors
+    /// As [`Renderer::shade`](potamoi_warp::Renderer::shade) and [`Source::truth`].
+    pub fn new(
         source: &Source,
         path: &[Camera],
         truth: &mut Truth,
-        bar: &ProgressBar,
-    ) -> Result<Self, Failure> {
+        progress: &dyn Progress,
+    ) -> Result<Self, ExploreError> {
         let mut footage = Self {
             full: vec![],
             truth: vec![],
@@ -80,19 +83,22 @@ impl Footage {
         for (number, camera) in path.iter().enumerate() {
             footage.full.push(source.renderer().shade(camera, None)?);
             footage.truth.push(truth.picture(source, number, camera)?);
-            bar.inc(1);
+            progress.advance(1);
         }
         Ok(footage)
     }
 
-    pub(super) fn size(&self) -> [u32; 2] {
+    /// Pixels of a row, and rows; 0 of an empty path.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
         self.full
             .first()
             .map_or([0, 0], |f| [f.picture.width, f.picture.height])
     }
 
-    /// Of the model itself.
-    pub(super) fn quality(&self) -> Option<Likeness> {
+    /// How like the model in full is to the truth; none where that is not known.
+    #[must_use]
+    pub fn quality(&self) -> Option<Likeness> {
         let mut sums = Sums::default();
         for (full, truth) in self.full.iter().zip(&self.truth) {
             sums.add(&full.picture, truth.as_ref()?, |_| true);
@@ -103,15 +109,15 @@ impl Footage {
 
 /// How like two pictures are, or two sequences.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub(super) struct Likeness {
+pub struct Likeness {
     /// Of the mean squared error over all pixels that count, in dB, peak 1;
     /// none where they are equal.
-    pub(super) psnr_db: Option<f64>,
+    pub psnr_db: Option<f64>,
     /// The mean over frames of each one's PSNR; none where one is equal.
-    pub(super) mean_psnr_db: Option<f64>,
+    pub mean_psnr_db: Option<f64>,
     /// Mean structural similarity over frames; none where no window of 11 x 11
     /// fits.
-    pub(super) ssim: Option<f64>,
+    pub ssim: Option<f64>,
 }
 
 /// Likenesses, frame by frame.
@@ -155,32 +161,37 @@ fn decibels(mse: f64) -> f64 {
     -10.0 * mse.log10()
 }
 
-/// Of the frame, or of its foreground: pixels where the model shows something.
+/// Pixels of the frame, or of its foreground: those where the model shows something.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub(super) struct Part {
-    pub(super) pixels: Counts,
+pub struct Part {
+    /// Where they come from.
+    pub pixels: Counts,
     /// Against the model in full.
-    pub(super) model: Option<Likeness>,
+    pub model: Option<Likeness>,
     /// Against ground truth.
-    pub(super) truth: Option<Likeness>,
+    pub truth: Option<Likeness>,
 }
 
 /// One frame.
 #[derive(Debug, Clone, Serialize)]
-pub(super) struct FrameFound {
-    pub(super) number: usize,
+pub struct FrameQuality {
+    /// From 0.
+    pub number: usize,
     /// The reference that it was warped from.
-    pub(super) reference: Option<usize>,
+    pub reference: Option<usize>,
     /// Whether it was rendered in full though it was to be warped.
-    pub(super) fell_back: bool,
-    pub(super) frame: Part,
-    pub(super) foreground: Part,
+    pub fell_back: bool,
+    /// All of its pixels.
+    pub frame: Part,
+    /// Those where the model shows something.
+    pub foreground: Part,
 }
 
 /// Frames of one way, as they come.
-pub(super) struct Measured<'a> {
+pub struct Measured<'a> {
     footage: &'a Footage,
-    pub(super) frames: Vec<FrameFound>,
+    /// Those that came.
+    pub frames: Vec<FrameQuality>,
     all: [Totals; 2],
 }
 
@@ -227,7 +238,9 @@ impl Totals {
 }
 
 impl<'a> Measured<'a> {
-    pub(super) fn new(footage: &'a Footage) -> Self {
+    /// Of no frame yet.
+    #[must_use]
+    pub fn new(footage: &'a Footage) -> Self {
         Self {
             footage,
             frames: vec![],
@@ -235,12 +248,13 @@ impl<'a> Measured<'a> {
         }
     }
 
-    pub(super) fn add(&mut self, frame: &Frame) {
+    /// Takes a frame of the footage's path.
+    pub fn add(&mut self, frame: &Frame) {
         let full = &self.footage.full[frame.number];
         let truth = self.footage.truth[frame.number].as_ref();
         let shows = |i: usize| !is_void(full.depth[i]);
         let [whole, foreground] = &mut self.all;
-        self.frames.push(FrameFound {
+        self.frames.push(FrameQuality {
             number: frame.number,
             reference: frame.reference,
             fell_back: frame.fell_back(),
@@ -250,7 +264,8 @@ impl<'a> Measured<'a> {
     }
 
     /// Of all frames, and of their foregrounds.
-    pub(super) fn totals(&self) -> [Part; 2] {
+    #[must_use]
+    pub fn totals(&self) -> [Part; 2] {
         self.all.map(|totals| totals.part())
     }
 }

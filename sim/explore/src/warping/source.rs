@@ -1,0 +1,182 @@
+//! What is warped: a scene, or an image sequence.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use potamoi_analytic::Analytic;
+use potamoi_base::camera::Camera;
+use potamoi_base::picture::Picture;
+use potamoi_base::record::Notes;
+use potamoi_scene::{ExactDepth, Images, Scene};
+use potamoi_warp::mesh;
+use potamoi_warp::{Geometry, ReferenceFrom, Renderer};
+
+use crate::ExploreError;
+
+/// One place that depth is from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Depth {
+    /// The model's rendering: where its light is taken, on average.
+    Model,
+    /// What comes with the images, or what is known of an analytic scene.
+    Given,
+    /// The model's surface as a mesh of so many cells along the longest side, rasterised.
+    Mesh(u32),
+    /// A mesh from a file.
+    File(PathBuf),
+}
+
+impl fmt::Display for Depth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Model => f.write_str("model"),
+            Self::Given => f.write_str("given"),
+            Self::Mesh(cells) => write!(f, "mesh {cells}"),
+            Self::File(path) => write!(f, "{}", path.display()),
+        }
+    }
+}
+
+/// What is warped.
+pub enum Source {
+    /// A scene, whose model renders what is not warped.
+    Scene(Box<Scene>),
+    /// Images with cameras and depth, which are taken in place of renderings.
+    Images(Images),
+}
+
+impl Source {
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Scene(scene) => scene.name(),
+            Self::Images(images) => images.name(),
+        }
+    }
+
+    /// What renders frames.
+    #[must_use]
+    pub fn renderer(&self) -> &dyn Renderer {
+        match self {
+            Self::Scene(scene) => &**scene,
+            Self::Images(images) => images,
+        }
+    }
+
+    /// Whether the time between frames may be chosen.
+    #[must_use]
+    pub fn is_timed(&self) -> bool {
+        matches!(self, Self::Scene(scene) if scene.path_length().is_none())
+    }
+
+    /// Cameras of so many frames; where no number is asked for, `usual` of a built-in path and all of
+    /// a file, but not more.
+    ///
+    /// # Errors
+    /// More frames than a file has, or a rate that is none.
+    pub fn path(
+        &self,
+        fps: f64,
+        frames: Option<u32>,
+        usual: u32,
+    ) -> Result<Vec<Camera>, ExploreError> {
+        Ok(match self {
+            Self::Scene(scene) => {
+                let all = scene.path_length();
+                let frames = frames.unwrap_or_else(|| all.map_or(usual, |all| usual.min(all)));
+                scene.path(fps, frames)?
+            }
+            Self::Images(images) => images.path(frames.map_or(images.len(), |f| f as usize))?,
+        })
+    }
+
+    /// Where depth is from unless another place is asked for.
+    #[must_use]
+    pub const fn usual_depth(&self) -> Depth {
+        match self {
+            Self::Scene(_) => Depth::Model,
+            Self::Images(_) => Depth::Given,
+        }
+    }
+
+    /// Where references are taken unless another place is asked for: image sequences have no frames
+    /// off their path.
+    #[must_use]
+    pub const fn usual_reference(&self) -> ReferenceFrom {
+        match self {
+            Self::Scene(_) => ReferenceFrom::Predicted,
+            Self::Images(_) => ReferenceFrom::Centre,
+        }
+    }
+
+    /// What tells depth, none where that is the rendering; `notes` takes what its file says that is
+    /// not used.
+    ///
+    /// # Errors
+    /// A mesh that cannot be read or made, or depth that the source has not.
+    pub fn geometry(
+        &self,
+        depth: &Depth,
+        notes: &mut Notes,
+    ) -> Result<Option<Box<dyn Geometry + '_>>, ExploreError> {
+        match (depth, self) {
+            (Depth::File(file), _) => {
+                let (mesh, said) = mesh::read(file)?;
+                notes.extend(said.of_file(file));
+                Ok(Some(Box::new(mesh)))
+            }
+            (Depth::Model, _) => Ok(None),
+            (Depth::Given, Self::Images(images)) => Ok(Some(Box::new(images.clone()))),
+            (Depth::Given, Self::Scene(scene)) => match scene.analytic() {
+                Some(analytic) => Ok(Some(Box::new(ExactDepth(analytic)))),
+                None => Err(ExploreError::Refused(format!(
+                    "--depth given: {} comes without depth: choose model or mesh",
+                    scene.name()
+                ))),
+            },
+            (Depth::Mesh(cells), Self::Scene(scene)) => Ok(Some(Box::new(
+                potamoi_scene::surface::of_scene(scene, *cells)?,
+            ))),
+            (Depth::Mesh(_), Self::Images(images)) => Err(ExploreError::Refused(format!(
+                "--depth mesh: {} has no model to take a surface of: choose given, or name a file \
+                 with --mesh",
+                images.name()
+            ))),
+        }
+    }
+
+    /// The analytic scene that it is of, if any.
+    #[must_use]
+    pub fn analytic(&self) -> Option<Analytic> {
+        match self {
+            Self::Scene(scene) => scene.analytic(),
+            Self::Images(_) => None,
+        }
+    }
+
+    /// What a model's file leaves open, and frames in which nothing is in view.
+    #[must_use]
+    pub fn left_open(&self, path: &[Camera]) -> Vec<String> {
+        match self {
+            Self::Scene(scene) => scene.left_open_along(path),
+            Self::Images(images) => images.left_open(),
+        }
+    }
+
+    /// What is really there, where it is known.
+    ///
+    /// # Errors
+    /// A camera that the scene cannot be seen by.
+    pub fn truth(&self, camera: &Camera) -> Result<Option<Picture>, ExploreError> {
+        let Self::Scene(scene) = self else {
+            return Ok(None);
+        };
+        if scene.analytic().is_none() {
+            return Ok(None);
+        }
+        let mut there = (**scene).clone();
+        there.set_camera(*camera);
+        Ok(Some(there.render_truth()?.picture))
+    }
+}

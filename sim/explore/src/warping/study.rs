@@ -1,0 +1,182 @@
+//! Ways of making a path's frames, one after another.
+
+use std::time::Instant;
+
+use potamoi_base::camera::Camera;
+use potamoi_base::record::Notes;
+use potamoi_system::runtime::Schedule;
+use potamoi_warp::{Counts, Frame, Geometry, Plan, PlanOptions, Rule, Warper};
+
+use super::quality::{Footage, Measured, Truth};
+use super::source::{Depth, Source};
+use super::timetable::{Times, Timetable, Timing, given_up};
+use super::variant::{Variant, Warping};
+use super::way::Way;
+use crate::{ExploreError, Progress};
+
+/// A path whose frames are made in several ways.
+pub struct Study<'a> {
+    /// What is warped.
+    pub source: &'a Source,
+    /// Cameras of the frames.
+    pub path: &'a [Camera],
+    /// Where depth is from; ways name them by number.
+    pub depths: &'a [Depth],
+    /// Frames a second; none where the path's rate is its own.
+    pub fps: Option<f64>,
+    /// When references and targets are rendered.
+    pub timetable: Timetable,
+    /// References that never arrive, by number from 0.
+    pub lost: &'a [usize],
+}
+
+/// A way, with what decides in it.
+#[derive(Debug, Clone)]
+pub struct PlannedWay {
+    /// The way.
+    pub way: Way,
+    /// Which pixels are warped.
+    pub rule: Rule,
+    /// Which references serve which frames.
+    pub plan: PlanOptions,
+}
+
+impl Study<'_> {
+    /// Steps of so many ways; each frame that is made again, as references were lost to the
+    /// schedule, is a further one.
+    #[must_use]
+    pub const fn steps(&self, ways: usize) -> u64 {
+        (self.path.len() * (ways + 1)) as u64
+    }
+
+    /// Makes the frames in each way, and compares them with the model's in full and with the truth,
+    /// which is kept for the next representation of the same scene. `show` is given every frame.
+    ///
+    /// # Errors
+    /// Depth that the source has not, a rule or a plan that cannot be, frames that cannot be
+    /// rendered, or an error of `show`.
+    pub fn run<E: From<ExploreError>>(
+        &self,
+        ways: &[PlannedWay],
+        truth: &mut Truth,
+        progress: &dyn Progress,
+        show: &mut dyn FnMut(&Frame) -> Result<(), E>,
+    ) -> Result<Warping, E> {
+        let start = Instant::now();
+        let mut notes = Notes::default();
+        let mut geometries = vec![];
+        for depth in self.depths {
+            geometries.push(self.source.geometry(depth, &mut notes)?);
+        }
+        progress.expect(self.steps(ways.len()));
+        let footage = Footage::new(self.source, self.path, truth, progress)?;
+        let mut variants = vec![];
+        for own in ways {
+            let geometry = geometries[own.way.depth].as_deref();
+            variants.push(self.variant(own, geometry, &footage, progress, show)?);
+        }
+        let mut not_checked = self.source.left_open(self.path);
+        not_checked.extend(notes.sentences());
+        Ok(Warping {
+            scene: self.source.name().to_owned(),
+            width: footage.size()[0],
+            height: footage.size()[1],
+            frames: self.path.len(),
+            fps: self.fps,
+            model: footage.quality(),
+            variants,
+            not_checked,
+            seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    fn variant<E: From<ExploreError>>(
+        &self,
+        own: &PlannedWay,
+        geometry: Option<&dyn Geometry>,
+        footage: &Footage,
+        progress: &dyn Progress,
+        show: &mut dyn FnMut(&Frame) -> Result<(), E>,
+    ) -> Result<Variant, E> {
+        let PlannedWay { way, rule, plan } = own;
+        let warper = Warper {
+            renderer: self.source.renderer(),
+            geometry,
+            rule: *rule,
+        };
+        let plan = Plan::new(self.path, plan).map_err(ExploreError::from)?;
+        let count = plan.references.len();
+        if let Some(none) = self.lost.iter().find(|n| **n >= count) {
+            let why = format!("--lose {none}: there are {count} references, from 0");
+            return Err(ExploreError::Refused(why).into());
+        }
+        let begun = Instant::now();
+        let (measured, schedule) = self.frames(way, warper, &plan, footage, progress, show)?;
+        let seconds = begun.elapsed().as_secs_f64();
+        let depth = self.depths[way.depth].to_string();
+        let times = &self.timetable.times;
+        Ok(Variant {
+            timing: schedule.as_ref().map(|own| Timing::of(own, times)),
+            schedule,
+            seconds,
+            ..Variant::new(way, depth, measured, &plan, self.path)
+        })
+    }
+
+    /// The frames of one way, and their schedule. References that the schedule gives up are lost to
+    /// the frames too, which are then made again.
+    fn frames<'f, E: From<ExploreError>>(
+        &self,
+        way: &Way,
+        warper: Warper<'_>,
+        plan: &Plan,
+        footage: &'f Footage,
+        progress: &dyn Progress,
+        show: &mut dyn FnMut(&Frame) -> Result<(), E>,
+    ) -> Result<(Measured<'f>, Option<Schedule>), E> {
+        let mut lost = self.lost.to_vec();
+        loop {
+            let mut measured = Measured::new(footage);
+            let mut counts = vec![];
+            let mut take = |frame: &Frame| -> Result<(), E> {
+                measured.add(frame);
+                counts.push(Counts::of(&frame.target.classes, |_| true));
+                show(frame)?;
+                progress.advance(1);
+                Ok(())
+            };
+            let times = match &self.timetable.times {
+                Times::Measured => {
+                    let mut failed = None;
+                    let timetable = &self.timetable;
+                    let schedule = timetable.measure(warper, self.path, plan, &lost, |frame| {
+                        if failed.is_none() {
+                            failed = take(&frame).err();
+                        }
+                    })?;
+                    return failed.map_or(Ok((measured, Some(schedule))), Err);
+                }
+                Times::Given(times) => Some(times),
+                Times::None => None,
+            };
+            for frame in way.frames(warper, self.path, plan, &lost) {
+                take(&frame.map_err(ExploreError::from)?)?;
+            }
+            let Some(times) = times else {
+                return Ok((measured, None));
+            };
+            let camera = &self.path[0];
+            let schedule =
+                (self.timetable).schedule(times, plan, &counts, camera, self.fps, &lost)?;
+            let before = lost.len();
+            let late = given_up(&schedule).into_iter();
+            lost.extend(late.filter(|n| !self.lost.contains(n)));
+            lost.sort_unstable();
+            lost.dedup();
+            if lost.len() == before {
+                return Ok((measured, Some(schedule)));
+            }
+            progress.expect(self.path.len() as u64);
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! When references and targets are rendered: scheduled by times that are given,
+//! or measured.
+
+use std::collections::BTreeSet;
+
+use potamoi_base::camera::Camera;
+use potamoi_system::link;
+use potamoi_system::runtime::{
+    Link, LinkUse, Made, Nanos, Options, PixelClock, Poses, References, Remote, Resource, Schedule,
+    live, schedule,
+};
+use potamoi_warp::{Counts, Frame, Plan, Shaded, WarpError, Warper};
+use serde::Serialize;
+
+use crate::ExploreError;
+
+const NANOS_A_MILLISECOND: f64 = 1e6;
+
+/// When references and targets are rendered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timetable {
+    /// Where times are from.
+    pub times: Times,
+    /// Whether references and targets share one renderer.
+    pub one_renderer: bool,
+}
+
+/// Where times are from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Times {
+    /// From nowhere: frames are not scheduled.
+    None,
+    /// They are given, and frames are scheduled by them.
+    Given(GivenTimes),
+    /// From rendering references and targets at once, on two threads.
+    Measured,
+}
+
+/// Times in milliseconds, none negative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GivenTimes {
+    /// Of a full frame; a target takes the share that it renders.
+    pub frame: f64,
+    /// Of warping a reference to a target; none: no time, which the report notes.
+    pub warp: Option<f64>,
+    /// In which a server renders a reference, sent over the paper's link; none: references are
+    /// rendered on the device.
+    pub server: Option<f64>,
+    /// After which a reference from the server is given up.
+    pub timeout: f64,
+}
+
+/// References that are rendered here, less those that are lost.
+struct Here<'a> {
+    warper: Warper<'a>,
+    lost: &'a [usize],
+}
+
+impl References for Here<'_> {
+    fn reference(&self, number: usize, camera: &Camera) -> Result<Option<Shaded>, WarpError> {
+        if self.lost.contains(&number) {
+            return Ok(None);
+        }
+        self.warper.reference(camera).map(Some)
+    }
+}
+
+/// What a schedule comes to.
+#[derive(Debug, Clone, Serialize)]
+pub struct Timing {
+    /// Where times are from: "given" or "measured".
+    pub times: &'static str,
+    /// No time was given for warping, which was taken to be done at once.
+    pub warping_is_free: bool,
+    /// Frames over the span; none of a span of nothing.
+    pub frames_per_second: Option<f64>,
+    /// From the first pose to the last frame.
+    pub span_ms: f64,
+    /// From a pose to its frame, on average.
+    pub latency_mean_ms: f64,
+    /// The most of them.
+    pub latency_max_ms: f64,
+    /// While a reference and a target were rendered at once.
+    pub overlap_ms: f64,
+    /// What frames waited for.
+    pub waits_ms: Vec<(&'static str, f64)>,
+    /// Of the span, how long each was busy.
+    pub utilisation: Vec<(&'static str, f64)>,
+    /// What went over the link.
+    pub link: LinkUse,
+}
+
+impl Timetable {
+    fn options(&self, fps: Option<f64>) -> Options {
+        // To a thousandth of a frame a second.
+        let poses = fps.map_or(Poses::OnShown, |fps| Poses::Rate {
+            frames: (fps * 1000.0).round() as u32,
+            seconds: 1000,
+        });
+        Options {
+            concurrent: !self.one_renderer,
+            ..Options::new(poses)
+        }
+    }
+
+    /// Schedules by the times that were given.
+    pub(super) fn schedule(
+        &self,
+        times: &GivenTimes,
+        plan: &Plan,
+        counts: &[Counts],
+        camera: &Camera,
+        fps: Option<f64>,
+        lost: &[usize],
+    ) -> Result<Schedule, ExploreError> {
+        let nanos = |ms: f64| (ms * NANOS_A_MILLISECOND).round() as Nanos;
+        let clock = PixelClock {
+            frame: nanos(times.frame),
+            served: nanos(times.server.unwrap_or_default()),
+            warp: nanos(times.warp.unwrap_or_default()),
+        };
+        let remote = times.server.map(|_| Remote {
+            link: Link::PAPER,
+            request_bytes: link::REQUEST_BYTES,
+            reference_bytes: u64::from(link::REFERENCE_BYTES)
+                * u64::from(camera.width)
+                * u64::from(camera.height),
+            timeout: nanos(times.timeout),
+            lost: lost.iter().copied().collect::<BTreeSet<_>>(),
+        });
+        let options = self.options(fps);
+        Ok(schedule(plan, counts, &clock, &options, remote.as_ref())?)
+    }
+
+    /// Renders on threads, and measures; `show` takes the frames.
+    pub(super) fn measure(
+        &self,
+        warper: Warper<'_>,
+        path: &[Camera],
+        plan: &Plan,
+        lost: &[usize],
+        show: impl FnMut(Frame),
+    ) -> Result<Schedule, ExploreError> {
+        let options = self.options(None);
+        let here = Here { warper, lost };
+        Ok(live(warper, &here, path, plan, &options, show)?)
+    }
+}
+
+/// References that a schedule gave up.
+pub(super) fn given_up(schedule: &Schedule) -> BTreeSet<usize> {
+    let lost = schedule
+        .frames
+        .iter()
+        .filter(|f| f.made == Made::FullByLoss);
+    lost.map(|f| f.reference).collect()
+}
+
+impl Timing {
+    /// Of a schedule by a timetable's times.
+    pub(super) fn of(schedule: &Schedule, times: &Times) -> Self {
+        let ms = |nanos: Nanos| nanos as f64 / NANOS_A_MILLISECOND;
+        let totals = &schedule.totals;
+        let waits = totals.frame_waits.named();
+        Self {
+            times: match times {
+                Times::Measured => "measured",
+                _ => "given",
+            },
+            warping_is_free: matches!(times, Times::Given(GivenTimes { warp: None, .. })),
+            frames_per_second: totals.frames_per_second,
+            span_ms: ms(totals.span),
+            latency_mean_ms: ms(totals.latency_mean),
+            latency_max_ms: ms(totals.latency_max),
+            overlap_ms: ms(totals.overlap),
+            waits_ms: waits.map(|(name, time)| (name, ms(time))).to_vec(),
+            utilisation: Resource::ALL
+                .into_iter()
+                .filter_map(|r| Some((r.name(), schedule.utilisation(r)?)))
+                .collect(),
+            link: totals.link,
+        }
+    }
+}
