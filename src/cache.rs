@@ -52,16 +52,19 @@ struct Report {
     cleared: bool,
     bytes: u64,
     entries: Vec<Entry>,
+    /// What else lies in those folders, which is never removed.
+    not_kept_by_potamoi: Vec<PathBuf>,
 }
 
 pub(crate) fn run(args: &CacheArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
     let root = potamoi_verilated::cache::root().map_err(SynthError::from)?;
     let mut entries = vec![];
+    let mut foreign = vec![];
     if root.is_dir() {
         let root = potamoi_verilated::cache::claim(&root).map_err(SynthError::from)?;
         for (kind, _) in KINDS {
-            found(&root, kind, &mut entries)?;
+            found(&root, kind, &mut entries, &mut foreign)?;
         }
         if args.clear {
             for entry in &entries {
@@ -76,6 +79,7 @@ pub(crate) fn run(args: &CacheArgs) -> Result<(), Failure> {
         cleared: args.clear,
         bytes: entries.iter().map(|e| e.bytes).sum(),
         entries,
+        not_kept_by_potamoi: foreign,
     };
     print(&report);
     match &args.json {
@@ -107,6 +111,9 @@ fn print(report: &Report) {
         size(report.bytes),
         report.folder.display()
     );
+    for path in &report.not_kept_by_potamoi {
+        say!("not kept by potamoi, and left alone: {}", path.display());
+    }
 }
 
 fn size(bytes: u64) -> String {
@@ -126,8 +133,14 @@ fn age(seconds: u64) -> String {
     }
 }
 
-/// Entries of a kind, by name. A run that makes one now holds it under a name with a dot.
-fn found(root: &Path, kind: &'static str, entries: &mut Vec<Entry>) -> Result<(), FileError> {
+/// Entries of a kind, by name, and what is none by its name. A run that makes an entry now holds it
+/// under a name with a dot.
+fn found(
+    root: &Path,
+    kind: &'static str,
+    entries: &mut Vec<Entry>,
+    foreign: &mut Vec<PathBuf>,
+) -> Result<(), FileError> {
     let folder = root.join(kind);
     if !folder.is_dir() {
         return Ok(());
@@ -143,6 +156,10 @@ fn found(root: &Path, kind: &'static str, entries: &mut Vec<Entry>) -> Result<()
         if name.starts_with('.') {
             continue;
         }
+        if !potamoi_kept::ends_with_key(&name) {
+            foreign.push(entry.path());
+            continue;
+        }
         let made = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
         let age = SystemTime::now().duration_since(made).unwrap_or_default();
         own.push(Entry {
@@ -153,6 +170,7 @@ fn found(root: &Path, kind: &'static str, entries: &mut Vec<Entry>) -> Result<()
         });
     }
     own.sort_by(|a, b| a.name.cmp(&b.name));
+    foreign.sort();
     entries.append(&mut own);
     Ok(())
 }

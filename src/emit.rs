@@ -1,6 +1,9 @@
 //! `potamoi emit`: the Verilog of both units.
 
+mod finisher;
 mod set;
+
+pub(crate) use finisher::finish_if_asked;
 
 use std::collections::BTreeMap;
 
@@ -87,7 +90,13 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     if written.is_some() {
         all.insert(CONFIGURATION.to_owned(), text_of(&config)?);
     }
-    let stale = set::replace(&args.out_dir, &all, &config.hash(), args.overwrite)?;
+    let stale = set::replace(
+        &args.out_dir,
+        &all,
+        &config.hash(),
+        args.overwrite,
+        &finisher::finish_apart,
+    )?;
     let (organisation, organisation_reason) = config.organisation();
     let report = Report {
         format_version: FORMAT_VERSION,

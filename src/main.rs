@@ -54,6 +54,9 @@ fn parting(error: &clap::Error) -> ExitCode {
 }
 
 fn main() -> ExitCode {
+    if let Some(code) = emit::finish_if_asked() {
+        return code;
+    }
     let parsed = renamed::accept(cli::Cli::command())
         .try_get_matches()
         .and_then(|matches| Ok((cli::Cli::from_arg_matches(&matches)?, matches)));

@@ -2,8 +2,8 @@
 //!
 //! The new set is written whole into a folder of its own inside the old one: a full disk ends there.
 //! Renaming that folder decides for the new set. Its files then take their places one by one, which
-//! needs no room; a run that is killed there is finished by the next one before it does anything
-//! else. A manifest lists the files with their hashes, so that what others wrote or edited is
+//! needs no room, in a process that outlives one that is killed ([`super::finisher`]); what ends that
+//! one too is finished by the next run before it does anything else. A manifest lists the files with their hashes, so that what others wrote or edited is
 //! told from what an emission left.
 
 use std::collections::BTreeMap;
@@ -18,8 +18,10 @@ use crate::files::FileError;
 
 /// Lists what an emission wrote.
 pub(super) const MANIFEST: &str = "manifest.json";
-/// Begins the name of a set that is being written.
+/// Begins the name of a set that is being written, before letters and digits.
 const WRITING: &str = ".potamoi-emit-";
+/// How many letters and digits.
+const RANDOM: usize = 8;
 /// A whole set that takes its place.
 const WHOLE: &str = ".potamoi-emitted";
 /// In that folder: paths of files that go.
@@ -41,6 +43,7 @@ struct Manifest {
 }
 
 /// Replaces the files of an earlier emission by these; gives the paths of those that are gone.
+/// `finish` does what [`finish`] does.
 ///
 /// # Errors
 /// Files of those names are in the folder that no emission wrote, or that were edited since, unless
@@ -50,10 +53,11 @@ pub(super) fn replace(
     set: &Set,
     configuration: &str,
     overwrite: bool,
+    finish: &dyn Fn(&Path) -> Result<(), Failure>,
 ) -> Result<Vec<String>, Failure> {
     fs::create_dir_all(out).map_err(|e| FileError::new(out, e))?;
     finish(out)?;
-    sweep(out, WRITING);
+    sweep(out, WRITING, RANDOM);
     let old = manifest_of(out);
     let foreign = foreign(out, set, &old)?;
     if !foreign.is_empty() && !overwrite {
@@ -172,6 +176,7 @@ fn write(out: &Path, set: &Set, configuration: &str, gone: &[String]) -> Result<
     };
     let folder = tempfile::Builder::new()
         .prefix(WRITING)
+        .rand_bytes(RANDOM)
         .tempdir_in(out)
         .map_err(|e| FileError::new(out, e.kind().into()))?;
     // Held until the set is whole: the next run sweeps what nobody holds.
@@ -207,13 +212,21 @@ fn write(out: &Path, set: &Set, configuration: &str, gone: &[String]) -> Result<
     Ok(())
 }
 
+/// Whether no set waits for its files to take their places.
+pub(super) fn is_finished(out: &Path) -> bool {
+    !out.join(WHOLE).is_dir()
+}
+
 /// Finishes what a run began that had its set whole, whether that was this one or one that was
 /// killed.
-fn finish(out: &Path) -> Result<(), Failure> {
-    let whole = out.join(WHOLE);
-    if !whole.is_dir() {
+///
+/// # Errors
+/// A file cannot be renamed or removed.
+pub(super) fn finish(out: &Path) -> Result<(), Failure> {
+    if is_finished(out) {
         return Ok(());
     }
+    let whole = out.join(WHOLE);
     let new = whole.join(NEW);
     let mut names = vec![];
     // It is gone where all had their places already.
@@ -268,6 +281,15 @@ mod tests {
             .collect()
     }
 
+    fn replaced(
+        out: &Path,
+        set: &Set,
+        hash: &str,
+        overwrite: bool,
+    ) -> Result<Vec<String>, Failure> {
+        replace(out, set, hash, overwrite, &finish)
+    }
+
     /// Everything in a folder, but the manifest.
     fn content(out: &Path) -> Set {
         let mut names = vec![];
@@ -291,7 +313,7 @@ mod tests {
         fs::write(out.join("tb"), "a file").unwrap();
         for (name, said) in [("unit/a.v", "is a link"), ("tb/a.v", "is no folder")] {
             for overwrite in [false, true] {
-                let error = replace(&out, &set(&[name], "new"), "c", overwrite).unwrap_err();
+                let error = replaced(&out, &set(&[name], "new"), "c", overwrite).unwrap_err();
                 assert!(error.to_string().contains(said), "{error}");
             }
         }
@@ -303,13 +325,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("o");
         let (old, new) = (set(&["u/a.v", "u/b.v"], "old"), set(&["u/a.v", "c"], "new"));
-        replace(&out, &old, "1", false).unwrap();
+        replaced(&out, &old, "1", false).unwrap();
         fs::write(out.join("u/mine.v"), "mine").unwrap();
-        assert_eq!(replace(&out, &new, "2", false).unwrap(), ["u/b.v"]);
+        assert_eq!(replaced(&out, &new, "2", false).unwrap(), ["u/b.v"]);
         let mut expected = new.clone();
         expected.insert("u/mine.v".to_owned(), "mine".to_owned());
         assert_eq!(content(&out), expected);
-        assert!(replace(&out, &new, "2", false).unwrap().is_empty());
+        assert!(replaced(&out, &new, "2", false).unwrap().is_empty());
     }
 
     /// A manifest that no emission wrote is somebody's file as any other.
@@ -319,7 +341,7 @@ mod tests {
         let out = folder.path();
         let new = set(&["a.v"], "new");
         let manifest = out.join(MANIFEST);
-        let write = |overwrite| replace(out, &new, "1", overwrite).map_err(|e| e.to_string());
+        let write = |overwrite| replaced(out, &new, "1", overwrite).map_err(|e| e.to_string());
         fs::write(&manifest, "{\"mine\": 1}").unwrap();
         assert!(write(false).unwrap_err().contains(MANIFEST));
         assert_eq!(fs::read_to_string(&manifest).unwrap(), "{\"mine\": 1}");
@@ -347,14 +369,14 @@ mod tests {
         let out = folder.path();
         let (old, new) = (set(&["a.v", "b.v"], "old"), set(&["a.v", "c.v"], "new"));
         fs::write(out.join("c.v"), "foreign").unwrap();
-        replace(out, &old, "1", false).unwrap();
+        replaced(out, &old, "1", false).unwrap();
         fs::write(out.join("b.v"), "edited").unwrap();
         let before = content(out);
-        let said = replace(out, &new, "2", false).unwrap_err().to_string();
+        let said = replaced(out, &new, "2", false).unwrap_err().to_string();
         assert!(said.contains("b.v") && said.contains("c.v") && said.contains("--overwrite"));
         assert!(!said.contains("a.v"), "{said}");
         assert_eq!(content(out), before);
-        replace(out, &new, "2", true).unwrap();
+        replaced(out, &new, "2", true).unwrap();
         assert_eq!(content(out), new);
     }
 
@@ -363,11 +385,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path();
         let (old, new) = (set(&["a.v", "b.v"], "old"), set(&["a.v", "c.v"], "new"));
-        replace(out, &old, "1", false).unwrap();
+        replaced(out, &old, "1", false).unwrap();
         // Cut off while it was written.
-        fs::create_dir(out.join(".potamoi-emit-x")).unwrap();
-        fs::write(out.join(".potamoi-emit-x/a.v"), "half").unwrap();
-        replace(out, &old, "1", false).unwrap();
+        fs::create_dir(out.join(".potamoi-emit-left1234")).unwrap();
+        fs::write(out.join(".potamoi-emit-left1234/a.v"), "half").unwrap();
+        replaced(out, &old, "1", false).unwrap();
         assert_eq!(content(out), old);
         // Cut off after one of its files had its place.
         write(out, &new, "2", &["b.v".to_owned()]).unwrap();
@@ -377,7 +399,7 @@ mod tests {
         assert_eq!(manifest_of(out).len(), 2);
         // Cut off when nothing but the folder was left to remove.
         fs::create_dir(out.join(WHOLE)).unwrap();
-        replace(out, &new, "2", false).unwrap();
+        replaced(out, &new, "2", false).unwrap();
         assert_eq!(content(out), new);
     }
 
@@ -387,7 +409,7 @@ mod tests {
         let out = folder.path();
         std::os::unix::fs::symlink("victim", out.join("a.v")).unwrap();
         for overwrite in [false, true] {
-            let said = replace(out, &set(&["a.v"], "new"), "1", overwrite).unwrap_err();
+            let said = replaced(out, &set(&["a.v"], "new"), "1", overwrite).unwrap_err();
             assert!(said.to_string().contains("is a link"), "{said}");
         }
         fs::remove_file(out.join("a.v")).unwrap();
@@ -395,7 +417,7 @@ mod tests {
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();
         assert!(made.unwrap().success());
         for overwrite in [false, true] {
-            let said = replace(out, &set(&["a.v"], "new"), "1", overwrite).unwrap_err();
+            let said = replaced(out, &set(&["a.v"], "new"), "1", overwrite).unwrap_err();
             assert!(said.to_string().contains("a FIFO"), "{said}");
         }
     }

@@ -28,8 +28,12 @@ fn all_that_is_kept_lies_in_the_folder_and_is_listed_and_cleared() {
             .iter()
             .all(|e| e["bytes"].as_u64().unwrap() > 0 && e["kind"] == "work")
     );
-    expect(at, 0, "$P cache --clear");
-    assert!(files(&at.join("cache")).is_empty());
+    // What somebody else keeps there stays.
+    fs::create_dir(at.join("cache/work/thesis")).unwrap();
+    fs::write(at.join("cache/work/thesis/one.tex"), "mine").unwrap();
+    let said = expect(at, 0, "$P cache --clear");
+    assert!(said.contains("left alone: cache/work/thesis") || said.contains("/cache/work/thesis"));
+    assert_eq!(files(&at.join("cache")), ["work/thesis/one.tex"]);
     expect(at, 0, "$P cache");
 }
 

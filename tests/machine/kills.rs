@@ -164,11 +164,58 @@ fn kill(run: &Run, times: u64, random: &mut Random) {
     }
 }
 
+/// Files of a set of Verilog, without what a killed run may have left.
+fn verilog(at: &Path) -> Vec<(String, Vec<u8>)> {
+    let names = files(&at.join("out"));
+    let own = names
+        .into_iter()
+        .filter(|name| !name.contains("/.potamoi-"));
+    own.map(|name| (name.clone(), fs::read(at.join("out").join(&name)).unwrap()))
+        .collect()
+}
+
+/// Kills emissions over the set of another configuration: the old set is there, or the new one.
+fn kill_over(times: u64, random: &mut Random) {
+    let small = Run {
+        command: &["--config", "small", "emit", "--out-dir", "rtl"],
+        outputs: &["rtl"],
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for inside in ["out", "cache", "tmp"] {
+        fs::create_dir(at.join(inside)).unwrap();
+    }
+    let begin = Instant::now();
+    let sets = [&EMIT, &small].map(|run| {
+        assert!(start(run, at, "whole").wait().unwrap().success());
+        verilog(at)
+    });
+    let length = begin.elapsed().as_micros() as u64 / 2;
+    assert!(sets[0] != sets[1]);
+    for time in 0..times {
+        let mark = format!("{}-over-{time}", std::process::id());
+        let mut child = start([&EMIT, &small][time as usize % 2], at, &mark);
+        let pause = random.below(length);
+        std::thread::sleep(Duration::from_micros(pause));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let killed = Instant::now();
+        while alive(&mark) > 0 {
+            assert!(killed.elapsed() < Duration::from_secs(2), "{mark}");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let found = verilog(at);
+        let is_one = sets.contains(&found);
+        assert!(is_one, "after {pause} of {length} us: neither set");
+    }
+}
+
 #[test]
 fn a_killed_run_leaves_nothing_behind() {
     let mut random = Random(1);
     kill(&EMIT, 8, &mut random);
     kill(&WARP, 3, &mut random);
+    kill_over(10, &mut random);
 }
 
 #[test]
@@ -180,4 +227,5 @@ fn fifty_killed_runs_leave_nothing_behind() {
     kill(&COST, 8, &mut random);
     kill(&MODEL, 8, &mut random);
     kill(&VERIFY, 6, &mut random);
+    kill_over(150, &mut random);
 }

@@ -2,7 +2,11 @@
 //!
 //! A file is written beside its place and then renamed, so that a run that is cut off leaves the
 //! one before. A link is written through: what it names is replaced, and the link stays. A device
-//! or a pipe (`/dev/null`, `/dev/stdout`, `>(command)`) is written into, and never replaced.
+//! or a pipe (`/dev/null`, `/dev/stdout`, `>(command)`) is written into, and never replaced; so is
+//! a file that is named as one that is open already (`/dev/fd/3`).
+//!
+//! A new file has the permissions that the process gives to new files (`umask`); one that takes the
+//! place of another has that one's.
 
 use std::fs::{File, FileType};
 use std::io::{Error, ErrorKind, Read as _, Result, Write};
@@ -13,8 +17,12 @@ pub use potamoi_formats::files::{check, name_of, open, read, read_text};
 use rustix::fs::{FlockOperation, Mode, OFlags};
 use tempfile::NamedTempFile;
 
-/// Beginning of the names of unfinished files.
-const UNFINISHED: &str = ".potamoi-";
+/// Beginning of the names of unfinished files, before letters and digits that tell them apart.
+const UNFINISHED: &str = ".potamoi-unfinished-";
+/// How many letters and digits.
+const RANDOM: usize = 8;
+/// Links in a row that are followed, as by Linux.
+const MOST_LINKS: usize = 40;
 
 /// Writes to a temporary name in the same folder, then renames; into devices and pipes as they are.
 ///
@@ -57,8 +65,6 @@ pub fn prepare(path: &Path) -> Result<()> {
 /// # Errors
 /// A folder, a socket or a disk is there; a link that leads nowhere.
 pub fn place(path: &Path) -> Result<Option<PathBuf>> {
-    // Names of open files: renaming over what they lead to would cut them off.
-    let is_open_file = path.starts_with("/dev") || path.starts_with("/proc");
     let found = match std::fs::metadata(path) {
         Ok(found) => found.file_type(),
         Err(error) if error.kind() == ErrorKind::NotFound => {
@@ -75,7 +81,8 @@ pub fn place(path: &Path) -> Result<Option<PathBuf>> {
     if found.is_dir() {
         return Err(ErrorKind::IsADirectory.into());
     }
-    if is_stream(found) || (found.is_file() && is_open_file) {
+    // Renaming over a file that is open would cut off whoever has it open.
+    if is_stream(found) || (found.is_file() && leads_to_open_file(path)) {
         return Ok(None);
     }
     if !found.is_file() {
@@ -87,6 +94,22 @@ pub fn place(path: &Path) -> Result<Option<PathBuf>> {
     } else {
         path.to_owned()
     }))
+}
+
+/// Whether a path, or a link that it leads through, names an open file of a process by its number.
+fn leads_to_open_file(path: &Path) -> bool {
+    let mut path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    for _ in 0..MOST_LINKS {
+        let is_in_proc = path.starts_with("/proc") && path.iter().any(|part| part == "fd");
+        if is_in_proc || path.starts_with("/dev/fd") {
+            return true;
+        }
+        let Ok(to) = std::fs::read_link(&path) else {
+            return false;
+        };
+        path = folder(&path).join(to);
+    }
+    false
 }
 
 fn is_stream(kind: FileType) -> bool {
@@ -120,16 +143,37 @@ fn folder(path: &Path) -> &Path {
 pub struct Unfinished(NamedTempFile, PathBuf);
 
 impl Unfinished {
-    /// Of a file at `place`, which is no link.
+    /// Of a file at `place`, which is no link; it will have the permissions of what it replaces,
+    /// or those of a new file.
     ///
     /// # Errors
     /// Its folder cannot be written.
     pub fn beside(place: &Path) -> Result<Self> {
+        // What the process hides from others is left out of these by the system.
+        let file = Self::with_mode(place, 0o666)?;
+        if let Ok(old) = std::fs::metadata(place) {
+            file.0.as_file().set_permissions(old.permissions())?;
+        }
+        Ok(file)
+    }
+
+    /// The same, for this user alone.
+    ///
+    /// # Errors
+    /// As [`Unfinished::beside`].
+    pub fn private_beside(place: &Path) -> Result<Self> {
+        Self::with_mode(place, 0o600)
+    }
+
+    fn with_mode(place: &Path, mode: u32) -> Result<Self> {
+        use std::os::unix::fs::PermissionsExt as _;
         let folder = folder(place);
-        sweep(folder, UNFINISHED);
+        sweep(folder, UNFINISHED, RANDOM);
         loop {
             let file = tempfile::Builder::new()
                 .prefix(UNFINISHED)
+                .rand_bytes(RANDOM)
+                .permissions(std::fs::Permissions::from_mode(mode))
                 .tempfile_in(folder)
                 // The temporary name, which the library adds, would say nothing to a user.
                 .map_err(|e| Error::from(e.kind()))?;
@@ -162,27 +206,24 @@ impl Unfinished {
     /// # Errors
     /// It cannot be renamed.
     pub fn finish(self) -> Result<()> {
-        readable(self.0.as_file())?;
-        self.finish_private()
-    }
-
-    /// As [`Self::finish`], readable by this user alone.
-    ///
-    /// # Errors
-    /// It cannot be renamed.
-    pub fn finish_private(self) -> Result<()> {
         self.0.persist(&self.1).map_err(|e| e.error)?;
         Ok(())
     }
 }
 
-/// Removes files and folders whose names begin so and that no process holds locked.
-pub fn sweep(folder: &Path, prefix: &str) {
+/// Removes files and folders that no process holds locked and whose names are `prefix` and then
+/// `random` letters and digits.
+pub fn sweep(folder: &Path, prefix: &str, random: usize) {
+    let is_ours = |name: &str| {
+        name.strip_prefix(prefix).is_some_and(|rest| {
+            rest.len() == random && rest.bytes().all(|b| b.is_ascii_alphanumeric())
+        })
+    };
     let Ok(entries) = std::fs::read_dir(folder) else {
         return;
     };
     for entry in entries.flatten() {
-        if !entry.file_name().to_string_lossy().starts_with(prefix) {
+        if !is_ours(&entry.file_name().to_string_lossy()) {
             continue;
         }
         let path = entry.path();
@@ -215,12 +256,6 @@ pub fn holds(path: &Path, bytes: &[u8]) -> bool {
     let mut found = vec![];
     let most = bytes.len() as u64 + 1;
     file.take(most).read_to_end(&mut found).is_ok() && found == bytes
-}
-
-/// Temporary files are private; what is written for others should not be.
-fn readable(file: &File) -> Result<()> {
-    use std::os::unix::fs::PermissionsExt as _;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
 }
 
 #[cfg(test)]
@@ -286,13 +321,82 @@ mod tests {
         assert_eq!(text, "through");
     }
 
+    /// A file that is open is written into by whatever name it has as that, and by its own name
+    /// it is replaced, wherever it lies.
+    #[test]
+    fn open_files_are_written_into_by_their_numbers_alone() {
+        use std::os::fd::AsRawFd as _;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("open");
+        let file = File::create(&path).unwrap();
+        let number = file.as_raw_fd();
+        let link = folder.path().join("link");
+        symlink(format!("/dev/fd/{number}"), &link).unwrap();
+        let names = [
+            format!("/dev/fd/{number}"),
+            format!("/proc/self/fd/{number}"),
+        ];
+        for name in names.iter().map(Path::new).chain([link.as_path()]) {
+            assert_eq!(place(name).unwrap(), None, "{}", name.display());
+            write(name, b"x").unwrap();
+        }
+        assert_eq!(std::fs::read(&path).unwrap(), b"xxx");
+        // A folder of devices has regular files too.
+        for base in [folder.path(), Path::new("/dev/shm")] {
+            let Ok(inside) = tempfile::tempdir_in(base) else {
+                println!("{} cannot be written: not tried there", base.display());
+                continue;
+            };
+            let file = inside.path().join("f");
+            for text in ["first, longer", "second"] {
+                write(&file, text.as_bytes()).unwrap();
+                assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
+            }
+        }
+    }
+
+    /// Of a new file those of any new file, of another those that it had.
+    #[test]
+    fn permissions_are_those_of_new_files_or_those_that_were() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let mode = |name: &str| std::fs::metadata(at(name)).unwrap().permissions().mode() & 0o777;
+        File::create(at("plain")).unwrap();
+        write(&at("new"), b"x").unwrap();
+        assert_eq!(mode("new"), mode("plain"));
+        for set in [0o600, 0o640, 0o755] {
+            let permissions = std::fs::Permissions::from_mode(set);
+            std::fs::set_permissions(at("new"), permissions).unwrap();
+            write(&at("new"), b"y").unwrap();
+            assert_eq!(mode("new"), set);
+        }
+        Unfinished::private_beside(&at("own"))
+            .unwrap()
+            .finish()
+            .unwrap();
+        assert_eq!(mode("own"), 0o600);
+    }
+
     #[test]
     fn what_a_killed_run_left_is_swept_and_what_is_in_use_stays() {
         let folder = tempfile::tempdir().unwrap();
-        let left = folder.path().join(".potamoi-left");
-        std::fs::write(&left, "half").unwrap();
+        let left = folder.path().join(".potamoi-unfinished-left1234");
+        let others = [
+            ".potamoi-notes",
+            ".potamoi-unfinished-notes",
+            ".potamoi-emitted",
+        ];
+        for path in others
+            .map(|name| folder.path().join(name))
+            .iter()
+            .chain([&left])
+        {
+            std::fs::write(path, "half").unwrap();
+        }
         let used = Unfinished::beside(&folder.path().join("f")).unwrap();
         assert!(!left.exists());
+        assert!(others.iter().all(|name| folder.path().join(name).exists()));
         write(&folder.path().join("g"), b"x").unwrap();
         assert!(used.path().exists());
         used.finish().unwrap();

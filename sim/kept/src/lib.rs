@@ -23,6 +23,8 @@ use serde::de::DeserializeOwned;
 
 /// First words of every kept file, with the version of its format.
 const FORMAT: &str = "potamoi-kept 2";
+/// Hexadecimal digits of a key.
+const KEY_DIGITS: usize = 32;
 /// Bytes of a kept file at most.
 const LARGEST: u64 = 1 << 32;
 
@@ -85,7 +87,7 @@ impl Key {
             with(name.as_bytes());
             with(hash.as_bytes());
         }
-        all.finalize().to_hex()[..32].to_owned()
+        all.finalize().to_hex()[..KEY_DIGITS].to_owned()
     }
 
     /// The file of the result in a folder.
@@ -139,9 +141,19 @@ fn write_bytes(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     {
         std::fs::remove_dir_all(path)?;
     }
-    let mut file = files::Unfinished::beside(path)?;
+    let mut file = files::Unfinished::private_beside(path)?;
     file.write_all(&all)?;
-    file.finish_private()
+    file.finish()
+}
+
+/// Whether a name is one that is given to what is kept: it ends with the digits of a key, but for
+/// an ending with a dot. What else lies in a folder of kept files is somebody's own.
+#[must_use]
+pub fn ends_with_key(name: &str) -> bool {
+    let stem = name.split('.').next().unwrap_or_default();
+    let digits = stem.rsplit_once('-').map_or("", |(_, digits)| digits);
+    let is_hex = |b: u8| b.is_ascii_digit() || (b'a'..=b'f').contains(&b);
+    digits.len() == KEY_DIGITS && digits.bytes().all(is_hex)
 }
 
 /// The name of a kept file, which holds its key.
@@ -251,6 +263,18 @@ mod tests {
         }
         assert_eq!(std::fs::read_to_string(at("victim")).unwrap(), "mine");
         assert!(!at("nowhere").exists());
+    }
+
+    #[test]
+    fn names_of_kept_files_are_known() {
+        let path = Key::new("some-kind", "1").file(Path::new(""), "json");
+        let name = path.to_str().unwrap();
+        let key = &name["some-kind-".len()..name.len() - ".json".len()];
+        assert!(ends_with_key(name) && ends_with_key(&format!("unit-{key}")));
+        let short = &name[..name.len() - 6];
+        for other in ["thesis", "my-photos", key, short, &name.to_uppercase(), ""] {
+            assert!(!ends_with_key(other), "{other}");
+        }
     }
 
     #[test]

@@ -1,0 +1,45 @@
+//! The last step of an emission, in a process that outlives the one that is killed.
+//!
+//! Once a set is decided for, its files take their places one by one. A process of this program does
+//! that alone, in a group of its own, so that a killed `emit` leaves the old set or the new one.
+
+use std::os::unix::process::CommandExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+
+use super::set;
+use crate::failure::Failure;
+
+/// Set in that process, to the folder of the set.
+const FOLDER: &str = "POTAMOI_FINISH_EMITTED";
+
+/// Does the step, if this is that process.
+pub(crate) fn finish_if_asked() -> Option<ExitCode> {
+    let folder = PathBuf::from(std::env::var_os(FOLDER)?);
+    Some(match set::finish(&folder) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.exit_code(),
+    })
+}
+
+/// Has the step done by such a process and waits for it.
+///
+/// # Errors
+/// As [`set::finish`].
+pub(super) fn finish_apart(out: &Path) -> Result<(), Failure> {
+    if set::is_finished(out) {
+        return Ok(());
+    }
+    let start = |own: PathBuf| {
+        Command::new(own)
+            .env(FOLDER, out)
+            .process_group(0)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status()
+    };
+    // What could not be started or done there is done here, with its error told.
+    let _ = std::env::current_exe().and_then(start);
+    set::finish(out)
+}
