@@ -1,15 +1,17 @@
 //! `potamoi verify`: the Verilog against the golden models.
 
 mod report;
-mod work;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use indicatif::HumanCount;
+use potamoi_explore::verification::{Extent, Work};
+use potamoi_formats::config::Config;
 use potamoi_rtl::EngineKind;
 use potamoi_rtl::verify::{Failure as Found, Injection, Settings, Verifier};
+use potamoi_scene::trace::Trace;
 use serde::Serialize;
 
 use crate::args::{Common, quoted};
@@ -19,7 +21,6 @@ use crate::progress;
 use crate::scene::{SceneArgs, say_not_checked};
 use crate::stdout::say;
 use report::{FORMAT_VERSION, Report, print};
-use work::Work;
 
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
@@ -122,7 +123,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     let config = common.read_config()?;
     let start = Instant::now();
     let spinner = progress::spinner("reading the work");
-    let work = Work::open(args, &config)?;
+    let work = open(args, &config)?;
     // What there is to do, so that shares and progress are of a known whole.
     let frame = work.counts(&config)?;
     spinner.finish_and_clear();
@@ -141,7 +142,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     let failure = verifier.failure().cloned();
     bar.finish_and_clear();
     if let (Err(error), None) = (done, &failure) {
-        return Err(error);
+        return Err(error.into());
     }
     let report = Report {
         format_version: FORMAT_VERSION,
@@ -181,18 +182,26 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     }
 }
 
+/// What is verified: a trace, or a scene's frame.
+fn open(args: &VerifyArgs, config: &Config) -> Result<Work, Failure> {
+    Ok(match &args.trace {
+        Some(path) => Work::Trace(path.clone(), Box::new(Trace::read(path, config)?)),
+        None => Work::Scene(Box::new(args.scene.open()?)),
+    })
+}
+
 /// Which share of the work is verified: of so many feature vectors and elements.
-fn settings(args: &VerifyArgs, [vectors, operations]: [u64; 2]) -> Settings {
-    let every = |total: u64, budget: u64| match args.level {
-        Level::Full => 1,
-        Level::Quick => total.div_ceil(budget).max(1),
+fn settings(args: &VerifyArgs, total: [u64; 2]) -> Settings {
+    let extent = match args.level {
+        Level::Full => Extent::Full,
+        Level::Quick => Extent::Share(args.engine.budget()),
     };
-    let [samples, elements] = args.engine.budget();
+    let [gather_every, vector_every] = extent.every(total);
     Settings {
         engine: args.engine.kind(),
         seed: args.seed,
-        gather_every: every(vectors, samples),
-        vector_every: every(operations, elements),
+        gather_every,
+        vector_every,
         inject: args.inject.map(Inject::injection),
         excerpt: Some(args.vcd.clone()),
     }

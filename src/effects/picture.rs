@@ -4,8 +4,9 @@ use std::path::Path;
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use potamoi_explore::effects::{Effects, FoundEffect};
 
-use super::report::{Found, Report};
+use super::report::cost_words;
 use crate::charts::{COLOURS, LETTERS, TITLE, picture};
 use crate::failure::Failure;
 
@@ -22,10 +23,10 @@ const HALF: f64 = 0.3;
 
 /// A row an effect: the wall time of what was timed with it, of that what the effect takes, and how
 /// far pairs differ; beside it, what it takes of the hardware.
-pub(super) fn plot(path: &Path, report: &Report) -> Result<(), Failure> {
+pub(super) fn plot(path: &Path, report: &Effects) -> Result<(), Failure> {
     let rows = report.effects.len();
     let size = (WIDTH, FRAME + ROW * rows as u32);
-    let longest = report.effects.iter().filter_map(Found::timed);
+    let longest = report.effects.iter().filter_map(FoundEffect::timed);
     let longest = longest
         .map(|wall| wall.with_ms + wall.spread_ms.unwrap_or(0.0))
         .fold(1e-3, f64::max);
@@ -54,7 +55,7 @@ pub(super) fn plot(path: &Path, report: &Report) -> Result<(), Failure> {
             Rectangle::new([(from, y - HALF), (to, y + HALF)], style)
         };
         for (i, found) in report.effects.iter().enumerate() {
-            let colour = match found.called_for() {
+            let colour = match found.called_for {
                 true => COLOURS[1],
                 false => COLOURS[7],
             };
@@ -76,7 +77,7 @@ pub(super) fn plot(path: &Path, report: &Report) -> Result<(), Failure> {
             let right = letters.pos(Pos::new(HPos::Right, VPos::Center));
             let left = letters.pos(Pos::new(HPos::Left, VPos::Center));
             names.draw(&Text::new(found.title(), (NAMES as i32 - 6, line), right))?;
-            words.draw(&Text::new(found.cost_words(), (0, line), left))?;
+            words.draw(&Text::new(cost_words(found), (0, line), left))?;
         }
         Ok(())
     })

@@ -1,7 +1,9 @@
 //! Why a study has no result.
 
+use potamoi_analysis::HardwareError;
 use potamoi_formats::config::ConfigError;
 use potamoi_netlist::IrErrors;
+use potamoi_reference::UnitError;
 use potamoi_rtl::RtlError;
 use potamoi_scene::SceneError;
 use potamoi_synth::SynthError;
@@ -28,6 +30,9 @@ pub enum ExploreError {
     /// Of the files in which counted work is kept.
     #[error(transparent)]
     Work(#[from] WorkCacheError),
+    /// Of the hardware that a scene calls for.
+    #[error(transparent)]
+    Hardware(#[from] HardwareError),
     /// Of warping.
     #[error(transparent)]
     Warp(#[from] WarpError),
@@ -40,6 +45,9 @@ pub enum ExploreError {
     /// Of Verilog, the tools that run it, or what runs.
     #[error(transparent)]
     Rtl(#[from] RtlError),
+    /// Of units that work was sent through.
+    #[error("{0}")]
+    Unit(UnitError),
     /// Of the system's model.
     #[error(transparent)]
     Model(#[from] ModelError),

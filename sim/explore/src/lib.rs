@@ -1,11 +1,13 @@
 //! Studies on the whole chain.
 
 pub mod accuracy;
+pub mod effects;
 mod error;
 pub mod exponential;
 mod progress;
 mod setup;
 pub mod system;
+pub mod verification;
 pub mod warping;
 
 pub use error::ExploreError;

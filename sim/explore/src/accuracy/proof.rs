@@ -6,6 +6,7 @@ use potamoi_rtl::verify::{Injection, Settings, Verifier};
 
 use super::bench::Bench;
 use super::knobs::Setting;
+use crate::verification::Extent;
 use crate::{ExploreError, Progress};
 
 /// Feature vectors and elements that a proof aims at: some seconds.
@@ -37,7 +38,7 @@ impl Bench {
             .render_fixed(&config, &mut Twins::new(&config))?
             .counts;
         let total = [counts.feature_vectors, counts.elements.values().sum()];
-        let [gather_every, vector_every] = [0, 1].map(|i| total[i].div_ceil(AIM[i]).max(1));
+        let [gather_every, vector_every] = Extent::Share(AIM).every(total);
         let own = Settings {
             engine: EngineKind::Verilator,
             seed: 0,

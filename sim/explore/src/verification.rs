@@ -1,4 +1,4 @@
-//! What is verified.
+//! What hardware is verified with: a frame, or a trace of one.
 
 use std::path::{Path, PathBuf};
 
@@ -8,24 +8,20 @@ use potamoi_rtl::verify::Verifier;
 use potamoi_scene::Scene;
 use potamoi_scene::trace::Trace;
 
-use super::VerifyArgs;
-use crate::failure::Failure;
+use crate::ExploreError;
 
-/// What is verified: a frame, or a trace of one.
-pub(super) enum Work {
+/// What hardware is verified with.
+pub enum Work {
+    /// The frame that a scene's camera sees.
     Scene(Box<Scene>),
+    /// A trace of a frame, and the file that it is from.
     Trace(PathBuf, Box<Trace>),
 }
 
 impl Work {
-    pub(super) fn open(args: &VerifyArgs, config: &Config) -> Result<Self, Failure> {
-        Ok(match &args.trace {
-            Some(path) => Self::Trace(path.clone(), Box::new(Trace::read(path, config)?)),
-            None => Self::Scene(Box::new(args.scene.open()?)),
-        })
-    }
-
-    pub(super) fn scene(&self) -> &str {
+    /// The scene's name.
+    #[must_use]
+    pub fn scene(&self) -> &str {
         match self {
             Self::Scene(scene) => scene.name(),
             Self::Trace(_, trace) => &trace.scene,
@@ -33,7 +29,8 @@ impl Work {
     }
 
     /// What agreement says nothing of.
-    pub(super) fn not_checked(&self) -> Vec<String> {
+    #[must_use]
+    pub fn not_checked(&self) -> Vec<String> {
         match self {
             Self::Scene(scene) => scene.not_checked(),
             Self::Trace(..) => {
@@ -42,15 +39,20 @@ impl Work {
         }
     }
 
-    pub(super) fn size(&self) -> Option<[u32; 2]> {
+    /// Pixels of a row, and rows; none of a trace.
+    #[must_use]
+    pub fn size(&self) -> Option<[u32; 2]> {
         match self {
             Self::Scene(scene) => Some([scene.camera().width, scene.camera().height]),
             Self::Trace(..) => None,
         }
     }
 
-    /// Feature vectors and elements.
-    pub(super) fn counts(&self, config: &Config) -> Result<[u64; 2], Failure> {
+    /// Feature vectors and elements of vector operations, in all.
+    ///
+    /// # Errors
+    /// A scene that the configuration cannot render.
+    pub fn counts(&self, config: &Config) -> Result<[u64; 2], ExploreError> {
         match self {
             Self::Scene(scene) => {
                 let frame = scene.render_fixed(config, &mut Twins::new(config))?.counts;
@@ -64,7 +66,12 @@ impl Work {
         }
     }
 
-    pub(super) fn run(&self, config: &Config, verifier: &mut Verifier<'_>) -> Result<(), Failure> {
+    /// Sends the work through a verifier, which says what it found.
+    ///
+    /// # Errors
+    /// A scene that cannot be rendered, a trace that is not of this version's golden values, or
+    /// what the verifier ended at.
+    pub fn run(&self, config: &Config, verifier: &mut Verifier<'_>) -> Result<(), ExploreError> {
         match self {
             Self::Scene(scene) => {
                 scene.render_fixed(config, verifier)?;
@@ -77,9 +84,9 @@ impl Work {
 
 /// Sends a trace through units that also compute the golden values: those must
 /// be the trace's.
-fn replay(path: &Path, trace: &Trace, units: &mut dyn Units) -> Result<(), Failure> {
+fn replay(path: &Path, trace: &Trace, units: &mut dyn Units) -> Result<(), ExploreError> {
     let differs = |what: &str| {
-        Failure::Check(format!(
+        ExploreError::Check(format!(
             "trace {}: its {what} differ from the golden model's: it was written by another \
              version of potamoi; write it again",
             path.display()
@@ -96,7 +103,7 @@ fn replay(path: &Path, trace: &Trace, units: &mut dyn Units) -> Result<(), Failu
             gathered
         }
     }
-    .map_err(Failure::Unit)?;
+    .map_err(ExploreError::Unit)?;
     let expected = trace.gathered.iter().flat_map(|g| &g.features);
     if !features.iter().eq(expected) {
         return Err(differs("features"));
@@ -105,10 +112,50 @@ fn replay(path: &Path, trace: &Trace, units: &mut dyn Units) -> Result<(), Failu
         let mut out = vec![0; computed.a.len()];
         units
             .vector(computed.op, &computed.a, &computed.b, &mut out)
-            .map_err(Failure::Unit)?;
+            .map_err(ExploreError::Unit)?;
         if out != computed.out {
             return Err(differs("results"));
         }
     }
     Ok(())
+}
+
+/// How much of a frame is verified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// So many of its feature vectors and elements, spread evenly over it.
+    Share([u64; 2]),
+    /// All of it.
+    Full,
+}
+
+impl Extent {
+    /// Of feature vectors and elements so many in all, each how many-th is verified.
+    #[must_use]
+    pub fn every(self, total: [u64; 2]) -> [u64; 2] {
+        match self {
+            Self::Full => [1, 1],
+            Self::Share(aim) => [0, 1].map(|i| total[i].div_ceil(aim[i]).max(1)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No more than what is aimed at, and all of what is less.
+    #[test]
+    fn a_share_is_no_more_than_its_aim() {
+        let aim = Extent::Share([100, 10]);
+        for total in [[0, 0], [99, 9], [100, 11], [101, 1000], [12_345, 67]] {
+            let every = aim.every(total);
+            for i in 0..2 {
+                let taken = total[i].div_ceil(every[i]);
+                assert!(taken <= [100, 10][i], "{total:?} {every:?}");
+                assert!(taken >= total[i].min([50, 5][i]), "{total:?} {every:?}");
+            }
+        }
+        assert_eq!(Extent::Full.every([12_345, 67]), [1, 1]);
+    }
 }

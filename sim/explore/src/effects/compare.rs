@@ -9,8 +9,8 @@ use potamoi_scene::{Rendered, Scene};
 use potamoi_system::effects::{Digest, EffectCycles, EffectMeter};
 use serde::Serialize;
 
-use super::measure::{Pairs, Stopwatch};
-use crate::failure::Failure;
+use super::wall::{Pairs, Stopwatch};
+use crate::ExploreError;
 
 /// What a frame gives.
 struct Outcome {
@@ -21,7 +21,7 @@ struct Outcome {
 }
 
 impl Outcome {
-    fn of(watch: &Stopwatch<'_>, scene: &Scene) -> Result<Self, Failure> {
+    fn of(watch: &Stopwatch<'_>, scene: &Scene) -> Result<Self, ExploreError> {
         let mut twins = Twins::new(watch.config);
         let mut meter = EffectMeter::new(watch.config);
         let mut digest = Digest::default();
@@ -40,18 +40,21 @@ impl Outcome {
 
 /// A frame with effects forced beside one with what is called for alone.
 #[derive(Debug, Serialize)]
-pub(super) struct Forced {
-    effects: Vec<String>,
+pub struct Forced {
+    /// Those that are forced.
+    pub effects: Vec<String>,
     /// Whether pictures are the same bit for bit, in floating point and in the hardware's formats.
-    same_image: bool,
-    /// Whether everything is that goes through the units, and a digest of it.
-    same_trace: bool,
-    trace: String,
+    pub same_image: bool,
+    /// Whether everything is that goes through the units.
+    pub same_trace: bool,
+    /// A digest of it.
+    pub trace: String,
     /// Whether modelled cycles are, those of the hardware that the scene calls for too.
-    same_cycles: bool,
-    cycles: EffectCycles,
+    pub same_cycles: bool,
+    /// Those of the frame without forcing.
+    pub cycles: EffectCycles,
     /// Wall time with them and without; none where no pairs are asked for.
-    wall: Option<Pairs>,
+    pub wall: Option<Pairs>,
 }
 
 impl Forced {
@@ -60,7 +63,7 @@ impl Forced {
         hardware: &Hardware,
         choices: Choices,
         is_remote: bool,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, ExploreError> {
         let forced = Effect::ALL
             .into_iter()
             .filter(|effect| choices.forces(*effect));
@@ -111,51 +114,39 @@ impl Forced {
         })
     }
 
-    pub(super) const fn is_same(&self) -> bool {
+    /// Whether forcing changed nothing.
+    #[must_use]
+    pub const fn is_same(&self) -> bool {
         self.same_image && self.same_trace && self.same_cycles
-    }
-
-    pub(super) fn sentence(&self) -> String {
-        let says = |is_same: bool| if is_same { "the same" } else { "ANOTHER" };
-        format!(
-            "forced {}: {} image, {} trace ({}), {} modelled cycles ({} gathering, {} vector, {} \
-             MAC array){}",
-            self.effects.join(", "),
-            says(self.same_image),
-            says(self.same_trace),
-            self.trace,
-            says(self.same_cycles),
-            self.cycles.gather,
-            self.cycles.vector,
-            self.cycles.array,
-            self.wall.map_or_else(String::new, |wall| format!(
-                ", which takes {} of the simulator's wall time (median of pairs)",
-                wall.words()
-            ))
-        )
     }
 }
 
 /// A frame without an effect beside one with it.
 #[derive(Debug, Serialize)]
-pub(super) struct Without {
-    name: &'static str,
-    degree: Option<u8>,
-    called_for: bool,
+pub struct Without {
+    /// The effect's name.
+    pub name: &'static str,
+    /// Of spherical harmonics.
+    pub degree: Option<u8>,
+    /// Whether the scene calls for it.
+    pub called_for: bool,
     /// What was compared.
-    of: &'static str,
+    pub of: &'static str,
     /// Linear RGB, unquantised, peak 1, in dB; none where nothing differs.
-    psnr_db: Option<f64>,
-    pixels: u64,
-    pixels_changed: u64,
-    largest_difference: f32,
+    pub psnr_db: Option<f64>,
+    /// Pixels that were compared.
+    pub pixels: u64,
+    /// Those in which a channel differs.
+    pub pixels_changed: u64,
+    /// Of a channel, linear, peak 1.
+    pub largest_difference: f32,
     /// Modelled cycles of all units for the frame without it, less those with it; none of effects of
     /// a path.
-    cycles_more: Option<i64>,
+    pub cycles_more: Option<i64>,
 }
 
 impl Without {
-    pub(super) fn find(watch: &Stopwatch<'_>, finding: &Finding) -> Result<Self, Failure> {
+    pub(super) fn find(watch: &Stopwatch<'_>, finding: &Finding) -> Result<Self, ExploreError> {
         let effect = finding.effect;
         let mut own = Self {
             name: effect.name(),
@@ -208,38 +199,5 @@ impl Without {
         }
         let mean = squares / with.len().max(1) as f64;
         self.psnr_db = (mean > 0.0).then(|| -10.0 * mean.log10());
-    }
-
-    pub(super) fn sentence(&self) -> String {
-        let degree = self.degree.map_or_else(String::new, |d| format!(":{d}"));
-        let asked = match self.called_for {
-            true => "called for",
-            false => "not called for",
-        };
-        if [Effect::RemoteLink, Effect::RandomDram]
-            .map(Effect::name)
-            .contains(&self.name)
-        {
-            return format!(
-                "without {} ({asked}): no pixel and no cycle of the units changes, as it is of the \
-                 system alone; what potamoi model says of it would be missing: {}",
-                self.name,
-                match self.name == Effect::RandomDram.name() {
-                    true => "random MB, and their part of gathering's time and of memory's energy",
-                    false => "the link's time and energy (--scenario remote)",
-                }
-            );
-        }
-        let error = match self.psnr_db {
-            Some(db) => format!(
-                "{db:.1} dB PSNR against {} with it, {} of {} pixels changed, by {:.4} at most",
-                self.of, self.pixels_changed, self.pixels, self.largest_difference
-            ),
-            None => format!("no pixel of {} changes", self.of),
-        };
-        let cycles = self.cycles_more.map_or_else(String::new, |more| {
-            format!("; modelled cycles of the units: {more:+}")
-        });
-        format!("without {}{degree} ({asked}): {error}{cycles}", self.name)
     }
 }

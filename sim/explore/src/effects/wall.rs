@@ -12,7 +12,7 @@ use potamoi_scene::Scene;
 use potamoi_warp::{Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer, Sequence, Warper};
 use serde::Serialize;
 
-use crate::failure::Failure;
+use crate::ExploreError;
 
 /// Targets of a reference.
 const WINDOW: u32 = 16;
@@ -28,24 +28,26 @@ pub(super) struct Stopwatch<'a> {
 
 /// Time with and without an effect.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub(super) struct Wall {
+pub struct Wall {
     /// What is timed.
-    pub(super) of: &'static str,
+    pub of: &'static str,
     /// Medians of the runs.
     #[serde(flatten)]
-    pub(super) pairs: Pairs,
+    pub pairs: Pairs,
 }
 
 /// Medians of interleaved runs, in milliseconds.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub(super) struct Pairs {
-    pub(super) with_ms: f64,
-    pub(super) without_ms: f64,
+pub struct Pairs {
+    /// With it.
+    pub with_ms: f64,
+    /// Without it.
+    pub without_ms: f64,
     /// Of the differences within each pair.
-    pub(super) difference_ms: f64,
+    pub difference_ms: f64,
     /// Half of what lies between the least and the largest of them: less is noise. None of a single
     /// pair.
-    pub(super) spread_ms: Option<f64>,
+    pub spread_ms: Option<f64>,
 }
 
 impl Pairs {
@@ -72,7 +74,8 @@ impl Pairs {
     }
 
     /// The difference, and how far pairs differ in it.
-    pub(super) fn words(&self) -> String {
+    #[must_use]
+    pub fn words(&self) -> String {
         format!(
             "{:.2} ms ({}) of {:.2} ms",
             self.difference_ms,
@@ -85,14 +88,14 @@ impl Pairs {
 
 /// The frame on the Verilated units.
 #[derive(Debug, Serialize)]
-pub(super) struct RtlWall {
+pub struct RtlWall {
     /// With the whole configuration, both units instantiated, and without what the scene does not
-    /// call for.
-    pub(super) wall: Option<Pairs>,
+    /// call for; none where no pairs are asked for.
+    pub wall: Option<Pairs>,
     /// Cycles, the same of both.
-    pub(super) cycles: RtlCycles,
+    pub cycles: RtlCycles,
     /// Whether picture, counts and cycles are the same.
-    pub(super) is_same: bool,
+    pub is_same: bool,
 }
 
 fn median(mut all: Vec<f64>) -> f64 {
@@ -114,8 +117,8 @@ impl Stopwatch<'_> {
     /// Runs both in turn, after one of each that does not count; none where no pair is asked for.
     pub(super) fn in_pairs<T>(
         &self,
-        mut run: impl FnMut(bool) -> Result<T, Failure>,
-    ) -> Result<Option<Pairs>, Failure> {
+        mut run: impl FnMut(bool) -> Result<T, ExploreError>,
+    ) -> Result<Option<Pairs>, ExploreError> {
         let mut times = [vec![], vec![]];
         for pair in 0..=self.pairs {
             // Each comes first in every other pair.
@@ -137,7 +140,7 @@ impl Stopwatch<'_> {
         &self,
         effect: Effect,
         is_called_for: bool,
-    ) -> Result<Option<Wall>, Failure> {
+    ) -> Result<Option<Wall>, ExploreError> {
         let Some(of) = self.timed(effect).filter(|_| self.pairs > 0) else {
             return Ok(None);
         };
@@ -221,7 +224,7 @@ impl Stopwatch<'_> {
         &self,
         renderer: &dyn Renderer,
         warps_still: bool,
-    ) -> Result<Vec<Frame>, Failure> {
+    ) -> Result<Vec<Frame>, ExploreError> {
         let options = PlanOptions {
             window: WINDOW,
             reference: ReferenceFrom::Predicted,
@@ -240,7 +243,7 @@ impl Stopwatch<'_> {
     }
 
     /// Pixels of warped frames that warping leaves to be rendered.
-    pub(super) fn pixels_left(&self) -> Result<u64, Failure> {
+    pub(super) fn pixels_left(&self) -> Result<u64, ExploreError> {
         let frames = self.warped(self.scene, false)?;
         let warped = frames.iter().filter(|frame| frame.reference.is_some());
         let classes = warped.flat_map(|frame| &frame.target.classes);
@@ -248,12 +251,12 @@ impl Stopwatch<'_> {
     }
 
     /// The same with nothing in the holes.
-    pub(super) fn with_holes(&self) -> Result<Vec<Frame>, Failure> {
+    pub(super) fn with_holes(&self) -> Result<Vec<Frame>, ExploreError> {
         self.warped(&Holes(self.scene), false)
     }
 
     /// The path's frames, rendered in full.
-    pub(super) fn full(&self) -> Result<Vec<potamoi_base::picture::Picture>, Failure> {
+    pub(super) fn full(&self) -> Result<Vec<potamoi_base::picture::Picture>, ExploreError> {
         let shaded = self
             .path
             .iter()
@@ -263,7 +266,7 @@ impl Stopwatch<'_> {
     }
 
     /// The frame on the Verilated units of the whole configuration and of what is called for.
-    pub(super) fn rtl(&self, hardware: &Hardware) -> Result<RtlWall, Failure> {
+    pub(super) fn rtl(&self, hardware: &Hardware) -> Result<RtlWall, ExploreError> {
         let mut shots = [None, None];
         let wall = self.in_pairs(|whole| {
             let mut units = match whole {

@@ -1,0 +1,292 @@
+//! What a scene and a path call for, and what each effect takes.
+
+use potamoi_analysis::{Analysis, Finding, Hardware, LeftOut, Surroundings};
+use potamoi_base::camera::Camera;
+use potamoi_base::effects::{Choices, Effect};
+use potamoi_reference::Twins;
+use potamoi_reference::observer::Observed;
+use potamoi_scene::Scene;
+use potamoi_system::effects::EffectMeter;
+use serde::Serialize;
+
+use super::compare::{Forced, Without};
+use super::wall::{Pairs, RtlWall, Stopwatch, Wall};
+use super::work::{Work, work_of};
+use crate::{Chosen, ExploreError, Progress};
+
+/// What effects are looked for in, and how.
+pub struct EffectsStudy<'a> {
+    /// The scene, with no choices of its own, seen by the path's first camera.
+    pub scene: &'a Scene,
+    /// The configuration that renders it.
+    pub chosen: &'a Chosen,
+    /// Cameras of the path.
+    pub path: &'a [Camera],
+    /// What is around the units.
+    pub around: Surroundings,
+    /// Effects that are forced, and those that are left out.
+    pub choices: Choices,
+    /// Pairs of runs, one with and one without an effect, whose medians are wall times; 0: no timing.
+    pub pairs: u32,
+    /// Whether the frame is run on the Verilated units, too.
+    pub rtl: bool,
+}
+
+/// What a scene and a path call for.
+#[derive(Debug, Serialize)]
+pub struct Effects {
+    /// The scene's name.
+    pub scene: String,
+    /// The model's algorithm.
+    pub algorithm: &'static str,
+    /// Pixels of a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Frames of the path.
+    pub frames: usize,
+    /// 12 hexadecimal digits.
+    pub configuration: String,
+    /// The preset that it is, if it is one.
+    pub preset: Option<&'static str>,
+    /// Of runs whose medians are wall times.
+    pub pairs: u32,
+    /// All effects, called for or not.
+    pub effects: Vec<FoundEffect>,
+    /// Both units.
+    pub units: Vec<UnitUse>,
+    /// The result with effects forced, where any are.
+    pub forced: Option<Forced>,
+    /// The result with effects left out, one by one.
+    pub without: Vec<Without>,
+    /// The frame on the Verilated units, where that was asked for.
+    pub rtl: Option<RtlWall>,
+}
+
+impl EffectsStudy<'_> {
+    /// Looks for all effects, and measures what each takes.
+    ///
+    /// # Errors
+    /// A scene that cannot be rendered by the configuration, or Verilog that cannot be built or run.
+    pub fn run(&self, progress: &dyn Progress) -> Result<Effects, ExploreError> {
+        let (scene, path) = (self.scene, self.path);
+        let Chosen { config, preset } = self.chosen;
+        let analysis = Analysis::of(scene, path, config, self.around)?;
+        let hardware = Hardware::of(scene, config)?;
+        let watch = Stopwatch {
+            scene,
+            config,
+            path,
+            pairs: self.pairs,
+        };
+        let effects = self.effects(&analysis, &watch, progress)?;
+        let choices = self.choices;
+        let forced = match Effect::ALL.iter().any(|effect| choices.forces(*effect)) {
+            true => {
+                progress.now("forcing effects");
+                let is_remote = self.around.is_remote;
+                Some(Forced::find(&watch, &hardware, choices, is_remote)?)
+            }
+            false => None,
+        };
+        let mut without = vec![];
+        for finding in &analysis.findings {
+            if choices.leaves_out(finding.effect) {
+                progress.now(&format!("leaving out {}", finding.effect));
+                without.push(Without::find(&watch, finding)?);
+            }
+        }
+        let rtl = match self.rtl {
+            true => {
+                progress.now("building and running the Verilated units");
+                Some(watch.rtl(&hardware)?)
+            }
+            false => None,
+        };
+        Ok(Effects {
+            scene: scene.name().to_owned(),
+            algorithm: scene.model().algorithm(),
+            width: scene.camera().width,
+            height: scene.camera().height,
+            frames: path.len(),
+            configuration: config.hash(),
+            preset: *preset,
+            pairs: self.pairs,
+            effects,
+            units: UnitUse::of(&hardware, &analysis),
+            forced,
+            without,
+            rtl,
+        })
+    }
+
+    /// What each effect takes.
+    fn effects(
+        &self,
+        analysis: &Analysis,
+        watch: &Stopwatch<'_>,
+        progress: &dyn Progress,
+    ) -> Result<Vec<FoundEffect>, ExploreError> {
+        let (scene, config) = (self.scene, &self.chosen.config);
+        progress.now("counting cycles");
+        let (cycles, counts) = {
+            let mut twins = Twins::new(config);
+            let mut meter = EffectMeter::new(config);
+            let mut units = Observed::new(&mut twins, config).by(&mut meter);
+            let rendered = scene.render_fixed(config, &mut units)?;
+            (meter.cycles(), rendered.counts)
+        };
+        let left = match analysis.calls_for(Effect::Disocclusion) {
+            true => watch.pixels_left()?,
+            false => 0,
+        };
+        let mut effects = vec![];
+        for finding in &analysis.findings {
+            progress.now(&format!("measuring {}", finding.effect));
+            let wall = watch.wall(finding.effect, finding.is_called_for)?;
+            let work = work_of(finding.effect, &cycles, &counts, left, scene);
+            let is_there = watch.is_there(finding.effect);
+            effects.push(FoundEffect::new(finding, work, wall, is_there, scene));
+        }
+        Ok(effects)
+    }
+}
+
+/// An effect.
+#[derive(Debug, Clone, Serialize)]
+pub struct FoundEffect {
+    /// Its name.
+    pub name: &'static str,
+    /// Of spherical harmonics.
+    pub degree: Option<u8>,
+    /// Whether the scene and the path call for it.
+    pub called_for: bool,
+    /// Why, or why not.
+    pub evidence: String,
+    /// What it takes when it is simulated.
+    pub cost: EffectCost,
+    /// What is saved by leaving it out.
+    pub saving: EffectSaving,
+}
+
+/// What an effect takes when it is simulated.
+#[derive(Debug, Clone, Serialize)]
+pub struct EffectCost {
+    /// Where, and how much.
+    #[serde(flatten)]
+    pub work: Work,
+    /// Wall time of the simulator with it, less that without it, where both were run; nothing, 0, of
+    /// what there is nothing of to simulate.
+    pub wall_ms: Option<f64>,
+    /// What was timed, and how long it took.
+    pub wall: Option<Wall>,
+}
+
+/// What is saved by leaving an effect out that is not called for.
+#[derive(Debug, Clone, Serialize)]
+pub struct EffectSaving {
+    /// Of the simulator's wall time; nothing, 0, of one that is called for, since it is not left out;
+    /// nor of one that there is nothing of to simulate. None where nothing was timed.
+    pub wall_ms: Option<f64>,
+    /// Of modelled cycles: none, since the hardware does no work that is not called for.
+    pub cycles: u64,
+}
+
+impl FoundEffect {
+    /// `is_there` says whether the simulator could do something of it.
+    fn new(
+        finding: &Finding,
+        work: Work,
+        wall: Option<Wall>,
+        is_there: bool,
+        scene: &Scene,
+    ) -> Self {
+        let called_for = finding.is_called_for;
+        // What is not called for is not in what was counted, but for what all models have.
+        let work = match (called_for, finding.effect) {
+            (true, _) | (false, Effect::Warping) => work,
+            (false, Effect::ViewMlp) if scene.facts().perceptron.is_some() => work,
+            (false, _) => Work {
+                cycles: work.cycles.map(|_| 0),
+                amount: work.amount.map(|_| 0),
+                ..work
+            },
+        };
+        let nothing = (!called_for && !is_there).then_some(0.0);
+        let taken = wall.map(|wall| wall.pairs.difference_ms).or(nothing);
+        Self {
+            name: finding.effect.name(),
+            degree: finding.effect.degree(),
+            called_for,
+            evidence: finding.evidence.clone(),
+            cost: EffectCost {
+                work,
+                wall_ms: taken,
+                wall,
+            },
+            saving: EffectSaving {
+                wall_ms: match called_for {
+                    true => Some(0.0),
+                    false => taken,
+                },
+                cycles: 0,
+            },
+        }
+    }
+
+    /// Medians of pairs, where it was timed.
+    #[must_use]
+    pub fn timed(&self) -> Option<Pairs> {
+        self.cost.wall.map(|wall| wall.pairs)
+    }
+
+    /// Its name with its degree.
+    #[must_use]
+    pub fn title(&self) -> String {
+        match self.degree {
+            Some(degree) => format!("{}:{degree}", self.name),
+            None => self.name.to_owned(),
+        }
+    }
+}
+
+/// A unit, and what of it is instantiated.
+#[derive(Debug, Clone, Serialize)]
+pub struct UnitUse {
+    /// Its top module.
+    pub unit: &'static str,
+    /// In RTL simulation, and in Verilog that is emitted for the scene.
+    pub instantiated: bool,
+    /// By the path's cameras.
+    pub used_by_path: bool,
+    /// What of it is left out, and why.
+    pub left_out: Vec<LeftOut>,
+}
+
+impl UnitUse {
+    fn of(hardware: &Hardware, analysis: &Analysis) -> Vec<Self> {
+        let splats = |prefix: &str| {
+            let own = hardware.left_out.iter();
+            own.filter(|part| part.field.starts_with(prefix))
+                .cloned()
+                .collect()
+        };
+        // Colours of Gaussians are made of a field's features, whether one is in view or not.
+        let makes_colours = analysis.calls_for(Effect::Trilinear);
+        let is_in_view = analysis.seen.in_view > 0;
+        vec![
+            Self {
+                unit: "gathering_unit",
+                instantiated: hardware.gathers,
+                used_by_path: hardware.gathers && (is_in_view || makes_colours),
+                left_out: splats("g"),
+            },
+            Self {
+                unit: "vector_unit",
+                instantiated: hardware.computes,
+                used_by_path: analysis.calls_for(Effect::Exponential) || makes_colours,
+                left_out: splats("v"),
+            },
+        ]
+    }
+}

@@ -1,0 +1,98 @@
+//! Where an effect's work is done, and how much of it.
+
+use potamoi_base::effects::Effect;
+use potamoi_scene::{FrameCounts, Scene};
+use potamoi_system::effects::EffectCycles;
+use serde::Serialize;
+
+/// Where work is done, and how much.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Work {
+    /// What does it.
+    pub unit: &'static str,
+    /// Modelled cycles, where it is counted in them.
+    pub cycles: Option<u64>,
+    /// How many of something else.
+    pub amount: Option<u64>,
+    /// Of what.
+    pub amount_of: Option<&'static str>,
+}
+
+impl Work {
+    const fn cycles(unit: &'static str, cycles: u64) -> Self {
+        Self {
+            unit,
+            cycles: Some(cycles),
+            amount: None,
+            amount_of: None,
+        }
+    }
+
+    const fn amount(unit: &'static str, amount: u64, of: &'static str) -> Self {
+        Self {
+            unit,
+            cycles: None,
+            amount: Some(amount),
+            amount_of: Some(of),
+        }
+    }
+
+    /// As a report says it.
+    #[must_use]
+    pub fn words(&self) -> String {
+        match (self.cycles, self.amount, self.amount_of) {
+            (Some(cycles), _, _) => format!("{}: {cycles} cycles (cycle model)", self.unit),
+            (_, Some(amount), Some(of)) => format!("{}: {amount} {of}", self.unit),
+            _ => self.unit.to_owned(),
+        }
+    }
+}
+
+/// What an effect costs when it is simulated: where, and how many of what.
+pub(super) fn work_of(
+    effect: Effect,
+    cycles: &EffectCycles,
+    counts: &FrameCounts,
+    left: u64,
+    scene: &Scene,
+) -> Work {
+    let splats = counts.splats.unwrap_or_default();
+    let terms = |degree: u8| 2 * u64::from(degree) + 1;
+    match effect {
+        // Of the runs that interpolate, which without it would read one vertex in as many cycles.
+        Effect::Trilinear => Work::cycles("gathering unit", cycles.interpolating),
+        Effect::Exponential => Work::cycles("vector unit", cycles.exponentials),
+        Effect::SphericalHarmonics(degree) => {
+            let is_splats = scene.model().is_splats();
+            match (scene.facts().perceptron.is_some(), is_splats) {
+                (true, true) => {
+                    let codes = splats.visible * terms(degree);
+                    Work::amount("GPU", codes, "codes of visible Gaussians' directions")
+                }
+                (true, false) => {
+                    let codes = counts.rays * terms(degree);
+                    Work::amount("GPU", codes, "codes of rays' directions")
+                }
+                (false, true) => {
+                    let products = 3 * splats.visible * terms(degree);
+                    Work::amount("GPU", products, "multiplications of visible Gaussians")
+                }
+                // Colours stored as linear in the direction.
+                (false, false) => Work::cycles("MAC array", cycles.array),
+            }
+        }
+        Effect::ViewMlp => Work::cycles("MAC array", cycles.array),
+        Effect::HashLevels => Work::amount("DRAM", counts.scattered_bytes, "bytes row by row"),
+        Effect::Segments => Work::cycles("gathering unit", cycles.further_passes),
+        Effect::Sorting => Work::amount("GPU", splats.visible, "visible Gaussians"),
+        Effect::EarlyTermination => Work::amount("compositing", counts.rays, "rays"),
+        Effect::Warping => Work::amount("GPU", counts.rays, "pixels a frame"),
+        Effect::Disocclusion => {
+            Work::amount("all units", left, "pixels of the path's warped frames")
+        }
+        Effect::VoidTest => Work::amount("GPU", counts.samples, "samples"),
+        Effect::OctreeMerging => Work::amount("GPU", splats.gaussians, "Gaussians"),
+        Effect::RemoteLink => Work::amount("link", counts.rays, "pixels a full frame"),
+        Effect::RandomDram => Work::amount("DRAM", counts.scattered_bytes, "bytes"),
+    }
+}
