@@ -126,6 +126,8 @@ static ALGORITHM: Algorithm = Algorithm {
     name: "toy",
     outside: &["all but what the gathering and the vector unit compute"],
     full_size: None,
+    preset: "paper",
+    file: None,
 };
 
 impl Field for Toy {
@@ -171,17 +173,15 @@ impl Field for Toy {
     }
 
     fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
-        Ok(Coded {
-            frac_bits: vec![self.frac_bits()],
-            head: Box::new(ToyHead {
-                channels: self.channels(),
-                frac: self.frac,
-                mlp: self.mac(),
-                finest: self.finest.then(|| self.mlp.clone()).flatten(),
-                depth_bits: config.vu.exp.one_minus_frac_bits,
-                least: self.least,
-            }),
-        })
+        let head = ToyHead {
+            channels: self.channels(),
+            frac: self.frac,
+            mlp: self.mac(),
+            finest: self.finest.then(|| self.mlp.clone()).flatten(),
+            depth_bits: config.vu.exp.one_minus_frac_bits,
+            least: self.least,
+        };
+        Ok(Coded::in_tables(vec![self.frac_bits()], Box::new(head)))
     }
 
     fn bounds(

@@ -5,8 +5,8 @@ use potamoi_formats::record::RECORD_CHANNELS;
 
 use super::{Seen, Surroundings};
 use potamoi_base::effects::Effect;
+use potamoi_scene::Scene;
 use potamoi_scene::facts::Facts;
-use potamoi_scene::{Model, Scene};
 
 /// What the findings are made of.
 pub(super) struct Known<'a> {
@@ -314,7 +314,7 @@ impl Known<'_> {
                 "{hashed} tables do not stream: their rows lie anywhere"
             ));
         }
-        if matches!(self.scene.model(), Model::Splats(_) | Model::Compact(_)) {
+        if self.scene.model().is_splats() {
             evidence.push(format!(
                 "{fetched} bytes of records are fetched one by one in {}",
                 self.frames()

@@ -41,7 +41,7 @@ pub use march::Truth;
 use field::{Field, Frame, Motion};
 use potamoi_base::camera::Camera;
 use potamoi_fields::FieldError;
-use potamoi_fields::efficient::EfficientNerf;
+use potamoi_fields::algorithms::efficient::EfficientNerf;
 use potamoi_fields::voxels::Grid;
 use potamoi_march::MarchError;
 

@@ -7,7 +7,7 @@ use super::field::{Field, INSIDE};
 use super::look::Look;
 use potamoi_base::sh;
 use potamoi_fields::FieldError;
-use potamoi_fields::efficient::{CHANNELS, COEFFICIENTS, EfficientNerf, FINE};
+use potamoi_fields::algorithms::efficient::{CHANNELS, COEFFICIENTS, EfficientNerf, FINE};
 
 /// Colours end this far from 0 and 1, where logits are infinite.
 const MARGIN: f64 = 1.0 / 512.0;

@@ -1,7 +1,9 @@
 //! What is said of an algorithm, whatever a model's numbers are.
 
+use crate::file::FieldFile;
+
 /// An algorithm of fields, as reports tell it.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct Algorithm {
     /// Its usual name.
     pub name: &'static str,
@@ -10,6 +12,10 @@ pub struct Algorithm {
     pub outside: &'static [&'static str],
     /// How large its authors make its tables, where that is one number.
     pub full_size: Option<Size>,
+    /// The preset whose units have what it takes.
+    pub preset: &'static str,
+    /// Its models' files; none of algorithms whose models are made in memory.
+    pub file: Option<FieldFile>,
 }
 
 /// Tables of another size.

@@ -84,6 +84,10 @@ impl Field for Stopping<'_> {
         self.field.directions()
     }
 
+    fn assumed(&self) -> Option<String> {
+        self.field.assumed()
+    }
+
     fn void(&self) -> Option<[u64; 2]> {
         self.field.void()
     }

@@ -31,6 +31,18 @@ pub enum FieldError {
         /// What is wrong.
         source: Box<FieldError>,
     },
+    /// What was asked of a file is not what it holds.
+    #[error("scene {path}: {field} is {value}: expected {expected}")]
+    Asked {
+        /// The file.
+        path: PathBuf,
+        /// What was asked for.
+        field: &'static str,
+        /// How.
+        value: String,
+        /// What would be right.
+        expected: String,
+    },
     /// A part of a field does not fit the others.
     #[error("field: `{part}` is {found}; expected {expected}")]
     Part {
@@ -48,7 +60,7 @@ impl FieldError {
     pub const fn names_file(&self) -> bool {
         matches!(
             self,
-            Self::Checkpoint(_) | Self::Snapshot(_) | Self::File { .. }
+            Self::Checkpoint(_) | Self::Snapshot(_) | Self::File { .. } | Self::Asked { .. }
         )
     }
 

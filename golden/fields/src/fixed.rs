@@ -1,7 +1,8 @@
-//! The renderer of fields of several tables in the hardware's formats: every
-//! gather and every vector operation goes through the units.
+//! The renderer of fields in the hardware's formats: every gather and every vector operation goes
+//! through the units.
 //!
-//! A frame is cut into square ray groups. In a group, samples are taken in
+//! A field in one volume is rendered as [`crate::voxels`] says. Of one in tables, a frame is cut
+//! into square ray groups. In a group, samples are taken in
 //! batches, as many from every ray that goes on, front to back. A batch is
 //! gathered table after table, each in the memory-centric order ([`crate::gather_plan`]),
 //! its features are put together, and its rays are composited. The picture
@@ -12,9 +13,11 @@ use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
 use super::batches::{BatchSize, SampleBatch, SampleBatches};
+use super::coded::{Coded, CodedVolume, Storage};
 use super::march::{check, check_mask};
 use super::{Algorithm, Field, FieldError, Sampling, Table};
 use crate::gather_plan::{CodedTable, Gathers, Located};
+use crate::voxels::{self, Skip, Volume};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_march::tiling::Halo;
@@ -24,19 +27,12 @@ use potamoi_march::{
 };
 use potamoi_reference::Units;
 
-/// What a field has in the hardware's formats.
-pub struct Coded<'a> {
-    /// Fraction bits of the codes of each table, channel by channel.
-    pub frac_bits: Vec<Vec<u32>>,
-    /// What makes opacity and colour of the features of all tables, one after
-    /// another.
-    pub head: Box<dyn Head + 'a>,
-}
-
 /// A field as codes, ready to be rendered.
 pub struct FixedField<'a> {
     field: &'a dyn Field,
+    /// Empty where it is a volume.
     tables: Vec<CodedTable>,
+    volume: Option<CodedVolume>,
     head: Box<dyn Head + 'a>,
 }
 
@@ -149,20 +145,49 @@ impl<'a> FixedField<'a> {
         config: &Config,
         halo: Halo,
     ) -> Result<Self, FieldError> {
-        let Coded { frac_bits, head } = field.coded(config)?;
-        let tables = field.tables().iter().zip(&frac_bits);
-        let tables = tables.map(|(table, bits)| CodedTable::with_halo(table, bits, config, halo));
+        let Coded { storage, head } = field.coded(config)?;
+        let (tables, volume) = match storage {
+            Storage::Tables(frac_bits) => {
+                let tables = field.tables().iter().zip(&frac_bits);
+                let coded =
+                    |(table, bits): (_, &Vec<_>)| CodedTable::with_halo(table, bits, config, halo);
+                (tables.map(coded).collect::<Result<_, _>>()?, None)
+            }
+            Storage::Volume(volume) => {
+                let volume = match halo {
+                    Halo::Shared => *volume,
+                    Halo::Split => CodedVolume {
+                        mvoxels: volume.mvoxels.with_halo(halo),
+                        ..*volume
+                    },
+                };
+                (vec![], Some(volume))
+            }
+        };
         Ok(Self {
             field,
-            tables: tables.collect::<Result<_, _>>()?,
+            tables,
+            volume,
             head,
         })
     }
 
-    /// Its tables.
+    /// Its tables; none where it is a volume.
     #[must_use]
     pub fn tables(&self) -> &[CodedTable] {
         &self.tables
+    }
+
+    /// Its volume; none where it is in tables.
+    #[must_use]
+    pub fn volume(&self) -> Option<&CodedVolume> {
+        self.volume.as_ref()
+    }
+
+    /// What makes opacity and colour of its features.
+    #[must_use]
+    pub fn head(&self) -> &dyn Head {
+        &*self.head
     }
 
     /// The tasks of a batch of samples in the world, each ray's front to back,
@@ -239,6 +264,63 @@ impl<'a> FixedField<'a> {
     }
 
     fn render_with(
+        &self,
+        head: &dyn Head,
+        camera: &Camera,
+        options: &FixedOptions,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<FixedFrame, FieldError> {
+        match &self.volume {
+            Some(volume) => self.render_volume(volume, head, camera, options, only, units),
+            None => self.render_tables(head, camera, options, only, units),
+        }
+    }
+
+    fn render_volume(
+        &self,
+        volume: &CodedVolume,
+        head: &dyn Head,
+        camera: &Camera,
+        options: &FixedOptions,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<FixedFrame, FieldError> {
+        let CodedVolume {
+            mvoxels,
+            placement,
+            step,
+        } = volume;
+        let unmasked;
+        let (mvoxels, skip) = match options.work.void_test {
+            true => (mvoxels, Skip::Cells),
+            false => {
+                unmasked = mvoxels.clone().unmasked();
+                (&unmasked, Skip::Nothing)
+            }
+        };
+        let volume = Volume {
+            mvoxels,
+            placement: *placement,
+            head,
+        };
+        let own = voxels::FixedOptions::default();
+        let options = voxels::FixedOptions {
+            step: *step,
+            terminate: options.terminate,
+            stop_below: self.field.sampling().stop,
+            background: options.background,
+            group_side: options.group_side,
+            skip,
+            batch_entries: options.batch.map_or(own.batch_entries, |b| b.entries),
+            ..own
+        };
+        Ok(voxels::render_volume_masked(
+            &volume, camera, &options, only, units,
+        )?)
+    }
+
+    fn render_tables(
         &self,
         head: &dyn Head,
         camera: &Camera,

@@ -7,15 +7,16 @@
 //! same for all of them, and is what the gathering unit does.
 
 mod algorithm;
+pub mod algorithms;
 mod batches;
 mod bound;
 mod calibrate;
+mod coded;
 mod codes;
 mod directions;
-pub mod dvgo;
 mod early_termination;
-pub mod efficient;
 mod error;
+mod file;
 mod fixed;
 pub mod gather_plan;
 mod hash;
@@ -25,16 +26,13 @@ pub mod mac;
 mod made;
 mod march;
 mod mlp;
-pub mod ngp;
 mod opacity;
 pub mod outside;
 mod ray_lengths;
 mod ray_stages;
 mod shape;
 mod snapshot_error;
-pub mod stored;
 mod table;
-pub mod tensorf;
 mod two_level_grid;
 pub mod voxels;
 
@@ -52,10 +50,12 @@ use potamoi_reference::bounds::VectorBounds;
 pub use algorithm::{Algorithm, Size};
 pub use batches::{BatchSize, SampleBatches};
 pub use bound::{Bounds, Off, error_bounds};
+pub use coded::{Coded, CodedVolume, Storage};
 pub use directions::Directions;
 pub use early_termination::Stopping;
 pub use error::FieldError;
-pub use fixed::{Coded, FieldWork, FixedField, FixedOptions};
+pub use file::{FieldFile, FileOptions, LoadedField};
+pub use fixed::{FieldWork, FixedField, FixedOptions};
 pub use hash::HashUnit;
 pub use hashed_colour::{FixedColour, HashedColour};
 pub use march::{FieldFrame, render_float, render_masked};
@@ -144,10 +144,26 @@ pub trait Field: Sync {
         None
     }
 
+    /// The field as one whose samples are told in voxel edges, where they are.
+    fn stepped(&self) -> Option<&dyn Stepped> {
+        None
+    }
+
+    /// What its file does not say and was taken instead.
+    fn assumed(&self) -> Option<String> {
+        None
+    }
+
     /// Features of a sample: the sum of the tables' channels.
     fn channels(&self) -> usize {
         self.tables().iter().map(Table::channels).sum()
     }
+}
+
+/// A field whose samples are so many voxel edges apart.
+pub trait Stepped {
+    /// The same field with a sample every `step` voxel edges.
+    fn with_step(&self, step: f64) -> AnyField;
 }
 
 /// A field of which all numbers can be hashed.
@@ -161,7 +177,7 @@ impl<T: Field + Send + Serialize> Stored for T {
     }
 }
 
-/// A field of any kind. Clones share it, and fields are equal that share one.
+/// A field of any kind. Clones share it, and fields are equal whose algorithms and numbers are.
 #[derive(Clone)]
 pub struct AnyField {
     field: Arc<dyn Stored + Send>,
@@ -194,7 +210,11 @@ impl Deref for AnyField {
 
 impl PartialEq for AnyField {
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.field, &other.field)
+        let is_same = || {
+            self.algorithm().name == other.algorithm().name
+                && self.field.content() == other.field.content()
+        };
+        Arc::ptr_eq(&self.field, &other.field) || is_same()
     }
 }
 

@@ -30,7 +30,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Scene::open(&name)?;
     scene.set_size(Some(width), None)?;
     let field: &dyn Field = match scene.model() {
-        Model::Tensorf(field) => &**field,
         Model::Field(field) => &**field,
         _ => return Err("expected a field in several tables".into()),
     };

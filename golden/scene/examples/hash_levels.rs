@@ -7,8 +7,8 @@
 
 use std::path::Path;
 
+use potamoi_fields::algorithms::ngp::grid::GridShape;
 use potamoi_fields::gather_plan::{BlockTable, CodedTable, Located, Order};
-use potamoi_fields::ngp::grid::GridShape;
 use potamoi_fields::{HashUnit, Stops, Table};
 use potamoi_formats::config::Config;
 use potamoi_scene::{Model, Scene};

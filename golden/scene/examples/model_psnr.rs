@@ -7,7 +7,7 @@ use std::path::Path;
 
 use potamoi_analytic::Analytic;
 use potamoi_base::picture::Picture;
-use potamoi_fields::ngp::Ngp;
+use potamoi_fields::algorithms::ngp::Ngp;
 use potamoi_fields::render_float;
 use potamoi_scene::compact::{self, Compact};
 use potamoi_splats::{self as splats, Profile};

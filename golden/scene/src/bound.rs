@@ -62,8 +62,6 @@ impl Scene {
                     voxels::error_bounds(grid, formats, vector, &self.camera, &options, stop);
                 Ok(Some(bounds.into_iter().map(|[colour, _]| colour).collect()))
             }
-            Model::Dvgo(field) => self.field_bounds(&**field, config, vector, float),
-            Model::Tensorf(field) => self.field_bounds(&**field, config, vector, float),
             Model::Field(field) => self.field_bounds(&**field, config, vector, float),
             Model::Splats(_) | Model::Compact(_) => Ok(None),
         }

@@ -76,8 +76,8 @@ impl Representation {
     fn model(self, analytic: Analytic) -> Result<Model, SceneError> {
         Ok(match self {
             Self::Voxels => Model::Voxels(Box::new(analytic.bake()?)),
-            Self::Dvgo => Model::Dvgo(Box::new(ready::dvgo(&analytic.bake()?)?)),
-            Self::Tensorf => Model::Tensorf(Box::new(ready::tensorf(&analytic.bake()?)?)),
+            Self::Dvgo => Model::Field(AnyField::new(ready::dvgo(&analytic.bake()?)?)),
+            Self::Tensorf => Model::Field(AnyField::new(ready::tensorf(&analytic.bake()?)?)),
             Self::Ngp => Model::Field(AnyField::new(ready::ngp(analytic)?)),
             Self::Splats => Model::Splats(ready::cloud(analytic, ready::DISCS)?),
             Self::EfficientNerf => Model::Field(AnyField::new(analytic.tree()?)),

@@ -10,8 +10,7 @@ use crate::characterise::{
 };
 use potamoi_base::mask::Mask;
 use potamoi_fields::Size;
-use potamoi_fields::dvgo::Dvgo;
-use potamoi_fields::stored::StoredField;
+use potamoi_fields::algorithms::stored::StoredField;
 use potamoi_fields::voxels::{self, MVoxels, Placement, Volume, stored};
 use potamoi_fields::{Field, FieldError, FixedField, Stops};
 use potamoi_reference::Twins;
@@ -56,24 +55,16 @@ impl Scene {
                     placement: Placement::of(grid),
                     head: &stored(grid, &mvoxels, &self.voxel_options())?,
                 };
-                let traffic = || self.of_volume(&volume, config, sides);
+                let traffic = || {
+                    let (camera, options) = (&self.camera, self.voxel_options());
+                    let stops = voxels::stops(&volume, camera, &options, &mut Twins::new(config))?;
+                    traffic(&volume, camera, &options, &stops, sides)
+                };
                 self.of_field(&field, capacity, full, traffic)
             }
             Kind::Field(field) => {
-                let traffic = || self.of_tables(field, config, sides);
-                let of_dvgo = |field: &Dvgo| {
-                    let (config, made) = able(config, |config| field.fixed(config))?;
-                    let volume = Volume {
-                        mvoxels: made.mvoxels(),
-                        placement: made.placement(),
-                        head: made.head(),
-                    };
-                    self.of_volume(&volume, &config, sides)
-                };
-                match self.model() {
-                    Model::Dvgo(own) => self.of_field(field, capacity, full, || of_dvgo(own)),
-                    _ => self.of_field(field, capacity, full, traffic),
-                }
+                let traffic = || self.of_coded(field, config, sides);
+                self.of_field(field, capacity, full, traffic)
             }
         }
     }
@@ -122,18 +113,7 @@ impl Scene {
         })
     }
 
-    fn of_volume(
-        &self,
-        volume: &Volume<'_>,
-        config: &Config,
-        sides: &[u32],
-    ) -> Result<Vec<Traffic>, FieldError> {
-        let (camera, options) = (&self.camera, self.voxel_options());
-        let stops = voxels::stops(volume, camera, &options, &mut Twins::new(config))?;
-        traffic(volume, camera, &options, &stops, sides)
-    }
-
-    fn of_tables(
+    fn of_coded(
         &self,
         field: &dyn Field,
         config: &Config,
@@ -142,7 +122,20 @@ impl Scene {
         let stopping = self.stopping(field);
         let (able, made) = able(config, |config| FixedField::new(&stopping, config))?;
         let stops = made.stops(&self.camera, &mut Twins::new(&able))?;
-        table_traffic(field, &self.camera, &stops, config, sides)
+        let Some(own) = made.volume() else {
+            return table_traffic(field, &self.camera, &stops, config, sides);
+        };
+        let volume = Volume {
+            mvoxels: &own.mvoxels,
+            placement: own.placement,
+            head: made.head(),
+        };
+        let options = voxels::FixedOptions {
+            step: own.step,
+            background: self.background,
+            ..voxels::FixedOptions::default()
+        };
+        traffic(&volume, &self.camera, &options, &stops, sides)
     }
 
     fn of_splats(

@@ -10,14 +10,14 @@ use serde::{Deserialize, Deserializer};
 use super::SceneError;
 use potamoi_base::record::Fate::Honoured;
 use potamoi_base::record::{Fate, Format, Key, told};
-use potamoi_fields::HashUnit;
+use potamoi_fields::{FieldFile, FileOptions, HashUnit, algorithms};
 use potamoi_splats::Axes;
 
 /// The largest description, in bytes.
 const LIMIT: u64 = 1 << 20;
 
 /// A `scene.toml`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(super) struct Description {
     /// What is shown.
     pub(super) model: ModelDescription,
@@ -126,7 +126,7 @@ const fn key(name: &'static str, about: &'static str) -> Key {
 }
 
 /// `[model]`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum ModelDescription {
     /// A scene that is built in.
@@ -153,25 +153,28 @@ pub(super) enum ModelDescription {
         #[serde(default, deserialize_with = "axes")]
         axes: Option<Axes>,
     },
-    /// An Instant-NGP snapshot.
-    Ngp {
-        /// Its `.ingp` or `.msgpack`, from the description's folder.
-        path: PathBuf,
-        /// What has an entry of a hashed level; what the file says unless given.
-        hash_unit: Option<HashUnit>,
-    },
-    /// A DirectVoxGO checkpoint.
-    Dvgo {
-        /// Its fine stage, from the description's folder.
-        path: PathBuf,
-    },
-    /// A TensoRF checkpoint.
-    Tensorf {
-        /// The `.th` file, from the description's folder.
-        path: PathBuf,
-    },
     /// An image sequence with depth.
     Images(ImagesDescription),
+    /// A file of a field; its kind is the file's.
+    #[serde(skip)]
+    Field {
+        /// How such files are read.
+        file: &'static FieldFile,
+        /// Which one, from the description's folder.
+        path: PathBuf,
+        /// What is said of it.
+        options: FileOptions,
+    },
+}
+
+/// Kinds of models that are no fields.
+const MODEL_KINDS: [&str; 4] = ["builtin", "splats", "compact-3dgs", "images"];
+
+/// What may be said of a field's file, all kinds together.
+#[derive(Deserialize)]
+struct FileDescription {
+    path: PathBuf,
+    hash_unit: Option<HashUnit>,
 }
 
 /// `[camera]`. Without it, the model's own.
@@ -310,7 +313,7 @@ impl Description {
             None => RenderDescription::default(),
         };
         Ok(Self {
-            model: by_kind("model", model)?,
+            model: ModelDescription::of(model)?,
             camera: match sections("camera") {
                 Some(value) => by_kind("camera", value)?,
                 None => CameraDescription::Default,
@@ -343,8 +346,50 @@ impl RenderDescription {
     }
 }
 
+impl ModelDescription {
+    fn of(value: &Value) -> Result<Self, String> {
+        let (kind, fields) = kind_of("model", value)?;
+        if let Some(file) = algorithms::files().find(|file| file.kind == kind) {
+            return Self::of_field(file, &fields).map_err(|e| e.under("model").to_string());
+        }
+        if !MODEL_KINDS.contains(&&*kind) {
+            let kinds = [&MODEL_KINDS[..3], &field_kinds(), &MODEL_KINDS[3..]].concat();
+            let (found, all) = (told(&kind), kinds.join(", "));
+            return Err(format!(
+                "field `model.kind`: found \"{found}\", expected one of {all}"
+            ));
+        }
+        of_kind("model", &kind, fields)
+    }
+
+    fn of_field(file: &'static FieldFile, fields: &Value) -> Result<Self, Wrong> {
+        if let Value::Map(entries) = fields {
+            let unknown = entries.iter().find(|(key, _)| !file.keys.contains(&&**key));
+            if let Some((key, _)) = unknown {
+                return Err(Wrong::unknown_field(key, file.keys));
+            }
+        }
+        let FileDescription { path, hash_unit } = fields.read()?;
+        Ok(Self::Field {
+            file,
+            path,
+            options: FileOptions { hash_unit },
+        })
+    }
+}
+
+fn field_kinds() -> Vec<&'static str> {
+    algorithms::files().map(|file| file.kind).collect()
+}
+
 /// Reads a section whose `kind` says which fields it has.
 fn by_kind<T: DeserializeOwned>(section: &str, value: &Value) -> Result<T, String> {
+    let (kind, fields) = kind_of(section, value)?;
+    of_kind(section, &kind, fields)
+}
+
+/// The `kind` of a section, and its other fields.
+fn kind_of(section: &str, value: &Value) -> Result<(String, Value), String> {
     let Value::Map(entries) = value else {
         let found = value.shown();
         return Err(format!(
@@ -352,7 +397,7 @@ fn by_kind<T: DeserializeOwned>(section: &str, value: &Value) -> Result<T, Strin
         ));
     };
     let kind = match value.get("kind") {
-        Some(Value::Text(kind)) => kind.clone(),
+        Some(Value::Text(kind)) => kind.to_string(),
         Some(other) => {
             let found = other.shown();
             return Err(format!(
@@ -362,10 +407,14 @@ fn by_kind<T: DeserializeOwned>(section: &str, value: &Value) -> Result<T, Strin
         None => return Err(format!("field `{section}.kind`: it is missing")),
     };
     let fields = entries.iter().filter(|(key, _)| **key != *"kind").cloned();
-    let tagged = Value::Map([(kind.clone(), Value::Map(fields.collect()))].into());
+    Ok((kind, Value::Map(fields.collect())))
+}
+
+fn of_kind<T: DeserializeOwned>(section: &str, kind: &str, fields: Value) -> Result<T, String> {
+    let tagged = Value::Map([(kind.into(), fields)].into());
     tagged.read().map_err(|e| {
         let path = e.field();
-        let field = match path.strip_prefix(&*kind) {
+        let field = match path.strip_prefix(kind) {
             Some(rest) => format!("{section}{rest}"),
             None => format!("{section}.kind"),
         };
@@ -408,21 +457,11 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    const KINDS: [(&str, &[&str]); 2] = [
-        (
-            "model",
-            &[
-                "builtin",
-                "splats",
-                "compact-3dgs",
-                "ngp",
-                "dvgo",
-                "tensorf",
-                "images",
-            ],
-        ),
-        ("camera", &["opencv-json", "transforms", "colmap", "orbit"]),
-    ];
+    fn kinds() -> [(&'static str, Vec<&'static str>); 2] {
+        let models = [&MODEL_KINDS[..], &field_kinds()].concat();
+        let cameras = vec!["opencv-json", "transforms", "colmap", "orbit"];
+        [("model", models), ("camera", cameras)]
+    }
 
     fn parsed(text: &str) -> Result<Description, String> {
         Description::parse(text.as_bytes())
@@ -439,7 +478,7 @@ mod tests {
             let names = names.trim_start_matches("one of ").replace('`', "");
             fields.extend(names.split(", ").map(|name| format!("{section}.{name}")));
         };
-        for (section, kinds) in KINDS {
+        for (section, kinds) in kinds() {
             for kind in kinds {
                 let other = match section {
                     "model" => "",
@@ -458,6 +497,10 @@ mod tests {
         let mut rows: Vec<_> = DESCRIPTION.keys.iter().map(|row| row.name).collect();
         rows.sort_unstable();
         assert_eq!(fields, rows);
+        let kinds = DESCRIPTION.row("model.kind").unwrap().about;
+        for kind in [&MODEL_KINDS[..], &field_kinds()].concat() {
+            assert!(kinds.contains(kind), "the row of model.kind has no {kind}");
+        }
         let error = parsed("modell = 1").unwrap_err();
         assert!(
             error.starts_with("field `modell`: no such section"),

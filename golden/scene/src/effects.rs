@@ -8,8 +8,8 @@ use crate::facts::Facts;
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::precision::Precision;
 use potamoi_base::sh;
+use potamoi_fields::FieldWork;
 use potamoi_fields::voxels::{self, Formats, MVoxels, Skip};
-use potamoi_fields::{Field, FieldWork};
 use potamoi_march::{Head, TRANSMITTANCE};
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_splats::{Cloud, Octree, Partition, Sorting, Work};
@@ -208,10 +208,6 @@ impl Scene {
     pub fn operations(&self, config: &Config) -> Result<Vec<OpCode>, SceneError> {
         let of = |head: &dyn Head| [head.operations(), vec![OpCode::Multiply]].concat();
         let splats = vec![OpCode::SquareSum, OpCode::Exp, OpCode::Multiply];
-        let coded = |field: &dyn Field| -> Result<Vec<OpCode>, SceneError> {
-            let coded = field.coded(config).map_err(SceneError::from)?;
-            Ok(of(&*coded.head))
-        };
         let found = match self.model() {
             Model::Splats(_) => Ok(splats),
             Model::Compact(_) => Ok([splats, vec![OpCode::Relu]].concat()),
@@ -219,9 +215,12 @@ impl Scene {
                 let mvoxels = MVoxels::new(grid, config)?;
                 Ok(of(&voxels::stored(grid, &mvoxels, &self.voxel_options())?))
             }
-            Model::Dvgo(field) => Ok(of(field.fixed(config)?.head())),
-            Model::Tensorf(field) => coded(&**field),
-            Model::Field(field) => coded(&**field),
+            Model::Field(field) => {
+                let coded = field.coded(config);
+                coded
+                    .map(|coded| of(&*coded.head))
+                    .map_err(SceneError::from)
+            }
         };
         found.map_err(|e: SceneError| e.of(&self.name))
     }

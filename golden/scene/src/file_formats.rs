@@ -2,6 +2,7 @@
 
 use crate::compact;
 use potamoi_base::record::Format;
+use potamoi_fields::algorithms;
 use potamoi_splats::files;
 
 /// Every format, in the order of the book's table.
@@ -17,10 +18,8 @@ pub fn formats() -> Vec<&'static Format> {
         &super::colmap::POSES,
         &super::picture_files::PNG,
         &super::picture_files::EXR,
-        &potamoi_fields::dvgo::DVGO,
-        &potamoi_fields::tensorf::TENSORF,
-        &potamoi_fields::ngp::NGP,
     ];
+    all.extend(algorithms::files().map(|file| file.format));
     all.extend(files::READERS.iter().flat_map(|reader| reader.formats));
     all.push(&compact::FORMAT);
     all.extend([&potamoi_warp::mesh::OBJ, &potamoi_warp::mesh::PLY]);

@@ -6,11 +6,9 @@ use potamoi_formats::rit::Vertices;
 
 use super::render::{FrameCounts, Rendered, SplatCounts};
 use super::{Model, Scene, SceneError};
-use potamoi_base::effects::Effect;
 use potamoi_base::mask::Mask;
 use potamoi_fields::voxels::{self, MVoxels, Placement, Volume};
 use potamoi_fields::{self as fields, Field, FixedField, Stopping};
-use potamoi_march::Facing;
 use potamoi_march::streams::UnitStreams;
 use potamoi_march::tiling::Halo;
 use potamoi_reference::Altered;
@@ -113,32 +111,7 @@ impl Scene {
                 let frame = voxels::render_volume_masked(&volume, camera, options, only, units)?;
                 Ok(rendered(frame))
             }
-            Model::Tensorf(field) => self.render_tables(&**field, config, only, units),
-            Model::Field(field) => self.render_tables(&**field, config, only, units),
-            Model::Dvgo(field) => {
-                let made = field.fixed(config)?;
-                let mut mvoxels = self.cut(made.mvoxels().clone());
-                if self.choices.leaves_out(Effect::VoidTest) {
-                    mvoxels = mvoxels.unmasked();
-                }
-                let facing = Facing {
-                    head: made.head(),
-                    kept: self.field_work().direction_codes,
-                };
-                let volume = Volume {
-                    mvoxels: &mvoxels,
-                    placement: made.placement(),
-                    head: &facing,
-                };
-                let options = voxels::FixedOptions {
-                    terminate: self.stops(self.lost_a_sample(config)?),
-                    skip: self.skip(&mvoxels),
-                    ..self.voxel_options()
-                };
-                let (camera, options) = (&self.camera, &options);
-                let frame = voxels::render_volume_masked(&volume, camera, options, only, units)?;
-                Ok(rendered(frame))
-            }
+            Model::Field(field) => self.field_fixed(&**field, config, only, units),
         }
     }
 
@@ -175,7 +148,7 @@ impl Scene {
         }
     }
 
-    fn render_tables(
+    fn field_fixed(
         &self,
         field: &dyn Field,
         config: &Config,

@@ -67,8 +67,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::effects::Choices;
 use potamoi_base::precision::Precision;
 use potamoi_base::record::Notes;
-use potamoi_fields::dvgo::Dvgo;
-use potamoi_fields::tensorf::Tensorf;
+use potamoi_fields::algorithms::stored;
 use potamoi_fields::voxels::Grid;
 use potamoi_fields::{AnyField, Field, Size};
 use potamoi_march::tiling::Halo;
@@ -84,11 +83,7 @@ pub enum Model {
     Compact(Box<Compact>),
     /// A grid of vertex features.
     Voxels(Box<Grid>),
-    /// A DirectVoxGO model.
-    Dvgo(Box<Dvgo>),
-    /// A TensoRF model.
-    Tensorf(Box<Tensorf>),
-    /// A field of another kind.
+    /// A field of any other algorithm.
     Field(AnyField),
 }
 
@@ -109,7 +104,7 @@ impl Model {
         match (self, self.kind()) {
             (Self::Compact(_), _) => "Compact-3DGS",
             (_, Kind::Splats(_)) => "3DGS",
-            (_, Kind::Voxels(_)) => "stored voxels",
+            (_, Kind::Voxels(_)) => stored::ALGORITHM.name,
             (_, Kind::Field(field)) => field.algorithm().name,
         }
     }
@@ -120,8 +115,30 @@ impl Model {
     pub fn full_size(&self) -> Option<Size> {
         match (self, self.kind()) {
             (Self::Compact(_), _) => Some(Size::Entries(1 << 19)),
-            (_, Kind::Splats(_) | Kind::Voxels(_)) => None,
+            (_, Kind::Splats(_)) => None,
+            (_, Kind::Voxels(_)) => stored::ALGORITHM.full_size,
             (_, Kind::Field(field)) => field.algorithm().full_size,
+        }
+    }
+
+    /// Whether its samples are told in voxel edges, so that [`Scene::set_step`] changes it.
+    #[must_use]
+    pub fn has_step(&self) -> bool {
+        match self.kind() {
+            Kind::Splats(_) => false,
+            Kind::Voxels(_) => true,
+            Kind::Field(field) => field.stepped().is_some(),
+        }
+    }
+
+    /// The preset whose units have what it takes.
+    #[must_use]
+    pub fn preset(&self) -> &'static str {
+        match (self, self.kind()) {
+            (Self::Compact(_), _) => "fields",
+            (_, Kind::Splats(_)) => "paper",
+            (_, Kind::Voxels(_)) => stored::ALGORITHM.preset,
+            (_, Kind::Field(field)) => field.algorithm().preset,
         }
     }
 
@@ -132,8 +149,6 @@ impl Model {
             Self::Splats(cloud) => Kind::Splats(cloud),
             Self::Compact(model) => Kind::Splats(model.gaussians()),
             Self::Voxels(grid) => Kind::Voxels(grid),
-            Self::Dvgo(field) => Kind::Field(&**field),
-            Self::Tensorf(field) => Kind::Field(&**field),
             Self::Field(field) => Kind::Field(&**field),
         }
     }

@@ -13,10 +13,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::effects::Choices;
 use potamoi_base::precision::Precision;
 use potamoi_base::record::{Notes, told};
-use potamoi_fields::dvgo::Dvgo;
-use potamoi_fields::ngp::Ngp;
-use potamoi_fields::tensorf::Tensorf;
-use potamoi_fields::{AnyField, Field, HashUnit};
+use potamoi_fields::{FieldFile, FileOptions, LoadedField, algorithms};
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Axes, Order, Profile, files};
 
@@ -24,11 +21,13 @@ use potamoi_splats::{Axes, Order, Profile, files};
 pub(super) const STEP: f64 = 0.5;
 /// The endings of files that are scenes.
 fn endings() -> String {
-    format!(
-        ".{}, .{}, .tar, .th, .ingp, .msgpack or .toml",
-        files::endings().join(", ."),
-        compact::ENDING
-    )
+    let fields = algorithms::files().flat_map(|file| file.endings);
+    let all = files::endings().into_iter().chain([compact::ENDING]);
+    let all: Vec<String> = all
+        .chain(fields.copied())
+        .map(|e| format!(".{e}"))
+        .collect();
+    format!("{} or .toml", all.join(", "))
 }
 
 /// The farthest coordinate of a Gaussian's centre in a file: default views stand some extents away,
@@ -84,15 +83,16 @@ impl Scene {
         match ending.as_deref() {
             Some("toml") => Self::described(path, axes),
             Some(compact::ENDING) => Self::compact(path, axes),
-            Some("tar") => Self::dvgo(path),
-            Some("th") => Self::tensorf(path),
-            Some("ingp" | "msgpack") => Self::ngp(path, None),
-            Some(other) if path.exists() => Err(SceneError::Ending {
-                path: path.to_owned(),
-                ending: format!(".{other}"),
-                expected: endings(),
-            }),
-            _ => Err(Self::unknown(name)),
+            Some(other) => match algorithms::file_of_ending(other) {
+                Some(file) => Self::field_file(path, file, &FileOptions::default()),
+                None if path.exists() => Err(SceneError::Ending {
+                    path: path.to_owned(),
+                    ending: format!(".{other}"),
+                    expected: endings(),
+                }),
+                None => Err(Self::unknown(name)),
+            },
+            None => Err(Self::unknown(name)),
         }
     }
 
@@ -160,53 +160,17 @@ impl Scene {
         Ok(scene)
     }
 
-    /// A checkpoint over white, on which such models of objects are trained.
-    fn dvgo(path: &Path) -> Result<Self, SceneError> {
-        let field = Dvgo::load(path, STEP)?;
-        field.sampling().check().map_err(|e| e.of_file(path))?;
-        let notes = field.notes().clone();
-        let scene = Self::framed(path, Model::Dvgo(Box::new(field)), [1.0; 3]);
-        Ok(Self { notes, ..scene })
-    }
-
-    /// The same of a checkpoint of TensoRF, whose samples are as far apart as it
-    /// says.
-    fn tensorf(path: &Path) -> Result<Self, SceneError> {
-        let field = Tensorf::load(path)?;
-        field.sampling().check().map_err(|e| e.of_file(path))?;
-        let notes = field.notes().clone();
-        let scene = Self::framed(path, Model::Tensorf(Box::new(field)), [1.0; 3]);
-        Ok(Self { notes, ..scene })
-    }
-
-    /// A snapshot, over black. A `unit` has to be what it was fitted with: it says
-    /// which vertices share an entry.
-    fn ngp(path: &Path, unit: Option<HashUnit>) -> Result<Self, SceneError> {
-        let snapshot = Ngp::load(path)?;
-        snapshot.sampling().check().map_err(|e| e.of_file(path))?;
-        let fitted = snapshot.hash_unit();
-        if let Some(unit) = unit.filter(|unit| *unit != fitted) {
-            return Err(SceneError::Value {
-                scene: path.display().to_string(),
-                field: "model.hash_unit",
-                value: unit.name().to_owned(),
-                expected: format!(
-                    "{} or left out: it changes which vertices share an entry, and this \
-                     snapshot was fitted with {0}; tools/fit ngp-mvoxel fits the other",
-                    fitted.name()
-                ),
-            });
-        }
-        let notes = snapshot.notes().clone();
-        let field = AnyField::new(snapshot);
-        let scene = Self::framed(path, Model::Field(field), [0.0; 3]);
-        Ok(Self { notes, ..scene })
-    }
-
     /// A field in the world of `transforms.json`, z up, seen from
     /// [`Scene::default_orbit`].
-    fn framed(path: &Path, model: Model, background: [f32; 3]) -> Self {
-        Self::file(path, model, DVec3::Z, background)
+    pub(super) fn field_file(
+        path: &Path,
+        file: &FieldFile,
+        options: &FileOptions,
+    ) -> Result<Self, SceneError> {
+        let LoadedField { field, notes } = (file.load)(path, options)?;
+        field.sampling().check().map_err(|e| e.of_file(path))?;
+        let scene = Self::file(path, Model::Field(field), DVec3::Z, file.background);
+        Ok(Self { notes, ..scene })
     }
 
     fn file(path: &Path, model: Model, up: DVec3, background: [f32; 3]) -> Self {
@@ -266,11 +230,11 @@ impl Scene {
             ModelDescription::Compact3dgs { path, axes } => {
                 Self::compact(&model(path)?, asked.or(*axes)).map_err(named)?
             }
-            ModelDescription::Ngp { path, hash_unit } => {
-                Self::ngp(&model(path)?, *hash_unit).map_err(named)?
-            }
-            ModelDescription::Dvgo { path } => Self::dvgo(&model(path)?).map_err(named)?,
-            ModelDescription::Tensorf { path } => Self::tensorf(&model(path)?).map_err(named)?,
+            ModelDescription::Field {
+                file,
+                path,
+                options,
+            } => Self::field_file(&model(path)?, file, options).map_err(named)?,
             ModelDescription::Images(_) => {
                 return Err(SceneError::Description {
                     path: path.to_owned(),

@@ -3,7 +3,8 @@
 //! it is.
 
 use super::{Kind, Model, Scene};
-use potamoi_fields::outside::{COMPOSITING, HARMONICS, HASHES, INDEXING, PARTS, PERCEPTRONS, RIT};
+use potamoi_fields::algorithms::stored;
+use potamoi_fields::outside::{COMPOSITING, HARMONICS, HASHES, PARTS, PERCEPTRONS, RIT};
 use potamoi_march::tiling::Halo;
 
 /// Of splats alone.
@@ -39,7 +40,7 @@ impl Scene {
                 COMPOSITING,
             ],
             (_, Kind::Splats(_)) => &[PROJECTION, RIT, HOLDING, COMPOSITING],
-            (_, Kind::Voxels(_)) => &[INDEXING, RIT, COMPOSITING],
+            (_, Kind::Voxels(_)) => stored::ALGORITHM.outside,
             (_, Kind::Field(field)) => field.algorithm().outside,
         };
         let mut all: Vec<String> = outside.iter().map(|&what| what.to_owned()).collect();
@@ -74,8 +75,8 @@ impl Scene {
             return all;
         }
         all.push(NO_REFERENCE.to_owned());
-        if let Model::Dvgo(field) = self.model() {
-            all.push(field.assumed());
+        if let Kind::Field(field) = self.model().kind() {
+            all.extend(field.assumed());
         }
         all
     }

@@ -57,13 +57,12 @@ impl Scene {
         }
         self.set_precision(render.precision)?;
         let splats = matches!(self.model.kind(), Kind::Splats(_));
-        let voxels = matches!(*self.model, Model::Voxels(_) | Model::Dvgo(_));
         let interpolated = match self.model.kind() {
             Kind::Splats(_) => false,
             Kind::Voxels(_) => true,
             Kind::Field(field) => field.tables().iter().any(|table| table.vertices() > 1),
         };
-        let stepped = voxels || matches!(*self.model, Model::Tensorf(_));
+        let stepped = self.model.has_step();
         for (field, given, ours, kind) in [
             ("render.profile", render.profile.is_some(), splats, "splats"),
             ("render.order", render.order.is_some(), splats, "splats"),
@@ -133,10 +132,10 @@ impl Scene {
         self.step = step;
         // How many samples a ray has follows from it.
         self.found = Cache::default();
-        match Arc::make_mut(&mut self.model) {
-            Model::Dvgo(field) => field.set_step(step),
-            Model::Tensorf(field) => field.set_step(step),
-            Model::Splats(_) | Model::Compact(_) | Model::Voxels(_) | Model::Field(_) => {}
+        if let Model::Field(field) = &*self.model
+            && let Some(own) = field.stepped()
+        {
+            self.model = Arc::new(Model::Field(own.with_step(step)));
         }
         Ok(())
     }

@@ -6,9 +6,8 @@ use std::path::{Path, PathBuf};
 
 use potamoi_base::picture::Picture;
 use potamoi_base::record::Notes;
-use potamoi_fields::dvgo::Dvgo;
-use potamoi_fields::render_float;
-use potamoi_fields::voxels::{FixedOptions, Volume, render_volume};
+use potamoi_fields::algorithms::dvgo::Dvgo;
+use potamoi_fields::{FixedField, FixedOptions, render_float};
 use potamoi_formats::config::Config;
 use potamoi_march::tiling::Halo;
 use potamoi_reference::Twins;
@@ -88,15 +87,9 @@ fn a_split_halo_changes_no_bit_of_lego() {
     let config =
         Config::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/fields.toml"));
     let config = config.unwrap();
-    let made = field.fixed(&config).unwrap();
     let mut first = None;
     for halo in [Halo::Shared, Halo::Split] {
-        let mvoxels = made.mvoxels().with_halo(halo);
-        let volume = Volume {
-            mvoxels: &mvoxels,
-            placement: made.placement(),
-            head: made.head(),
-        };
+        let made = FixedField::with_halo(&field, &config, halo).unwrap();
         for side in [16, 48] {
             let options = FixedOptions {
                 background: [1.0; 3],
@@ -104,7 +97,7 @@ fn a_split_halo_changes_no_bit_of_lego() {
                 ..FixedOptions::default()
             };
             let mut units = Twins::new(&config);
-            let frame = render_volume(&volume, &camera, &options, &mut units).unwrap();
+            let frame = made.render(&camera, &options, &mut units).unwrap();
             assert_eq!(frame.stats.split_entries > 0, halo == Halo::Split);
             let bits = (frame.picture, frame.transmittance);
             let expected = first.get_or_insert_with(|| bits.clone());
@@ -128,8 +121,7 @@ fn fixed_against_float(side: u32) {
     let Some(data) = shared() else {
         return;
     };
-    let step = 0.5;
-    let field = Dvgo::load(&data.join("lego_dvgo/fine_last.tar"), step).unwrap();
+    let field = Dvgo::load(&data.join("lego_dvgo/fine_last.tar"), 0.5).unwrap();
     let path = transforms::read(
         &data.join("lego_orbit/transforms.json"),
         &mut Notes::default(),
@@ -140,18 +132,14 @@ fn fixed_against_float(side: u32) {
     let config =
         Config::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/fields.toml"));
     let config = config.unwrap();
-    let made = field.fixed(&config).unwrap();
-    let volume = Volume {
-        mvoxels: made.mvoxels(),
-        placement: made.placement(),
-        head: made.head(),
-    };
+    let made = FixedField::new(&field, &config).unwrap();
     let options = FixedOptions {
-        step,
         background: [1.0; 3],
         ..FixedOptions::default()
     };
-    let fixed = render_volume(&volume, &camera, &options, &mut Twins::new(&config)).unwrap();
+    let fixed = made
+        .render(&camera, &options, &mut Twins::new(&config))
+        .unwrap();
     let psnr = fixed.picture.psnr(&float.picture, |_| true).unwrap();
     let covered = fixed
         .picture

@@ -46,7 +46,6 @@ fn config() -> Config {
 
 fn field(scene: &Scene) -> &dyn Field {
     match scene.model() {
-        Model::Tensorf(field) => &**field,
         Model::Field(field) => &**field,
         _ => panic!("a field"),
     }

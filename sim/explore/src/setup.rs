@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use potamoi_formats::config::{Config, PRESETS};
-use potamoi_scene::{Model as SceneModel, Scene};
+use potamoi_scene::Scene;
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind};
 use potamoi_system::soc::npu::Array;
@@ -22,16 +22,13 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// The preset that has what a scene's model needs: `paper` for splats and voxel grids, `fields`
-    /// for all others.
+    /// The preset whose units have what a scene's model takes, by its algorithm: `paper` or
+    /// `fields`.
     ///
     /// # Errors
     /// None of the presets that come with the program.
     pub fn for_scene(scene: &Scene) -> Result<Self, ExploreError> {
-        let wanted = match scene.model() {
-            SceneModel::Splats(_) | SceneModel::Voxels(_) => "paper",
-            _ => "fields",
-        };
+        let wanted = scene.model().preset();
         let known = PRESETS.into_iter().find(|(name, _)| *name == wanted);
         let (name, text) = known.unwrap_or(PRESETS[0]);
         Ok(Self {
@@ -237,9 +234,9 @@ impl Known {
 
     /// Energy and area of units and memories.
     fn costs(&self, scene: &Scene, config: &Config) -> Result<Costs, ExploreError> {
-        let program = match scene.model() {
-            SceneModel::Splats(_) | SceneModel::Compact(_) => Program::Splats,
-            _ => Program::Fields,
+        let program = match scene.model().is_splats() {
+            true => Program::Splats,
+            false => Program::Fields,
         };
         let (fit, reports) = (Fit::checked_in()?, &self.reports);
         let given = (reports.iter().take(usize::from(self.is_given)))

@@ -30,10 +30,7 @@ fn preset(name: &str) -> Config {
 
 /// A preset in which a model can be rendered.
 fn fitting(scene: &Scene) -> Config {
-    preset(match scene.model() {
-        Model::Splats(_) | Model::Voxels(_) => "paper",
-        _ => "fields",
-    })
+    preset(scene.model().preset())
 }
 
 fn analysed(scene: &Scene, path: &[Camera]) -> Analysis {

@@ -11,9 +11,9 @@ mod fixed;
 
 use glam::DVec3;
 
-use super::ngp::grid::GridShape;
-use super::ngp::level_table;
 use super::{FieldError, HashUnit, Layer, Mlp, Table};
+use crate::algorithms::ngp::grid::GridShape;
+use crate::algorithms::ngp::level_table;
 use potamoi_base::sh;
 
 pub use fixed::FixedColour;

@@ -100,10 +100,14 @@ fn mean(scale: DVec3, points: [usize; 3]) -> f64 {
 /// A node where the field has something in the middle of its coarse cell.
 fn nodes(field: &dyn Field, side: usize) -> Nodes {
     let [low, high] = field.sampling().bounds;
-    Nodes::new([side; 3], potamoi_fields::efficient::FINE, |cell| {
-        let part = DVec3::from(cell.map(|i| (i as f64 + 0.5) / side as f64));
-        field.holds(low + (high - low) * part)
-    })
+    Nodes::new(
+        [side; 3],
+        potamoi_fields::algorithms::efficient::FINE,
+        |cell| {
+            let part = DVec3::from(cell.map(|i| (i as f64 + 0.5) / side as f64));
+            field.holds(low + (high - low) * part)
+        },
+    )
 }
 
 #[cfg(test)]
@@ -124,7 +128,6 @@ mod tests {
             let scene = Scene::open(name).unwrap();
             let field: &dyn Field = match scene.model() {
                 Model::Field(field) => &**field,
-                Model::Tensorf(field) => &**field,
                 _ => panic!("a field"),
             };
             let full = FullSize::new(field, size).unwrap();

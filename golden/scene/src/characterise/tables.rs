@@ -189,7 +189,6 @@ mod tests {
 
     fn field(scene: &Scene) -> &dyn Field {
         match scene.model() {
-            Model::Tensorf(field) => &**field,
             Model::Field(field) => &**field,
             _ => panic!("a field"),
         }

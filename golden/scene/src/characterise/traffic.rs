@@ -100,6 +100,7 @@ mod tests {
     use potamoi_formats::config::Config;
 
     use crate::{Model, Scene};
+    use potamoi_fields::FixedField;
     use potamoi_fields::voxels::{self, MVoxels, Placement, render_volume, stored};
     use potamoi_reference::Twins;
 
@@ -135,14 +136,15 @@ mod tests {
     fn counts_of_voxels_with_a_perceptron_are_those_of_the_renderer() {
         let mut scene = Scene::open("cairn:dvgo").unwrap();
         scene.set_size(Some(32), None).unwrap();
-        let Model::Dvgo(field) = scene.model() else {
+        let Model::Field(field) = scene.model() else {
             panic!("DirectVoxGO")
         };
         let config = Config::preset("fields").unwrap();
-        let made = field.fixed(&config).unwrap();
+        let made = FixedField::new(&**field, &config).unwrap();
+        let own = made.volume().unwrap();
         let volume = Volume {
-            mvoxels: made.mvoxels(),
-            placement: made.placement(),
+            mvoxels: &own.mvoxels,
+            placement: own.placement,
             head: made.head(),
         };
         assert!(same_as_rendered(&volume, scene.camera(), &config, 1) > 100);

@@ -5,8 +5,8 @@
 use glam::DVec3;
 
 use super::shade::perceptron;
-use potamoi_fields::dvgo::{self, Dvgo};
-use potamoi_fields::tensorf::{Activation, Known, Rules, Tensorf};
+use potamoi_fields::algorithms::dvgo::{self, Dvgo};
+use potamoi_fields::algorithms::tensorf::{Activation, Known, Rules, Tensorf};
 use potamoi_fields::voxels::Grid;
 use potamoi_fields::{FieldError, Table};
 

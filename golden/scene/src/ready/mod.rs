@@ -13,7 +13,7 @@ use crate::compact::Compact;
 pub(super) use grids::{dvgo, tensorf};
 use potamoi_analytic::Analytic;
 use potamoi_fields::FieldError;
-use potamoi_fields::ngp::Ngp;
+use potamoi_fields::algorithms::ngp::Ngp;
 use potamoi_splats::files::FileError;
 pub use surfels::cloud;
 

@@ -3,9 +3,13 @@
 use glam::DVec3;
 
 use crate::{Model, Scene};
-use potamoi_fields::stored::StoredField;
+use potamoi_base::record::{Fate, Format, Notes};
+use potamoi_fields::algorithms::efficient::{CHANNELS, EfficientNerf};
+use potamoi_fields::algorithms::stored::StoredField;
 use potamoi_fields::voxels::{FloatOptions, render_float as render_grid};
-use potamoi_fields::{RayStages, Stops, render_float};
+use potamoi_fields::{
+    AnyField, FieldFile, FileOptions, LoadedField, RayStages, Stops, render_float,
+};
 
 /// The stages make the picture, to the order of its sums.
 #[test]
@@ -64,6 +68,52 @@ fn rays_stop_where_the_renderer_stops_them() {
     stops.samples([20, 15], 3, &mut places, |_| finer += 1);
     let own = stops.gathered([20, 15]);
     assert!(own > 2 && (2 * own..=4 * own).contains(&finer), "{finer}");
+}
+
+/// Files that a field of one's own registers.
+static ADDED: FieldFile = FieldFile {
+    kind: "added",
+    endings: &["added"],
+    format: &Format {
+        name: "Added",
+        files: "`.added`: what its coarse cells hold",
+        keys: &[],
+        others: Fate::Listed,
+    },
+    keys: &["path"],
+    background: [0.25; 3],
+    load: |path, _| {
+        let filled = std::fs::read(path).unwrap();
+        let fill = |at: DVec3, values: &mut [f32; CHANNELS]| {
+            values[0] = 3.0;
+            filled[(at.x / 3.0) as usize] == b'x'
+        };
+        let mut notes = Notes::default();
+        notes.list("the end of the line");
+        let field = EfficientNerf::sampled([filled.len(), 1, 1], DVec3::ZERO, 1.0, fill)?;
+        Ok(LoadedField {
+            field: AnyField::new(field),
+            notes,
+        })
+    },
+};
+
+/// A file that is read as docs/adding/field.md says is a scene like the others.
+#[test]
+fn a_file_of_an_added_field_is_a_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("row.added");
+    std::fs::write(&path, "x-xx").unwrap();
+    let mut scene = Scene::field_file(&path, &ADDED, &FileOptions::default()).unwrap();
+    scene.set_size(Some(24), None).unwrap();
+    assert_eq!(scene.name(), path.to_str().unwrap());
+    assert_eq!(scene.model().algorithm(), "EfficientNeRF");
+    assert!(scene.left_open().join("; ").contains("the end of the line"));
+    let frame = scene.render_float().unwrap();
+    assert!(frame.covered.contains(&true) && frame.covered.contains(&false));
+    for (pixel, covered) in frame.picture.rgb.iter().zip(&frame.covered) {
+        assert!(*covered || *pixel == [0.25; 3]);
+    }
 }
 
 /// The same picture as the renderer that grids have of their own.

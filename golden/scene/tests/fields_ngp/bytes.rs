@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use potamoi_fields::Field as _;
-use potamoi_fields::ngp::Ngp;
+use potamoi_fields::algorithms::ngp::Ngp;
 use proptest::prelude::*;
 
 use super::{at, fixture, load, patched};

@@ -10,7 +10,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use potamoi_fields::ngp::Ngp;
+use potamoi_fields::algorithms::ngp::Ngp;
 use potamoi_fields::{Field as _, render_float};
 use potamoi_scene::{Model, Scene};
 use serde::Deserialize;

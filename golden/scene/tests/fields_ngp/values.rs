@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use potamoi_fields::ngp::Ngp;
+use potamoi_fields::algorithms::ngp::Ngp;
 
 use super::{at, expanded, load, patched};
 

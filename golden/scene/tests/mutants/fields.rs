@@ -18,8 +18,6 @@ use crate::pictures::{picture, single};
 fn judge(path: &Path) -> Verdict {
     Verdict::of(Scene::open(&path.to_string_lossy()), |scene| {
         match scene.model() {
-            Model::Dvgo(field) => sampled(&**field)?,
-            Model::Tensorf(field) => sampled(&**field)?,
             Model::Field(field) => sampled(&**field)?,
             other => return Err(format!("it is {}", other.algorithm())),
         }

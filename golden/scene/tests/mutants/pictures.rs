@@ -37,10 +37,7 @@ pub(crate) fn picture(mut scene: Scene) -> Result<(), String> {
     if is_field && !is_thorough() {
         return Ok(());
     }
-    let preset = match scene.model() {
-        Model::Splats(_) | Model::Voxels(_) => "paper",
-        _ => "fields",
-    };
+    let preset = scene.model().preset();
     let (_, text) = PRESETS
         .iter()
         .find(|(name, _)| *name == preset)

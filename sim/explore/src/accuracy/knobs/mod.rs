@@ -188,11 +188,7 @@ fn path(label: String, variant: PathVariant) -> Setting {
 /// The knobs of a scene.
 #[must_use]
 pub fn of(scene: &Scene) -> Vec<Knob> {
-    let splats = matches!(scene.model(), Model::Splats(_) | Model::Compact(_));
-    let stepped = matches!(
-        scene.model(),
-        Model::Voxels(_) | Model::Dvgo(_) | Model::Tensorf(_)
-    );
+    let splats = scene.model().is_splats();
     let mut knobs = exponential();
     if splats {
         knobs.extend(splatting());
@@ -204,7 +200,7 @@ pub fn of(scene: &Scene) -> Vec<Knob> {
         knobs.push(transmittances());
     }
     knobs.extend(left_out(scene));
-    if stepped {
+    if scene.model().has_step() {
         let steps = [0.25, 0.625, 0.75, 1.0, 1.5, 2.0];
         knobs.push(Knob {
             name: "step",

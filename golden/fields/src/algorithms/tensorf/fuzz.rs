@@ -75,7 +75,7 @@ fn the_whole_one_is_read() {
     assert_eq!(field.points(), [4, 3, 5]);
     assert!(field.mask.is_some());
     let ignored = ["kwargs/pos_pe", "the far end of kwargs/near_far"];
-    assert_eq!(field.notes().not_used(), ignored);
+    assert_eq!(field.notes.not_used(), ignored);
 }
 
 /// The nearest depth alone is used, but what contradicts itself is no range.
@@ -129,7 +129,7 @@ fn every_key_is_honoured_refused_or_listed() {
                     "{error}"
                 );
             }
-            (Fate::Listed, Ok(field)) => assert!(field.notes().not_used().contains(&key), "{key}"),
+            (Fate::Listed, Ok(field)) => assert!(field.notes.not_used().contains(&key), "{key}"),
             (_, loaded) => unreachable!("{key}: {:?}", loaded.err()),
         }
     }

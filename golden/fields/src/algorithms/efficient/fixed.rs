@@ -37,10 +37,7 @@ pub(super) struct EfficientHead {
 
 pub(super) fn coded<'a>(field: &EfficientNerf, config: &Config) -> Result<Coded<'a>, FieldError> {
     let head = head(field, config)?;
-    Ok(Coded {
-        frac_bits: vec![head.frac_bits()],
-        head: Box::new(head),
-    })
+    Ok(Coded::in_tables(vec![head.frac_bits()], Box::new(head)))
 }
 
 pub(super) fn head(field: &EfficientNerf, config: &Config) -> Result<EfficientHead, FieldError> {

@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 
-use super::{Algorithm, Along, Field, FieldError, Sampling, Table, outside};
 use crate::voxels::{Grid, STOP_BELOW};
+use crate::{Algorithm, Along, Field, FieldError, Sampling, Table, outside};
 use potamoi_march::tiling::cell;
 
 /// A grid, one table.
@@ -58,10 +58,12 @@ impl StoredField {
 }
 
 /// As reports tell it.
-static ALGORITHM: Algorithm = Algorithm {
+pub static ALGORITHM: Algorithm = Algorithm {
     name: "stored voxels",
     outside: &[outside::INDEXING, outside::RIT, outside::COMPOSITING],
     full_size: None,
+    preset: "paper",
+    file: None,
 };
 
 impl Field for StoredField {

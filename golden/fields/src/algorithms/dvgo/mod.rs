@@ -17,17 +17,17 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
-use super::{
-    Algorithm, Along, Bounds, Directions, Field, FieldError, Layer, Mlp, Sampling, Size, Table,
-    outside, softplus,
-};
 use crate::voxels::Mask;
+use crate::{
+    Algorithm, Along, AnyField, Bounds, Coded, Directions, Field, FieldError, FieldFile, Layer,
+    LoadedField, Mlp, Sampling, Size, Stepped, Storage, Table, outside, softplus,
+};
 use potamoi_base::camera::Camera;
 use potamoi_base::record::Notes;
 use potamoi_containers::torch::{Checkpoint, Tensor};
 use potamoi_reference::bounds::VectorBounds;
 
-pub use fixed::{DvgoHead, FixedDvgo};
+use fixed::FixedDvgo;
 pub use keys::DVGO;
 
 /// Rounds of sines and cosines of the direction, by the factor 2.
@@ -39,6 +39,9 @@ const STOP: f64 = 1e-3;
 /// Nearest and farthest depth of samples in checkpoints, which do not say: those
 /// of NeRF's synthetic scenes.
 const RANGE: [f64; 2] = [2.0, 6.0];
+
+/// Voxels from sample to sample as its authors train it.
+const TRAINED_STEP: f64 = 0.5;
 
 /// A DirectVoxGO model of its fine stage.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -382,27 +385,6 @@ fn encode(direction: DVec3, frequencies: &[f64], out: &mut Vec<f64>) {
 }
 
 impl Dvgo {
-    /// What its checkpoint says that is not used.
-    #[must_use]
-    pub const fn notes(&self) -> &Notes {
-        &self.notes
-    }
-
-    /// What a checkpoint does not say and was taken instead.
-    #[must_use]
-    pub fn assumed(&self) -> String {
-        let [near, far] = self.range;
-        format!("depths of samples, {near} to {far}: assumed, the file does not say")
-    }
-
-    /// Takes samples at another distance, in voxels.
-    pub fn set_step(&mut self, step: f64) {
-        let scale = step / self.spacing_of_steps;
-        self.interval *= scale;
-        self.step *= scale;
-        self.spacing_of_steps = step;
-    }
-
     /// Where a point of the world lies, in vertices.
     fn vertex(&self, at: DVec3) -> DVec3 {
         let last = DVec3::from(self.tables[0].points().map(|p| (p - 1) as f64));
@@ -418,7 +400,7 @@ impl Dvgo {
 }
 
 /// As reports tell it.
-static ALGORITHM: Algorithm = Algorithm {
+pub static ALGORITHM: Algorithm = Algorithm {
     name: "DirectVoxGO",
     outside: &[
         outside::INDEXING,
@@ -429,6 +411,22 @@ static ALGORITHM: Algorithm = Algorithm {
         outside::COMPOSITING,
     ],
     full_size: Some(Size::Points(160)),
+    preset: "fields",
+    file: Some(FieldFile {
+        kind: "dvgo",
+        endings: &["tar"],
+        format: &DVGO,
+        keys: &["path"],
+        // On which such models of objects are trained.
+        background: [1.0; 3],
+        load: |path, _| {
+            let field = Dvgo::load(path, TRAINED_STEP)?;
+            Ok(LoadedField {
+                notes: field.notes.clone(),
+                field: AnyField::new(field),
+            })
+        },
+    }),
 };
 
 impl Field for Dvgo {
@@ -494,6 +492,25 @@ impl Field for Dvgo {
         }
     }
 
+    fn stepped(&self) -> Option<&dyn Stepped> {
+        Some(self)
+    }
+
+    fn assumed(&self) -> Option<String> {
+        let [near, far] = self.range;
+        Some(format!(
+            "depths of samples, {near} to {far}: assumed, the file does not say"
+        ))
+    }
+
+    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+        let FixedDvgo { volume, head } = self.fixed(config)?;
+        Ok(Coded {
+            storage: Storage::Volume(Box::new(volume)),
+            head: Box::new(head),
+        })
+    }
+
     fn bounds(
         &self,
         config: &Config,
@@ -501,5 +518,17 @@ impl Field for Dvgo {
         camera: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
         Ok(Some(Box::new(bound::bounds(self, config, vector, camera)?)))
+    }
+}
+
+impl Stepped for Dvgo {
+    fn with_step(&self, step: f64) -> AnyField {
+        let scale = step / self.spacing_of_steps;
+        AnyField::new(Self {
+            interval: self.interval * scale,
+            step: self.step * scale,
+            spacing_of_steps: step,
+            ..self.clone()
+        })
     }
 }

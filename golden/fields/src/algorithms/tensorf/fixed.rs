@@ -61,10 +61,7 @@ pub(super) struct TensorfHead {
 /// A field with its head and its formats.
 pub(super) fn coded<'a>(field: &Tensorf, config: &Config) -> Result<Coded<'a>, FieldError> {
     let (frac_bits, head) = head(field, config)?;
-    Ok(Coded {
-        frac_bits,
-        head: Box::new(head),
-    })
+    Ok(Coded::in_tables(frac_bits, Box::new(head)))
 }
 
 /// Fraction bits of the codes of each table, and the head.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::Field as _;
-use crate::tensorf::tests::gathered;
+use crate::algorithms::tensorf::tests::gathered;
 use glam::DVec3;
 
 const POINTS: [usize; 3] = [6, 5, 4];

@@ -243,10 +243,10 @@ fn what_does_not_fit_is_refused_by_field() {
 
 #[test]
 fn a_longer_step_is_a_deeper_sample() {
-    let mut field = Tensorf::load(&fixture("tiny.th")).unwrap();
+    let field = Tensorf::load(&fixture("tiny.th")).unwrap();
     let features = gathered(&field, DVec3::new(0.05, 0.0, -0.05)).unwrap();
     let (depth, step) = (field.depth(&features), field.sampling().step);
-    field.set_step(1.5);
+    let field = field.with_step(1.5);
     assert!((field.depth(&features) / depth - 3.0).abs() < 1e-12);
     assert!((field.sampling().step / step - 3.0).abs() < 1e-12);
 }

@@ -26,9 +26,9 @@ mod tests;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
-use super::{
-    Algorithm, Along, Bounds, Coded, Directions, Field, FieldError, Layer, Mlp, Sampling, Size,
-    Table, outside, softplus,
+use crate::{
+    Algorithm, Along, AnyField, Bounds, Coded, Directions, Field, FieldError, FieldFile, Layer,
+    LoadedField, Mlp, Sampling, Size, Stepped, Table, outside, softplus,
 };
 pub use keys::TENSORF;
 use mask::AlphaMask;
@@ -272,17 +272,6 @@ impl Tensorf {
         self.points
     }
 
-    /// What its checkpoint says that is not used.
-    #[must_use]
-    pub const fn notes(&self) -> &Notes {
-        &self.notes
-    }
-
-    /// Takes samples at another distance, in mean voxel edges.
-    pub fn set_step(&mut self, step: f64) {
-        self.rules.step_ratio = step;
-    }
-
     /// From sample to sample, in the world.
     fn step(&self) -> f64 {
         let [low, high] = self.rules.bounds;
@@ -344,7 +333,7 @@ fn encode(from: std::ops::Range<usize>, frequencies: usize, all: &mut Vec<f64>) 
 }
 
 /// As reports tell it.
-static ALGORITHM: Algorithm = Algorithm {
+pub static ALGORITHM: Algorithm = Algorithm {
     name: "TensoRF",
     outside: &[
         outside::INDEXING,
@@ -357,6 +346,22 @@ static ALGORITHM: Algorithm = Algorithm {
         outside::COMPOSITING,
     ],
     full_size: Some(Size::Points(300)),
+    preset: "fields",
+    file: Some(FieldFile {
+        kind: "tensorf",
+        endings: &["th"],
+        format: &TENSORF,
+        keys: &["path"],
+        // On which such models of objects are trained.
+        background: [1.0; 3],
+        load: |path, _| {
+            let field = Tensorf::load(path)?;
+            Ok(LoadedField {
+                notes: field.notes.clone(),
+                field: AnyField::new(field),
+            })
+        },
+    }),
 };
 
 impl Field for Tensorf {
@@ -433,6 +438,10 @@ impl Field for Tensorf {
         }
     }
 
+    fn stepped(&self) -> Option<&dyn Stepped> {
+        Some(self)
+    }
+
     fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
         fixed::coded(self, config)
     }
@@ -444,5 +453,13 @@ impl Field for Tensorf {
         _: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
         Ok(Some(Box::new(bound::bounds(self, config, vector)?)))
+    }
+}
+
+impl Stepped for Tensorf {
+    fn with_step(&self, step: f64) -> AnyField {
+        let mut other = self.clone();
+        other.rules.step_ratio = step;
+        AnyField::new(other)
     }
 }

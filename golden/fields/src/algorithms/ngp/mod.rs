@@ -29,9 +29,9 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
-use super::{
-    Algorithm, Along, Bounds, Coded, Directions, Field, FieldError, HashUnit, Mlp, Sampling, Size,
-    Table, outside,
+use crate::{
+    Algorithm, Along, AnyField, Bounds, Coded, Directions, Field, FieldError, FieldFile,
+    FileOptions, HashUnit, LoadedField, Mlp, Sampling, Size, Table, outside,
 };
 use grid::GridShape;
 use occupancy::Occupancy;
@@ -41,7 +41,7 @@ use potamoi_base::sh;
 use potamoi_reference::bounds::VectorBounds;
 
 pub use keys::NGP;
-pub(super) use parameters::table as level_table;
+pub(crate) use parameters::table as level_table;
 
 /// From sample to sample, in the unit cube: its diagonal in 1024.
 const STEP: f64 = 1.732_050_807_568_877_2 / 1024.0;
@@ -152,8 +152,31 @@ impl Ngp {
     }
 }
 
+/// A unit that is asked for has to be what the snapshot was fitted with: it says which vertices
+/// share an entry.
+fn load(path: &Path, options: &FileOptions) -> Result<LoadedField, FieldError> {
+    let snapshot = Ngp::load(path)?;
+    let fitted = snapshot.unit;
+    if let Some(unit) = options.hash_unit.filter(|unit| *unit != fitted) {
+        return Err(FieldError::Asked {
+            path: path.to_owned(),
+            field: "model.hash_unit",
+            value: unit.name().to_owned(),
+            expected: format!(
+                "{} or left out: it changes which vertices share an entry, and this snapshot was \
+                 fitted with {0}; tools/fit ngp-mvoxel fits the other",
+                fitted.name()
+            ),
+        });
+    }
+    Ok(LoadedField {
+        notes: snapshot.notes.clone(),
+        field: AnyField::new(snapshot),
+    })
+}
+
 /// As reports tell it; the size is that of a level of its base configuration.
-static ALGORITHM: Algorithm = Algorithm {
+pub static ALGORITHM: Algorithm = Algorithm {
     name: "Instant-NGP",
     outside: &[
         outside::INDEXING,
@@ -165,10 +188,19 @@ static ALGORITHM: Algorithm = Algorithm {
         outside::COMPOSITING,
     ],
     full_size: Some(Size::Entries(1 << 19)),
+    preset: "fields",
+    file: Some(FieldFile {
+        kind: "ngp",
+        endings: &["ingp", "msgpack"],
+        format: &NGP,
+        keys: &["path", "hash_unit"],
+        background: [0.0; 3],
+        load,
+    }),
 };
 
 /// The same with an entry a MVoxel; such MVoxels share no vertices.
-static BY_MVOXEL: Algorithm = Algorithm {
+pub static BY_MVOXEL: Algorithm = Algorithm {
     name: "Instant-NGP, hashed by MVoxel",
     outside: &[
         outside::INDEXING,
@@ -181,6 +213,8 @@ static BY_MVOXEL: Algorithm = Algorithm {
         outside::PARTS,
     ],
     full_size: Some(Size::Entries(1 << 19)),
+    preset: "fields",
+    file: None,
 };
 
 impl Field for Ngp {

@@ -3,7 +3,8 @@
 use glam::DVec3;
 use potamoi_formats::config::Config;
 
-use super::{Dvgo, DvgoHead, FixedDvgo};
+use super::Dvgo;
+use super::fixed::{DvgoHead, FixedDvgo};
 use crate::FieldError;
 use crate::bound::{Bounds, Off, Pair, UnitErrors};
 use crate::voxels::{MVoxels, Ray, Rays};
@@ -27,17 +28,13 @@ pub(super) fn bounds<'a>(
     vector: &VectorBounds,
     camera: &Camera,
 ) -> Result<DvgoBounds<'a>, FieldError> {
-    let FixedDvgo {
-        mvoxels,
-        placement,
-        head,
-    } = field.fixed(config)?;
+    let FixedDvgo { volume, head } = field.fixed(config)?;
     let mut frac_bits = vec![head.input_bits; head.channels];
     frac_bits[0] = head.density_bits;
     Ok(DvgoBounds {
         field,
-        rays: Rays::placed(&placement, camera, field.spacing_of_steps)?,
-        mvoxels,
+        rays: Rays::placed(&volume.placement, camera, volume.step)?,
+        mvoxels: volume.mvoxels,
         frac_bits: [frac_bits],
         pair: Pair::new(&field.mlp, &head.mlp),
         errors: UnitErrors::of(config, vector),

@@ -21,40 +21,19 @@ use crate::codes::{finest, held, quantised};
 use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, need, rescale};
 use crate::voxels::{MVoxels, Placement};
-use crate::{Field, FieldError, calibrate};
+use crate::{CodedVolume, Field, FieldError, calibrate};
 use potamoi_march::{Head, Lanes, MarchError, Opacities, TRANSMITTANCE};
 
-/// A model in codes, ready to be rendered MVoxel by MVoxel.
+/// A model in codes.
 #[derive(Debug)]
-pub struct FixedDvgo {
-    pub(super) mvoxels: MVoxels,
-    pub(super) placement: Placement,
+pub(super) struct FixedDvgo {
+    pub(super) volume: CodedVolume,
     pub(super) head: DvgoHead,
-}
-
-impl FixedDvgo {
-    /// Its MVoxels.
-    #[must_use]
-    pub fn mvoxels(&self) -> &MVoxels {
-        &self.mvoxels
-    }
-
-    /// Where they lie.
-    #[must_use]
-    pub fn placement(&self) -> Placement {
-        self.placement
-    }
-
-    /// What makes opacity and colour.
-    #[must_use]
-    pub fn head(&self) -> &DvgoHead {
-        &self.head
-    }
 }
 
 /// Feature computation of DirectVoxGO in codes.
 #[derive(Debug)]
-pub struct DvgoHead {
+pub(super) struct DvgoHead {
     pub(super) channels: usize,
     pub(super) density_bits: u32,
     /// Fraction bits of features and directions, the perceptron's input.
@@ -75,7 +54,7 @@ impl Dvgo {
     /// # Errors
     /// A configuration whose units lack an operation or have other formats than
     /// rendering needs, or values that no format holds.
-    pub fn fixed(&self, config: &Config) -> Result<FixedDvgo, FieldError> {
+    pub(super) fn fixed(&self, config: &Config) -> Result<FixedDvgo, FieldError> {
         need(config, &[OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid])?;
         let curve = Curve::Softplus { shift: self.shift };
         let opacity = Opacity::new(curve, self.interval, config)?;
@@ -103,8 +82,11 @@ impl Dvgo {
         };
         let largest = self.magnitudes();
         Ok(FixedDvgo {
-            mvoxels,
-            placement: self.placement(),
+            volume: CodedVolume {
+                mvoxels,
+                placement: self.placement(),
+                step: self.spacing_of_steps,
+            },
             head: DvgoHead {
                 channels,
                 density_bits,
@@ -146,14 +128,6 @@ impl Dvgo {
             }
         });
         largest
-    }
-}
-
-impl DvgoHead {
-    /// The perceptron in codes.
-    #[must_use]
-    pub fn mlp(&self) -> &MacMlp {
-        &self.mlp
     }
 }
 

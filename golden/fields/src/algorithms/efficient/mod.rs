@@ -16,7 +16,7 @@ use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
-use super::{
+use crate::{
     Algorithm, Along, Bounds, Coded, Directions, Field, FieldError, Nodes, Sampling, Size, Table,
     outside, softplus,
 };
@@ -103,7 +103,7 @@ impl EfficientNerf {
 }
 
 /// As reports tell it.
-static ALGORITHM: Algorithm = Algorithm {
+pub static ALGORITHM: Algorithm = Algorithm {
     name: "EfficientNeRF",
     outside: &[
         outside::INDEXING,
@@ -114,6 +114,8 @@ static ALGORITHM: Algorithm = Algorithm {
         outside::COMPOSITING,
     ],
     full_size: Some(Size::Cells(384)),
+    preset: "fields",
+    file: None,
 };
 
 impl Field for EfficientNerf {

@@ -106,7 +106,7 @@ fn the_whole_one_is_read() {
     assert!((field.step - 0.5 * (8f64 / 60.0).cbrt()).abs() < 1e-12);
     assert!(field.mask.is_some());
     let expected = ["global_step", "model_kwargs/alpha_init"];
-    assert_eq!(field.notes().not_used(), expected);
+    assert_eq!(field.notes.not_used(), expected);
 }
 
 /// `whole` with one more item, of the whole or of one of its dictionaries.
@@ -148,9 +148,9 @@ fn every_key_is_honoured_refused_or_listed() {
                     "{error}"
                 );
                 let none = load(with(&key, Made::Int(0)).save().path()).unwrap();
-                assert!(!none.notes().not_used().contains(&key), "{key}");
+                assert!(!none.notes.not_used().contains(&key), "{key}");
             }
-            (Fate::Listed, Ok(field)) => assert!(field.notes().not_used().contains(&key), "{key}"),
+            (Fate::Listed, Ok(field)) => assert!(field.notes.not_used().contains(&key), "{key}"),
             (_, loaded) => unreachable!("{key}: {loaded:?}"),
         }
     }
@@ -230,7 +230,7 @@ fn grids_and_weights_of_integers_are_refused_by_tensor() {
 #[test]
 fn the_table_has_a_row_for_every_key_of_fixtures() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fixtures");
-    let tensorf = &crate::tensorf::TENSORF;
+    let tensorf = &crate::algorithms::tensorf::TENSORF;
     for (file, format) in [("dvgo/tiny.tar", &DVGO), ("tensorf/tiny.th", tensorf)] {
         let keys = Checkpoint::open(&folder.join(file)).unwrap().keys();
         assert!(keys.len() > 20, "{file}");
