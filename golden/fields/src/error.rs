@@ -32,16 +32,12 @@ pub enum FieldError {
         source: Box<FieldError>,
     },
     /// What was asked of a file is not what it holds.
-    #[error("scene {path}: {field} is {value}: expected {expected}")]
+    #[error("scene {path}: {problem}")]
     Asked {
         /// The file.
         path: PathBuf,
-        /// What was asked for.
-        field: &'static str,
-        /// How.
-        value: String,
-        /// What would be right.
-        expected: String,
+        /// What was asked for, and what would be right.
+        problem: String,
     },
     /// A part of a field does not fit the others.
     #[error("field: `{part}` is {found}; expected {expected}")]

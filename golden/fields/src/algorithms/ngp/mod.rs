@@ -160,11 +160,11 @@ fn load(path: &Path, options: &FileOptions) -> Result<LoadedField, FieldError> {
     if let Some(unit) = options.hash_unit.filter(|unit| *unit != fitted) {
         return Err(FieldError::Asked {
             path: path.to_owned(),
-            field: "model.hash_unit",
-            value: unit.name().to_owned(),
-            expected: format!(
-                "{} or left out: it changes which vertices share an entry, and this snapshot was \
-                 fitted with {0}; tools/fit ngp-mvoxel fits the other",
+            problem: format!(
+                "model.hash_unit is {}: expected {} or left out: it changes which vertices share \
+                 an entry, and this snapshot was fitted with {1}; tools/fit ngp-mvoxel fits the \
+                 other",
+                unit.name(),
                 fitted.name()
             ),
         });
