@@ -35,7 +35,7 @@ pub enum SnapshotError {
         /// The file.
         path: PathBuf,
         /// The key, and why.
-        source: KeyError,
+        source: Box<KeyError>,
     },
     /// Something of it is not as it should be, or of a variant that is not
     /// read.

@@ -60,7 +60,7 @@ pub enum TorchError {
         /// The file.
         path: PathBuf,
         /// The key, and why.
-        source: KeyError,
+        source: Box<KeyError>,
     },
     /// Something of it is missing or of another kind.
     #[error("checkpoint {path}: `{field}` is {found}; expected {expected}")]
@@ -347,7 +347,7 @@ impl Checkpoint {
         let judged = record.finish_valued(notes, shown);
         judged.map_err(|source| TorchError::Key {
             path: self.path.clone(),
-            source,
+            source: Box::new(source),
         })
     }
 

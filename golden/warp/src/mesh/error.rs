@@ -43,7 +43,7 @@ pub enum MeshError {
         /// The file.
         origin: String,
         /// The key, and why.
-        source: KeyError,
+        source: Box<KeyError>,
     },
     /// A field of the file has a value that it cannot have.
     #[error("{origin}: {field} is {value}: expected {expected}")]

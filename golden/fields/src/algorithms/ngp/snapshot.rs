@@ -68,7 +68,7 @@ pub(super) fn from_reader(
         .finish(&mut notes)
         .map_err(|source| SnapshotError::Key {
             path: path.to_owned(),
-            source,
+            source: Box::new(source),
         })?;
     let wrong = |wrong: Wrong| SnapshotError::Field {
         path: path.to_owned(),

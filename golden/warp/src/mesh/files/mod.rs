@@ -77,7 +77,7 @@ fn judged(record: Record<()>, origin: &str) -> Result<Notes, MeshError> {
     let judged = record.finish(&mut notes);
     judged.map_err(|source| MeshError::Key {
         origin: origin.to_owned(),
-        source,
+        source: Box::new(source),
     })?;
     Ok(notes)
 }
