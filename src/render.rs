@@ -7,14 +7,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use potamoi_analysis::Hardware;
-use potamoi_base::camera::Camera;
-use potamoi_base::effects::{Choices, Effect};
-use potamoi_formats::config::Config;
+use potamoi_base::effects::Choices;
+use potamoi_explore::rendering::{Numerics, Shot, not_checked, shoot};
 use potamoi_formats::units::{GATHERING_UNIT, OpCode, VECTOR_UNIT};
-use potamoi_reference::{Twins, UnitCounts};
-use potamoi_rtl::{RtlCycles, RtlUnits};
-use potamoi_scene::{FrameCounts, Rendered, Scene};
+use potamoi_rtl::RtlCycles;
+use potamoi_scene::{FrameCounts, Scene};
 use potamoi_splats::Flips;
 use serde::Serialize;
 
@@ -30,8 +27,8 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// What computes the picture
-    #[arg(long, value_enum, default_value_t = Numerics::Fixed)]
-    numerics: Numerics,
+    #[arg(long, value_enum, default_value_t = By::Fixed)]
+    numerics: By,
     /// File to write: a PNG picture (`render`; of several frames, the name that numbers are added
     /// to), an NPZ trace (`trace`)
     #[arg(long, value_name = "FILE")]
@@ -47,9 +44,8 @@ pub(crate) struct RenderArgs {
     json: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Numerics {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum By {
     /// The analytic field that a built-in model was sampled from
     Truth,
     /// 64-bit floating point
@@ -58,6 +54,17 @@ pub(crate) enum Numerics {
     Fixed,
     /// The hardware's formats, by the Verilated units
     Rtl,
+}
+
+impl From<By> for Numerics {
+    fn from(by: By) -> Self {
+        match by {
+            By::Truth => Self::Truth,
+            By::Float => Self::Float,
+            By::Fixed => Self::Fixed,
+            By::Rtl => Self::Rtl,
+        }
+    }
 }
 
 /// Version of the JSON report.
@@ -102,98 +109,13 @@ pub(crate) struct Units {
     elements: BTreeMap<OpCode, u64>,
 }
 
-/// A picture and what the units did for it.
-pub(crate) struct Shot {
-    pub(crate) picture: Rendered,
-    units: Option<UnitCounts>,
-    pub(crate) cycles: Option<RtlCycles>,
-    /// Verilated units that were built.
-    instantiated: Option<[bool; 2]>,
-}
-
-impl Shot {
-    /// A picture without units.
-    fn of(picture: Rendered) -> Self {
-        Self {
-            picture,
-            units: None,
-            cycles: None,
-            instantiated: None,
-        }
-    }
-
-    /// What came out of the units, counted by them.
-    pub(crate) fn units(&self) -> Option<Units> {
-        self.units.as_ref().map(|u| Units {
-            feature_vectors: u.feature_vectors,
-            elements: u.elements.clone(),
+impl Units {
+    pub(crate) fn of(shot: &Shot) -> Option<Self> {
+        shot.units.as_ref().map(|units| Self {
+            feature_vectors: units.feature_vectors,
+            elements: units.elements.clone(),
         })
     }
-
-    /// What the frame needed, where units were used.
-    pub(crate) fn counts(&self) -> Option<&FrameCounts> {
-        self.units.is_some().then_some(&self.picture.counts)
-    }
-}
-
-/// Floating point has no units that something could be left out of.
-fn refuse_of_units(scene: &Scene) -> Result<(), Failure> {
-    let of_units = [Effect::Trilinear, Effect::Exponential];
-    match of_units
-        .iter()
-        .find(|own| scene.choices().leaves_out(**own))
-    {
-        Some(effect) => Err(Failure::Usage(format!(
-            "--without {effect}: expected --numerics fixed or rtl, whose units it is of"
-        ))),
-        None => Ok(()),
-    }
-}
-
-/// Renders what the scene's camera sees.
-pub(crate) fn shoot(scene: &Scene, config: &Config, numerics: Numerics) -> Result<Shot, Failure> {
-    Ok(match numerics {
-        Numerics::Truth => Shot::of(scene.render_truth()?),
-        Numerics::Float => {
-            refuse_of_units(scene)?;
-            Shot::of(scene.render_float()?)
-        }
-        Numerics::Fixed => {
-            let mut twins = Twins::new(config);
-            let picture = scene.render_fixed(config, &mut twins)?;
-            Shot {
-                picture,
-                units: Some(twins.counts().clone()),
-                cycles: None,
-                instantiated: None,
-            }
-        }
-        Numerics::Rtl => {
-            let choices = scene.choices();
-            let mut rtl = if choices == Choices::default() {
-                RtlUnits::new(&Hardware::of(scene, config)?.config)
-            } else {
-                RtlUnits::new(config)
-            };
-            if [Effect::Trilinear, Effect::Exponential].map(|e| choices.forces(e)) == [true; 2] {
-                rtl.instantiate()?;
-            }
-            let picture = scene.render_fixed(config, &mut rtl)?;
-            if rtl.gather_flags() != 0 {
-                return Err(Failure::Check(format!(
-                    "the gathering unit raised flags {:#010b} of stat_errors, which \
-                     docs/reference/gathering-unit.md names; no picture is written",
-                    rtl.gather_flags()
-                )));
-            }
-            Shot {
-                picture,
-                units: Some(rtl.counts().clone()),
-                cycles: Some(rtl.cycles()),
-                instantiated: Some(rtl.instantiated()),
-            }
-        }
-    })
 }
 
 pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
@@ -207,9 +129,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     files::prepare([Some(&args.out), args.json.as_ref()])?;
     let config = common.read_config()?;
     let scene = args.scene.open()?;
+    let numerics = Numerics::from(args.numerics);
     if let Some(frames) = args.frames {
         let wanted = frames::Sequence {
-            numerics: args.numerics,
+            numerics,
             out: &args.out,
             fps: args.fps,
             frames,
@@ -223,10 +146,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     let mut whole = scene.clone();
     whole.set_choices(Choices::default());
     let float = whole.render_float()?;
-    if args.numerics == Numerics::Rtl {
+    if numerics == Numerics::Rtl {
         spinner.set_message("rendering through the Verilated units");
     }
-    let shot = match args.numerics {
+    let shot = match numerics {
         Numerics::Float if scene.choices() == Choices::default() => Shot::of(float.clone()),
         other => shoot(&scene, &config, other)?,
     };
@@ -235,7 +158,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     let picture = &shot.picture;
     picture.picture.write_png(&args.out)?;
 
-    let compared = args.numerics != Numerics::Float || !scene.choices().left_out().is_empty();
+    let compared = numerics != Numerics::Float || !scene.choices().left_out().is_empty();
     let psnr = |counts: &dyn Fn(usize) -> bool| {
         let psnr = picture.picture.psnr(&float.picture, counts);
         psnr.filter(|_| compared)
@@ -247,7 +170,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         scene: scene.name(),
         width: scene.camera().width,
         height: scene.camera().height,
-        numerics: args.numerics,
+        numerics,
         configuration: config.hash(),
         psnr_db: psnr(&|_| true),
         psnr_covered_db: psnr(&|i| float.covered[i]),
@@ -255,7 +178,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         flipped_skips: flips.map(|f| f.skip),
         flipped_stops: flips.map(|f| f.stop),
         frame: shot.counts(),
-        units: shot.units(),
+        units: Units::of(&shot),
         cycles: shot.cycles,
         instantiated: shot.instantiated.map(|built| {
             let units = [GATHERING_UNIT, VECTOR_UNIT].into_iter().zip(built);
@@ -263,7 +186,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
                 .filter_map(|(unit, is_built)| is_built.then_some(unit))
                 .collect()
         }),
-        not_checked: not_checked(&scene, args.numerics, &[*scene.camera()]),
+        not_checked: not_checked(&scene, numerics, &[*scene.camera()]),
         seconds,
     };
     print(&report, &scene, args);
@@ -273,18 +196,8 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What pictures through cameras leave open: in floating point nothing outside the units is in
-/// question.
-pub(crate) fn not_checked(scene: &Scene, numerics: Numerics, cameras: &[Camera]) -> Vec<String> {
-    match numerics {
-        Numerics::Truth => scene.unseen(cameras).into_iter().collect(),
-        Numerics::Float => scene.left_open_along(cameras),
-        Numerics::Fixed | Numerics::Rtl => scene.not_checked_along(cameras),
-    }
-}
-
 fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
-    let by = match args.numerics {
+    let by = match report.numerics {
         Numerics::Truth => "its analytic field",
         Numerics::Float => "64-bit floating point",
         Numerics::Fixed => "the units' twins",

@@ -2,11 +2,11 @@
 
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanBytes;
+use potamoi_explore::characterisation::{Characterisation, PaperMotivation};
 use potamoi_march::tiling::Halo;
 use potamoi_scene::characterise::{Stages, Traffic};
 
-use super::Found;
-use super::paper::{Paper, percent};
+use super::paper::{conflicts_16, percent};
 use crate::stdout::say;
 use crate::tables;
 
@@ -20,7 +20,7 @@ fn tenths(rate: f64) -> String {
 }
 
 /// Sizes of the model's vectors, each once.
-fn sizes(found: &Found) -> String {
+fn sizes(found: &Characterisation) -> String {
     let mut sizes: Vec<u32> = found.tables.iter().map(|table| table.bytes).collect();
     sizes.sort_unstable();
     sizes.dedup();
@@ -28,7 +28,7 @@ fn sizes(found: &Found) -> String {
     sizes.join(", ")
 }
 
-pub(super) fn print(found: &Found) {
+pub(super) fn print(found: &Characterisation) {
     say!(
         "{} at {} x {}, pixel by pixel: {} reads of vectors of {} B (counted)",
         found.scene,
@@ -92,7 +92,7 @@ pub(super) fn print(found: &Found) {
     }
     for point in &found.banks {
         let paper = match (point.rays, point.banks) {
-            (16, 16) => paper.conflicts(),
+            (16, 16) => conflicts_16(paper),
             (64, 16) => paper.conflicts_64_on_16.map(percent).unwrap_or_default(),
             _ => String::new(),
         };
@@ -125,22 +125,22 @@ pub(super) fn print(found: &Found) {
     streams(found);
 }
 
-fn stored(paper: &Paper) -> String {
+fn stored(paper: &PaperMotivation) -> String {
     let [least, most] = paper.model_bytes;
     format!("{} MB to {} GB", least / 1_000_000, most / 1_000_000_000)
 }
 
-fn misses(paper: &Paper) -> String {
+fn misses(paper: &PaperMotivation) -> String {
     let [average, most] = [paper.miss_rate_average, paper.miss_rate_most].map(percent);
     format!("{average} on average, {most} at most")
 }
 
 /// The whole frame as one ray group.
-fn frame(found: &Found) -> Option<&Traffic> {
+fn frame(found: &Characterisation) -> Option<&Traffic> {
     found.traffic.iter().rfind(|t| t.halo != Some(Halo::Split))
 }
 
-fn streams(found: &Found) {
+fn streams(found: &Characterisation) {
     if found.traffic.is_empty() {
         return;
     }
@@ -214,7 +214,7 @@ fn beside(ours: String, paper: &str) -> String {
 }
 
 /// A row a scene, the paper's figures in brackets.
-pub(super) fn side_by_side(scenes: &[Found]) {
+pub(super) fn side_by_side(scenes: &[Characterisation]) {
     let mut table = tables::lined(
         2,
         [
@@ -266,7 +266,7 @@ pub(super) fn side_by_side(scenes: &[Found]) {
                 tenths(found.not_streaming_rate),
                 &format!("over {}", percent(paper.not_streaming_above)),
             ),
-            beside(conflicts(16), &paper.conflicts()),
+            beside(conflicts(16), &conflicts_16(paper)),
             beside(conflicts(64), &wide),
             merged.unwrap_or_default(),
             stages(&found.stages),

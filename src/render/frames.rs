@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use potamoi_explore::rendering::{Numerics, not_checked, shoot};
 use potamoi_formats::config::Config;
 use potamoi_rtl::RtlCycles;
 use potamoi_scene::{FrameCounts, Scene};
 use serde::Serialize;
 
-use super::{FORMAT_VERSION, Numerics, Units, not_checked, shoot};
+use super::{FORMAT_VERSION, Units};
 use crate::failure::Failure;
 use crate::files;
 use crate::progress;
@@ -71,7 +72,7 @@ pub(crate) fn run(mut scene: Scene, config: &Config, wanted: &Sequence<'_>) -> R
             width: camera.width,
             height: camera.height,
             frame: shot.counts().cloned(),
-            units: shot.units(),
+            units: Units::of(&shot),
             cycles: shot.cycles,
         });
         bar.inc(1);

@@ -1,10 +1,12 @@
 //! Studies on the whole chain.
 
 pub mod accuracy;
+pub mod characterisation;
 pub mod effects;
 mod error;
 pub mod exponential;
 mod progress;
+pub mod rendering;
 mod setup;
 pub mod system;
 pub mod verification;

@@ -1,0 +1,132 @@
+//! A picture by any arithmetic, from the analytic field to the Verilated units.
+
+use potamoi_analysis::Hardware;
+use potamoi_base::camera::Camera;
+use potamoi_base::effects::{Choices, Effect};
+use potamoi_formats::config::Config;
+use potamoi_reference::{Twins, UnitCounts};
+use potamoi_rtl::{RtlCycles, RtlUnits};
+use potamoi_scene::{FrameCounts, Rendered, Scene};
+use serde::Serialize;
+
+use crate::ExploreError;
+
+/// What computes a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Numerics {
+    /// The analytic field that a built-in model was sampled from.
+    Truth,
+    /// 64-bit floating point.
+    Float,
+    /// The hardware's formats, by the units' twins.
+    Fixed,
+    /// The hardware's formats, by the Verilated units.
+    Rtl,
+}
+
+/// A picture and what the units did for it.
+pub struct Shot {
+    /// The picture, and what the renderer counted.
+    pub picture: Rendered,
+    /// What came out of the units, counted by them, where units were used.
+    pub units: Option<UnitCounts>,
+    /// Clock cycles of the Verilated units, streams always ready.
+    pub cycles: Option<RtlCycles>,
+    /// Which of the Verilated units were built: gathering unit, vector unit.
+    pub instantiated: Option<[bool; 2]>,
+}
+
+impl Shot {
+    /// A picture without units.
+    #[must_use]
+    pub fn of(picture: Rendered) -> Self {
+        Self {
+            picture,
+            units: None,
+            cycles: None,
+            instantiated: None,
+        }
+    }
+
+    /// What the frame needed, where units were used.
+    #[must_use]
+    pub fn counts(&self) -> Option<&FrameCounts> {
+        self.units.is_some().then_some(&self.picture.counts)
+    }
+}
+
+/// Floating point has no units that something could be left out of.
+fn refuse_of_units(scene: &Scene) -> Result<(), ExploreError> {
+    let of_units = [Effect::Trilinear, Effect::Exponential];
+    match of_units
+        .iter()
+        .find(|own| scene.choices().leaves_out(**own))
+    {
+        Some(effect) => Err(ExploreError::Refused(format!(
+            "--without {effect}: expected --numerics fixed or rtl, whose units it is of"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Renders what the scene's camera sees.
+///
+/// # Errors
+/// A scene that the configuration cannot render, effects left out that are of no unit, or Verilog
+/// that cannot be built or run or that raises an error flag.
+pub fn shoot(scene: &Scene, config: &Config, numerics: Numerics) -> Result<Shot, ExploreError> {
+    Ok(match numerics {
+        Numerics::Truth => Shot::of(scene.render_truth()?),
+        Numerics::Float => {
+            refuse_of_units(scene)?;
+            Shot::of(scene.render_float()?)
+        }
+        Numerics::Fixed => {
+            let mut twins = Twins::new(config);
+            let picture = scene.render_fixed(config, &mut twins)?;
+            Shot {
+                picture,
+                units: Some(twins.counts().clone()),
+                cycles: None,
+                instantiated: None,
+            }
+        }
+        Numerics::Rtl => {
+            let choices = scene.choices();
+            let mut rtl = if choices == Choices::default() {
+                RtlUnits::new(&Hardware::of(scene, config)?.config)
+            } else {
+                RtlUnits::new(config)
+            };
+            if [Effect::Trilinear, Effect::Exponential].map(|e| choices.forces(e)) == [true; 2] {
+                rtl.instantiate()?;
+            }
+            let picture = scene.render_fixed(config, &mut rtl)?;
+            if rtl.gather_flags() != 0 {
+                return Err(ExploreError::Check(format!(
+                    "the gathering unit raised flags {:#010b} of stat_errors, which \
+                     docs/reference/gathering-unit.md names; no picture is written",
+                    rtl.gather_flags()
+                )));
+            }
+            Shot {
+                picture,
+                units: Some(rtl.counts().clone()),
+                cycles: Some(rtl.cycles()),
+                instantiated: Some(rtl.instantiated()),
+            }
+        }
+    })
+}
+
+/// What pictures through cameras leave open: in floating point nothing outside the units is in
+/// question.
+#[must_use]
+pub fn not_checked(scene: &Scene, numerics: Numerics, cameras: &[Camera]) -> Vec<String> {
+    match numerics {
+        Numerics::Truth => scene.unseen(cameras).into_iter().collect(),
+        Numerics::Float => scene.left_open_along(cameras),
+        Numerics::Fixed | Numerics::Rtl => scene.not_checked_along(cameras),
+    }
+}
