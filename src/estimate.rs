@@ -3,14 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use potamoi_formats::config::Config;
-use potamoi_synth::fit::{
-    EnergiesOf, Estimate, Fit, Formula, LeftOut, ScaledEstimate, Spread, Work,
-};
-use potamoi_synth::grid::{Family, Grid};
-use potamoi_synth::{
-    LibraryOrigin, MemoryArea, SynthError, SynthReport, ToolsOrigin, UnitKind, macros, scaling,
-};
+use potamoi_explore::synthesis::{EstimateOf, UnitEstimate};
+use potamoi_synth::fit::{EnergiesOf, Fit, ScaledEstimate, Spread};
+use potamoi_synth::grid::Grid;
+use potamoi_synth::{LibraryOrigin, SynthReport, ToolsOrigin, UnitKind, scaling};
 use serde::Serialize;
 
 use crate::args::Common;
@@ -60,21 +56,6 @@ struct Report<'a> {
     units: Vec<UnitEstimate>,
 }
 
-#[derive(Debug, Serialize)]
-struct UnitEstimate {
-    unit: &'static str,
-    family: Family,
-    /// Relative, at points that were left out.
-    errors: LeftOut,
-    energies_of: Option<EnergiesOf>,
-    #[serde(flatten)]
-    estimate: Estimate,
-    scaled: Option<ScaledEstimate>,
-    /// Not in any of these figures.
-    memories: Vec<MemoryArea>,
-    formulas: Vec<Formula>,
-}
-
 pub(crate) fn run(common: &Common, args: &EstimateArgs) -> Result<(), Failure> {
     if let Some(busy) = args.busy.filter(|b| !(0.0..=1.0).contains(b)) {
         let expected = "expected a share, 0 to 1";
@@ -97,9 +78,14 @@ pub(crate) fn run(common: &Common, args: &EstimateArgs) -> Result<(), Failure> {
             scaling::known()
         )));
     }
+    let of = EstimateOf {
+        busy: args.busy,
+        channels: args.channels,
+        scaled_by: scaled_by.as_ref(),
+    };
     let mut units = vec![];
     for unit in args.unit.kinds() {
-        let own = estimate(&fit, &config, *unit, args, scaled_by.as_ref())?;
+        let own = UnitEstimate::new(&fit, &config, *unit, &of)?;
         units.push(own);
     }
     for own in &units {
@@ -118,32 +104,6 @@ pub(crate) fn run(common: &Common, args: &EstimateArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     Ok(())
-}
-
-fn estimate(
-    fit: &Fit,
-    config: &Config,
-    unit: UnitKind,
-    args: &EstimateArgs,
-    scaled_by: Option<&scaling::Factors>,
-) -> Result<UnitEstimate, SynthError> {
-    let family = fit.family(config, unit)?;
-    let usual = fit.usual_work(family, config);
-    let work = Work {
-        busy: args.busy.unwrap_or(usual.busy),
-        channels: args.channels.unwrap_or(usual.channels),
-    };
-    let estimate = fit.estimate(config, unit, work)?;
-    Ok(UnitEstimate {
-        unit: unit.top(),
-        family,
-        errors: fit.left_out(family)?,
-        energies_of: fit.energies_of(family),
-        scaled: scaled_by.map(|factors| estimate.scaled(factors)),
-        estimate,
-        memories: macros(config, unit)?,
-        formulas: fit.formulas(family),
-    })
 }
 
 fn print(own: &UnitEstimate, fit: &Fit) {

@@ -1,31 +1,29 @@
 //! `potamoi synth`: the units as cells of a library, and on an FPGA.
 
-mod clock;
 mod fpga;
 mod grid;
 mod power;
 mod print;
 mod study;
 
-use std::cell::Cell;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use clap::{Args, ValueEnum};
-use potamoi_formats::config::Config;
+use potamoi_explore::synthesis::{
+    ActivityScenes, Flow, in_parallel, missed_clock, without_memories,
+};
 use potamoi_synth::grid::{design, forms};
 use potamoi_synth::{
-    Cacti, Library, Made, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport, access_times,
-    default_library, differences, scaling, synthesise, with_memories,
+    Cacti, Library, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport, access_times,
+    default_library, differences, scaling, with_memories,
 };
 
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
-use crate::progress;
+use crate::progress::{self, Shown};
 use crate::stdout::say;
-use power::{PowerArgs, Scenes};
+use power::PowerArgs;
 
 #[derive(Debug, Args)]
 pub(crate) struct SynthArgs {
@@ -97,25 +95,6 @@ enum Family {
     Ecp5,
 }
 
-/// What units are synthesised with.
-struct Flow<'a> {
-    library: &'a Library,
-    tools: &'a Tools,
-    /// Where results are kept.
-    cache: &'a Path,
-}
-
-impl Flow<'_> {
-    fn synthesise(
-        &self,
-        config: &Config,
-        unit: UnitKind,
-        step: &dyn Fn(),
-    ) -> Result<Made, SynthError> {
-        synthesise(config, unit, self.library, self.tools, self.cache, step)
-    }
-}
-
 impl Units {
     pub(crate) const fn kinds(self) -> &'static [UnitKind] {
         match self {
@@ -151,7 +130,8 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     let expected = args.compare.as_deref().map(read_report).transpose()?;
     let path = args.liberty.clone().map_or_else(default_library, Ok)?;
     let library = Library::read(&path)?;
-    let scenes = Scenes::open(&args.power, args.unit.kinds())?;
+    let activity = args.power.activity();
+    let scenes = ActivityScenes::open(&activity, args.unit.kinds())?;
     let tools = Tools::find()?;
     say!(
         "library {} of {} cells, {} V, {}; OpenSTA {}",
@@ -180,14 +160,24 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     if let Some(path) = &args.forms {
         return grid::run(args, &flow, "--forms", &forms(), path);
     }
+    let spinner = progress::spinner("rendering the work");
     let work = scenes.work(&config)?;
-    let steps = args.power.steps();
-    let made = in_parallel(args.unit.kinds(), args.jobs.into(), steps, |unit, step| {
-        let mut made = flow.synthesise(&config, *unit, step)?;
-        let own = (&config, *unit);
-        args.power.add(own, &mut made, &work, &flow, step)?;
-        Ok::<_, Failure>(made)
-    })?;
+    spinner.finish_and_clear();
+    let (jobs, steps) = (args.jobs.into(), activity.steps());
+    let bar = progress::bar(0, "steps");
+    let made = in_parallel(
+        args.unit.kinds(),
+        jobs,
+        steps,
+        &Shown(&bar),
+        |unit, step| {
+            let mut made = flow.synthesise(&config, *unit, step)?;
+            activity.add((&config, *unit), &mut made, &work, &flow, step)?;
+            Ok::<_, Failure>(made)
+        },
+    );
+    bar.finish_and_clear();
+    let made = made?;
     for made in &made {
         print::unit(made);
         if let Some(folder) = &args.netlists {
@@ -215,8 +205,8 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
             report.with_memories = timed.transpose()?;
         }
     }
-    let missed = args.clock.and_then(|clock| clock::missed(&reports, clock));
-    let note = args.clock.and_then(|_| clock::without_memories(&reports));
+    let missed = args.clock.and_then(|clock| missed_clock(&reports, clock));
+    let note = args.clock.and_then(|_| without_memories(&reports));
     let raw = Raw {
         units: reports,
         memories,
@@ -236,45 +226,6 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         Some((path, expected)) => compare(&report, &path, expected, args.unit.kinds()),
         None => Ok(()),
     }
-}
-
-/// Does every item, `jobs` at once; after a failure no further ones. The first failure,
-/// in the items' order. An item has so many steps and calls what it is given after each; what
-/// it did not have to do counts when it is done.
-fn in_parallel<I: Sync, T: Send>(
-    items: &[I],
-    jobs: usize,
-    steps: u64,
-    make: impl Fn(&I, &dyn Fn()) -> Result<T, Failure> + Sync,
-) -> Result<Vec<T>, Failure> {
-    let bar = progress::bar(items.len() as u64 * steps, "steps");
-    let next = AtomicUsize::new(0);
-    let done = Mutex::new((0..items.len()).map(|_| None).collect::<Vec<_>>());
-    let work = || {
-        loop {
-            let at = next.fetch_add(1, Ordering::Relaxed);
-            let Some(item) = items.get(at) else { return };
-            let left = Cell::new(steps);
-            let result = make(item, &|| {
-                let one = left.get().min(1);
-                left.set(left.get() - one);
-                bar.inc(one);
-            });
-            if result.is_err() {
-                next.store(items.len(), Ordering::Relaxed);
-            }
-            bar.inc(left.get());
-            done.lock().unwrap_or_else(PoisonError::into_inner)[at] = Some(result);
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..jobs.min(items.len()) {
-            scope.spawn(work);
-        }
-    });
-    bar.finish_and_clear();
-    let done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
-    done.into_iter().flatten().collect()
 }
 
 type Expected = (PathBuf, SynthReport);

@@ -2,19 +2,25 @@
 
 use std::path::Path;
 
+use potamoi_explore::synthesis::in_parallel;
 use potamoi_formats::config::Config;
 use potamoi_synth::{FpgaReport, FpgaTools, Part, place_and_route};
 
-use super::{SynthArgs, in_parallel};
+use super::SynthArgs;
 use crate::failure::Failure;
 use crate::files;
+use crate::progress::{self, Shown};
 use crate::stdout::say;
 
 pub(super) fn run(config: &Config, args: &SynthArgs, cache: &Path) -> Result<(), Failure> {
     let tools = FpgaTools::find()?;
-    let made = in_parallel(args.unit.kinds(), args.jobs.into(), 1, |unit, _| {
-        Ok(place_and_route(config, *unit, &tools, args.seed, cache)?)
-    })?;
+    let bar = progress::bar(0, "steps");
+    let (kinds, jobs) = (args.unit.kinds(), args.jobs.into());
+    let made = in_parallel(kinds, jobs, 1, &Shown(&bar), |unit, _| {
+        place_and_route(config, *unit, &tools, args.seed, cache)
+    });
+    bar.finish_and_clear();
+    let made = made?;
     let units = made.iter().map(|(unit, _)| unit.clone()).collect();
     let report = FpgaReport::new(config, &tools, args.seed, units);
     say!(

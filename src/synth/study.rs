@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use potamoi_explore::synthesis::{Flow, in_parallel};
 use potamoi_formats::config::Config;
 use potamoi_synth::study::{
     EXPONENTIALS, GATHERING, Table, Variant, array_um2, crossbar_um2, once, tables,
@@ -11,9 +12,10 @@ use potamoi_synth::{
     Cacti, Figures, Memories, Raw, STEPS, SYSTEM, Scaled, Shape, SynthError, UnitReport, model,
 };
 
-use super::{Flow, SynthArgs, in_parallel};
+use super::SynthArgs;
 use crate::failure::Failure;
 use crate::files;
+use crate::progress::{self, Shown};
 use crate::stdout::say;
 
 /// What models a memory that no unit has, by its name and shape.
@@ -65,7 +67,9 @@ impl Row {
 pub(super) fn run(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), Failure> {
     let cacti = Cacti::find(flow.cache)?;
     let variants: Vec<Variant> = GATHERING.into_iter().chain(EXPONENTIALS).collect();
-    let rows = in_parallel(&variants, args.jobs.into(), STEPS, |variant, step| {
+    let bar = progress::bar(0, "steps");
+    let (jobs, shown) = (args.jobs.into(), Shown(&bar));
+    let rows = in_parallel(&variants, jobs, STEPS, &shown, |variant, step| {
         let config = variant.config()?;
         let unit = flow.synthesise(&config, variant.unit, step)?.report;
         let memories = model(std::slice::from_ref(&unit), &cacti)?;
@@ -73,14 +77,16 @@ pub(super) fn run(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), 
             units: vec![unit.clone()],
             memories: Some(memories.clone()),
         };
-        Ok(Row {
+        Ok::<_, Failure>(Row {
             variant: *variant,
             config,
             unit,
             memories,
             scaled: Scaled::new(&raw, args.node, args.scale_to),
         })
-    })?;
+    });
+    bar.finish_and_clear();
+    let rows = rows?;
     let at = match args.node {
         Some(node) => format!("{node} nm; in brackets at {} nm", args.scale_to),
         None => "the library's node".to_owned(),

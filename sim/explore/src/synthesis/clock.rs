@@ -20,8 +20,10 @@ impl Reached {
     }
 }
 
-/// The first unit that does not reach a clock, and what it reaches.
-pub(super) fn missed(units: &[UnitReport], clock: f64) -> Option<String> {
+/// The first unit that does not reach a clock in gigahertz, and what it reaches, as a sentence; none
+/// where all do.
+#[must_use]
+pub fn missed_clock(units: &[UnitReport], clock: f64) -> Option<String> {
     let unit = units.iter().find(|u| Reached::of(u).slower < clock)?;
     let Reached { slower, cells } = Reached::of(unit);
     let reached = match &unit.with_memories {
@@ -36,8 +38,10 @@ pub(super) fn missed(units: &[UnitReport], clock: f64) -> Option<String> {
     ))
 }
 
-/// Units with memories whose access times are not known: their clock is that of cells alone.
-pub(super) fn without_memories(units: &[UnitReport]) -> Option<String> {
+/// Units with memories whose access times are not known, as a sentence: their clock is that of cells
+/// alone. None where there is no such unit.
+#[must_use]
+pub fn without_memories(units: &[UnitReport]) -> Option<String> {
     let has = |u: &&UnitReport| !u.memories.is_empty() && u.with_memories.is_none();
     let names: Vec<&str> = units.iter().filter(has).map(|u| &*u.unit).collect();
     (!names.is_empty()).then(|| {
@@ -61,14 +65,14 @@ mod tests {
     fn the_slower_of_both_clocks_counts() {
         let [report, _] = SynthReport::checked_in().unwrap();
         let mut units = report.raw.units;
-        assert_eq!(missed(&units, 0.78), None);
-        let said = missed(&units[..1], 0.85).unwrap();
+        assert_eq!(missed_clock(&units, 0.78), None);
+        let said = missed_clock(&units[..1], 0.85).unwrap();
         assert_eq!(
             said,
             "gathering_unit reaches 0.806 GHz before wires with its memories' access times and \
              0.908 GHz without, not 0.85: see its longest path"
         );
-        let said = missed(&units, 0.8).unwrap();
+        let said = missed_clock(&units, 0.8).unwrap();
         assert!(
             said.starts_with("vector_unit reaches 0.786 GHz before wires, not 0.8:"),
             "{said}"
@@ -77,8 +81,8 @@ mod tests {
 
         // Without access times it is the clock of cells, and that is said.
         units[0].with_memories = None;
-        assert_eq!(missed(&units[..1], 0.85), None);
-        let said = missed(&units[..1], 0.95).unwrap();
+        assert_eq!(missed_clock(&units[..1], 0.85), None);
+        let said = missed_clock(&units[..1], 0.95).unwrap();
         assert!(
             said.starts_with("gathering_unit reaches 0.908 GHz before wires, not 0.95"),
             "{said}"

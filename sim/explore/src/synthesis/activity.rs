@@ -1,0 +1,156 @@
+//! The work that units' power is of.
+
+use std::collections::BTreeMap;
+
+use potamoi_formats::config::Config;
+use potamoi_reference::Twins;
+use potamoi_reference::observer::Observed;
+use potamoi_scene::Scene;
+use potamoi_synth::{
+    Extent, Made, Order, POWER_STEPS, STEPS, Sampler, SynthError, UnitKind, estimate,
+};
+
+use super::flow::Flow;
+use crate::ExploreError;
+
+/// The work of the gathering unit and of the vector unit unless a scene is named: voxels
+/// of eight vertices, and the exponentials of splats.
+const SCENES: [&str; 2] = ["lantern", "garden"];
+
+/// Whose work drives the netlists, for their power.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ActivityScene {
+    /// `lantern` for the gathering unit, `garden` for the vector unit.
+    Default,
+    /// A scene's, for both.
+    Named(String),
+    /// Nobody's: power is left out.
+    None,
+}
+
+/// What units' power is estimated from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Activity {
+    /// Whose work.
+    pub scene: ActivityScene,
+    /// Whether netlists are simulated whole rather than in slices, which is slower.
+    pub whole: bool,
+}
+
+/// Scenes whose work is asked for, each once.
+pub struct ActivityScenes(Vec<(String, Scene)>);
+
+impl ActivityScenes {
+    /// Opens those of the units.
+    ///
+    /// # Errors
+    /// A scene that cannot be opened.
+    pub fn open(activity: &Activity, units: &[UnitKind]) -> Result<Self, ExploreError> {
+        let mut scenes: Vec<(String, Scene)> = vec![];
+        for name in units.iter().filter_map(|unit| activity.scene(*unit)) {
+            if scenes.iter().all(|(known, _)| known != name) {
+                scenes.push((name.to_owned(), Scene::open(name)?));
+            }
+        }
+        Ok(Self(scenes))
+    }
+
+    /// Renders them, with all operations that the scenes ask for: a unit that lacks some is
+    /// given its part of the work.
+    ///
+    /// # Errors
+    /// A scene that cannot be rendered.
+    pub fn work(self, config: &Config) -> Result<ActivityWork, ExploreError> {
+        let mut config = config.clone();
+        for op in Config::default().vu.ops {
+            if !config.vu.ops.contains(&op) {
+                config.vu.ops.push(op);
+            }
+        }
+        let config = &config;
+        let mut work = BTreeMap::new();
+        for (name, scene) in self.0 {
+            let mut sampler = Sampler::new(config);
+            let mut twins = Twins::new(config);
+            let mut units = Observed::new(&mut twins, config).by(&mut sampler);
+            scene.render_fixed(config, &mut units)?;
+            work.insert(name, sampler);
+        }
+        Ok(ActivityWork(work))
+    }
+}
+
+/// Rendered work, by scene.
+pub struct ActivityWork(BTreeMap<String, Sampler>);
+
+impl Activity {
+    /// Steps of a unit: its synthesis, and its power.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        match (&self.scene, self.whole) {
+            (ActivityScene::None, _) => STEPS,
+            (_, false) => STEPS + POWER_STEPS,
+            // Both runs of the whole netlist.
+            (_, true) => STEPS + 2,
+        }
+    }
+
+    fn scene(&self, unit: UnitKind) -> Option<&str> {
+        let default = match unit {
+            UnitKind::Gathering => SCENES[0],
+            UnitKind::Vector => SCENES[1],
+        };
+        match &self.scene {
+            ActivityScene::Default => Some(default),
+            ActivityScene::Named(name) => Some(name),
+            ActivityScene::None => None,
+        }
+    }
+
+    /// Adds its power to a unit that was made.
+    ///
+    /// # Errors
+    /// As [`estimate`]; a netlist that computes something else is a failed check.
+    pub fn add(
+        &self,
+        (config, unit): (&Config, UnitKind),
+        made: &mut Made,
+        work: &ActivityWork,
+        flow: &Flow<'_>,
+        step: &dyn Fn(),
+    ) -> Result<(), ExploreError> {
+        let Some(scene) = self.scene(unit) else {
+            return Ok(());
+        };
+        let sampler = work.0.get(scene);
+        let windows = (
+            sampler.and_then(Sampler::gather_window),
+            sampler.and_then(Sampler::vector_window),
+        );
+        let order = Order {
+            config,
+            unit,
+            library: flow.library,
+            tools: flow.tools,
+            made: (&made.report, &made.netlist),
+            scene,
+            windows: (windows.0.as_ref(), windows.1.as_ref()),
+            extent: match self.whole {
+                true => Extent::Whole,
+                false => Extent::Slices,
+            },
+            step,
+        };
+        let power = estimate(&order, flow.cache).map_err(wrong)?;
+        made.report.power = Some(power);
+        Ok(())
+    }
+}
+
+/// A netlist that computes something else is a check that failed.
+fn wrong(error: SynthError) -> ExploreError {
+    match error {
+        SynthError::Rtl(error) => ExploreError::Rtl(*error),
+        other => ExploreError::Synth(other),
+    }
+}

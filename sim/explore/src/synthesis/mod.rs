@@ -1,0 +1,15 @@
+//! Units as cells: several at once, their power by a scene's work, their clock, grids of them.
+
+mod activity;
+mod clock;
+mod estimate;
+mod flow;
+mod grid;
+mod parallel;
+
+pub use activity::{Activity, ActivityScene, ActivityScenes, ActivityWork};
+pub use clock::{missed_clock, without_memories};
+pub use estimate::{EstimateOf, UnitEstimate};
+pub use flow::Flow;
+pub use grid::synthesise_grid;
+pub use parallel::in_parallel;
