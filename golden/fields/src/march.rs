@@ -80,7 +80,46 @@ pub fn render_masked(
     let sampling = field.sampling();
     check(camera, &sampling)?;
     check_mask(camera, only)?;
-    let (width, height) = (camera.width, camera.height);
+    let view = View {
+        camera,
+        sampling,
+        frame: Frame::WORLD,
+    };
+    Ok(follow(field, &view, background, only))
+}
+
+/// Where rays are followed. Places, lengths and bounds of a field and of its sampling are in its
+/// units.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Frame {
+    /// Its origin, in the world.
+    pub(crate) corner: DVec3,
+    /// Its unit of length, in the world's.
+    pub(crate) edge: f64,
+}
+
+impl Frame {
+    pub(crate) const WORLD: Self = Self {
+        corner: DVec3::ZERO,
+        edge: 1.0,
+    };
+}
+
+/// The rays of a camera in a frame.
+pub(crate) struct View<'a> {
+    pub(crate) camera: &'a Camera,
+    pub(crate) sampling: Sampling,
+    pub(crate) frame: Frame,
+}
+
+/// Renders a field whose sampling and mask were checked.
+pub(crate) fn follow(
+    field: &dyn Field,
+    view: &View<'_>,
+    background: [f32; 3],
+    only: Option<&Mask>,
+) -> FieldFrame {
+    let (width, height) = (view.camera.width, view.camera.height);
     let pixels: Vec<Pixel> = (0..width * height)
         .into_par_iter()
         .map_init(
@@ -89,8 +128,7 @@ pub fn render_masked(
                 if only.is_some_and(|mask| !mask.has(i as usize)) {
                     return Pixel::CLEAR;
                 }
-                let pixel = [i % width, i / width];
-                march(field, &sampling, camera, pixel, worker)
+                march(field, view, [i % width, i / width], worker)
             },
         )
         .collect();
@@ -100,17 +138,17 @@ pub fn render_masked(
         let colour = pixel.colour + pixel.left * behind;
         *to = colour.to_array().map(|v| v as f32);
     }
-    Ok(FieldFrame {
+    FieldFrame {
         picture,
         transmittance: pixels.iter().map(|p| p.left).collect(),
         depth: (0..)
             .zip(&pixels)
-            .map(|(i, p)| p.depth(camera, i))
+            .map(|(i, p)| p.distance() * view.frame.edge * view.camera.slant(i))
             .collect(),
         samples: pixels.iter().map(|p| p.samples).sum(),
         gathered: pixels.iter().map(|p| p.gathered).sum(),
         coloured: pixels.iter().map(|p| p.coloured).sum(),
-    })
+    }
 }
 
 impl Pixel {
@@ -125,9 +163,10 @@ impl Pixel {
         coloured: 0,
     };
 
-    fn depth(&self, camera: &Camera, number: u32) -> f64 {
+    /// The mean distance of what is seen, along the ray.
+    fn distance(&self) -> f64 {
         if self.weight > 0.0 {
-            self.moment / self.weight * camera.slant(number)
+            self.moment / self.weight
         } else {
             f64::INFINITY
         }
@@ -205,9 +244,14 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    /// Those of the ray through the centre of a pixel.
-    pub(super) fn of(sampling: &Sampling, camera: &Camera, [x, y]: [u32; 2]) -> Self {
+    /// Those of the ray through the centre of a pixel, in the world.
+    pub(super) fn of(sampling: &Sampling, camera: &Camera, pixel: [u32; 2]) -> Self {
+        Self::within(sampling, camera, Frame::WORLD, pixel)
+    }
+
+    fn within(sampling: &Sampling, camera: &Camera, frame: Frame, [x, y]: [u32; 2]) -> Self {
         let (origin, direction) = camera.ray(x, y);
+        let origin = (origin - frame.corner) / frame.edge;
         let axis = camera.axis();
         // A step along the ray over one as the range is measured.
         let slant = match sampling.along {
@@ -296,14 +340,13 @@ pub(super) fn advance(
     pixel
 }
 
-fn march(
-    field: &dyn Field,
-    sampling: &Sampling,
-    camera: &Camera,
-    pixel: [u32; 2],
-    worker: &mut Worker,
-) -> Pixel {
-    let ray = Samples::of(sampling, camera, pixel);
+fn march(field: &dyn Field, view: &View<'_>, pixel: [u32; 2], worker: &mut Worker) -> Pixel {
+    let View {
+        camera,
+        sampling,
+        frame,
+    } = view;
+    let ray = Samples::within(sampling, camera, *frame, pixel);
     let mut pixel = advance(field, sampling, &ray, worker, |_| ());
     let samples = worker.features.chunks_exact(field.channels().max(1));
     for (features, weight) in samples.zip(&worker.weights) {

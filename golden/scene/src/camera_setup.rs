@@ -123,10 +123,7 @@ impl Scene {
         match self.model.kind() {
             Kind::Splats(cloud) => Orbit::around(cloud),
             Kind::Field(field) => framing(field.sampling().bounds),
-            Kind::Voxels(grid) => {
-                let size = DVec3::from(grid.points().map(|p| (p - 1) as f64)) * grid.voxel();
-                framing([grid.corner(), grid.corner() + size])
-            }
+            Kind::Voxels(grid) => framing(grid.bounds()),
         }
     }
 

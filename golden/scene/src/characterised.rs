@@ -10,8 +10,7 @@ use crate::characterise::{
 };
 use potamoi_base::mask::Mask;
 use potamoi_fields::Size;
-use potamoi_fields::algorithms::stored::StoredField;
-use potamoi_fields::voxels::{self, MVoxels, Placement, Volume, stored};
+use potamoi_fields::voxels::{self, MVoxels, Placement, StoredField, Volume, stored};
 use potamoi_fields::{Field, FieldError, FixedField, Stops};
 use potamoi_reference::Twins;
 use potamoi_splats::{Cloud, View};
@@ -48,7 +47,7 @@ impl Scene {
         match self.model.kind() {
             Kind::Splats(cloud) => self.of_splats(cloud, config, capacity, sides, full),
             Kind::Voxels(grid) => {
-                let field = StoredField::new(grid, self.step)?;
+                let field = StoredField::new(grid, self.step);
                 let mvoxels = MVoxels::new(grid, config)?;
                 let volume = Volume {
                     mvoxels: &mvoxels,
@@ -89,7 +88,7 @@ impl Scene {
                 };
                 Ok(splat_accesses(cloud, colour, None, &view, only, capacity)?)
             }
-            Kind::Voxels(grid) => field(&StoredField::new(grid, self.step)?),
+            Kind::Voxels(grid) => field(&StoredField::new(grid, self.step)),
             Kind::Field(own) => field(own),
         }
     }

@@ -67,8 +67,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::effects::Choices;
 use potamoi_base::precision::Precision;
 use potamoi_base::record::Notes;
-use potamoi_fields::algorithms::stored;
-use potamoi_fields::voxels::Grid;
+use potamoi_fields::voxels::{self, Grid};
 use potamoi_fields::{AnyField, Field, Size};
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Axes, Cells, Cloud, Order, Profile};
@@ -104,7 +103,7 @@ impl Model {
         match (self, self.kind()) {
             (Self::Compact(_), _) => "Compact-3DGS",
             (_, Kind::Splats(_)) => "3DGS",
-            (_, Kind::Voxels(_)) => stored::ALGORITHM.name,
+            (_, Kind::Voxels(_)) => voxels::ALGORITHM.name,
             (_, Kind::Field(field)) => field.algorithm().name,
         }
     }
@@ -116,7 +115,7 @@ impl Model {
         match (self, self.kind()) {
             (Self::Compact(_), _) => Some(Size::Entries(1 << 19)),
             (_, Kind::Splats(_)) => None,
-            (_, Kind::Voxels(_)) => stored::ALGORITHM.full_size,
+            (_, Kind::Voxels(_)) => voxels::ALGORITHM.full_size,
             (_, Kind::Field(field)) => field.algorithm().full_size,
         }
     }
@@ -137,7 +136,7 @@ impl Model {
         match (self, self.kind()) {
             (Self::Compact(_), _) => "fields",
             (_, Kind::Splats(_)) => "paper",
-            (_, Kind::Voxels(_)) => stored::ALGORITHM.preset,
+            (_, Kind::Voxels(_)) => voxels::ALGORITHM.preset,
             (_, Kind::Field(field)) => field.algorithm().preset,
         }
     }

@@ -3,8 +3,8 @@
 //! it is.
 
 use super::{Kind, Model, Scene};
-use potamoi_fields::algorithms::stored;
 use potamoi_fields::outside::{COMPOSITING, HARMONICS, HASHES, PARTS, PERCEPTRONS, RIT};
+use potamoi_fields::voxels;
 use potamoi_march::tiling::Halo;
 
 /// Of splats alone.
@@ -40,7 +40,7 @@ impl Scene {
                 COMPOSITING,
             ],
             (_, Kind::Splats(_)) => &[PROJECTION, RIT, HOLDING, COMPOSITING],
-            (_, Kind::Voxels(_)) => stored::ALGORITHM.outside,
+            (_, Kind::Voxels(_)) => voxels::ALGORITHM.outside,
             (_, Kind::Field(field)) => field.algorithm().outside,
         };
         let mut all: Vec<String> = outside.iter().map(|&what| what.to_owned()).collect();

@@ -69,11 +69,7 @@ impl Scene {
             Kind::Splats(cloud) => {
                 splats::is_any_in_view(cloud, camera, self.profile()).unwrap_or(true)
             }
-            Kind::Voxels(grid) => {
-                let size = DVec3::from(grid.points().map(|p| (p - 1) as f64)) * grid.voxel();
-                let corner = grid.corner();
-                meets([corner, corner + size], camera, all, Along::Ray)
-            }
+            Kind::Voxels(grid) => meets(grid.bounds(), camera, all, Along::Ray),
             Kind::Field(field) => {
                 let sampling = field.sampling();
                 meets(sampling.bounds, camera, sampling.range, sampling.along)

@@ -8,7 +8,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
 use potamoi_fields as fields;
-use potamoi_fields::voxels::{self, Grid};
+use potamoi_fields::voxels;
 use potamoi_splats::{self as splats, Cloud};
 use potamoi_warp::{Renderer, Shaded, VOID_BELOW, WarpError};
 
@@ -24,7 +24,7 @@ impl Renderer for Scene {
     fn bounds(&self) -> Option<[DVec3; 2]> {
         match self.model.kind() {
             Kind::Splats(cloud) => splat_bounds(cloud),
-            Kind::Voxels(grid) => Some(grid_bounds(grid)),
+            Kind::Voxels(grid) => Some(grid.bounds()),
             Kind::Field(field) => Some(field.sampling().bounds),
         }
     }
@@ -84,11 +84,6 @@ fn shaded(picture: Picture, transmittance: &[f64], depth: &[f64]) -> Shaded {
         depth: depth.collect(),
         picture,
     }
-}
-
-fn grid_bounds(grid: &Grid) -> [DVec3; 2] {
-    let last = DVec3::from(grid.points().map(|p| (p - 1) as f64));
-    [grid.corner(), grid.corner() + last * grid.voxel()]
 }
 
 /// Around every Gaussian as far as it is seen; nothing without Gaussians or

@@ -1,16 +1,16 @@
-//! The fields: a folder and a line of [`FIELDS`] each.
+//! The fields: a folder and a line of [`FIELDS`] each. Stored voxels are in [`crate::voxels`], with
+//! the road of all fields in one volume.
 
 pub mod dvgo;
 pub mod efficient;
 pub mod ngp;
-pub mod stored;
 pub mod tensorf;
 
-use crate::{Algorithm, FieldFile};
+use crate::{Algorithm, FieldFile, voxels};
 
 /// Every algorithm, in the order in which lists and tables name them.
 pub static FIELDS: [&Algorithm; 6] = [
-    &stored::ALGORITHM,
+    &voxels::ALGORITHM,
     &dvgo::ALGORITHM,
     &tensorf::ALGORITHM,
     &ngp::ALGORITHM,

@@ -12,7 +12,7 @@ use potamoi_march::{
 };
 use potamoi_reference::{GatherTask, Units};
 
-use super::float::STOP_BELOW;
+use super::field::STOP_BELOW;
 use super::formats::Formats;
 use super::grid::Grid;
 use super::mvoxels::MVoxels;

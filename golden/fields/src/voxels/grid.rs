@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::Table;
 use potamoi_march::MarchError;
 
 /// The most vertices along an axis.
@@ -50,11 +51,10 @@ impl Layout {
 /// A regular grid of vertices with features, in floating point.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Grid {
-    points: [usize; 3],
+    table: Table,
     corner: DVec3,
     voxel: f64,
     layout: Layout,
-    features: Vec<f32>,
 }
 
 impl Grid {
@@ -105,12 +105,17 @@ impl Grid {
             let value = format!("{v} at vertex {vertex}, channel {channel}");
             return refuse("features", value, "finite numbers".to_owned());
         }
+        let table = Table::new(points, layout.channels(), features);
+        let table = table.map_err(|e| MarchError::Grid {
+            field: "features",
+            value: e.to_string(),
+            expected: "a table".to_owned(),
+        })?;
         Ok(Self {
-            points,
+            table,
             corner,
             voxel,
             layout,
-            features,
         })
     }
 
@@ -149,7 +154,7 @@ impl Grid {
     /// Vertices along x, y, z.
     #[must_use]
     pub fn points(&self) -> [usize; 3] {
-        self.points
+        self.table.points()
     }
 
     /// World position of vertex (0, 0, 0).
@@ -173,7 +178,20 @@ impl Grid {
     /// All values, channels fastest, then x, y, z.
     #[must_use]
     pub fn features(&self) -> &[f32] {
-        &self.features
+        self.table.values()
+    }
+
+    /// The same as a table, a row a vertex.
+    #[must_use]
+    pub fn table(&self) -> &Table {
+        &self.table
+    }
+
+    /// The corners of the box on whose faces its outer vertices lie, in the world.
+    #[must_use]
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let last = DVec3::from(self.points().map(|p| (p - 1) as f64));
+        [self.corner, self.corner + last * self.voxel]
     }
 
     /// A world position in vertex units, where vertex (x, y, z) lies at (x, y, z).
@@ -185,33 +203,6 @@ impl Grid {
     /// Interpolates all channels at a position in vertex units, held to the
     /// volume, in 64-bit floating point.
     pub fn sample(&self, at: DVec3, out: &mut [f64]) {
-        let channels = self.layout.channels();
-        let mut cell = [0usize; 3];
-        let mut fraction = [0f64; 3];
-        for axis in 0..3 {
-            let last = (self.points[axis] - 1) as f64;
-            let held = at[axis].clamp(0.0, last);
-            cell[axis] = (held as usize).min(self.points[axis] - 2);
-            fraction[axis] = held - cell[axis] as f64;
-        }
-        out.fill(0.0);
-        for corner in 0..8 {
-            let mut weight = 1.0;
-            let mut index = [0; 3];
-            for axis in 0..3 {
-                let far = corner >> axis & 1;
-                index[axis] = cell[axis] + far;
-                weight *= if far == 1 {
-                    fraction[axis]
-                } else {
-                    1.0 - fraction[axis]
-                };
-            }
-            let vertex = index[0] + self.points[0] * (index[1] + self.points[1] * index[2]);
-            let values = &self.features[vertex * channels..][..channels];
-            for (sum, v) in out.iter_mut().zip(values) {
-                *sum += weight * f64::from(*v);
-            }
-        }
+        self.table.gather(at, out);
     }
 }

@@ -5,6 +5,7 @@
 //! by MVoxel ([`render_fixed`]). A [`Volume`] of another field is rendered the same way.
 
 mod bound;
+mod field;
 mod fixed;
 mod float;
 mod formats;
@@ -19,10 +20,11 @@ mod tests;
 mod traffic;
 
 pub use bound::{error_bounds, opacity_off};
+pub use field::{ALGORITHM, STOP_BELOW, StoredField};
 pub use fixed::{
     FixedOptions, Volume, render_fixed, render_volume, render_volume_masked, stops, stored, tasks,
 };
-pub use float::{FloatFrame, FloatOptions, STOP_BELOW, render_float, render_masked};
+pub use float::{FloatOptions, render_float, render_masked};
 pub use formats::Formats;
 pub use grid::{Grid, Layout, MAX_POINTS, MAX_VALUES};
 pub use mvoxels::{MVoxels, Mask};

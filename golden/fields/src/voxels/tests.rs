@@ -2,6 +2,7 @@
 
 mod bound;
 mod exact;
+mod float;
 mod halo;
 mod work;
 

@@ -2,8 +2,6 @@
 //! the coefficients of colours as features, and turn them into colour by a
 //! perceptron that knows how.
 
-use glam::DVec3;
-
 use super::shade::perceptron;
 use potamoi_fields::algorithms::dvgo::{self, Dvgo};
 use potamoi_fields::algorithms::tensorf::{Activation, Known, Rules, Tensorf};
@@ -28,11 +26,6 @@ const DEEP: f32 = 5.0;
 /// Terms of a mode, of density and of appearance.
 const RANKS: [usize; 2] = [16, 48];
 
-fn bounds(grid: &Grid) -> [DVec3; 2] {
-    let last = DVec3::from(grid.points().map(|p| (p - 1) as f64));
-    [grid.corner(), grid.corner() + last * grid.voxel()]
-}
-
 /// The densities of a grid, scaled for softplus, and its colours.
 pub(crate) fn dvgo(grid: &Grid) -> Result<Dvgo, FieldError> {
     let terms = grid.layout().coefficients();
@@ -49,7 +42,7 @@ pub(crate) fn dvgo(grid: &Grid) -> Result<Dvgo, FieldError> {
     Dvgo::new(dvgo::Parts {
         table: Table::new(grid.points(), 1 + COEFFICIENTS, values)?,
         filled: near_something(grid),
-        bounds: bounds(grid),
+        bounds: grid.bounds(),
         shift: 0.0,
         scale: SOFTPLUS,
         step: STEP,
@@ -139,7 +132,7 @@ pub(crate) fn tensorf(grid: &Grid) -> Result<Tensorf, FieldError> {
         activation: Activation::Relu,
         distance_scale: 1.0 / grid.voxel(),
         step_ratio: STEP,
-        ..Rules::new(bounds(grid))
+        ..Rules::new(grid.bounds())
     };
     Tensorf::through(
         &known,

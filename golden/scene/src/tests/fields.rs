@@ -5,8 +5,7 @@ use glam::DVec3;
 use crate::{Model, Scene};
 use potamoi_base::record::{Fate, Format, Notes};
 use potamoi_fields::algorithms::efficient::{CHANNELS, EfficientNerf};
-use potamoi_fields::algorithms::stored::StoredField;
-use potamoi_fields::voxels::{FloatOptions, render_float as render_grid};
+use potamoi_fields::voxels::{FloatOptions, StoredField, render_float as render_grid};
 use potamoi_fields::{
     AnyField, FieldFile, FileOptions, LoadedField, RayStages, Stops, render_float,
 };
@@ -124,7 +123,7 @@ fn a_grid_is_a_field() {
     let Model::Voxels(grid) = scene.model() else {
         unreachable!("the lantern is a grid")
     };
-    let field = StoredField::new(grid, 0.5).unwrap();
+    let field = StoredField::new(grid, 0.5);
     let found = render_float(&field, scene.camera(), [0.25; 3]).unwrap();
     let options = FloatOptions {
         background: [0.25; 3],
