@@ -16,7 +16,7 @@ use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress::{self, Shown};
-use crate::scene::SceneArgs;
+use crate::scene::{SceneArgs, say_not_checked};
 
 use report::{FORMAT_VERSION, Report};
 
@@ -93,9 +93,11 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
         command: "effects",
         found,
         seconds: begun.elapsed().as_secs_f64(),
+        not_checked: scene.left_open(),
     };
     let found = &report.found;
     report::print(found);
+    say_not_checked(&report.not_checked);
     if let Some(file) = &args.plot {
         picture::plot(file, found)?;
     }

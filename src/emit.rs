@@ -18,6 +18,7 @@ use crate::args::Common;
 use crate::cli::EmitArgs;
 use crate::failure::Failure;
 use crate::files;
+use crate::scene;
 use crate::stdout::say;
 
 /// The file that a configuration is written to that is reduced to a scene.
@@ -42,6 +43,8 @@ struct Report {
     left_out: Vec<LeftOut>,
     /// Lines of every file, by path below the folder.
     files: BTreeMap<String, usize>,
+    /// What the scene's files leave open.
+    not_checked: Vec<String>,
 }
 
 pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
@@ -60,7 +63,11 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         }
     }
     let hardware = match &args.for_scene {
-        Some(name) => Hardware::of(&Scene::open(name)?, &asked)?,
+        Some(name) => {
+            let scene = Scene::open(name)?;
+            scene::note(&scene);
+            Hardware::of(&scene, &asked)?
+        }
         None => Hardware::whole(&asked),
     };
     let config = hardware.config;
@@ -111,6 +118,7 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
             .iter()
             .map(|(path, text)| (path.clone(), text.lines().count()))
             .collect(),
+        not_checked: scene::left_open_of_files(),
     };
     if let (Some(scene), Some(path)) = (&report.for_scene, &written) {
         say!(

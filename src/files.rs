@@ -7,16 +7,21 @@ use std::sync::{Mutex, PoisonError};
 use thiserror::Error;
 
 #[derive(Debug, Error)]
-#[error("cannot write {path}: {source}; name a folder that can be written")]
+#[error("cannot write {path}: {source}; {remedy}")]
 pub(crate) struct FileError {
     path: PathBuf,
     source: std::io::Error,
+    /// What to do.
+    remedy: &'static str,
 }
 
 impl FileError {
     pub(crate) fn new(path: &Path, source: std::io::Error) -> Self {
-        let path = path.to_owned();
-        Self { path, source }
+        Self {
+            path: path.to_owned(),
+            source,
+            remedy: "name a folder that can be written",
+        }
     }
 }
 
@@ -43,9 +48,12 @@ pub(crate) fn prepare<'a>(
             .map_err(fail)?
             .join(place.file_name().unwrap_or_default());
         if !known.insert(whole) {
-            return Err(fail(std::io::Error::other(
-                "it is another output of this command already",
-            )));
+            return Err(FileError {
+                remedy: "name another file",
+                ..fail(std::io::Error::other(
+                    "it is another output of this command already",
+                ))
+            });
         }
     }
     Ok(())
@@ -62,10 +70,8 @@ pub(crate) fn write(path: &Path, text: &str) -> Result<(), FileError> {
 
 /// Writes a report as JSON.
 pub(crate) fn write_json(path: &Path, report: &impl serde::Serialize) -> Result<(), FileError> {
-    let mut text = serde_json::to_string_pretty(report).map_err(|e| FileError {
-        path: path.to_owned(),
-        source: e.into(),
-    })?;
+    let text = serde_json::to_string_pretty(report);
+    let mut text = text.map_err(|e| FileError::new(path, e.into()))?;
     text.push('\n');
     write(path, &text)
 }

@@ -78,6 +78,9 @@ fn main() -> ExitCode {
         })
         .and_then(|()| roles::check(&matches))
         .and_then(|()| run(&cli));
+    if matches!(done, Ok(()) | Err(Failure::Check(_))) {
+        scene::say_what_is_left_open();
+    }
     let done = match (done, stdout::lost()) {
         (Ok(()), Some(why)) => Err(Failure::Output(why)),
         (done, _) => done,

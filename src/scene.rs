@@ -2,10 +2,12 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use clap::Args;
 use potamoi_analytic::Analytic;
 use potamoi_base::effects::Choices;
+use potamoi_base::record::told_within;
 use potamoi_scene::{BUILTIN, Representation, Scene};
 use potamoi_splats::{Axes, files};
 
@@ -55,11 +57,50 @@ pub(crate) struct SceneArgs {
     without: Vec<String>,
 }
 
+/// Characters of a sentence that are printed; `--json` has all of them.
+const TOLD: usize = 2000;
+
+/// What the files that were opened leave open, and whether that was said.
+static LEFT_OPEN: Mutex<Vec<(String, bool)>> = Mutex::new(vec![]);
+
+fn left_open() -> MutexGuard<'static, Vec<(String, bool)>> {
+    LEFT_OPEN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Keeps what a scene's files leave open, so that it is said whatever the command reports.
+pub(crate) fn note(scene: &Scene) {
+    let mut all = left_open();
+    for sentence in scene.left_open_of_files() {
+        if all.iter().all(|(known, _)| *known != sentence) {
+            all.push((sentence, false));
+        }
+    }
+}
+
+/// What the files that this command opened leave open.
+pub(crate) fn left_open_of_files() -> Vec<String> {
+    let all = left_open();
+    all.iter().map(|(sentence, _)| sentence.clone()).collect()
+}
+
 /// Says in one line what a run does not check, if anything.
 pub(crate) fn say_not_checked(list: &[String]) {
-    if !list.is_empty() {
-        say!("  not checked: {}", list.join("; "));
+    for (sentence, said) in left_open().iter_mut() {
+        *said |= list.contains(sentence);
     }
+    if !list.is_empty() {
+        let told: Vec<_> = list.iter().map(|s| told_within(s, TOLD)).collect();
+        say!("  not checked: {}", told.join("; "));
+    }
+}
+
+/// Says what files leave open and no report has said.
+pub(crate) fn say_what_is_left_open() {
+    let all = left_open();
+    let rest = all.iter().filter(|(_, said)| !said);
+    let rest: Vec<String> = rest.map(|(sentence, _)| sentence.clone()).collect();
+    drop(all);
+    say_not_checked(&rest);
 }
 
 /// The scenes of a list: `all` is every built-in scene in every representation,
@@ -120,6 +161,7 @@ impl SceneArgs {
             )));
         }
         scene.set_choices(self.choices()?);
+        note(&scene);
         Ok(scene)
     }
 
@@ -130,6 +172,7 @@ impl SceneArgs {
             scene.set_camera_file(path, self.camera_index)?;
         }
         scene.set_size(self.width, self.height)?;
+        note(&scene);
         Ok(scene)
     }
 

@@ -132,6 +132,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     let library = Library::read(&path)?;
     let activity = args.power.activity();
     let scenes = ActivityScenes::open(&activity, args.unit.kinds())?;
+    scenes.scenes().for_each(crate::scene::note);
     let tools = Tools::find()?;
     say!(
         "library {} of {} cells, {} V, {}; OpenSTA {}",

@@ -59,7 +59,9 @@ pub fn read_text(path: &Path, most: u64) -> Result<String> {
 pub fn check(kind: FileType) -> Result<()> {
     match name_of(kind) {
         None => Ok(()),
-        Some(name) => Err(Error::other(format!("{name} and not a regular file"))),
+        Some(name) => Err(Error::other(format!(
+            "{name} and not a regular file: name a file"
+        ))),
     }
 }
 
@@ -119,18 +121,18 @@ mod tests {
         let said = |path: &Path| read(path, 1000).unwrap_err().to_string();
         assert_eq!(
             said(&std::env::temp_dir()),
-            "a folder and not a regular file"
+            "a folder and not a regular file: name a file"
         );
         #[cfg(unix)]
         {
-            let device = "a device and not a regular file";
+            let device = "a device and not a regular file: name a file";
             assert_eq!(said(Path::new("/dev/zero")), device);
             let folder = std::env::temp_dir();
             let pipe = folder.join(format!("potamoi-fifo-{}", std::process::id()));
             let made = std::process::Command::new("mkfifo").arg(&pipe).status();
             assert!(made.unwrap().success());
             // It would wait for ever where it were opened.
-            assert_eq!(said(&pipe), "a FIFO and not a regular file");
+            assert_eq!(said(&pipe), "a FIFO and not a regular file: name a file");
             std::fs::remove_file(&pipe).unwrap();
         }
     }

@@ -10,6 +10,7 @@ use crate::args::Common;
 use crate::failure::Failure;
 use crate::files;
 use crate::progress::{self, Shown};
+use crate::scene::left_open_of_files;
 use crate::stdout::say;
 
 /// Pixels a row of built-in scenes, unless asked for otherwise.
@@ -24,6 +25,8 @@ struct Report<'a> {
     command: &'static str,
     #[serde(flatten)]
     found: &'a Sweep,
+    /// What the scene's files leave open.
+    not_checked: Vec<String>,
 }
 
 pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
@@ -64,6 +67,7 @@ pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
             format_version: FORMAT_VERSION,
             command: "cost",
             found: &sweep,
+            not_checked: left_open_of_files(),
         };
         files::write_json(path, &report)?;
     }

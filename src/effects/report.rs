@@ -16,6 +16,8 @@ pub(super) struct Report {
     #[serde(flatten)]
     pub(super) found: Effects,
     pub(super) seconds: f64,
+    /// What of the scene's files is not used or assumed, and whether nothing is in view.
+    pub(super) not_checked: Vec<String>,
 }
 
 /// Where it takes how much, if it is called for.

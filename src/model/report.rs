@@ -17,6 +17,8 @@ pub(super) struct Report<T> {
     command: &'static str,
     system: System,
     pub(super) scenes: Vec<T>,
+    /// What the files of all scenes leave open.
+    not_checked: Vec<String>,
 }
 
 impl<T> Report<T> {
@@ -26,6 +28,7 @@ impl<T> Report<T> {
             command,
             system: system.clone(),
             scenes,
+            not_checked: crate::scene::left_open_of_files(),
         }
     }
 }

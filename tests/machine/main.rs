@@ -6,6 +6,7 @@ mod cache;
 #[path = "../common/mod.rs"]
 mod common;
 mod kills;
+mod notes;
 mod outputs;
 mod tools;
 

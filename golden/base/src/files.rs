@@ -25,13 +25,17 @@ const RANDOM: usize = 8;
 const MOST_LINKS: usize = 40;
 
 /// Writes to a temporary name in the same folder, then renames; into devices and pipes as they are.
+/// Whoever reads a pipe may go away: what is left is dropped without a word, as by other tools.
 ///
 /// # Errors
 /// The folder does not exist or cannot be written; a folder, socket or disk is in the way; the disk
 /// is full.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let Some(place) = place(path)? else {
-        return into(path)?.write_all(bytes);
+        return match into(path)?.write_all(bytes) {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+            done => done,
+        };
     };
     let mut file = Unfinished::beside(&place)?;
     file.0.write_all(bytes)?;
@@ -319,6 +323,16 @@ mod tests {
         let mut text = String::new();
         File::from(reader).read_to_string(&mut text).unwrap();
         assert_eq!(text, "through");
+        // More than a pipe holds, to somebody who reads a part of it.
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || File::open(pipe).unwrap().read_exact(&mut [0; 10])
+        });
+        while prepare(&pipe).is_err() {
+            std::thread::yield_now();
+        }
+        write(&pipe, &vec![b'x'; 1 << 20]).unwrap();
+        reader.join().unwrap().unwrap();
     }
 
     /// A file that is open is written into by whatever name it has as that, and by its own name

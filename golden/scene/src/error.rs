@@ -31,12 +31,12 @@ pub enum SceneError {
         endings: String,
     },
     /// A file of a kind that is not read.
-    #[error("scene {path}: files that end in `{ending}` are not read: expected {expected}")]
+    #[error("scene {path}: {kind} are not read: expected {expected}")]
     Ending {
         /// The file.
         path: PathBuf,
-        /// How its name ends.
-        ending: String,
+        /// What is not read.
+        kind: String,
         /// The endings that are read.
         expected: String,
     },

@@ -83,16 +83,21 @@ impl Scene {
         match ending.as_deref() {
             Some("toml") => Self::described(path, axes),
             Some(compact::ENDING) => Self::compact(path, axes),
-            Some(other) => match algorithms::file_of_ending(other) {
+            other => match other.and_then(algorithms::file_of_ending) {
                 Some(file) => Self::field_file(path, file, &FileOptions::default()),
                 None if path.exists() => Err(SceneError::Ending {
                     path: path.to_owned(),
-                    ending: format!(".{other}"),
+                    kind: match other {
+                        _ if path.is_dir() => {
+                            "folders but those of SOG, with `meta.json`,".to_owned()
+                        }
+                        Some(other) => format!("files that end in `.{}`", told(other)),
+                        None => "files without an ending".to_owned(),
+                    },
                     expected: endings(),
                 }),
                 None => Err(Self::unknown(name)),
             },
-            None => Err(Self::unknown(name)),
         }
     }
 

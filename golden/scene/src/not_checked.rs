@@ -59,7 +59,8 @@ impl Scene {
     }
 
     /// The same, whatever the camera sees.
-    pub(super) fn open_of_files(&self) -> Vec<String> {
+    #[must_use]
+    pub fn left_open_of_files(&self) -> Vec<String> {
         let left_out: Vec<String> = (self.choices().left_out().iter())
             .map(ToString::to_string)
             .collect();

@@ -126,7 +126,8 @@ fn every_splat_format_is_a_scene_and_a_model_of_a_description() {
     for (name, expected) in [
         ("no.obj", "files end in .ply, .splat, .spz, .sog"),
         ("no.spz", "cannot read no.spz"),
-        (fixtures, "no built-in scene and no file"),
+        ("nothing", "no built-in scene and no file"),
+        (fixtures, "folders but those of SOG"),
         (source, "end in `.rs` are not read: expected .ply, .splat"),
     ] {
         let error = Scene::open(name).unwrap_err().to_string();

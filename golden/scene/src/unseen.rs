@@ -16,7 +16,7 @@ impl Scene {
     /// What [`Scene::left_open`] says, of frames that are seen through `cameras`.
     #[must_use]
     pub fn left_open_along(&self, cameras: &[Camera]) -> Vec<String> {
-        let mut all = self.open_of_files();
+        let mut all = self.left_open_of_files();
         all.extend(self.unseen(cameras));
         all
     }

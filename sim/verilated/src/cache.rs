@@ -76,6 +76,7 @@ pub fn claim(folder: &Path) -> Result<PathBuf, Error> {
         Err(Error::Untrusted {
             path: folder.to_owned(),
             problem,
+            is_own: metadata.uid() == rustix::process::geteuid().as_raw(),
         })
     })?;
     static SWEPT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
@@ -237,7 +238,11 @@ mod tests {
         for open in [0o720, 0o702, 0o777, 0o1777] {
             set(open);
             let error = claim(&folder).unwrap_err();
-            assert!(matches!(error, Error::Untrusted { .. }), "{error}");
+            assert!(
+                matches!(error, Error::Untrusted { is_own: true, .. }),
+                "{error}"
+            );
+            assert!(error.to_string().contains("chmod go-w"), "{error}");
         }
         set(0o755);
         claim(&folder).unwrap();

@@ -91,13 +91,16 @@ pub enum Error {
     /// A folder of kept files that somebody else may have filled.
     #[error(
         "the folder of kept files {path:?} is not used, since models are loaded from it as code: \
-         {problem}; name a folder of your own in POTAMOI_CACHE, or: chmod go-w {path:?}"
+         {problem}; name a folder of your own in POTAMOI_CACHE{}",
+        if *is_own { format!(", or: chmod go-w {path:?}") } else { String::new() }
     )]
     Untrusted {
         /// The folder.
         path: PathBuf,
         /// Who can write it.
         problem: String,
+        /// Whether it is this user's, who can close it to others.
+        is_own: bool,
     },
     /// A name that cannot be used as a module, file or port.
     #[error("{what} {name:?} cannot be used: {expected}")]

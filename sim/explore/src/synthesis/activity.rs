@@ -55,6 +55,11 @@ impl ActivityScenes {
         Ok(Self(scenes))
     }
 
+    /// The scenes.
+    pub fn scenes(&self) -> impl Iterator<Item = &Scene> {
+        self.0.iter().map(|(_, scene)| scene)
+    }
+
     /// Renders them, with all operations that the scenes ask for: a unit that lacks some is
     /// given its part of the work.
     ///

@@ -1,0 +1,97 @@
+//! What a file says that is not used is told by every command that reads the file.
+
+use std::fs;
+use std::path::Path;
+
+use crate::expect;
+
+/// Arguments of each command that opens a scene, which is `q.ply`.
+const QUICK: [(&str, &str); 9] = [
+    (
+        "render",
+        "--scene q.ply --width 8 --numerics float --out o.png",
+    ),
+    ("trace", "--scene q.ply --width 8 --out t.npz"),
+    ("layouts", "--scene q.ply --width 8"),
+    ("characterise", "--scene q.ply --width 8"),
+    ("effects", "--scene q.ply --width 8 --frames 1 --pairs 0"),
+    ("warp", "--scene q.ply --width 8 --frames 2"),
+    ("emit", "--for-scene q.ply --out-dir e"),
+    ("model", "--scene q.ply --width 12 --frames 2 --window 2"),
+    ("cost", "--scene q.ply --width 8 --frames 2 --knobs tail"),
+];
+/// Those that build models or netlists, in `make test-full`.
+const SLOW: [(&str, &str); 2] = [
+    ("--config small verify", "--scene q.ply --width 8"),
+    ("--config small synth", "--activity q.ply --unit vu"),
+];
+
+/// Three Gaussians with a property that nobody knows.
+fn with_unknown_property(folder: &Path) {
+    let mut names = vec!["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"];
+    names.extend(["scale_0", "scale_1", "scale_2"]);
+    names.extend(["rot_0", "rot_1", "rot_2", "rot_3", "zzz"]);
+    let declared: String = names
+        .iter()
+        .map(|n| format!("property float {n}\n"))
+        .collect();
+    let rows: String = (0..3)
+        .map(|i| format!("{} 0 1 1 0 0 2 -2 -2 -2 1 0 0 0 7\n", 0.3 * f64::from(i)))
+        .collect();
+    let head = "ply\nformat ascii 1.0\nelement vertex 3\n";
+    let text = format!("{head}{declared}end_header\n{rows}");
+    fs::write(folder.join("q.ply"), text).unwrap();
+}
+
+fn tell(commands: &[(&str, &str)]) {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    with_unknown_property(at);
+    for (command, arguments) in commands {
+        let said = expect(at, 0, &format!("$P {command} {arguments} --json r.json"));
+        let told = said.matches("not used of the file: zzz").count();
+        assert_eq!(told, 1, "{command}: {said}");
+        let report = fs::read_to_string(at.join("r.json")).unwrap();
+        assert!(
+            report.contains("not used of the file: zzz"),
+            "{command}: {report}"
+        );
+    }
+}
+
+#[test]
+fn commands_tell_what_of_a_file_is_not_used() {
+    tell(&QUICK);
+}
+
+#[test]
+#[ignore = "builds models and netlists; run with make test-full"]
+fn commands_that_build_tell_what_of_a_file_is_not_used() {
+    tell(&SLOW);
+}
+
+/// A new command that opens scenes stands in one of the lists.
+#[test]
+fn every_command_that_opens_a_scene_is_tried() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = expect(folder.path(), 0, "$P --help");
+    let (_, commands) = help.split_once("Commands:\n").unwrap();
+    let names = commands.lines().take_while(|line| line.starts_with("  "));
+    let names: Vec<&str> = names
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    assert!(names.len() > 10, "{names:?}");
+    for name in names.iter().filter(|name| **name != "help") {
+        let help = expect(folder.path(), 0, &format!("$P {name} --help"));
+        let opens = ["--scene ", "--for-scene ", "--activity "];
+        let is_tried = QUICK
+            .iter()
+            .chain(&SLOW)
+            .any(|(own, _)| own.ends_with(name));
+        assert_eq!(
+            opens.iter().any(|flag| help.contains(flag)),
+            is_tried,
+            "{name}"
+        );
+    }
+}
