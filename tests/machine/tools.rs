@@ -77,6 +77,34 @@ fn a_verilator_that_refuses_is_heard() {
     assert!(said.contains("%Error: lots") && said.len() < 20_000);
 }
 
+/// Yosys that says nothing of itself, and Yosys that ends well and leaves nothing.
+#[test]
+fn a_yosys_that_does_nothing_is_a_fault_of_the_machine() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let library = concat!(env!("CARGO_MANIFEST_DIR"), "/sim/synth/cells/handful.lib");
+    let synth = format!(
+        "PATH=$PWD/bin:$PATH $P --config small synth --unit vu --activity none --liberty {library}"
+    );
+    fake(at, "sta", "echo 2.4.0");
+    for (script, words) in [
+        (
+            "exit 0",
+            "yosys does not work (its version): it ends well and says nothing",
+        ),
+        (
+            "case \"$1\" in --version|-V) echo 'Yosys 0.23';; esac",
+            "yosys does not work (vector_unit): it ends well and leaves no netlist",
+        ),
+    ] {
+        for name in ["yosys", "pyosys"] {
+            fake(at, name, script);
+        }
+        let said = expect(at, 3, &synth);
+        assert!(said.contains(words), "{script}: {said}");
+    }
+}
+
 #[test]
 fn other_tools_have_limits_too() {
     let folder = tempfile::tempdir().unwrap();

@@ -67,6 +67,7 @@ mod tests {
     use super::super::Model;
     use super::*;
     use crate::facts::Cache;
+    use potamoi_base::camera::Camera;
     use potamoi_base::effects::{Choices, Effect};
     use potamoi_base::precision::Precision;
     use potamoi_march::tiling::Halo;
@@ -136,6 +137,41 @@ mod tests {
             assert_eq!(differ, [*name]);
         }
         assert_eq!(scene.clone().identity(), own);
+    }
+
+    /// Paths of as many frames that begin alike, and differ in one number of one camera.
+    #[test]
+    fn one_number_of_any_frame_changes_a_path() {
+        let mut scene = Scene::open("lantern").unwrap();
+        scene.path = scene.path(30.0, 4).unwrap();
+        let part = |scene: &Scene| {
+            let all = scene.identity();
+            all.into_iter().find(|(name, _)| *name == "path").unwrap().1
+        };
+        let mut known = vec![part(&scene)];
+        let changes: [fn(&mut Camera); 7] = [
+            |c| c.width += 1,
+            |c| c.height += 1,
+            |c| c.focal.x *= 1.0 + 1e-12,
+            |c| c.focal.y *= 1.0 + 1e-12,
+            |c| c.centre.y += 1e-9,
+            |c| c.world_to_camera.translation.z += 1e-12,
+            |c| c.world_to_camera.matrix3.y_axis.x += 1e-12,
+        ];
+        for frame in 0..scene.path.len() {
+            for change in changes {
+                let mut other = scene.clone();
+                change(&mut other.path[frame]);
+                known.push(part(&other));
+            }
+        }
+        let mut shorter = scene.clone();
+        shorter.path.pop();
+        known.push(part(&shorter));
+        let all = known.len();
+        known.sort_by_key(|hash| *hash.as_bytes());
+        known.dedup();
+        assert_eq!(known.len(), all);
     }
 
     /// Models whose names, sizes and shapes are the same, and one number is not.

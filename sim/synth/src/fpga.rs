@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{CHECK_VERSIONS, cannot_keep};
 use super::kept_inputs::FpgaInputs;
-use super::tools::{run, says};
+use super::tools::{left_nothing, run, says};
 use super::work_folder::WorkFolder;
 use super::{SynthError, UnitKind};
 
@@ -210,7 +210,8 @@ pub fn place_and_route(
         unit.top(),
     )?;
     let text = folder.read("report.json");
-    let report = text.and_then(|text| read(&text, unit.top()));
+    let text = text.ok_or_else(|| left_nothing(NEXTPNR, unit.top(), "leaves no report"))?;
+    let report = read(&text, unit.top());
     let report = report.ok_or_else(|| SynthError::Output {
         tool: NEXTPNR,
         unit: unit.top(),

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use potamoi_kept as kept;
 use potamoi_netlist::{Header, Module, verilog};
 
-use crate::error::{CHECK_LIBRARY, cannot_keep};
+use crate::error::cannot_keep;
 use crate::kept_inputs::MappedInputs;
 use crate::script::{LIBRARY, NETLIST, scripts};
-use crate::tools::SYNTH;
+use crate::tools::{SYNTH, left_nothing};
 use crate::work_folder::WorkFolder;
 use crate::{Library, SynthError, Tools};
 
@@ -116,12 +116,8 @@ impl Run<'_> {
         folder.write(LIBRARY, &library.text)?;
         folder.write(SYNTH, script)?;
         tools.yosys(folder.path(), SYNTH, unit)?;
-        let text = folder.read(result).ok_or_else(|| SynthError::Output {
-            tool: "yosys",
-            unit,
-            what: "netlist".to_owned(),
-            remedy: CHECK_LIBRARY,
-        })?;
+        let text = folder.read(result);
+        let text = text.ok_or_else(|| left_nothing("yosys", unit, "leaves no netlist"))?;
         kept::write_text(&kept, &text).map_err(cannot_keep(&kept))?;
         Ok(text)
     }

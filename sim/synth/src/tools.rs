@@ -94,24 +94,30 @@ impl Tools {
 }
 
 /// The first line that a program prints, on standard output if it can; none where it is not
-/// here, fails or says nothing.
+/// here or fails.
 ///
 /// # Errors
-/// It does not answer in time, or a signal ends it.
+/// It does not answer in time or says nothing, or a signal ends it.
 pub(super) fn says(
     program: &'static str,
     arguments: &[&str],
 ) -> Result<Option<String>, SynthError> {
     let mut command = Command::new(program);
     match child::says(command.args(arguments), child::TO_ANSWER) {
-        Ok(text) => Ok(text
-            .as_deref()
-            .and_then(|text| text.lines().next())
-            .map(|line| line.trim().to_owned())
-            .filter(|line| !line.is_empty())),
+        Ok(None) => Ok(None),
+        Ok(Some(text)) => match text.lines().next().map(str::trim) {
+            Some(line) if !line.is_empty() => Ok(Some(line.to_owned())),
+            _ => Err(left_nothing(program, "its version", "says nothing")),
+        },
         Err(Fault::Missing { .. }) => Ok(None),
         Err(fault) => Err(broken(program, "its version", fault)),
     }
+}
+
+/// A program that ends well without what it was asked for.
+pub(super) fn left_nothing(tool: &'static str, unit: &str, what: &str) -> SynthError {
+    let what = what.to_owned();
+    broken(tool, unit, Fault::Nothing { what })
 }
 
 /// A program that gives no result, whatever its input is.

@@ -10,7 +10,7 @@ use super::error::{CHECK_LIBRARY, cannot_keep};
 use super::kept_inputs::UnitInputs;
 use super::netlist::{self, MemoryArea, ModuleArea};
 use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, scripts};
-use super::tools::{FINISH, SYNTH, TIMING};
+use super::tools::{FINISH, SYNTH, TIMING, left_nothing};
 use super::work_folder::WorkFolder;
 use super::{Library, SynthError, Tools, UnitKind, UnitReport, fanout, memories};
 
@@ -102,22 +102,21 @@ pub fn synthesise(
         what: what.to_owned(),
         remedy: CHECK_LIBRARY,
     };
+    let nothing = |what: &str| left_nothing("yosys", unit.top(), what);
     tools.yosys(folder.path(), SYNTH, unit.top())?;
     step();
-    let buffered = folder
-        .read(MAPPED)
-        .and_then(|text| fanout::limit(text.as_bytes(), unit.top(), library));
+    let mapped = folder.read(MAPPED);
+    let mapped = mapped.ok_or_else(|| nothing("leaves no netlist"))?;
+    let buffered = fanout::limit(mapped.as_bytes(), unit.top(), library);
     let (buffered, buffers) = buffered.ok_or_else(|| no("yosys", "netlist as JSON"))?;
     folder.write(BUFFERED, &buffered)?;
     tools.yosys(folder.path(), FINISH, unit.top())?;
     step();
     let timing = tools.sta(folder.path(), unit.top())?;
     step();
-    let types = folder
-        .read(STATISTICS)
-        .as_deref()
-        .and_then(netlist::read_types);
-    let types = types.ok_or_else(|| no("yosys", "statistics"))?;
+    let statistics = folder.read(STATISTICS);
+    let statistics = statistics.ok_or_else(|| nothing("leaves no statistics"))?;
+    let types = netlist::read_types(&statistics).ok_or_else(|| no("yosys", "statistics"))?;
     let modules = netlist::modules(&types, unit.top(), &macros, library)
         .map_err(|kind| no("yosys", &format!("known cell in place of `{kind}`")))?;
     let path = longest_path(&timing).ok_or_else(|| no("sta", "path"))?;
@@ -142,7 +141,8 @@ pub fn synthesise(
         with_memories: None,
         power: None,
     };
-    let netlist = folder.read(NETLIST).ok_or_else(|| no("yosys", "netlist"))?;
+    let netlist = folder.read(NETLIST);
+    let netlist = netlist.ok_or_else(|| nothing("leaves no netlist in cells"))?;
     kept::write_text(&kept_netlist, &netlist).map_err(cannot_keep(&kept_netlist))?;
     kept::write(&kept, &(&report, hash_of(&netlist))).map_err(cannot_keep(&kept))?;
     Ok(Made {

@@ -81,6 +81,12 @@ pub enum Fault {
         /// What showed it.
         reason: String,
     },
+    /// It ended well, and did not do what it was asked for.
+    #[error("it ends well and {what}")]
+    Nothing {
+        /// What it does not leave or say.
+        what: String,
+    },
     /// A signal ended it.
     #[error("signal {signal} ended it")]
     Killed {
