@@ -16,6 +16,7 @@ mod codes;
 mod directions;
 mod early_termination;
 mod error;
+mod everywhere;
 mod file;
 mod fixed;
 pub mod gather_plan;
@@ -35,6 +36,7 @@ mod snapshot_error;
 mod table;
 mod two_level_grid;
 pub mod voxels;
+mod work;
 
 use std::fmt;
 use std::ops::Deref;
@@ -55,7 +57,7 @@ pub use directions::Directions;
 pub use early_termination::Stopping;
 pub use error::FieldError;
 pub use file::{FieldFile, FileOptions, LoadedField};
-pub use fixed::{FieldWork, FixedField, FixedOptions};
+pub use fixed::FixedField;
 pub use hash::HashUnit;
 pub use hashed_colour::{FixedColour, HashedColour};
 pub use march::{FieldFrame, render_float, render_masked};
@@ -66,6 +68,7 @@ pub use shape::TableShape;
 pub use snapshot_error::SnapshotError;
 pub use table::Table;
 pub use two_level_grid::Nodes;
+pub use work::{FieldWork, FixedOptions};
 
 /// A radiance field.
 pub trait Field: Sync {

@@ -9,22 +9,20 @@
 mod bound;
 mod fixed;
 mod keys;
+mod load;
 #[cfg(test)]
 mod tests;
-
-use std::path::Path;
 
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
 use crate::voxels::Mask;
 use crate::{
-    Algorithm, Along, AnyField, Bounds, Coded, Directions, Field, FieldError, FieldFile, Layer,
+    Algorithm, Along, AnyField, Bounds, Coded, Directions, Field, FieldError, FieldFile,
     LoadedField, Mlp, Sampling, Size, Stepped, Storage, Table, outside, softplus,
 };
 use potamoi_base::camera::Camera;
 use potamoi_base::record::Notes;
-use potamoi_containers::torch::{Checkpoint, Tensor};
 use potamoi_reference::bounds::VectorBounds;
 
 use fixed::FixedDvgo;
@@ -36,9 +34,6 @@ const MAX_FREQUENCIES: usize = 16;
 const LEAST: f64 = 1e-4;
 /// A ray ends where less than this is left.
 const STOP: f64 = 1e-3;
-/// Nearest and farthest depth of samples in checkpoints, which do not say: those
-/// of NeRF's synthetic scenes.
-const RANGE: [f64; 2] = [2.0, 6.0];
 
 /// Voxels from sample to sample as its authors train it.
 const TRAINED_STEP: f64 = 0.5;
@@ -65,116 +60,6 @@ pub struct Dvgo {
     /// What a checkpoint says that is not used.
     #[serde(skip)]
     notes: Notes,
-}
-
-impl Dvgo {
-    /// Loads `fine_last.tar` of that code base's own layout. `step` is the
-    /// distance of samples in voxels, 0.5 as it was trained.
-    ///
-    /// # Errors
-    /// No such checkpoint, a part that is missing or does not fit, or a variant
-    /// that is not read (compressed grids, an implicit colour network).
-    pub fn load(path: &Path, step: f64) -> Result<Self, FieldError> {
-        let mut file = Checkpoint::open(path)?;
-        Self::read(&mut file, step).map_err(|e| e.of_file(path))
-    }
-
-    fn read(file: &mut Checkpoint, step: f64) -> Result<Self, FieldError> {
-        file.refuse(&DVGO)?;
-        let state = |name| ["model_state_dict", name];
-        for (name, wanted) in [
-            // 1 is True to Python.
-            ("rgbnet_direct", &["True", "1"][..]),
-            ("density_type", &["'DenseGrid'"]),
-            ("k0_type", &["'DenseGrid'"]),
-        ] {
-            file.says_only(&["model_kwargs", name], wanted)?;
-        }
-        let density = file.floats(&state("density.grid"))?;
-        let [1, 1, x, y, z] = density.shape[..] else {
-            let found = format!("of shape {:?}", density.shape);
-            let expected = "a tensor of shape [1, 1, X, Y, Z]";
-            return Err(file.field(&state("density.grid"), found, expected).into());
-        };
-        let points = [x, y, z];
-        if points.iter().any(|p| *p < 2) {
-            let found = format!("of shape {:?}", density.shape);
-            let expected = "2 or more vertices along each axis";
-            return Err(file.field(&state("density.grid"), found, expected).into());
-        }
-        let features = file.floats(&state("k0.grid"))?;
-        let count = match features.shape[..] {
-            [1, c, fx, fy, fz] if [fx, fy, fz] == points && c > 0 => c,
-            _ => {
-                let found = format!("of shape {:?}", features.shape);
-                let expected = format!("[1, C, {x}, {y}, {z}], as density.grid has");
-                return Err(file.field(&state("k0.grid"), found, &expected).into());
-            }
-        };
-        let corner = |file: &mut Checkpoint, name| -> Result<DVec3, FieldError> {
-            let values = file.floats_of(&state(name), &[3])?.values;
-            Ok(dvec3(values[0].into(), values[1].into(), values[2].into()))
-        };
-        let bounds = [corner(file, "xyz_min")?, corner(file, "xyz_max")?];
-        let size = bounds[1] - bounds[0];
-        if !(size.is_finite() && size.cmpgt(DVec3::splat(1e-6)).all()) {
-            let found = bounds[1].to_string();
-            let expected = format!("finite and above xyz_min, {}", bounds[0]);
-            return Err(file.field(&state("xyz_max"), found, &expected).into());
-        }
-        let voxels = within(file, &["model_kwargs", "num_voxels"], ABOVE_0)?;
-        let voxel = (size.element_product() / voxels).cbrt();
-        let ratio = within(file, &["model_kwargs", "voxel_size_ratio"], ABOVE_0)?;
-        let mlp = perceptron(file)?;
-        let frequencies: Vec<f64> = match file.floats(&state("viewfreq"))?.values {
-            list if list.len() <= MAX_FREQUENCIES => list.iter().map(|v| f64::from(*v)).collect(),
-            list => {
-                let found = format!("{} frequencies", list.len());
-                return Err(file.field(&state("viewfreq"), found, "at most 16").into());
-            }
-        };
-        if let Some(v) = frequencies.iter().find(|v| !v.is_finite()) {
-            let expected = "finite numbers";
-            return Err(file
-                .field(&state("viewfreq"), v.to_string(), expected)
-                .into());
-        }
-        let inputs = count + 3 + 6 * frequencies.len();
-        if mlp.inputs() != inputs || mlp.outputs() != 3 {
-            let found = format!("{} inputs and {} outputs", mlp.inputs(), mlp.outputs());
-            let expected =
-                format!("{inputs} inputs ({count} features and the direction), 3 outputs");
-            return Err(file.field(&state("rgbnet"), found, &expected).into());
-        }
-        let least = if file.has(&["model_kwargs", "fast_color_thres"]) {
-            within(file, &["model_kwargs", "fast_color_thres"], SHARE)?
-        } else {
-            LEAST
-        };
-        let last = DVec3::from(points.map(|p| (p - 1) as f64));
-        let mask = mask(file, bounds[0], size / last)?;
-        let shift = within(file, &state("act_shift"), FINITE)?;
-        let mut notes = Notes::default();
-        file.finish(&DVGO, &mut notes)?;
-        Ok(Self {
-            tables: [Table::new(
-                points,
-                1 + count,
-                interleave(points, &density, &features),
-            )?],
-            bounds,
-            mask,
-            shift,
-            interval: step * ratio,
-            step: step * voxel,
-            spacing_of_steps: step,
-            range: RANGE,
-            least,
-            frequencies,
-            mlp,
-            notes,
-        })
-    }
 }
 
 /// What a model is made of, besides a checkpoint.
@@ -268,108 +153,6 @@ impl Dvgo {
             notes: Notes::default(),
         })
     }
-}
-
-/// A range that a number may be in, and how that is said. Not a number is in none.
-type Allowed = (fn(f64) -> bool, &'static str);
-const ABOVE_0: Allowed = (|v| v > 0.0 && v.is_finite(), "a number above 0");
-const SHARE: Allowed = (|v| (0.0..1.0).contains(&v), "0 and up, below 1");
-const FINITE: Allowed = (f64::is_finite, "a finite number");
-
-fn within(
-    file: &mut Checkpoint,
-    keys: &[&str],
-    (right, expected): Allowed,
-) -> Result<f64, FieldError> {
-    let value = file.number(keys)?;
-    if right(value) {
-        return Ok(value);
-    }
-    Err(file.field(keys, value.to_string(), expected).into())
-}
-
-/// Layers `rgbnet.0`, `rgbnet.2.0`, ..., `rgbnet.N`, as that code base nests
-/// them.
-fn perceptron(file: &mut Checkpoint) -> Result<Mlp, FieldError> {
-    let mut layers = vec![];
-    for i in 0..16 {
-        for name in [format!("rgbnet.{i}"), format!("rgbnet.{i}.0")] {
-            let weight = format!("{name}.weight");
-            if !file.has(&["model_state_dict", &weight]) {
-                continue;
-            }
-            let tensor = file.floats(&["model_state_dict", &weight])?;
-            let [outputs, inputs] = tensor.shape[..] else {
-                let found = format!("of shape {:?}", tensor.shape);
-                let keys = ["model_state_dict", weight.as_str()];
-                return Err(file.field(&keys, found, "[outputs, inputs]").into());
-            };
-            let bias = format!("{name}.bias");
-            let bias = file.floats_of(&["model_state_dict", &bias], &[outputs])?;
-            layers.push(Layer::new(inputs, tensor.values, bias.values)?);
-        }
-    }
-    Mlp::new(layers)
-}
-
-/// The mask, its places told from vertices of the grid, the first of which is at
-/// `corner`.
-fn mask(file: &mut Checkpoint, corner: DVec3, spacing: DVec3) -> Result<Option<Mask>, FieldError> {
-    let state = |name| ["model_state_dict", name];
-    if !file.has(&state("mask_cache.mask")) {
-        return Ok(None);
-    }
-    let tensor = file.tensor(&state("mask_cache.mask"))?;
-    let [x, y, z] = tensor.shape[..] else {
-        let found = format!("of shape {:?}", tensor.shape);
-        return Err(file
-            .field(&state("mask_cache.mask"), found, "[X, Y, Z]")
-            .into());
-    };
-    let mut three = |name| -> Result<DVec3, FieldError> {
-        let v = file.floats_of(&state(name), &[3])?.values;
-        let v = dvec3(v[0].into(), v[1].into(), v[2].into());
-        if v.is_finite() {
-            return Ok(v);
-        }
-        Err(file
-            .field(&state(name), v.to_string(), "finite numbers")
-            .into())
-    };
-    let (scale, shift) = (
-        three("mask_cache.xyz2ijk_scale")?,
-        three("mask_cache.xyz2ijk_shift")?,
-    );
-    Ok(Some(Mask {
-        points: [x, y, z],
-        scale: spacing * scale,
-        shift: corner * scale + shift,
-        filled: transposed([x, y, z], &tensor.values)
-            .map(|v| v != 0.0)
-            .collect(),
-    }))
-}
-
-/// Values that are stored z fastest, x fastest.
-fn transposed(points: [usize; 3], values: &[f32]) -> impl Iterator<Item = f32> {
-    let [x, y, z] = points;
-    (0..x * y * z).map(move |i| {
-        let (ix, iy, iz) = (i % x, i / x % y, i / (x * y));
-        values[(ix * y + iy) * z + iz]
-    })
-}
-
-fn interleave(points: [usize; 3], density: &Tensor, features: &Tensor) -> Vec<f32> {
-    let vertices = points.iter().product::<usize>();
-    let count = features.values.len() / vertices;
-    let mut all = vec![0.0; vertices * (1 + count)];
-    let grids = std::iter::once(&density.values[..]).chain(features.values.chunks_exact(vertices));
-    for (channel, grid) in grids.enumerate() {
-        for (vertex, value) in transposed(points, grid).enumerate() {
-            all[vertex * (1 + count) + channel] = value;
-        }
-    }
-    all
 }
 
 /// A direction, and the sines and then the cosines of its parts times each

@@ -1,8 +1,12 @@
 #![allow(clippy::unwrap_used)]
 
+use std::path::Path;
+
+use potamoi_containers::torch::Checkpoint;
 use proptest::prelude::*;
 
 use super::*;
+use crate::Layer;
 use crate::made::{Made, harms, survives};
 use potamoi_base::record::Fate;
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 
 use super::mask::AlphaMask;
+use super::rules::MAX_FREQUENCIES;
 use super::{Activation, LINES, PLANES, Rules, TENSORF, Tensorf};
 use crate::{FieldError, Layer, Mlp, Table};
 use potamoi_containers::torch::{Checkpoint, TorchError};
@@ -103,7 +104,7 @@ fn rules(file: &mut Checkpoint) -> Result<Rules, TorchError> {
         ("view_pe", &mut rules.view_frequencies),
     ] {
         let value = file.number(&kwarg(name))?;
-        *to = whole(file, &kwarg(name), value, 0..=super::MAX_FREQUENCIES)?;
+        *to = whole(file, &kwarg(name), value, 0..=MAX_FREQUENCIES)?;
     }
     match rules.problem() {
         Some((field, value, expected)) => Err(file.field(&kwarg(field), value, expected)),

@@ -1,0 +1,38 @@
+//! A field without its void: every sample is gathered.
+
+use glam::DVec3;
+
+use super::{Algorithm, Field, Sampling, Table};
+
+/// A field of which nothing says where it is empty.
+pub(super) struct Everywhere<'a>(pub(super) &'a dyn Field);
+
+impl Field for Everywhere<'_> {
+    fn algorithm(&self) -> &'static Algorithm {
+        self.0.algorithm()
+    }
+
+    fn tables(&self) -> &[Table] {
+        self.0.tables()
+    }
+
+    fn place(&self, at: DVec3, places: &mut [DVec3]) {
+        self.0.place(at, places);
+    }
+
+    fn holds(&self, _: DVec3) -> bool {
+        true
+    }
+
+    fn depth(&self, features: &[f64]) -> f64 {
+        self.0.depth(features)
+    }
+
+    fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
+        self.0.colour(features, direction, scratch)
+    }
+
+    fn sampling(&self) -> Sampling {
+        self.0.sampling()
+    }
+}

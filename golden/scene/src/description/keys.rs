@@ -1,0 +1,103 @@
+//! The keys of scene descriptions.
+
+use potamoi_base::precision::NUMBERS;
+use potamoi_base::record::Fate::Honoured;
+use potamoi_base::record::{Fate, Format, Key};
+
+/// Its fields.
+pub(crate) static DESCRIPTION: Format = Format {
+    name: "Scene descriptions",
+    files: "`.toml`. Every list has as many values as stand here, at every depth.",
+    keys: &KEYS,
+    others: Fate::Refused,
+};
+
+/// Those that are read here.
+const OWN: [Key; 28] = [
+    key(
+        "model.kind",
+        "builtin, splats, compact-3dgs, ngp, dvgo, tensorf or images",
+    ),
+    key("model.name", "of a built-in scene"),
+    key("model.representation", "what a built-in scene is made into"),
+    key(
+        "model.path",
+        "the file or folder, from the description's folder",
+    ),
+    key(
+        "model.axes",
+        "of splats and Compact-3DGS: where x, y and z of the file point, such as right-up-back",
+    ),
+    key(
+        "model.hash_unit",
+        "of Instant-NGP: vertex or mvoxel, as the file was fitted",
+    ),
+    key("model.depth", "of images: the folder of depths"),
+    key(
+        "model.depth_scale",
+        "of images: units of the poses a unit of the depths, above 0",
+    ),
+    key(
+        "model.void_above",
+        "of images: depths above are void, above 0",
+    ),
+    key(
+        "camera.kind",
+        "orbit, opencv-json, transforms or colmap; not of images",
+    ),
+    key(
+        "camera.path",
+        "the file or folder, from the description's folder",
+    ),
+    key("camera.index", "which camera of the file, from 0"),
+    key("camera.name", "of COLMAP: which image"),
+    key("camera.width", "pixels a row, 1 to 16384"),
+    key("camera.height", "rows, 1 to 16384"),
+    key("camera.azimuth", "degrees"),
+    key("camera.elevation", "degrees, between -89.9 and 89.9"),
+    key("camera.distance", "1e-9 to 1e9"),
+    key("camera.fov", "vertical field of view, 0.1 to 179 degrees"),
+    key("camera.target", "three numbers from -1e9 to 1e9"),
+    key("render.profile", "of splats: a renderer's rules"),
+    key(
+        "render.background",
+        "linear RGB, three numbers; of images, too",
+    ),
+    key("render.order", "of splats: exact or approximate"),
+    key(
+        "render.group_tiles",
+        "of splats: columns and rows of tiles, two whole numbers above 0",
+    ),
+    key(
+        "render.group_side",
+        "of voxels and fields: pixels a side of a ray group, above 0",
+    ),
+    key("render.halo", "of voxels and fields: shared or split"),
+    key(
+        "render.step",
+        "of voxels: edges from sample to sample, 1/64 to 8",
+    ),
+    key(
+        "render.antialiased",
+        "of splats: as trained with antialiasing; what the file says unless given",
+    ),
+];
+
+/// Those, and the numbers of [`Precision`](potamoi_base::precision::Precision).
+static KEYS: [Key; OWN.len() + NUMBERS.len()] = {
+    let mut keys = [OWN[0]; OWN.len() + NUMBERS.len()];
+    let mut at = 0;
+    while at < keys.len() {
+        keys[at] = match at < OWN.len() {
+            true => OWN[at],
+            false => NUMBERS[at - OWN.len()].key,
+        };
+        at += 1;
+    }
+    keys
+};
+
+const fn key(name: &'static str, about: &'static str) -> Key {
+    let fate = Honoured;
+    Key { name, fate, about }
+}
