@@ -25,6 +25,7 @@
 
 mod altered;
 pub mod bounds;
+pub mod exact_exponential;
 pub mod exp;
 #[cfg(test)]
 mod exp_tests;
@@ -33,7 +34,6 @@ mod logarithms;
 pub mod logistic;
 pub mod observer;
 pub mod one_minus;
-pub mod reference;
 pub mod reference_units;
 pub mod streams;
 pub mod trace_recorder;

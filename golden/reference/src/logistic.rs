@@ -5,7 +5,7 @@ use astro_float::{BigFloat, Consts, RoundingMode};
 use potamoi_formats::config::ExpConfig;
 use rayon::prelude::*;
 
-use super::reference::{ERROR_BITS, ExpError, ReferenceError, WORKING_BITS};
+use super::exact_exponential::{ERROR_BITS, ExactError, ExpError, WORKING_BITS};
 use super::widths::budget;
 
 /// Fraction bits of a stored value, which is below 1.
@@ -39,7 +39,7 @@ impl LogisticReference {
     ///
     /// # Errors
     /// The library of arbitrary precision failed.
-    pub fn new(frac_bits: u32) -> Result<Self, ReferenceError> {
+    pub fn new(frac_bits: u32) -> Result<Self, ExactError> {
         let frac_bits = frac_bits.clamp(*Self::BITS.start(), *Self::BITS.end());
         let fine = exponentials(0..1 << FINE, -(frac_bits as i32))?;
         let blocks = (16u32 << frac_bits >> FINE) + 1;
@@ -135,12 +135,12 @@ impl LogisticReference {
 
 const NEAREST: RoundingMode = RoundingMode::ToEven;
 
-fn library() -> Result<Consts, ReferenceError> {
-    Consts::new().map_err(|e| ReferenceError::Library(e.to_string()))
+fn library() -> Result<Consts, ExactError> {
+    Consts::new().map_err(|e| ExactError::Library(e.to_string()))
 }
 
 /// `exp(-code 2^power)` of each code.
-fn exponentials(codes: std::ops::Range<u32>, power: i32) -> Result<Vec<BigFloat>, ReferenceError> {
+fn exponentials(codes: std::ops::Range<u32>, power: i32) -> Result<Vec<BigFloat>, ExactError> {
     let mut consts = library()?;
     let exp = |code: u32| {
         let argument = BigFloat::from_f64(-f64::from(code) * 2f64.powi(power), WORKING_BITS);
@@ -150,12 +150,12 @@ fn exponentials(codes: std::ops::Range<u32>, power: i32) -> Result<Vec<BigFloat>
 }
 
 /// `e / (1 + e)` and `ln(1 + e)` with [`FRACTION`] fraction bits, cut off.
-fn both(e: &BigFloat, consts: &mut Consts) -> Result<(u128, u128), ReferenceError> {
+fn both(e: &BigFloat, consts: &mut Consts) -> Result<(u128, u128), ExactError> {
     let one = BigFloat::from_f64(1.0, WORKING_BITS);
     let y = one.add(e, WORKING_BITS, NEAREST);
     let fixed = |value: BigFloat| {
-        let (mantissa, exponent) = super::reference::parts(&value)
-            .ok_or_else(|| ReferenceError::Library(format!("of {e} comes {value}")))?;
+        let (mantissa, exponent) = super::exact_exponential::parts(&value)
+            .ok_or_else(|| ExactError::Library(format!("of {e} comes {value}")))?;
         // The mantissa has 126 fraction bits, and the value is below 1.
         Ok(mantissa >> (126 - FRACTION as i32 - exponent).clamp(0, 127))
     };

@@ -3,7 +3,7 @@
 use astro_float::{BigFloat, Consts, RoundingMode};
 use rayon::prelude::*;
 
-use super::reference::{ERROR_BITS, ReferenceError, WORKING_BITS, parts};
+use super::exact_exponential::{ERROR_BITS, ExactError, WORKING_BITS, parts};
 
 /// Fraction bits of a stored exponential, which is in [0, 1].
 const FRACTION: u32 = 127;
@@ -25,17 +25,16 @@ impl OneMinusReference {
     ///
     /// # Errors
     /// The library of arbitrary precision failed.
-    pub fn new(frac_bits: u32) -> Result<Self, ReferenceError> {
+    pub fn new(frac_bits: u32) -> Result<Self, ExactError> {
         let frac_bits = frac_bits.clamp(8, 24);
-        let table = |count: u32, power: i32| -> Result<Vec<u128>, ReferenceError> {
-            let mut consts = Consts::new().map_err(|e| ReferenceError::Library(e.to_string()))?;
+        let table = |count: u32, power: i32| -> Result<Vec<u128>, ExactError> {
+            let mut consts = Consts::new().map_err(|e| ExactError::Library(e.to_string()))?;
             let unit = -2f64.powi(power);
             let value = |code: u32| {
                 let argument = BigFloat::from_f64(f64::from(code) * unit, WORKING_BITS);
                 let exact = argument.exp(WORKING_BITS, RoundingMode::ToEven, &mut consts);
-                let (mantissa, exponent) = parts(&exact).ok_or_else(|| {
-                    ReferenceError::Library(format!("exp({argument}) is {exact}"))
-                })?;
+                let (mantissa, exponent) = parts(&exact)
+                    .ok_or_else(|| ExactError::Library(format!("exp({argument}) is {exact}")))?;
                 // The mantissa has 126 fraction bits.
                 Ok(if exponent >= 0 {
                     mantissa << 1

@@ -3,8 +3,8 @@
 use potamoi_formats::config::{ExpConfig, ExpForm};
 use rayon::prelude::*;
 
+use super::exact_exponential::{ExactError, ExactExponential};
 use super::exp::ExpTwin;
-use super::reference::{Reference, ReferenceError};
 
 /// What an engine's widths are chosen for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,9 +144,9 @@ const OFFSETS: i32 = 3;
 /// and of these the smallest error, then offset. Results must be monotone.
 ///
 /// # Errors
-/// As [`Reference::of`].
-pub fn smallest(config: &ExpConfig, target: Target) -> Result<Option<Found>, ReferenceError> {
-    let reference = Reference::of(config.input)?;
+/// As [`ExactExponential::of`].
+pub fn smallest(config: &ExpConfig, target: Target) -> Result<Option<Found>, ExactError> {
+    let reference = ExactExponential::of(config.input)?;
     let f = config.output_bits;
     let least = config.input.frac_bits();
     for sum in (f + least)..=(2 * (f + GUARD)) {
@@ -188,7 +188,7 @@ pub fn smallest(config: &ExpConfig, target: Target) -> Result<Option<Found>, Ref
 }
 
 /// The largest error, unless it misses the target or results are not monotone.
-fn largest(reference: &Reference, twin: &ExpTwin, f: u32, target: Target) -> Option<f64> {
+fn largest(reference: &ExactExponential, twin: &ExpTwin, f: u32, target: Target) -> Option<f64> {
     let falls = !reference.input().is_signed();
     let (mut worst, mut before) = (0.0f64, None);
     for code in reference.codes() {
@@ -221,9 +221,9 @@ mod tests {
     }
 
     /// The error of the widths that a configuration gets when it names none.
-    fn error(config: &ExpConfig) -> super::super::reference::ExpError {
+    fn error(config: &ExpConfig) -> super::super::exact_exponential::ExpError {
         let twin = ExpTwin::new(config);
-        let reference = Reference::of(config.input).unwrap();
+        let reference = ExactExponential::of(config.input).unwrap();
         reference.measure(config.output_bits, |code| twin.exp(code))
     }
 
@@ -312,7 +312,7 @@ mod tests {
         };
         let found = error(&plain);
         assert!(found.max_ulp > 1.1, "{found:?}");
-        let reference = Reference::of(ExpConfig::default().input).unwrap();
+        let reference = ExactExponential::of(ExpConfig::default().input).unwrap();
         let table = |index: u32| reference.scaled((index << 12) as i32, 16) >> 80;
         let naive = reference.measure(16, |u| {
             table(u32::from((u as u16).wrapping_add(2048)) >> 12) as i32

@@ -4,7 +4,7 @@ use std::ops::{Add, Div, Mul, Sub};
 
 use astro_float::{BigFloat, Consts, RoundingMode};
 
-use potamoi_reference::reference::parts;
+use potamoi_reference::exact_exponential::parts;
 
 const BITS: usize = 256;
 const NEAREST: RoundingMode = RoundingMode::ToEven;

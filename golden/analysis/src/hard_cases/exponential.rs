@@ -6,8 +6,8 @@ use potamoi_formats::config::{ExpConfig, ExpForm};
 use potamoi_formats::fixed::Format;
 
 use super::{Case, Worst, cases};
+use potamoi_reference::exact_exponential::ExactExponential;
 use potamoi_reference::exp::ExpTwin;
-use potamoi_reference::reference::Reference;
 use potamoi_reference::widths::budget;
 
 cases!(
@@ -26,8 +26,8 @@ fn twin() -> ExpTwin {
     ExpTwin::new(&ExpConfig::default())
 }
 
-fn reference() -> Arc<Reference> {
-    Reference::of(ExpConfig::default().input).unwrap()
+fn reference() -> Arc<ExactExponential> {
+    ExactExponential::of(ExpConfig::default().input).unwrap()
 }
 
 /// How far results of every one of some operands are from 120 bits.

@@ -7,10 +7,10 @@ use std::rc::Rc;
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::OpCode;
 use potamoi_reference::bounds::VectorBounds;
+use potamoi_reference::exact_exponential::ExactExponential;
 use potamoi_reference::exp::ExpTwin;
 use potamoi_reference::gather::Reducer;
 use potamoi_reference::logistic::{Logistic, LogisticReference, logistic_budget};
-use potamoi_reference::reference::Reference;
 use potamoi_reference::weights::{FRACTION_BITS, trilinear};
 use potamoi_reference::widths::budget;
 use potamoi_scene::Scene;
@@ -173,7 +173,7 @@ fn exponential(config: &Config, known: &Known) -> Option<UnitError> {
     if !config.vu.ops.contains(&OpCode::Exp) || exp.input.width() > 16 {
         return None;
     }
-    let reference = Reference::in_base(exp.input, exp.base).ok()?;
+    let reference = ExactExponential::in_base(exp.input, exp.base).ok()?;
     let twin = ExpTwin::new(exp);
     let error = reference.measure(exp.output_bits, |u| twin.exp(u));
     Some(UnitError {

@@ -6,7 +6,7 @@ use potamoi_cycles::Stalls;
 use potamoi_formats::config::{Config, ExpBase, ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Format;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_reference::reference::{ExpError, Reference};
+use potamoi_reference::exact_exponential::{ExactExponential, ExpError};
 use potamoi_reference::widths::{budget, straightness, truncation};
 use potamoi_rtl::{VectorBatch, VectorRun, VectorUnit};
 use potamoi_units::vector_unit::error_bound;
@@ -45,7 +45,7 @@ impl ExponentialSweep {
             b: &zeros,
         };
         let run = unit.run(&[batch], &Stalls::NONE, 0)?;
-        let reference = Reference::in_base(exp.input, exp.base)
+        let reference = ExactExponential::in_base(exp.input, exp.base)
             .map_err(|e| ExploreError::Inconclusive(e.to_string()))?;
         let error = reference.measure(exp.output_bits, |u| {
             run.results.get(u as usize).copied().unwrap_or_default()

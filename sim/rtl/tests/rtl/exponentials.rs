@@ -4,9 +4,9 @@ use potamoi_cycles::{Exponents, Stalls, vector_cycles};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_reference::Twins;
+use potamoi_reference::exact_exponential::ExactExponential;
 use potamoi_reference::exp::ExpTwin;
 use potamoi_reference::observer::Observed;
-use potamoi_reference::reference::Reference;
 use potamoi_reference::trace_recorder::{Limits, Recorder};
 use potamoi_reference::widths::budget;
 use potamoi_rtl::verify::{Injection, Settings, Verifier};
@@ -86,7 +86,7 @@ fn every_input_of_every_form() {
                 "vector_unit: exp of code {u} is {y}, expected {expected}\n{knobs}\nagain: {AGAIN}"
             );
         }
-        let reference = Reference::in_base(exp.input, exp.base).unwrap();
+        let reference = ExactExponential::in_base(exp.input, exp.base).unwrap();
         let error = reference.measure(exp.output_bits, |u| run.results[u as usize]);
         let (first, last) = (run.vectors[0], run.vectors[run.vectors.len() - 1]);
         let span = last.0 - first.0;
@@ -256,7 +256,7 @@ fn the_netlist_loses_no_more_than_the_formula_allows() {
                 let exp = &config.vu.exp;
                 let bound = error_bound(&config, OpCode::Exp).unwrap().unwrap();
                 let twin = ExpTwin::new(exp);
-                let reference = Reference::in_base(exp.input, exp.base).unwrap();
+                let reference = ExactExponential::in_base(exp.input, exp.base).unwrap();
                 let error = reference.measure(exp.output_bits, |u| twin.exp(u)).max_ulp;
                 let limit = budget(exp);
                 let of = format!("{}\nagain: {AGAIN}::the_netlist", bound.ulp);

@@ -7,8 +7,8 @@ use potamoi_cycles::{Stalls, StreamStalls};
 use potamoi_formats::config::Config;
 use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_reference::exact_exponential::ExactExponential;
 use potamoi_reference::exp::ExpTwin;
-use potamoi_reference::reference::Reference;
 use potamoi_reference::vu::VectorTwin;
 use potamoi_reference::widths::{budget, target};
 use potamoi_rtl::{Check, EngineKind, VectorBatch, VectorUnit};
@@ -92,7 +92,7 @@ fn every_exponential(rows: &[(u32, bool, u32, bool, u32, u32)]) {
                 "vector_unit: exp of code {u} is {y}, expected {expected}\n{text}\nagain: {AGAIN}"
             );
         }
-        let reference = Reference::of(config.vu.exp.input).unwrap();
+        let reference = ExactExponential::of(config.vu.exp.input).unwrap();
         let error = reference.measure(f, |u| results[u as usize]);
         println!(
             "n {n}, tail {tail}, r {r}, pipelined {pipelined}, F {f}: at most {:.4} ulp, mean {:.4}, interval {interval}",

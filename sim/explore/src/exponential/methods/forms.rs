@@ -2,8 +2,8 @@
 
 use potamoi_formats::config::{Config, ExpBase, ExpConfig, ExpForm};
 use potamoi_formats::units::OpCode;
+use potamoi_reference::exact_exponential::ExactExponential;
 use potamoi_reference::exp::ExpTwin;
-use potamoi_reference::reference::Reference;
 use potamoi_reference::widths::budget;
 use potamoi_synth::fit::{Fit, ScaledEstimate, Work};
 use potamoi_synth::{SynthError, UnitKind, scaling};
@@ -37,7 +37,7 @@ fn method(
     exp: ExpConfig,
 ) -> Result<Method, ExploreError> {
     let fail = |e: &dyn std::fmt::Display| ExploreError::Inconclusive(e.to_string());
-    let reference = Reference::in_base(exp.input, exp.base).map_err(|e| fail(&e))?;
+    let reference = ExactExponential::in_base(exp.input, exp.base).map_err(|e| fail(&e))?;
     let twin = ExpTwin::new(&exp);
     let error = reference.measure(exp.output_bits, |u| twin.exp(u));
     let clocks = match (exp.pipelined, exp.early_out) {

@@ -4,7 +4,7 @@
 use std::f64::consts::{LN_2, LOG2_E};
 
 use potamoi_formats::config::Config;
-use potamoi_reference::reference::Reference;
+use potamoi_reference::exact_exponential::ExactExponential;
 
 use super::{INPUT_UNIT, Method, OUTPUT_UNIT};
 use crate::ExploreError;
@@ -152,7 +152,7 @@ fn squared(u: i32) -> i32 {
 pub(super) fn others() -> Result<Vec<Method>, ExploreError> {
     let paper = Config::paper().vu.exp;
     let fail = |e: &dyn std::fmt::Display| ExploreError::Inconclusive(e.to_string());
-    let reference = Reference::of(paper.input).map_err(|e| fail(&e))?;
+    let reference = ExactExponential::of(paper.input).map_err(|e| fail(&e))?;
     let of = |[family, name]: [&'static str; 2], clocks: f64, result: &dyn Fn(i32) -> i32| {
         let error = reference.measure(paper.output_bits, result);
         Method {

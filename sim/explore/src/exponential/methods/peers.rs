@@ -1,7 +1,7 @@
 //! What others use: measured on the same inputs, rounded to the same output.
 
 use potamoi_formats::config::Config;
-use potamoi_reference::reference::Reference;
+use potamoi_reference::exact_exponential::ExactExponential;
 
 use super::{INPUT_UNIT, OUTPUT_UNIT, Peer};
 use crate::ExploreError;
@@ -56,7 +56,7 @@ fn off_by(ulps: impl Fn(f32) -> f64, u: i32) -> i32 {
 pub(super) fn peers() -> Result<Vec<Peer>, ExploreError> {
     let paper = Config::paper().vu.exp;
     let fail = |e: &dyn std::fmt::Display| ExploreError::Inconclusive(e.to_string());
-    let reference = Reference::of(paper.input).map_err(|e| fail(&e))?;
+    let reference = ExactExponential::of(paper.input).map_err(|e| fail(&e))?;
     let peer = |name, of: &dyn Fn(i32) -> i32| Peer {
         name,
         max_ulp: reference.measure(paper.output_bits, of).max_ulp,

@@ -22,7 +22,7 @@ pub(super) const WORKING_BITS: usize = 192;
 
 /// No reference can be made.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum ReferenceError {
+pub enum ExactError {
     /// Too many arguments to hold.
     #[error("a reference for input format {0}: expected at most 16 bits in all")]
     TooWide(Format),
@@ -34,7 +34,7 @@ pub enum ReferenceError {
 /// The exponential of every code of a format: `exp(-u)` of an unsigned one,
 /// `exp(x)` of a signed one.
 #[derive(Debug)]
-pub struct Reference {
+pub struct ExactExponential {
     input: Format,
     /// Mantissa in [1, 2) with [`MANTISSA_BITS`] fraction bits, exponent.
     values: Vec<(u128, i32)>,
@@ -57,23 +57,24 @@ pub struct ExpError {
     pub misrounded: u32,
 }
 
-static CACHE: Mutex<BTreeMap<(Format, ExpBase), Arc<Reference>>> = Mutex::new(BTreeMap::new());
+static CACHE: Mutex<BTreeMap<(Format, ExpBase), Arc<ExactExponential>>> =
+    Mutex::new(BTreeMap::new());
 
-impl Reference {
+impl ExactExponential {
     /// The reference for an input format of at most 16 bits. Made once in a
     /// process.
     ///
     /// # Errors
     /// A wider format, or the library failed.
-    pub fn of(input: Format) -> Result<Arc<Self>, ReferenceError> {
+    pub fn of(input: Format) -> Result<Arc<Self>, ExactError> {
         Self::in_base(input, ExpBase::E)
     }
 
-    /// As [`Reference::of`], of `2^-u` and `2^x` where the base is two.
+    /// As [`ExactExponential::of`], of `2^-u` and `2^x` where the base is two.
     ///
     /// # Errors
-    /// As [`Reference::of`].
-    pub fn in_base(input: Format, base: ExpBase) -> Result<Arc<Self>, ReferenceError> {
+    /// As [`ExactExponential::of`].
+    pub fn in_base(input: Format, base: ExpBase) -> Result<Arc<Self>, ExactError> {
         let mut cache = CACHE.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = cache.get(&(input, base)) {
             return Ok(Arc::clone(known));
@@ -83,11 +84,11 @@ impl Reference {
         Ok(made)
     }
 
-    fn make(input: Format, base: ExpBase) -> Result<Self, ReferenceError> {
+    fn make(input: Format, base: ExpBase) -> Result<Self, ExactError> {
         if input.width() > 16 {
-            return Err(ReferenceError::TooWide(input));
+            return Err(ExactError::TooWide(input));
         }
-        let mut consts = Consts::new().map_err(|e| ReferenceError::Library(e.to_string()))?;
+        let mut consts = Consts::new().map_err(|e| ExactError::Library(e.to_string()))?;
         let sign = if input.is_signed() { 1.0 } else { -1.0 };
         let unit = sign * input.ulp();
         let logarithm = match base {
@@ -107,9 +108,11 @@ impl Reference {
             let coarse = exp(block);
             for fine in &fine {
                 let value = coarse.mul(fine, WORKING_BITS, RoundingMode::ToEven);
-                values.push(parts(&value).ok_or_else(|| {
-                    ReferenceError::Library(format!("exp near {block} is {value}"))
-                })?);
+                values.push(
+                    parts(&value).ok_or_else(|| {
+                        ExactError::Library(format!("exp near {block} is {value}"))
+                    })?,
+                );
             }
         }
         Ok(Self { input, values })
@@ -237,7 +240,7 @@ mod tests {
     fn values_agree_with_floating_point() {
         for text in ["U3.13", "S3.12", "S0.15", "U1.7", "S6.9"] {
             let format: Format = text.parse().unwrap();
-            let reference = Reference::of(format).unwrap();
+            let reference = ExactExponential::of(format).unwrap();
             let sign = if format.is_signed() { 1.0 } else { -1.0 };
             let mut count = 0;
             for code in reference.codes() {
@@ -256,14 +259,14 @@ mod tests {
     /// are square roots.
     #[test]
     fn powers_of_two_are_powers_of_two() {
-        let reference = Reference::in_base(Format::unsigned(3, 13), ExpBase::Two).unwrap();
+        let reference = ExactExponential::in_base(Format::unsigned(3, 13), ExpBase::Two).unwrap();
         for code in reference.codes().step_by(1 << 10) {
             let (mantissa, exponent) = reference.value(code);
             let found = mantissa as f64 * 2f64.powi(exponent - MANTISSA_BITS);
             let exact = (-f64::from(code) / 8192.0).exp2();
             assert!((found / exact - 1.0).abs() < 1e-15, "{code}");
         }
-        let reference = Reference::in_base(Format::signed(3, 8), ExpBase::Two).unwrap();
+        let reference = ExactExponential::in_base(Format::signed(3, 8), ExpBase::Two).unwrap();
         let (mantissa, exponent) = reference.value(3 << 8);
         // 8 from above, or from just below: a mantissa of almost 2.
         let units = match exponent {
@@ -278,7 +281,7 @@ mod tests {
     /// factors of a value would show.
     #[test]
     fn products_of_values_are_values() {
-        let reference = Reference::of(Format::unsigned(3, 13)).unwrap();
+        let reference = ExactExponential::of(Format::unsigned(3, 13)).unwrap();
         let wide = |code| {
             let (m, e) = reference.value(code);
             (BigFloat::from_u128(m, 256), e)
@@ -303,7 +306,7 @@ mod tests {
     fn values_are_good_to_120_bits() {
         let (p, rm) = (320, RoundingMode::ToEven);
         let mut consts = Consts::new().unwrap();
-        let reference = Reference::of(Format::unsigned(3, 13)).unwrap();
+        let reference = ExactExponential::of(Format::unsigned(3, 13)).unwrap();
         let near = |code: i32, exact: &BigFloat| {
             let (mantissa, exponent) = reference.value(code);
             let scale = BigFloat::from_f64(2f64.powi(exponent - MANTISSA_BITS), p);
@@ -334,7 +337,7 @@ mod tests {
     /// enough from a midpoint for 120 bits to decide.
     #[test]
     fn no_case_is_left_undecided() {
-        let reference = Reference::of(Format::unsigned(3, 13)).unwrap();
+        let reference = ExactExponential::of(Format::unsigned(3, 13)).unwrap();
         let from_midpoint = |code: i32, f: u32| {
             let rest = reference.scaled(code, f) & ((1 << ERROR_BITS) - 1);
             (rest - (1 << (ERROR_BITS - 1))).abs() as f64 * 2f64.powi(-ERROR_BITS)
@@ -358,15 +361,15 @@ mod tests {
     fn wide_formats_are_refused() {
         let wide = Format::unsigned(3, 14);
         assert_eq!(
-            Reference::of(wide).unwrap_err(),
-            ReferenceError::TooWide(wide)
+            ExactExponential::of(wide).unwrap_err(),
+            ExactError::TooWide(wide)
         );
     }
 
     /// The measurement itself: outputs that are off by a known amount.
     #[test]
     fn known_errors_are_measured() {
-        let reference = Reference::of(Format::unsigned(3, 13)).unwrap();
+        let reference = ExactExponential::of(Format::unsigned(3, 13)).unwrap();
         let nearest = |code| {
             let scaled = reference.scaled(code, 16);
             ((scaled + (1 << (ERROR_BITS - 1))) >> ERROR_BITS) as i32
