@@ -403,6 +403,27 @@ mod tests {
         assert_eq!(content(out), new);
     }
 
+    /// Whoever finds a set half in place finds the old manifest: the new one is last.
+    #[test]
+    fn the_manifest_takes_its_place_last() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path();
+        let (old, new) = (set(&["a.v", "z.v"], "old"), set(&["a.v", "z.v"], "new"));
+        replaced(out, &old, "1", false).unwrap();
+        let before = fs::read_to_string(out.join(MANIFEST)).unwrap();
+        write(out, &new, "2", &[]).unwrap();
+        // The last file cannot take its place.
+        fs::remove_file(out.join("z.v")).unwrap();
+        fs::create_dir(out.join("z.v")).unwrap();
+        finish(out).unwrap_err();
+        assert_eq!(fs::read_to_string(out.join("a.v")).unwrap(), new["a.v"]);
+        assert_eq!(fs::read_to_string(out.join(MANIFEST)).unwrap(), before);
+        fs::remove_dir(out.join("z.v")).unwrap();
+        finish(out).unwrap();
+        assert_eq!(content(out), new);
+        assert_ne!(fs::read_to_string(out.join(MANIFEST)).unwrap(), before);
+    }
+
     #[test]
     fn devices_and_links_are_never_replaced() {
         let folder = tempfile::tempdir().unwrap();

@@ -323,7 +323,23 @@ mod tests {
         let mut text = String::new();
         File::from(reader).read_to_string(&mut text).unwrap();
         assert_eq!(text, "through");
-        // More than a pipe holds, to somebody who reads a part of it.
+        // More than a pipe holds, to somebody who reads late.
+        let whole = vec![b'y'; 1 << 20];
+        let late = std::thread::spawn({
+            let (pipe, mut found) = (pipe.clone(), vec![0; whole.len()]);
+            move || {
+                let mut reader = File::open(pipe).unwrap();
+                std::thread::sleep(std::time::Duration::from_millis(100));
+                reader.read_exact(&mut found).unwrap();
+                found
+            }
+        });
+        while let Err(error) = write(&pipe, &whole) {
+            assert_eq!(error.to_string(), "a FIFO that nobody reads");
+            std::thread::yield_now();
+        }
+        assert!(late.join().unwrap() == whole);
+        // And to somebody who reads a part of it.
         let reader = std::thread::spawn({
             let pipe = pipe.clone();
             move || File::open(pipe).unwrap().read_exact(&mut [0; 10])

@@ -113,10 +113,8 @@ impl RitBuffer {
     }
 
     fn write_rit(&mut self, beat: RitBeat) {
+        // One that is neither last nor brings anything leaves nothing that the next does not set.
         let bare = beat.halfwords == 0;
-        if bare && !beat.last {
-            return;
-        }
         let half = &mut self.rit[self.rit_writer];
         half.bytes += 2 * u64::from(beat.halfwords);
         half.again = beat.again;
