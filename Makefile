@@ -63,7 +63,7 @@ lint: setup
 
 refresh: setup
 	$(call step,Verilog of the presets)
-	POTAMOI_REFRESH=1 cargo test --locked --quiet --test rtl_out current
+	POTAMOI_REFRESH=1 cargo test --locked --quiet --test end_to_end the_checked_in_verilog
 	$(call step,pictures of the documents)
 	for scene in garden lantern; do \
 	  cargo run --locked --release --quiet -- render --scene $$scene --numerics rtl \
@@ -98,7 +98,7 @@ refresh: setup
 	@git status --short -- rtl_out README.md docs ':(glob)**/*.snap' ':(glob)tests/**'
 
 figures:
-	POTAMOI_REFRESH=1 cargo test --locked --quiet --test docs figures_in_the_documents -- $(if $(SLOW),--include-ignored)
+	POTAMOI_REFRESH=1 cargo test --locked --quiet --test end_to_end figures_in_the_documents -- $(if $(SLOW),--include-ignored)
 
 book:
 	@tools/setup book

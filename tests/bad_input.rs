@@ -1,12 +1,9 @@
 //! What is wrong with an input is said once, clearly, and nothing is written.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-mod common;
 
 use std::fs;
 use std::path::Path;
 
-use common::{expect, potamoi, stderr};
+use crate::common::{self, expect, potamoi, stderr};
 
 /// Three Gaussians in front of the default camera.
 fn ply(count: &str, properties: &[&str], rows: &[Vec<f32>]) -> Vec<u8> {

@@ -1,11 +1,8 @@
 //! `potamoi characterise`, and what closing its output does.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-mod common;
 
 use std::process::Stdio;
 
-use common::{expect, json, potamoi};
+use crate::common::{expect, json, potamoi};
 
 #[test]
 fn accesses_of_both_built_in_scenes_are_counted() {

@@ -1,11 +1,8 @@
 //! `potamoi cost --scene`: what accuracy costs in time.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-mod common;
 
 use std::path::Path;
 
-use common::{json, potamoi, stderr, stdout};
+use crate::common::{json, potamoi, stderr, stdout};
 use serde_json::Value;
 
 /// Runs in a folder of its own.

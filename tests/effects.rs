@@ -1,12 +1,9 @@
 //! `potamoi effects` and what follows it, from end to end.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-mod common;
 
 use std::fs;
 use std::path::Path;
 
-use common::{expect, json};
+use crate::common::{expect, json};
 use serde_json::Value;
 
 const NAMES: [&str; 14] = [

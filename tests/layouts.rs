@@ -1,9 +1,6 @@
 //! `potamoi layouts`: every organisation has the cycles of its own unit.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-mod common;
-
-use common::{expect, json};
+use crate::common::{expect, json};
 
 #[test]
 fn organisations_of_both_built_in_scenes_stand_side_by_side() {

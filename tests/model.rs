@@ -1,11 +1,8 @@
 //! `potamoi model`: variants of the system side by side.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-mod common;
 
 use std::path::Path;
 
-use common::{expect, json, potamoi, stderr, stdout};
+use crate::common::{expect, json, potamoi, stderr, stdout};
 use serde_json::Value;
 
 /// Runs with a cache of its own.

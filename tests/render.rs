@@ -1,9 +1,6 @@
 //! `potamoi render` and `potamoi cost` from end to end.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-mod common;
-
-use common::{expect, json, potamoi};
+use crate::common::{self, expect, json, potamoi};
 
 #[test]
 fn the_hardware_renders_the_fixed_picture_and_counts_its_work() {

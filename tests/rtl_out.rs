@@ -1,6 +1,5 @@
 //! The checked-in Verilog is what the generator makes, and tools accept it
 //! without a waiver.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -90,7 +89,7 @@ fn the_checked_in_verilog_is_current() {
         assert!(
             std::fs::read_to_string(kept.join(name)).ok().as_ref() == Some(text),
             "rtl_out/{name} is not what the generator makes; refresh it and review the change: \
-             POTAMOI_REFRESH=1 cargo test --test rtl_out current"
+             POTAMOI_REFRESH=1 cargo test --test end_to_end the_checked_in_verilog"
         );
     }
     let mut names = vec![];

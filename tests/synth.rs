@@ -1,9 +1,6 @@
 //! `potamoi synth`, as far as it goes without synthesis tools, and the whole of it.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-mod common;
-
-use common::{expect, json, potamoi, stderr};
+use crate::common::{self, expect, json, potamoi, stderr};
 
 /// A library of next to nothing.
 const TINY: &str = "library (tiny) { time_unit : \"1ns\"; capacitive_load_unit (1, pf);\n\

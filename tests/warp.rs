@@ -1,11 +1,8 @@
 //! `potamoi warp` from end to end.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-mod common;
 
 use std::path::Path;
 
-use common::{expect, json, shared};
+use crate::common::{self, expect, json, shared};
 use serde_json::Value;
 
 const SMALL: [&str; 6] = [

@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::{name, pages_in, read, root};
+use super::{name, pages_in, read, root};
 
 /// Rust files below a folder, but for tests and examples.
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {

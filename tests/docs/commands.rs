@@ -7,8 +7,8 @@
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use super::{name, pages, read};
 use crate::common::expect;
-use crate::{name, pages, read};
 
 /// What a page says to do.
 #[derive(Debug, PartialEq)]

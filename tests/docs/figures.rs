@@ -30,8 +30,8 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
+use super::{name, pages, read};
 use crate::common::{run, stderr, stdout};
-use crate::{name, pages, read};
 
 const END: &str = "<!-- end -->";
 

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::{name, pages, read, root};
+use super::{name, pages, read, root};
 
 /// Flags of other programs that the documents name by themselves: of tools/hard-case-guards, and of the
 /// program that writes Compact-3DGS models.

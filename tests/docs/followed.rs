@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{read, root};
+use super::{read, root};
 
 /// The pages, and the tests that their examples have to pass in the copy.
 const PAGES: [(&str, &str); 2] = [

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
-use crate::{name, pages, pages_in, read, root};
+use super::{name, pages, pages_in, read, root};
 
 /// Parts of the book, and the folders whose pages stand there.
 const KINDS: [(&str, &[&str]); 4] = [

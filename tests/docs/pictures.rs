@@ -1,7 +1,7 @@
 //! The pictures in the documents are those of the program.
 
+use super::root;
 use crate::common::expect;
-use crate::root;
 
 /// The pictures in the documents are those of today's renderer. Codes may
 /// differ by one where floating point differs between machines.

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use super::common::{json, potamoi, stderr, stdout};
 use super::scenes::{all, cameras};
+use crate::common::{json, potamoi, stderr, stdout};
 
 /// Far longer than any of these takes, and shorter than for ever.
 const PATIENCE: Duration = Duration::from_secs(300);

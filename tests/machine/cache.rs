@@ -1,8 +1,8 @@
 use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
 
+use super::{expect, files};
 use crate::common::json;
-use crate::{expect, files};
 
 const MODEL: &str = "$P model --scene lantern --width 12 --frames 2 --window 2 --json";
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::files;
+use super::files;
 
 /// A command, and the files that it writes.
 struct Run {

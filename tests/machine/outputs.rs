@@ -1,7 +1,7 @@
 use std::fs;
 use std::os::unix::fs::{FileTypeExt as _, symlink};
 
-use crate::{expect, files};
+use super::{expect, files};
 
 #[test]
 fn links_stay_and_streams_are_written_into() {

@@ -5,7 +5,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::time::Instant;
 
-use crate::expect;
+use super::expect;
 
 const ANSWERS: &str = "case \"$1\" in --version) echo 'Verilator 5.006 x';; \
      --getenv) exec REAL --getenv VERILATOR_ROOT;; *) ";

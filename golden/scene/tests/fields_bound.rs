@@ -1,5 +1,4 @@
 //! Derived bounds of fields in the hardware's formats, tried.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::path::Path;
 

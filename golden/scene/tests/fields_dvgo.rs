@@ -1,6 +1,5 @@
 //! A trained DirectVoxGO model of a real scene, against the figures that its
 //! own training run reports.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,4 @@
 //! Fields of several tables in the hardware's formats.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use std::path::Path;
 

@@ -5,7 +5,6 @@
 //! 0.5 and standard deviation 0.12, and nearly linear within a cell, as fields
 //! that are sampled densely enough are. Weights rounded one by one lose by the
 //! field's magnitude, split weights by its differences within a cell.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use potamoi_formats::config::Config;
 use potamoi_formats::fixed::{Rounding, round_shift};

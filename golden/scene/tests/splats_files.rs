@@ -1,7 +1,4 @@
 //! Real splat files of different formats that hold the same Gaussians.
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod splats_common;
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +6,8 @@ use potamoi_formats::config::Config;
 use potamoi_reference::Twins;
 use potamoi_scene::Scene;
 use potamoi_splats::{Cloud, files};
-use splats_common::shared;
+
+use crate::splats_common::shared;
 
 /// A file of the shared data, where there is one.
 fn real(name: &str) -> Option<PathBuf> {

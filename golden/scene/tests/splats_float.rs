@@ -1,7 +1,4 @@
 //! The float renderer against closed forms and a renderer without tiles.
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod splats_common;
 
 use glam::{DMat2, DMat3, DQuat, DVec2, DVec3};
 use potamoi_base::camera::Camera;

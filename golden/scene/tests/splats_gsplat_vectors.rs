@@ -1,5 +1,4 @@
 //! gsplat's own renders of 4 and 16 Gaussians, matched to 1e-5.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::path::PathBuf;
 

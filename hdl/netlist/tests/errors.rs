@@ -1,5 +1,4 @@
 //! Every misuse of the netlist builder, and what is said of it.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::sync::Arc;
 

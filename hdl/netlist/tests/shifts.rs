@@ -1,7 +1,6 @@
 //! Shifts by amounts of any width mean the same to the interpreter, to Verilator
 //! and to plain integers: amounts wider than 64 bits are where Verilator 5.006
 //! goes wrong if they are printed as they are.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use num_bigint::BigUint;
 use potamoi_netlist::{Header, Interpreter, ModuleBuilder, Ty, verilog};
@@ -96,6 +95,6 @@ fn shifts_by_amounts_of_any_width() {
     }
     assert!(
         wrong.is_empty(),
-        "{wrong:?}\nrun it again with: POTAMOI_SEED={seed} cargo test -p potamoi-netlist --test shifts"
+        "{wrong:?}\nrun it again with: POTAMOI_SEED={seed} cargo test -p potamoi-netlist --test netlist shifts::"
     );
 }

@@ -1,7 +1,4 @@
 //! rust-hdl designs that instantiate netlists.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-mod common;
 
 use std::sync::Arc;
 
@@ -171,14 +168,14 @@ fn a_kernel_instantiates_netlists_and_its_verilog_does_the_same() {
     assert_eq!(simulated, expected);
 
     let text = generate_verilog(&chain);
-    common::validate("chain", &text).expect("yosys_validate");
+    crate::common::validate("chain", &text).expect("yosys_validate");
     let mut steps = vec![vec![("clk", 0), ("rst_n", 0), ("a", 0)], vec![("clk", 1)]];
     for term in &terms {
         steps.push(vec![("clk", 0), ("rst_n", 1), ("a", *term)]);
         steps.push(vec![("clk", 1)]);
     }
     let inputs = [("clk", 1), ("rst_n", 1), ("a", 8)];
-    let shown = common::icarus(
+    let shown = crate::common::icarus(
         &text,
         &inputs,
         &[("first_sum", 12), ("second_sum", 12)],
@@ -267,9 +264,9 @@ fn a_block_holds_a_netlist_of_a_width_of_run_time() {
         .collect();
     assert_eq!(last, ["0", "200", "455", "710", "711", "788"]);
     let text = generate_verilog(&around);
-    common::validate("around", &text).expect("yosys_validate");
+    crate::common::validate("around", &text).expect("yosys_validate");
     let inputs = [("clk", 1), ("rst_n", 1), ("a", 8)];
-    let printed = common::icarus(&text, &inputs, &[("sum", 12)], &steps);
+    let printed = crate::common::icarus(&text, &inputs, &[("sum", 12)], &steps);
     assert_eq!(printed[1..], shown[1..]);
 }
 
@@ -278,7 +275,7 @@ fn yosys_validate_accepts_netlists_of_any_width() {
     for width in [1, 8, 16, 65, 512] {
         let block = Netlist::new(&accumulator(width), 1).unwrap();
         check_all(&block).expect("rust-hdl's checks");
-        common::validate(&format!("width_{width}"), &generate_verilog(&block))
+        crate::common::validate(&format!("width_{width}"), &generate_verilog(&block))
             .expect("yosys_validate");
     }
 }
@@ -293,7 +290,7 @@ fn yosys_validate_accepts_the_generated_units() {
         let block = Netlist::new(&module, 1).unwrap();
         check_all(&block).expect("rust-hdl's checks");
         let text = generate_verilog(&block);
-        common::validate(module.name(), &text).expect("yosys_validate");
+        crate::common::validate(module.name(), &text).expect("yosys_validate");
     }
 }
 
@@ -319,8 +316,8 @@ fn pair(widths: [u32; 2]) -> String {
 
 #[test]
 fn one_netlist_twice_is_defined_once_and_two_of_one_name_are_an_error() {
-    common::validate("twice", &pair([8, 8])).expect("yosys_validate");
-    match common::validate("one_name", &pair([8, 16])) {
+    crate::common::validate("twice", &pair([8, 8])).expect("yosys_validate");
+    match crate::common::validate("one_name", &pair([8, 16])) {
         Err(SynthError::SynthesisFailed { stderr, .. }) => {
             assert!(stderr.contains("Re-definition of module"), "{stderr}");
         }

@@ -1,9 +1,6 @@
 //! Why the units are not written as rust-hdl kernels: what a kernel simulates
 //! and the Verilog that is printed for it disagree, and its `yosys_validate`
 //! has nothing against it. The same expressions as a netlist agree.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-mod common;
 
 use std::sync::Arc;
 
@@ -59,8 +56,8 @@ fn kernels_and_their_verilog_disagree() {
     let mut kernel = Kernel::default();
     kernel.connect_all();
     let text = generate_verilog(&kernel);
-    common::validate("kernel", &text).expect("rust-hdl's own check passes");
-    let printed = common::icarus(&text, &INPUTS, &OUTPUTS, &steps());
+    crate::common::validate("kernel", &text).expect("rust-hdl's own check passes");
+    let printed = crate::common::icarus(&text, &INPUTS, &OUTPUTS, &steps());
     let mut table = vec![];
     for (([a, b, f, g], output), printed) in CASES.into_iter().zip(&printed) {
         kernel.a.next = a.into();
@@ -104,7 +101,7 @@ fn netlist() -> Arc<Module> {
 fn netlists_and_their_verilog_agree() {
     let module = netlist();
     let text = &verilog(&module, &Header::default())["top.v"];
-    let printed = common::icarus(text, &INPUTS, &OUTPUTS, &steps());
+    let printed = crate::common::icarus(text, &INPUTS, &OUTPUTS, &steps());
     let mut run = Interpreter::new(&module, 1);
     for (step, printed) in steps().iter().zip(&printed) {
         for (name, value) in step {

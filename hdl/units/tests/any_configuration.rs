@@ -2,7 +2,6 @@
 //! Yosys accept without a word.
 //!
 //! `POTAMOI_SEED=N` takes the configuration of that seed alone.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::path::Path;
 use std::process::Command;
@@ -169,7 +168,7 @@ fn text(seed: u64) -> String {
 
 fn accepted(config: &Config, seed: u64) {
     let again = format!(
-        "seed {seed}\n{}\nrun again: POTAMOI_SEED={seed} cargo test -p potamoi-units --test any_configuration",
+        "seed {seed}\n{}\nrun again: POTAMOI_SEED={seed} cargo test -p potamoi-units --test units any_configuration",
         text(seed)
     );
     for unit in [gathering_unit(config), vector_unit(config)] {

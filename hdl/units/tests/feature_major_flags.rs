@@ -1,6 +1,5 @@
 //! Flags of the feature-major unit that no work within its limits raises, by
 //! hand.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use potamoi_formats::config::Config;
 use potamoi_netlist::Interpreter;

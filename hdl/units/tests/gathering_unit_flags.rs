@@ -1,7 +1,6 @@
 //! The gathering unit's flags and counters, by hand: each broken promise of the
 //! streams raises its own bit, `cfg_clear` takes it back, counters stop at
 //! their ends.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::sync::Arc;
 

@@ -1,5 +1,4 @@
 //! The ranges of the units that are generated, and a run that keeps to them.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::sync::Arc;
 use std::time::Instant;

@@ -1,5 +1,4 @@
 //! The vector unit's flags and counters, by hand.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use potamoi_formats::config::Config;
 use potamoi_netlist::Interpreter;

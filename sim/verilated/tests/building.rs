@@ -1,5 +1,4 @@
 //! Building, caching and refusing models.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use potamoi_verilated::{
     Direction::{Input, Output},
@@ -145,7 +144,7 @@ fn processes_that_build_the_same_model_agree() {
     let children: Vec<_> = (0..3)
         .map(|_| {
             std::process::Command::new(&program)
-                .args(["--exact", "child_process_builds"])
+                .args(["--exact", "building::child_process_builds"])
                 .env(CHILD_CACHE, cache.path())
                 .stdout(std::process::Stdio::null())
                 .spawn()

@@ -1,5 +1,4 @@
 //! Models of small designs, driven through the public interface.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use potamoi_verilated::{
     Direction::{Input, Output},

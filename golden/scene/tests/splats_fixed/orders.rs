@@ -9,8 +9,8 @@ use potamoi_splats::{
     render_float, tasks,
 };
 
-use super::splats_common::PlainUnits;
 use super::{APART, LOG, fixed, small};
+use crate::splats_common::PlainUnits;
 
 #[test]
 fn the_picture_depends_on_neither_groups_nor_mvoxels() {

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use potamoi_netlist::{Header, Interpreter, Module, ModuleBuilder, PortInfo, verilog};
 use potamoi_verilated::{ModelBuilder, Opt, Toolchain, Warnings};
 
-use crate::grow::ROWS;
-use crate::random::Random;
+use super::grow::ROWS;
+use crate::choices::Random;
 
 /// Cycles in reset, in which every row is written, and read after that.
 const LOADING: usize = 2 * ROWS as usize;
@@ -56,7 +56,7 @@ impl Bench {
                 let values = inputs.iter().map(|p| match p.name.rsplit("__").next() {
                     Some("load") => vec![u32::from(loading)],
                     Some("load_row") if loading => vec![cycle as u32 % ROWS],
-                    _ => r.value(p.ty.width),
+                    _ => r.edge_value(p.ty.width),
                 });
                 let values = values.collect();
                 (!loading && !r.chance(4), values)

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use num_bigint::BigInt;
 use potamoi_netlist::{MemId, Module, ModuleBuilder, Signal, Ty};
 
-use crate::every_kind::WIDTHS;
-use crate::kinds::KINDS;
-use crate::random::Random;
+use super::every_kind::WIDTHS;
+use super::kinds::KINDS;
+use crate::choices::Random;
 
 /// Rows of the deepest memory.
 pub(crate) const ROWS: u32 = 32;
@@ -200,7 +200,7 @@ impl Grower {
 
     pub(crate) fn constant(&mut self) -> (BigInt, Ty) {
         let ty = self.ty();
-        let code = BigInt::from(num_bigint::BigUint::new(self.r.value(ty.width)));
+        let code = BigInt::from(num_bigint::BigUint::new(self.r.edge_value(ty.width)));
         (
             if code > ty.max() {
                 code - (BigInt::from(1) << ty.width)

@@ -2,8 +2,8 @@
 
 use potamoi_netlist::{Signal, Ty};
 
-use crate::every_kind::ROUNDINGS;
-use crate::grow::Grower;
+use super::every_kind::ROUNDINGS;
+use super::grow::Grower;
 
 /// No value of a random module gets wider.
 const WIDEST: u32 = 2048;

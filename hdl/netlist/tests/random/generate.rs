@@ -6,7 +6,7 @@ use std::sync::Arc;
 use potamoi_formats::fixed::Rounding;
 use potamoi_netlist::{Module, ModuleBuilder, Signal, Ty};
 
-use super::random::Random;
+use crate::choices::Random;
 
 /// Widths around every limit of the simulators' words.
 pub(crate) const WIDTHS: [u32; 15] = [

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use potamoi_netlist::{Module, PortInfo};
 
-use crate::Cycle;
+use super::Cycle;
 
 /// A number in hexadecimal, of the width's digits.
 pub(crate) fn hex(words: &[u32], width: u32) -> String {

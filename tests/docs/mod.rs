@@ -1,11 +1,8 @@
 //! The documents: their commands run, their links lead somewhere, every page is in the book, and
 //! their pictures and figures are the program's.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod adding;
 mod commands;
-#[path = "../common/mod.rs"]
-mod common;
 mod figures;
 mod flags;
 mod followed;

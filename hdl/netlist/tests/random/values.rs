@@ -1,9 +1,6 @@
 //! Random numbers that find the limits of words.
 
-#[path = "../choices/mod.rs"]
-mod choices;
-
-pub(crate) use choices::Random;
+use crate::choices::Random;
 use num_bigint::BigInt;
 use potamoi_netlist::Ty;
 

@@ -1,9 +1,6 @@
 //! Choices and values with which random modules are grown and fed.
 
-#[path = "../choices/mod.rs"]
-mod choices;
-
-pub(crate) use choices::Random;
+use crate::choices::Random;
 
 impl Random {
     pub(crate) fn chance(&mut self, percent: u64) -> bool {
@@ -12,7 +9,7 @@ impl Random {
 
     /// A value of `width` bits, low word first: often one at which arithmetic
     /// goes wrong, such as 0, all ones, and both sides of the sign.
-    pub(crate) fn value(&mut self, width: u32) -> Vec<u32> {
+    pub(crate) fn edge_value(&mut self, width: u32) -> Vec<u32> {
         let count = width.div_ceil(32) as usize;
         let top = 1u32 << ((width - 1) % 32);
         let last = count - 1;

@@ -2,10 +2,6 @@
 //! rendered by the obvious form, in floats, in the hardware's formats by the twins and by the
 //! simulated Verilog, and modelled as frames of a path. The same cases at the unit, against
 //! numbers of 256 bits, are in golden/analysis/src/hard_cases.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
-
-#[path = "../common/mod.rs"]
-mod common;
 
 mod fields;
 mod files;

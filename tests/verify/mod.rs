@@ -1,12 +1,9 @@
 //! `potamoi verify` and `potamoi trace` from end to end.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-#[path = "../common/mod.rs"]
-mod common;
 mod real_models;
 mod traces;
 
-use common::{expect, json};
+use crate::common::{expect, json};
 
 #[test]
 fn a_built_in_scene_agrees_in_every_bit_and_cycle() {

@@ -1,6 +1,5 @@
 //! What splat files say and how they say it: each case against its truth, and against the reading
 //! that drops it, which must be told apart by 10 dB.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
 mod antialiased;
 mod axes;

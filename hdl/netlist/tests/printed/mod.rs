@@ -4,13 +4,12 @@
 //! what linters look at.
 //!
 //! `POTAMOI_SEED=N` runs the random module of that seed alone.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod bench;
 mod every_kind;
 mod grow;
 mod kinds;
-mod random;
+mod values;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -31,9 +30,9 @@ fn agree(bench: &Bench, left: (&str, &Outputs), right: (&str, &Outputs)) {
         let module = d.port.split("__").next().unwrap_or_default();
         let again = match module.strip_prefix("random_") {
             Some(seed) => format!(
-                "POTAMOI_SEED={seed} cargo test -p potamoi-netlist --test printed random_modules"
+                "POTAMOI_SEED={seed} cargo test -p potamoi-netlist --test netlist printed::random_modules"
             ),
-            None => "cargo test -p potamoi-netlist --test printed every_kind".to_owned(),
+            None => "cargo test -p potamoi-netlist --test netlist printed::every_kind".to_owned(),
         };
         let file = bench.files.iter().find(|f| f.0 == format!("{module}.v"));
         let text = file.map_or("", |f| f.1.as_str());

@@ -1,6 +1,5 @@
 //! Instant-NGP snapshots against an independent writer and renderer,
 //! tools/ngp-fixtures.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod bytes;
 mod keys;

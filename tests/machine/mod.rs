@@ -1,10 +1,7 @@
 //! What the machine around a run does: outputs that are links and devices, full disks, tools that
 //! do not work, memory limits, kept files, and runs that are killed.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod cache;
-#[path = "../common/mod.rs"]
-mod common;
 mod kills;
 mod notes;
 mod outputs;
@@ -12,6 +9,8 @@ mod tools;
 
 use std::path::Path;
 use std::process::{Command, Output};
+
+use crate::common;
 
 /// Runs a script of the shell in a folder, with the program in `$P` and kept files of its own.
 fn shell(folder: &Path, script: &str) -> Output {

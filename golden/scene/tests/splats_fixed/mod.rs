@@ -1,10 +1,7 @@
 //! The fixed-point renderer held to the float one, and to itself.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
 mod orders;
 mod recount;
-#[path = "../splats_common/mod.rs"]
-mod splats_common;
 
 use potamoi_base::camera::Camera;
 use potamoi_formats::config::Config;
@@ -16,7 +13,8 @@ use potamoi_splats::{
     Cells, Cloud, FixedFrame, FixedOptions, Flips, FloatFrame, FloatOptions, Order, Profile,
     ScheduleOptions, ply, render_fixed, render_float,
 };
-use splats_common::{PlainUnits, shared};
+
+use crate::splats_common::{PlainUnits, shared};
 
 fn fixed(cloud: &Cloud, camera: &Camera, profile: Profile, options: &FixedOptions) -> FixedFrame {
     render_fixed(cloud, camera, profile, options, &mut PlainUnits::default()).unwrap()

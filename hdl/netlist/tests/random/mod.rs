@@ -2,12 +2,11 @@
 //!
 //! Many random modules stand side by side in one, so that the simulators build
 //! once. `POTAMOI_SEED` picks others.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod generate;
 mod icarus;
-mod random;
 mod stateful;
+mod values;
 mod wrapper;
 
 use std::collections::BTreeMap;
@@ -17,8 +16,8 @@ use std::sync::Arc;
 use potamoi_netlist::{Header, Interpreter, Module, ranges, verilog};
 use potamoi_verilated::{ModelBuilder, Opt, Toolchain, Warnings};
 
+use crate::choices::Random;
 use generate::{KINDS, Made, WIDTHS, class};
-use random::Random;
 
 /// Nodes that are asked of a module; it has more, to feed them.
 const NODES: usize = 12;
@@ -44,7 +43,7 @@ fn seed() -> u64 {
 }
 
 fn again(seed: u64) -> String {
-    format!("run it again with: POTAMOI_SEED={seed} cargo test -p potamoi-netlist --test random")
+    format!("run it again with: POTAMOI_SEED={seed} cargo test -p potamoi-netlist --test netlist random::")
 }
 
 fn stimulus(top: &Module, cycles: usize, random: &mut Random) -> Vec<Cycle> {

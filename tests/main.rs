@@ -1,0 +1,20 @@
+//! The program from end to end, the documents, and the checked-in Verilog: one binary, since each
+//! is linked with the whole workspace. What keeps the architecture is a binary of its own,
+//! `structure`.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod bad_input;
+mod characterise;
+mod common;
+mod cost;
+mod docs;
+mod effects;
+mod hard_cases;
+mod layouts;
+mod machine;
+mod model;
+mod render;
+mod rtl_out;
+mod synth;
+mod verify;
+mod warp;
