@@ -88,8 +88,10 @@ refresh: setup
 	cargo run --locked --release --quiet -- effects --scene garden --width 64 --pairs 5 \
 	  --plot docs/images/effects-garden.svg > /dev/null
 	$(call step,snapshots)
-	INSTA_UPDATE=always INSTA_FORCE_PASS=1 TRYCMD=overwrite cargo test --locked --quiet
+	INSTA_UPDATE=always INSTA_FORCE_PASS=1 cargo test --locked --quiet
 	INSTA_UPDATE=always cargo test --locked --workspace --quiet figures_are_what_they_were
+	$(call step,what commands print)
+	POTAMOI_REFRESH=1 cargo test --locked --quiet --test end_to_end commands_print
 	$(call step,the tables of hard cases)
 	POTAMOI_REFRESH=1 cargo test --locked --workspace --quiet the_table_of_the_book
 	$(call step,the command line and figures of the documents)

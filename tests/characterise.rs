@@ -118,10 +118,4 @@ fn scenes_stand_side_by_side() {
         assert_eq!(scattered > 0, some, "{algorithm}");
     }
     assert!(said.contains("the paper"), "{said}");
-    let said = expect(
-        folder.path(),
-        2,
-        &["characterise", "--scenes", "garden", "--scene", "moons"],
-    );
-    assert!(said.contains("cannot be used with"), "{said}");
 }

@@ -368,24 +368,3 @@ fn forms_of_the_exponential_stand_side_by_side() {
         "{lines}"
     );
 }
-
-#[test]
-fn what_cannot_be_measured_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    let said = cost(at, 2, &["--scene", "garden", "--knobs", "colour"]);
-    assert!(
-        said.contains("--knobs colour: expected some of iterations"),
-        "{said}"
-    );
-    let said = cost(at, 2, &["--study", "exp", "--plot", "x.svg"]);
-    assert!(said.contains("--plot"), "{said}");
-    for goal in [["--target-psnr", "NaN"], ["--budget-ms", "0"]] {
-        let said = cost(at, 2, &[&["--scene", "garden"][..], &goal].concat());
-        assert!(
-            said.contains(goal[0]) && said.contains("positive"),
-            "{said}"
-        );
-    }
-    cost(at, 2, &["--scene", "none.ply"]);
-}

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{expect, json, potamoi, stderr, stdout};
+use crate::common::{json, potamoi, stderr, stdout};
 use serde_json::Value;
 
 /// Runs with a cache of its own.
@@ -282,53 +282,6 @@ fn less_is_rendered_by_the_rules_of_the_paper() {
     };
     let [own, paper] = ["potamoi", "paper"].map(rendered);
     assert!(paper.0 < own.0 && paper.1 < own.1, "{paper:?} {own:?}");
-}
-
-#[test]
-fn what_cannot_be_modelled_is_refused_by_name() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    std::fs::write(at.join("s.toml"), "memory_channels = 3\n").unwrap();
-    for (arguments, said) in [
-        (
-            ["--variants", "fast"],
-            "--variants fast: expected some of baseline",
-        ),
-        (["--system", "none.toml"], "none.toml"),
-        (["--system", "s.toml"], "`memory_channels` is 3"),
-        (["--scene", "mars"], "garden, lantern"),
-        (["--frames", "0"], "--frames"),
-        (["--synth", "none.json"], "none.json"),
-    ] {
-        let all = [&["model", "--width", "16", "--frames", "1"], &arguments[..]].concat();
-        let all = if arguments[0] == "--frames" {
-            [&["model"], &arguments[..]].concat()
-        } else {
-            all
-        };
-        let found = expect(at, 2, &all);
-        assert!(found.contains(said), "{arguments:?}: {found}");
-    }
-    for flag in ["--ladder", "--octree", "--calibrate"] {
-        for (path, value) in [
-            ("--window", "4"),
-            ("--profile", "paper"),
-            ("--scenario", "remote"),
-        ] {
-            let found = model(at, 2, &[flag, path, value]);
-            assert!(
-                found.contains("cannot be used with"),
-                "{flag} {path}: {found}"
-            );
-        }
-    }
-    for (flag, scene, said) in [
-        ("--octree", "lantern", "it has no splats"),
-        ("--rivals", "garden", "it is 3DGS"),
-    ] {
-        let found = model(at, 2, &[flag, "--scene", scene, "--width", "16"]);
-        assert!(found.contains(said), "{found}");
-    }
 }
 
 /// Speed-up and energy saving by variant, of each change of a report of `--sensitivity`.

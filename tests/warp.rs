@@ -274,34 +274,6 @@ fn scenes_and_depths_stand_side_by_side() {
         scenes[1]["variants"][3]["frame"],
         alone["variants"][3]["frame"]
     );
-
-    let said = expect(at, 2, &["warp", "--scenes", "all:nonsense"]);
-    assert!(said.contains("all:nonsense"), "{said}");
-}
-
-#[test]
-fn wrong_options_are_refused_by_name() {
-    let folder = tempfile::tempdir().unwrap();
-    let refused = |arguments: &[&str], expected: &str| {
-        let mut all = SMALL.to_vec();
-        all.push("3");
-        all.extend(arguments);
-        let said = expect(folder.path(), 2, &all);
-        assert!(said.contains(expected), "{said}");
-    };
-    refused(&["--window", "0"], "window");
-    refused(&["--phi", "400"], "phi");
-    refused(&["--nearer", "2"], "nearer");
-    refused(&["--mesh", "none.obj"], "none.obj");
-    refused(&["--mesh-cells", "0", "--depth", "mesh"], "cells");
-    refused(&["--chrome-trace", "t.json"], "--frame-ms");
-    refused(&["--frame-ms=-1"], "--frame-ms");
-    refused(&["--live", "--warp-ms", "7"], "--live");
-    refused(&["--lose", "77"], "references");
-    refused(&["--lose", "0", "--method", "temp"], "--lose");
-    refused(&["--lose", "0", "--frame-ms", "40"], "--server-ms");
-    refused(&["--window", "2,3", "--out-dir", "x"], "one way");
-    refused(&["--fps", "0"], "fps");
 }
 
 /// Real images and depths: shares of pixels as measured by another program, and
