@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder as _};
 use thiserror::Error;
 
 use crate::files;
@@ -85,17 +87,12 @@ impl Picture {
             .flatten()
             .map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8)
             .collect();
-        let mut png = std::io::Cursor::new(vec![]);
-        image::write_buffer_with_format(
-            &mut png,
-            &bytes,
-            self.width,
-            self.height,
-            image::ExtendedColorType::Rgb8,
-            image::ImageFormat::Png,
-        )
-        .map_err(|e| fail(e.into()))?;
-        files::write(path, png.get_ref()).map_err(|e| fail(e.into()))
+        let mut png = vec![];
+        // The encoder by its name: choosing it by a format builds those of all formats.
+        PngEncoder::new(&mut png)
+            .write_image(&bytes, self.width, self.height, ExtendedColorType::Rgb8)
+            .map_err(|e| fail(e.into()))?;
+        files::write(path, &png).map_err(|e| fail(e.into()))
     }
 }
 

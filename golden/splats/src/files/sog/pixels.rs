@@ -2,7 +2,9 @@
 
 use std::io::Cursor;
 
-use image::{ColorType, DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, RgbaImage};
+use image::codecs::png::PngDecoder;
+use image::codecs::webp::WebPDecoder;
+use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, Limits, RgbaImage};
 
 use super::super::error::{FileError, Origin};
 use super::PALETTE_ROW;
@@ -30,17 +32,22 @@ pub(super) fn read(
     name: Origin<'_>,
 ) -> Result<RgbaImage, FileError> {
     let fail = || name.part(file, "it is no image that can be read, such as WebP");
-    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    let reader = reader.map_err(|_| fail())?;
     let wrong = |value: &str| Err(name.field(format!("image `{file}`"), value, AGAIN));
-    match reader.format() {
-        Some(ImageFormat::WebP) if is_lossy(bytes) => {
+    let from = Cursor::new(bytes);
+    // Decoders by their names: a reader of any format builds those of all formats.
+    let mut decoder: Box<dyn ImageDecoder + '_> = match image::guess_format(bytes) {
+        Ok(ImageFormat::WebP) if is_lossy(bytes) => {
             return wrong("WebP with loss, which changes codes");
         }
-        Some(ImageFormat::WebP | ImageFormat::Png) | None => {}
-        Some(_) => return wrong("of another format"),
-    }
-    let decoder = reader.into_decoder().map_err(|_| fail())?;
+        Ok(ImageFormat::WebP) => Box::new(WebPDecoder::new(from).map_err(|_| fail())?),
+        Ok(ImageFormat::Png) => {
+            let decoder = PngDecoder::with_limits(from, Limits::default());
+            Box::new(decoder.map_err(|_| fail())?)
+        }
+        Ok(_) => return wrong("of another format"),
+        Err(_) => return Err(fail()),
+    };
+    decoder.set_limits(Limits::default()).map_err(|_| fail())?;
     let (width, height) = decoder.dimensions();
     let pixels = u64::from(width) * u64::from(height);
     let count = wanted.count as u64;
