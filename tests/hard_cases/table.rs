@@ -104,7 +104,7 @@ fn the_table_of_the_book_is_current() {
         ["<!-- pictures -->\n", "<!-- end of pictures -->\n"],
         &table(),
         || {
-            let image = page().with_file_name("images/hard-cases.png");
+            let image = page().with_file_name("../images/hard-cases.png");
             sheet::sheet().write_png(&image).unwrap();
         },
     );
