@@ -43,7 +43,9 @@ fn seed() -> u64 {
 }
 
 fn again(seed: u64) -> String {
-    format!("run it again with: POTAMOI_SEED={seed} cargo test -p potamoi-netlist --test netlist random::")
+    format!(
+        "run it again with: POTAMOI_SEED={seed} cargo test -p potamoi-netlist --test netlist random::"
+    )
 }
 
 fn stimulus(top: &Module, cycles: usize, random: &mut Random) -> Vec<Cycle> {
