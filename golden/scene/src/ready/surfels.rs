@@ -265,8 +265,9 @@ fn thin(scene: Analytic) -> Vec<Splat> {
         let density = scene.density(at);
         let is_part = density > 0.0
             && density * voxel < THIN
-            && is_thin(scene, at)
-            && is_steep(scene, at, density);
+            // Before the other, which looks at six times as many places.
+            && is_steep(scene, at, density)
+            && is_thin(scene, at);
         if !is_part {
             return None;
         }
