@@ -152,7 +152,7 @@ mod tests {
                 .map(|i| [2.0 * f32::from(i), 60.0, 0.0])
                 .collect(),
         );
-        let mut scene = Scene::open("cairn:splats").unwrap();
+        let mut scene = crate::tests::opened("cairn:splats");
         scene.set_size(Some(48), Some(40)).unwrap();
         scene.model = Arc::new(Model::Splats(cloud.unwrap()));
         let config = Config::paper();

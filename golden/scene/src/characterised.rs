@@ -207,7 +207,7 @@ mod tests {
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/fields.toml");
         let text = std::fs::read_to_string(path).unwrap();
         let config = Config::from_toml(&text, "fields").unwrap();
-        let mut scene = Scene::open("cairn:compact").unwrap();
+        let mut scene = crate::tests::opened("cairn:compact");
         scene.set_size(Some(64), Some(48)).unwrap();
         let found = scene.characterise(&config, 1 << 21, &[64], false).unwrap();
         let mut units = Twins::new(&config);

@@ -185,7 +185,7 @@ mod tests {
             "cairn:tensorf",
             "cairn:ngp",
         ] {
-            let scene = Scene::open(name).unwrap();
+            let scene = crate::tests::opened(name);
             let again = Scene::open(name).unwrap();
             assert_eq!(content(&scene.model), content(&again.model), "{name}");
         }

@@ -249,7 +249,7 @@ mod tests {
     /// share of the foreground's pixels of which one has a surface and the other
     /// none.
     fn off(name: &str, cells: u32) -> (f64, f64) {
-        let scene = Scene::open(name).unwrap();
+        let scene = crate::tests::opened(name);
         let analytic = scene.analytic().unwrap();
         let camera = analytic.camera(1.0, 80, 80);
         let exact = ExactDepth(analytic).depth(&camera).unwrap();

@@ -8,18 +8,31 @@ mod precision;
 mod shared_cases;
 mod splat_bounds;
 
+use std::collections::BTreeMap;
 use std::fs;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use potamoi_formats::config::Config;
 
 use super::*;
 use potamoi_reference::Twins;
 
+/// A scene that is opened once in this process: to make a model of an analytic scene takes up to
+/// seconds, and copies share it.
+pub(crate) fn opened(name: &str) -> Scene {
+    type Kept = BTreeMap<String, Arc<OnceLock<Scene>>>;
+    static KEPT: Mutex<Kept> = Mutex::new(Kept::new());
+    let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    let own = Arc::clone(all.entry(name.to_owned()).or_default());
+    drop(all);
+    own.get_or_init(|| Scene::open(name).unwrap()).clone()
+}
+
 #[test]
 fn built_in_scenes_hold_their_formats_promise() {
     let config = Config::paper();
     for name in BUILTIN {
-        let mut scene = Scene::open(name).unwrap();
+        let mut scene = opened(name);
         let own = ["garden", "lantern"].contains(&name);
         scene
             .set_size(Some(if own { 160 } else { 80 }), None)
@@ -87,7 +100,7 @@ fn a_configuration_that_cannot_hold_splats_is_refused_by_field() {
 fn errors_of_fields_name_their_scene() {
     let config = Config::paper();
     for name in ["moons:dvgo", "moons:tensorf", "moons:ngp"] {
-        let scene = Scene::open(name).unwrap();
+        let scene = opened(name);
         let mut units = Twins::new(&config);
         let error = scene.render_fixed(&config, &mut units).unwrap_err();
         let error = error.to_string();

@@ -6,6 +6,9 @@ mod ending;
 mod hardware;
 mod skipping;
 
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
 use glam::{DAffine3, DVec3, dvec3};
 use potamoi_formats::config::{Config, Modes, PRESETS};
 use potamoi_formats::units::OpCode;
@@ -37,8 +40,15 @@ fn analysed(scene: &Scene, path: &[Camera]) -> Analysis {
     Analysis::of(scene, path, &fitting(scene), Surroundings::default()).unwrap()
 }
 
+/// A scene that is opened once in this process: to make a model of an analytic scene takes up to
+/// seconds, and copies share it.
 fn opened(name: &str, width: u32) -> Scene {
-    let mut scene = Scene::open(name).unwrap();
+    type Kept = BTreeMap<String, Arc<OnceLock<Scene>>>;
+    static KEPT: Mutex<Kept> = Mutex::new(Kept::new());
+    let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    let own = Arc::clone(all.entry(name.to_owned()).or_default());
+    drop(all);
+    let mut scene = own.get_or_init(|| Scene::open(name).unwrap()).clone();
     scene.set_size(Some(width), None).unwrap();
     scene
 }

@@ -114,7 +114,7 @@ fn nodes(field: &dyn Field, side: usize) -> Nodes {
 mod tests {
     #![allow(clippy::unwrap_used, clippy::panic)]
     use super::*;
-    use crate::{Model, Scene};
+    use crate::Model;
 
     /// Corners stay corners, and as much is read of a sample.
     #[test]
@@ -125,7 +125,7 @@ mod tests {
             ("moons:efficientnerf", Size::Cells(96)),
             ("moons:tensorf", Size::Points(300)),
         ] {
-            let scene = Scene::open(name).unwrap();
+            let scene = crate::tests::opened(name);
             let field: &dyn Field = match scene.model() {
                 Model::Field(field) => &**field,
                 _ => panic!("a field"),

@@ -182,7 +182,7 @@ mod tests {
             .join("../tests/fixtures")
             .join(name);
         let file = path.to_str().filter(|_| path.exists());
-        let mut scene = Scene::open(file.unwrap_or(name)).unwrap();
+        let mut scene = crate::tests::opened(file.unwrap_or(name));
         scene.set_size(Some(width), None).unwrap();
         scene
     }

@@ -134,7 +134,7 @@ mod tests {
     /// The same of a DirectVoxGO model, whose samples are cut in cells of a mask.
     #[test]
     fn counts_of_voxels_with_a_perceptron_are_those_of_the_renderer() {
-        let mut scene = Scene::open("cairn:dvgo").unwrap();
+        let mut scene = crate::tests::opened("cairn:dvgo");
         scene.set_size(Some(32), None).unwrap();
         let Model::Field(field) = scene.model() else {
             panic!("DirectVoxGO")

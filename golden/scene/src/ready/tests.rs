@@ -15,7 +15,7 @@ const MVOXEL_FLOOR: f64 = 44.3;
 const MOST_BYTES: u64 = 20 << 20;
 
 fn scene(name: &str) -> Scene {
-    let mut scene = Scene::open(name).unwrap();
+    let mut scene = crate::tests::opened(name);
     scene.set_size(Some(100), Some(100)).unwrap();
     scene
 }
@@ -53,7 +53,7 @@ fn the_hash_grid_of_mvoxels_shows_its_scene() {
 #[test]
 fn fitted_files_load_and_show_their_scene() {
     for analytic in Analytic::ALL {
-        let mut scene = Scene::open(&format!("{}:ngp", analytic.name())).unwrap();
+        let mut scene = crate::tests::opened(&format!("{}:ngp", analytic.name()));
         scene.set_size(Some(32), Some(32)).unwrap();
         let truth = scene.render_truth().unwrap().picture;
         let found = scene.render_float().unwrap().picture;
@@ -122,7 +122,7 @@ fn show(analytic: Analytic, kinds: &[Representation], side: u32, floor: f64) {
     let mut truth = None;
     for kind in kinds {
         let name = format!("{}:{}", analytic.name(), kind.name());
-        let mut scene = Scene::open(&name).unwrap();
+        let mut scene = crate::tests::opened(&name);
         scene.set_size(Some(side), Some(side)).unwrap();
         let truth = truth.get_or_insert_with(|| scene.render_truth().unwrap().picture);
         let found = scene.render_float().unwrap().picture;
@@ -147,7 +147,7 @@ fn stored_models_are_small() {
 /// does.
 #[test]
 fn the_dvgo_model_is_rendered_in_codes() {
-    let mut scene = Scene::open("cairn:dvgo").unwrap();
+    let mut scene = crate::tests::opened("cairn:dvgo");
     scene.set_size(Some(40), Some(40)).unwrap();
     let config =
         Config::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/fields.toml"))
@@ -174,6 +174,7 @@ fn splats_and_factors_are_the_same_every_time() {
 
 fn are_the_same_every_time(names: &[&str]) {
     for name in names {
-        assert_eq!(scene(name).model(), scene(name).model(), "{name}");
+        let [once, again] = [(); 2].map(|()| Scene::open(name).unwrap());
+        assert_eq!(once.model(), again.model(), "{name}");
     }
 }

@@ -14,7 +14,7 @@ use potamoi_fields::{
 #[test]
 fn stages_make_the_picture() {
     for name in ["cairn:ngp", "moons:efficientnerf"] {
-        let mut scene = Scene::open(name).unwrap();
+        let mut scene = crate::tests::opened(name);
         scene.set_size(Some(24), None).unwrap();
         let Model::Field(field) = scene.model() else {
             panic!("a field")
@@ -39,7 +39,7 @@ fn stages_make_the_picture() {
 /// As many samples as the renderer counts, each where a gathered one lies.
 #[test]
 fn rays_stop_where_the_renderer_stops_them() {
-    let mut scene = Scene::open("moons:efficientnerf").unwrap();
+    let mut scene = crate::tests::opened("moons:efficientnerf");
     scene.set_size(Some(40), Some(30)).unwrap();
     let Model::Field(field) = scene.model() else {
         panic!("a field")

@@ -1,6 +1,5 @@
 //! Frames of which only some pixels are rendered.
 
-use crate::Scene;
 use potamoi_base::mask::Mask;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
@@ -63,7 +62,7 @@ fn some_pixels_are_rendered_as_in_the_whole_frame() {
         "moons:tensorf",
         "moons:ngp",
     ] {
-        let mut scene = Scene::open(name).unwrap();
+        let mut scene = crate::tests::opened(name);
         scene.set_size(Some(24), Some(20)).unwrap();
         let mut units = Told::new(&config);
         let whole = scene.render_fixed(&config, &mut units).unwrap();

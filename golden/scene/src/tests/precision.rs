@@ -8,7 +8,7 @@ use potamoi_formats::units::OpCode;
 use potamoi_reference::Twins;
 
 fn small(name: &str) -> Scene {
-    let mut scene = Scene::open(name).unwrap();
+    let mut scene = crate::tests::opened(name);
     scene.set_size(Some(40), Some(40)).unwrap();
     scene
 }
@@ -108,7 +108,7 @@ fn hashed_levels_are_left_out_from_the_finest() {
     let fields = PRESETS.iter().find(|(name, _)| *name == "fields").unwrap();
     let config = Config::from_toml(fields.1, "fields").unwrap();
     for name in ["cairn:ngp", "cairn:compact"] {
-        let mut scene = Scene::open(name).unwrap();
+        let mut scene = crate::tests::opened(name);
         scene.set_size(Some(12), Some(12)).unwrap();
         let shown = |scene: &Scene| {
             let found = scene

@@ -51,7 +51,7 @@ fn no_pixel_is_farther_off_than_its_bound() {
         with("[vu.exp]\ninput = \"U3.10\""),
     ];
     for name in ["garden", "cairn:splats"] {
-        let mut scene = Scene::open(name).unwrap();
+        let mut scene = crate::tests::opened(name);
         scene.set_size(Some(48), Some(40)).unwrap();
         for config in &configs {
             let (most, squares) = used((&scene, config), (&scene, config));
