@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::expect;
+use super::expect;
 
 /// Arguments of each command that opens a scene, which is `q.ply`.
 const QUICK: [(&str, &str); 9] = [
