@@ -8,6 +8,7 @@ mod pictures;
 mod report;
 mod rivals;
 mod sensitivity;
+mod side_by_side;
 mod tables;
 
 use std::path::PathBuf;
@@ -192,7 +193,7 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
         report::write(&report, args)?;
     }
     if names.len() > 1 {
-        tables::side_by_side(&report);
+        side_by_side::print(&report);
     }
     Ok(())
 }

@@ -2,12 +2,11 @@
 
 use potamoi_explore::system::Modelled;
 use potamoi_system::soc::job_scheduler::Resource;
-use potamoi_system::soc::work::Replayed;
+use potamoi_system::soc::work::{PathReplay, Replayed};
 use potamoi_system::soc::{Frames, Gpu, Outcome, Scenario, System};
 use potamoi_warp::Profile;
 
 use super::paper::{BY_TRAFFIC, Paper, figure, frames_per_second, gathering_speed_up};
-use super::report::Report;
 use crate::stdout::say;
 use crate::tables;
 
@@ -15,7 +14,7 @@ fn db(of: Option<f64>) -> String {
     of.map_or_else(|| "-".to_owned(), |db| format!("{db:.2}"))
 }
 
-fn percent(of: Option<f64>) -> String {
+pub(super) fn percent(of: Option<f64>) -> String {
     of.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
 }
 
@@ -101,6 +100,22 @@ fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
 }
 
 pub(super) fn print(found: &Modelled, system: &System) {
+    heading(found);
+    for (_, scenario) in scenarios(&found.outcomes) {
+        let outcomes = found.outcomes.iter();
+        let own: Vec<&Outcome> = outcomes.filter(|o| o.scenario == scenario).collect();
+        say!("\n{scenario:?} rendering\n{}", speed(found, &own));
+        say!("\n{}", stages(&own));
+        say!("\n{}", utilisation(&own));
+        say!("\n{}", energy(&own));
+        say!("\n{}", counters(&own));
+    }
+    gathering_alone(found);
+    assumptions(found, system);
+}
+
+/// What was modelled, and what it rests on.
+fn heading(found: &Modelled) {
     let options = &found.options;
     say!(
         "{} ({}), {} x {}, {} frames, window {}{}{}",
@@ -133,125 +148,137 @@ pub(super) fn print(found: &Modelled, system: &System) {
         100.0 * found.rendered_share
     );
     if let Some(memory) = &found.memory {
-        let rate = |of: Option<Replayed>| {
-            of.map_or_else(
-                || "at the rates of streams and random runs".to_owned(),
-                |of| format!("{:.1} GB/s", 1.0 / of.replayed.ns),
-            )
-        };
-        let rest = memory.rest.unwrap_or(memory.full);
-        say!(
-            "  memory, their accesses replayed: misses of the GPU's cache {} in full, {} of the rest; MVoxels {}, {}",
-            rate(memory.full.missed),
-            rate(rest.missed),
-            rate(memory.full.loaded),
-            rate(rest.loaded)
-        );
+        memory_rates(memory);
     }
-    for (_, scenario) in scenarios(&found.outcomes) {
-        let own: Vec<&Outcome> = found
-            .outcomes
-            .iter()
-            .filter(|o| o.scenario == scenario)
-            .collect();
-        let mut speed = tables::plain([
-            "",
-            "frames/s",
-            "the paper's, 800 x 800",
-            "ms a frame",
-            "speed-up",
-            "the paper's mean",
-            "mJ a frame",
-            "saving",
-            "the paper's mean",
-            "streamed MB",
-            "random MB",
-            "dB beside the model",
-            "beside the truth",
-            "lost",
-            "the paper's mean",
+}
+
+/// What memory takes for the accesses of the path in their order.
+fn memory_rates(memory: &PathReplay) {
+    let rate = |of: Option<Replayed>| {
+        of.map_or_else(
+            || "at the rates of streams and random runs".to_owned(),
+            |of| format!("{:.1} GB/s", 1.0 / of.replayed.ns),
+        )
+    };
+    let rest = memory.rest.unwrap_or(memory.full);
+    say!(
+        "  memory, their accesses replayed: misses of the GPU's cache {} in full, {} of the rest; MVoxels {}, {}",
+        rate(memory.full.missed),
+        rate(rest.missed),
+        rate(memory.full.loaded),
+        rate(rest.loaded)
+    );
+}
+
+/// Speed, energy and quality beside the baseline and the paper.
+fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
+    let mut speed = tables::plain([
+        "",
+        "frames/s",
+        "the paper's, 800 x 800",
+        "ms a frame",
+        "speed-up",
+        "the paper's mean",
+        "mJ a frame",
+        "saving",
+        "the paper's mean",
+        "streamed MB",
+        "random MB",
+        "dB beside the model",
+        "beside the truth",
+        "lost",
+        "the paper's mean",
+    ]);
+    let whole = own.iter().find(|o| o.variant.frames == Frames::Full);
+    let whole = whole.and_then(|o| o.quality.truth_db);
+    for o in own {
+        let frames = o.run.frames as f64;
+        let paper = Paper::of(o, found.options.window);
+        speed.add_row([
+            o.variant.name.to_owned(),
+            format!("{:.2}", o.run.frames_per_second),
+            frames_per_second(o, &found.algorithm)
+                .unwrap_or("-")
+                .to_owned(),
+            format!("{:.2}", o.run.span_ns * 1e-6 / frames),
+            format!("{:.2}", found.speed_up(o)),
+            figure(paper.speed_up),
+            format!("{:.2}", o.run.energy.total_mj()),
+            format!("{:.2}", found.saving(o)),
+            figure(paper.saving),
+            format!(
+                "{:.2}",
+                (o.run.spent.streamed_bytes + o.run.spent.written_bytes) * 1e-6 / frames
+            ),
+            format!("{:.2}", o.run.spent.random_bytes * 1e-6 / frames),
+            db(o.quality.model_db),
+            db(o.quality.truth_db),
+            db(whole
+                .zip(o.quality.truth_db)
+                .map(|(whole, own)| whole - own)),
+            figure(paper.lost_db),
         ]);
-        let whole = own.iter().find(|o| o.variant.frames == Frames::Full);
-        let whole = whole.and_then(|o| o.quality.truth_db);
-        for o in &own {
-            let frames = o.run.frames as f64;
-            let paper = Paper::of(o, found.options.window);
-            speed.add_row([
-                o.variant.name.to_owned(),
-                format!("{:.2}", o.run.frames_per_second),
-                frames_per_second(o, &found.algorithm)
-                    .unwrap_or("-")
-                    .to_owned(),
-                format!("{:.2}", o.run.span_ns * 1e-6 / frames),
-                format!("{:.2}", found.speed_up(o)),
-                figure(paper.speed_up),
-                format!("{:.2}", o.run.energy.total_mj()),
-                format!("{:.2}", found.saving(o)),
-                figure(paper.saving),
-                format!(
-                    "{:.2}",
-                    (o.run.spent.streamed_bytes + o.run.spent.written_bytes) * 1e-6 / frames
-                ),
-                format!("{:.2}", o.run.spent.random_bytes * 1e-6 / frames),
-                db(o.quality.model_db),
-                db(o.quality.truth_db),
-                db(whole
-                    .zip(o.quality.truth_db)
-                    .map(|(whole, own)| whole - own)),
-                figure(paper.lost_db),
-            ]);
-        }
-        say!("\n{scenario:?} rendering\n{speed}");
-        let stages = [
-            "indexing",
-            "gathering",
-            "computation",
-            "compositing",
-            "warping",
-            "scaling",
-            "remote",
-            "link",
-        ];
-        let used: Vec<&str> = stages
-            .into_iter()
-            .filter(|s| own.iter().any(|o| o.run.stages.contains_key(s)))
-            .collect();
-        let mut header =
-            vec!["ms a frame: own work + its bytes (most of them by) + waiting for the unit"];
-        header.extend(&used);
-        let mut times = tables::plain(&header);
-        for o in &own {
-            let mut row = vec![o.variant.name.to_owned()];
-            row.extend(used.iter().map(|stage| {
-                o.run.stages.get(stage).map_or_else(
-                    || "-".to_owned(),
-                    |t| {
-                        let [own, bytes, waiting] =
-                            [t.own_ns, t.memory_ns, t.waiting_ns].map(|ns| ns * 1e-6);
-                        let by = match bytes < 0.005 {
-                            true => String::new(),
-                            false => format!(" ({})", t.last_through.most()),
-                        };
-                        format!("{own:.2} + {bytes:.2}{by} + {waiting:.2}")
-                    },
-                )
-            }));
-            times.add_row(row);
-        }
-        say!("\n{times}");
-        say!("\n{}", utilisation(&own));
-        let parts = own[0].run.energy.named().map(|(name, _)| name);
-        let mut header = vec!["mJ a frame"];
-        header.extend(parts);
-        let mut energy = tables::plain(&header);
-        for o in &own {
-            let mut row = vec![o.variant.name.to_owned()];
-            row.extend(o.run.energy.named().map(|(_, mj)| format!("{mj:.3}")));
-            energy.add_row(row);
-        }
-        say!("\n{energy}");
-        say!("\n{}", counters(&own));
     }
+    speed
+}
+
+/// Where the time of a frame goes, stage by stage.
+fn stages(own: &[&Outcome]) -> comfy_table::Table {
+    let stages = [
+        "indexing",
+        "gathering",
+        "computation",
+        "compositing",
+        "warping",
+        "scaling",
+        "remote",
+        "link",
+    ];
+    let used: Vec<&str> = stages
+        .into_iter()
+        .filter(|s| own.iter().any(|o| o.run.stages.contains_key(s)))
+        .collect();
+    let mut header =
+        vec!["ms a frame: own work + its bytes (most of them by) + waiting for the unit"];
+    header.extend(&used);
+    let mut times = tables::plain(&header);
+    for o in own {
+        let mut row = vec![o.variant.name.to_owned()];
+        row.extend(used.iter().map(|stage| {
+            o.run.stages.get(stage).map_or_else(
+                || "-".to_owned(),
+                |t| {
+                    let [own, bytes, waiting] =
+                        [t.own_ns, t.memory_ns, t.waiting_ns].map(|ns| ns * 1e-6);
+                    let by = match bytes < 0.005 {
+                        true => String::new(),
+                        false => format!(" ({})", t.last_through.most()),
+                    };
+                    format!("{own:.2} + {bytes:.2}{by} + {waiting:.2}")
+                },
+            )
+        }));
+        times.add_row(row);
+    }
+    times
+}
+
+/// Where the energy of a frame goes, part by part.
+fn energy(own: &[&Outcome]) -> comfy_table::Table {
+    let parts = own[0].run.energy.named().map(|(name, _)| name);
+    let mut header = vec!["mJ a frame"];
+    header.extend(parts);
+    let mut energy = tables::plain(&header);
+    for o in own {
+        let mut row = vec![o.variant.name.to_owned()];
+        row.extend(o.run.energy.named().map(|(_, mj)| format!("{mj:.3}")));
+        energy.add_row(row);
+    }
+    energy
+}
+
+/// Gathering by the unit beside the GPU's, on one frame in full.
+fn gathering_alone(found: &Modelled) {
     let gathered = &found.gathered;
     let (paper, whose) = gathering_speed_up(&found.algorithm);
     say!(
@@ -268,6 +295,10 @@ pub(super) fn print(found: &Modelled, system: &System) {
         percent(memory.traffic_share()),
         100.0 * BY_TRAFFIC
     );
+}
+
+/// Where energy is from, and what is calibrated or assumed.
+fn assumptions(found: &Modelled, system: &System) {
     say!("\nenergy: {}", found.energy_origin);
     say!(
         "calibrated: the GPU's programs reach {} (potamoi model --calibrate); assumed: {} W at work, {} W idle",
@@ -297,101 +328,8 @@ fn shares(gpu: &Gpu) -> String {
     )
 }
 
-/// Speed-ups and savings of many scenes, their means, and the paper's.
-pub(super) fn side_by_side(report: &Report<Modelled>) {
-    let Some(first) = report.scenes.first() else {
-        return;
-    };
-    for (at, scenario) in scenarios(&first.outcomes) {
-        let own: Vec<usize> = (0..first.outcomes.len())
-            .filter(|i| first.outcomes[*i].scenario == scenario)
-            .collect();
-        let mut header = vec![
-            "speed-up (saving)".to_owned(),
-            "frames/s of the baseline".to_owned(),
-        ];
-        header.extend(
-            own.iter()
-                .map(|i| first.outcomes[*i].variant.name.to_owned()),
-        );
-        let mut rows = tables::plain(header);
-        for found in &report.scenes {
-            let mut row = vec![
-                found.scene.clone(),
-                format!("{:.2}", found.outcomes[at].run.frames_per_second),
-            ];
-            row.extend(own.iter().map(|i| {
-                let o = &found.outcomes[*i];
-                format!("{:.2} ({:.2})", found.speed_up(o), found.saving(o))
-            }));
-            rows.add_row(row);
-        }
-        let count = report.scenes.len() as f64;
-        let mean = |of: &dyn Fn(&Modelled, &Outcome) -> f64, i: usize, is_geometric: bool| {
-            let all = report
-                .scenes
-                .iter()
-                .map(|found| of(found, &found.outcomes[i]));
-            match is_geometric {
-                true => (all.map(f64::ln).sum::<f64>() / count).exp(),
-                false => all.sum::<f64>() / count,
-            }
-        };
-        for (name, is_geometric) in [("mean", false), ("geometric mean", true)] {
-            let mut row = vec![name.to_owned(), String::new()];
-            row.extend(own.iter().map(|i| {
-                let speed_up = mean(&|found, o| found.speed_up(o), *i, is_geometric);
-                let saving = mean(&|found, o| found.saving(o), *i, is_geometric);
-                format!("{speed_up:.2} ({saving:.2})")
-            }));
-            rows.add_row(row);
-        }
-        let mut row = vec!["the paper's mean".to_owned(), String::new()];
-        row.extend(own.iter().map(|i| {
-            let paper = Paper::of(&first.outcomes[*i], first.options.window);
-            format!("{} ({})", figure(paper.speed_up), figure(paper.saving))
-        }));
-        rows.add_row(row);
-        say!("\n{scenario:?} rendering\n{rows}");
-    }
-    gathering(report);
-}
-
-/// Gathering alone, scene by scene.
-fn gathering(report: &Report<Modelled>) {
-    let mut rows = tables::plain([
-        "gathering alone",
-        "ms on the GPU",
-        "ms by the unit",
-        "times",
-        "the paper",
-        "memory, mJ",
-        "saved by less traffic",
-        "the paper",
-    ]);
-    for found in &report.scenes {
-        let (own, memory) = (&found.gathered, &found.gathered.memory);
-        let (paper, _) = gathering_speed_up(&found.algorithm);
-        rows.add_row([
-            found.scene.clone(),
-            format!("{:.3}", own.gpu_ns * 1e-6),
-            format!("{:.3}", own.unit_ns * 1e-6),
-            times(own.gpu_ns, own.unit_ns),
-            paper.to_string(),
-            format!(
-                "{:.3} > {:.3}",
-                memory.before_pj * 1e-9,
-                memory.after_pj * 1e-9
-            ),
-            percent(memory.traffic_share()),
-            percent(Some(BY_TRAFFIC)),
-        ]);
-    }
-    say!("\n{rows}");
-}
-
 /// How many times as long one takes as the other; a dash where there is nothing to gather.
-fn times(one: f64, other: f64) -> String {
+pub(super) fn times(one: f64, other: f64) -> String {
     if other > 0.0 {
         format!("{:.2}", one / other)
     } else {
@@ -400,7 +338,7 @@ fn times(one: f64, other: f64) -> String {
 }
 
 /// Each scenario, with the place of its baseline.
-fn scenarios(outcomes: &[Outcome]) -> Vec<(usize, Scenario)> {
+pub(super) fn scenarios(outcomes: &[Outcome]) -> Vec<(usize, Scenario)> {
     let mut all: Vec<(usize, Scenario)> = vec![];
     for (at, outcome) in outcomes.iter().enumerate() {
         if all.iter().all(|(_, known)| *known != outcome.scenario) {
