@@ -1,0 +1,84 @@
+//! Which files reading a path reads.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::Path;
+
+/// Files that a description names are followed so far.
+const DEPTH: u32 = 5;
+/// Larger descriptions are not searched for files that they name.
+const LARGEST: u64 = 64 << 20;
+/// Files of an input folder that are looked at.
+const MOST: usize = 100_000;
+
+/// Device and number of a regular file that is there.
+pub(super) fn regular(path: &Path) -> Option<(u64, u64)> {
+    let found = fs::metadata(path).ok()?;
+    found.is_file().then(|| (found.dev(), found.ino()))
+}
+
+/// All files that reading a path reads, as far as it says: itself, those in it where it is a
+/// folder, and those that a description names.
+pub(super) fn files_of(path: &Path) -> BTreeSet<(u64, u64)> {
+    let mut found = BTreeSet::new();
+    add(path, DEPTH, &mut found);
+    found
+}
+
+/// The same, with descriptions and folders followed so far.
+fn add(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
+    if path.is_dir() {
+        let entries = fs::read_dir(path).into_iter().flatten().flatten();
+        for entry in entries {
+            if depth == 0 || found.len() > MOST {
+                return;
+            }
+            add(&entry.path(), depth - 1, found);
+        }
+        return;
+    }
+    let Some(file) = regular(path) else {
+        return;
+    };
+    if !found.insert(file) || depth == 0 {
+        return;
+    }
+    let is_text = |ending: &str| {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    };
+    if !is_text("toml") && !is_text("json") {
+        return;
+    }
+    let Ok(text) = potamoi_base::files::read_text(path, LARGEST) else {
+        return;
+    };
+    let text = text.trim_start_matches('\u{feff}');
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut names = vec![];
+    if is_text("toml") {
+        let value: Option<toml::Value> = toml::from_str(text).ok();
+        let value = value.and_then(|value| serde_json::to_value(value).ok());
+        value.iter().for_each(|value| texts(value, &mut names));
+    } else {
+        let value: Option<serde_json::Value> = serde_json::from_str(text).ok();
+        value.iter().for_each(|value| texts(value, &mut names));
+    }
+    for name in names {
+        let named = folder.join(&name);
+        add(&named, depth - 1, found);
+        // Frames of a path are named without their ending.
+        add(&folder.join(name + ".png"), 0, found);
+    }
+}
+
+/// All texts in a value.
+fn texts(value: &serde_json::Value, found: &mut Vec<String>) {
+    match value {
+        serde_json::Value::String(text) if text.len() < 4096 => found.push(text.clone()),
+        serde_json::Value::Array(items) => items.iter().for_each(|item| texts(item, found)),
+        serde_json::Value::Object(fields) => fields.values().for_each(|v| texts(v, found)),
+        _ => {}
+    }
+}
