@@ -50,18 +50,7 @@ struct Report {
 pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
     let asked = common.read_config()?;
-    if let (Some(config), Some(scene)) = (&common.config, &args.for_scene) {
-        let own = args.out_dir.join(CONFIGURATION);
-        if let (Ok(read), Ok(written)) = (config.canonicalize(), own.canonicalize())
-            && read == written
-        {
-            return Err(Failure::Usage(format!(
-                "--config {} would be replaced by what is left of it for {scene}: name another \
-                 folder with --out-dir",
-                config.display()
-            )));
-        }
-    }
+    refuse_own_configuration(common, args)?;
     let hardware = match &args.for_scene {
         Some(name) => {
             let scene = Scene::open(name)?;
@@ -89,12 +78,8 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
             .iter()
             .any(|unit| path.starts_with(&format!("{unit}/")))
     });
-    let written = args
-        .for_scene
-        .is_some()
-        .then(|| args.out_dir.join(CONFIGURATION));
     let mut all = made.clone();
-    if written.is_some() {
+    if args.for_scene.is_some() {
         all.insert(CONFIGURATION.to_owned(), text_of(&config)?);
     }
     let stale = set::replace(
@@ -120,7 +105,34 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
             .collect(),
         not_checked: scene::left_open_of_files(),
     };
-    if let (Some(scene), Some(path)) = (&report.for_scene, &written) {
+    print(&report, &stale, args);
+    if let Some(path) = &args.json {
+        files::write_json(path, &report)?;
+    }
+    Ok(())
+}
+
+/// Refuses a configuration that what is left of it would replace.
+fn refuse_own_configuration(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
+    if let (Some(config), Some(scene)) = (&common.config, &args.for_scene) {
+        let own = args.out_dir.join(CONFIGURATION);
+        if let (Ok(read), Ok(written)) = (config.canonicalize(), own.canonicalize())
+            && read == written
+        {
+            return Err(Failure::Usage(format!(
+                "--config {} would be replaced by what is left of it for {scene}: name another \
+                 folder with --out-dir",
+                config.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Prints what was left out, removed and written.
+fn print(report: &Report, stale: &[String], args: &EmitArgs) {
+    if let Some(scene) = &report.for_scene {
+        let path = args.out_dir.join(CONFIGURATION);
         say!(
             "for {scene}, from any camera; what is left: {}",
             path.display()
@@ -138,7 +150,7 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
             say!("  it calls for everything in the configuration");
         }
     }
-    for name in &stale {
+    for name in stale {
         let path = args.out_dir.join(name);
         say!("removed {}, of another configuration", path.display());
     }
@@ -154,10 +166,6 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         name_of(report.organisation),
         report.organisation_reason
     );
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
-    Ok(())
 }
 
 /// A configuration as a file.

@@ -10,12 +10,13 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use potamoi_explore::synthesis::{
-    ActivityScenes, Flow, in_parallel, missed_clock, without_memories,
+    Activity, ActivityScenes, Flow, in_parallel, missed_clock, without_memories,
 };
+use potamoi_formats::config::Config;
 use potamoi_synth::grid::{design, forms};
 use potamoi_synth::{
-    Cacti, Library, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport, access_times,
-    default_library, differences, scaling, with_memories,
+    Cacti, Library, Memories, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport,
+    access_times, default_library, differences, scaling, with_memories,
 };
 
 use crate::args::Common;
@@ -106,20 +107,7 @@ impl Units {
 }
 
 pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
-    if let Some(clock) = args.clock.filter(|c| !(c.is_finite() && *c > 0.0)) {
-        let expected = "expected a number of gigahertz above 0";
-        return Err(Failure::Usage(format!("--clock {clock}: {expected}")));
-    }
-    if let Some(node) = args
-        .node
-        .filter(|n| scaling::logic(*n, args.scale_to).is_none())
-    {
-        return Err(Failure::Usage(format!(
-            "--node {node} --scale-to {}: no factors; known are {} nm",
-            args.scale_to,
-            scaling::known()
-        )));
-    }
+    check(args)?;
     let written = [&args.json, &args.report, &args.grid, &args.forms];
     files::prepare(written.map(Option::as_ref))?;
     let config = common.read_config()?;
@@ -134,19 +122,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     let scenes = ActivityScenes::open(&activity, args.unit.kinds())?;
     scenes.scenes().for_each(crate::scene::note);
     let tools = Tools::find()?;
-    say!(
-        "library {} of {} cells, {} V, {}; OpenSTA {}",
-        library.name,
-        library.cells.len(),
-        library
-            .volts
-            .map_or_else(|| "?".to_owned(), |v| v.to_string()),
-        tools.yosys,
-        tools.opensta
-    );
-    for assumed in &library.assumed {
-        say!("note: {assumed}");
-    }
+    print_library(&library, &tools);
     let flow = Flow {
         library: &library,
         tools: &tools,
@@ -161,51 +137,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     if let Some(path) = &args.forms {
         return grid::run(args, &flow, "--forms", &forms(), path);
     }
-    let spinner = progress::spinner("rendering the work");
-    let work = scenes.work(&config)?;
-    spinner.finish_and_clear();
-    let (jobs, steps) = (args.jobs.into(), activity.steps());
-    let bar = progress::bar(0, "steps");
-    let made = in_parallel(
-        args.unit.kinds(),
-        jobs,
-        steps,
-        &Shown(&bar),
-        |unit, step| {
-            let mut made = flow.synthesise(&config, *unit, step)?;
-            activity.add((&config, *unit), &mut made, &work, &flow, step)?;
-            Ok::<_, Failure>(made)
-        },
-    );
-    bar.finish_and_clear();
-    let made = made?;
-    for made in &made {
-        print::unit(made);
-        if let Some(folder) = &args.netlists {
-            let to = folder.join(format!("{}.netlist.v", made.report.unit));
-            files::write(&to, &made.netlist)?;
-            say!("netlist: {}", to.display());
-        }
-    }
-    let mut reports: Vec<UnitReport> = made.iter().map(|m| m.report.clone()).collect();
-    let memories = match Cacti::find(&cache) {
-        Ok(cacti) => Some(potamoi_synth::model(&reports, &cacti)?),
-        Err(missing) => {
-            say!("\nmemories are not included: {missing}");
-            None
-        }
-    };
-    if let (Some(memories), Some(node)) = (&memories, args.node) {
-        let units = args.unit.kinds().iter().zip(&made);
-        for (report, own) in reports.iter_mut().zip(units) {
-            let access = access_times(memories, &report.unit, node, args.scale_to);
-            let timed = access.map(|access| {
-                let (unit, made) = own;
-                with_memories(&config, (*unit, made), access, &library, &tools, &cache)
-            });
-            report.with_memories = timed.transpose()?;
-        }
-    }
+    let (reports, memories) = units(&config, args, &flow, (&activity, scenes))?;
     let missed = args.clock.and_then(|clock| missed_clock(&reports, clock));
     let note = args.clock.and_then(|_| without_memories(&reports));
     let raw = Raw {
@@ -227,6 +159,103 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         Some((path, expected)) => compare(&report, &path, expected, args.unit.kinds()),
         None => Ok(()),
     }
+}
+
+/// Refuses a clock or nodes that are none.
+fn check(args: &SynthArgs) -> Result<(), Failure> {
+    if let Some(clock) = args.clock.filter(|c| !(c.is_finite() && *c > 0.0)) {
+        let expected = "expected a number of gigahertz above 0";
+        return Err(Failure::Usage(format!("--clock {clock}: {expected}")));
+    }
+    if let Some(node) = args
+        .node
+        .filter(|n| scaling::logic(*n, args.scale_to).is_none())
+    {
+        return Err(Failure::Usage(format!(
+            "--node {node} --scale-to {}: no factors; known are {} nm",
+            args.scale_to,
+            scaling::known()
+        )));
+    }
+    Ok(())
+}
+
+fn print_library(library: &Library, tools: &Tools) {
+    say!(
+        "library {} of {} cells, {} V, {}; OpenSTA {}",
+        library.name,
+        library.cells.len(),
+        library
+            .volts
+            .map_or_else(|| "?".to_owned(), |v| v.to_string()),
+        tools.yosys,
+        tools.opensta
+    );
+    for assumed in &library.assumed {
+        say!("note: {assumed}");
+    }
+}
+
+/// The units, with power, and their memories where CACTI is there.
+fn units(
+    config: &Config,
+    args: &SynthArgs,
+    flow: &Flow<'_>,
+    (activity, scenes): (&Activity, ActivityScenes),
+) -> Result<(Vec<UnitReport>, Option<Memories>), Failure> {
+    let spinner = progress::spinner("rendering the work");
+    let work = scenes.work(config)?;
+    spinner.finish_and_clear();
+    let (jobs, steps) = (args.jobs.into(), activity.steps());
+    let bar = progress::bar(0, "steps");
+    let made = in_parallel(
+        args.unit.kinds(),
+        jobs,
+        steps,
+        &Shown(&bar),
+        |unit, step| {
+            let mut made = flow.synthesise(config, *unit, step)?;
+            activity.add((config, *unit), &mut made, &work, flow, step)?;
+            Ok::<_, Failure>(made)
+        },
+    );
+    bar.finish_and_clear();
+    let made = made?;
+    for made in &made {
+        print::unit(made);
+        if let Some(folder) = &args.netlists {
+            let to = folder.join(format!("{}.netlist.v", made.report.unit));
+            files::write(&to, &made.netlist)?;
+            say!("netlist: {}", to.display());
+        }
+    }
+    let mut reports: Vec<UnitReport> = made.iter().map(|m| m.report.clone()).collect();
+    let memories = match Cacti::find(flow.cache) {
+        Ok(cacti) => Some(potamoi_synth::model(&reports, &cacti)?),
+        Err(missing) => {
+            say!("\nmemories are not included: {missing}");
+            None
+        }
+    };
+    if let (Some(memories), Some(node)) = (&memories, args.node) {
+        let units = args.unit.kinds().iter().zip(&made);
+        for (report, own) in reports.iter_mut().zip(units) {
+            let access = access_times(memories, &report.unit, node, args.scale_to);
+            let timed = access.map(|access| {
+                let (unit, made) = own;
+                with_memories(
+                    config,
+                    (*unit, made),
+                    access,
+                    flow.library,
+                    flow.tools,
+                    flow.cache,
+                )
+            });
+            report.with_memories = timed.transpose()?;
+        }
+    }
+    Ok((reports, memories))
 }
 
 type Expected = (PathBuf, SynthReport);

@@ -69,6 +69,20 @@ pub(super) fn print(report: &Report<'_>, config: &Config) {
     if report.failure.is_some() {
         return;
     }
+    let mut table = Table::new();
+    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
+    table.set_header(["", "gathering unit", "vector unit", "unit", "origin"]);
+    table.add_rows(rows(report, config));
+    for column in 1..3 {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    say!("{table}");
+}
+
+/// What was compared, and what it took: of the gathering unit, of the vector unit, in what, by what.
+fn rows(report: &Report<'_>, config: &Config) -> [[String; 5]; 9] {
     let measured = match report.engine {
         EngineKind::Verilator | EngineKind::Icarus => "RTL",
         EngineKind::Interpreter => "netlist",
@@ -82,10 +96,7 @@ pub(super) fn print(report: &Report<'_>, config: &Config) {
         }
         format!("{} of {} ({percent:.2} %)", count(part), count(whole))
     };
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
-    table.set_header(["", "gathering unit", "vector unit", "unit", "origin"]);
-    let rows = [
+    [
         [
             "compared, every bit".to_owned(),
             share(g.samples, g.samples_total),
@@ -151,12 +162,5 @@ pub(super) fn print(report: &Report<'_>, config: &Config) {
             "cycles".to_owned(),
             "cycle model".to_owned(),
         ],
-    ];
-    table.add_rows(rows);
-    for column in 1..3 {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    say!("{table}");
+    ]
 }
