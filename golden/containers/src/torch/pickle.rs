@@ -196,6 +196,22 @@ impl Machine<'_> {
             0x95 => drop(self.number::<8>()?),
             b'.' => return self.pop().map(Some),
             b'(' => self.marks.push(self.stack.len()),
+            _ => {
+                let is_known = self.constant(code)?
+                    || self.collection(code)?
+                    || self.memory(code)?
+                    || self.object(code)?;
+                if !is_known {
+                    return Err(format!("opcode {code:#04x} is not one that PyTorch writes"));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Opcodes of values that stand in the stream; whether it was one.
+    fn constant(&mut self, code: u8) -> Step<bool> {
+        match code {
             b'N' => self.push(Value::None)?,
             0x88 => self.push(Value::Bool(true))?,
             0x89 => self.push(Value::Bool(false))?,
@@ -213,18 +229,8 @@ impl Machine<'_> {
             }
             0x8a => {
                 let [length] = self.number()?;
-                let bytes = self.take(length.into())?;
-                if bytes.len() > 8 {
-                    return Err("an integer of more than 64 bits".to_owned());
-                }
-                let fill = if bytes.last().is_some_and(|b| b >> 7 == 1) {
-                    0xff
-                } else {
-                    0
-                };
-                let mut wide = [fill; 8];
-                wide[..bytes.len()].copy_from_slice(bytes);
-                self.push(Value::Int(i64::from_le_bytes(wide)))?;
+                let value = integer(self.take(length.into())?)?;
+                self.push(Value::Int(value))?;
             }
             b'G' => {
                 let value = f64::from_be_bytes(self.number()?);
@@ -246,6 +252,14 @@ impl Machine<'_> {
                 let [length] = self.number()?;
                 self.blob(length.into())?;
             }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Opcodes of tuples, lists and dictionaries; whether it was one.
+    fn collection(&mut self, code: u8) -> Step<bool> {
+        match code {
             b')' => self.tuple(vec![])?,
             b't' => {
                 let items = self.since_mark()?;
@@ -279,6 +293,14 @@ impl Machine<'_> {
                 let items = self.since_mark()?;
                 self.set(&items)?;
             }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Opcodes that keep a value or take it up again; whether it was one.
+    fn memory(&mut self, code: u8) -> Step<bool> {
+        match code {
             b'q' => {
                 let [index] = self.number()?;
                 self.memo(index.into())?;
@@ -299,6 +321,14 @@ impl Machine<'_> {
                 let index = u32::from_le_bytes(self.number()?);
                 self.recall(index)?;
             }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Opcodes of classes, storages and what is made of them; whether it was one.
+    fn object(&mut self, code: u8) -> Step<bool> {
+        match code {
             b'c' => {
                 let (module, name) = (self.line()?, self.line()?);
                 let class = class(&module, &name)?;
@@ -324,12 +354,19 @@ impl Machine<'_> {
                 let state = self.pop()?;
                 self.build(state)?;
             }
-            other => {
-                return Err(format!(
-                    "opcode {other:#04x} is not one that PyTorch writes"
-                ));
-            }
+            _ => return Ok(false),
         }
-        Ok(None)
+        Ok(true)
     }
+}
+
+/// A signed integer, low byte first, of at most 64 bits.
+fn integer(bytes: &[u8]) -> Step<i64> {
+    if bytes.len() > 8 {
+        return Err("an integer of more than 64 bits".to_owned());
+    }
+    let is_negative = bytes.last().is_some_and(|b| b >> 7 == 1);
+    let mut wide = [if is_negative { 0xff } else { 0 }; 8];
+    wide[..bytes.len()].copy_from_slice(bytes);
+    Ok(i64::from_le_bytes(wide))
 }
