@@ -11,6 +11,7 @@ use super::post_failure_window::PostFailureWindow;
 /// Cycles without a handshake after which a unit is taken to hang: more than
 /// any plan's stalls are likely to last.
 const PATIENCE: u64 = 20_000;
+
 /// What the unit shows in one cycle.
 pub(super) struct GatherSeen<'a> {
     pub(super) rit_ready: bool,
@@ -101,6 +102,53 @@ impl<P: Copy> Ports<P> {
         Ok(counters)
     }
 
+    /// Puts a beat of the RIT on its stream.
+    fn show_rit(
+        &self,
+        engine: &mut impl Engine<Port = P>,
+        words: &BeatWords<'_>,
+        [last, again]: [bool; 2],
+    ) -> Result<(), RtlError> {
+        engine.set_words(self.rit[2], &words.data)?;
+        engine.set_words(self.rit[3], &words.keep)?;
+        engine.set(self.rit[4], u64::from(last))?;
+        engine.set(self.rit[5], u64::from(again))
+    }
+
+    /// Puts a row on the stream of the MFT.
+    fn show_mft(
+        &self,
+        engine: &mut impl Engine<Port = P>,
+        words: &BeatWords<'_>,
+        last: bool,
+    ) -> Result<(), RtlError> {
+        engine.set_words(self.mft[2], &words.row)?;
+        engine.set(self.mft[3], u64::from(last))?;
+        match self.mft_keep {
+            Some(keep) => engine.set_words(keep, &words.row_keep),
+            None => Ok(()),
+        }
+    }
+
+    /// The beat of features on the output; `words` holds its data, keep and user.
+    fn beat<'a>(
+        &self,
+        engine: &'a impl Engine<Port = P>,
+        words: &'a mut [Vec<u32>; 3],
+    ) -> Result<BeatSeen<'a>, RtlError> {
+        let [data, keep, user] = words;
+        engine.get_words(self.feat[2], data)?;
+        engine.get_words(self.feat[3], keep)?;
+        engine.get_words(self.feat[5], user)?;
+        Ok(BeatSeen {
+            data,
+            unknown: engine.unknown(self.feat[2]),
+            keep,
+            user,
+            last: engine.get(self.feat[4])? == 1,
+        })
+    }
+
     fn find(engine: &impl Engine<Port = P>, work: &GatherWork<'_>) -> Result<Self, RtlError> {
         let lanes = work.lane_run().is_some();
         let waits = lanes || work.split_run().is_some();
@@ -140,6 +188,35 @@ impl<P: Copy> Ports<P> {
     }
 }
 
+/// Holds the streams back, and sets the unit up for a kind of work.
+fn configure<E: Engine>(
+    engine: &mut E,
+    p: &Ports<E::Port>,
+    work: &GatherWork<'_>,
+    config: &Config,
+) -> Result<(), RtlError> {
+    for port in [p.rit[0], p.mft[0], p.feat[1]] {
+        engine.set(port, 0)?;
+    }
+    for (name, value) in [
+        ("cfg_clear", 0),
+        ("cfg_vertices", u64::from(work.vertices().log2())),
+        ("cfg_segments", work.segments() as u64),
+    ] {
+        let port = engine.port(name)?;
+        engine.set(port, value)?;
+    }
+    if config.gu.records_a_row == 2 {
+        let port = engine.port("cfg_two_records")?;
+        engine.set(port, u64::from(work.shares_rows()))?;
+    }
+    if work.lane_run().is_some() {
+        let port = engine.port("cfg_channels")?;
+        engine.set(port, work.last_channels() as u64)?;
+    }
+    Ok(())
+}
+
 /// One run, on whatever engine.
 pub(super) struct Drive<'a, W> {
     pub(super) config: &'a Config,
@@ -161,33 +238,14 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             drain,
             watch,
         } = self;
-        let feature_major = work.lane_run().is_some();
         let p = Ports::find(engine, work)?;
-        for port in [p.rit[0], p.mft[0], p.feat[1]] {
-            engine.set(port, 0)?;
-        }
-        for (name, value) in [
-            ("cfg_clear", 0),
-            ("cfg_vertices", u64::from(work.vertices().log2())),
-            ("cfg_segments", work.segments() as u64),
-        ] {
-            let port = engine.port(name)?;
-            engine.set(port, value)?;
-        }
-        if config.gu.records_a_row == 2 {
-            let port = engine.port("cfg_two_records")?;
-            engine.set(port, u64::from(work.shares_rows()))?;
-        }
-        if feature_major {
-            let port = engine.port("cfg_channels")?;
-            engine.set(port, work.last_channels() as u64)?;
-        }
+        configure(engine, &p, work, config)?;
         engine.reset()?;
         let run = work.run();
         let mut rit = Source::new(run.rit_beats(config));
         let mut mft = Source::new(work.mft_pieces(config));
         let mut layout = BeatWords::new(work);
-        let [mut data, mut keep, mut user] =
+        let mut beat_words =
             [p.feat[2], p.feat[3], p.feat[5]].map(|port| vec![0; engine.words(port)]);
         let beats = work.beats();
         let mut totals = GatherTotals::default();
@@ -208,19 +266,12 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             engine.set(p.feat[1], u64::from(willing.sink))?;
             if let Some(piece) = rit_piece.filter(|_| !rit_shown) {
                 layout.rit(&piece)?;
-                engine.set_words(p.rit[2], &layout.data)?;
-                engine.set_words(p.rit[3], &layout.keep)?;
-                engine.set(p.rit[4], u64::from(piece.beat.last))?;
-                engine.set(p.rit[5], u64::from(piece.beat.again))?;
+                p.show_rit(engine, &layout, [piece.beat.last, piece.beat.again])?;
                 rit_shown = true;
             }
             if let Some(piece) = mft_piece.filter(|_| !mft_shown) {
                 layout.mft(&piece);
-                engine.set_words(p.mft[2], &layout.row)?;
-                engine.set(p.mft[3], u64::from(piece.last))?;
-                if let Some(keep) = p.mft_keep {
-                    engine.set_words(keep, &layout.row_keep)?;
-                }
+                p.show_mft(engine, &layout, piece.last)?;
                 mft_shown = true;
             }
             engine.settle()?;
@@ -236,22 +287,12 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             if (busy != 0 || bank != 0) && totals.first_issue == 0 {
                 totals.first_issue = cycle - 1;
             }
-            let beat = if valid {
-                engine.get_words(p.feat[2], &mut data)?;
-                engine.get_words(p.feat[3], &mut keep)?;
-                engine.get_words(p.feat[5], &mut user)?;
-                if totals.first_feature == 0 {
-                    totals.first_feature = cycle;
-                }
-                Some(BeatSeen {
-                    data: &data,
-                    unknown: engine.unknown(p.feat[2]),
-                    keep: &keep,
-                    user: &user,
-                    last: engine.get(p.feat[4])? == 1,
-                })
-            } else {
-                None
+            if valid && totals.first_feature == 0 {
+                totals.first_feature = cycle;
+            }
+            let beat = match valid {
+                true => Some(p.beat(engine, &mut beat_words)?),
+                false => None,
             };
             let seen = GatherSeen {
                 rit_ready: engine.get(p.rit[1])? == 1,

@@ -9,6 +9,7 @@ use super::post_failure_window::PostFailureWindow;
 
 /// Cycles without a handshake after which a unit is taken to hang.
 const PATIENCE: u64 = 20_000;
+
 /// One operation on operands of one length; a new vector begins with it.
 #[derive(Debug, Clone, Copy)]
 pub struct VectorBatch<'a> {
@@ -128,6 +129,110 @@ pub(super) struct Drive<'a, W> {
     pub(super) watch: &'a mut W,
 }
 
+/// The unit's ports.
+struct Ports<P> {
+    /// Valid, ready, data, keep, last, user.
+    input: [P; 6],
+    /// Valid, ready, data, keep, last.
+    output: [P; 5],
+    /// Vectors, busy, stalls.
+    counters: [P; 3],
+    errors: P,
+}
+
+impl<P: Copy> Ports<P> {
+    fn find<E: Engine<Port = P>>(engine: &E) -> Result<Self, RtlError> {
+        let input = |name: &str| engine.port(&format!("s_axis_vec_{name}"));
+        let output = |name: &str| engine.port(&format!("m_axis_vec_{name}"));
+        let stat = |name: &str| engine.port(&format!("stat_{name}"));
+        Ok(Self {
+            input: [
+                input("tvalid")?,
+                input("tready")?,
+                input("tdata")?,
+                input("tkeep")?,
+                input("tlast")?,
+                input("tuser")?,
+            ],
+            output: [
+                output("tvalid")?,
+                output("tready")?,
+                output("tdata")?,
+                output("tkeep")?,
+                output("tlast")?,
+            ],
+            counters: [stat("vectors")?, stat("busy")?, stat("stall_out")?],
+            errors: stat("errors")?,
+        })
+    }
+
+    fn counters<E: Engine<Port = P>>(&self, engine: &E) -> Result<[u64; 3], RtlError> {
+        let [vectors, busy, stalls] = self.counters.map(|port| engine.get(port));
+        Ok([vectors?, busy?, stalls?])
+    }
+}
+
+/// Words on the ports: operands with the lanes that hold any, and results with theirs.
+struct VectorWords {
+    operands: Vec<u32>,
+    kept: Vec<u32>,
+    results: Vec<u32>,
+    lanes: Vec<u32>,
+}
+
+impl VectorWords {
+    fn new<E: Engine>(engine: &E, ports: &Ports<E::Port>) -> Self {
+        let words = |port| vec![0u32; engine.words(port)];
+        Self {
+            operands: words(ports.input[2]),
+            kept: words(ports.input[3]),
+            results: words(ports.output[2]),
+            lanes: words(ports.output[3]),
+        }
+    }
+
+    /// Puts a vector on the input.
+    fn show<E: Engine>(
+        &mut self,
+        engine: &mut E,
+        ports: &Ports<E::Port>,
+        vector: &Vector<'_>,
+    ) -> Result<(), RtlError> {
+        self.operands.fill(0);
+        self.kept.fill(0);
+        for (i, (a, b)) in vector.a.iter().zip(vector.b).enumerate() {
+            self.operands[2 * i] = *a as u32;
+            self.operands[2 * i + 1] = *b as u32;
+            self.kept[i / 32] |= 1 << (i % 32);
+        }
+        let [_, _, data, keep, last, user] = ports.input;
+        engine.set_words(data, &self.operands)?;
+        engine.set_words(keep, &self.kept)?;
+        engine.set(last, u64::from(vector.last))?;
+        engine.set(user, u64::from(vector.op.field()))
+    }
+
+    /// The results on the output, if it is valid.
+    fn seen<'a, E: Engine>(
+        &'a mut self,
+        engine: &'a E,
+        ports: &Ports<E::Port>,
+    ) -> Result<Option<ResultSeen<'a>>, RtlError> {
+        let [valid, _, data, keep, last] = ports.output;
+        if engine.get(valid)? != 1 {
+            return Ok(None);
+        }
+        engine.get_words(data, &mut self.results)?;
+        engine.get_words(keep, &mut self.lanes)?;
+        Ok(Some(ResultSeen {
+            data: &self.results,
+            unknown: engine.unknown(data),
+            keep: &self.lanes,
+            last: engine.get(last)? == 1,
+        }))
+    }
+}
+
 impl<W: VectorWatch> Job for Drive<'_, W> {
     type Output = VectorTotals;
 
@@ -138,36 +243,14 @@ impl<W: VectorWatch> Job for Drive<'_, W> {
             drain,
             watch,
         } = self;
-        let input = |name: &str| engine.port(&format!("s_axis_vec_{name}"));
-        let output = |name: &str| engine.port(&format!("m_axis_vec_{name}"));
-        let [valid, ready, data, keep, last, user] = [
-            input("tvalid")?,
-            input("tready")?,
-            input("tdata")?,
-            input("tkeep")?,
-            input("tlast")?,
-            input("tuser")?,
-        ];
-        let [out_valid, out_ready, out_data, out_keep, out_last] = [
-            output("tvalid")?,
-            output("tready")?,
-            output("tdata")?,
-            output("tkeep")?,
-            output("tlast")?,
-        ];
-        let stat = |name: &str| engine.port(&format!("stat_{name}"));
-        let counters = [stat("vectors")?, stat("busy")?, stat("stall_out")?];
-        let errors = stat("errors")?;
-        let clear = engine.port("cfg_clear")?;
-        for port in [valid, out_ready, clear] {
+        let ports = Ports::find(engine)?;
+        let ([valid, ready, ..], [_, out_ready, ..]) = (ports.input, ports.output);
+        for port in [valid, out_ready, engine.port("cfg_clear")?] {
             engine.set(port, 0)?;
         }
         engine.reset()?;
         let mut source = Source::new(vectors.list.iter());
-        let mut operands = vec![0u32; engine.words(data)];
-        let mut kept = vec![0u32; engine.words(keep)];
-        let mut results = vec![0u32; engine.words(out_data)];
-        let mut lanes = vec![0u32; engine.words(out_keep)];
+        let mut words = VectorWords::new(engine, &ports);
         let mut totals = VectorTotals::default();
         let (mut taken, mut idle, mut left, mut shown) = (0, 0, drain, false);
         for cycle in 0.. {
@@ -181,49 +264,25 @@ impl<W: VectorWatch> Job for Drive<'_, W> {
             let vector = source.offer(willing.rit).map(|v| **v);
             engine.set(valid, u64::from(vector.is_some()))?;
             engine.set(out_ready, u64::from(willing.sink))?;
-            if let Some(v) = vector.filter(|_| !shown) {
-                operands.fill(0);
-                kept.fill(0);
-                for (i, (a, b)) in v.a.iter().zip(v.b).enumerate() {
-                    operands[2 * i] = *a as u32;
-                    operands[2 * i + 1] = *b as u32;
-                    kept[i / 32] |= 1 << (i % 32);
-                }
-                engine.set_words(data, &operands)?;
-                engine.set_words(keep, &kept)?;
-                engine.set(last, u64::from(v.last))?;
-                engine.set(user, u64::from(v.op.field()))?;
+            if let Some(vector) = vector.filter(|_| !shown) {
+                words.show(engine, &ports, &vector)?;
                 shown = true;
             }
             engine.settle()?;
-            let offered = engine.get(out_valid)? == 1;
-            let mut counted = [0; 3];
-            for (value, port) in counted.iter_mut().zip(counters) {
-                *value = engine.get(port)?;
-            }
-            let result = if offered {
-                engine.get_words(out_data, &mut results)?;
-                engine.get_words(out_keep, &mut lanes)?;
-                Some(ResultSeen {
-                    data: &results,
-                    unknown: engine.unknown(out_data),
-                    keep: &lanes,
-                    last: engine.get(out_last)? == 1,
-                })
-            } else {
-                None
-            };
             let seen = VectorSeen {
                 ready: engine.get(ready)? == 1,
-                result,
-                counters: counted,
+                counters: ports.counters(engine)?,
+                result: words.seen(engine, &ports)?,
             };
             let inputs = VectorInputs {
                 op: vector.map(|v| v.op.code.code()),
                 exponent: vector.map_or(0, |v| v.exponent),
                 ready: willing.sink,
             };
-            let moved = [vector.is_some() && seen.ready, offered && willing.sink];
+            let moved = [
+                vector.is_some() && seen.ready,
+                seen.result.is_some() && willing.sink,
+            ];
             watch.cycle(cycle, &inputs, &seen)?;
             if moved[0] {
                 source.accepted();
@@ -244,10 +303,8 @@ impl<W: VectorWatch> Job for Drive<'_, W> {
             }
         }
         engine.settle()?;
-        totals.vectors = engine.get(counters[0])?;
-        totals.busy = engine.get(counters[1])?;
-        totals.stall_out = engine.get(counters[2])?;
-        totals.errors = engine.get(errors)?;
+        [totals.vectors, totals.busy, totals.stall_out] = ports.counters(engine)?;
+        totals.errors = engine.get(ports.errors)?;
         Ok(totals)
     }
 }
