@@ -1,16 +1,18 @@
 //! One unit, from its netlist to cells.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use potamoi_formats::config::Config;
 use potamoi_kept as kept;
-use potamoi_netlist::{Header, verilog};
+use potamoi_netlist::{Header, MemoryMacro, verilog};
 
 use super::error::{CHECK_LIBRARY, cannot_keep};
 use super::kept_inputs::UnitInputs;
-use super::netlist::{self, MemoryArea, ModuleArea};
-use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, scripts};
+use super::netlist::{self, MemoryArea, ModuleArea, Types};
+use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, Scripts, scripts};
 use super::tools::{FINISH, SYNTH, TIMING, left_nothing};
+use super::unit_report::FlopMemory;
 use super::work_folder::WorkFolder;
 use super::{Library, SynthError, Tools, UnitKind, UnitReport, fanout, memories};
 
@@ -85,64 +87,9 @@ pub fn synthesise(
         });
     }
 
-    let folder = WorkFolder::new()?;
-    for (file, text) in &files {
-        folder.write(file, text)?;
-    }
-    for (file, text) in &scripts.others {
-        folder.write(file, text)?;
-    }
-    folder.write(LIBRARY, &library.text)?;
-    folder.write(SYNTH, &scripts.yosys)?;
-    folder.write(FINISH, &scripts.finish)?;
-    folder.write(TIMING, &scripts.sta)?;
-    let no = |tool, what: &str| SynthError::Output {
-        tool,
-        unit: unit.top(),
-        what: what.to_owned(),
-        remedy: CHECK_LIBRARY,
-    };
-    let nothing = |what: &str| left_nothing("yosys", unit.top(), what);
-    tools.yosys(folder.path(), SYNTH, unit.top())?;
-    step();
-    let mapped = folder.read(MAPPED);
-    let mapped = mapped.ok_or_else(|| nothing("leaves no netlist"))?;
-    let buffered = fanout::limit(mapped.as_bytes(), unit.top(), library);
-    let (buffered, buffers) = buffered.ok_or_else(|| no("yosys", "netlist as JSON"))?;
-    folder.write(BUFFERED, &buffered)?;
-    tools.yosys(folder.path(), FINISH, unit.top())?;
-    step();
-    let timing = tools.sta(folder.path(), unit.top())?;
-    step();
-    let statistics = folder.read(STATISTICS);
-    let statistics = statistics.ok_or_else(|| nothing("leaves no statistics"))?;
-    let types = netlist::read_types(&statistics).ok_or_else(|| no("yosys", "statistics"))?;
-    let modules = netlist::modules(&types, unit.top(), &macros, library)
-        .map_err(|kind| no("yosys", &format!("known cell in place of `{kind}`")))?;
-    let path = longest_path(&timing).ok_or_else(|| no("sta", "path"))?;
-    let sum = |of: fn(&ModuleArea) -> u64| modules.iter().map(|m| m.count * of(m)).sum();
-    let period_ps = (PERIOD - path.slack) * library.time_ps;
-    let report = UnitReport {
-        unit: unit.to_string(),
-        cells: sum(|m| m.cells),
-        flops: sum(|m| m.flops),
-        buffers: modules
-            .iter()
-            .map(|m| m.count * buffers.get(&m.module).copied().unwrap_or_default())
-            .sum(),
-        area_um2: modules.iter().map(|m| m.count as f64 * m.area_um2).sum(),
-        period_ps,
-        clock_ghz: 1e3 / period_ps,
-        path: path.ends,
-        path_cells: path.cells,
-        modules,
-        memories: macros.into_iter().map(MemoryArea::from).collect(),
-        flop_memories,
-        with_memories: None,
-        power: None,
-    };
-    let netlist = folder.read(NETLIST);
-    let netlist = netlist.ok_or_else(|| nothing("leaves no netlist in cells"))?;
+    let mapped = Mapped::run((unit, &files), &scripts, library, tools, step)?;
+    let report = mapped.report(unit, library, macros, flop_memories)?;
+    let netlist = mapped.netlist;
     kept::write_text(&kept_netlist, &netlist).map_err(cannot_keep(&kept_netlist))?;
     kept::write(&kept, &(&report, hash_of(&netlist))).map_err(cannot_keep(&kept))?;
     Ok(Made {
@@ -150,6 +97,111 @@ pub fn synthesise(
         netlist,
         is_cached: false,
     })
+}
+
+/// Output of a tool that is not understood.
+fn not_understood(unit: UnitKind, tool: &'static str, what: &str) -> SynthError {
+    SynthError::Output {
+        tool,
+        unit: unit.top(),
+        what: what.to_owned(),
+        remedy: CHECK_LIBRARY,
+    }
+}
+
+/// What the tools made of a unit.
+struct Mapped {
+    /// Cells of each module, by type.
+    types: Types,
+    /// Buffers that were added, by module.
+    buffers: BTreeMap<String, u64>,
+    /// What OpenSTA printed.
+    timing: String,
+    /// The netlist in cells.
+    netlist: String,
+}
+
+impl Mapped {
+    /// Maps, buffers and times Verilog in a folder of its own; `step` is called after each.
+    fn run(
+        (unit, files): (UnitKind, &BTreeMap<String, String>),
+        scripts: &Scripts,
+        library: &Library,
+        tools: &Tools,
+        step: &dyn Fn(),
+    ) -> Result<Self, SynthError> {
+        let folder = WorkFolder::new()?;
+        for (file, text) in files {
+            folder.write(file, text)?;
+        }
+        for (file, text) in &scripts.others {
+            folder.write(file, text)?;
+        }
+        folder.write(LIBRARY, &library.text)?;
+        folder.write(SYNTH, &scripts.yosys)?;
+        folder.write(FINISH, &scripts.finish)?;
+        folder.write(TIMING, &scripts.sta)?;
+        let no = |what: &str| not_understood(unit, "yosys", what);
+        let nothing = |what: &str| left_nothing("yosys", unit.top(), what);
+        tools.yosys(folder.path(), SYNTH, unit.top())?;
+        step();
+        let mapped = folder.read(MAPPED);
+        let mapped = mapped.ok_or_else(|| nothing("leaves no netlist"))?;
+        let buffered = fanout::limit(mapped.as_bytes(), unit.top(), library);
+        let (buffered, buffers) = buffered.ok_or_else(|| no("netlist as JSON"))?;
+        folder.write(BUFFERED, &buffered)?;
+        tools.yosys(folder.path(), FINISH, unit.top())?;
+        step();
+        let timing = tools.sta(folder.path(), unit.top())?;
+        step();
+        let statistics = folder.read(STATISTICS);
+        let statistics = statistics.ok_or_else(|| nothing("leaves no statistics"))?;
+        let types = netlist::read_types(&statistics).ok_or_else(|| no("statistics"))?;
+        let netlist = folder.read(NETLIST);
+        let netlist = netlist.ok_or_else(|| nothing("leaves no netlist in cells"))?;
+        Ok(Self {
+            types,
+            buffers,
+            timing,
+            netlist,
+        })
+    }
+
+    /// Area by module and the longest path; macros and memories of flip-flops are as the Verilog has
+    /// them.
+    fn report(
+        &self,
+        unit: UnitKind,
+        library: &Library,
+        macros: Vec<MemoryMacro>,
+        flop_memories: Vec<FlopMemory>,
+    ) -> Result<UnitReport, SynthError> {
+        let no = |tool, what: &str| not_understood(unit, tool, what);
+        let modules = netlist::modules(&self.types, unit.top(), &macros, library)
+            .map_err(|kind| no("yosys", &format!("known cell in place of `{kind}`")))?;
+        let path = longest_path(&self.timing).ok_or_else(|| no("sta", "path"))?;
+        let sum = |of: fn(&ModuleArea) -> u64| modules.iter().map(|m| m.count * of(m)).sum();
+        let period_ps = (PERIOD - path.slack) * library.time_ps;
+        Ok(UnitReport {
+            unit: unit.to_string(),
+            cells: sum(|m| m.cells),
+            flops: sum(|m| m.flops),
+            buffers: modules
+                .iter()
+                .map(|m| m.count * self.buffers.get(&m.module).copied().unwrap_or_default())
+                .sum(),
+            area_um2: modules.iter().map(|m| m.count as f64 * m.area_um2).sum(),
+            period_ps,
+            clock_ghz: 1e3 / period_ps,
+            path: path.ends,
+            path_cells: path.cells,
+            modules,
+            memories: macros.into_iter().map(MemoryArea::from).collect(),
+            flop_memories,
+            with_memories: None,
+            power: None,
+        })
+    }
 }
 
 fn hash_of(netlist: &str) -> String {
