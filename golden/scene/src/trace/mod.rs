@@ -235,89 +235,8 @@ impl Trace {
             );
             return Err(array_error(path, "header", problem));
         }
-        let tasks = packed.u32s("gather_tasks", Some(4))?;
-        let mut codes = Parts::new(path, "gather_rows", packed.i16s("gather_rows", None)?);
-        let mut slots = Parts::new(path, "gather_slots", packed.u32s("gather_slots", None)?);
-        let entry_rows = packed.u16s("gather_entry_rows", Some(8))?;
-        let weights = packed.u16s("gather_entry_weights", Some(8))?;
-        let sums = match packed.next_name() {
-            Some(EXACT) => Sums::Exact,
-            _ => Sums::Rounded,
-        };
-        let (name, features) = match sums {
-            Sums::Exact => (EXACT, packed.i32s(EXACT, None)?),
-            Sums::Rounded => {
-                let codes = packed.i16s(CODES, None)?;
-                (CODES, codes.into_iter().map(i32::from).collect())
-            }
-        };
-        let mut entry_rows = Parts::new(path, "gather_entry_rows", entry_rows);
-        let mut weights = Parts::new(path, "gather_entry_weights", weights);
-        let mut features = Parts::new(path, name, features);
-        let mut gathered = vec![];
-        for (i, [vertices, channels, rows, entries]) in fours(&tasks).enumerate() {
-            let vertices = Vertices::ALL
-                .into_iter()
-                .find(|v| v.count() as u32 == vertices)
-                .ok_or_else(|| {
-                    let problem = format!("row {i}: {vertices} vertices: expected 1, 2, 4 or 8");
-                    array_error(path, "gather_tasks", problem)
-                })?;
-            let [channels, rows, entries] = [channels, rows, entries].map(|n| n as usize);
-            let codes = codes.take(rows, channels)?;
-            let slots = slots.take(entries, 1)?;
-            let entry_rows = entry_rows.take(entries, 8)?;
-            let weights = weights.take(entries, 8)?;
-            let places = entry_rows.as_chunks::<8>().0.iter();
-            let weights = weights.as_chunks::<8>().0.iter();
-            gathered.push(Gathered {
-                task: GatherTask {
-                    vertices,
-                    channels,
-                    rows: codes.to_vec(),
-                    entries: slots
-                        .iter()
-                        .zip(places.zip(weights))
-                        .map(|(slot, (rows, weights))| RitEntry {
-                            slot: *slot,
-                            rows: *rows,
-                            weights: *weights,
-                        })
-                        .collect(),
-                },
-                features: features.take(entries, channels)?.to_vec(),
-            });
-        }
-        codes.end()?;
-        slots.end()?;
-        entry_rows.end()?;
-        weights.end()?;
-        features.end()?;
-        let ops = packed.u32s("vector_ops", Some(4))?;
-        let mut a = Parts::new(path, "vector_a", packed.i32s("vector_a", None)?);
-        let mut b = Parts::new(path, "vector_b", packed.i32s("vector_b", None)?);
-        let results = packed.i32s("vector_results", None)?;
-        let mut results = Parts::new(path, "vector_results", results);
-        let mut computed = vec![];
-        for (i, [code, shift, rounding, count]) in fours(&ops).enumerate() {
-            let op = operation(code, shift, rounding).ok_or_else(|| {
-                let problem = format!(
-                    "row {i}: code {code}, shift {shift}, rounding {rounding}: expected 0 to 6, \
-                     0 to 63, 0 to 2"
-                );
-                array_error(path, "vector_ops", problem)
-            })?;
-            let count = count as usize;
-            computed.push(Computed {
-                op,
-                a: a.take(count, 1)?.to_vec(),
-                b: b.take(count, 1)?.to_vec(),
-                out: results.take(count, 1)?.to_vec(),
-            });
-        }
-        a.end()?;
-        b.end()?;
-        results.end()?;
+        let (sums, gathered) = gathered(path, &mut packed)?;
+        let computed = computed(path, &mut packed)?;
         Ok(Self {
             scene: header.scene,
             configuration: header.configuration,
@@ -327,6 +246,99 @@ impl Trace {
             computed,
         })
     }
+}
+
+/// What was gathered, and whether its sums are rounded.
+fn gathered(path: &Path, packed: &mut Packed<'_>) -> Result<(Sums, Vec<Gathered>), TraceError> {
+    let tasks = packed.u32s("gather_tasks", Some(4))?;
+    let mut codes = Parts::new(path, "gather_rows", packed.i16s("gather_rows", None)?);
+    let mut slots = Parts::new(path, "gather_slots", packed.u32s("gather_slots", None)?);
+    let entry_rows = packed.u16s("gather_entry_rows", Some(8))?;
+    let weights = packed.u16s("gather_entry_weights", Some(8))?;
+    let sums = match packed.next_name() {
+        Some(EXACT) => Sums::Exact,
+        _ => Sums::Rounded,
+    };
+    let (name, features) = match sums {
+        Sums::Exact => (EXACT, packed.i32s(EXACT, None)?),
+        Sums::Rounded => {
+            let codes = packed.i16s(CODES, None)?;
+            (CODES, codes.into_iter().map(i32::from).collect())
+        }
+    };
+    let mut entry_rows = Parts::new(path, "gather_entry_rows", entry_rows);
+    let mut weights = Parts::new(path, "gather_entry_weights", weights);
+    let mut features = Parts::new(path, name, features);
+    let mut gathered = vec![];
+    for (i, [vertices, channels, rows, entries]) in fours(&tasks).enumerate() {
+        let vertices = Vertices::ALL
+            .into_iter()
+            .find(|v| v.count() as u32 == vertices)
+            .ok_or_else(|| {
+                let problem = format!("row {i}: {vertices} vertices: expected 1, 2, 4 or 8");
+                array_error(path, "gather_tasks", problem)
+            })?;
+        let [channels, rows, entries] = [channels, rows, entries].map(|n| n as usize);
+        let codes = codes.take(rows, channels)?;
+        let slots = slots.take(entries, 1)?;
+        let entry_rows = entry_rows.take(entries, 8)?;
+        let weights = weights.take(entries, 8)?;
+        let places = entry_rows.as_chunks::<8>().0.iter();
+        let weights = weights.as_chunks::<8>().0.iter();
+        gathered.push(Gathered {
+            task: GatherTask {
+                vertices,
+                channels,
+                rows: codes.to_vec(),
+                entries: slots
+                    .iter()
+                    .zip(places.zip(weights))
+                    .map(|(slot, (rows, weights))| RitEntry {
+                        slot: *slot,
+                        rows: *rows,
+                        weights: *weights,
+                    })
+                    .collect(),
+            },
+            features: features.take(entries, channels)?.to_vec(),
+        });
+    }
+    codes.end()?;
+    slots.end()?;
+    entry_rows.end()?;
+    weights.end()?;
+    features.end()?;
+    Ok((sums, gathered))
+}
+
+/// Vector operations with their operands and results.
+fn computed(path: &Path, packed: &mut Packed<'_>) -> Result<Vec<Computed>, TraceError> {
+    let ops = packed.u32s("vector_ops", Some(4))?;
+    let mut a = Parts::new(path, "vector_a", packed.i32s("vector_a", None)?);
+    let mut b = Parts::new(path, "vector_b", packed.i32s("vector_b", None)?);
+    let results = packed.i32s("vector_results", None)?;
+    let mut results = Parts::new(path, "vector_results", results);
+    let mut computed = vec![];
+    for (i, [code, shift, rounding, count]) in fours(&ops).enumerate() {
+        let op = operation(code, shift, rounding).ok_or_else(|| {
+            let problem = format!(
+                "row {i}: code {code}, shift {shift}, rounding {rounding}: expected 0 to 6, \
+                 0 to 63, 0 to 2"
+            );
+            array_error(path, "vector_ops", problem)
+        })?;
+        let count = count as usize;
+        computed.push(Computed {
+            op,
+            a: a.take(count, 1)?.to_vec(),
+            b: b.take(count, 1)?.to_vec(),
+            out: results.take(count, 1)?.to_vec(),
+        });
+    }
+    a.end()?;
+    b.end()?;
+    results.end()?;
+    Ok(computed)
 }
 
 /// Values that are handed out piece by piece.
