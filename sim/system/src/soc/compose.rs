@@ -91,6 +91,27 @@ struct Turn {
     rank: u64,
 }
 
+/// A frame that is rendered here.
+struct Rendering<'w> {
+    work: &'w FrameWork,
+    gathering: Gathering,
+    /// What the GPU does to gather all of it, and what it reaches of its best at that.
+    gathered: Kernel,
+    reached: f64,
+    known: Known,
+    rank: u64,
+}
+
+impl Rendering<'_> {
+    const fn turn(&self, stage: &'static str, after: Vec<JobId>) -> Turn {
+        let rank = self.rank;
+        Turn { stage, after, rank }
+    }
+}
+
+/// A block of the feature buffer by number, its work, and its part of the frame.
+type BlockPart<'b> = (u64, &'b Batch, f64);
+
 impl<'a> Composer<'a> {
     /// Of a system whose accelerator has such a clock.
     #[must_use]
@@ -232,26 +253,35 @@ impl<'a> Composer<'a> {
         self.spent.on_chip += own;
         self.spent.done += total;
         let reached = self.system.gpu.reached_by(Program::of(work));
-        let gathers = (self.system.gpu).reached_gathering_by(Program::that_gathers(work));
         let instructions = &self.system.instructions;
         let indexing = instructions.indexing(work);
-        let known = Known::of(self.replay, work);
-        let gathered = match gathering {
-            Gathering::PixelOrder => instructions.gathering(work),
-            Gathering::Streamed => instructions.streamed_gathering(work),
-            Gathering::Unit => Kernel::default(),
+        let frame = Rendering {
+            work,
+            gathering,
+            gathered: match gathering {
+                Gathering::PixelOrder => instructions.gathering(work),
+                Gathering::Streamed => instructions.streamed_gathering(work),
+                Gathering::Unit => Kernel::default(),
+            },
+            reached: (self.system.gpu).reached_gathering_by(Program::that_gathers(work)),
+            known: Known::of(self.replay, work),
+            rank,
         };
         let table = |batch: &Batch| match gathering {
             Gathering::PixelOrder => 0.0,
             Gathering::Streamed | Gathering::Unit => batch.rit_bytes as f64,
         };
-        let turn = |stage, after| Turn { stage, after, rank };
         let blocks = blocks(work, self.system);
         // All Gaussians of a frame are sorted before the first is drawn, and of a frame without
         // work it is found out that there is none.
         let sorted = (work.gaussians > 0 || blocks.is_empty()).then(|| {
             let finding = indexing.writing(table(&total));
-            self.kernel(turn("indexing", after.to_vec()), &finding, reached, false)
+            self.kernel(
+                frame.turn("indexing", after.to_vec()),
+                &finding,
+                reached,
+                false,
+            )
         });
         let features = total.feature_bytes.max(1) as f64;
         let held = self.system.feature_buffer_bytes / u64::from(self.system.feature_block_bytes);
@@ -275,53 +305,15 @@ impl<'a> Composer<'a> {
                 Some(sorted) => sorted,
                 None => {
                     let finding = indexing.part(part).writing(table(step));
-                    self.kernel(turn("indexing", before), &finding, reached, launched)
+                    self.kernel(frame.turn("indexing", before), &finding, reached, launched)
                 }
             });
-            let features = step.feature_bytes as f64;
-            let block = self.blocks;
+            let block = (self.blocks, step, part);
             self.blocks += 1;
-            let gather = match gathering {
-                Gathering::PixelOrder | Gathering::Streamed => {
-                    let own_part = gathered.part(part).writing(features);
-                    let (turn, known) = (turn("gathering", own), known.rates(gathering));
-                    self.reading(turn, &own_part, gathers, launched, known)
-                }
-                Gathering::Unit => {
-                    let transfers = unit_transfers(work, step, part, &known);
-                    let ns = self.cycles(step.gather_cycles);
-                    let unit = Resource::GatheringUnit;
-                    let written = Buffered::gathered(block, step);
-                    self.buffered(turn("gathering", own), unit, ns, transfers, written)
-                }
-            };
-            let mut transfers = match gathering {
-                // The accelerator reads what the GPU wrote.
-                Gathering::PixelOrder | Gathering::Streamed => Transfers {
-                    read: features,
-                    dma_transfers: 1,
-                    ..Transfers::default()
-                },
-                Gathering::Unit => Transfers::default(),
-            };
-            let mut buffered = Buffered::computed(block, step, gathering);
-            if step.products > 0 {
-                buffered = buffered.loading(self.load_weights(&mut transfers));
-            }
-            let ns = self.cycles(step.array_cycles);
-            let turn_of = turn("computation", vec![gather]);
-            let compute = self.buffered(turn_of, Resource::Npu, ns, transfers, buffered);
+            let gather = self.gather(&frame, block, own, launched);
+            let compute = self.compute(&frame, block, gather);
             computes.push(compute);
-            let shown = Transfers {
-                written: part * work.pixels as f64 * PIXEL,
-                dma_transfers: 1,
-                ..Transfers::default()
-            };
-            let ns = self.cycles(step.vector_cycles);
-            let unit = Resource::VectorUnit;
-            let turn_of = turn("compositing", vec![compute]);
-            let buffered = Buffered::composited(block, step);
-            let shown = self.buffered(turn_of, unit, ns, shown, buffered);
+            let shown = self.composite(&frame, block, compute);
             match last.get_mut(*group) {
                 Some(last) => *last = shown,
                 None => last.push(shown),
@@ -329,6 +321,76 @@ impl<'a> Composer<'a> {
         }
         // One or the other is there.
         Ok(last.last().copied().or(sorted).unwrap_or_default())
+    }
+
+    /// Gathers a block's features, by the GPU or by the unit.
+    fn gather(
+        &mut self,
+        frame: &Rendering<'_>,
+        (block, step, part): BlockPart<'_>,
+        after: Vec<JobId>,
+        launched: bool,
+    ) -> JobId {
+        let turn = frame.turn("gathering", after);
+        match frame.gathering {
+            Gathering::PixelOrder | Gathering::Streamed => {
+                let features = step.feature_bytes as f64;
+                let own_part = frame.gathered.part(part).writing(features);
+                let known = frame.known.rates(frame.gathering);
+                self.reading(turn, &own_part, frame.reached, launched, known)
+            }
+            Gathering::Unit => {
+                let transfers = unit_transfers(frame.work, step, part, &frame.known);
+                let ns = self.cycles(step.gather_cycles);
+                let unit = Resource::GatheringUnit;
+                let written = Buffered::gathered(block, step);
+                self.buffered(turn, unit, ns, transfers, written)
+            }
+        }
+    }
+
+    /// Computes on a block's features, by the array.
+    fn compute(
+        &mut self,
+        frame: &Rendering<'_>,
+        (block, step, _): BlockPart<'_>,
+        gather: JobId,
+    ) -> JobId {
+        let mut transfers = match frame.gathering {
+            // The accelerator reads what the GPU wrote.
+            Gathering::PixelOrder | Gathering::Streamed => Transfers {
+                read: step.feature_bytes as f64,
+                dma_transfers: 1,
+                ..Transfers::default()
+            },
+            Gathering::Unit => Transfers::default(),
+        };
+        let mut buffered = Buffered::computed(block, step, frame.gathering);
+        if step.products > 0 {
+            buffered = buffered.loading(self.load_weights(&mut transfers));
+        }
+        let ns = self.cycles(step.array_cycles);
+        let turn = frame.turn("computation", vec![gather]);
+        self.buffered(turn, Resource::Npu, ns, transfers, buffered)
+    }
+
+    /// Composites a block, and writes its pixels.
+    fn composite(
+        &mut self,
+        frame: &Rendering<'_>,
+        (block, step, part): BlockPart<'_>,
+        compute: JobId,
+    ) -> JobId {
+        let shown = Transfers {
+            written: part * frame.work.pixels as f64 * PIXEL,
+            dma_transfers: 1,
+            ..Transfers::default()
+        };
+        let ns = self.cycles(step.vector_cycles);
+        let unit = Resource::VectorUnit;
+        let turn = frame.turn("compositing", vec![compute]);
+        let buffered = Buffered::composited(block, step);
+        self.buffered(turn, unit, ns, shown, buffered)
     }
 
     /// Weights that the weight buffer does not hold yet; those that it cannot hold are loaded again. Their

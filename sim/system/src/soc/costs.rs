@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use potamoi_formats::config::Config;
-use potamoi_synth::fit::{EstimatedModule, Fit, Work};
+use potamoi_synth::fit::{Estimate, EstimatedModule, Fit, Work};
 use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind, scaling};
 use serde::Serialize;
 use thiserror::Error;
@@ -171,15 +171,7 @@ impl Costs {
         };
         let array = fit.estimate(&paper, UnitKind::Gathering, most)?;
         let flop_pj = fit.flop_pj(fit.family(&paper, UnitKind::Gathering)?);
-        let reducer = array.modules.iter().find(|m| m.module == "reducer");
-        let reducer = |of: fn(&EstimatedModule) -> f64| {
-            reducer.map_or(0.0, |m| of(m) / m.count.max(1) as f64)
-        };
-        let mac = MacEnergy {
-            rest_pj: (reducer(|m| m.clock_pj) + MAC_REGISTERS * flop_pj) * logic,
-            work_pj: reducer(|m| m.with_glitches_pj - m.clock_pj) * logic,
-            leakage_mw: reducer(|m| m.leakage_nw) * 1e-6,
-        };
+        let mac = mac_energy(&array, flop_pj, logic);
         let is_given = given.is_some();
         let given = given.and_then(|given| {
             let scene = &power_of(given, UnitKind::Gathering)?.activity.scene;
@@ -206,37 +198,11 @@ impl Costs {
         let gatherer = match (given, program) {
             (Some((_, own)), _) => Gatherer::Measured(own.energy),
             (None, Program::Fields) => Gatherer::Fitted(Mutex::default()),
-            (None, Program::Splats) => {
-                let measured = UnitEnergy::measured(records, UnitKind::Gathering, logic);
-                let measured = measured.ok_or(CostError::Power("splat records"))?;
-                Gatherer::Measured(UnitEnergy {
-                    rest_pj: measured.rest_pj * share,
-                    work_pj: measured.work_pj * share,
-                })
-            }
+            (None, Program::Splats) => gatherer_of_records(records, logic, share)?,
         };
-        let own = reports.iter().find(|r| r.has(config, UnitKind::Vector));
-        let own = own.and_then(|own| Logic::measured(&own.report, UnitKind::Vector));
-        let (vector, vector_from) = match own {
-            Some(own) => (own, "netlists of this configuration"),
-            None => match Logic::estimated(&fit, config, &factors) {
-                Ok(own) => (own, "formulas fitted to syntheses"),
-                Err(unknown) => (
-                    Logic::in_proportion(&fit, config, reports).ok_or(unknown)?,
-                    "netlists of a unit with another exponential, in the proportion of formulas",
-                ),
-            },
-        };
+        let (vector, vector_from) = vector_unit(config, &fit, &factors, reports)?;
         let logic_mw = (gathering_nw + vector.leakage_nw) * 1e-6;
-        let port = |unit: &str, name: &'static str| -> Result<(Port, f64), CostError> {
-            let (raw, scaled) = memories.memory(unit, name).ok_or(CostError::Memory(name))?;
-            let figures = scaled.map_or(raw.figures, |s| s.figures);
-            let port = Port {
-                read_pj: figures.read_pj,
-                write_pj: figures.write_pj,
-            };
-            Ok((port, figures.leakage_mw * raw.count as f64))
-        };
+        let port = |unit, name| port(memories, unit, name);
         let unit = UnitKind::Gathering.top();
         let (mft, mft_mw) = port(unit, "mft_bank")?;
         let (rit, rit_mw) = port(unit, "rit_bank")?;
@@ -339,4 +305,62 @@ impl Costs {
         known.insert(channels, unit);
         Ok(unit)
     }
+}
+
+/// Energy of a multiplier of the array: a reducer of the paper's unit, with registers.
+fn mac_energy(array: &Estimate, flop_pj: f64, logic: f64) -> MacEnergy {
+    let reducer = array.modules.iter().find(|m| m.module == "reducer");
+    let reducer =
+        |of: fn(&EstimatedModule) -> f64| reducer.map_or(0.0, |m| of(m) / m.count.max(1) as f64);
+    MacEnergy {
+        rest_pj: (reducer(|m| m.clock_pj) + MAC_REGISTERS * flop_pj) * logic,
+        work_pj: reducer(|m| m.with_glitches_pj - m.clock_pj) * logic,
+        leakage_mw: reducer(|m| m.leakage_nw) * 1e-6,
+    }
+}
+
+/// The gathering unit as it gathered splat records, times a share.
+fn gatherer_of_records(
+    records: &SynthReport,
+    logic: f64,
+    share: f64,
+) -> Result<Gatherer, CostError> {
+    let measured = UnitEnergy::measured(records, UnitKind::Gathering, logic);
+    let measured = measured.ok_or(CostError::Power("splat records"))?;
+    Ok(Gatherer::Measured(UnitEnergy {
+        rest_pj: measured.rest_pj * share,
+        work_pj: measured.work_pj * share,
+    }))
+}
+
+/// The vector unit, and where its figures are from.
+fn vector_unit(
+    config: &Config,
+    fit: &Fit,
+    factors: &scaling::Factors,
+    reports: &[Synthesised],
+) -> Result<(Logic, &'static str), CostError> {
+    let own = reports.iter().find(|r| r.has(config, UnitKind::Vector));
+    let own = own.and_then(|own| Logic::measured(&own.report, UnitKind::Vector));
+    Ok(match own {
+        Some(own) => (own, "netlists of this configuration"),
+        None => match Logic::estimated(fit, config, factors) {
+            Ok(own) => (own, "formulas fitted to syntheses"),
+            Err(unknown) => (
+                Logic::in_proportion(fit, config, reports).ok_or(unknown)?,
+                "netlists of a unit with another exponential, in the proportion of formulas",
+            ),
+        },
+    })
+}
+
+/// Accesses to a memory of a unit or the system, and milliwatts of all such memories at rest.
+fn port(memories: &SynthReport, unit: &str, name: &'static str) -> Result<(Port, f64), CostError> {
+    let (raw, scaled) = memories.memory(unit, name).ok_or(CostError::Memory(name))?;
+    let figures = scaled.map_or(raw.figures, |s| s.figures);
+    let port = Port {
+        read_pj: figures.read_pj,
+        write_pj: figures.write_pj,
+    };
+    Ok((port, figures.leakage_mw * raw.count as f64))
 }

@@ -239,6 +239,95 @@ impl Counter<'_> {
             },
         })
     }
+
+    /// Frames in full, some side by side.
+    fn frames(
+        &self,
+        cameras: &[Camera],
+        step: &(dyn Fn() + Sync),
+    ) -> Result<Vec<FrameWork>, SceneError> {
+        let mut all = vec![];
+        for cameras in cameras.chunks(SIDE_BY_SIDE) {
+            let counted = cameras.par_iter().map(|camera| {
+                let work = self.frame(camera, None);
+                step();
+                work
+            });
+            for work in counted.collect::<Vec<_>>() {
+                all.push(work?);
+            }
+        }
+        Ok(all)
+    }
+
+    /// Frames of a path as they are made, and how good they are.
+    fn targets(
+        &self,
+        frames: &mut dyn Iterator<Item = Result<Frame, WarpError>>,
+        path: &[Camera],
+        shown: &Shown,
+        step: &(dyn Fn() + Sync),
+    ) -> Result<(Vec<TargetWork>, Quality), PathError> {
+        let (mut all, mut errors) = (vec![], Errors::default());
+        loop {
+            let some: Result<Vec<Frame>, _> = (&mut *frames).take(SIDE_BY_SIDE).collect();
+            let some = some?;
+            if some.is_empty() {
+                return Ok((all, errors.quality()));
+            }
+            let counted = some.par_iter().map(|frame| {
+                let work = self.target(&path[frame.number], frame);
+                step();
+                work
+            });
+            for (frame, work) in some.iter().zip(counted.collect::<Vec<_>>()) {
+                all.push(work?);
+                let (model, truth) = (&shown.models[frame.number], &shown.truths[frame.number]);
+                errors.add(&frame.target.shaded.picture, model, truth.as_ref());
+            }
+        }
+    }
+}
+
+/// What a path's frames are compared with.
+struct Shown {
+    /// By the model.
+    models: Vec<Picture>,
+    /// What is there, where that is known.
+    truths: Vec<Option<Picture>>,
+    /// Of the model's own frames, and of those at half the resolution.
+    full: Errors,
+    halved: Errors,
+}
+
+impl Shown {
+    fn of(
+        counter: &Counter<'_>,
+        path: &[Camera],
+        step: &(dyn Fn() + Sync),
+    ) -> Result<Self, PathError> {
+        let scene = &counter.scene;
+        let mut own = Self {
+            models: vec![],
+            truths: vec![],
+            full: Errors::default(),
+            halved: Errors::default(),
+        };
+        for camera in path {
+            let model = scene.shade(camera, None)?.picture;
+            let truth = match scene.analytic() {
+                Some(_) => Some(counter.seen_by(camera).render_truth()?.picture),
+                None => None,
+            };
+            own.full.add(&model, &model, truth.as_ref());
+            let half = half_resolution(scene, camera)?;
+            own.halved.add(&half, &model, truth.as_ref());
+            own.models.push(model);
+            own.truths.push(truth);
+            step();
+        }
+        Ok(own)
+    }
 }
 
 impl PathWork {
@@ -313,58 +402,16 @@ impl PathWork {
             cache: options.cache,
         };
 
-        let (mut models, mut truths) = (vec![], vec![]);
-        let (mut full, mut halved) = (Errors::default(), Errors::default());
-        for camera in &path {
-            let model = scene.shade(camera, None)?.picture;
-            let truth = match scene.analytic() {
-                Some(_) => Some(counter.seen_by(camera).render_truth()?.picture),
-                None => None,
-            };
-            full.add(&model, &model, truth.as_ref());
-            halved.add(&half_resolution(scene, camera)?, &model, truth.as_ref());
-            models.push(model);
-            truths.push(truth);
-            step();
-        }
+        let shown = Shown::of(&counter, &path, step)?;
         let whole = plan.references.iter().map(|task| task.camera);
         let small = |of: Camera| of.resized(of.width.div_ceil(2), of.height.div_ceil(2));
         let cameras: Vec<Camera> = whole.clone().chain(whole.map(small)).collect();
-        let mut references = vec![];
-        for cameras in cameras.chunks(SIDE_BY_SIDE) {
-            let counted = cameras.par_iter().map(|camera| {
-                let work = counter.frame(camera, None);
-                step();
-                work
-            });
-            for work in counted.collect::<Vec<_>>() {
-                references.push(work?);
-            }
-        }
+        let mut references = counter.frames(&cameras, step)?;
         let halves = references.split_off(plan.references.len());
-        let made = |frames: &mut dyn Iterator<Item = Result<Frame, WarpError>>|
-         -> Result<(Vec<TargetWork>, Quality), PathError> {
-            let (mut all, mut errors) = (vec![], Errors::default());
-            loop {
-                let some: Result<Vec<Frame>, _> = (&mut *frames).take(SIDE_BY_SIDE).collect();
-                let some = some?;
-                if some.is_empty() {
-                    return Ok((all, errors.quality()));
-                }
-                let counted = some.par_iter().map(|frame| {
-                    let work = counter.target(&path[frame.number], frame);
-                    step();
-                    work
-                });
-                for (frame, work) in some.iter().zip(counted.collect::<Vec<_>>()) {
-                    all.push(work?);
-                    let truth = truths[frame.number].as_ref();
-                    errors.add(&frame.target.shaded.picture, &models[frame.number], truth);
-                }
-            }
-        };
-        let (targets, warped_quality) = made(&mut Sequence::new(warper, &path, &plan, &[]))?;
-        let (chained, chained_quality) = made(&mut Chain::new(warper, &path, options.window))?;
+        let warped = &mut Sequence::new(warper, &path, &plan, &[]);
+        let (targets, warped_quality) = counter.targets(warped, &path, &shown, step)?;
+        let chain = &mut Chain::new(warper, &path, options.window);
+        let (chained, chained_quality) = counter.targets(chain, &path, &shown, step)?;
         Ok(Self {
             scene: scene.name().to_owned(),
             algorithm: scene.model().algorithm().to_owned(),
@@ -377,10 +424,10 @@ impl PathWork {
             targets,
             chained,
             halves,
-            full_quality: full.quality(),
+            full_quality: shown.full.quality(),
             warped_quality,
             chained_quality,
-            half_quality: halved.quality(),
+            half_quality: shown.halved.quality(),
         })
     }
 }
