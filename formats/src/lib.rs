@@ -3,6 +3,24 @@
 //!
 //! Nothing else is shared between those two: each computes its own constants
 //! and its own arithmetic, so that a mistake in one shows against the other.
+//!
+//! # Example
+//!
+//! A configuration names what differs from the paper's; a rule that it breaks is told with the
+//! field, the value and what was expected.
+//!
+//! ```
+//! use potamoi_formats::config::Config;
+//! use potamoi_formats::fixed::Format;
+//!
+//! let config = Config::from_toml("vu.exp.iterations = 12", "example")?;
+//! assert_eq!(config.vu.exp.input, Format::unsigned(3, 13));
+//! assert_eq!(config.vu.lanes, Config::paper().vu.lanes);
+//!
+//! let error = Config::from_toml("gu.banks = 0", "example").unwrap_err();
+//! assert!(error.to_string().contains("gu.banks"), "{error}");
+//! # Ok::<(), potamoi_formats::config::ConfigError>(())
+//! ```
 
 pub mod compact;
 pub mod config;

@@ -5,6 +5,30 @@
 //!
 //! A field brings its tables, the first and the last stage; gathering is the
 //! same for all of them, and is what the gathering unit does.
+//!
+//! # Example
+//!
+//! A white ball in a grid of 16 vertices along each axis, before black: where rays meet it they see
+//! it, elsewhere nothing.
+//!
+//! ```
+//! use glam::DVec3;
+//! use potamoi_base::camera::Camera;
+//! use potamoi_fields::voxels::{FloatOptions, Grid, Layout, render_float};
+//!
+//! let (corner, edge) = (DVec3::splat(-1.0), 2.0 / 15.0);
+//! let ball = Grid::bake([16; 3], corner, edge, Layout::Constant, |at, vertex| {
+//!     // Density, then linear RGB.
+//!     vertex[0] = if at.length() < 0.5 { 50.0 } else { 0.0 };
+//!     vertex[1..].fill(1.0);
+//! })?;
+//! let eye = DVec3::new(0.0, 0.0, -4.0);
+//! let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, 0.5, 9, 9);
+//! let frame = render_float(&ball, &camera, &FloatOptions::default())?;
+//! let [middle, corner] = [4 * 9 + 4, 0].map(|pixel| frame.picture.rgb[pixel][0]);
+//! assert!(middle > 0.99 && corner == 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod algorithm;
 pub mod algorithms;

@@ -5,6 +5,25 @@
 //! group are gathered batch by batch ([`RayGroup`]), shaded ([`Head`]) and composited
 //! ([`Compositor`]). [`tiling`] cuts vertices into MVoxels, and [`streams`] counts the bytes that
 //! go to and come from memory.
+//!
+//! # Example
+//!
+//! 64 vertices along each axis, in MVoxels of 512 rows: 8 vertices along each axis, of which the
+//! last are the next MVoxel's first. A sample has one owner, and a place in it of 12 fraction bits.
+//!
+//! ```
+//! use potamoi_march::tiling::{Halo, Tiling, edges};
+//!
+//! let points = [64; 3];
+//! let edge = edges(points, 512).unwrap();
+//! assert_eq!(edge, [8; 3]);
+//! let tiling = Tiling::new(points, edge, Halo::Shared);
+//! assert_eq!((tiling.stride(), tiling.count()), ([7; 3], 9 * 9 * 9));
+//!
+//! let place = tiling.locate([10.25, 0.0, 63.0]);
+//! assert_eq!(tiling.index(place.mvoxel), [1, 0, 8]);
+//! assert_eq!((place.local, place.fraction), ([3, 0, 6], [1 << 10, 0, 1 << 12]));
+//! ```
 
 mod compositor;
 mod counts;

@@ -7,6 +7,33 @@
 //! and [`predict`] from where a reference is taken that is rendered before its
 //! targets are known. What renders is a [`Renderer`], and where surfaces are may
 //! be told by a [`Geometry`] of its own.
+//!
+//! # Example
+//!
+//! A wall two units ahead, seen again from the same place and from one aside.
+//!
+//! ```
+//! use glam::DVec3;
+//! use potamoi_base::camera::Camera;
+//! use potamoi_base::picture::Picture;
+//! use potamoi_warp::{Shaded, reproject};
+//!
+//! let at = |x: f64| {
+//!     let (eye, ahead) = (DVec3::new(x, 0.0, 0.0), DVec3::Z);
+//!     Camera::look_at(eye, eye + ahead, DVec3::Y, 0.5, 16, 16)
+//! };
+//! let wall = Shaded {
+//!     picture: Picture { width: 16, height: 16, rgb: vec![[0.5; 3]; 256] },
+//!     depth: vec![2.0; 256],
+//! };
+//! let from = at(0.0);
+//! let warped = reproject(&wall, &from, &from);
+//! // A camera that stands still sees every pixel where it was.
+//! assert!((0..256).all(|pixel| warped.at(pixel).unwrap() == (pixel as u32, 2.0)));
+//! // From aside, each pixel shows the point of another, or none at the edge.
+//! let beside = reproject(&wall, &from, &at(0.2));
+//! assert!((0..256).all(|pixel| beside.at(pixel).is_none_or(|(source, _)| source != pixel as u32)));
+//! ```
 
 mod classify;
 mod crack;

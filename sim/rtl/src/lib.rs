@@ -1,6 +1,33 @@
 //! Runs the generated hardware: netlist to Verilog to a Verilated model (or
 //! another engine), the streams of the units on its ports, and the comparison
 //! with golden values and cycle models.
+//!
+//! [`RtlUnits`] stands in the place of the reference units, so that a renderer runs on the hardware;
+//! [`verify`] compares each bit and cycle of a frame. [`GatherUnit`] and [`VectorUnit`] drive one
+//! unit by itself, on any engine ([`EngineKind`]); [`GateEngine`] runs its netlist in cells.
+//!
+//! # Example
+//!
+//! An exponential on the hardware, by the interpreter of netlists, beside the reference unit.
+//!
+//! ```
+//! use potamoi_formats::config::Config;
+//! use potamoi_formats::units::{OpCode, VectorOp};
+//! use potamoi_reference::{Twins, Units};
+//! use potamoi_rtl::{EngineKind, RtlUnits};
+//!
+//! let config = Config::preset("small").unwrap();
+//! let mut hardware = RtlUnits::on(EngineKind::Interpreter, &config);
+//! // exp(-u) of u in U3.13: 0, 1 and 2.
+//! let (u, unused) = ([0, 1 << 13, 2 << 13], [0; 3]);
+//! let exp = VectorOp::new(OpCode::Exp);
+//! let [mut found, mut expected] = [[0; 3]; 2];
+//! hardware.vector(exp, &u, &unused, &mut found)?;
+//! Twins::new(&config).vector(exp, &u, &unused, &mut expected)?;
+//! assert_eq!(found, expected);
+//! assert!(hardware.cycles().vector > 0);
+//! # Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())
+//! ```
 
 mod beats;
 mod compare;

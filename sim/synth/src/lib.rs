@@ -6,6 +6,28 @@
 //! cells, and the period is before placement. Inputs come at the clock edge from
 //! the library's smallest buffer, outputs are loaded with four of its inputs, and
 //! paths that begin or end in a memory are not timed.
+//!
+//! [`synthesise`] makes a unit, [`estimate`] finds its power by simulating the cells, and [`grid`]
+//! holds many units, to which [`fit`] fits formulas. [`scaling`] carries figures from node to node.
+//!
+//! # Example
+//!
+//! What the paper's vector unit takes, by the formulas that come with the program: no tool is run.
+//!
+//! ```
+//! use potamoi_formats::config::Config;
+//! use potamoi_synth::fit::Fit;
+//! use potamoi_synth::{UnitKind, scaling};
+//!
+//! let (fit, config) = (Fit::checked_in()?, Config::paper());
+//! let family = fit.family(&config, UnitKind::Vector)?;
+//! let work = fit.usual_work(family, &config);
+//! let at_7_nm = fit.estimate(&config, UnitKind::Vector, work)?;
+//! let at_12_nm = at_7_nm.scaled(&scaling::logic(7, 12).unwrap());
+//! assert!(at_12_nm.area_um2 > at_7_nm.area_um2);
+//! assert!((500.0..2000.0).contains(&at_7_nm.period_ps));
+//! # Ok::<(), potamoi_synth::SynthError>(())
+//! ```
 
 mod access;
 mod attributes;
