@@ -22,7 +22,7 @@ impl HashUnit {
     /// Vertices an edge of a block.
     pub const BLOCK: usize = 8;
     /// Rows of a block.
-    pub const BLOCK_ROWS: usize = Self::BLOCK.pow(3);
+    pub(crate) const BLOCK_ROWS: usize = Self::BLOCK.pow(3);
 
     /// Its name in files.
     #[must_use]

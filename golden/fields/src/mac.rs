@@ -112,7 +112,7 @@ impl MacMlp {
 
     /// Fraction bits of the inputs.
     #[must_use]
-    pub const fn input_frac(&self) -> i32 {
+    pub(crate) const fn input_frac(&self) -> i32 {
         self.input_frac
     }
 
@@ -189,7 +189,7 @@ impl MacLayer {
 
     /// Fraction bits of the weights.
     #[must_use]
-    pub const fn weight_frac(&self) -> i32 {
+    pub(crate) const fn weight_frac(&self) -> i32 {
         self.weight_frac
     }
 

@@ -140,7 +140,7 @@ impl Mlp {
     }
 
     /// The same, telling each output of each layer before its ReLU.
-    pub fn run_watched(&self, values: &mut Vec<f64>, mut watch: impl FnMut(usize, f64)) {
+    pub(crate) fn run_watched(&self, values: &mut Vec<f64>, mut watch: impl FnMut(usize, f64)) {
         let mut next = vec![0.0; self.widest];
         for (i, layer) in self.layers.iter().enumerate() {
             let last = i + 1 == self.layers.len();

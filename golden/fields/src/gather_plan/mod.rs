@@ -188,7 +188,7 @@ impl CodedTable {
     /// Bytes that a sample moves with one entry: it is written and read, and its
     /// features are.
     #[must_use]
-    pub const fn sample_bytes(&self) -> u64 {
+    pub(crate) const fn sample_bytes(&self) -> u64 {
         self.unit_streams.moved_bytes(self.shape.vertices) + 2 * self.shape.channels as u64
     }
 

@@ -104,15 +104,9 @@ impl Formats {
 
     /// Fraction bits that are dropped from density times step.
     #[must_use]
-    pub fn depth_shift(&self) -> u32 {
+    pub(crate) fn depth_shift(&self) -> u32 {
         // At most 24 fraction bits of depth: rules of the configuration.
         (self.density.frac_bits() + STEP_BITS).saturating_sub(self.depth.frac_bits())
-    }
-
-    /// Bits that are dropped from weight times colour.
-    #[must_use]
-    pub fn colour_shift(&self) -> u32 {
-        ColourScale::of(self.colour.frac_bits()).shift()
     }
 
     /// Fraction bits of a pixel's colour: 13 to 24, 20 or more for colours with
@@ -124,7 +118,7 @@ impl Formats {
 
     /// The step, in voxels, as a code with 24 fraction bits.
     #[must_use]
-    pub fn step_code(step: f64) -> i32 {
+    pub(crate) fn step_code(step: f64) -> i32 {
         (step * f64::from(1u32 << STEP_BITS)).round() as i32
     }
 }

@@ -85,7 +85,7 @@ impl MVoxels {
     /// # Errors
     /// Rows for less than 2 x 2 x 2 vertices, or codes that are not one a
     /// vertex and channel.
-    pub fn of_codes(
+    pub(crate) fn of_codes(
         points: [usize; 3],
         channels: usize,
         codes: &[i16],
@@ -226,7 +226,7 @@ impl MVoxels {
 
     /// Whether the unit returns unrounded sums, of parts of cells too.
     #[must_use]
-    pub fn has_exact_sums(&self) -> bool {
+    pub(crate) fn has_exact_sums(&self) -> bool {
         self.exact_sums
     }
 
@@ -269,13 +269,13 @@ impl MVoxels {
     /// Whether a sample in this MVoxel can have an opacity above 0: a vertex of
     /// one of its cells can give it.
     #[must_use]
-    pub fn is_occupied(&self, mvoxel: usize) -> bool {
+    pub(crate) fn is_occupied(&self, mvoxel: usize) -> bool {
         self.occupied[mvoxel]
     }
 
     /// The same of the cell of a sample.
     #[must_use]
-    pub fn is_cell_occupied(&self, place: &Place) -> bool {
+    pub(crate) fn is_cell_occupied(&self, place: &Place) -> bool {
         let first = self.tiling.first(place.mvoxel);
         let index = self.cell_index([0, 1, 2].map(|axis| first[axis] + place.local[axis]));
         self.cells[index / 64] >> (index % 64) & 1 == 1
@@ -291,7 +291,7 @@ impl MVoxels {
 
     /// The same without a mask.
     #[must_use]
-    pub fn unmasked(mut self) -> Self {
+    pub(crate) fn unmasked(mut self) -> Self {
         self.mask = None;
         self
     }

@@ -33,7 +33,7 @@ pub const COEFFICIENTS: usize = 9;
 /// and of blue.
 pub const CHANNELS: usize = 1 + 3 * COEFFICIENTS;
 /// The density of fine cells in which nothing is, before its softplus.
-pub const EMPTY: f32 = -20.0;
+pub(crate) const EMPTY: f32 = -20.0;
 /// From sample to sample, in fine cells.
 const STEP: f64 = 0.5;
 /// Samples of at most this weight give no colour.

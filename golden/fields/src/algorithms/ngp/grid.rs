@@ -40,7 +40,7 @@ impl GridShape {
     /// The growth with which the finest of `levels` has 2048 vertices along
     /// the unit cube, and `aabb_scale` times as many along a box that large.
     #[must_use]
-    pub fn growth_to(levels: u32, base: u32, aabb_scale: u32) -> f32 {
+    pub(crate) fn growth_to(levels: u32, base: u32, aabb_scale: u32) -> f32 {
         if levels < 2 {
             return 1.0;
         }

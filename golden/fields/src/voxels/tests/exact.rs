@@ -3,6 +3,7 @@
 
 use potamoi_formats::fixed::{Format, Rounding, round_shift};
 use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_march::ColourScale;
 
 use super::*;
 use potamoi_reference::vu::VectorTwin;
@@ -95,7 +96,10 @@ impl<'a> Plain<'a> {
             let exact = left * (65536 - i64::from(alpha));
             let next = (exact + 32768) / 65536;
             for (sum, c) in colour.iter_mut().zip(self.colour(&features, ray.direction)) {
-                let (exact, shift) = ((left - next) * c, self.formats.colour_shift());
+                let (exact, shift) = (
+                    (left - next) * c,
+                    ColourScale::of(self.formats.colour.frac_bits()).shift(),
+                );
                 *sum += round_shift(exact.into(), shift, Rounding::HalfEven) as i64;
             }
             left = next;
