@@ -2,16 +2,16 @@
 //!
 //! | step | operation | result |
 //! |---|---|---|
-//! | alpha | the head's | U0.F, exactly 0 where nothing is |
-//! | T' | T times 2^F - alpha, shift F, half up; to fewer bits where the head says so | U1.20 |
-//! | colour | the head's, of samples that are seen | its own format |
+//! | alpha | that of the head | U0.F, exactly 0 in empty space |
+//! | T' | T times 2^F - alpha, shift F, half up; to fewer bits if the head carries fewer | U1.20 |
+//! | colour | that of the head, for visible samples | its own format |
 //! | product | T - T' times the colour, half even | 20 to 24 fraction bits |
 //!
-//! Products are summed exactly. The weights T - T' and what is left of T add up
-//! to exactly 1, but for weights that a head leaves out.
+//! Products are summed exactly. The weights T - T' and the final transmittance add up to exactly
+//! 1, except for weights that a head leaves out.
 //!
-//! A ray stops where the exact product T (2^F - alpha) is below the head's limit,
-//! 1e-3 unless it has another, before it is rounded.
+//! Early ray termination: a ray stops where the exact product T (2^F - alpha), before rounding, is
+//! below the threshold, 1e-3 by default.
 
 use glam::DVec3;
 use potamoi_formats::fixed::Rounding;
@@ -26,25 +26,25 @@ use potamoi_reference::Units;
 
 const CLEAR: i32 = 1 << TRANSMITTANCE.frac_bits();
 
-/// The rays of a group while they are composited.
+/// Compositing state of the rays of a group.
 pub struct Compositor<'h> {
     head: &'h dyn Head,
     colour: ColourScale,
-    /// A ray stops where T (2^F - alpha), 20 + F fraction bits, is below.
+    /// A ray stops where T (2^F - alpha), with 20 + F fraction bits, is below this threshold.
     stop: Option<i64>,
-    /// [`Head::direction_codes`] a ray.
+    /// [`Head::direction_codes`] codes a ray.
     directions: Vec<i16>,
-    /// U1.20.
+    /// Transmittance a ray, U1.20.
     pub(crate) transmittance: Vec<i32>,
-    /// [`ColourScale::pixel_bits`] fraction bits.
+    /// Colour sums a ray, [`ColourScale::pixel_bits`] fraction bits.
     pub(crate) sums: Vec<[i64; 3]>,
-    /// Samples of each ray up to where it stopped; `u32::MAX` while it goes on.
+    /// Samples of each ray up to where it stopped; `u32::MAX` for rays that have not stopped.
     pub(crate) stops: Vec<u32>,
-    /// Samples of each ray in the batches before.
+    /// Samples of each ray in earlier batches.
     passed: Vec<u32>,
 }
 
-/// One sample that is seen.
+/// A visible sample.
 struct Seen {
     ray: u32,
     entry: u32,
@@ -52,8 +52,8 @@ struct Seen {
 }
 
 impl<'h> Compositor<'h> {
-    /// For rays along unit directions in the world, that stop where less than `stop` is left, if at
-    /// all.
+    /// Starts rays with the given unit directions (world coordinates). `stop` is the
+    /// early-termination threshold (transmittance), if any.
     pub fn new(
         head: &'h dyn Head,
         stop: Option<f64>,
@@ -82,12 +82,12 @@ impl<'h> Compositor<'h> {
         self.colour.pixel_bits()
     }
 
-    /// Whether a ray goes on.
+    /// Whether a ray has not stopped.
     pub fn is_alive(&self, ray: u32) -> bool {
         self.stops[ray as usize] == u32::MAX
     }
 
-    /// Composites the features of a batch, in which a ray has one span at most.
+    /// Composites the features of a batch, with at most one span a ray.
     pub fn run(
         &mut self,
         features: &[i16],
@@ -107,8 +107,8 @@ impl<'h> Compositor<'h> {
         self.add(&kept, &seen, units, work)
     }
 
-    /// Follows each ray through its span: all first samples, all second ones,
-    /// and so on.
+    /// Advances all rays in step through their spans: all first samples, all second samples, and
+    /// so on.
     fn chain(
         &mut self,
         alpha: &[i32],
@@ -199,21 +199,21 @@ impl<'h> Compositor<'h> {
     }
 }
 
-/// Fraction bits of colours on their way to a pixel.
+/// Fraction bits of colours from the head to the pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ColourScale {
     frac_bits: u32,
 }
 
 impl ColourScale {
-    /// Of colours of so many fraction bits.
+    /// The scale of colours with `frac_bits` fraction bits.
     #[must_use]
     pub const fn of(frac_bits: u32) -> Self {
         Self { frac_bits }
     }
 
-    /// Bits that are dropped from weight times colour: the product of 20 and 18
-    /// bits must fit 31, and 24 fraction bits are enough.
+    /// Bits dropped from weight times colour: the product of 20 and 18 bits must fit 31, and 24
+    /// fraction bits are enough.
     pub fn shift(self) -> u32 {
         (self.frac_bits + TRANSMITTANCE.frac_bits())
             .saturating_sub(24)
@@ -227,7 +227,7 @@ impl ColourScale {
     }
 }
 
-/// Fraction bits of a pixel's sums of colours of so many.
+/// Fraction bits of a pixel's sums for colours of `colour_bits` fraction bits.
 pub fn pixel_bits(colour_bits: u32) -> u32 {
     ColourScale::of(colour_bits).pixel_bits()
 }

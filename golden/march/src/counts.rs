@@ -1,4 +1,4 @@
-//! What the units did for a frame.
+//! Counts of the units' work for a frame.
 
 use std::collections::BTreeMap;
 
@@ -7,50 +7,49 @@ use potamoi_formats::units::OpCode;
 use crate::streams::{Streams, UnitStreams, Visit};
 use crate::work::Work;
 
-/// Counts of a frame.
+/// Work and traffic of a frame.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FixedStats {
     /// Ray groups.
     pub groups: u64,
-    /// Rays, those that miss the volume included.
+    /// Rays, including those that miss the volume.
     pub rays: u64,
-    /// Samples inside the volume, gathered or not.
+    /// Samples inside the volume, whether gathered or not.
     pub samples: u64,
     /// MVoxels loaded, over all ray groups.
     pub tasks: u64,
-    /// Entries of the ray index table: samples gathered, those that lie in
-    /// several MVoxels once in each.
+    /// Entries of the ray index table: gathered samples, with one entry in each MVoxel that a
+    /// sample needs.
     pub entries: u64,
-    /// Of them, entries that lack vertices.
+    /// Entries that lack vertices, a subset of `entries`.
     pub split_entries: u64,
-    /// The most samples that waited for others while the next MVoxels were
-    /// gathered; none where faces are shared.
+    /// Largest number of samples that waited for further MVoxels at one time; 0 with a shared
+    /// halo.
     pub waiting: u64,
-    /// Bytes, stream by stream.
+    /// Bytes by stream.
     pub streams: Streams,
-    /// Of the bytes of MVoxels, those that were fetched row by row, from
-    /// anywhere in a table that does not stream.
+    /// Bytes of MVoxels fetched row by row, from anywhere in a table that does not stream; a part
+    /// of the MVoxel bytes.
     pub scattered_bytes: u64,
-    /// Samples of each table of a field of several, by the order in which they
-    /// were gathered.
+    /// For a field of several tables: samples of each table by gathering order.
     pub orders: Vec<Orders>,
-    /// Feature codes out of the gathering unit.
+    /// Feature codes that the gathering unit returned.
     pub features: u64,
-    /// Elements out of the vector unit, by operation.
+    /// Elements that the vector unit returned, by operation.
     pub vector_elements: BTreeMap<OpCode, u64>,
-    /// Products of the MAC array.
+    /// Operations of the MAC array.
     pub products: u64,
-    /// Sums of the MAC array that were held at an end of their format.
+    /// Sums of the MAC array that saturated.
     pub held: u64,
-    /// Sines and cosines of features.
+    /// Sines and cosines of encoded features.
     pub waves: u64,
-    /// Samples that added to a pixel.
+    /// Samples that contributed to a pixel.
     pub composited: u64,
-    /// Rays that stopped early.
+    /// Rays that terminated early.
     pub stopped: u64,
 }
 
-/// Samples of a table.
+/// Samples of one table by gathering order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Orders {
     /// Gathered MVoxel by MVoxel.
@@ -60,7 +59,7 @@ pub struct Orders {
 }
 
 impl FixedStats {
-    /// Counts MVoxels and what each moves.
+    /// Counts the given MVoxels and their traffic.
     pub fn count<'v>(&mut self, visits: impl IntoIterator<Item = &'v Visit>, reads: UnitStreams) {
         for visit in visits {
             self.tasks += 1;
@@ -71,8 +70,8 @@ impl FixedStats {
         }
     }
 
-    /// The first table, from 1, from which on most samples of each were gathered
-    /// row by row; none where the last was not.
+    /// The first table, counted from 1, from which on most samples of every table were gathered
+    /// row by row; `None` if the last table was not.
     #[must_use]
     pub fn reverts_from(&self) -> Option<usize> {
         let streams = |o: &Orders| o.row_by_row <= o.streamed;
@@ -84,7 +83,7 @@ impl FixedStats {
         (kept < self.orders.len()).then_some(kept + 1)
     }
 
-    /// Takes over what compositing counted.
+    /// Takes over the counts of compositing.
     pub fn take(&mut self, work: Work) {
         self.vector_elements = work.elements;
         (self.products, self.held, self.waves) = (work.products, work.held, work.waves);

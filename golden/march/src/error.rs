@@ -1,30 +1,30 @@
-//! What can go wrong between a voxel grid and its picture.
+//! Errors of ray marching.
 
 use thiserror::Error;
 
 use potamoi_reference::UnitError;
 
-/// A grid, a view or an option that cannot be rendered.
+/// A grid, camera, option or configuration that cannot be rendered, or a unit that failed.
 #[derive(Debug, Error)]
 pub enum MarchError {
-    /// A grid that is no grid.
+    /// The grid is invalid.
     #[error("voxel grid: {field} is {value}: expected {expected}")]
     Grid {
         /// The field.
         field: &'static str,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: String,
     },
-    /// A camera that sees nothing, or nothing sensible.
+    /// The camera is invalid.
     #[error("camera: {field} is {value}: expected {expected}")]
     Camera {
         /// The field.
         field: &'static str,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: &'static str,
     },
     /// An option is outside its range.
@@ -34,28 +34,28 @@ pub enum MarchError {
         field: &'static str,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: &'static str,
     },
-    /// The hardware of this configuration cannot render voxels.
+    /// The hardware of this configuration cannot render the field.
     #[error("configuration: `{field}` is {value}: voxels need {expected}")]
     Config {
         /// The field.
         field: &'static str,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: String,
     },
     /// A unit refused its input or failed.
     #[error("a unit failed: {0}")]
     Unit(UnitError),
-    /// The gathering unit returned another number of features than entries.
+    /// The gathering unit returned a wrong number of features.
     #[error("the gathering unit returned {found} feature channels, expected {expected}")]
     Features {
-        /// Channels returned.
+        /// Channels that it returned.
         found: usize,
-        /// Channels of all entries.
+        /// Channels of all entries together.
         expected: usize,
     },
 }

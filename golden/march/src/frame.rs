@@ -1,4 +1,4 @@
-//! A frame in the hardware's formats: its pixels, and the background behind them.
+//! Frames in the hardware's formats: pixels over a background.
 
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
@@ -17,20 +17,19 @@ const PIXEL_BITS: u32 = 32;
 /// A rendered frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedFrame {
-    /// The picture, background included.
+    /// The picture, including the background.
     pub picture: Picture,
-    /// Transmittance left at each pixel, U1.20 codes.
+    /// Final transmittance per pixel, U1.20 codes.
     pub transmittance: Vec<u32>,
-    /// Of each pixel, the samples that are gathered up to where its ray stops;
-    /// `u32::MAX` where it does not. They depend neither on ray groups, nor on
-    /// batches, nor on [`Halo`].
+    /// Samples per pixel that are gathered up to where the ray terminates early; `u32::MAX` where
+    /// it does not. Independent of ray groups, batches and [`Halo`].
     pub stops: Vec<u32>,
-    /// Counts.
+    /// Work and traffic.
     pub stats: FixedStats,
 }
 
 impl FixedFrame {
-    /// Of so many pixels, nothing.
+    /// An empty frame of this size: black pixels, transmittance 0, no work.
     pub fn clear([width, height]: [u32; 2]) -> Self {
         let pixels = width as usize * height as usize;
         Self {
@@ -41,7 +40,7 @@ impl FixedFrame {
         }
     }
 
-    /// Shows nothing but background where a mask has no pixel.
+    /// Replaces the pixels outside a mask by the background.
     pub fn leave_out(&mut self, only: Option<&Mask>, background: [f32; 3]) {
         let Some(mask) = only else { return };
         let unit = 2f64.powi(-(BACKGROUND.frac_bits() as i32));
@@ -55,7 +54,7 @@ impl FixedFrame {
     }
 }
 
-/// Whether the sums of pixels hold a background.
+/// Checks that the pixel sums can represent a background.
 pub fn check_background(background: [f32; 3]) -> Result<(), MarchError> {
     let fits = |v: &f32| v.is_finite() && v.abs() < 8.0;
     if background.iter().all(fits) {
@@ -75,7 +74,7 @@ fn background_codes(background: [f32; 3]) -> [i64; 3] {
     })
 }
 
-/// Puts what was composited at the pixels of its rays, over a background.
+/// Writes composited rays to their pixels, over a background.
 pub fn place(
     frame: &mut FixedFrame,
     pixels: &[[u32; 2]],

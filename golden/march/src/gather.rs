@@ -1,11 +1,10 @@
-//! Gathering through the unit.
+//! Gathering through the unit, with a check of the number of features.
 
 use potamoi_reference::{GatherTask, Units};
 
 use crate::error::MarchError;
 
-/// Features of all entries of some tasks, as many as there must be, in their
-/// order.
+/// Features of all entries of the tasks, in order; an error if their number is wrong.
 pub fn gather(
     units: &mut dyn Units,
     tasks: &[GatherTask],

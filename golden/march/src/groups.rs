@@ -1,8 +1,9 @@
-//! Square ray groups, into which a picture is cut.
+//! Square ray groups of a picture.
 
 use potamoi_base::mask::Mask;
 
-/// Rays whose state, 16 B each, fills half of a 1.5 MB global feature buffer.
+/// Maximum number of rays in a group: their state, 16 B each, fills half of a 1.5 MB global
+/// feature buffer.
 pub const GROUP_RAYS: u32 = 49_152;
 
 /// The largest side of a square group of at most [`GROUP_RAYS`].
@@ -11,8 +12,8 @@ pub fn default_group_side() -> u32 {
     GROUP_RAYS.isqrt()
 }
 
-/// The pixels of each square ray group of a picture of `size` pixels, `side` of
-/// them a side, row after row.
+/// The pixels of each ray group of a picture of `size` pixels, row after row. Groups are squares
+/// of `side` pixels, cut off at the edges.
 pub fn groups(
     size: [u32; 2],
     side: u32,

@@ -1,15 +1,16 @@
-//! Ray marching through the units, in the memory-centric order: what every field that is
-//! marched needs.
+//! Ray marching through the units in the memory-centric order: the core that every ray-marched
+//! field shares.
 //!
-//! [`render`] is the one road: a picture is cut into ray groups ([`groups`]), the samples of a
-//! group are gathered batch by batch ([`RayGroup`]), shaded ([`Head`]) and composited
-//! ([`Compositor`]). [`tiling`] cuts vertices into MVoxels, and [`streams`] counts the bytes that
-//! go to and come from memory.
+//! [`render`] is the only path from rays to pixels. It cuts a picture into ray groups
+//! ([`groups`]), gathers the samples of a group batch by batch ([`RayGroup`]), shades them
+//! ([`Head`]) and composites them ([`Compositor`]). [`tiling`] cuts vertices into MVoxels, and
+//! [`streams`] counts the memory traffic.
 //!
 //! # Example
 //!
-//! 64 vertices along each axis, in MVoxels of 512 rows: 8 vertices along each axis, of which the
-//! last are the next MVoxel's first. A sample has one owner, and a place in it of 12 fraction bits.
+//! A grid of 64 vertices an axis in MVoxels of 512 rows: 8 vertices an axis, of which the last are
+//! also the first of the next MVoxel. Each sample has one owner, and a position in it with 12
+//! fraction bits.
 //!
 //! ```
 //! use potamoi_march::tiling::{Halo, Tiling, edges};

@@ -1,8 +1,7 @@
-//! The road that every ray-marched field takes through the units: ray group after ray group,
-//! batch after batch, gathered, composited, placed.
+//! The one path of every ray-marched field through the units: ray group after ray group, batch
+//! after batch, gathered, composited, written to pixels.
 //!
-//! What differs from field to field is which samples a batch has and how they are gathered
-//! ([`RayGroup`]).
+//! Fields differ in the samples of a batch and in how these are gathered ([`RayGroup`]).
 
 use glam::DVec3;
 use potamoi_base::mask::Mask;
@@ -17,55 +16,55 @@ use crate::shading::Head;
 use crate::span::Span;
 use crate::work::Work;
 
-/// A frame that is to be rendered.
+/// Parameters of a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Setup<'a> {
-    /// Pixels a row, and rows.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Pixels a side of a ray group, 1 or more; by default the largest whose rays are at most
-    /// [`crate::GROUP_RAYS`].
+    /// Side of a ray group in pixels, at least 1; by default the largest with at most
+    /// [`crate::GROUP_RAYS`] rays.
     pub side: Option<u32>,
-    /// The pixels that are rendered, the others being background; by default all.
+    /// Pixels to render, the others being background; by default all.
     pub only: Option<&'a Mask>,
-    /// Transmittance below which a ray stops; none stops by default.
+    /// Early-termination threshold (transmittance); by default no ray stops early.
     pub stop: Option<f64>,
-    /// Linear RGB behind everything.
+    /// Background, linear RGB.
     pub background: [f32; 3],
 }
 
-/// Samples that are composited together, ray after ray.
+/// Samples composited together, ray after ray.
 #[derive(Debug, Default)]
 pub struct Batch {
-    /// Feature codes, [`Head::channels`] a sample.
+    /// Feature codes, [`Head::channels`] of them a sample.
     pub features: Vec<i16>,
-    /// The samples of each ray, one span a ray at most.
+    /// The samples of each ray, at most one span a ray.
     pub spans: Vec<Span>,
 }
 
-/// What a ray group did when asked for its next batch.
+/// The outcome of [`RayGroup::next`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Next {
-    /// The batch is to be composited.
+    /// The batch is ready for compositing.
     Batch,
-    /// Something was gathered, and no sample is complete yet.
+    /// Samples were gathered, but none is complete yet.
     Waiting,
-    /// Nothing is left.
+    /// No samples remain.
     End,
 }
 
-/// The rays of a group on their way through a field.
+/// The rays of a group as they traverse a field.
 pub trait RayGroup<E> {
-    /// Unit directions of the rays, in the world.
+    /// Unit directions of the rays in world coordinates.
     fn directions(&self) -> Vec<DVec3>;
 
-    /// Samples along all rays, gathered or not.
+    /// Samples along all rays, whether gathered or not.
     fn samples(&self) -> u64;
 
-    /// Gathers the next samples of the rays that go on, and counts what that moves. Each ray's
-    /// samples come front to back.
+    /// Gathers the next samples of the rays that have not stopped, and counts the traffic. The
+    /// samples of each ray come front to back.
     ///
     /// # Errors
-    /// A unit that fails, or returns another number of features than was asked for.
+    /// A unit fails, or returns a wrong number of features.
     fn next(
         &mut self,
         done: &Compositor<'_>,
@@ -74,15 +73,16 @@ pub trait RayGroup<E> {
         batch: &mut Batch,
     ) -> Result<Next, E>;
 
-    /// Called once a batch is composited, or nothing was complete.
+    /// Called after a batch is composited, or after gathering completed no sample.
     fn after(&mut self, _done: &Compositor<'_>, _stats: &mut FixedStats) {}
 }
 
-/// Renders a frame through the units. `start` makes the ray group of some pixels; `head` makes
-/// opacity and colour of its features. The picture depends neither on ray groups nor on batches.
+/// Renders a frame through the units. `start` makes the ray group of the given pixels; `head`
+/// computes opacity and colour from features. The picture depends on neither ray groups nor
+/// batches.
 ///
 /// # Errors
-/// Those of the ray groups, and a unit that fails in shading or compositing.
+/// Those of the ray groups, or a unit fails in shading or compositing.
 pub fn render<'g, E: From<MarchError>>(
     setup: &Setup<'_>,
     head: &dyn Head,

@@ -1,5 +1,4 @@
-//! Feature computation in the hardware's formats: what makes opacity and colour
-//! of gathered features.
+//! Shading in the hardware's formats: opacity and colour from gathered features.
 
 use std::borrow::Cow;
 
@@ -12,59 +11,57 @@ use crate::transmittance::TRANSMITTANCE;
 use crate::work::Work;
 use potamoi_reference::{Product, Units};
 
-/// What follows gathering, for samples in batches.
+/// The shading stage that follows gathering, for batches of samples.
 pub trait Head: Sync {
-    /// Feature codes of a sample.
+    /// Feature codes a sample.
     fn channels(&self) -> usize;
 
-    /// Fraction bits of opacities, which are below 1.
+    /// Fraction bits of opacities. Opacities are below 1.
     fn alpha_bits(&self) -> u32;
 
     /// Fraction bits of colours.
     fn colour_bits(&self) -> u32;
 
-    /// Opacity codes, and weight codes with 20 fraction bits, up to which a
-    /// sample is left out: 0 where only nothing is.
+    /// Thresholds of opacity codes and of weight codes (20 fraction bits): samples up to them are
+    /// skipped. 0 skips only empty samples.
     fn least(&self) -> [i32; 2] {
         [0, 0]
     }
 
-    /// Fraction bits of transmittances that are carried, 20 at most.
+    /// Fraction bits of the transmittance carried from sample to sample, at most 20.
     fn transmittance_bits(&self) -> u32 {
         TRANSMITTANCE.frac_bits()
     }
 
-    /// Codes of a sample that colours are made of: its features, unless opacity
-    /// leaves something else.
+    /// Codes a sample that the colour stage reads: by default its features.
     fn kept(&self) -> usize {
         self.channels()
     }
 
-    /// Codes that stand for a direction.
+    /// Codes a direction.
     fn direction_codes(&self) -> usize;
 
-    /// Operations of the vector unit that opacities and colours take; compositing multiplies
-    /// besides.
+    /// Vector operations of the opacity and colour stages; compositing adds its multiplications.
     fn operations(&self) -> Vec<OpCode>;
 
-    /// Appends the codes of a unit direction in the world.
+    /// Appends the codes of a unit direction in world coordinates.
     fn encode(&self, direction: DVec3, out: &mut Vec<i16>);
 
-    /// The opacity of each sample.
+    /// Opacities of the samples, in order.
     ///
     /// # Errors
-    /// A unit that fails.
+    /// A unit fails.
     fn opacities<'f>(
         &self,
         features: &'f [i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Opacities<'f>, MarchError>;
 
-    /// Three colour codes, 0 and up, of each sample, whose kept codes and whose
-    /// directions' codes follow one another.
+    /// Colours of the samples, three codes of at least 0 each. The kept codes of a sample are
+    /// followed by the codes of its direction.
     ///
     /// # Errors
-    /// A unit that fails.
+    /// A unit fails.
     fn colours(
         &self,
         kept: &[i16],
@@ -73,23 +70,22 @@ pub trait Head: Sync {
     ) -> Result<Vec<i32>, MarchError>;
 }
 
-/// What a head makes of features first.
+/// The results of the opacity stage.
 pub struct Opacities<'f> {
-    /// Codes of [`Head::alpha_bits`] fraction bits, one a sample.
+    /// Opacity codes with [`Head::alpha_bits`] fraction bits, one a sample.
     pub alpha: Vec<i32>,
     /// [`Head::kept`] codes a sample.
     pub kept: Cow<'f, [i16]>,
 }
 
-/// What another head makes of features, without colours: rays stop where they
-/// would.
+/// Wraps a head to compute opacities without colours, so that rays stop at the same samples.
 pub struct OpacityAlone<'h>(pub &'h dyn Head);
 
-/// What another head makes of a part of a direction's codes, the others being 0.
+/// Wraps a head and sets all but the first codes of a direction to 0.
 pub struct Facing<'h> {
-    /// The other head.
+    /// The wrapped head.
     pub head: &'h dyn Head,
-    /// Codes that are kept, from the first on.
+    /// Number of codes kept, from the first on.
     pub kept: usize,
 }
 
@@ -205,19 +201,19 @@ impl Head for OpacityAlone<'_> {
     }
 }
 
-/// The vector unit, and the count of what it was given.
+/// Access to the vector unit, with counts of its work.
 pub struct Lanes<'u> {
     /// The units.
     pub units: &'u mut dyn Units,
-    /// What they were given so far.
+    /// Work so far.
     pub work: &'u mut Work,
 }
 
 impl Lanes<'_> {
-    /// One operation, element by element.
+    /// Computes one operation, element by element.
     ///
     /// # Errors
-    /// A unit that fails.
+    /// A unit fails.
     pub fn compute(&mut self, op: VectorOp, a: &[i32], b: &[i32]) -> Result<Vec<i32>, MarchError> {
         let mut out = vec![0; a.len()];
         if !a.is_empty() {
@@ -229,10 +225,10 @@ impl Lanes<'_> {
         Ok(out)
     }
 
-    /// One operation with the same second operand throughout.
+    /// Computes one operation with the same second operand for every element.
     ///
     /// # Errors
-    /// A unit that fails.
+    /// A unit fails.
     pub fn compute_with(
         &mut self,
         op: VectorOp,
@@ -242,11 +238,11 @@ impl Lanes<'_> {
         self.compute(op, a, &vec![b; a.len()])
     }
 
-    /// `1 - exp(-s)` of densities, 0 where they are negative; s is density times step less its last
-    /// `shift` bits, cut off.
+    /// `1 - exp(-s)` of densities, 0 for negative ones; s is density times step without its last
+    /// `shift` bits, truncated.
     ///
     /// # Errors
-    /// A unit that fails.
+    /// A unit fails.
     pub fn opacities(
         &mut self,
         density: &[i32],
@@ -263,8 +259,7 @@ impl Lanes<'_> {
         self.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)
     }
 
-    /// Counts work of the MAC array: a product, and sums of it that were held at an
-    /// end of their format.
+    /// Counts a product of the MAC array and `held` saturated sums of it.
     pub fn multiply(&mut self, product: Product, held: u64) {
         if product.operations() > 0 {
             self.units.multiplied(product);
@@ -273,8 +268,7 @@ impl Lanes<'_> {
         self.work.held += held;
     }
 
-    /// Counts sines and cosines of features, which a table next to the MAC
-    /// array gives.
+    /// Counts sines and cosines of encoded features, computed by a table next to the MAC array.
     pub fn count_waves(&mut self, waves: u64) {
         self.work.waves += waves;
     }

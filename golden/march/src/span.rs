@@ -1,12 +1,12 @@
-//! Where the samples of one ray lie in a batch.
+//! The samples of one ray in a batch.
 
-/// Entries that one ray has in a batch of tasks.
+/// Consecutive entries of one ray in a batch of tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Span {
     /// The slot of the ray in its group.
     pub ray: u32,
-    /// Its first entry in the batch.
+    /// Its first entry.
     pub start: u32,
-    /// Entries, one after another.
+    /// Number of entries.
     pub len: u32,
 }

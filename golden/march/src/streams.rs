@@ -1,4 +1,4 @@
-//! Bytes that the memory-centric order moves, stream by stream.
+//! Memory traffic of the memory-centric order, in bytes by stream.
 
 use potamoi_formats::config::{Config, EntryKind, RitPath};
 use potamoi_formats::record::RECORD_CHANNELS;
@@ -15,45 +15,44 @@ const SUM: u64 = 4;
 const COMPACT: u64 = 8;
 /// Bytes of a record.
 const RECORD: u64 = RECORD_CHANNELS as u64 * CODE;
-/// Bytes of the number of a tile in its ray group, and of how many there are for
-/// a record, less one: of 65,536 at most.
+/// Bytes of a tile's number in its ray group, and of a record's number of tiles less one: both are
+/// at most 65,535.
 const TILE: u64 = 2;
 
-/// Bytes of a frame.
+/// Bytes of a frame by stream.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Streams {
-    /// Records of Gaussians, written by the GPU, each once.
+    /// Records of Gaussians, each written once by the GPU.
     pub records_written: u64,
-    /// Rows loaded into the MVoxel feature table: of each MVoxel up to the last
-    /// that is used, or the used ones alone where they are fetched one by one.
+    /// Rows loaded into the MVoxel feature table: each MVoxel up to the last row used, or only the
+    /// used rows if they are fetched one by one.
     pub mvoxels_read: u64,
-    /// The ray index table, written by the GPU; nothing where it comes straight
-    /// from what makes it (`rit.path`).
+    /// The ray index table, written by the GPU; 0 if entries come straight from their producer
+    /// (`rit.path`).
     pub rit_written: u64,
-    /// The same, read by the gathering unit: [`UnitStreams`].
+    /// The ray index table, read by the gathering unit: [`UnitStreams`].
     pub rit_read: u64,
-    /// Features out of the gathering unit, 16 bits a channel, or 32 where it does not
-    /// round.
+    /// Features that the gathering unit writes, 16 bits a channel, or 32 if it does not round.
     pub features: u64,
     /// Unrounded sums of samples that several MVoxels share, 32 bits a channel.
     pub partial_sums: u64,
-    /// Records held back beyond what fits on chip and the tiles that they are for,
-    /// out and back.
+    /// Records that exceed the on-chip reorder buffer, with the numbers of their tiles, written
+    /// and read back.
     pub spills: u64,
 }
 
-/// What one MVoxel and ray group exchange with memory.
+/// Traffic between memory and one MVoxel for one ray group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Visit {
-    /// Vertices of an entry.
+    /// Vertices an entry.
     pub vertices: Vertices,
-    /// Channels of a row.
+    /// Channels a row.
     pub channels: usize,
     /// Rows loaded.
     pub rows: u64,
-    /// Entries whose vertices are all here.
+    /// Entries with all their vertices in this MVoxel.
     pub whole: u64,
-    /// Entries that lack some.
+    /// Entries that lack some vertices.
     pub split: u64,
 }
 
@@ -74,7 +73,7 @@ impl std::ops::Add for Streams {
 }
 
 impl Visit {
-    /// Of a task whose entries have all their vertices.
+    /// The visit of a task whose entries have all their vertices.
     pub fn of(task: &GatherTask) -> Self {
         Self {
             vertices: task.vertices,
@@ -87,7 +86,7 @@ impl Visit {
 }
 
 impl Streams {
-    /// All streams.
+    /// Sum of all streams.
     #[must_use]
     pub const fn total(&self) -> u64 {
         self.records_written
@@ -99,13 +98,13 @@ impl Streams {
             + self.spills
     }
 
-    /// Counts records that the GPU writes.
+    /// Counts records written by the GPU.
     pub fn records(&mut self, written: u64) {
         self.records_written += written * RECORD;
     }
 
-    /// Counts `records` that go to memory and come back: each with how many tiles
-    /// it is for, and their numbers, `tiles` in all.
+    /// Counts `records` written to memory and read back, each with its number of tiles, and the
+    /// `tiles` numbers themselves.
     pub fn spills(&mut self, records: u64, tiles: u64) {
         let bytes = records * (RECORD + TILE) + tiles * TILE;
         self.spills += 2 * bytes;
@@ -126,25 +125,25 @@ impl Streams {
     }
 }
 
-/// What the streams of the gathering unit take: bytes of a feature and of a RIT
-/// entry, and how often it reads those: once, and once more for each further segment of channels where an
-/// MVoxel's entries do not fit both halves of the buffer.
+/// Sizes and passes of the gathering unit's streams: bytes of a feature and of a RIT entry, and
+/// how often it reads the entries. They are read once, and once more for each further segment of
+/// channels if an MVoxel's entries exceed both halves of the buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UnitStreams {
-    /// Channels of a segment.
+    /// Channels a segment.
     lanes: usize,
-    /// Bytes of a half.
+    /// Bytes of a half of the RIT buffer.
     half: u64,
-    /// Structured entries are compact.
+    /// Whether structured entries are compact.
     compact: bool,
-    /// The table does not go through memory.
+    /// Whether the table bypasses memory.
     direct: bool,
-    /// Bytes of a channel out of the unit.
+    /// Bytes of a feature channel.
     feature: u64,
 }
 
 impl UnitStreams {
-    /// Of the paper's unit.
+    /// The streams of the paper's unit.
     pub const PAPER: Self = Self {
         lanes: 32,
         half: 128 * Vertices::Eight.entry_bytes() as u64,
@@ -153,7 +152,7 @@ impl UnitStreams {
         feature: CODE,
     };
 
-    /// Of the unit that `config` describes.
+    /// The streams of the unit that `config` describes.
     #[must_use]
     pub fn of(config: &Config) -> Self {
         Self {
@@ -165,7 +164,7 @@ impl UnitStreams {
         }
     }
 
-    /// Bytes of an entry.
+    /// Bytes an entry.
     #[must_use]
     pub const fn entry_bytes(self, vertices: Vertices) -> u64 {
         if self.compact && vertices.is_structured() {
@@ -175,7 +174,7 @@ impl UnitStreams {
         }
     }
 
-    /// Bytes that an entry which is read once moves.
+    /// Bytes moved for an entry that is read once.
     #[must_use]
     pub const fn moved_bytes(self, vertices: Vertices) -> u64 {
         if self.direct {
@@ -185,7 +184,7 @@ impl UnitStreams {
         }
     }
 
-    /// Times that `entries` of one MVoxel are read.
+    /// Number of times that `entries` of one MVoxel are read.
     #[must_use]
     pub fn passes(self, vertices: Vertices, channels: usize, entries: u64) -> u64 {
         let fits = entries * self.entry_bytes(vertices) <= 2 * self.half;

@@ -1,19 +1,17 @@
-//! Lines, planes and volumes of vertices cut into MVoxels: what one filling of
-//! the MVoxel feature table holds (paper, Sec. "Memory Optimizations" and
-//! "Hardware Support").
+//! Lines, planes and volumes of vertices cut into MVoxels, each of which fills the MVoxel feature
+//! table once (paper, Sec. "Memory Optimizations" and "Hardware Support").
 //!
-//! An MVoxel of `e` vertices an edge holds `e - 1` whole cells an edge, and
-//! MVoxels follow one another at that stride: the vertices of a shared face
-//! (the *halo*) are stored in both, so that every sample has one entry. With 8
-//! vertices an edge that takes (8/7)^3 = 1.49 times the bytes in bulk.
+//! An MVoxel of `e` vertices an edge holds `e - 1` whole cells an edge, and MVoxels follow one
+//! another at that stride. The vertices of a shared face (the *halo*) are stored in both, so that
+//! every sample has one entry. With 8 vertices an edge a large volume takes (8/7)^3 = 1.49 times
+//! the bytes.
 //!
-//! Where the halo is *split* nothing is stored twice: MVoxels follow one another
-//! at a stride of `e`, and a sample whose vertices lie in several has an entry in
-//! each. Their unrounded sums are added up and rounded once, so that the picture
-//! is the same bit for bit.
+//! With a *split* halo nothing is stored twice: MVoxels follow one another at a stride of `e`, and
+//! a sample whose vertices lie in several MVoxels has an entry in each. Their unrounded sums are
+//! added and rounded once, so that the picture is the same bit for bit.
 //!
-//! A sample belongs to the cell whose lower faces it is on or above; on the
-//! upper faces of all, to the last cell. So it has one owner everywhere.
+//! A sample belongs to the cell whose lower faces it is on or above, or to the last cell on the
+//! upper faces of the volume. So every sample has exactly one owner.
 
 #[cfg(test)]
 mod tests;
@@ -26,54 +24,50 @@ use potamoi_reference::weights::FRACTION_BITS;
 
 pub use visit_order::position_code;
 
-/// How MVoxels share the vertices between them.
+/// Storage of the vertices that neighbouring MVoxels share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Halo {
-    /// Stored in both.
+    /// Stored in both MVoxels.
     #[default]
     Shared,
-    /// Stored once.
+    /// Stored in one MVoxel.
     Split,
 }
 
-/// Where a sample is: its owner, the cell in it, and the place in the cell.
+/// The location of a sample: owner, cell and position within the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
-    /// Number of the MVoxel, x fastest.
+    /// Number of the owning MVoxel, x fastest.
     pub mvoxel: usize,
-    /// Lowest vertex of the cell, from the MVoxel's first vertex.
+    /// Lowest vertex of the cell, relative to the MVoxel's first vertex.
     pub local: [usize; 3],
-    /// U1.12 fractions of the way through the cell; 1 only on the upper faces
-    /// of all.
+    /// U1.12 position within the cell; 1 only on the upper faces of the volume.
     pub fraction: [u16; 3],
 }
 
-/// An MVoxel that has vertices of a sample's cell.
+/// An MVoxel that holds vertices of a sample's cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Holder {
-    /// Its number, x fastest.
+    /// Number of the MVoxel, x fastest.
     pub mvoxel: usize,
-    /// The axes, by bit, along which it lies behind the owner.
+    /// The axes, by bit, along which it follows the owner.
     pub behind: usize,
 }
 
-/// MVoxels of some vertices. Planes and lines have one vertex along their last
-/// axes.
+/// A division of vertices into MVoxels. Planes and lines have one vertex along their last axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tiling {
     points: [usize; 3],
     edge: [usize; 3],
     halo: Halo,
-    /// From MVoxel to MVoxel in vertices: cells an edge whose vertices one MVoxel
-    /// holds, or vertices an edge where the halo is split.
+    /// Stride between MVoxels in vertices: an edge less one, or a whole edge with a split halo.
     stride: [usize; 3],
     counts: [usize; 3],
 }
 
-/// Vertices along each axis of an MVoxel with so many rows, as the hardware has
-/// them: [`MvoxelConfig::edges`]. Nothing where the rows do not hold the vertices
-/// of a cell.
+/// Vertices along each axis of an MVoxel with this many rows, as in hardware:
+/// [`MvoxelConfig::edges`]. `None` if the rows cannot hold the vertices of a cell.
 pub fn edges(points: [usize; 3], rows: u32) -> Option<[usize; 3]> {
     let axes = match points {
         [_, 1, 1] => 1,
@@ -86,8 +80,8 @@ pub fn edges(points: [usize; 3], rows: u32) -> Option<[usize; 3]> {
         .then_some(edge)
 }
 
-/// The lowest vertex of the cell of a place in vertices, held within `points` of
-/// them, and how far through the cell it is: U1.12, 1 only on the upper faces.
+/// The lowest vertex of the cell at a position in vertices, clamped to `points` vertices, and the
+/// U1.12 position within the cell. That is 1 only on the upper faces.
 #[inline]
 pub fn cell(points: [usize; 3], place: [f64; 3]) -> ([usize; 3], [u16; 3]) {
     let (mut low, mut fraction) = ([0; 3], [0; 3]);
@@ -102,8 +96,8 @@ pub fn cell(points: [usize; 3], place: [f64; 3]) -> ([usize; 3], [u16; 3]) {
 }
 
 impl Tiling {
-    /// MVoxels of at most `edge` vertices along each axis, 2 or more where there
-    /// are as many points.
+    /// MVoxels of at most `edge` vertices along each axis, at least 2 along axes of several
+    /// vertices.
     pub fn new(points: [usize; 3], edge: [usize; 3], halo: Halo) -> Self {
         let stride = match halo {
             Halo::Shared => edge.map(|edge| (edge - 1).max(1)),
@@ -123,12 +117,12 @@ impl Tiling {
         }
     }
 
-    /// The same vertices and edges with another halo.
+    /// The same division with another halo.
     pub fn with_halo(&self, halo: Halo) -> Self {
         Self::new(self.points, self.edge, halo)
     }
 
-    /// How MVoxels share vertices.
+    /// The kind of halo.
     #[must_use]
     pub const fn halo(&self) -> Halo {
         self.halo
@@ -146,13 +140,13 @@ impl Tiling {
         self.counts
     }
 
-    /// MVoxels in all.
+    /// Total number of MVoxels.
     pub fn count(&self) -> usize {
         self.counts.iter().product()
     }
 
     #[inline]
-    /// From MVoxel to MVoxel in vertices, along each axis.
+    /// Stride between MVoxels in vertices, along each axis.
     #[must_use]
     pub const fn stride(&self) -> [usize; 3] {
         self.stride
@@ -163,7 +157,7 @@ impl Tiling {
         x + self.counts[0] * (y + self.counts[1] * z)
     }
 
-    /// Place of an MVoxel among the others, along each axis.
+    /// Index of an MVoxel along each axis.
     #[inline]
     #[must_use]
     pub const fn index(&self, mvoxel: usize) -> [usize; 3] {
@@ -171,23 +165,21 @@ impl Tiling {
         [mvoxel % x, mvoxel / x % y, mvoxel / (x * y)]
     }
 
-    /// The vertex that is an MVoxel's first.
+    /// The first vertex of an MVoxel.
     #[inline]
     pub fn first(&self, mvoxel: usize) -> [usize; 3] {
         let index = self.index(mvoxel);
         [0, 1, 2].map(|axis| index[axis] * self.stride[axis])
     }
 
-    /// Vertices along each axis of an MVoxel: fewer than an edge at the upper
-    /// faces of all.
+    /// Vertices along each axis of an MVoxel; fewer than an edge at the upper faces of the volume.
     #[inline]
     pub fn extent(&self, mvoxel: usize) -> [usize; 3] {
         let first = self.first(mvoxel);
         [0, 1, 2].map(|axis| self.edge[axis].min(self.points[axis] - first[axis]))
     }
 
-    /// Rows of an MVoxel of `codes`, `channels` a vertex and the first axis
-    /// fastest.
+    /// Rows of an MVoxel, from `codes` with `channels` a vertex and the first axis fastest.
     pub fn cut(&self, mvoxel: usize, codes: &[i16], channels: usize) -> Vec<i16> {
         let [wide, high, deep] = self.extent(mvoxel);
         let [x, y, z] = self.first(mvoxel);
@@ -201,23 +193,23 @@ impl Tiling {
         rows
     }
 
-    /// The MVoxel that owns a cell, given by its lowest vertex, and the cell's
-    /// lowest vertex from the MVoxel's first.
+    /// The MVoxel that owns the cell with this lowest vertex, and the vertex relative to the
+    /// MVoxel's first.
     #[inline]
     pub fn owner(&self, low: [usize; 3]) -> (usize, [usize; 3]) {
         let number = self.number([0, 1, 2].map(|axis| low[axis] / self.stride[axis]));
         (number, [0, 1, 2].map(|axis| low[axis] % self.stride[axis]))
     }
 
-    /// The owner of a place in vertices, held to them and rounded to 12 fraction
-    /// bits.
+    /// The sample location of a position in vertices, clamped to the volume and rounded to 12
+    /// fraction bits.
     #[inline]
     pub fn locate(&self, at: [f64; 3]) -> Place {
         let (low, fraction) = cell(self.points, at);
         self.place(low, fraction)
     }
 
-    /// The owner of a cell and a place in it.
+    /// The sample location of a position within a cell.
     #[inline]
     pub fn place(&self, low: [usize; 3], fraction: [u16; 3]) -> Place {
         let (mvoxel, local) = self.owner(low);
@@ -228,9 +220,9 @@ impl Tiling {
         }
     }
 
-    /// Rows of the eight corners of a place's cell, all of which its owner holds;
-    /// bit 0 of the corner's index is x, bit 1 y, bit 2 z. Only corners along axes
-    /// of more than one vertex are meant.
+    /// Rows of the eight corners of a cell, all of which its owner must hold. Bit 0 of the
+    /// corner's index is x, bit 1 y, bit 2 z. Only corners along axes of several vertices are
+    /// meaningful.
     #[inline]
     pub fn corner_rows(&self, place: &Place) -> [u16; 8] {
         let [wide, high, _] = self.extent(place.mvoxel);
@@ -242,8 +234,8 @@ impl Tiling {
         rows
     }
 
-    /// The axes, by bit, along which the far vertices of a place's cell lie in
-    /// the next MVoxel; none where faces are shared.
+    /// The axes, by bit, along which the far vertices of a cell lie in the next MVoxel; none with
+    /// a shared halo.
     #[inline]
     pub fn straddles(&self, place: &Place) -> usize {
         if self.halo == Halo::Shared {
@@ -254,7 +246,7 @@ impl Tiling {
         (0..3).filter(over).fold(0, |bits, axis| bits | 1 << axis)
     }
 
-    /// The MVoxels that hold vertices of a place's cell, the owner first.
+    /// The MVoxels that hold vertices of a cell, the owner first.
     #[inline]
     pub fn holders(&self, place: &Place) -> impl Iterator<Item = Holder> + use<> {
         let across = self.straddles(place);
@@ -271,8 +263,8 @@ impl Tiling {
         })
     }
 
-    /// Rows of the corners of a place's cell in one of its holders, and which
-    /// corners are there, by bit. Those that are not have row 0.
+    /// Rows of the corners of a cell in one of its holders, and which corners it holds, by bit.
+    /// The others have row 0.
     pub fn part_rows(&self, place: &Place, holder: Holder) -> ([u16; 8], u8) {
         let across = self.straddles(place);
         let [wide, high, _] = self.extent(holder.mvoxel);
@@ -291,7 +283,7 @@ impl Tiling {
         (rows, held)
     }
 
-    /// The last row of the corners of a place's cell in one of its holders.
+    /// The last row used by the corners of a cell in one of its holders.
     pub fn last_row(&self, place: &Place, holder: Holder) -> u16 {
         let across = self.straddles(place);
         let [wide, high, _] = self.extent(holder.mvoxel);

@@ -1,6 +1,6 @@
-//! The format of transmittances.
+//! The fixed-point format of transmittances.
 
 use potamoi_formats::fixed::Format;
 
-/// U1.20: 1 is representable, and each of 255 samples may take its part of it.
+/// U1.20: it represents 1 exactly, and leaves each of 255 samples a share.
 pub const TRANSMITTANCE: Format = Format::unsigned(1, 20);

@@ -1,4 +1,4 @@
-//! Units that do more than is called for, or less.
+//! Units with single effects left out or forced, for ablation.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
@@ -7,26 +7,26 @@ use crate::gather::Reducer;
 use crate::{GatherTask, Product, UnitError, Units};
 use potamoi_base::effects::{Choices, Effect};
 
-/// Units before which some effects of the units themselves are left out, and behind which some
-/// are carried out that nothing calls for.
+/// Wraps units so that chosen effects of their arithmetic are left out, or forced where no task
+/// needs them.
 ///
 /// | effect | left out | forced |
 /// |---|---|---|
-/// | trilinear | the vertex of the largest weight alone | single ids are weighted with 1 and rounded too, and must stay as they are |
-/// | exponential | the first term of its series: `exp(-u)` is 1, `1 - exp(-s)` is s up to 1 | |
-/// | segments | channels of the first pass alone, the others 0 | |
+/// | trilinear | only the vertex of the largest weight counts | single ids are weighted with 1 and rounded too; a changed code is an error |
+/// | exponential | only the first term of the series: `exp(-u)` is 1, `1 - exp(-s)` is s, at most 1 | |
+/// | segments | only the channels of the first pass are gathered, the others are 0 | |
 pub struct Altered<'u> {
     units: &'u mut dyn Units,
     choices: Choices,
     reducer: Reducer,
     /// Channels of one pass.
     pass: usize,
-    /// Fraction bits of powers' arguments, of `1 - exp`'s, and of results.
+    /// Fraction bits of the arguments of powers, of the arguments of `1 - exp`, and of results.
     bits: [u32; 3],
 }
 
 impl<'u> Altered<'u> {
-    /// `units` of a configuration.
+    /// Wraps `units`, which must be those of `config`.
     pub fn new(units: &'u mut dyn Units, config: &Config, choices: Choices) -> Self {
         let exp = &config.vu.exp;
         Self {
@@ -42,13 +42,13 @@ impl<'u> Altered<'u> {
         }
     }
 
-    /// Whether choices ask for it.
+    /// Whether `choices` leave out or force an effect that this wrapper implements.
     pub fn is_asked_for(choices: Choices) -> bool {
         let effects = [Effect::Trilinear, Effect::Exponential, Effect::Segments];
         choices.forces(Effect::Trilinear) || effects.iter().any(|e| choices.leaves_out(*e))
     }
 
-    /// The same tasks, each entry with the vertex alone that it is nearest to.
+    /// The same tasks with the whole weight of each entry on its nearest vertex.
     #[must_use]
     fn nearest(&self, tasks: &[GatherTask]) -> Vec<GatherTask> {
         let mut tasks = tasks.to_vec();
@@ -69,7 +69,7 @@ impl<'u> Altered<'u> {
         tasks
     }
 
-    /// Weights single ids with 1, which must leave them as they are.
+    /// Weights single ids with 1 and fails where a code changes.
     fn weigh(&self, tasks: &[GatherTask], features: &[i16]) -> Result<(), UnitError> {
         let one = 1u16 << self.reducer.weight_bits();
         let mut rest = features;
@@ -94,7 +94,7 @@ impl<'u> Altered<'u> {
         Ok(())
     }
 
-    /// Where further segments are left out, 0 in every channel of theirs.
+    /// Clears the channels of all segments but the first, if segments are left out.
     fn first_pass<T: Copy + Default>(&self, tasks: &[GatherTask], results: &mut [T]) {
         if !self.choices.leaves_out(Effect::Segments) {
             return;
@@ -109,7 +109,7 @@ impl<'u> Altered<'u> {
         }
     }
 
-    /// The first term of a power's series.
+    /// The first term of the series of a power.
     fn first_term(&self, code: OpCode, a: i32) -> i32 {
         let [input, one_minus, output] = self.bits;
         let of = |bits: u32| f64::from(a) * 2f64.powi(-(bits as i32));

@@ -1,26 +1,27 @@
-//! What a vector unit's results may be off by.
+//! Error bounds of the vector unit's results.
 
 use potamoi_formats::config::ExpConfig;
 
 use super::logistic::{Logistic, logistic_budget};
 use super::widths::budget;
 
-/// The most that results are off by, in units of the last place; infinite where no bound is known.
+/// Upper bounds of the absolute error, in units of the last place; infinite where no bound is
+/// known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VectorBounds {
-    /// Of `exp(-u)`; where the largest code stands for 1, that counts.
+    /// Of `exp(-u)`, including the saturation of 1 to the largest code.
     pub exp: f64,
-    /// Of `1 - exp(-s)`, likewise; how s is brought to the constants' bits included where that is
-    /// known.
+    /// Of `1 - exp(-s)`, including saturation and, where it is known, the rounding of s to the
+    /// constants' bits.
     pub one_minus_exp: f64,
-    /// Of `1 / (1 + exp(-x))`, before a result of 1 is held below it.
+    /// Of `1 / (1 + exp(-x))`, before a result of 1 saturates.
     pub sigmoid: f64,
     /// Of `ln(1 + exp(x))`.
     pub softplus: f64,
 }
 
 impl VectorBounds {
-    /// As [`budget`] and [`logistic_budget`] say.
+    /// Bounds by the formulas [`budget`] and [`logistic_budget`].
     #[must_use]
     pub fn by_formula(config: &ExpConfig) -> Self {
         let logistic = |of| match config.form.offers().logistic {
@@ -34,7 +35,7 @@ impl VectorBounds {
         }
     }
 
-    /// Of powers alone, from errors before a power of 1 is held below it.
+    /// Bounds of the powers alone, from errors before a power of 1 saturates.
     #[must_use]
     pub const fn of_powers(exp: f64, one_minus_exp: f64) -> Self {
         Self {
@@ -45,7 +46,7 @@ impl VectorBounds {
         }
     }
 
-    /// The lesser of each.
+    /// The lesser of each pair of bounds.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self {

@@ -1,9 +1,8 @@
-//! Exponentials to 120 bits and more, and how far a unit is from them.
+//! Exponentials to at least 120 bits, and the errors of a unit against them.
 //!
-//! The values come from a library of arbitrary precision, not from the
-//! engine's arithmetic. The hardest of the 65,536 arguments of U3.13 to round lies
-//! 2^-16 units from a midpoint of U0.16 and 2^-21 of U0.12, so that 2^-120 leaves
-//! no case undecided.
+//! The values come from a library of arbitrary precision, not from the engine's arithmetic. Of the
+//! 65,536 arguments of U3.13 the hardest to round lies 2^-16 units from a midpoint of U0.16 and
+//! 2^-21 units from one of U0.12, so 2^-120 leaves no case undecided.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -17,13 +16,13 @@ use thiserror::Error;
 const MANTISSA_BITS: i32 = 126;
 /// Fraction bits of errors, in units of the last place of the output.
 pub(super) const ERROR_BITS: i32 = 80;
-/// Bits of the library's numbers while values are made.
+/// Bits of the library's numbers during the computation.
 pub(super) const WORKING_BITS: usize = 192;
 
-/// No reference can be made.
+/// The reference cannot be computed.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ExactError {
-    /// Too many arguments to hold.
+    /// The format has too many codes to tabulate.
     #[error("a reference for input format {0}: expected at most 16 bits in all")]
     TooWide(Format),
     /// The library of arbitrary precision failed.
@@ -40,20 +39,20 @@ pub struct ExactExponential {
     values: Vec<(u128, i32)>,
 }
 
-/// How far outputs are from the reference, over all codes of its format.
+/// Error statistics of an output against the reference, over all codes of the input format.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExpError {
     /// Largest magnitude of an error, in units of the output's last place.
     pub max_ulp: f64,
-    /// Mean magnitude of the errors, in the same units.
+    /// Mean magnitude of the error, in the same units.
     pub mean: f64,
-    /// Mean error with its sign.
+    /// Mean signed error, in the same units.
     pub bias: f64,
     /// The first code with the largest error.
     pub worst_code: i32,
-    /// Whether outputs never move against the exponential.
+    /// Whether the outputs are monotone in the argument, as the exponential is.
     pub monotone: bool,
-    /// Outputs that are not the nearest code.
+    /// Number of outputs that are not the nearest code.
     pub misrounded: u32,
 }
 
@@ -61,19 +60,18 @@ static CACHE: Mutex<BTreeMap<(Format, ExpBase), Arc<ExactExponential>>> =
     Mutex::new(BTreeMap::new());
 
 impl ExactExponential {
-    /// The reference for an input format of at most 16 bits. Made once in a
-    /// process.
+    /// The reference for an input format of at most 16 bits, computed once a process.
     ///
     /// # Errors
-    /// A wider format, or the library failed.
+    /// The format is wider than 16 bits, or the library fails.
     pub fn of(input: Format) -> Result<Arc<Self>, ExactError> {
         Self::in_base(input, ExpBase::E)
     }
 
-    /// As [`ExactExponential::of`], of `2^-u` and `2^x` where the base is two.
+    /// As [`ExactExponential::of`], with `2^-u` and `2^x` if the base is two.
     ///
     /// # Errors
-    /// As [`ExactExponential::of`].
+    /// Those of [`ExactExponential::of`].
     pub fn in_base(input: Format, base: ExpBase) -> Result<Arc<Self>, ExactError> {
         let mut cache = CACHE.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = cache.get(&(input, base)) {
@@ -130,8 +128,8 @@ impl ExactExponential {
         least..=self.input.max() as i32
     }
 
-    /// The value for a code (the nearest in range) as a mantissa in [1, 2) with
-    /// 126 fraction bits, cut off, and a binary exponent.
+    /// The value for a code (clamped to the format): a mantissa in [1, 2) with 126 fraction bits,
+    /// truncated, and a binary exponent.
     #[must_use]
     pub fn value(&self, code: i32) -> (u128, i32) {
         let held = self.input.saturate(i128::from(code)).0;
@@ -139,9 +137,9 @@ impl ExactExponential {
         self.values.get(index).copied().unwrap_or((0, 0))
     }
 
-    /// The value for a code in units of 2^-`output_bits`, with 80 more fraction
-    /// bits, cut off. An unsigned input format caps it at the largest code,
-    /// `2^output_bits - 1`. Values of 2^46 units and more give 2^126.
+    /// The value for a code in units of 2^-`output_bits`, with 80 more fraction bits, truncated.
+    /// An unsigned input format caps it at the largest code, `2^output_bits - 1`. Values of 2^46
+    /// units and more return 2^126.
     #[must_use]
     pub fn scaled(&self, code: i32, output_bits: u32) -> i128 {
         let (mantissa, exponent) = self.value(code);
@@ -158,8 +156,8 @@ impl ExactExponential {
         }
     }
 
-    /// Error of `output`, a code with `output_bits` fraction bits, in units of
-    /// its last place.
+    /// Signed error of `output`, a code with `output_bits` fraction bits, in units of its last
+    /// place.
     #[must_use]
     pub fn error(&self, code: i32, output: i32, output_bits: u32) -> f64 {
         let off = (i128::from(output) << ERROR_BITS) - self.scaled(code, output_bits);
@@ -186,9 +184,8 @@ impl ExactExponential {
         (found - exact) as f64 / exact as f64
     }
 
-    /// Measures `output`, called once for every code, smallest first, against
-    /// the reference. An unsigned input format caps the reference at
-    /// `2^output_bits - 1`: 1 saturates.
+    /// Measures `output` against the reference. It is called once for every code, smallest first.
+    /// An unsigned input format caps the reference at `2^output_bits - 1`: 1 saturates.
     pub fn measure(&self, output_bits: u32, mut output: impl FnMut(i32) -> i32) -> ExpError {
         let mut error = ExpError {
             max_ulp: 0.0,

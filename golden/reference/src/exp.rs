@@ -1,6 +1,6 @@
-//! The exponential engine in exact integers (paper, Sec. "Vector Unit"): a file a form.
+//! The exponential engine in exact integers (paper, Sec. "Vector Unit"), one file a form.
 //!
-//! `docs/adding/exponential.md` adds a form step by step.
+//! `docs/adding/exponential.md` shows step by step how to add a form.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub use form::Raw;
 use form::Form;
 use logistic::Logarithm;
 
-/// The form of a configuration.
+/// The form that a configuration selects.
 fn form(config: &ExpConfig) -> Arc<dyn Form> {
     match config.form {
         ExpForm::Restoring => Arc::new(restoring::Restoring::new(config)),
@@ -30,7 +30,7 @@ fn form(config: &ExpConfig) -> Arc<dyn Form> {
     }
 }
 
-/// The engine of one lane: every bit of it, no clock.
+/// Bit-exact model of one lane's exponential engine, without timing.
 #[derive(Debug, Clone)]
 pub struct ExpTwin {
     form: Arc<dyn Form>,
@@ -43,10 +43,10 @@ pub struct ExpTwin {
 }
 
 impl ExpTwin {
-    /// The engine that `config` describes, its constants computed here.
+    /// The engine that `config` describes, with its constants.
     ///
-    /// `config` has passed the rules of `potamoi_formats::config`; of one that
-    /// has not, nothing is promised but that it does not panic.
+    /// `config` must have passed the rules of `potamoi_formats::config`. For any other, results
+    /// are unspecified, but it does not panic.
     #[must_use]
     pub fn new(config: &ExpConfig) -> Self {
         let mut engine = config.engine();
@@ -63,14 +63,14 @@ impl ExpTwin {
         }
     }
 
-    /// The widths in use.
+    /// The widths of the engine's registers.
     #[must_use]
     pub fn engine(&self) -> &Engine {
         &self.engine
     }
 
-    /// What the engine holds for operand `a` of the operation `exp`, clamped
-    /// to the input format.
+    /// The engine's registers after the operation `exp` of `a`, which is clamped to the input
+    /// format.
     #[must_use]
     pub fn raw(&self, a: i32) -> Raw {
         let code = i64::from(a).clamp(self.input.min() as i64, self.input.max() as i64);
@@ -82,8 +82,8 @@ impl ExpTwin {
         }
     }
 
-    /// The operation `exp`. Alpha: U0.F, `exp(-a)`; general: {exponent,
-    /// mantissa U1.F}; the literal form: F fraction bits.
+    /// The operation `exp`. Alpha output: U0.F, `exp(-a)`. General output: {exponent, mantissa
+    /// U1.F}. Literal form: F fraction bits.
     #[must_use]
     pub fn exp(&self, a: i32) -> i32 {
         let raw = self.raw(a);
@@ -104,8 +104,8 @@ impl ExpTwin {
         result as i32
     }
 
-    /// The operation `one-minus-exp`: U0.F, `1 - exp(-a)`, with
-    /// `one_minus_frac_bits` fraction bits in `a`, clamped to 0..16.
+    /// The operation `one-minus-exp`: U0.F, `1 - exp(-a)`. `a` has `one_minus_frac_bits` fraction
+    /// bits and is clamped to 0..16.
     #[must_use]
     pub fn one_minus_exp(&self, a: i32) -> i32 {
         let raw = self.raw_one_minus(a);
@@ -114,7 +114,7 @@ impl ExpTwin {
         (one - e).min(one - 1) as i32
     }
 
-    /// What the engine holds for operand `a` of `one-minus-exp`.
+    /// The engine's registers after the operation `one-minus-exp` of `a`.
     #[must_use]
     pub fn raw_one_minus(&self, a: i32) -> Raw {
         let g = self.one_minus_bits;
@@ -123,9 +123,8 @@ impl ExpTwin {
         self.form.power(value, code >= 8 << g)
     }
 
-    /// The exponent k of what the engine finds for operand `a`: the result, or
-    /// with one-minus-exp 1 less the result, is `R_accum 2^-k`. 0 of other
-    /// operations.
+    /// The binary exponent k for operand `a`: the result, or with one-minus-exp 1 less the result,
+    /// is `R_accum 2^-k`. It is 0 for all other operations.
     #[must_use]
     pub fn exponent(&self, op: OpCode, a: i32) -> u32 {
         let raw = match op {
@@ -143,7 +142,7 @@ impl ExpTwin {
     }
 }
 
-/// Brings a code with `from` fraction bits to `to`, rounded half-up.
+/// Converts a code from `from` to `to` fraction bits, rounded half-up.
 fn align(code: i64, from: u32, to: u32) -> i64 {
     match from.checked_sub(to) {
         None => code << (to - from).min(32),

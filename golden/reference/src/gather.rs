@@ -8,22 +8,22 @@ use thiserror::Error;
 
 use super::GatherTask;
 
-/// Bit of the flags: an issued id names a row that was not loaded.
+/// Error flag: an issued id names a row that was not loaded.
 pub const FLAG_ROW: u8 = 1 << 0;
-/// Bit of the flags: a weight has a bit above bit W set.
+/// Error flag: a weight has a bit above bit W set.
 pub const FLAG_WEIGHT: u8 = 1 << 1;
-/// Bit of the flags: an entry's weights do not sum to 1 (`trusted` only).
+/// Error flag: an entry's weights do not sum to 1 (`trusted` only).
 pub const FLAG_SUM: u8 = 1 << 2;
-/// Bit of the flags: more rows than the MVoxel feature table holds.
+/// Error flag: more rows than the MVoxel feature table holds.
 pub const FLAG_TABLE: u8 = 1 << 6;
 
 /// A task that the gathering unit's streams cannot express.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum GatherError {
-    /// No channel at all.
+    /// The task has no channels.
     #[error("gather task: 0 channels; a feature has at least 1")]
     NoChannels,
-    /// More channels than segments.
+    /// The channels need more segments than the unit has.
     #[error(
         "gather task: {channels} channels are {segments} segments, \
          but gu.segments allows {allowed}; raise gu.segments or gu.banks"
@@ -31,18 +31,18 @@ pub enum GatherError {
     Segments {
         /// Channels of the task.
         channels: usize,
-        /// Segments that they take.
+        /// Segments that they need.
         segments: usize,
         /// Segments that the unit was built for.
         allowed: u32,
     },
-    /// Nothing to gather.
+    /// The task has no entries.
     #[error("gather task: no entries; leave an MVoxel without entries out")]
     NoEntries,
-    /// Nothing to gather from.
+    /// The task has no rows.
     #[error("gather task: no rows; the feature stream carries at least one")]
     NoRows,
-    /// Feature codes that are no whole rows.
+    /// The feature codes are not a whole number of rows.
     #[error("gather task: {codes} feature codes are no whole rows of {channels} channels")]
     Ragged {
         /// Feature codes given.
@@ -50,7 +50,7 @@ pub enum GatherError {
         /// Channels of a row.
         channels: usize,
     },
-    /// A feature needs more bits than the lanes have.
+    /// A feature does not fit the width of the lanes.
     #[error(
         "gather task: feature {code} in row {row}, channel {channel} does not fit \
          gu.feature_bits = {bits}; quantise features to that width"
@@ -60,23 +60,23 @@ pub enum GatherError {
         row: usize,
         /// Channel of the feature.
         channel: usize,
-        /// The feature.
+        /// The feature code.
         code: i16,
-        /// Bits that it may have.
+        /// Width of the lanes in bits.
         bits: u32,
     },
-    /// An entry size that was not built.
+    /// The unit was not built for entries of this size.
     #[error(
         "gather task: entries of {vertices} vertices, but the unit was built for {built:?}; \
          see gu.modes and gu.vertices"
     )]
     Vertices {
-        /// Vertices an entry of the task has.
+        /// Vertices of each entry of the task.
         vertices: usize,
         /// Vertices that the unit was built for.
         built: Vec<usize>,
     },
-    /// A slot that a single id cannot carry.
+    /// A single id cannot carry the slot.
     #[error(
         "gather task: entry {entry} has slot {slot}, but a single id carries 16 bits; \
          use a smaller ray group"
@@ -89,8 +89,7 @@ pub enum GatherError {
     },
 }
 
-/// The arithmetic of a reducer: exact sums in an accumulator that wraps, and
-/// one rounding.
+/// The arithmetic of a reducer: exact sums in a wrapping accumulator, and one rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reducer {
     feature: Format,
@@ -99,7 +98,7 @@ pub struct Reducer {
 }
 
 impl Reducer {
-    /// Of the unit that `config` describes.
+    /// The reducer of the unit that `config` describes.
     #[must_use]
     pub fn new(config: &Config) -> Self {
         Self {
@@ -115,13 +114,13 @@ impl Reducer {
         self.weight_bits
     }
 
-    /// The bits of a weight that count.
+    /// The significant bits of a weight.
     fn weight(&self, code: u16) -> i64 {
         i64::from(code) & ((2 << self.weight_bits) - 1)
     }
 
-    /// The accumulator of one channel, unrounded: the sum of weight times code
-    /// over `terms`. Sums of parts of an entry add up to that of all of it.
+    /// The unrounded accumulator of one channel: the sum of weight times code over `terms`. Sums
+    /// over the parts of an entry add up to the sum of the whole entry.
     #[must_use]
     pub fn sum(&self, terms: impl Iterator<Item = (u16, i16)>) -> i64 {
         let products = terms.map(|(w, code)| self.weight(w) * i64::from(code));
@@ -133,7 +132,7 @@ impl Reducer {
         sum << spare >> spare
     }
 
-    /// The feature code of an accumulator, half to even.
+    /// Rounds an accumulator to a feature code, half to even.
     #[must_use]
     pub fn round(&self, sum: i64) -> i16 {
         let sum = i128::from(self.wrap(sum));
@@ -142,7 +141,7 @@ impl Reducer {
     }
 }
 
-/// The gathering unit: what its reducers compute, no clock.
+/// Bit-exact model of the gathering unit, without timing.
 #[derive(Debug, Clone)]
 pub struct GatherTwin {
     reducer: Reducer,
@@ -151,11 +150,11 @@ pub struct GatherTwin {
     config: Config,
 }
 
-/// What becomes of a sum: a feature code, or the sum itself.
+/// The type of a result: a rounded feature code, or the unrounded sum.
 trait Code: Copy + Default + Send {
-    /// Of a sum of weight times code.
+    /// From a sum of weight times code.
     fn of_sum(reducer: &Reducer, sum: i64) -> Self;
-    /// Of a code that is not weighted.
+    /// From a code that is not weighted.
     fn of_code(reducer: &Reducer, code: i16) -> Self;
 }
 
@@ -180,11 +179,11 @@ impl Code for i32 {
     }
 }
 
-/// Sums that are worth handing to another thread.
+/// Minimum number of sums for a second thread.
 const PARALLEL: usize = 1 << 14;
 
 impl GatherTwin {
-    /// The unit that `config` describes. `config` has passed the rules of
+    /// The unit that `config` describes, which must have passed the rules of
     /// `potamoi_formats::config`.
     #[must_use]
     pub fn new(config: &Config) -> Self {
@@ -196,10 +195,10 @@ impl GatherTwin {
         }
     }
 
-    /// Whether the unit's streams can express `task`.
+    /// Checks that the unit's streams can express `task`.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The first rule that the task breaks.
     pub fn check(&self, task: &GatherTask) -> Result<(), GatherError> {
         let channels = task.channels;
         if channels == 0 {
@@ -252,30 +251,30 @@ impl GatherTwin {
         Ok(())
     }
 
-    /// Appends `channels` feature codes for every entry; returns the error
+    /// Gathers a task: appends `channels` feature codes for every entry and returns the error
     /// flags that the task raises (bits 0, 1, 2 and 6 of `stat_errors`).
     ///
-    /// A row that was not loaded counts as 0. Of a weight, bits W..0 count. The
-    /// sum wraps at the accumulator's width, which weights that keep their
-    /// promise never reach. Segments make no difference.
+    /// A row that was not loaded counts as 0. Bits W..0 of a weight count. The sum wraps at the
+    /// accumulator's width, which weights that sum to 1 never reach. The number of segments does
+    /// not change the result.
     ///
     /// # Errors
-    /// As [`GatherTwin::check`]; nothing is appended then.
+    /// Those of [`GatherTwin::check`]; nothing is appended then.
     pub fn gather(&self, task: &GatherTask, features: &mut Vec<i16>) -> Result<u8, GatherError> {
         self.append(task, features)
     }
 
-    /// As [`GatherTwin::gather`], but sums as they are, in units of 2^-W, of weights
-    /// that sum to at most 1: of the entries of a cell that lies in several MVoxels,
-    /// they add up to its sum.
+    /// As [`GatherTwin::gather`], but returns unrounded sums in units of 2^-W, for weights that
+    /// sum to at most 1. The sums of the partial entries of a cell in several MVoxels add up to
+    /// the cell's sum.
     ///
     /// # Errors
-    /// As [`GatherTwin::check`]; nothing is appended then.
+    /// Those of [`GatherTwin::check`]; nothing is appended then.
     pub fn sums(&self, task: &GatherTask, sums: &mut Vec<i32>) -> Result<u8, GatherError> {
         self.append(task, sums)
     }
 
-    /// The arithmetic of sums.
+    /// The arithmetic of one reducer.
     #[must_use]
     pub fn reducer(&self) -> &Reducer {
         &self.reducer
@@ -311,7 +310,7 @@ impl GatherTwin {
         Ok(flags)
     }
 
-    /// One entry: `out` holds 0 and gets a code for every channel.
+    /// Reduces one entry. `out` holds 0 for every channel on entry.
     fn reduce<T: Code>(&self, vertices: Vertices, rows: &[i16], entry: &RitEntry, out: &mut [T]) {
         let channels = out.len();
         let row = |v: usize| {

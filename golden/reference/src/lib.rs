@@ -1,5 +1,5 @@
-//! The units that the renderers compute with: the [`Units`] trait, and twins
-//! that do in Rust, bit by bit, what the hardware does.
+//! The arithmetic that the renderers compute with: the [`Units`] trait, and bit-exact Rust models
+//! ("twins") of the hardware units.
 //!
 //! ```
 //! use potamoi_formats::config::Config;

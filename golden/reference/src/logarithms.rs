@@ -1,7 +1,7 @@
 //! The engine's constants, `2^j ln 2` and `ln(1 + 2^-i)`, from integer series.
 
-/// Fraction bits of the series. Each of its at most 80 terms is cut off, so
-/// that a sum is below its limit by less than 2^-113.
+/// Fraction bits of the series. Each of its at most 80 terms is truncated, so that a sum is below
+/// its limit by less than 2^-113.
 const SERIES_BITS: u32 = 120;
 
 /// `2 atanh(p / m)` for p of 1 and 3 and `m >= 3 p`: the sum of
@@ -35,7 +35,7 @@ pub(super) fn ln_one_plus_power(i: u32, bits: u32) -> i64 {
     nearest(twice_atanh(1, m), SERIES_BITS - bits.min(60))
 }
 
-/// ln 2 with `bits` fraction bits, at most 100, cut off.
+/// ln 2 with `bits` fraction bits, at most 100, truncated.
 pub(super) fn ln2(bits: u32) -> i128 {
     (twice_atanh(1, 3) >> (SERIES_BITS - bits)) as i128
 }

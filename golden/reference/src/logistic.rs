@@ -1,5 +1,4 @@
-//! Sigmoid and softplus to 120 bits, for every operand up to 16, and how far a
-//! unit may be from them.
+//! Sigmoid and softplus to 120 bits, for every operand up to 16, and error bounds of a unit.
 
 use astro_float::{BigFloat, Consts, RoundingMode};
 use potamoi_formats::config::ExpConfig;
@@ -34,8 +33,7 @@ impl LogisticReference {
     /// Fraction bits of codes.
     pub const BITS: std::ops::RangeInclusive<u32> = 4..=16;
 
-    /// The reference for codes with `frac_bits` fraction bits; the nearest of [`Self::BITS`] are
-    /// taken.
+    /// The reference for codes with `frac_bits` fraction bits, clamped to [`Self::BITS`].
     ///
     /// # Errors
     /// The library of arbitrary precision failed.
@@ -63,8 +61,8 @@ impl LogisticReference {
         16 << self.frac_bits
     }
 
-    /// The value for a code, held in -16 to 16, in units of 2^-`output_bits` (at
-    /// most 24), with 80 more fraction bits, cut off.
+    /// The value for a code, clamped to -16 to 16, in units of 2^-`output_bits` (at most 24), with
+    /// 80 more fraction bits, truncated.
     #[must_use]
     pub fn scaled(&self, of: Logistic, code: i32, output_bits: u32) -> i128 {
         let code = code.clamp(-self.last(), self.last());
@@ -89,16 +87,15 @@ impl LogisticReference {
         }
     }
 
-    /// Error of `output`, a code with `output_bits` fraction bits, in units of
-    /// its last place.
+    /// Signed error of `output`, a code with `output_bits` fraction bits, in units of its last
+    /// place.
     #[must_use]
     pub fn error(&self, of: Logistic, code: i32, output: i32, output_bits: u32) -> f64 {
         let off = (i128::from(output) << ERROR_BITS) - self.scaled(of, code, output_bits);
         off as f64 * 2f64.powi(-ERROR_BITS)
     }
 
-    /// Measures `output`, called once for every code from -16 to 16, smallest
-    /// first.
+    /// Measures `output`, which is called once for every code from -16 to 16, smallest first.
     pub fn measure(
         &self,
         of: Logistic,
@@ -149,7 +146,7 @@ fn exponentials(codes: std::ops::Range<u32>, power: i32) -> Result<Vec<BigFloat>
     Ok(codes.map(exp).collect())
 }
 
-/// `e / (1 + e)` and `ln(1 + e)` with [`FRACTION`] fraction bits, cut off.
+/// `e / (1 + e)` and `ln(1 + e)` with [`FRACTION`] fraction bits, truncated.
 fn both(e: &BigFloat, consts: &mut Consts) -> Result<(u128, u128), ExactError> {
     let one = BigFloat::from_f64(1.0, WORKING_BITS);
     let y = one.add(e, WORKING_BITS, NEAREST);
@@ -165,17 +162,15 @@ fn both(e: &BigFloat, consts: &mut Consts) -> Result<(u128, u128), ExactError> {
     ))
 }
 
-/// A bound on the error of `of` by an engine of `config`, in units of the last
-/// place.
+/// An upper bound of the error of `of` by an engine of `config`, in units of the last place.
 ///
-/// With E the bound on its exponential before that is rounded ([`budget`] less
-/// 1/2), a and c the fraction bits of accumulator and constants beyond F, the
-/// sum `max(x, 0) + ln(1 + exp(-|x|))` is off by at most
-/// `S = E + 2^-a / 2 + n (2^-a + 2^-c) + 2^-c + 2^(F - 2n)`: the exponential and its
-/// rounding to a; n sums and n constants of the logarithm and as many of its
-/// start; what is cut off the last term; and what the first order leaves out.
-/// Softplus rounds it: `S + 1/2`. Sigmoid is the exponential of it, whose slope
-/// is at most 1: `S + E + 1/2`. Holds where the budget of the exponential does.
+/// E is the bound of its exponential before rounding ([`budget`] less 1/2); a and c are the
+/// fraction bits of accumulator and constants beyond F. The sum `max(x, 0) + ln(1 + exp(-|x|))` is
+/// off by at most `S = E + 2^-a / 2 + n (2^-a + 2^-c) + 2^-c + 2^(F - 2n)`: the exponential and
+/// its rounding to a; n sums and n constants of the logarithm, and its start; the truncation of
+/// the last term; and the remainder of the first order. Softplus rounds it: `S + 1/2`. Sigmoid is
+/// the exponential of it, whose slope is at most 1: `S + E + 1/2`. Holds where the budget of the
+/// exponential does.
 #[must_use]
 pub fn logistic_budget(of: Logistic, config: &ExpConfig) -> f64 {
     let (n, f, engine) = (config.iterations, config.output_bits, config.engine());

@@ -1,7 +1,7 @@
-//! Who looks on as units compute: counters, recorders and digests, any number at once.
+//! Observers of the units' calls: counters, recorders and digests, any number at once.
 //!
-//! An [`Observer`] is told of each call with its results and forwards nothing, so that none can
-//! drop or change what the units are asked for. [`Observed`] is the one place that forwards.
+//! An [`Observer`] is told of each call with its results. It forwards nothing, so it can neither
+//! drop nor change a request. [`Observed`] is the one place that forwards.
 //!
 //! ```
 //! use potamoi_formats::config::Config;
@@ -27,21 +27,21 @@ use potamoi_formats::units::VectorOp;
 use super::gather::Reducer;
 use super::{GatherTask, Product, UnitError, Units};
 
-/// Tasks that were gathered, with `channels` results for every task and every entry in order.
+/// A gather call, with `channels` results for every entry of every task, in order.
 #[derive(Debug, Clone, Copy)]
 pub struct GatherCall<'c> {
     /// The tasks.
     pub tasks: &'c [GatherTask],
-    /// Feature codes; none where unrounded sums were asked for ([`Units::sums`]).
+    /// Feature codes, unless unrounded sums were requested ([`Units::sums`]).
     pub codes: Option<&'c [i16]>,
-    /// Unrounded sums, in units of 2^-W: what a unit with `gu.sums = "exact"` gives, whatever was
-    /// asked for.
+    /// Unrounded sums in units of 2^-W, if the unit has `gu.sums = "exact"`, whichever result was
+    /// requested.
     pub sums: Option<&'c [i32]>,
 }
 
 impl GatherCall<'_> {
-    /// Calls `each` with every task and what the unit itself gives of it: sums where it gives
-    /// sums, else codes.
+    /// Calls `each` with every task and its results as the unit itself returns them: sums if there
+    /// are any, else codes.
     pub fn each_task(&self, mut each: impl FnMut(&GatherTask, Vec<i32>)) {
         let mut at = 0;
         for task in self.tasks {
@@ -57,7 +57,7 @@ impl GatherCall<'_> {
     }
 }
 
-/// A vector operation with its results. All slices have one length.
+/// A vector operation with its results. All slices have the same length.
 #[derive(Debug, Clone, Copy)]
 pub struct VectorCall<'c> {
     /// The operation.
@@ -70,26 +70,26 @@ pub struct VectorCall<'c> {
     pub out: &'c [i32],
 }
 
-/// Is told of what units computed. No call has a default body: an observer says what it does not
-/// look at.
+/// Receives every call of the units. No method has a default body: an observer states explicitly
+/// what it ignores.
 pub trait Observer {
-    /// MVoxels were gathered.
+    /// Called after tasks were gathered.
     ///
     /// # Errors
-    /// What was seen cannot be counted; the renderer ends with that error.
+    /// The call cannot be counted; the renderer stops with that error.
     fn gathered(&mut self, call: &GatherCall<'_>) -> Result<(), UnitError>;
 
-    /// A vector operation was computed.
+    /// Called after a vector operation was computed.
     ///
     /// # Errors
     /// As [`Observer::gathered`].
     fn computed(&mut self, call: &VectorCall<'_>) -> Result<(), UnitError>;
 
-    /// The MAC array computes a product.
+    /// Called for each product of the MAC array.
     fn multiplied(&mut self, product: &Product);
 }
 
-/// Units of a configuration whose calls observers are told of, once they have succeeded.
+/// Forwards calls to units, and reports each successful one to the observers.
 pub struct Observed<'u> {
     units: &'u mut dyn Units,
     observers: Vec<&'u mut dyn Observer>,
@@ -98,7 +98,7 @@ pub struct Observed<'u> {
 }
 
 impl<'u> Observed<'u> {
-    /// `units`, which are those of `config`, without observers.
+    /// `units`, which must be those of `config`, without observers.
     pub fn new(units: &'u mut dyn Units, config: &Config) -> Self {
         Self {
             units,
@@ -108,7 +108,7 @@ impl<'u> Observed<'u> {
         }
     }
 
-    /// The same with another observer, which is told after those before it.
+    /// Adds an observer, which is called after those added before.
     #[must_use]
     pub fn by(mut self, observer: &'u mut dyn Observer) -> Self {
         self.observers.push(observer);
@@ -122,7 +122,7 @@ impl<'u> Observed<'u> {
 }
 
 impl Units for Observed<'_> {
-    /// A unit of exact sums has no rounded ones: its sums are rounded here.
+    /// A unit of exact sums returns no rounded ones, so they are rounded here.
     fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
         let begin = features.len();
         let mut sums = vec![];

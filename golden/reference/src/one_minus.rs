@@ -10,8 +10,7 @@ const FRACTION: u32 = 127;
 /// Low bits of a code, whose exponentials form the fine table.
 const FINE: u32 = 12;
 
-/// `1 - exp(-s)` for every code of `s` in [0, 16): a product of two tables,
-/// within 2^-124.
+/// `1 - exp(-s)` for every code of `s` in [0, 16), as a product of two tables, within 2^-124.
 #[derive(Debug)]
 pub struct OneMinusReference {
     frac_bits: u32,
@@ -20,8 +19,7 @@ pub struct OneMinusReference {
 }
 
 impl OneMinusReference {
-    /// The reference for codes of `s` with `frac_bits` fraction bits, 8 to 24
-    /// (the nearest of these is taken).
+    /// The reference for codes of `s` with `frac_bits` fraction bits, clamped to 8 to 24.
     ///
     /// # Errors
     /// The library of arbitrary precision failed.
@@ -61,9 +59,8 @@ impl OneMinusReference {
         (16 << self.frac_bits) - 1
     }
 
-    /// `1 - exp(-s)` in units of 2^-`output_bits` (at most 24), with 80 more
-    /// fraction bits, cut off; at most the largest code, `2^output_bits - 1`.
-    /// `code` is held in range.
+    /// `1 - exp(-s)` in units of 2^-`output_bits` (at most 24), with 80 more fraction bits,
+    /// truncated; at most the largest code, `2^output_bits - 1`. `code` is clamped.
     #[must_use]
     pub fn scaled(&self, code: i32, output_bits: u32) -> i128 {
         let code = code.clamp(0, self.last()) as usize;
@@ -78,16 +75,16 @@ impl OneMinusReference {
         exact.min(((1 << output_bits) - 1) << ERROR_BITS)
     }
 
-    /// Error of `output`, a code with `output_bits` fraction bits, in units of
-    /// its last place.
+    /// Signed error of `output`, a code with `output_bits` fraction bits, in units of its last
+    /// place.
     #[must_use]
     pub fn error(&self, code: i32, output: i32, output_bits: u32) -> f64 {
         let off = (i128::from(output) << ERROR_BITS) - self.scaled(code, output_bits);
         off as f64 * 2f64.powi(-ERROR_BITS)
     }
 
-    /// Largest magnitude of an error of `output` over each octave of codes, in
-    /// units of the last place: entry i is codes 2^i to 2^(i+1) - 1.
+    /// Largest magnitude of the error of `output` over each octave of codes, in units of the last
+    /// place: entry i covers codes 2^i to 2^(i+1) - 1.
     pub fn by_octave(&self, output_bits: u32, output: impl Fn(i32) -> i32 + Sync) -> Vec<f64> {
         let octave = |i: u32| {
             (1i32 << i..=((2i64 << i) - 1) as i32)
@@ -99,7 +96,7 @@ impl OneMinusReference {
     }
 }
 
-/// `a b / 2^127`, cut off, of factors that are at most 2^127.
+/// `a b / 2^127`, truncated; factors are at most 2^127.
 fn multiply(a: u128, b: u128) -> u128 {
     let low = u128::from(u64::MAX);
     let ((ah, al), (bh, bl)) = ((a >> 64, a & low), (b >> 64, b & low));

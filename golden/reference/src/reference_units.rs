@@ -1,4 +1,4 @@
-//! Both units' twins behind the [`Units`] trait, with counts of their work.
+//! Both twins behind the [`Units`] trait, with counts of their work.
 
 use std::collections::BTreeMap;
 
@@ -10,19 +10,18 @@ use super::gather::{GatherError, GatherTwin};
 use super::vu::VectorTwin;
 use super::{GatherTask, Product, UnitError, Units};
 
-/// Work that went through the units.
+/// Work that the units did.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct UnitCounts {
-    /// Gathering tasks: MVoxels.
+    /// Gathering tasks, one a MVoxel.
     pub gathers: u64,
     /// Entries gathered: feature vectors of all channels.
     pub feature_vectors: u64,
-    /// Elements that each operation of the vector unit computed; operations
-    /// that were not used are absent.
+    /// Elements that each operation of the vector unit computed; unused operations are absent.
     pub elements: BTreeMap<OpCode, u64>,
 }
 
-/// One of several tasks is wrong.
+/// An error of one of several tasks.
 #[derive(Debug, Error)]
 #[error("task {index} of {count}: {source}")]
 struct TaskError {
@@ -31,7 +30,7 @@ struct TaskError {
     source: GatherError,
 }
 
-/// The twins of both units.
+/// The twins of the gathering unit and the vector unit.
 #[derive(Debug, Clone)]
 pub struct Twins {
     gather: GatherTwin,
@@ -41,7 +40,7 @@ pub struct Twins {
 }
 
 impl Twins {
-    /// The units that `config` describes; it has passed the rules of
+    /// The units that `config` describes, which must have passed the rules of
     /// `potamoi_formats::config`.
     #[must_use]
     pub fn new(config: &Config) -> Self {
@@ -53,14 +52,13 @@ impl Twins {
         }
     }
 
-    /// What has been computed so far.
+    /// Work since construction.
     #[must_use]
     pub fn counts(&self) -> &UnitCounts {
         &self.counts
     }
 
-    /// The gathering unit's error flags, sticky: bits 0, 1, 2 and 6 of its
-    /// `stat_errors`.
+    /// The gathering unit's sticky error flags: bits 0, 1, 2 and 6 of its `stat_errors`.
     #[must_use]
     pub fn gather_flags(&self) -> u8 {
         self.flags
@@ -80,7 +78,7 @@ impl Twins {
 }
 
 impl Twins {
-    /// Appends what `one` gives of every task; nothing if any is refused.
+    /// Appends the results of `one` for every task, or nothing if any task is refused.
     fn each<T>(
         &mut self,
         tasks: &[GatherTask],

@@ -1,17 +1,15 @@
-//! What the gathering unit makes of the beats of its streams, no clock: which bytes
-//! are an MVoxel's, where it ends, how its features are framed, and which flags are
-//! raised by beats that are not as they must be (`docs/reference/gathering-unit.md`, Streams
-//! and Errors).
+//! Functional model of the gathering unit's stream protocol, without timing: which bytes belong to
+//! an MVoxel, where it ends, how its features are framed, and which flags malformed beats raise
+//! (`docs/reference/gathering-unit.md`, Streams and Errors).
 
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::{MAX_VERTICES, Vertices, WORD_BYTES};
 
-/// Bit of the flags: an MVoxel's bytes are no whole number of entries, or none.
+/// Error flag: an MVoxel's bytes are not a whole number of entries, or there are none.
 pub const FLAG_RAGGED: u8 = 1 << 3;
-/// Bit of the flags: bytes or `tuser` of a beat are not as they must be.
+/// Error flag: bytes or `tuser` of a beat break the protocol.
 pub const FLAG_BEAT: u8 = 1 << 4;
-/// Bit of the flags: an MVoxel that is to be kept for several segments exceeds both
-/// halves of the buffer.
+/// Error flag: an MVoxel that must be kept for several segments exceeds both halves of the buffer.
 pub const FLAG_LARGE: u8 = 1 << 5;
 
 /// A beat of the RIT stream.
@@ -19,7 +17,7 @@ pub const FLAG_LARGE: u8 = 1 << 5;
 pub struct RitBeat<'a> {
     /// The bytes of `tdata`, byte 0 first.
     pub bytes: &'a [u8],
-    /// Of each, whether `tkeep` marks it.
+    /// `tkeep`, one flag a byte.
     pub keep: &'a [bool],
     /// `tlast`.
     pub last: bool,
@@ -27,29 +25,29 @@ pub struct RitBeat<'a> {
     pub user: bool,
 }
 
-/// The entries of an MVoxel, or of one segment of it.
+/// The entries of an MVoxel for one segment.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Packet {
     /// Packed entries.
     pub bytes: Vec<u8>,
-    /// Streamed once for every segment.
+    /// Whether they were streamed once for every segment.
     pub streamed: bool,
-    /// Its last beat has no bytes.
+    /// Whether the last beat has no bytes.
     pub ends_bare: bool,
 }
 
-/// The RIT stream from reset on.
+/// The state of the RIT stream since reset.
 #[derive(Debug, Clone)]
 pub struct RitStream {
     entry_bytes: usize,
-    /// Of both halves.
+    /// Bytes of both halves.
     buffer_bytes: usize,
     segments: u32,
     begun: Option<Packet>,
 }
 
 impl RitStream {
-    /// Of a unit with these settings.
+    /// The stream of a unit that `config` describes.
     #[must_use]
     pub fn new(config: &Config, vertices: Vertices, segments: u32) -> Self {
         let half = config.rit.entries as usize * MAX_VERTICES * WORD_BYTES;
@@ -61,8 +59,8 @@ impl RitStream {
         }
     }
 
-    /// Takes a beat; gives the flags that it raises, and with the last beat what was
-    /// streamed. After a flag nothing is defined until reset.
+    /// Accepts a beat. Returns the error flags that it raises and, with the last beat, the
+    /// MVoxel's packet. After a flag the state is undefined until reset.
     pub fn take(&mut self, beat: &RitBeat<'_>) -> (u8, Option<Packet>) {
         let kept = beat.keep.iter().take_while(|k| **k).count();
         let bare = beat.keep.iter().all(|k| !k);
@@ -97,20 +95,20 @@ impl RitStream {
     }
 }
 
-/// A beat's entries on the feature stream.
+/// The entries in one beat of the feature stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FeatureFrame {
-    /// Number of the first one.
+    /// Number of the first entry.
     pub first: usize,
-    /// How many.
+    /// Number of entries.
     pub kept: usize,
     /// Whether the beat is the last of its MVoxel and segment.
     pub last: bool,
 }
 
-/// The beats of features of so many entries, `side` a beat. A last beat without bytes
-/// behind a whole number of beats ends them with one that holds no entry: what came
-/// before may be sent by then.
+/// The feature beats of `entries` entries, `side` of them a beat. A last beat without bytes behind
+/// a whole number of beats ends them with a beat that holds no entry, since the entries before it
+/// may have been sent by then.
 #[must_use]
 pub fn frames(entries: usize, side: usize, ends_bare: bool) -> Vec<FeatureFrame> {
     let firsts = (0..entries).step_by(side.max(1));
@@ -134,19 +132,19 @@ pub fn frames(entries: usize, side: usize, ends_bare: bool) -> Vec<FeatureFrame>
     frames
 }
 
-/// What is wrong with beats of the feature-major MFT stream: a channel of B rows each.
+/// Checks the feature-major MFT stream, in which each channel of a block has B rows.
 #[derive(Debug, Clone, Default)]
 pub struct BlockStream {
-    /// Rows that each channel of the block so far has.
+    /// Rows received of each channel of the current block.
     channels: Vec<usize>,
-    /// A block of fewer than B rows is complete.
+    /// Whether a block of fewer than B rows is complete.
     partial: bool,
     blocks: u32,
 }
 
 impl BlockStream {
-    /// Takes a beat whose `keep` has a bit a byte, of a segment with so many channels
-    /// and an MVoxel of at most so many blocks; gives whether it raises flag 6.
+    /// Accepts a beat. `keep` has a bit a byte; the segment has `channels` channels and the MVoxel
+    /// at most `most` blocks. Returns whether the beat raises flag 6.
     pub fn take(&mut self, keep: &[bool], last: bool, channels: usize, most: u32) -> bool {
         let kept = keep.iter().take_while(|k| **k).count();
         let bare = keep.iter().all(|k| !k);

@@ -1,16 +1,16 @@
-//! An observer that keeps what goes through units.
+//! An observer that records the calls of units.
 
 use potamoi_formats::units::VectorOp;
 
 use super::observer::{GatherCall, Observer, VectorCall};
 use super::{GatherTask, Product, UnitError};
 
-/// A gathering task and what the unit gives of it.
+/// A gathering task and its results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gathered {
-    /// What was gathered.
+    /// The task.
     pub task: GatherTask,
-    /// `channels` values for every entry: codes of 16 bits, or unrounded sums of a unit with
+    /// `channels` values for every entry: codes of 16 bits, or unrounded sums if the unit has
     /// `gu.sums = "exact"`.
     pub features: Vec<i32>,
 }
@@ -22,30 +22,30 @@ pub struct Computed {
     pub op: VectorOp,
     /// First operands.
     pub a: Vec<i32>,
-    /// Second operands, as many.
+    /// Second operands, of the same length.
     pub b: Vec<i32>,
-    /// Results, as many.
+    /// Results, of the same length.
     pub out: Vec<i32>,
 }
 
-/// How much is kept. What is past a limit still goes through.
+/// Limits of the recording. Calls past a limit are computed but not recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// RIT entries; the last task may exceed it.
+    /// RIT entries; the last recorded task may exceed it.
     pub entries: u64,
-    /// Elements of vector operations; operations are kept whole or not.
+    /// Elements of vector operations; an operation is recorded whole or not at all.
     pub elements: u64,
 }
 
 impl Limits {
-    /// Everything.
+    /// No limits.
     pub const NONE: Self = Self {
         entries: u64::MAX,
         elements: u64::MAX,
     };
 }
 
-/// Keeps the work and the results of units.
+/// Records the tasks and operations of units with their results.
 pub struct Recorder {
     limits: Limits,
     /// Tasks, in order.
@@ -55,7 +55,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// A recorder that has seen nothing.
+    /// An empty recorder.
     #[must_use]
     pub const fn new(limits: Limits) -> Self {
         Self {
@@ -95,6 +95,6 @@ impl Observer for Recorder {
         Ok(())
     }
 
-    /// Products are no work of the units.
+    /// Products are not recorded.
     fn multiplied(&mut self, _: &Product) {}
 }

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::exp::ExpTwin;
 
-/// An operation that the vector unit cannot carry out.
+/// A request that the vector unit refuses.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum VectorError {
     /// The operation was not built.
@@ -18,7 +18,7 @@ pub enum VectorError {
         OpCode::list(built)
     )]
     NotBuilt {
-        /// The operation asked for.
+        /// The requested operation.
         op: OpCode,
         /// The operations that were built.
         built: Vec<OpCode>,
@@ -28,7 +28,7 @@ pub enum VectorError {
     Shift {
         /// The operation.
         op: OpCode,
-        /// The shift asked for.
+        /// The requested shift.
         shift: u8,
     },
     /// The slices differ in length.
@@ -48,10 +48,10 @@ pub enum VectorError {
     },
 }
 
-/// Elements that are worth handing to another thread.
+/// Elements that one thread computes at a time.
 const CHUNK: usize = 4096;
 
-/// The vector unit: what each lane computes, no clock.
+/// Bit-exact model of the vector unit's lanes, without timing.
 #[derive(Debug, Clone)]
 pub struct VectorTwin {
     ops: Vec<OpCode>,
@@ -74,7 +74,7 @@ impl VectorTwin {
         &self.exp
     }
 
-    /// `op(a, b)` of one lane.
+    /// Computes `op(a, b)` in one lane.
     ///
     /// # Errors
     /// The operation was not built, or its shift is above 63.
@@ -83,11 +83,10 @@ impl VectorTwin {
         Ok(self.compute(op, a, b))
     }
 
-    /// `out[i] = op(a[i], b[i])`.
+    /// Computes `out[i] = op(a[i], b[i])`.
     ///
     /// # Errors
-    /// As [`VectorTwin::element`], or the slices differ in length. `out` is
-    /// then as it was.
+    /// Those of [`VectorTwin::element`], or the slices differ in length. `out` is unchanged then.
     pub fn slice(
         &self,
         op: VectorOp,

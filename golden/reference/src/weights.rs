@@ -1,9 +1,8 @@
 //! Interpolation weights, U1.W, that sum to exactly 1.
 //!
-//! Weights rounded one by one do not sum to 1, and a constant field does not
-//! come back. Here a sum is split instead: `s` into `s - hi` and `hi`, with
-//! `hi = floor(s u + 1/2)`, an axis at a time, the last axis first. That takes
-//! six multiplies a sample, which all channels share.
+//! Weights rounded one by one do not sum to 1, and a constant field does not come back. Here a sum
+//! is split instead: `s` into `s - hi` and `hi`, with `hi = floor(s u + 1/2)`, one axis at a time,
+//! the last axis first. This takes six multiplications a sample, shared by all channels.
 
 /// Fraction bits of a position inside a cell, U1.12.
 pub const FRACTION_BITS: u32 = 12;
@@ -23,8 +22,8 @@ fn one(weight_bits: u32) -> u16 {
     1 << weight_bits.min(15)
 }
 
-/// Weights of the two ends of an edge, U1.W with `W = weight_bits` of at most
-/// 15, at the U1.12 fraction `u` of the way. A fraction above 1 counts as 1.
+/// Weights of the two ends of an edge, U1.W with `W = weight_bits` of at most 15. `u` is the U1.12
+/// position along the edge; values above 1 count as 1.
 #[must_use]
 pub fn linear(u: u16, weight_bits: u32) -> [u16; 2] {
     let mut sums = [one(weight_bits), 0];
@@ -53,10 +52,9 @@ pub fn trilinear([x, y, z]: [u16; 3], weight_bits: u32) -> [u16; 8] {
     sums
 }
 
-/// The fractions along x, y and z whose split tree gives the first `count` of
-/// `weights`: what a compact RIT entry says of them. 0 along axes that there are
-/// not; the lowest ones where several give the same weights, as with few bits.
-/// Nothing where no fractions give them.
+/// The fractions along x, y and z whose split tree yields the first `count` of `weights`: the
+/// content of a compact RIT entry. Axes that do not exist get 0. If several fractions yield the
+/// same weights, as with few bits, the lowest are returned; `None` if there are none.
 #[must_use]
 pub fn fractions(weights: &[u16; 8], count: usize, weight_bits: u32) -> Option<[u16; 3]> {
     let mut sums = weights.map(u32::from);

@@ -1,4 +1,4 @@
-//! Smallest widths of the exponential engine, by search over every input.
+//! Search for the smallest widths of the exponential engine over every input.
 
 use potamoi_formats::config::{ExpConfig, ExpForm};
 use rayon::prelude::*;
@@ -6,16 +6,16 @@ use rayon::prelude::*;
 use super::exact_exponential::{ExactError, ExactExponential};
 use super::exp::ExpTwin;
 
-/// What an engine's widths are chosen for.
+/// The accuracy that the widths must reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// Every result is the nearest code.
     CorrectlyRounded,
-    /// The largest error stays below this many units of the last place.
+    /// The largest error is below this many units of the last place.
     Below(f64),
 }
 
-/// Widths of an engine and what they reach.
+/// The widths found and the error they reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
     /// Fraction bits of `R_accum`.
@@ -28,27 +28,26 @@ pub struct Found {
     pub max_ulp: f64,
 }
 
-/// What cutting off after n iterations alone costs, in units of the last of
-/// `f` bits: centred without tail, second order with it.
+/// The error of truncation after n iterations alone, in units of the last of `f` bits: centred
+/// without tail, second order with it.
 #[must_use]
 pub fn truncation(n: u32, tail: bool, f: u32) -> f64 {
     let (n, f) = (n as i32, f as i32);
     2f64.powi(if tail { f - 2 * n - 1 } else { f - n - 1 })
 }
 
-/// A bound on the error of `config`, in units of the last place: rounding the
-/// result, cutting off, rounding each sum of the accumulator, and each constant.
+/// An upper bound of the error of `config`, in units of the last place: rounding the result,
+/// truncation, rounding each sum of the accumulator, and each constant.
 ///
-/// `1/2 + T + (n 2^-a / 2 + |offset| 2^-a) + (n + 4) 2^-c / 2`, `a` and `c` the
-/// fraction bits of accumulator and constants beyond F; a tail, which cuts its
-/// product off, counts as two more sums. An error made early may double until
-/// the end, and a result of less than 1 is halved at least once. Holds for the
-/// restoring form's alpha output where the constants have more than n fraction
+/// `1/2 + T + (n 2^-a / 2 + |offset| 2^-a) + (n + 4) 2^-c / 2`, with `a` and `c` the fraction bits
+/// of accumulator and constants beyond F; a tail, which truncates its product, counts as two more
+/// sums. An early error may double until the end, and a result of less than 1 is halved at least
+/// once. Holds for the restoring form's alpha output if the constants have more than n fraction
 /// bits.
 ///
-/// Radix 4 has one sum and one constant for two bits. An early out leaves a
-/// power of exponent k the iterations with which at most half a unit is cut
-/// off. Pieces: [`piecewise_budget`]. Infinite for a form of which no bound is known.
+/// Radix 4 has one sum and one constant for two bits. An early out leaves a power of exponent k
+/// the iterations with which truncation is at most half a unit. Linear pieces:
+/// [`piecewise_budget`]. Infinite for a form without a known bound.
 #[must_use]
 pub fn budget(config: &ExpConfig) -> f64 {
     if config.form == ExpForm::Piecewise {
@@ -68,26 +67,24 @@ pub fn budget(config: &ExpConfig) -> f64 {
         + f64::from(n + engine.digits) / 2.0 * beyond(engine.constant_bits)
 }
 
-/// What straight pieces alone cost, in units of the last of `f` bits:
-/// `h^2 y'' / 16`, half a chord's sagitta, with `h = 1 / pieces` and
-/// `y'' = 2 (ln 2)^2` at most, halved by the exponent.
+/// The error of linear interpolation alone, in units of the last of `f` bits: `h^2 y'' / 16`, half
+/// a chord's sagitta, with `h = 1 / pieces` and `y'' = 2 (ln 2)^2` at most, halved by the
+/// exponent.
 #[must_use]
 pub fn straightness(pieces: u32, f: u32) -> f64 {
     let h = 1.0 / f64::from(pieces.max(1));
     2f64.powi(f as i32) * (h * std::f64::consts::LN_2).powi(2) / 16.0
 }
 
-/// A bound on the error of straight pieces, one-minus-exp included, in units of
-/// the last place; a power of `2^-k y` with y at most 2 and k at least 1 halves
-/// what y is off.
+/// An upper bound of the error of linear pieces, one-minus-exp included, in units of the last
+/// place. A power of `2^-k y` with y at most 2 and k at least 1 halves the error of y.
 ///
-/// y: the pieces themselves, half a unit each for the start and the fall, and of
-/// the slope, whose last bit moves the end of a piece by `2^-s h`, half a bit's
-/// worth, halved again by the start that lies halfway; and the place of the
-/// curve's lowest point, which a slope that is `2^-s / 2` off moves from the
-/// middle of its piece: `(2^-s / 2)^2 / (2 y'')`. The power: half a unit for its
-/// rounding and for that of the operand, which moves the result by as much, and
-/// `x e^-x <= 1/e` times what `log2 e` is off.
+/// The error of y: the interpolation itself; half a unit each for the start and the product; the
+/// slope, whose last bit moves the end of a piece by `2^-s h`, half of which is rounding, halved
+/// again because the start lies halfway; and the lowest point of the curve, which a slope error of
+/// `2^-s / 2` moves from the middle of its piece: `(2^-s / 2)^2 / (2 y'')`. The error of the
+/// power: half a unit for its own rounding, half a unit for that of the operand, and `x e^-x <=
+/// 1/e` times the error of `log2 e`.
 #[must_use]
 pub fn piecewise_budget(config: &ExpConfig) -> f64 {
     let (engine, widths) = (config.engine(), config.piece_widths());
@@ -105,11 +102,10 @@ pub fn piecewise_budget(config: &ExpConfig) -> f64 {
     0.5 + straightness(config.pieces, config.output_bits) + unit * (y / 2.0 + power + scale)
 }
 
-/// The error that an engine of n iterations is given widths for. Where the
-/// truncation T is a unit or more, it may grow by one unit: half for the
-/// rounding, half for the arithmetic. At half a unit the result stays below one
-/// unit; from there on the arithmetic gets a quarter, until T is so small that
-/// every result can be the nearest.
+/// The target for an engine of n iterations. A truncation T of one unit or more may grow by one
+/// unit: half for the rounding, half for the arithmetic. At T of half a unit the result stays
+/// below one unit. For smaller T the arithmetic gets a quarter, until T is so small that every
+/// result can be the nearest code.
 #[must_use]
 pub fn target(n: u32, tail: bool, f: u32) -> Target {
     let t = truncation(n, tail, f);
@@ -125,7 +121,7 @@ pub fn target(n: u32, tail: bool, f: u32) -> Target {
 }
 
 impl Target {
-    /// Whether a largest error meets it.
+    /// Whether a largest error meets the target.
     #[must_use]
     pub fn is_met(self, max_ulp: f64) -> bool {
         match self {
@@ -135,16 +131,16 @@ impl Target {
     }
 }
 
-/// Guard bits that are tried, and offsets.
+/// Limits of the search: guard bits and offset.
 const GUARD: u32 = 14;
 const OFFSETS: i32 = 3;
 
-/// The smallest widths that meet a target over every input: the fewest bits of
-/// accumulator and constants together, of these the fewest of the accumulator,
-/// and of these the smallest error, then offset. Results must be monotone.
+/// The smallest widths that meet a target over every input: fewest bits of accumulator and
+/// constants together, then fewest bits of the accumulator, then the smallest error, then the
+/// smallest offset. Results must be monotone.
 ///
 /// # Errors
-/// As [`ExactExponential::of`].
+/// Those of [`ExactExponential::of`].
 pub fn smallest(config: &ExpConfig, target: Target) -> Result<Option<Found>, ExactError> {
     let reference = ExactExponential::of(config.input)?;
     let f = config.output_bits;
@@ -187,7 +183,7 @@ pub fn smallest(config: &ExpConfig, target: Target) -> Result<Option<Found>, Exa
     Ok(None)
 }
 
-/// The largest error, unless it misses the target or results are not monotone.
+/// The largest error; `None` if it misses the target or the results are not monotone.
 fn largest(reference: &ExactExponential, twin: &ExpTwin, f: u32, target: Target) -> Option<f64> {
     let falls = !reference.input().is_signed();
     let (mut worst, mut before) = (0.0f64, None);

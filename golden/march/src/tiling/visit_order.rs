@@ -1,17 +1,17 @@
-//! The order in which MVoxels are visited: by the Manhattan distance of their
-//! indices from the camera's.
+//! The order in which MVoxels are visited: by the Manhattan distance of their indices from the
+//! camera's.
 
 use super::{FRACTION_BITS, Tiling};
 
-/// MVoxels as a camera has them around it.
+/// The distances of MVoxels from a camera.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen {
-    /// The camera's index; along axes of one vertex, that of all.
+    /// The index of the camera's MVoxel; 0 along axes of one vertex.
     own: [i64; 3],
 }
 
 impl Tiling {
-    /// From a camera at `eye`, in vertices.
+    /// Distances from a camera at `eye`, in vertices.
     pub fn seen_from(&self, eye: [f64; 3]) -> Seen {
         let stride = self.stride();
         let along = |axis: usize| match self.points()[axis] {
@@ -30,9 +30,9 @@ impl Tiling {
 }
 
 impl Seen {
-    /// How far an MVoxel of an index is from the camera's. A ray that leaves the
-    /// camera meets the owners of its samples at strictly increasing distances,
-    /// since none of its indices ever turns back.
+    /// Manhattan distance of an MVoxel's index from the camera's. A ray that leaves the camera
+    /// meets the owners of its samples at strictly increasing distances, since none of its indices
+    /// ever turns back.
     #[inline]
     pub fn distance(&self, index: [usize; 3]) -> u64 {
         let along = |axis: usize| self.own[axis].abs_diff(index[axis] as i64);
@@ -40,7 +40,7 @@ impl Seen {
     }
 }
 
-/// A coordinate with 12 fraction bits, to nearest; monotone, and saturating.
+/// A coordinate rounded to 12 fraction bits, to nearest; monotone and saturating.
 #[inline]
 pub fn position_code(v: f64) -> i64 {
     (v * f64::from(1u32 << FRACTION_BITS)).round() as i64

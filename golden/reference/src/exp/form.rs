@@ -1,8 +1,8 @@
-//! What a form of the exponential computes.
+//! The interface that every form of the exponential implements.
 
 use std::fmt::Debug;
 
-/// What the engine holds after its last step.
+/// The engine's registers after its last step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Raw {
     /// `R_accum`, with [`Engine::accumulator_bits`] fraction bits: the
@@ -15,21 +15,21 @@ pub struct Raw {
     pub exponent: i32,
 }
 
-/// The exponent's bias for one-minus-exp of values of 8 and more.
+/// The bias of the exponent in one-minus-exp of values of at least 8.
 pub(super) const FAR_BIAS: u32 = 24;
 
 /// A form with the constants of a configuration.
 pub(super) trait Form: Debug + Send + Sync {
-    /// The power of minus a value with the constants' fraction bits; `far` of values of 8 and
-    /// more.
+    /// The power of minus `value`, which has the constants' fraction bits; `far` marks values of
+    /// at least 8.
     fn power(&self, value: i64, far: bool) -> Raw;
 
-    /// The power of a signed value with the constants' fraction bits, of the general output.
+    /// The power of a signed value with the constants' fraction bits, for the general output.
     fn signed_power(&self, value: i64) -> Raw {
         self.power(-value, false)
     }
 
-    /// Whether operands are signed whatever the output, and the result is the accumulator, rounded.
+    /// Whether operands are signed for every output and the result is the rounded accumulator.
     fn is_bare(&self) -> bool {
         false
     }

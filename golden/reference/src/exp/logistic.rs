@@ -1,10 +1,9 @@
-//! Sigmoid and softplus: the engine's registers, passed two and three times.
+//! Sigmoid and softplus: two and three passes through the engine's registers.
 //!
-//! `softplus(x) = max(x, 0) + ln(1 + exp(-|x|))`, `sigmoid(x) =
-//! exp(-softplus(-x))`. The logarithm is multiplicative normalisation: factors
-//! `1 + 2^-i` bring `y = 1 + exp(-|x|)` up towards 2, and their logarithms, the
-//! constants that the exponential subtracts, come off a start of ln 2. What is
-//! then missing from 2 is its own logarithm to first order, for
+//! `softplus(x) = max(x, 0) + ln(1 + exp(-|x|))`, `sigmoid(x) = exp(-softplus(-x))`. The logarithm
+//! is multiplicative normalisation: factors `1 + 2^-i` bring `y = 1 + exp(-|x|)` up towards 2, and
+//! their logarithms, the constants that the exponential subtracts, are subtracted from a start of
+//! ln 2. The remaining distance to 2 is its own logarithm to first order, for
 //! `-ln(1 - z) = z + ..`.
 
 use potamoi_formats::fixed::{Rounding, round_shift};
@@ -56,17 +55,17 @@ impl ExpTwin {
     }
 }
 
-/// What logarithms are found with: the constants of the restoring form.
+/// The constants of the logarithm: those of the restoring form.
 #[derive(Debug, Clone)]
 pub(super) struct Logarithm {
     engine: Engine,
     steps: Vec<(u32, i64)>,
-    /// ln 2 as the engine itself finds it from 1, so that ln 1 is exactly 0.
+    /// ln 2 as the engine computes it from 1, so that ln 1 is exactly 0.
     start: i64,
 }
 
 impl Logarithm {
-    /// Of an engine whose widths are limited already.
+    /// For an engine whose widths are limited already.
     pub(super) fn new(config: &ExpConfig, engine: Engine) -> Self {
         let steps = 1..=config.iterations.min(31);
         let bits = engine.constant_bits;
@@ -78,15 +77,14 @@ impl Logarithm {
         }
     }
 
-    /// `ln(1 + e)` with the constants' fraction bits, of an `e` with the
-    /// accumulator's; exactly 0 of 0.
+    /// `ln(1 + e)` with the constants' fraction bits; `e` has the accumulator's. Exactly 0 for 0.
     fn of(&self, e: i64) -> i64 {
         self.start - normalise(&self.engine, &self.steps, e)
     }
 }
 
-/// The constants of the factors that bring `1 + e` up towards 2, less half of
-/// what they bring it to: `-ln(1 + e)` but for a constant.
+/// The constants of the factors that bring `1 + e` up towards 2, less half of the product reached:
+/// `-ln(1 + e)` up to a constant.
 fn normalise(engine: &Engine, steps: &[(u32, i64)], e: i64) -> i64 {
     let one = 1i64 << engine.accumulator_bits;
     let (mut accumulator, mut sum) = (one + e, 0);

@@ -1,21 +1,21 @@
-//! `2^-v` from a table of straight pieces, `v = u log2 e`.
+//! `2^-v` from a table of linear pieces, `v = u log2 e`.
 //!
-//! With `v = k + f` the power is `2^-(k+1) y`, `y = 2^(1-f)` in (1, 2]. On each
-//! piece y is a start less a slope times what of f lies within the piece.
+//! With `v = k + f` the power is `2^-(k+1) y`, `y = 2^(1-f)` in (1, 2]. On each piece y is a start
+//! less a slope times the part of f within the piece.
 
 use potamoi_formats::config::{Engine, ExpConfig};
 
 use super::form::{Form, Raw};
 use crate::logarithms::ln2;
 
-/// Fraction bits that pieces are computed with.
+/// Fraction bits in which pieces are computed.
 const BITS: u32 = 62;
 
-/// The table, and the factor that the operand is brought to base two with.
+/// The table, and the factor that converts the operand to base two.
 #[derive(Debug, Clone)]
 pub(super) struct Piecewise {
     engine: Engine,
-    /// Bits of f that name a piece.
+    /// Bits of f that select a piece.
     index_bits: u32,
     slope_bits: u32,
     /// `log2 e` and its fraction bits.
@@ -25,8 +25,8 @@ pub(super) struct Piecewise {
 }
 
 impl Piecewise {
-    /// The table of a configuration; of one that breaks its rules it is one
-    /// that does not panic.
+    /// The table of a configuration. A configuration that breaks its rules yields a table that
+    /// does not panic.
     pub(super) fn new(config: &ExpConfig) -> Self {
         let (engine, widths) = (config.engine(), config.piece_widths());
         let accumulator_bits = engine.accumulator_bits.min(40);
@@ -83,9 +83,9 @@ fn half_up(value: i128, drop: u32) -> i128 {
     }
 }
 
-/// Start and slope of piece i. The slope is that of the chord, rounded. With
-/// it the curve bulges downwards from its higher end to about the middle of
-/// the piece: the start lies halfway, so that both are equally far off.
+/// Start and slope of piece i. The slope is that of the chord, rounded. With it the curve bulges
+/// downwards from its higher end to about the middle of the piece; the start lies halfway, so that
+/// the errors are equal in magnitude.
 fn piece(i: u32, index_bits: u32, accumulator_bits: u32, slope_bits: u32) -> (i64, i64) {
     let halves = index_bits + 1;
     let [left, middle, right] = [0, 1, 2].map(|h| falling(2 * i + h, halves));

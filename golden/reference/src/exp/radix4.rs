@@ -1,5 +1,5 @@
-//! Compare and subtract, two bits at a time: of three multiples of a digit's
-//! weight the largest that fits is subtracted.
+//! Compare and subtract, two bits at a time: the largest of three multiples of a digit's weight
+//! that fits is subtracted.
 
 use potamoi_formats::config::{Engine, ExpConfig};
 
@@ -44,7 +44,7 @@ impl Radix4 {
 }
 
 impl Form for Radix4 {
-    /// With a start of `bias ln 2`, summed up digit by digit.
+    /// With a start of `bias ln 2`, accumulated digit by digit.
     fn power(&self, value: i64, far: bool) -> Raw {
         let bias = if far { FAR_BIAS } else { self.engine.bias };
         let places = (0..u32::BITS / 2).map(|j| ((bias >> (2 * j)) & 3) << (2 * j));
@@ -75,7 +75,7 @@ impl Form for Radix4 {
     }
 }
 
-/// Takes the largest multiple that fits; which one.
+/// Subtracts the largest multiple that fits and returns its number.
 fn subtract(remain: &mut i64, multiples: &[i64; 3]) -> i64 {
     let digit = multiples.iter().filter(|&m| *remain >= *m).count();
     if let Some(index) = digit.checked_sub(1) {

@@ -14,7 +14,7 @@ pub(super) struct Restoring {
     steps: Vec<(u32, i64)>,
     start: i64,
     start_far: i64,
-    /// With an early out, by exponent: iterations that a power takes.
+    /// With early out: the iterations of a power, by its exponent.
     early: Option<Vec<usize>>,
 }
 
