@@ -1,4 +1,4 @@
-//! The system around the units, and when it renders what.
+//! Model of the system around the units, and the scheduler of warped paths.
 //!
 //! [`soc`] counts a frame's work by the cycle models, and gives time and energy of it on the
 //! accelerator, a GPU, its memory and a link. [`runtime`] decides when references and targets of

@@ -1,17 +1,17 @@
-//! A digest of a trace that is too long to be kept.
+//! Digest of a trace that is too long to keep.
 
 use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
 use potamoi_reference::{GatherTask, Product, UnitError};
 
-/// Digests the work and the results of units: those of two frames are equal where their traces
-/// are.
+/// Digests all calls of the units with their results. Two frames have the same digest where their
+/// traces are equal.
 #[derive(Default)]
 pub struct Digest {
     state: blake3::Hasher,
 }
 
 impl Digest {
-    /// Of all so far, as 16 hexadecimal digits.
+    /// Digest of all calls so far, as 16 hexadecimal digits.
     #[must_use]
     pub fn finish(self) -> String {
         self.state.finalize().to_hex()[..16].to_owned()

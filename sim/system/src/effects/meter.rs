@@ -1,4 +1,4 @@
-//! Cycles of the units by the effects that they are for.
+//! Cycles of the units by rendering effect.
 
 use potamoi_cycles::{ClosedVector, GatherWork, runs};
 use potamoi_formats::config::Config;
@@ -8,39 +8,39 @@ use serde::Serialize;
 
 use crate::soc::npu::Array;
 
-/// Cycles of a frame, by the cycle models that equal the RTL, streams always ready, each run and
-/// each operation from reset.
+/// Cycles of a frame. The cycle models count them, which equal the RTL with streams always ready;
+/// each run and each operation starts from reset.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct EffectCycles {
-    /// Of the gathering unit.
+    /// Cycles of the gathering unit.
     pub gather: u64,
-    /// Of them, those of entries of several vertices.
+    /// Gathering cycles of entries with more than one vertex.
     pub interpolating: u64,
-    /// Of them, issues of passes behind the first.
+    /// Gathering cycles of issues of further passes (all but the first).
     pub further_passes: u64,
-    /// Of the vector unit.
+    /// Cycles of the vector unit.
     pub vector: u64,
-    /// Of them, those of exponentials and what is made of them.
+    /// Vector cycles of exponentials and of operations on their results.
     pub exponentials: u64,
-    /// Of the MAC array.
+    /// Cycles of the MAC array.
     pub array: u64,
     /// RIT entries.
     pub entries: u64,
-    /// Elements of exponentials and what is made of them.
+    /// Elements of exponentials and of operations on their results.
     pub powers: u64,
 }
 
-/// Counts what units of a configuration do.
+/// Counts cycles by effect while a frame is rendered.
 pub struct EffectMeter {
     config: Config,
-    /// From the first operation on.
+    /// Set with the first operation.
     vector: Option<ClosedVector>,
     array: Array,
     cycles: EffectCycles,
 }
 
 impl EffectMeter {
-    /// Of units of a configuration, beside the paper's MAC array.
+    /// A meter for units of `config` and the paper's MAC array.
     #[must_use]
     pub fn new(config: &Config) -> Self {
         Self {
@@ -51,7 +51,7 @@ impl EffectMeter {
         }
     }
 
-    /// So far.
+    /// Cycles counted so far.
     #[must_use]
     pub const fn cycles(&self) -> EffectCycles {
         self.cycles

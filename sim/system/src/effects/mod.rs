@@ -1,5 +1,5 @@
-//! What effects cost when they are simulated: cycles of the units by what they are for, and a
-//! digest of all that goes through them.
+//! Cost of rendering effects in simulation: cycles of the units by effect, and a digest of all
+//! calls.
 
 mod digest;
 mod meter;

@@ -1,18 +1,18 @@
-//! Which references and targets of a warped path may be rendered when (paper, "Proactive
-//! Rendering Runtime").
+//! Dependencies among the references and targets of a warped path (paper, "Proactive Rendering
+//! Runtime").
 //!
-//! A reference serves a run of frames, its window. It may begin when its pose is known and a slot
-//! of the reference buffer is free; a slot is free again when the last frame of the window that
-//! held it is made. A target may begin when its pose is known and its reference is there. A
-//! reference that is lost, or seen from too different an angle, has its targets rendered in full.
-//! What a frame needs soonest comes first.
+//! A reference serves a run of frames, its window. It may begin once its pose is known and a slot
+//! of the reference buffer is free. The slot is freed when the last frame of the window is
+//! rendered. A target may begin once its pose is known and its reference is rendered. The targets
+//! of a lost reference, and targets seen from too different an angle, are rendered in full. The
+//! most urgent job comes first: the one needed by the earliest frame.
 //!
-//! [`FrameScheduler`] keeps these rules for all who render a path. It has neither renderers nor a
-//! clock. It is told what happened, and says what may begin and what that had to wait for, in
-//! *moments* of its user's choice: [`runtime`](crate::runtime) tells it nanoseconds, as one
-//! renderer after the other does a frame; [`soc`](crate::soc) tells it the job at whose end
-//! something is so, and makes dependencies of the answers ([`unroll`]), since there parts of several frames
-//! overlap on units that share memory.
+//! [`FrameScheduler`] keeps these rules for both executors. It has neither renderers nor a clock.
+//! It is told what happened, and reports which jobs may begin and what they waited for, in
+//! *moments* of its user's choice. In [`runtime`](crate::runtime) a moment is a time in
+//! nanoseconds, and each renderer does one frame after the other. In [`soc`](crate::soc) a moment
+//! is the job at whose end an event happens. Its answers become dependencies of jobs ([`unroll`]),
+//! since there parts of several frames overlap on units that share memory.
 
 mod slots;
 mod state;
@@ -32,58 +32,58 @@ pub(crate) use state::{Cause, FrameState};
 pub(crate) use unroll::unroll;
 pub(crate) use windows::Windows;
 
-/// References that the paper's buffer holds: one is written while the other is read.
+/// Slots of the paper's double-buffered reference buffer: one is written while the other is read.
 pub(crate) const REFERENCE_SLOTS: usize = 2;
 
-/// What is done for a frame or a reference.
+/// A step of rendering a frame or a reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "what", content = "number")]
 pub enum Job {
-    /// A reference is asked for.
+    /// Send the request for a reference.
     Request(usize),
-    /// A reference is rendered.
+    /// Render a reference.
     Reference(usize),
-    /// A reference is sent back.
+    /// Send a reference back.
     Answer(usize),
-    /// A target is warped, and rendered where its reference does not show it.
+    /// Warp a target, and render its disoccluded pixels.
     Target(usize),
-    /// A target is rendered in full.
+    /// Render a target in full.
     Fallback(usize),
 }
 
-/// How a frame came about.
+/// How a frame was produced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Made {
-    /// It is the reference.
+    /// It is its own reference.
     Reference,
     /// It was warped.
     Warped,
-    /// It was rendered in full, as an angle was too large.
+    /// Rendered in full, since an angle was too large.
     FullByAngle,
-    /// It was rendered in full, as its reference was lost.
+    /// Rendered in full, since its reference was lost.
     FullByLoss,
 }
 
-/// How a job went.
+/// Result of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    /// As it should.
+    /// Success.
     Right,
-    /// A reference was lost; of a target an angle is too large.
+    /// A reference was lost, or an angle of a target is too large.
     Failed,
 }
 
 /// A reference of a path.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reference {
-    /// The frame at whose pose its own is known.
+    /// The frame whose pose makes its own known.
     pub(crate) known: usize,
-    /// The frame as which it is shown, if it is one.
+    /// The frame that shows it, if one does.
     pub(crate) shown_as: Option<usize>,
 }
 
-/// The rules, as a state machine. Moments have to be told in order.
+/// The dependency rules as a state machine. Moments must be told in order.
 #[derive(Debug)]
 pub(crate) struct FrameScheduler<M> {
     windows: Windows,
@@ -91,23 +91,23 @@ pub(crate) struct FrameScheduler<M> {
     references: Vec<ReferenceState<M>>,
     frames: Vec<FrameState<M>>,
     slots: Slots<M>,
-    /// Whether a server renders references, at the other end of a link.
+    /// Whether a remote server renders references.
     is_remote: bool,
-    /// The reference that is begun next.
+    /// The next reference to begin.
     next: usize,
-    /// References that the server is to render, and that it is to send.
+    /// References that the server has still to render, and those it has still to send.
     serve: VecDeque<usize>,
     answer: VecDeque<usize>,
-    /// Targets to be warped, and to be rendered in full.
+    /// Targets ready to be warped, and those ready to be rendered in full.
     targets: BTreeSet<usize>,
     fallbacks: BTreeSet<usize>,
-    /// The frame that is shown next.
+    /// The next frame to show.
     next_shown: usize,
 }
 
 impl<M: Copy + Default + Ord> FrameScheduler<M> {
-    /// A path of windows, a reference for each. Of no pose is known yet, and all of `slots` are
-    /// free since the default moment.
+    /// A path of windows with a reference each. No pose is known yet, and all `slots` are free from
+    /// the default moment.
     pub(crate) fn new(
         windows: Windows,
         plan: Vec<Reference>,
@@ -136,7 +136,7 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         }
     }
 
-    /// What may begin: of each kind of job the first, references before targets.
+    /// Jobs that may begin: the most urgent of each kind, references before targets.
     pub(crate) fn ready(&self) -> impl Iterator<Item = Job> + use<M> {
         let reference = self.plan.get(self.next).and_then(|task| {
             self.frames[task.known].pose?;
@@ -157,7 +157,7 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         jobs.into_iter().flatten()
     }
 
-    /// The frame that needs a job soonest; a reference before what else that frame needs.
+    /// Urgency of a job: the earliest frame that needs it, then references before other jobs.
     pub(crate) fn urgency(&self, job: Job) -> (usize, u8) {
         match job {
             Job::Answer(r) => (self.windows.of(r).start, 0),
@@ -167,7 +167,7 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         }
     }
 
-    /// A job that is ready begins.
+    /// Records that a ready job begins.
     pub(crate) fn begin(&mut self, job: Job, now: M) {
         match job {
             Job::Request(r) | Job::Reference(r) if r == self.next => {
@@ -191,8 +191,8 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         }
     }
 
-    /// What a job had to wait for, its pose first, and when that came. Asked for a reference or
-    /// a request, it has to have begun, and so to have a slot.
+    /// What a job waited for, its pose first, and the moment each wait ended. A reference or a
+    /// request must have begun, and so have a slot.
     pub(crate) fn awaited(&self, job: Job) -> Vec<(Cause, M)> {
         let pose = |frame: usize| self.frames[frame].pose.map(|t| (Cause::Pose, t));
         let of = |r: usize| &self.references[r];
@@ -231,7 +231,7 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         all.into_iter().flatten().collect()
     }
 
-    /// A job has ended. The frame that is finished by it, if one is.
+    /// Records that a job has ended. Returns the frame that is finished by it, if any.
     pub(crate) fn end(&mut self, job: Job, now: M, outcome: Outcome) -> Option<usize> {
         match job {
             Job::Reference(r) if !self.is_remote && outcome == Outcome::Failed => {
@@ -271,14 +271,14 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         }
     }
 
-    /// The pose of a frame has arrived. The frame, if it is finished by that: its reference is it,
-    /// and was there before.
+    /// Records that the pose of a frame has arrived. Returns the frame if that finishes it: its
+    /// reference is the frame itself and was rendered before.
     pub(crate) fn pose(&mut self, frame: usize, now: M) -> Option<usize> {
         self.frames[frame].pose = Some(now);
         self.admit(frame, now).then_some(frame)
     }
 
-    /// A request has arrived at the server.
+    /// Records that a request has arrived at the server.
     pub(crate) fn asked(&mut self, reference: usize, now: M) {
         self.references[reference].asked = Some(now);
         if self.references[reference].lost.is_none() {
@@ -286,8 +286,8 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         }
     }
 
-    /// A reference has arrived in its slot, unless it was given up before. The frame that is
-    /// finished by it: that which it is.
+    /// Records that a reference has arrived in its slot, unless it was given up before. Returns the
+    /// frame that it finishes: the one that shows it.
     pub(crate) fn arrive(&mut self, reference: usize, now: M) -> Option<usize> {
         if self.references[reference].lost.is_some() {
             return None;
@@ -302,8 +302,7 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         finished
     }
 
-    /// A reference is given up, unless it is there: what was not begun for it is not begun any
-    /// more.
+    /// Gives up a reference, unless it has arrived. Its jobs that have not begun are dropped.
     pub(crate) fn give_up(&mut self, reference: usize, now: M) {
         if self.references[reference].ready.is_some() {
             return;
@@ -317,8 +316,8 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         }
     }
 
-    /// Queues a frame if its pose and its reference are there, or the latter is lost. Whether it
-    /// is finished, as it is its reference.
+    /// Queues a frame once its pose is known and its reference is rendered or lost. Returns whether
+    /// the frame is finished, being its own reference.
     fn admit(&mut self, frame: usize, now: M) -> bool {
         let r = self.reference_of(frame);
         if self.frames[frame].pose.is_none() {
@@ -338,7 +337,7 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         false
     }
 
-    /// A target has read its reference; the last of them frees its slot.
+    /// Records that a target has read its reference. The last of them frees the slot.
     fn read(&mut self, reference: usize, now: M) {
         let readers = &mut self.references[reference].readers;
         *readers -= 1;
@@ -356,17 +355,17 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         Some(next)
     }
 
-    /// Whether all frames were shown.
+    /// Whether all frames have been shown.
     pub(crate) fn is_over(&self) -> bool {
         self.next_shown == self.frames.len()
     }
 
-    /// The frame that is shown next.
+    /// The next frame to show.
     pub(crate) const fn next_shown(&self) -> usize {
         self.next_shown
     }
 
-    /// The slot of a reference that was begun.
+    /// The slot of a reference that has begun.
     pub(crate) fn slot(&self, reference: usize) -> Option<usize> {
         self.references[reference].slot.map(|(_, slot)| slot)
     }
@@ -376,12 +375,12 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
         self.windows.reference_of(frame)
     }
 
-    /// What is known of a frame.
+    /// State of a frame.
     pub(crate) fn frame(&self, number: usize) -> &FrameState<M> {
         &self.frames[number]
     }
 
-    /// What is known of all frames, and which references held which slots.
+    /// State of all frames, and the slots that references held.
     pub(crate) fn into_parts(self) -> (Vec<FrameState<M>>, Vec<Hold<M>>) {
         (self.frames, self.slots.into_holds())
     }

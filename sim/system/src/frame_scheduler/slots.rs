@@ -1,25 +1,24 @@
 //! The reference buffer (paper, "Rendering Engine").
 
-/// A slot that was held by a reference, from when it was begun until its last target had read it.
+/// A slot held by a reference, from its begin until its last target has read it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Hold<M> {
     /// The reference.
     pub(crate) reference: usize,
     /// The slot.
     pub(crate) slot: usize,
-    /// From when.
+    /// Moment of its begin.
     pub(crate) from: M,
-    /// Until when.
+    /// Moment of its release.
     pub(crate) until: M,
 }
 
-/// Slots that references are written to. One is taken by a reference until it is given back, and
-/// by no other meanwhile.
+/// Slots that references are written to. A slot has at most one holder at a time.
 #[derive(Debug)]
 pub(super) struct Slots<M> {
-    /// Of each slot: who holds it since when, or since when it is free.
+    /// Holder of each slot and since when, or since when it is free.
     slots: Vec<Slot<M>>,
-    /// In the order in which they ended.
+    /// Holds that ended, in that order.
     holds: Vec<Hold<M>>,
 }
 
@@ -47,14 +46,14 @@ impl<M: Copy + Default + Ord> Slots<M> {
         free.min()
     }
 
-    /// Takes the slot that has been free for longest; which it is, and since when it was free.
+    /// Takes the slot that has been free for longest. Returns the slot and since when it was free.
     pub(super) fn take(&mut self, reference: usize, from: M) -> Option<(M, usize)> {
         let (since, slot) = self.free()?;
         self.slots[slot] = Slot::Held { reference, from };
         Some((since, slot))
     }
 
-    /// Gives back the slot that a reference holds, if it does.
+    /// Releases the slot that a reference holds, if any.
     pub(super) fn release(&mut self, by: usize, now: M) {
         for (number, slot) in self.slots.iter_mut().enumerate() {
             if let Slot::Held { reference, from } = *slot
@@ -71,7 +70,7 @@ impl<M: Copy + Default + Ord> Slots<M> {
         }
     }
 
-    /// What was held and is not any more.
+    /// Holds that ended.
     pub(super) fn into_holds(self) -> Vec<Hold<M>> {
         self.holds
     }

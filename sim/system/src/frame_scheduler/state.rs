@@ -1,52 +1,51 @@
-//! What is known of each reference and of each frame.
+//! State of each reference and of each frame.
 
 use super::Made;
 
-/// A reference; what has not happened has no moment.
+/// State of a reference. An event that has not happened has no moment.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct ReferenceState<M> {
-    /// The slot that it was given, and since when that was free.
+    /// The slot it was given, and since when that was free.
     pub(super) slot: Option<(M, usize)>,
-    /// When the server was asked.
+    /// Request at the server.
     pub(super) asked: Option<M>,
-    /// When it was rendered.
+    /// Rendering done.
     pub(super) rendered: Option<M>,
-    /// When it was in its slot.
+    /// Arrival in its slot.
     pub(super) ready: Option<M>,
-    /// When it was given up.
+    /// Given up.
     pub(super) lost: Option<M>,
     /// Targets that have still to read it.
     pub(super) readers: usize,
 }
 
-/// A frame; what has not happened has no moment.
+/// State of a frame. An event that has not happened has no moment.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FrameState<M> {
-    /// When its pose arrived.
+    /// Arrival of its pose.
     pub(crate) pose: Option<M>,
-    /// When its angles were found to be too large.
+    /// Its angles were found to be too large.
     pub(crate) refused: Option<M>,
-    /// When it was finished, and how.
+    /// Finished, and how it was produced.
     pub(crate) finished: Option<(M, Made)>,
-    /// When it was shown.
+    /// Shown.
     pub(crate) shown: Option<M>,
 }
 
-/// What is waited for.
+/// Cause of a wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Cause {
-    /// A pose.
     Pose,
-    /// A reference, until it is rendered.
+    /// Rendering of the reference.
     Reference,
     /// A slot of the reference buffer.
     Buffer,
-    /// Bytes on the link, or the link.
+    /// The link, busy or transferring.
     Link,
-    /// A reference that never came.
+    /// A reference that was lost.
     Loss,
     /// Warping that found the angle too large.
     Angle,
-    /// A renderer that was busy.
+    /// A busy renderer.
     Renderer,
 }

@@ -1,4 +1,4 @@
-//! That slots are held as long as they are read, and that both executors keep one set of rules.
+//! Slots are held until their last reader, and both executors keep the same rules.
 
 #![allow(clippy::unwrap_used)]
 use std::convert::Infallible;
@@ -26,10 +26,10 @@ fn scheduler<M: Copy + Default + Ord>(
     FrameScheduler::new(windows, plan.collect(), slots, false)
 }
 
-/// A job, and those that it comes after.
+/// A job and its dependencies.
 type Listed = (Job, Vec<usize>);
 
-/// Jobs in the order in which they are listed, and what is never rendered.
+/// Jobs in the order in which they are listed, and the frame that is never rendered.
 fn listed(frames: FrameScheduler<Option<usize>>) -> (Vec<Listed>, Option<(usize, usize)>) {
     let mut jobs = vec![];
     let left = unroll(frames, |job, after, _| {
@@ -65,7 +65,7 @@ fn a_reference_that_is_known_too_late_is_told() {
     assert_eq!(left, Some((2, 1)));
 }
 
-/// Times of both executors: by nanoseconds, and by dependencies of jobs.
+/// End times from both executors: from events in nanoseconds, and from dependencies of jobs.
 fn ends(
     window: usize,
     known: &[usize],
@@ -140,8 +140,8 @@ fn ends(
 }
 
 proptest! {
-    /// Where each frame is rendered as a whole, events in nanoseconds and dependencies of jobs give
-    /// every job the same begin and end.
+    /// Where each frame is rendered as a whole, both executors give every job the same begin and
+    /// end.
     #[test]
     fn both_executors_keep_one_set_of_rules(
         window in 1usize..5,

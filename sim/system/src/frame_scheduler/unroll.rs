@@ -1,19 +1,19 @@
-//! All jobs of a path with what each comes after, where nothing is lost or refused.
+//! Unrolls a path without losses or fallbacks to jobs and their dependencies.
 
 use super::{FrameScheduler, Job, Outcome};
 
-/// Lists the jobs of a path for an executor of dependencies. `list` is given a job, the jobs that
-/// it comes after as `list` named them, and its rank: of what is ready at once, the smallest begins
-/// first. A frame's pose is known when the frame before it is shown.
+/// Lists the jobs of a path for an executor of dependencies. `list` gets a job, the jobs it depends
+/// on as `list` named them, and its rank: of several ready jobs, the smallest rank begins first. A
+/// frame's pose is known when the frame before it is shown.
 ///
-/// Moments are ends of jobs, so a job is listed as soon as all that it waits for is, references
-/// before targets.
+/// Moments are ends of jobs, so a job is listed once all its dependencies are, references before
+/// targets.
 ///
-/// Gives the first frame that is never rendered and its reference, if there is such a frame: its
-/// reference's pose is not known before it is shown.
+/// Returns the first frame that is never rendered with its reference, if there is one: the pose of
+/// that reference is not known before the frame is shown.
 ///
 /// # Errors
-/// As `list`.
+/// Those of `list`.
 pub(crate) fn unroll<E>(
     mut frames: FrameScheduler<Option<usize>>,
     mut list: impl FnMut(Job, &[usize], u64) -> Result<usize, E>,

@@ -1,4 +1,4 @@
-//! Which reference serves which frames.
+//! Windows: the frames that each reference serves.
 
 use std::ops::Range;
 
@@ -7,24 +7,24 @@ use std::ops::Range;
 pub(crate) struct Windows(Vec<usize>);
 
 impl Windows {
-    /// By the first frame of each reference, in order.
+    /// Windows from the first frame of each reference, in order.
     pub(crate) fn starting_at(mut first: Vec<usize>, frames: usize) -> Self {
         first.push(frames);
         Self(first)
     }
 
-    /// So many references, one every `window` frames.
+    /// `references` windows of `window` frames each; the last has what remains of `frames`.
     pub(crate) fn every(window: usize, references: usize, frames: usize) -> Self {
         let first = (0..references).map(|reference| reference * window.max(1));
         Self::starting_at(first.collect(), frames)
     }
 
-    /// All frames.
+    /// Frames of the path.
     pub(crate) fn frames(&self) -> usize {
         self.0.last().copied().unwrap_or(0)
     }
 
-    /// The frames that a reference serves. The first of them is how urgent the reference is.
+    /// The frames that a reference serves. The first sets its urgency.
     pub(crate) fn of(&self, reference: usize) -> Range<usize> {
         self.0[reference]..self.0[reference + 1]
     }

@@ -1,4 +1,4 @@
-//! How long what is rendered takes.
+//! Rendering times of references and targets.
 
 use potamoi_warp::Counts;
 
@@ -7,35 +7,33 @@ use super::RuntimeError;
 /// Nanoseconds.
 pub type Nanos = u64;
 
-/// Tells how long each task takes, in nanoseconds. The same question has to have
-/// the same answer whenever it is asked.
+/// Time of each task in nanoseconds. The same call must always return the same time.
 pub trait Clock {
-    /// Of a reference, on the full renderer here.
+    /// Time of a reference on the local full renderer.
     fn reference(&self, reference: usize) -> Nanos;
 
-    /// Of a reference, on the server, without the link.
+    /// Time of a reference on the server, without the link.
     fn served(&self, reference: usize) -> Nanos;
 
-    /// Of a target: warping, and rendering of those pixels that `counts` says
-    /// are disoccluded or seen from too different an angle. Of one that falls
-    /// back to full rendering (`counts.full` is not 0) warping alone, which
-    /// finds that out.
+    /// Time of a target: warping it and rendering the pixels that `counts` lists as disoccluded or
+    /// seen from too different an angle. For a target that falls back to full rendering
+    /// (`counts.full` is not 0), the time of warping alone, which detects the fallback.
     fn target(&self, frame: usize, counts: &Counts) -> Nanos;
 
-    /// Of a target that is rendered in full.
+    /// Time of a target that is rendered in full.
     fn full(&self, frame: usize) -> Nanos;
 }
 
-/// The same time for every task of a kind.
+/// Constant times, one for each kind of task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FixedClock {
-    /// Of a reference, here.
+    /// Reference, rendered locally.
     pub reference: Nanos,
-    /// Of a reference, on the server.
+    /// Reference, rendered by the server.
     pub served: Nanos,
-    /// Of a target.
+    /// Target.
     pub target: Nanos,
-    /// Of a target that is rendered in full.
+    /// Target rendered in full.
     pub full: Nanos,
 }
 
@@ -57,14 +55,14 @@ impl Clock for FixedClock {
     }
 }
 
-/// Times in proportion to what is rendered.
+/// Times in proportion to the pixels rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PixelClock {
-    /// Of a frame in full.
+    /// Full frame, rendered locally.
     pub frame: Nanos,
-    /// Of a frame in full, on the server.
+    /// Full frame, rendered by the server.
     pub served: Nanos,
-    /// Of warping a reference to a target.
+    /// Warping a reference to a target.
     pub warp: Nanos,
 }
 
@@ -92,7 +90,7 @@ impl Clock for PixelClock {
     }
 }
 
-/// Sum of two times, or what it would have been the time of.
+/// Sum of two times; `what` names the time in the error on overflow.
 pub(super) fn later(
     time: Nanos,
     by: Nanos,

@@ -1,4 +1,4 @@
-//! The dispatcher: which renderer begins what, and what was waited for.
+//! Dispatcher: assigns ready jobs to renderers, and records what they waited for.
 
 use potamoi_warp::Plan;
 
@@ -16,15 +16,14 @@ struct Running {
     free_since: Nanos,
 }
 
-/// Renderers, a server and a link, each of which does one job at a time, on what
-/// the [`FrameScheduler`] says may begin. It has no clock: times are only
-/// recorded, and have to be told in order.
+/// Renderers, a server and a link, one job at a time each, on jobs that the [`FrameScheduler`]
+/// reports as ready. It has no clock: times are only recorded, and must be told in order.
 #[derive(Debug)]
 pub(super) struct Dispatcher {
     frames: FrameScheduler<Nanos>,
     concurrent: bool,
     remote: bool,
-    /// What each frame waited for.
+    /// Waits of each frame.
     waits: Vec<Waits>,
     running: [Option<Running>; Resource::ALL.len()],
     free_since: [Nanos; Resource::ALL.len()],
@@ -50,7 +49,7 @@ impl Dispatcher {
         })
     }
 
-    /// The resources that there are.
+    /// Resources of this system.
     pub(super) fn resources(&self) -> Vec<Resource> {
         let all = Resource::ALL.into_iter();
         all.filter(|r| match r {
@@ -71,7 +70,7 @@ impl Dispatcher {
         }
     }
 
-    /// Begins what a resource has to do, if it is free and there is something.
+    /// Begins the most urgent ready job of a resource, if the resource is free.
     pub(super) fn begin(&mut self, resource: Resource, now: Nanos) -> Option<Job> {
         if self.running[resource as usize].is_some() {
             return None;
@@ -90,7 +89,7 @@ impl Dispatcher {
         Some(job)
     }
 
-    /// The job of a resource has ended.
+    /// Records that a resource's job has ended.
     pub(super) fn end(&mut self, resource: Resource, now: Nanos, outcome: Outcome) {
         let Some(running) = self.running[resource as usize].take() else {
             return;
@@ -128,7 +127,7 @@ impl Dispatcher {
         }
     }
 
-    /// A frame that is its reference waited until that was there.
+    /// Records the wait of a frame that is its own reference.
     fn finished_as_reference(&mut self, frame: Option<usize>, now: Nanos) {
         if let Some(frame) = frame
             && let Some(pose) = self.frames.frame(frame).pose
@@ -138,24 +137,24 @@ impl Dispatcher {
         }
     }
 
-    /// The pose of a frame has arrived.
+    /// Records that the pose of a frame has arrived.
     pub(super) fn pose(&mut self, frame: usize, now: Nanos) {
         let finished = self.frames.pose(frame, now);
         self.finished_as_reference(finished, now);
     }
 
-    /// A request has arrived at the server.
+    /// Records that a request has arrived at the server.
     pub(super) fn asked(&mut self, reference: usize, now: Nanos) {
         self.frames.asked(reference, now);
     }
 
-    /// A reference has arrived in its slot, unless it was given up before.
+    /// Records that a reference has arrived in its slot, unless it was given up before.
     pub(super) fn arrive(&mut self, reference: usize, now: Nanos) {
         let finished = self.frames.arrive(reference, now);
         self.finished_as_reference(finished, now);
     }
 
-    /// A reference is given up, unless it is there.
+    /// Gives up a reference, unless it has arrived.
     pub(super) fn give_up(&mut self, reference: usize, now: Nanos) {
         self.frames.give_up(reference, now);
     }
@@ -165,22 +164,22 @@ impl Dispatcher {
         self.frames.show(now)
     }
 
-    /// Whether all frames were shown.
+    /// Whether all frames have been shown.
     pub(super) fn is_over(&self) -> bool {
         self.frames.is_over()
     }
 
-    /// The frame that is shown next.
+    /// The next frame to show.
     pub(super) fn next_shown(&self) -> usize {
         self.frames.next_shown()
     }
 
-    /// What a resource is at.
+    /// The job that a resource is running.
     pub(super) fn running(&self, resource: Resource) -> Option<Job> {
         self.running[resource as usize].as_ref().map(|r| r.job)
     }
 
-    /// The slot of a reference that was begun.
+    /// The slot of a reference that has begun.
     pub(super) fn slot(&self, reference: usize) -> Option<usize> {
         self.frames.slot(reference)
     }

@@ -1,54 +1,54 @@
-//! What can go wrong in the runtime.
+//! Errors of the runtime.
 
 use potamoi_warp::WarpError;
 use thiserror::Error;
 
-/// A plan that cannot be scheduled, or rendered.
+/// Why a plan cannot be scheduled or rendered.
 #[derive(Debug, Error)]
 pub enum RuntimeError {
-    /// An option outside its range.
+    /// An option is out of range.
     #[error("option `{field}` is {value}: expected {expected}")]
     Option {
-        /// The option.
+        /// Name of the option.
         field: &'static str,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// The allowed values.
         expected: &'static str,
     },
-    /// A plan whose parts do not fit together.
+    /// Parts of a plan contradict each other.
     #[error("plan: {part} {number}: {field} is {value}: expected {expected}")]
     Plan {
         /// `target` or `reference`.
         part: &'static str,
-        /// Its number.
+        /// Its number in the plan.
         number: usize,
-        /// Its field.
+        /// Name of the field.
         field: &'static str,
-        /// What the field has.
+        /// Its value.
         value: usize,
-        /// What would be right.
+        /// The expected value.
         expected: String,
     },
-    /// Lists of which one is as long as the plan has frames, the other not.
+    /// A list is not as long as the plan has frames.
     #[error("{what}: {found} entries: expected {expected}, one a frame of the plan")]
     Length {
-        /// The list.
+        /// Name of the list.
         what: &'static str,
-        /// How long it is.
+        /// Its length.
         found: usize,
         /// Frames of the plan.
         expected: usize,
     },
-    /// A sum that 64 bits do not hold; as times, they are 584 years.
+    /// A sum exceeds 64 bits (as nanoseconds, 584 years).
     #[error("{what} is beyond 2^64 - 1 {unit}: choose shorter times, or fewer frames")]
     Overflow {
-        /// What was to be computed.
+        /// The quantity computed.
         what: String,
         /// Its unit.
         unit: &'static str,
     },
-    /// A frame that was never finished, as the dispatcher was left before.
+    /// A frame was never finished, as the run stopped early.
     #[error("frame {frame} was not shown: the schedule ends before it")]
     Unfinished {
         /// The frame.

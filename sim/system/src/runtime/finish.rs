@@ -1,4 +1,4 @@
-//! Sums up what was done.
+//! Turns the dispatcher's record into a schedule.
 
 use potamoi_warp::Plan;
 
@@ -8,7 +8,7 @@ use super::{
 };
 use crate::frame_scheduler::{FrameState, Hold};
 
-/// What is left of a dispatcher.
+/// Final state of a dispatcher.
 pub(super) struct Record {
     pub(super) resources: Vec<Resource>,
     pub(super) tasks: Vec<Task>,
@@ -17,7 +17,7 @@ pub(super) struct Record {
     pub(super) holds: Vec<Hold<Nanos>>,
 }
 
-/// Adds waits of different tasks.
+/// Adds waits of another task.
 fn add(to: &mut Waits, waits: &Waits, of: &str) -> Result<(), RuntimeError> {
     let fields = [
         (&mut to.pose, waits.pose),
@@ -34,7 +34,7 @@ fn add(to: &mut Waits, waits: &Waits, of: &str) -> Result<(), RuntimeError> {
     Ok(())
 }
 
-/// The schedule that a dispatcher has made.
+/// The schedule that a dispatcher has recorded.
 pub(super) fn finish(record: Record, plan: &Plan, link: LinkUse) -> Result<Schedule, RuntimeError> {
     let Record {
         resources,
@@ -120,7 +120,7 @@ fn use_of(resource: Resource, tasks: &[Task], span: Nanos) -> Result<ResourceUse
     })
 }
 
-/// Nanoseconds in which both a reference and a target were rendered.
+/// Nanoseconds in which a reference and a target were rendered at once.
 fn overlap(tasks: &[Task]) -> Nanos {
     let union = |of: fn(Job) -> bool| {
         let mut all: Vec<[Nanos; 2]> = vec![];

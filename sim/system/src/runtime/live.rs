@@ -1,4 +1,4 @@
-//! References and targets, really rendered at once.
+//! Live execution: references and targets rendered on threads of their own.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -12,15 +12,15 @@ use super::finish::finish;
 use super::{Job, LinkUse, Nanos, Options, Poses, Resource, RuntimeError, Schedule};
 use crate::frame_scheduler::Outcome;
 
-/// Frames that are finished before one is shown, at which rendering pauses.
+/// Finished frames that may wait to be shown; at more, rendering pauses.
 pub(super) const AHEAD: usize = 4;
 
-/// Where references come from: rendered here, as by a [`Warper`], or elsewhere.
+/// Source of references: rendered locally, as by a [`Warper`], or elsewhere.
 pub trait References: Sync {
-    /// A reference of a plan; none where it was lost.
+    /// A reference of a plan; `None` where it was lost.
     ///
     /// # Errors
-    /// As the renderer.
+    /// Those of the renderer.
     fn reference(&self, number: usize, camera: &Camera) -> Result<Option<Shaded>, WarpError>;
 }
 
@@ -34,7 +34,7 @@ struct State {
     dispatcher: Dispatcher,
     /// The reference buffer.
     slots: Vec<Option<Arc<Shaded>>>,
-    /// Frames that are not shown yet.
+    /// Frames not yet shown.
     finished: BTreeMap<usize, Frame>,
     error: Option<RuntimeError>,
     stopped: bool,
@@ -50,7 +50,7 @@ struct Live<'a> {
     changed: Condvar,
 }
 
-/// Stops all threads when one panics, so that none waits for it for ever.
+/// Stops all threads when one panics, so that none waits for ever.
 struct StopOnPanic<'l, 'a>(&'l Live<'a>);
 
 impl Drop for StopOnPanic<'_, '_> {
@@ -62,19 +62,17 @@ impl Drop for StopOnPanic<'_, '_> {
     }
 }
 
-/// Renders a path by its plan, references on one thread and targets on another
-/// (on one, without `concurrent`), and shows the frames in order on the calling
-/// thread, which also has the poses arrive at their times. What begins is
-/// decided as in [`schedule`](super::schedule). The frames are those of
-/// [`Sequence`](potamoi_warp::Sequence), bit for bit, however long
-/// anything takes. Rendering pauses while `show` is behind, so that few frames
-/// are kept.
+/// Renders a path by its plan: references on one thread and targets on another (one thread for
+/// both, without `concurrent`). The calling thread shows the frames in order and delivers the poses
+/// at their times. Jobs begin by the rules of [`schedule`](super::schedule). The frames equal those
+/// of [`Sequence`](potamoi_warp::Sequence), bit for bit, whatever the timing. Rendering pauses
+/// while `show` lags behind, so that few frames are kept.
 ///
 /// The times of the schedule are measured; its resources are the threads.
 ///
 /// # Errors
-/// Options out of range, a plan that does not fit together or is not of this
-/// path, and the first error of a renderer, after which nothing more is begun.
+/// Options out of range, a plan that is inconsistent or of another path, and the first error of a
+/// renderer, after which nothing more is begun.
 pub fn live(
     warper: Warper<'_>,
     references: &dyn References,
@@ -129,7 +127,7 @@ pub fn live(
 }
 
 impl Live<'_> {
-    /// The state. A thread that panicked under the lock has stopped the others.
+    /// Locks the state. A thread that panicked under the lock has stopped the others.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -144,7 +142,7 @@ impl Live<'_> {
         self.begun.elapsed().as_nanos() as Nanos
     }
 
-    /// Has poses arrive and shows frames, until all are shown.
+    /// Delivers poses and shows frames, until all are shown.
     fn display(&self, poses: Poses, mut show: impl FnMut(Frame)) {
         let mut next_pose = 0;
         let mut state = self.lock();
@@ -193,7 +191,7 @@ impl Live<'_> {
         self.changed.notify_all();
     }
 
-    /// Does what a resource has to do, until all is shown or something fails.
+    /// Runs the jobs of a resource until all frames are shown or one fails.
     fn work(&self, resource: Resource) {
         loop {
             let mut state = self.lock();
