@@ -1,4 +1,4 @@
-//! What a schedule depends on besides its plan.
+//! Options of a schedule, besides its plan.
 
 use std::collections::BTreeSet;
 
@@ -10,28 +10,28 @@ use crate::link;
 
 const SECOND: u128 = 1_000_000_000;
 
-/// When the poses of the path arrive.
+/// Arrival times of the poses of a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Poses {
-    /// So many `frames` in so many `seconds`, evenly; rounded down to the
-    /// nanosecond each, so that they do not drift. 30 in 1, or 30000 in 1001.
+    /// An even rate of `frames` per `seconds`: 30 per 1, or 30000 per 1001. Each time is rounded
+    /// down to the nanosecond by itself, so that they do not drift.
     Rate {
-        /// Frames; not 0.
+        /// Frames; at least 1.
         frames: u32,
-        /// Seconds; not 0.
+        /// Seconds; at least 1.
         seconds: u32,
     },
-    /// As fast as possible: each when the frame before it is shown, as to who
-    /// looks at what is rendered. A reference then has to be known no later
-    /// than with its first target.
+    /// Each pose arrives when the frame before it is shown: the highest rate at which a viewer
+    /// reacts to each frame. The pose of a reference must then be known no later than that of its
+    /// first target.
     OnShown,
-    /// All at the start: a path that was recorded.
+    /// All at the start: a recorded path.
     AtOnce,
 }
 
 impl Poses {
-    /// When a frame's pose arrives, if that does not depend on what is shown.
+    /// Arrival of a frame's pose in nanoseconds; `None` if it depends on what is shown.
     pub(super) fn at(self, frame: usize) -> Result<Option<Nanos>, RuntimeError> {
         let Self::Rate { frames, seconds } = self else {
             return Ok((self == Self::AtOnce || frame == 0).then_some(0));
@@ -48,21 +48,19 @@ impl Poses {
     }
 }
 
-/// How the runtime works.
+/// Options of the runtime.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Options {
-    /// When poses arrive.
+    /// Arrival times of the poses.
     pub poses: Poses,
-    /// Whether references and targets have a renderer each; if not, they share
-    /// one.
+    /// Whether references and targets have a renderer each; otherwise they share one.
     pub concurrent: bool,
-    /// References that the buffer holds, at least 1; the paper's is
-    /// double-buffered.
+    /// Slots of the reference buffer, at least 1; the paper's is double-buffered.
     pub slots: usize,
 }
 
 impl Options {
-    /// Two renderers and two slots, as the paper has them.
+    /// The paper's runtime: two renderers and two slots.
     #[must_use]
     pub const fn new(poses: Poses) -> Self {
         Self {
@@ -82,28 +80,27 @@ impl Options {
     }
 }
 
-/// A link, of which one end sends at a time.
+/// A half-duplex link: one end sends at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Link {
-    /// Bytes a second; not 0.
+    /// Bandwidth in bytes a second; not 0.
     pub bytes_per_second: u64,
-    /// Nanoseconds from when the last byte is sent until it arrives; the link
-    /// is free meanwhile.
+    /// Latency in nanoseconds, from the last byte sent until it arrives; the link is free
+    /// meanwhile.
     pub latency: Nanos,
-    /// Energy of a byte, here.
+    /// Energy of a byte on the local side, in nanojoules.
     pub nanojoules_per_byte: u64,
 }
 
 impl Link {
-    /// The paper's wireless link: 10 MB/s and 100 nJ/B. Of its latency nothing
-    /// is said: none.
+    /// The paper's wireless link: 10 MB/s and 100 nJ/B. The paper gives no latency, so it is 0.
     pub const PAPER: Self = Self {
         bytes_per_second: link::BYTES_PER_SECOND,
         latency: 0,
         nanojoules_per_byte: link::NANOJOULES_PER_BYTE,
     };
 
-    /// How long so many bytes occupy it, rounded up.
+    /// Nanoseconds that `bytes` occupy the link, rounded up.
     pub(super) fn time(&self, bytes: u64, what: &str) -> Result<Nanos, RuntimeError> {
         let time = (u128::from(bytes) * SECOND).div_ceil(u128::from(self.bytes_per_second.max(1)));
         Nanos::try_from(time).map_err(|_| RuntimeError::Overflow {
@@ -116,16 +113,16 @@ impl Link {
 /// A server that renders references.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Remote {
-    /// What leads there and back.
+    /// The link to and from it.
     pub link: Link,
-    /// Bytes that ask for a reference.
+    /// Bytes of a request for a reference.
     pub request_bytes: u64,
-    /// Bytes of a reference, as it is sent.
+    /// Bytes of a reference as sent.
     pub reference_bytes: u64,
-    /// A reference that is not here so many nanoseconds after its request began
-    /// is given up.
+    /// Nanoseconds after the begin of its request at which a reference that has not arrived is
+    /// given up.
     pub timeout: Nanos,
-    /// References that are sent but do not arrive.
+    /// References that are sent but never arrive.
     pub lost: BTreeSet<usize>,
 }
 

@@ -1,28 +1,28 @@
-//! What a schedule says.
+//! A schedule: tasks, frames, buffer slots, resources and totals.
 
 use serde::Serialize;
 
 use super::{Job, Made, Nanos};
 use crate::frame_scheduler::Hold;
 
-/// What does one thing at a time.
+/// A resource, which does one job at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Resource {
-    /// Renders references that are rendered here, and full fallbacks.
+    /// Local renderer of references and of full fallbacks.
     Full,
-    /// Renders targets.
+    /// Renderer of targets.
     Sparse,
-    /// Renders both, where they are not concurrent.
+    /// Renderer of both, where they are not concurrent.
     Shared,
-    /// Renders references elsewhere.
+    /// Remote renderer of references.
     Server,
-    /// Carries requests, and references.
+    /// Link that carries requests and references.
     Link,
 }
 
 impl Resource {
-    /// All of them.
+    /// All resources.
     pub const ALL: [Self; 5] = [
         Self::Full,
         Self::Sparse,
@@ -31,7 +31,7 @@ impl Resource {
         Self::Link,
     ];
 
-    /// Its name.
+    /// Name of the resource.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -44,27 +44,27 @@ impl Resource {
     }
 }
 
-/// Nanoseconds by what was waited for.
+/// Waiting times in nanoseconds by cause.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Waits {
-    /// For a pose to arrive.
+    /// Arrival of a pose.
     pub pose: Nanos,
-    /// For a reference to be rendered.
+    /// Rendering of a reference.
     pub reference: Nanos,
-    /// For a slot of the reference buffer, all being read.
+    /// A free slot of the reference buffer.
     pub buffer: Nanos,
-    /// For bytes on the link, or for the link.
+    /// The link, busy or transferring.
     pub link: Nanos,
-    /// For a reference that never came, until it was given up.
+    /// A lost reference, until it was given up.
     pub loss: Nanos,
-    /// For warping that found the angle too large.
+    /// Warping that found the angle too large.
     pub angle: Nanos,
-    /// For a renderer that was busy.
+    /// A busy renderer.
     pub renderer: Nanos,
 }
 
 impl Waits {
-    /// Causes by name.
+    /// Waiting times with the names of their causes.
     #[must_use]
     pub const fn named(&self) -> [(&'static str, Nanos); 7] {
         [
@@ -78,73 +78,73 @@ impl Waits {
         ]
     }
 
-    /// Nanoseconds in all; as they follow one another, they are held.
+    /// Sum in nanoseconds. Waits of one job follow one another, so that their sum cannot overflow.
     #[must_use]
     pub fn total(&self) -> Nanos {
         self.named().iter().map(|(_, time)| time).sum()
     }
 }
 
-/// One job, when and where it was done.
+/// One job with its resource and its timestamps in nanoseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Task {
-    /// What was done.
+    /// The job.
     pub job: Job,
-    /// By what.
+    /// Its resource.
     pub resource: Resource,
-    /// When its pose was there, before which nobody could have begun it.
+    /// Arrival of its pose, the earliest possible begin.
     pub asked: Nanos,
-    /// When it began: `asked` and all `waits`.
+    /// Begin: `asked` plus all `waits`.
     pub start: Nanos,
-    /// When it ended.
+    /// End.
     pub end: Nanos,
-    /// What it waited for since its pose was there.
+    /// Its waits since the arrival of its pose.
     pub waits: Waits,
-    /// What its resource waited for, idle, since its last job.
+    /// Idle time of its resource since the last job, by cause.
     pub idle: Waits,
-    /// Of a reference: the slot that it is written to.
+    /// The slot that a reference is written to; `None` for other jobs.
     pub slot: Option<usize>,
 }
 
-/// When a frame was there.
+/// Timestamps of a frame in nanoseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct FrameTime {
     /// Its number in the path.
     pub number: usize,
     /// The reference that serves it.
     pub reference: usize,
-    /// How it came about.
+    /// How it was produced.
     pub made: Made,
-    /// When its pose arrived.
+    /// Arrival of its pose.
     pub pose: Nanos,
-    /// When it was finished.
+    /// Rendering finished.
     pub finished: Nanos,
-    /// When it was shown: finished, and all before it shown.
+    /// Shown: it and all frames before it are finished.
     pub shown: Nanos,
-    /// What it waited for from its pose until it was begun for the last time, or
-    /// until the reference that it is was there.
+    /// Waits from its pose until its last job began, or until the reference that it shows was
+    /// rendered.
     pub waits: Waits,
 }
 
 impl FrameTime {
-    /// Nanoseconds from its pose until it was finished.
+    /// Latency in nanoseconds, from its pose until it was finished.
     #[must_use]
     pub const fn latency(&self) -> Nanos {
         self.finished - self.pose
     }
 }
 
-/// A slot of the reference buffer, held by a reference from when it is begun
-/// until its last target has read it.
+/// A slot of the reference buffer, held by a reference from its begin until its last target has
+/// read it. Times are nanoseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Held {
     /// The reference.
     pub reference: usize,
     /// The slot.
     pub slot: usize,
-    /// From when.
+    /// Begin of the hold.
     pub from: Nanos,
-    /// Until when.
+    /// End of the hold.
     pub until: Nanos,
 }
 
@@ -159,69 +159,68 @@ impl From<Hold<Nanos>> for Held {
     }
 }
 
-/// How a resource spent its time: `busy`, all `idle` and `after` are the span.
+/// Time of a resource in nanoseconds: `busy`, all of `idle` and `after` sum to the span.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct ResourceUse {
     /// The resource.
     pub resource: Resource,
-    /// Nanoseconds at work.
+    /// Busy time.
     pub busy: Nanos,
-    /// Nanoseconds idle before a job, by what that job waited for.
+    /// Idle time before jobs, by what they waited for.
     pub idle: Waits,
-    /// Nanoseconds after its last job.
+    /// Idle time after the last job.
     pub after: Nanos,
 }
 
-/// What went over the link.
+/// Traffic on the link.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct LinkUse {
-    /// Bytes both ways, of references that were lost or came too late too.
+    /// Bytes in both directions, those of lost and late references included.
     pub bytes: u64,
-    /// Their energy, here, in nanojoules.
+    /// Energy on the local side, in nanojoules.
     pub nanojoules: u64,
 }
 
-/// A schedule in few numbers.
+/// Totals of a schedule.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Totals {
-    /// Nanoseconds until the last task has ended, and the last frame is shown.
+    /// Span: nanoseconds until the last task has ended and the last frame is shown.
     pub span: Nanos,
-    /// When the last frame was shown, in nanoseconds.
+    /// Nanoseconds until the last frame was shown.
     pub shown: Nanos,
-    /// Frames a second until the last was shown; none where that took no time.
+    /// Frames a second until the last was shown; `None` where that took no time.
     pub frames_per_second: Option<f64>,
-    /// The longest latency of a frame, in nanoseconds.
+    /// Largest latency of a frame, in nanoseconds.
     pub latency_max: Nanos,
-    /// The mean latency of frames, in nanoseconds, rounded down.
+    /// Mean latency of frames, in nanoseconds, rounded down.
     pub latency_mean: Nanos,
-    /// What frames waited for, each for itself, summed.
+    /// Waits of frames, summed over all frames.
     pub frame_waits: Waits,
-    /// What references waited for before they were rendered, summed.
+    /// Waits of references before they were rendered, summed over all references.
     pub reference_waits: Waits,
     /// Nanoseconds in which a reference and a target were rendered at once.
     pub overlap: Nanos,
-    /// What went over the link.
+    /// Traffic on the link.
     pub link: LinkUse,
 }
 
-/// What was done when.
+/// A schedule: all tasks and frames with their timestamps.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Schedule {
-    /// Tasks, by when they began; those that began at once by when they ended.
+    /// Tasks, sorted by begin, then by end.
     pub tasks: Vec<Task>,
     /// Frames, in order.
     pub frames: Vec<FrameTime>,
-    /// What the reference buffer held, by when it was held.
+    /// Holds of the reference buffer's slots, sorted by begin.
     pub held: Vec<Held>,
-    /// How each resource spent its time.
+    /// Time of each resource.
     pub resources: Vec<ResourceUse>,
-    /// All in few numbers.
+    /// Totals.
     pub totals: Totals,
 }
 
 impl Schedule {
-    /// Share of the span in which a resource was at work; none where there was
-    /// no such resource, or no time.
+    /// Utilisation of a resource, from 0 to 1; `None` without that resource or where the span is 0.
     #[must_use]
     pub fn utilisation(&self, resource: Resource) -> Option<f64> {
         let used = self.resources.iter().find(|u| u.resource == resource)?;

@@ -1,4 +1,4 @@
-//! The scheduler in which every event has a time.
+//! Discrete-event scheduler.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -11,19 +11,19 @@ use super::finish::finish;
 use super::{Clock, Job, LinkUse, Nanos, Options, Poses, Remote, Resource, RuntimeError, Schedule};
 use crate::frame_scheduler::Outcome;
 
-/// What happens. Of what happens at once this is the order; a reference that
-/// arrives as its time is over has arrived.
+/// Events, in the order in which simultaneous ones are handled: a reference that arrives exactly at
+/// its timeout has arrived.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Event {
-    /// The job of a resource ends.
+    /// A resource's job ends.
     End(Resource),
-    /// A request is at the server.
+    /// A request reaches the server.
     Asked(usize),
-    /// A reference is here.
+    /// A reference arrives.
     Arrive(usize),
-    /// A reference's time is over.
+    /// A reference times out.
     GiveUp(usize),
-    /// A pose is known.
+    /// A pose arrives.
     Pose(usize),
 }
 
@@ -37,26 +37,24 @@ struct Simulation<'a> {
     link: LinkUse,
 }
 
-/// Schedules what a plan asks for. `counts` are the pixels of each frame, as
-/// warping found them: a frame with `full` pixels falls back to full rendering,
-/// unless it is itself the reference. With `remote`, references are rendered by
-/// a server, and by the full renderer here only what falls back is.
+/// Schedules a plan. `counts` are the pixels of each frame as warping classified them: a frame with
+/// `full` pixels falls back to full rendering, unless it is itself the reference. With `remote`, a
+/// server renders references, and the local full renderer only fallbacks.
 ///
-/// Events are handled in the order of their times, and at one time in an order
-/// that depends on nothing but the plan: the same arguments give the same
-/// schedule. Its size is that of the plan.
+/// Events are handled in the order of their times, and simultaneous events in an order that depends
+/// on the plan alone: the same arguments give the same schedule. Its size is proportional to the
+/// plan's.
 ///
-/// A faster resource never shows the last frame later where one renderer does
-/// all, as its work is the same in any order, and where two have nothing to
-/// choose, that is where no angle is too large. It can elsewhere, as in any list
-/// scheduling (Graham, "Bounds on multiprocessing timing anomalies", 1969): what
-/// is ready sooner may begin before what is more urgent and just to come, and
-/// nothing is interrupted. So it is with full fallbacks beside references, and
-/// with requests beside answers on the link.
+/// A faster resource never shows the last frame later in two cases: where one renderer does all, as
+/// its work is the same in any order, and where no angle is too large, as two renderers then have
+/// no choice. Elsewhere it can, as in any list scheduling (Graham, "Bounds on multiprocessing
+/// timing anomalies", 1969): a job that is ready sooner may begin before a more urgent one that is
+/// about to be ready, and nothing is interrupted. This concerns full fallbacks beside references,
+/// and requests beside answers on the link.
 ///
 /// # Errors
-/// Options out of range, a plan whose parts do not fit together, counts of
-/// another number of frames, times beyond 64 bits.
+/// Options out of range, an inconsistent plan, counts of another number of frames, times beyond 64
+/// bits.
 pub fn schedule(
     plan: &Plan,
     counts: &[Counts],
@@ -115,7 +113,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// The pose of a frame is due, if that is known beforehand.
+    /// Schedules the arrival of a frame's pose, if its time is known beforehand.
     fn await_pose(&mut self, frame: usize) -> Result<(), RuntimeError> {
         if frame < self.counts.len()
             && let Some(time) = self.poses.at(frame)?
@@ -148,7 +146,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Says when a job that has begun ends, and what follows of itself.
+    /// Computes the end of a job that has begun, and the events that follow from it.
     fn begin(&mut self, resource: Resource, job: Job, now: Nanos) -> Result<(), RuntimeError> {
         let duration = match (job, self.remote) {
             (Job::Reference(r), None) => self.clock.reference(r),

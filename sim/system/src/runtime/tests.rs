@@ -1,4 +1,4 @@
-//! Schedules worked out by hand, and what is refused.
+//! Schedules worked out by hand, and refused inputs.
 #![allow(clippy::unwrap_used)]
 
 mod any;
@@ -39,7 +39,7 @@ pub(super) fn predicted(frames: usize, window: u32, lead: Option<u32>) -> Plan {
     plan(frames, window, ReferenceFrom::Predicted, lead)
 }
 
-/// Nothing falls back.
+/// Counts of frames without fallback.
 pub(super) fn warped(frames: usize) -> Vec<Counts> {
     vec![Counts::default(); frames]
 }

@@ -1,20 +1,19 @@
-//! A schedule as a trace.
+//! Chrome trace of a schedule.
 
 use serde_json::{Map, Value, json};
 
 use super::{Job, Nanos, Resource, Schedule, Task, Waits};
 use crate::trace_events::TraceEvents;
 
-/// Tracks: resources have the numbers of [`Resource::ALL`] plus 1.
+/// Track of shown frames. Those of resources have the indices of [`Resource::ALL`] plus 1.
 const DISPLAY: usize = Resource::ALL.len() + 1;
 const FIRST_SLOT: usize = DISPLAY + 1;
 
-/// Writes a schedule as a trace: a track a resource with its tasks as complete
-/// events, one a slot of the reference buffer with who holds it, and one with
-/// the frames as they are shown; an arrow leads from each reference to each of
-/// its targets. Times are microseconds with three decimals, exact below 2^53
-/// nanoseconds (104 days). The arguments of a task name its frame and its
-/// reference, and say in nanoseconds what it waited for.
+/// Writes a schedule as a Chrome trace: one track per resource with its tasks as complete events,
+/// one per slot of the reference buffer with its holders, and one with the frames as they are
+/// shown. An arrow leads from each reference to each of its targets. Times are microseconds with
+/// three decimals, exact below 2^53 nanoseconds (104 days). The arguments of a task are its frame,
+/// its reference and its waits in nanoseconds.
 #[must_use]
 pub fn chrome_trace(schedule: &Schedule) -> Value {
     let mut trace = TraceEvents::new("potamoi runtime");
@@ -71,9 +70,8 @@ pub fn chrome_trace(schedule: &Schedule) -> Value {
     trace.finish()
 }
 
-/// A pair of flow events for each target that read its reference. The first
-/// lies in the last nanosecond of the task that brought the reference, as one
-/// at its end would belong to what follows.
+/// A pair of flow events for each target that read its reference. The first lies in the last
+/// nanosecond of the task that produced the reference: at its end it would belong to the next task.
 fn arrows(schedule: &Schedule, trace: &mut TraceEvents) {
     let mut brought: Vec<Option<&Task>> = vec![];
     for task in &schedule.tasks {
@@ -119,7 +117,7 @@ fn micros(time: Nanos) -> f64 {
     time as f64 / 1e3
 }
 
-/// What was waited for, without what was not.
+/// Waits that are not 0.
 fn waits(waits: &Waits) -> Value {
     let causes = waits.named().into_iter().filter(|(_, time)| *time > 0);
     Value::Object(

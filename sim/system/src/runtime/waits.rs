@@ -1,10 +1,10 @@
-//! What time was spent on, by what was awaited.
+//! Splits waiting time by cause.
 
 use super::{Nanos, Waits};
 use crate::frame_scheduler::Cause;
 
-/// Splits the time between two moments by what was awaited, in the order of `gates`, and when
-/// that came; what no gate explains was spent on `rest`.
+/// Splits the time between two moments by cause. `gates` are causes in order with the moment each
+/// ended; time that no gate explains counts as `rest`.
 pub(super) fn split(from: Nanos, gates: &[(Cause, Nanos)], to: Nanos, rest: Cause) -> Waits {
     let mut waits = Waits::default();
     let mut at = from;

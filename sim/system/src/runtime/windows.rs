@@ -1,12 +1,12 @@
-//! Which frames each reference of a plan serves, once the plan is checked.
+//! Checked windows of a plan.
 
 use potamoi_warp::Plan;
 
 use super::{Poses, RuntimeError};
 use crate::frame_scheduler::Windows;
 
-/// The windows of a plan. Checks that each reference serves a run of frames, in order, and can be
-/// begun when its pose is said to be known.
+/// The windows of a plan. Checks that each reference serves a run of frames, in order, and can
+/// begin when the plan says that its pose is known.
 pub(super) fn checked(plan: &Plan, poses: Poses) -> Result<Windows, RuntimeError> {
     let mut first = vec![];
     for (number, target) in plan.targets.iter().enumerate() {

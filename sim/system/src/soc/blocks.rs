@@ -1,17 +1,17 @@
-//! A frame cut into what goes through the feature buffer at a time.
+//! Cuts a frame into blocks of the feature buffer.
 
 use super::system::System;
 use super::work::{Batch, FrameWork};
 
-/// What goes down the pipeline at a time: the features of a block of the feature buffer.
+/// One step of the pipeline: the features of a block of the feature buffer.
 pub(super) struct Block {
-    /// The group of rays that it is of, or of a splat frame's batches.
+    /// Its group of rays, or of a splat frame's batches.
     pub(super) group: usize,
     pub(super) work: Batch,
 }
 
-/// Batches put together to groups that fill half of the feature buffer at most, each cut in equal
-/// parts of a block at most.
+/// Joins batches to groups of at most half of the feature buffer, and cuts each group into equal
+/// parts of at most a block.
 pub(super) fn blocks(work: &FrameWork, system: &System) -> Vec<Block> {
     let half = system.feature_buffer_bytes / 2;
     let mut groups: Vec<Batch> = vec![];
@@ -35,8 +35,8 @@ mod tests {
     use super::*;
     use crate::soc::figures::frame;
 
-    /// Each of two groups has half of the feature buffer, and no block is larger than the buffer's;
-    /// nothing is lost by cutting.
+    /// Groups hold at most half of the buffer, blocks at most the buffer's block, and cutting loses
+    /// nothing.
     #[test]
     fn groups_fill_half_of_the_buffer_at_most() {
         let work = frame(false, 9, 4096);

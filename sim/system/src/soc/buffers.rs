@@ -1,9 +1,9 @@
-//! Bytes of jobs in the buffers on chip, and what their ports take for them.
+//! Bytes of jobs in the on-chip buffers, and the time of the buffers' ports.
 //!
-//! The global feature buffer is banks of one port each, 32 KB of words of 16 bytes in the default.
-//! Words of a block lie in turn over the banks of a group, so that streams that run beside one
-//! another meet in a bank once and are a bank apart from then on: a group serves a word of each bank
-//! a clock, whoever asks.
+//! The global feature buffer has banks of one port each, by default 32 KB of words of 16 bytes. The
+//! words of a block are interleaved over the banks of a group. Streams that run beside one another
+//! thus conflict once, and are a bank apart from then on: a group serves a word of each bank a
+//! clock, whoever asks.
 
 use super::costs::{FEATURE_WORD, WEIGHT_WORD};
 use super::job_scheduler::{Share, Shared};
@@ -14,7 +14,7 @@ use super::work::Batch;
 /// Bytes of the buffers that a job reads and writes.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Buffered {
-    /// The block's place among all blocks: blocks take turns in the groups of banks.
+    /// Index among all blocks; blocks take turns in the groups of banks.
     pub(super) block: u64,
     /// Bytes of the feature buffer.
     pub(super) features: f64,
@@ -32,9 +32,8 @@ impl Buffered {
         }
     }
 
-    /// The array reads inputs and weights, and writes outputs; partial sums of products that are
-    /// deeper than it has rows are written and read again. Features that the GPU gathered are
-    /// written first.
+    /// The array reads inputs and weights, and writes outputs. Partial sums of products deeper than
+    /// its rows are written and read again. Features that the GPU gathered are written first.
     pub(super) const fn computed(block: u64, step: &Batch, gathering: Gathering) -> Self {
         let loaded = match gathering {
             Gathering::PixelOrder | Gathering::Streamed => step.feature_bytes,
@@ -58,7 +57,7 @@ impl Buffered {
         }
     }
 
-    /// The same, beside weights that are loaded.
+    /// The same job with weights loaded beside.
     pub(super) fn loading(self, weights: f64) -> Self {
         Self {
             weights: self.weights + weights,
@@ -66,7 +65,7 @@ impl Buffered {
         }
     }
 
-    /// What it takes of the ports of a system whose accelerator has such a clock.
+    /// Its shares of the buffers' ports, where the accelerator's clock is `clock_ghz`.
     pub(super) fn shares(&self, system: &System, clock_ghz: f64) -> impl Iterator<Item = Share> {
         let group = self.block % u64::from(system.feature_banks / system.feature_block_banks);
         let features = group_bytes_a_clock(system) * clock_ghz;
@@ -80,12 +79,12 @@ impl Buffered {
     }
 }
 
-/// Bytes that the banks of a group serve in a clock.
+/// Bytes a clock from the banks of a group.
 fn group_bytes_a_clock(system: &System) -> f64 {
     f64::from(system.feature_block_banks) * FEATURE_WORD
 }
 
-/// Bytes that both buffers serve in a nanosecond, all banks at work.
+/// Bytes a nanosecond of both buffers, with all banks at work.
 pub(super) fn bytes_a_ns(system: &System, clock_ghz: f64) -> [f64; 2] {
     [f64::from(system.feature_banks) * FEATURE_WORD, WEIGHT_WORD].map(|bytes| bytes * clock_ghz)
 }
@@ -94,7 +93,7 @@ pub(super) fn bytes_a_ns(system: &System, clock_ghz: f64) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// Blocks take turns in groups, and a group is as fast as its banks.
+    /// Blocks take turns in groups, and a group is as fast as its banks together.
     #[test]
     fn blocks_take_turns_in_groups_of_banks() {
         let step = Batch {

@@ -1,5 +1,4 @@
-//! A frame as jobs: what each part of the system does for it, what it waits for, and what it
-//! moves and spends.
+//! Composes a frame of jobs: resources, dependencies, bytes and energy.
 
 use serde::Serialize;
 
@@ -15,59 +14,59 @@ use super::transfers::{Known, Transfers, unit_transfers};
 use super::variant::Gathering;
 use super::work::{Batch, FrameWork, PathReplay, Replayed};
 
-/// What was moved and spent.
+/// Bytes and energy of jobs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Spent {
-    /// Bytes read from memory one behind the other.
+    /// Bytes read sequentially from memory.
     pub streamed_bytes: f64,
-    /// Bytes written so.
+    /// Bytes written sequentially.
     pub written_bytes: f64,
-    /// Bytes read from anywhere.
+    /// Bytes read at random.
     pub random_bytes: f64,
     /// Transfers of the DMA; the GPU moves its bytes itself.
     pub transfers: u64,
-    /// Bytes of their descriptors, read from anywhere.
+    /// Bytes of DMA descriptors, read at random.
     pub descriptor_bytes: f64,
-    /// Of the bytes read in order, weights.
+    /// Bytes of weights, among those read sequentially.
     pub weight_bytes: f64,
-    /// Rows of memory that are opened.
+    /// Rows of memory opened.
     pub rows_opened: f64,
-    /// What the device's GPU did.
+    /// Work of the device's GPU.
     pub gpu: GpuDone,
-    /// Energy of accesses to memory but for descriptors, in picojoules.
+    /// Energy of memory accesses without descriptors, in picojoules.
     pub memory_pj: f64,
-    /// Energy of reading descriptors.
+    /// Energy of reading descriptors, in picojoules.
     pub descriptor_pj: f64,
-    /// Bytes over the interconnect: all of these, in whole bursts.
+    /// Bytes over the interconnect: all of the above, in whole bursts.
     pub interconnect_bytes: f64,
-    /// Bytes that the global feature buffer reads and writes.
+    /// Bytes read from and written to the global feature buffer.
     pub feature_buffer_bytes: f64,
-    /// Bytes that the weight buffer does.
+    /// Bytes read from and written to the weight buffer.
     pub weight_buffer_bytes: f64,
     /// Bytes over the link.
     pub link_bytes: f64,
     /// Energy on chip.
     pub on_chip: OnChip,
-    /// What units did.
+    /// Work of the units.
     pub done: Batch,
 }
 
-/// What a GPU did.
+/// Work of a GPU.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct GpuDone {
     /// Kernels launched.
     pub launches: u64,
-    /// Instructions of all threads, by [`Instructions`](super::Instructions).
+    /// Instructions of all threads, as [`Instructions`](super::Instructions) counts them.
     pub instructions: f64,
-    /// Bytes through its cache, whole sectors of 32.
+    /// Bytes through its cache, in whole sectors of 32.
     pub cache_bytes: f64,
-    /// Bytes through shared memory, those that wait for a bank counted as often as they wait.
+    /// Bytes through shared memory; those that wait for a bank count again for each wait.
     pub shared_bytes: f64,
-    /// Bytes of memory: those that missed its cache, and what it writes.
+    /// Bytes of memory: cache misses and writes.
     pub memory_bytes: f64,
 }
 
-/// Makes jobs.
+/// Appends the jobs of frames to a list.
 pub(super) struct Composer<'a> {
     system: &'a System,
     memory: &'a Memory,
@@ -80,22 +79,22 @@ pub(super) struct Composer<'a> {
     blocks: u64,
     /// Jobs so far.
     pub jobs: Vec<Job>,
-    /// What they move and spend.
+    /// Their bytes and energy.
     pub spent: Spent,
 }
 
-/// What a job is part of, and when it may begin.
+/// Stage, dependencies and rank of a job.
 struct Turn {
     stage: &'static str,
     after: Vec<JobId>,
     rank: u64,
 }
 
-/// A frame that is rendered here.
+/// A frame that is rendered locally.
 struct Rendering<'w> {
     work: &'w FrameWork,
     gathering: Gathering,
-    /// What the GPU does to gather all of it, and what it reaches of its best at that.
+    /// Gathering of the whole frame as a GPU kernel, and the efficiency it reaches.
     gathered: Kernel,
     reached: f64,
     known: Known,
@@ -109,11 +108,11 @@ impl Rendering<'_> {
     }
 }
 
-/// A block of the feature buffer by number, its work, and its part of the frame.
+/// A block of the feature buffer: its index, its work, and its share of the frame.
 type BlockPart<'b> = (u64, &'b Batch, f64);
 
 impl<'a> Composer<'a> {
-    /// Of a system whose accelerator has such a clock.
+    /// An empty list for a system whose accelerator has the clock `clock_ghz`.
     #[must_use]
     pub(super) fn new(
         system: &'a System,
@@ -140,7 +139,7 @@ impl<'a> Composer<'a> {
         self.system
     }
 
-    /// A job that leaves the buffers on chip alone.
+    /// Appends a job without bytes in the on-chip buffers.
     fn push(&mut self, turn: Turn, resource: Resource, own_ns: f64, transfers: Transfers) -> JobId {
         self.buffered(turn, resource, own_ns, transfers, Buffered::default())
     }
@@ -191,12 +190,12 @@ impl<'a> Composer<'a> {
         self.jobs.len() - 1
     }
 
-    /// A kernel of the system's GPU, or a part of one that was launched before.
+    /// Appends a GPU kernel, or a part of one that was launched before.
     fn kernel(&mut self, turn: Turn, kernel: &Kernel, efficiency: f64, launched: bool) -> JobId {
         self.reading(turn, kernel, efficiency, launched, [None; 2])
     }
 
-    /// One whose reads are known.
+    /// Appends a GPU kernel whose reads are known.
     fn reading(
         &mut self,
         turn: Turn,
@@ -233,10 +232,10 @@ impl<'a> Composer<'a> {
         cycles as f64 / self.clock_ghz
     }
 
-    /// Renders here; the job that ends last.
+    /// Renders a frame locally. Returns its last job.
     ///
     /// # Errors
-    /// Energy that is not known.
+    /// An energy that is not known.
     pub(super) fn frame(
         &mut self,
         work: &FrameWork,
@@ -323,7 +322,7 @@ impl<'a> Composer<'a> {
         Ok(last.last().copied().or(sorted).unwrap_or_default())
     }
 
-    /// Gathers a block's features, by the GPU or by the unit.
+    /// Gathers the features of a block, on the GPU or the gathering unit.
     fn gather(
         &mut self,
         frame: &Rendering<'_>,
@@ -349,7 +348,7 @@ impl<'a> Composer<'a> {
         }
     }
 
-    /// Computes on a block's features, by the array.
+    /// Computes on the features of a block, on the array.
     fn compute(
         &mut self,
         frame: &Rendering<'_>,
@@ -393,8 +392,8 @@ impl<'a> Composer<'a> {
         self.buffered(turn, unit, ns, shown, buffered)
     }
 
-    /// Weights that the weight buffer does not hold yet; those that it cannot hold are loaded again. Their
-    /// bytes.
+    /// Loads weights that the weight buffer does not hold; weights that do not fit are loaded again
+    /// each time. Returns their bytes.
     fn load_weights(&mut self, transfers: &mut Transfers) -> f64 {
         let (bytes, held) = self.weights;
         if held || bytes <= 0.0 {
@@ -408,13 +407,13 @@ impl<'a> Composer<'a> {
         bytes
     }
 
-    /// Warps so many pixels of a reference.
+    /// Warps `pixels` of a reference.
     pub(super) fn warp(&mut self, pixels: u64, after: &[JobId], rank: u64) -> JobId {
         let warping = self.system.instructions.warping(pixels);
         self.whole_picture("warping", &warping, after, rank)
     }
 
-    /// Scales a picture up to so many pixels.
+    /// Upscales a picture to `pixels`.
     pub(super) fn scale(&mut self, pixels: u64, after: &[JobId], rank: u64) -> JobId {
         let scaling = self.system.instructions.scaling(pixels);
         self.whole_picture("scaling", &scaling, after, rank)
@@ -432,7 +431,7 @@ impl<'a> Composer<'a> {
         self.kernel(Turn { stage, after, rank }, kernel, reached, false)
     }
 
-    /// Renders elsewhere, and sends so many bytes of a pixel.
+    /// Renders remotely, and sends so many bytes a pixel.
     pub(super) fn remote(
         &mut self,
         work: &FrameWork,

@@ -1,4 +1,4 @@
-//! Energy of what units and memories on chip do, from synthesised parameters.
+//! Energy of units and on-chip memories, from synthesised parameters.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -13,84 +13,84 @@ use super::kernels::Program;
 use super::logic::{Logic, NODE_NM, UnitEnergy, power_of, reached_ghz};
 use super::work::Batch;
 
-/// Registers of a MAC unit beyond the reducer's own: two inputs of 16 bits (paper, ibid.).
+/// Register bits of a MAC unit beyond the reducer's own: two inputs of 16 bits (paper, ibid.).
 const MAC_REGISTERS: f64 = 32.0;
-/// Bytes of a word of the global feature buffer, and weights of one of the weight buffer.
+/// Bytes of a word of the global feature buffer; weights in a word of the weight buffer.
 pub(super) const FEATURE_WORD: f64 = 16.0;
 pub(super) const WEIGHT_WORD: f64 = 48.0;
 /// Bytes of a word of a bank of the RIT buffer.
 const RIT_WORD: f64 = 2.0;
 
-/// Energy that is not known.
+/// Why an energy is not known.
 #[derive(Debug, Error)]
 pub enum CostError {
-    /// Parameters cannot be read.
+    /// The parameters cannot be read.
     #[error(transparent)]
     Synth(#[from] SynthError),
-    /// Nobody knows how to scale them.
+    /// No scaling factors are known for their node.
     #[error("{what} is at {node:?} nm: expected a node with factors to {NODE_NM} nm")]
     Node {
-        /// Which parameters.
+        /// Name of the parameters.
         what: &'static str,
-        /// Their node.
+        /// Their node in nanometres, if known.
         node: Option<u32>,
     },
-    /// Nobody measured it.
+    /// Its power was not measured.
     #[error("the parameters say nothing of the power of {0}: synthesise them with an activity")]
     Power(&'static str),
-    /// Parameters were given that say too little.
+    /// The parameters given lack the power of a unit.
     #[error(
         "{source}\nthe parameters that were given lack the power of the gathering unit or the node of their \
          library: synthesise them with both (potamoi synth --node NM, and power not left out)"
     )]
     Given {
-        /// Why they were needed.
+        /// Reason why they were needed.
         source: SynthError,
     },
-    /// A memory is not among the parameters.
+    /// The parameters lack a memory.
     #[error("no memory {0} in the parameters: synthesise them with CACTI (tools/setup memories)")]
     Memory(&'static str),
 }
 
-/// A memory, picojoules an access.
+/// Energy of a memory, in picojoules an access.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Port {
-    /// Of a read.
+    /// Read.
     pub read_pj: f64,
-    /// Of a write.
+    /// Write.
     pub write_pj: f64,
 }
 
 /// A unit of the MAC array.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MacEnergy {
-    /// Picojoules of a cycle of a product without a multiplication: its clock.
+    /// Picojoules of an idle cycle of its clock, without multiplication.
     pub rest_pj: f64,
-    /// Picojoules of a multiplication and addition beyond that.
+    /// Picojoules that a multiplication and addition take beyond an idle cycle.
     pub work_pj: f64,
-    /// Its leakage in milliwatts, without its registers'.
+    /// Leakage in milliwatts, without registers.
     pub leakage_mw: f64,
 }
 
-/// What the gathering unit's energy follows from.
+/// Source of the gathering unit's energy.
 #[derive(Debug)]
 enum Gatherer {
-    /// Netlists that gathered.
+    /// Measured on netlists that gathered.
     Measured(UnitEnergy),
-    /// Formulas, by banks at work: of entries of eight vertices.
+    /// Fitted formulas, by banks at work (entries of eight vertices).
     Fitted(Mutex<BTreeMap<u64, UnitEnergy>>),
 }
 
-/// Energy by unit, at 12 nm.
+/// Energy of the units at 12 nm.
 #[derive(Debug)]
 pub struct Costs {
     fit: Fit,
     config: Config,
     gatherer: Gatherer,
     vector: UnitEnergy,
-    /// From the grid's node to 12 nm.
+    /// Scaling factor of logic from the grid's node to 12 nm.
     logic: f64,
-    /// A unit of the MAC array, whose clock stands still between products.
+    /// A unit of the MAC array; its clock is gated between products.
     pub mac: MacEnergy,
     /// A bank of the MFT.
     pub mft: Port,
@@ -100,24 +100,23 @@ pub struct Costs {
     pub features: Port,
     /// The weight buffer.
     pub weights: Port,
-    /// Memories and logic of the units at rest, in milliwatts.
+    /// Leakage of the units' memories and logic, in milliwatts.
     pub leakage_mw: f64,
-    /// The clock in gigahertz that the slower of both units reaches at 12 nm, with the access
-    /// times of memories where they are known, before wires; none where they were not
-    /// synthesised.
+    /// Highest clock in gigahertz of the slower unit at 12 nm, before wires. Access times of
+    /// memories are included where known. `None` where the units were not synthesised.
     pub reached_ghz: Option<f64>,
-    /// Cells of both units at 12 nm, in square millimetres, without memories.
+    /// Cell area of both units at 12 nm, in square millimetres, without memories.
     pub area_mm2: f64,
-    /// Where the numbers are from.
+    /// Source of the numbers.
     pub origin: String,
 }
 
-/// Picojoules of a frame by what they were spent on.
+/// Energy of a frame on chip by part, in picojoules.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct OnChip {
     /// The gathering unit's logic.
     pub gathering_pj: f64,
-    /// Its memories.
+    /// The gathering unit's memories.
     pub gathering_memories_pj: f64,
     /// The vector unit's logic.
     pub vector_pj: f64,
@@ -138,16 +137,17 @@ impl std::ops::AddAssign for OnChip {
 }
 
 impl Costs {
-    /// Of the units of a configuration.
+    /// Energies for the units of a configuration.
     ///
-    /// The vector unit's energy and area are those of the first of `reports` that has the same one,
-    /// else by formulas. The gathering unit's are `given`'s, whatever its netlist gathered; without
-    /// them by formulas where entries have vertices, and those of `records` where they are splat
-    /// records, in the proportion in which formulas set the configuration's unit to that one's. Memories and the MAC array, which has reducers
-    /// of the paper's size, are those of `memories`.
+    /// The vector unit's energy and area are those of the first of `reports` with the same vector
+    /// unit, else from formulas. The gathering unit's are those of `given`, whatever its netlist
+    /// gathered. Without `given` they are from formulas where entries have vertices. For splat
+    /// records they are those of `records`, scaled by the ratio that formulas give for the two
+    /// units. Memories and the MAC array, with reducers of the paper's size, are those of
+    /// `memories`.
     ///
     /// # Errors
-    /// A unit of which nothing is known; parameters that lack something.
+    /// A unit without known energy; parameters that lack something.
     pub fn new(
         config: &Config,
         program: Program,
@@ -234,11 +234,11 @@ impl Costs {
         })
     }
 
-    /// Energy of what was done beside an array of so many units; `uses_gathering_unit` says whether
-    /// the gathers were its.
+    /// Energy of a batch beside an array of `units`; `uses_gathering_unit` tells whether the
+    /// gathering unit did its gathers.
     ///
     /// # Errors
-    /// A configuration that the model is not of.
+    /// A configuration outside the model.
     pub fn of(
         &self,
         done: &Batch,
@@ -280,7 +280,7 @@ impl Costs {
         bytes / WEIGHT_WORD * self.weights.write_pj
     }
 
-    /// The gathering unit with so many banks at work.
+    /// Fitted energy of the gathering unit with so many banks at work.
     fn fitted(
         &self,
         known: &Mutex<BTreeMap<u64, UnitEnergy>>,
@@ -307,7 +307,7 @@ impl Costs {
     }
 }
 
-/// Energy of a multiplier of the array: a reducer of the paper's unit, with registers.
+/// Energy of a MAC unit of the array: a reducer of the paper's unit, with registers.
 fn mac_energy(array: &Estimate, flop_pj: f64, logic: f64) -> MacEnergy {
     let reducer = array.modules.iter().find(|m| m.module == "reducer");
     let reducer =
@@ -319,7 +319,7 @@ fn mac_energy(array: &Estimate, flop_pj: f64, logic: f64) -> MacEnergy {
     }
 }
 
-/// The gathering unit as it gathered splat records, times a share.
+/// Measured energy of the gathering unit on splat records, scaled by a share.
 fn gatherer_of_records(
     records: &SynthReport,
     logic: f64,
@@ -333,7 +333,7 @@ fn gatherer_of_records(
     }))
 }
 
-/// The vector unit, and where its figures are from.
+/// The vector unit's energy, and its source.
 fn vector_unit(
     config: &Config,
     fit: &Fit,
@@ -354,7 +354,8 @@ fn vector_unit(
     })
 }
 
-/// Accesses to a memory of a unit or the system, and milliwatts of all such memories at rest.
+/// Access energy of a memory of a unit or of the system, and the leakage of all such memories in
+/// milliwatts.
 fn port(memories: &SynthReport, unit: &str, name: &'static str) -> Result<(Port, f64), CostError> {
     let (raw, scaled) = memories.memory(unit, name).ok_or(CostError::Memory(name))?;
     let figures = scaled.map_or(raw.figures, |s| s.figures);

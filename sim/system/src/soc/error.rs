@@ -1,20 +1,20 @@
-//! Why a path could not be modelled.
+//! Errors of the path model.
 
 use thiserror::Error;
 
 use super::costs::CostError;
 use super::job_scheduler::JobError;
 
-/// A path that could not be modelled.
+/// Why a path cannot be modelled.
 #[derive(Debug, Error)]
 pub enum ModelError {
-    /// Energy that is not known.
+    /// An energy is not known.
     #[error(transparent)]
     Cost(#[from] CostError),
-    /// Jobs that cannot be run.
+    /// The jobs cannot be run.
     #[error(transparent)]
     Engine(#[from] JobError),
-    /// A frame that waits for itself.
+    /// A frame depends on itself.
     #[error(
         "frame {frame} is never rendered: the pose of reference {reference}, which serves it, is \
          not known before it is shown"

@@ -1,4 +1,4 @@
-//! What made-up paths take on every variant, as it was before: `make refresh` writes it again.
+//! Recorded results of made-up paths on every variant; `make refresh` writes them again.
 #![allow(clippy::unwrap_used)]
 
 use std::fmt::Write;
@@ -10,7 +10,7 @@ use super::tests::{costs, memory};
 use super::work::{Batch, Classes, FrameWork, PathOptions, PathWork, Quality, Reads, TargetWork};
 use super::*;
 
-/// A frame of so many batches, each larger than the one before; of splats or of a field.
+/// A splat or field frame of so many batches, each larger than the one before.
 pub(super) fn frame(splats: bool, batches: u64, pixels: u64) -> FrameWork {
     let of = |n: u64| if splats { n } else { 0 };
     let batches: Vec<Batch> = (1..=batches)
@@ -67,7 +67,7 @@ pub(super) fn frame(splats: bool, batches: u64, pixels: u64) -> FrameWork {
     }
 }
 
-/// Twelve frames, a reference for each three.
+/// Twelve frames, with a reference for each three.
 fn path(splats: bool) -> PathWork {
     let target = |number: usize, window: usize| TargetWork {
         reference: (!number.is_multiple_of(window)).then_some(number / window),
@@ -110,8 +110,8 @@ fn path(splats: bool) -> PathWork {
     }
 }
 
-/// Times, bytes and energies of all variants, of fields and of splats, on the paper's system and on
-/// one whose buffers, memory and interconnect are in the way.
+/// Times, bytes and energies of all variants, for fields and splats, on the paper's system and on
+/// one bound by buffers, memory and interconnect.
 #[test]
 fn figures_are_what_they_were() {
     let narrow = System {

@@ -1,4 +1,4 @@
-//! The frames of a path as jobs: which wait for which.
+//! The frames of a path as jobs with dependencies.
 
 use super::compose::Composer;
 use super::costs::CostError;
@@ -8,7 +8,7 @@ use super::variant::{Frames, Scenario, Variant};
 use super::work::{FrameWork, PathWork};
 use crate::frame_scheduler::{FrameScheduler, Job, REFERENCE_SLOTS, Reference, Windows, unroll};
 
-/// A path on a variant.
+/// Builds the jobs of a path on a variant.
 pub(super) struct FrameJobs<'a> {
     composer: Composer<'a>,
     path: &'a PathWork,
@@ -31,10 +31,10 @@ impl<'a> FrameJobs<'a> {
         }
     }
 
-    /// Its jobs.
+    /// The jobs of the path.
     ///
     /// # Errors
-    /// Energy that is not known; a reference whose pose is known too late.
+    /// An energy that is not known; a reference whose pose is known too late.
     pub(super) fn jobs(mut self) -> Result<Composer<'a>, ModelError> {
         match self.variant.frames {
             Frames::Full | Frames::Half => self.single()?,
@@ -44,8 +44,7 @@ impl<'a> FrameJobs<'a> {
         Ok(self.composer)
     }
 
-    /// A frame in full, where the scenario has it rendered; what others are warped from is sent
-    /// with its depth.
+    /// A full frame, rendered where the scenario has it; a remote reference is sent with its depth.
     fn full(
         &mut self,
         work: &FrameWork,
@@ -69,7 +68,7 @@ impl<'a> FrameJobs<'a> {
         }
     }
 
-    /// A frame warped from another, and what that does not show, rendered here.
+    /// A frame warped from another, with its disoccluded pixels rendered locally.
     fn target(
         &mut self,
         pixels: u64,
@@ -87,7 +86,7 @@ impl<'a> FrameJobs<'a> {
         }
     }
 
-    /// Each frame by itself, one after the other.
+    /// Each frame rendered independently, one after the other.
     fn single(&mut self) -> Result<(), CostError> {
         let path = self.path;
         let mut shown: Vec<JobId> = vec![];
@@ -106,8 +105,8 @@ impl<'a> FrameJobs<'a> {
         Ok(())
     }
 
-    /// References beside the targets of those before, as the frame scheduler has them wait for
-    /// one another: a target begins when the one before it is shown, and a reference when its
+    /// References rendered beside the targets of earlier ones, with the frame scheduler's
+    /// dependencies. A target begins when the one before it is shown; a reference begins when its
     /// pose is known and one of two buffers is free.
     fn warped(&mut self) -> Result<(), ModelError> {
         let path = self.path;
@@ -134,7 +133,7 @@ impl<'a> FrameJobs<'a> {
         }
     }
 
-    /// Each frame from the one before.
+    /// Each frame warped from the one before.
     fn chained(&mut self) -> Result<(), CostError> {
         let path = self.path;
         let mut shown: Vec<JobId> = vec![];

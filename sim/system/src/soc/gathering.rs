@@ -1,5 +1,4 @@
-//! What gathering alone takes, on the GPU pixel by pixel and on the gathering unit MVoxel by
-//! MVoxel.
+//! Gathering alone: on the GPU in pixel-centric order, and on the gathering unit in MVoxel order.
 
 use serde::Serialize;
 
@@ -10,35 +9,35 @@ use super::transfers::{Known, missed_transfers, unit_transfers};
 use super::variant::Gathering;
 use super::work::{FrameWork, PathReplay};
 
-/// Both ways to gather a frame.
+/// Time of gathering a frame in both ways, and its memory energy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gathered {
-    /// Nanoseconds on the GPU, waiting for bytes included.
+    /// Nanoseconds on the GPU, waits for memory included.
     pub gpu_ns: f64,
-    /// Nanoseconds on the gathering unit, likewise.
+    /// Nanoseconds on the gathering unit, waits for memory included.
     pub unit_ns: f64,
-    /// Energy of memory.
+    /// Memory energy.
     pub memory: MemorySaving,
 }
 
-/// Picojoules of memory for gathering, and what saves them (paper, Sec. "Memory Saving
-/// Contribution"): bytes that are not moved, each at what a byte took before, and bytes that still
-/// are, which stream.
+/// Memory energy of gathering in picojoules, and its saving by cause (paper, Sec. "Memory Saving
+/// Contribution"): less traffic, at the former mean energy of a byte, and streaming, for the bytes
+/// that remain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MemorySaving {
     /// In pixel-centric order.
     pub before_pj: f64,
     /// In memory-centric order.
     pub after_pj: f64,
-    /// Saved by less traffic.
+    /// Saving by less traffic.
     pub by_traffic_pj: f64,
-    /// Saved by streaming.
+    /// Saving by streaming.
     pub by_streaming_pj: f64,
 }
 
 impl MemorySaving {
-    /// Of a frame. Bytes of memory-centric order are those of rows, of the RIT, written and read,
-    /// and of what did not fit on chip.
+    /// Saving for a frame. The bytes of memory-centric order are rows, the RIT written and read,
+    /// and spills.
     #[must_use]
     pub fn of(memory: &Memory, replay: Option<&PathReplay>, work: &FrameWork) -> Self {
         let known = Known::of(replay, work);
@@ -57,7 +56,7 @@ impl MemorySaving {
         }
     }
 
-    /// Share of what is saved that less traffic saves; none where nothing is saved.
+    /// Share of the saving that is due to less traffic, from 0 to 1; `None` where nothing is saved.
     #[must_use]
     pub fn traffic_share(&self) -> Option<f64> {
         let saved = self.before_pj - self.after_pj;
@@ -66,10 +65,10 @@ impl MemorySaving {
 }
 
 impl Model<'_> {
-    /// Gathers a frame both ways.
+    /// Models the gathering of a frame in both ways.
     ///
     /// # Errors
-    /// Energy that is not known.
+    /// An energy that is not known.
     pub fn gathered(&self, work: &FrameWork) -> Result<Gathered, ModelError> {
         let ns = |gathering| -> Result<f64, ModelError> {
             let run = self.frame(work, gathering)?;

@@ -1,51 +1,52 @@
-//! A GPU: instructions, sectors of its cache, and bytes of memory against what the machine does
-//! at best; one factor each for fields, splats and whole pictures says what programs reach.
+//! Roofline model of a GPU: instructions, cache sectors and memory bytes at peak rates, times an
+//! efficiency. Fields, splats and whole pictures have an efficiency each.
 
 use serde::{Deserialize, Serialize};
 
 use super::kernels::{Instructions, Kernel, Program};
 
-/// A GPU.
+/// Parameters of a GPU.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gpu {
-    /// Lanes, each an instruction a cycle.
+    /// Lanes, each one instruction a cycle.
     pub cores: f64,
-    /// Cycles a nanosecond.
+    /// Clock in gigahertz.
     pub clock_ghz: f64,
-    /// Bytes a nanosecond of its second-level cache: 64 a cycle and multiprocessor of 64 lanes.
+    /// Bandwidth of the second-level cache in GB/s: 64 bytes a cycle for each multiprocessor of 64
+    /// lanes.
     pub cache_gb_s: f64,
-    /// Bytes of that cache; counted are the misses of the device's.
+    /// Bytes of that cache. Misses are counted for the device's cache.
     pub cache_bytes: u32,
-    /// Bytes a nanosecond of a memory of its own; none where it shares the system's. The energy of a
-    /// memory of its own is among its watts.
+    /// Bandwidth of dedicated memory in GB/s; `None` where the GPU shares the system's. The energy
+    /// of dedicated memory is part of `watts`.
     pub memory_gb_s: Option<f64>,
-    /// Microseconds to launch a kernel.
+    /// Microseconds of a kernel launch.
     pub launch_us: f64,
-    /// Watts at work.
+    /// Power at work, in watts.
     pub watts: f64,
-    /// Watts idle.
+    /// Idle power, in watts.
     pub idle_watts: f64,
-    /// How many times longer gathering takes than by the same share of the best as all else. 1
-    /// unless a program's gathering is known to be worse than its arithmetic.
+    /// Slowdown of gathering beyond its efficiency; 1 unless a program is known to gather worse
+    /// than it computes.
     pub gathering_factor: f64,
-    /// Share of the machine's best that programs for fields reach. Calibrated.
+    /// Efficiency of field programs, as a share of peak. Calibrated.
     pub fields_efficiency: f64,
-    /// Share of the machine's best that programs for splats reach. Calibrated.
+    /// Efficiency of splat programs, as a share of peak. Calibrated.
     pub splats_efficiency: f64,
-    /// Share of the machine's best that programs reach that go through a picture once: warping and
-    /// scaling. Calibrated.
+    /// Efficiency of programs that pass once over a picture, warping and scaling, as a share of
+    /// peak. Calibrated.
     pub pictures_efficiency: f64,
 }
 
-/// Bytes a cycle of a multiprocessor's shared memory, and lanes of one.
+/// Bytes a cycle of a multiprocessor's shared memory, and its lanes.
 const SHARED_BYTES: f64 = 128.0;
 const LANES: f64 = 64.0;
 
 impl Gpu {
-    /// The mobile Volta GPU of Xavier: 512 lanes, 1.377 GHz, 512 KB (paper; NVIDIA's data
-    /// sheet). It shares the system's memory. Watts are assumptions: half of the module's mode
-    /// of 30 W. Efficiencies are calibrated by `potamoi model --calibrate`.
+    /// The mobile Volta GPU of Xavier: 512 lanes, 1.377 GHz, 512 KB (paper; NVIDIA's data sheet).
+    /// It shares the system's memory. Watts are an assumption: half of the module's 30 W mode.
+    /// Efficiencies are calibrated by `potamoi model --calibrate`.
     pub const XAVIER: Self = Self {
         cores: 512.0,
         clock_ghz: 1.377,
@@ -61,9 +62,9 @@ impl Gpu {
         pictures_efficiency: 0.1146,
     };
 
-    /// The 2080 Ti of the paper's remote machine: 4352 lanes, 1.545 GHz, 5.5 MB, 616 GB/s
-    /// (NVIDIA's Turing white paper). Efficiencies are those of the mobile GPU, an assumption. At
-    /// work it takes its board's 250 W (ibid.), idle 15 W, an assumption; neither is the device's.
+    /// The 2080 Ti of the paper's remote machine: 4352 lanes, 1.545 GHz, 5.5 MB, 616 GB/s (NVIDIA's
+    /// Turing white paper). Efficiencies are those of the mobile GPU, an assumption. Power is the
+    /// board's 250 W at work (ibid.) and 15 W idle, an assumption; neither counts as the device's.
     pub const RTX_2080_TI: Self = Self {
         cores: 4352.0,
         clock_ghz: 1.545,
@@ -76,7 +77,7 @@ impl Gpu {
         ..Self::XAVIER
     };
 
-    /// The same with programs that reach such a share of its best.
+    /// The same GPU with another efficiency of rendering programs.
     #[must_use]
     pub const fn reaching(self, efficiency: f64) -> Self {
         Self {
@@ -87,7 +88,7 @@ impl Gpu {
         }
     }
 
-    /// The share of its best that a program which renders reaches.
+    /// Efficiency of a rendering program.
     #[must_use]
     pub const fn reached_by(&self, program: Program) -> f64 {
         match program {
@@ -96,14 +97,13 @@ impl Gpu {
         }
     }
 
-    /// The same of one that gathers.
+    /// Efficiency of a gathering program.
     #[must_use]
     pub const fn reached_gathering_by(&self, program: Program) -> f64 {
         self.reached_by(program) / self.gathering_factor
     }
 
-    /// Nanoseconds of a kernel by itself at such a share of the best; memory that is shared with
-    /// others is not in it.
+    /// Nanoseconds of a kernel on its own at the given efficiency, without waits for shared memory.
     #[must_use]
     pub fn ns(&self, kernel: &Kernel, efficiency: f64) -> f64 {
         let shared = self.cores / LANES * SHARED_BYTES * self.clock_ghz;
@@ -115,15 +115,15 @@ impl Gpu {
         own.max(memory)
     }
 
-    /// The share of its best at which points are warped in so many nanoseconds, its launch among
-    /// them, where memory does not hold it up.
+    /// Efficiency at which `points` are warped in `ns` nanoseconds, launch included, if memory is
+    /// no limit.
     #[must_use]
     pub fn efficiency_that_warps(&self, points: u64, ns: f64) -> f64 {
         let warping = Instructions::default().warping(points);
         self.ns(&warping, 1.0) / (ns - self.launch_ns())
     }
 
-    /// Nanoseconds of a launch.
+    /// Nanoseconds of a kernel launch.
     #[must_use]
     pub const fn launch_ns(&self) -> f64 {
         self.launch_us * 1e3

@@ -1,4 +1,4 @@
-//! A frame on a GPU that does everything.
+//! GPU-only baseline: a frame on a GPU without accelerator.
 
 use serde::Serialize;
 
@@ -7,27 +7,27 @@ use super::kernels::{Instructions, Kernel, Program};
 use super::memory::Memory;
 use super::work::FrameWork;
 
-/// Nanoseconds of a frame on a GPU that does everything, in pixel-centric order.
+/// Nanoseconds of a frame on the GPU alone, in pixel-centric order, by stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GpuOnlyTime {
-    /// Finding samples, or projecting and sorting Gaussians.
+    /// Finding samples; or projecting and sorting Gaussians.
     pub indexing_ns: f64,
-    /// Reading and interpolating vectors.
+    /// Reading and interpolating feature vectors.
     pub gathering_ns: f64,
-    /// What is made of them.
+    /// Computing on features: perceptrons or products, and compositing.
     pub computation_ns: f64,
 }
 
 impl GpuOnlyTime {
-    /// All of it.
+    /// Total nanoseconds.
     #[must_use]
     pub const fn total_ns(&self) -> f64 {
         self.indexing_ns + self.gathering_ns + self.computation_ns
     }
 }
 
-/// Times a frame on a GPU that does everything; one without a memory of its own has the
-/// system's to itself.
+/// Time of a frame on the GPU alone. Without dedicated memory, the GPU has the system's memory to
+/// itself.
 #[must_use]
 pub fn gpu_only(
     gpu: &Gpu,

@@ -1,25 +1,25 @@
-//! Jobs on resources: what runs when, and what it waits for.
+//! Job scheduler: start and end of jobs with dependencies on resources.
 //!
 //! A resource does one job at a time. Memory, the interconnect and the ports of buffers are shared:
-//! jobs that move bytes through one of them at the same time each get an equal part of it, and a job
-//! ends when its own work is done and its bytes are through all of them.
-//! Room in buffers is a dependency: what fills a buffer comes after what emptied it.
+//! jobs that move bytes through one of them at the same time get equal parts of its bandwidth. A
+//! job ends when its own work is done and its bytes are through all of them. Room in buffers is a
+//! dependency: a job that fills a buffer comes after the job that emptied it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 use thiserror::Error;
 
-/// A job of the list, by its place.
+/// Index of a job in the list.
 pub type JobId = usize;
 
-/// Something that does one job at a time.
+/// A resource, which does one job at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Resource {
-    /// Indexing, sorting, warping, and gathering where no unit does it.
+    /// GPU: indexing, sorting, warping, and gathering where no unit does it.
     Gpu,
-    /// The systolic array.
+    /// Systolic array.
     Npu,
     /// The gathering unit.
     GatheringUnit,
@@ -31,49 +31,49 @@ pub enum Resource {
     Remote,
 }
 
-/// Something whose bytes a clock are shared by the jobs that move some.
+/// A shared channel: jobs that move bytes at the same time share its bandwidth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shared {
     /// Memory.
     Memory,
-    /// Between memory, GPU and accelerator.
+    /// Interconnect of memory, GPU and accelerator.
     Interconnect,
-    /// Ports of a group of banks of the global feature buffer, by its number.
+    /// Ports of a group of banks of the global feature buffer, by index.
     Features(u32),
-    /// The weight buffer's port.
+    /// Port of the weight buffer.
     Weights,
 }
 
-/// What a job needs of something shared.
+/// A job's demand on a shared channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {
-    /// Of what.
+    /// The channel.
     pub of: Shared,
-    /// Nanoseconds that its bytes need, were they alone.
+    /// Nanoseconds that its bytes need at full bandwidth.
     pub ns: f64,
 }
 
 /// Work for a resource.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
-    /// What it is part of, as reports name it.
+    /// Stage that it belongs to, as in reports.
     pub stage: &'static str,
-    /// Where it runs.
+    /// Its resource.
     pub resource: Resource,
-    /// Nanoseconds that it takes by itself.
+    /// Nanoseconds of its own work, without its bytes.
     pub own_ns: f64,
-    /// What it needs of what is shared, each once.
+    /// Its demands, at most one per channel.
     pub shares: Vec<Share>,
-    /// Jobs that have to end before: of smaller places.
+    /// Dependencies, all earlier in the list.
     pub after: Vec<JobId>,
-    /// Of jobs that are ready for the same resource, that with the smallest number begins,
-    /// then the one that stands first.
+    /// Priority: of several jobs ready for a resource, the smallest rank begins first, then the
+    /// smallest index.
     pub rank: u64,
 }
 
 impl Job {
-    /// Nanoseconds that its bytes need of something shared, were they alone.
+    /// Nanoseconds that its bytes need on a channel at full bandwidth.
     #[must_use]
     pub fn alone_ns(&self, of: Shared) -> f64 {
         let own = self.shares.iter().filter(|share| share.of == of);
@@ -81,44 +81,44 @@ impl Job {
     }
 }
 
-/// When a job was what.
+/// Timestamps of a job in nanoseconds: ready, begin, own work done, transfers done, end.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Times {
-    /// The last of what it comes after ended.
+    /// Its last dependency ended.
     pub ready_ns: f64,
-    /// It began.
+    /// Begin.
     pub begin_ns: f64,
-    /// Its own work was done.
+    /// Its own work ended.
     pub own_done_ns: f64,
-    /// Its bytes were through what it shares, in the order of its shares; 0 where it has none.
+    /// Its transfers ended, in the order of its shares; 0 for a share of no bytes.
     pub through_ns: Vec<f64>,
-    /// It ended.
+    /// End.
     pub end_ns: f64,
 }
 
-/// Jobs that cannot be run.
+/// Why jobs cannot be run.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum JobError {
-    /// A job comes after one that does not stand before it.
+    /// A job depends on one that is not before it in the list.
     #[error("job {job} ({stage}) comes after job {after}, which does not stand before it")]
     Order {
-        /// Its place.
+        /// Index of the job.
         job: JobId,
         /// Its stage.
         stage: &'static str,
-        /// What it names.
+        /// Index of the dependency.
         after: JobId,
     },
-    /// A time is negative or no number.
+    /// A time is negative or not a number.
     #[error("job {job} ({stage}): {field} is {value} ns, expected a number from 0 on")]
     Time {
-        /// Its place.
+        /// Index of the job.
         job: JobId,
         /// Its stage.
         stage: &'static str,
-        /// The field.
+        /// Name of the field.
         field: &'static str,
-        /// What it is.
+        /// Its value.
         value: f64,
     },
 }
@@ -128,7 +128,7 @@ pub enum JobError {
 struct Running {
     job: JobId,
     own_ns: f64,
-    /// What is left of each share, were the job alone.
+    /// Remaining nanoseconds of each share at full bandwidth.
     shares: Vec<Share>,
 }
 
@@ -138,7 +138,7 @@ impl Running {
     }
 }
 
-/// Jobs that move bytes, by what they move them through.
+/// Number of jobs that move bytes through each shared channel.
 struct Moving(Vec<(Shared, f64)>);
 
 impl Moving {
@@ -154,17 +154,17 @@ impl Moving {
         Self(all)
     }
 
-    /// How many.
+    /// Jobs that move bytes through a channel.
     fn through(&self, of: Shared) -> f64 {
         let own = self.0.iter().find(|own| own.0 == of);
         own.map_or(1.0, |(_, jobs)| *jobs)
     }
 }
 
-/// Runs all jobs; the times of each.
+/// Runs all jobs. Returns the timestamps of each, in the order of the list.
 ///
 /// # Errors
-/// A job comes after one that does not stand before it, or a time is no time.
+/// A job that depends on one not before it, or a time that is negative or not a number.
 pub fn run(jobs: &[Job]) -> Result<Vec<Times>, JobError> {
     check(jobs)?;
     let mut waiting: Vec<usize> = jobs.iter().map(|job| job.after.len()).collect();
@@ -230,7 +230,7 @@ pub fn run(jobs: &[Job]) -> Result<Vec<Times>, JobError> {
     }
 }
 
-/// Goes on to the next time at which something is done; the nanoseconds until then.
+/// Advances to the next completion. Returns the nanoseconds until then.
 fn advance(running: &mut BTreeMap<Resource, Running>, now: f64, times: &mut [Times]) -> f64 {
     let moving = Moving::of(running);
     let next = |own: &Running| {

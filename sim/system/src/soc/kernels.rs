@@ -1,32 +1,31 @@
-//! What a frame's work is to a GPU: instructions, bytes of its cache, of shared memory and of
-//! memory, of each of its programs.
+//! A frame's work as GPU kernels: instructions and bytes of cache, shared memory and memory.
 
 use serde::{Deserialize, Serialize};
 
 use super::work::FrameWork;
 
-/// Instructions of what programs do, counted from the arithmetic of each. No machine counted them:
-/// efficiencies are calibrated with them as they are.
+/// Instructions of GPU programs, counted from the arithmetic of each. They are not measured:
+/// efficiencies are calibrated with these values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Instructions {
-    /// Of a sample that is found: position, cell, test, eight weights.
+    /// Finding a sample: position, cell, test, eight weights.
     pub sample: f64,
-    /// Of a vector that is read: its address and the loads' own.
+    /// Reading a vector: its address and the loads themselves.
     pub vector: f64,
-    /// Of a code that is interpolated: unpacked, multiplied and added.
+    /// Interpolating a code: unpack, multiply and add.
     pub code: f64,
-    /// Of a Gaussian that is projected: covariance, conic, extent.
+    /// Projecting a Gaussian: covariance, conic, extent.
     pub projected: f64,
-    /// Of a visible Gaussian's colour, if it has 48 coefficients of spherical harmonics.
+    /// Colour of a visible Gaussian with 48 coefficients of spherical harmonics.
     pub harmonics: f64,
-    /// Of a (tile, Gaussian) pair that is sorted: eight passes over keys of 64 bits.
+    /// Sorting a (tile, Gaussian) pair: eight passes over keys of 64 bits.
     pub sorted: f64,
-    /// Of an element that the vector unit would compute: a part of a pixel's step.
+    /// One element of a vector operation: part of a pixel's step.
     pub element: f64,
-    /// Of a pixel that is warped: point, pose, projection, test, colour between four neighbours.
+    /// Warping a pixel: point, pose, projection, test, bilinear colour.
     pub warped: f64,
-    /// Of a pixel that is scaled up: address, and four neighbours weighed in three colours.
+    /// Upscaling a pixel: address, and four neighbours weighted in three colours.
     pub scaled: f64,
 }
 
@@ -48,12 +47,12 @@ impl Default for Instructions {
 
 /// Coefficients of a colour.
 const COEFFICIENTS: f64 = 48.0;
-/// Bytes of a pair's key and value that a sort reads, and as many that it writes.
+/// Bytes of a pair's key and value that a sort reads, and again writes, in all passes.
 const SORT_BYTES: f64 = 8.0 * 12.0;
-/// Bytes of a colour and depth of 32 bits each: warping reads a reference's pixel, and writes and
+/// Bytes of a colour and depth of 32 bits each. Warping reads a reference's pixel, and writes and
 /// reads a target's.
 const WARP_BYTES: f64 = 16.0;
-/// Bytes of a pixel that is shown: four, in memory.
+/// Bytes of a displayed pixel in memory.
 pub(super) const PIXEL: f64 = 4.0;
 /// Bytes of a parameter of a Gaussian.
 const PARAMETER: f64 = 4.0;
@@ -62,27 +61,27 @@ const PARAMETERS: f64 = 3.0 + 3.0 + 4.0 + 1.0 + COEFFICIENTS;
 /// Bytes of a sector of the cache.
 const SECTOR: f64 = 32.0;
 
-/// What a kernel asks of a GPU.
+/// Demands of a kernel.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Kernel {
     /// Instructions of all threads.
     pub instructions: f64,
     /// Bytes through the cache.
     pub cache_bytes: f64,
-    /// Bytes through shared memory, those that wait for a bank counted as often as they wait.
+    /// Bytes through shared memory; those that wait for a bank count again for each wait.
     pub shared_bytes: f64,
-    /// Bytes of memory that are read one behind the other.
+    /// Bytes read sequentially from memory.
     pub read_bytes: f64,
-    /// Bytes of memory that are written so.
+    /// Bytes written sequentially to memory.
     pub written_bytes: f64,
-    /// Bytes of memory that are read from anywhere.
+    /// Bytes read at random from memory.
     pub random_bytes: f64,
-    /// Bytes of an access that does not stream.
+    /// Bytes of a random access.
     pub run_bytes: f64,
 }
 
 impl Kernel {
-    /// A share of it.
+    /// A share of the kernel.
     #[must_use]
     pub fn part(self, share: f64) -> Self {
         Self {
@@ -96,7 +95,7 @@ impl Kernel {
         }
     }
 
-    /// The same, which writes so many bytes beside.
+    /// The kernel with further bytes written.
     #[must_use]
     pub fn writing(self, bytes: f64) -> Self {
         Self {
@@ -105,24 +104,24 @@ impl Kernel {
         }
     }
 
-    /// Bytes of memory.
+    /// Bytes of memory, read and written.
     #[must_use]
     pub const fn memory_bytes(&self) -> f64 {
         self.read_bytes + self.written_bytes + self.random_bytes
     }
 }
 
-/// What programs a GPU runs.
+/// Class of GPU programs, which sets the efficiency.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Program {
-    /// Of a field: samples are found, tables interpolated, perceptrons run.
+    /// Field programs: sampling, interpolation of tables, perceptrons.
     Fields,
-    /// Of splats: Gaussians are projected, sorted and composited.
+    /// Splat programs: projection, sorting and compositing of Gaussians.
     Splats,
 }
 
 impl Program {
-    /// That finds where a frame's samples lie, or projects and sorts.
+    /// The program that indexes a frame: finds samples, or projects and sorts.
     #[must_use]
     pub const fn of(work: &FrameWork) -> Self {
         if work.gaussians > 0 {
@@ -132,8 +131,8 @@ impl Program {
         }
     }
 
-    /// That gathers: of Gaussians whose colours are a field (Compact-3DGS) it interpolates
-    /// tables, a hundred vectors of which come to one record.
+    /// The program that gathers. Where Gaussians' colours are a field (Compact-3DGS), that of
+    /// fields: a record is then about a hundred interpolated vectors.
     #[must_use]
     pub const fn that_gathers(work: &FrameWork) -> Self {
         if work.gaussians > 0 && work.reads.tables <= 1 {
@@ -145,7 +144,7 @@ impl Program {
 }
 
 impl Instructions {
-    /// Finding where samples lie, or which tiles Gaussians touch and in which order.
+    /// Indexing: finding samples, or finding the tiles of Gaussians and their order.
     #[must_use]
     pub(super) fn indexing(&self, work: &FrameWork) -> Kernel {
         let (gaussians, pairs) = (work.gaussians as f64, work.pairs as f64);
@@ -166,7 +165,7 @@ impl Instructions {
         }
     }
 
-    /// Gathering in pixel-centric order: every vector from the cache, what misses from anywhere.
+    /// Gathering in pixel-centric order: each vector comes from the cache, and misses are random.
     #[must_use]
     pub(super) fn gathering(&self, work: &FrameWork) -> Kernel {
         let reads = &work.reads;
@@ -177,8 +176,8 @@ impl Instructions {
         }
     }
 
-    /// Gathering in memory-centric order without a unit for it: `MVoxel`s come to shared memory,
-    /// whose banks hold whole vectors.
+    /// Gathering in memory-centric order without a gathering unit: `MVoxel`s are loaded into shared
+    /// memory, whose banks hold whole vectors.
     #[must_use]
     pub(super) fn streamed_gathering(&self, work: &FrameWork) -> Kernel {
         let total = work.total();
@@ -197,9 +196,8 @@ impl Instructions {
         }
     }
 
-    /// Computing features on the GPU itself, as where there is no accelerator: perceptrons or a
-    /// splat's products, and what the vector unit would do, each with the program that does it.
-    /// One kernel where that is the same.
+    /// Computation without accelerator: perceptrons or a splat's products, and vector operations,
+    /// each with the program that does it. One kernel where both programs are the same.
     pub(super) fn computation(&self, work: &FrameWork) -> impl Iterator<Item = (Program, Kernel)> {
         let total = work.total();
         let products = Kernel {
@@ -224,7 +222,7 @@ impl Instructions {
         all.into_iter().flatten()
     }
 
-    /// Warping a frame of so many pixels.
+    /// Warping a frame of `pixels`.
     #[must_use]
     pub(super) fn warping(&self, pixels: u64) -> Kernel {
         let pixels = pixels as f64;
@@ -237,8 +235,8 @@ impl Instructions {
         }
     }
 
-    /// Scaling a frame up to so many pixels from half its width and height: of each, four neighbours
-    /// are read through the cache.
+    /// Upscaling a frame to `pixels` from half its width and height: each reads four neighbours
+    /// through the cache.
     #[must_use]
     pub(super) fn scaling(&self, pixels: u64) -> Kernel {
         let pixels = pixels as f64;
@@ -252,7 +250,7 @@ impl Instructions {
     }
 }
 
-/// Bytes of memory that gathering in pixel-centric order asks for.
+/// Memory traffic of gathering in pixel-centric order.
 #[must_use]
 pub(super) fn misses(work: &FrameWork) -> Kernel {
     let reads = &work.reads;
@@ -266,7 +264,7 @@ pub(super) fn misses(work: &FrameWork) -> Kernel {
     }
 }
 
-/// Channels of a vector, on average.
+/// Mean channels of a vector.
 fn channels(work: &FrameWork) -> f64 {
     (work.reads.bytes as f64 / 2.0 / work.reads.reads.max(1) as f64).max(1.0)
 }

@@ -1,15 +1,15 @@
-//! Energy, leakage and area of a unit's logic at the system's node: as it was measured on netlists,
-//! by formulas, or in the proportion of formulas.
+//! Energy, leakage and area of a unit's logic at the system's node: measured on netlists, estimated
+//! by formulas, or measured and scaled by a ratio of formulas.
 
 use potamoi_formats::config::Config;
 use potamoi_synth::fit::{Fit, Work};
 use potamoi_synth::scaling::{self, Factors};
 use potamoi_synth::{Power, PowerReport, SynthError, SynthReport, Synthesised, UnitKind};
 
-/// The node of the system (paper, Sec. "Experimental Setup").
+/// The system's node in nanometres (paper, Sec. "Experimental Setup").
 pub(super) const NODE_NM: u32 = 12;
 
-/// Picojoules a cycle of a unit's logic: without work, and beyond that with it.
+/// Picojoules a cycle of a unit's logic: idle, and the excess at work.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct UnitEnergy {
     pub(super) rest_pj: f64,
@@ -17,7 +17,7 @@ pub(super) struct UnitEnergy {
 }
 
 impl UnitEnergy {
-    /// As it was measured on netlists.
+    /// Energy as measured on netlists.
     pub(super) fn measured(report: &SynthReport, unit: UnitKind, factor: f64) -> Option<Self> {
         let power = power_of(report, unit)?;
         let figures = &power.with_glitches;
@@ -34,16 +34,17 @@ impl UnitEnergy {
     }
 }
 
-/// A unit's logic at 12 nm.
+/// Logic of a unit at 12 nm.
 pub(super) struct Logic {
     pub(super) energy: UnitEnergy,
-    /// At its own node.
+    /// Leakage at its own node, in nanowatts.
     pub(super) leakage_nw: f64,
     pub(super) area_um2: f64,
 }
 
 impl Logic {
-    /// As it was measured on netlists; nothing where its power or its node's factors are not known.
+    /// Logic as measured on netlists; `None` where power or the node's scaling factors are not
+    /// known.
     pub(super) fn measured(report: &SynthReport, unit: UnitKind) -> Option<Self> {
         let factors = scaling::logic(report.library.node_nm?, NODE_NM)?;
         Some(Self {
@@ -53,9 +54,9 @@ impl Logic {
         })
     }
 
-    /// That of a unit which was measured and differs in its exponential alone, times what formulas
-    /// set the paper's unit with the one exponential to that with the other; nothing where no such
-    /// unit is known. What the clock does beside an exponential is left out of the proportion.
+    /// Logic of a measured unit that differs in its exponential alone, scaled by the ratio that
+    /// formulas give for the two exponentials in the paper's unit; `None` where no such unit is
+    /// known. The ratio leaves out clock energy beside an exponential.
     pub(super) fn in_proportion(
         fit: &Fit,
         config: &Config,
@@ -100,7 +101,7 @@ impl Logic {
         })
     }
 
-    /// The vector unit's by formulas.
+    /// Logic of the vector unit by formulas.
     pub(super) fn estimated(
         fit: &Fit,
         config: &Config,

@@ -1,4 +1,4 @@
-//! Any plan, any times.
+//! Properties of random plans with random times.
 
 use potamoi_warp::{Counts, Plan, ReferenceFrom};
 use proptest::prelude::*;
@@ -38,7 +38,7 @@ impl Clock for TableClock {
 
 #[derive(Clone)]
 struct Case {
-    /// Frames, window, from where references are taken, lead.
+    /// Frames, window, origin of references, lead.
     asked: (usize, u32, ReferenceFrom, Option<u32>),
     plan: Plan,
     counts: Vec<Counts>,
@@ -47,7 +47,7 @@ struct Case {
     remote: Option<Remote>,
 }
 
-/// Without cameras, so that what fails can be read.
+/// Without cameras, so that failures stay readable.
 impl std::fmt::Debug for Case {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let full: Vec<u64> = self.counts.iter().map(|c| c.full).collect();
@@ -321,8 +321,8 @@ proptest! {
         prop_assert_eq!(case.run(), again.run());
     }
 
-    /// Here only, see [`schedule`]: in any order one renderer does all the work
-    /// that there is, and two that choose nothing have but one order.
+    /// Holds only for these cases, see [`schedule`]: one renderer does the same work in any order,
+    /// and two renderers without a choice have one order.
     #[test]
     fn a_faster_resource_is_never_the_later(case in any_case(), which in 0usize..4) {
         let mut slow = Case { remote: None, ..case };

@@ -1,4 +1,4 @@
-//! Real threads, real frames, a renderer that takes any time.
+//! Live execution: real threads, real frames, a renderer of random speed.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,14 +16,14 @@ use potamoi_warp::{
 use super::super::*;
 use super::{path, plan, predicted};
 
-/// Two planes one before the other, whose colour depends on who looks.
+/// Two planes, one before the other, with view-dependent colour.
 #[derive(Default)]
 struct Planes {
-    /// Each call takes a time up to this, in microseconds, by chance.
+    /// Largest random delay of a call, in microseconds.
     slow: u64,
-    /// Of what is not masked, so much more.
+    /// Further delay where no mask is given.
     full: u64,
-    /// The call that fails, and the one that panics, counted from 1.
+    /// The calls that fail and that panic, counted from 1.
     fails: Option<u64>,
     panics: Option<u64>,
     calls: AtomicU64,
@@ -75,7 +75,7 @@ impl Renderer for Planes {
     }
 }
 
-/// References that do not all arrive.
+/// References of which some never arrive.
 struct Lossy<'a>(Warper<'a>, &'a [usize]);
 
 impl References for Lossy<'_> {
@@ -124,7 +124,7 @@ fn run(
     Ok((frames, schedule))
 }
 
-/// What is done has an end, or the test has.
+/// Runs `what`, and fails the test if it does not end.
 fn ends<T: Send + 'static>(what: impl FnOnce() -> T + Send + 'static) -> std::thread::Result<T> {
     let (done, wait) = mpsc::channel();
     let thread = std::thread::spawn(move || {
@@ -136,7 +136,7 @@ fn ends<T: Send + 'static>(what: impl FnOnce() -> T + Send + 'static) -> std::th
     result
 }
 
-/// What holds of any schedule that was measured.
+/// Invariants of every measured schedule.
 fn check(schedule: &Schedule) {
     for used in &schedule.resources {
         let mut free = 0;

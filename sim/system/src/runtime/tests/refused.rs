@@ -1,4 +1,4 @@
-//! No time, too much of it, and what cannot be.
+//! Refused: times of zero, overflow, and inconsistent plans.
 
 use potamoi_warp::Plan;
 

@@ -1,4 +1,4 @@
-//! The trace, as a reader of it sees it.
+//! Checks of a trace by what its reader sees.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! One bank: its row, and when it takes which command.
+//! One bank: its row, and the earliest clocks of its commands.
 
 use std::collections::VecDeque;
 
@@ -11,26 +11,26 @@ pub(super) struct Waiting {
     pub(super) is_write: bool,
 }
 
-/// What a bank is to do next.
+/// The next command of a bank.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Command {
     Activate {
         row: u64,
     },
     Precharge,
-    /// The access at this place of the queue.
+    /// A read or write of the access at this index of the queue.
     Column {
         at: usize,
         is_write: bool,
     },
 }
 
-/// Row hits in a row of accesses, after which others are let through.
+/// Row hits in sequence after which other accesses come first.
 const HITS: u32 = 4;
-/// Accesses that a bank has waiting.
+/// Accesses in a bank's queue.
 const QUEUE: usize = 8;
 
-/// When the parts that all banks share take a command.
+/// Earliest clocks of commands on the resources that banks share.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Shared {
     pub(super) activate_from: u64,
@@ -44,7 +44,7 @@ pub(super) struct Bank {
     /// Accesses served since the row was opened.
     hits: u32,
     queue: VecDeque<Waiting>,
-    /// The earliest clocks of commands.
+    /// Earliest clocks of commands.
     activate_from: u64,
     precharge_from: u64,
     column_from: u64,
@@ -67,8 +67,8 @@ impl Bank {
         self.queue.push_back(waiting);
     }
 
-    /// The command for the first of the waiting accesses that can have one at `now`; else the
-    /// earliest clock at which one could.
+    /// The command for the first waiting access that can have one at `now`; else the earliest clock
+    /// of a command.
     pub(super) fn next(&self, now: u64, shared: Shared) -> Result<Command, u64> {
         let mut earliest = u64::MAX;
         for (at, own) in self.queue.iter().enumerate() {
@@ -107,12 +107,12 @@ impl Bank {
         self.queue.iter().any(|own| own.place.row == row)
     }
 
-    /// When it can be closed.
+    /// Earliest clock of a precharge.
     pub(super) const fn precharge_from(&self) -> u64 {
         self.precharge_from
     }
 
-    /// When its next row can be opened, or a refresh begin.
+    /// Earliest clock of an activate or a refresh.
     pub(super) const fn activate_from(&self) -> u64 {
         self.activate_from
     }

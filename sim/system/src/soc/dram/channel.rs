@@ -6,9 +6,9 @@ use super::bank::{Bank, Command, Shared, Waiting};
 use super::counts::Counts;
 use super::timing::{Place, Timing};
 
-/// Accesses that a controller holds before its banks' queues, of each direction.
+/// Accesses that a controller holds before its banks' queues, for each direction.
 const HELD: usize = 32;
-/// Writes that are worth turning the bus for when no read waits.
+/// Writes that justify a turnaround of the bus when no read waits.
 const WORTH: usize = 8;
 /// Activates within the window of tFAW.
 const WINDOW: usize = 4;
@@ -17,21 +17,21 @@ const WINDOW: usize = 4;
 pub(super) struct Channel {
     timing: Timing,
     now: u64,
-    /// Nothing can happen before.
+    /// No command is possible before.
     wake: u64,
     banks: Vec<Bank>,
     shared: Shared,
     reads: VecDeque<Waiting>,
     writes: VecDeque<Waiting>,
-    /// Writes of the batch that are still to be handed to banks.
+    /// Writes of the current batch still to be handed to banks.
     draining: usize,
-    /// The bank that is asked last.
+    /// The bank with the lowest priority.
     last: usize,
-    /// The last activates, the oldest first.
+    /// The last activates, oldest first.
     activates: VecDeque<u64>,
     refresh_due: u64,
     is_refresh_owed: bool,
-    /// Banks with an open row, and since when there are some.
+    /// Banks with an open row, and since when at least one is open.
     open: u32,
     open_since: u64,
     done: Counts,
@@ -73,7 +73,7 @@ impl Channel {
         self.wake = self.now;
     }
 
-    /// Serves what was taken, to its end.
+    /// Serves all accepted accesses to their end.
     pub(super) fn finish(&mut self) {
         while !(self.reads.is_empty() && self.writes.is_empty() && self.is_quiet()) {
             if self.reads.is_empty() && self.draining == 0 {
@@ -121,7 +121,7 @@ impl Channel {
         };
     }
 
-    /// A step towards the refresh of all banks; or when there can be one.
+    /// Advances the refresh of all banks, or returns the earliest clock at which it can.
     fn refresh(&mut self, now: u64) -> Option<u64> {
         let open = self.banks.iter().enumerate().filter(|(_, b)| b.is_open());
         if let Some((at, from)) = open
@@ -146,7 +146,8 @@ impl Channel {
         None
     }
 
-    /// Issues a command, the banks taking turns; or when one could be.
+    /// Issues a command, round-robin over the banks, or returns the earliest clock at which one can
+    /// be.
     fn command(&mut self, now: u64) -> Option<u64> {
         let mut earliest = u64::MAX;
         let count = self.banks.len();
@@ -223,8 +224,8 @@ impl Channel {
         }
     }
 
-    /// Hands the first access on whose bank has room: a read, or a write while a batch of
-    /// them is being served.
+    /// Hands the first access whose bank has room to that bank: a read, or a write while a batch of
+    /// writes is served.
     fn hand_on(&mut self) -> bool {
         let is_worth = self.writes.len() >= HELD || (self.writes.len() > WORTH && self.is_quiet());
         if self.draining == 0 && is_worth {

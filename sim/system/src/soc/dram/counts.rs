@@ -1,11 +1,11 @@
-//! What a memory did.
+//! Commands and clocks of a memory.
 
-/// Commands that were issued, and clocks.
+/// Counts of commands, and clocks.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Clocks until the last burst was over, of the channel that took longest.
+    /// Clocks until the last burst ended, on the slowest channel.
     pub clocks: u64,
-    /// Clocks in which some row was open, over all channels.
+    /// Clocks with an open row, summed over channels.
     pub active_clocks: u64,
     /// Bursts read.
     pub reads: u64,

@@ -1,4 +1,4 @@
-//! Energy of commands and of standing by, from supply currents.
+//! Energy of commands and of standby, from supply currents.
 
 use super::{Counts, Timing};
 
@@ -7,25 +7,25 @@ use super::{Counts, Timing};
 pub struct Currents {
     /// Volts of VDD1 and VDD2.
     pub volts: [f64; 2],
-    /// One bank activated and precharged again and again (IDD0).
+    /// One bank activated and precharged repeatedly (IDD0).
     pub activate: [f64; 2],
-    /// Nanoseconds that it is open and closed in that measurement (tRAS, tRPpb).
+    /// Nanoseconds that the row is open and closed in that measurement (tRAS, tRPpb).
     pub activate_ns: [f64; 2],
     /// All rows closed (IDD2N).
     pub closed: [f64; 2],
     /// A row open (IDD3N).
     pub open: [f64; 2],
-    /// Reading without a gap (IDD4R).
+    /// Continuous reads (IDD4R).
     pub read: [f64; 2],
-    /// Writing without a gap (IDD4W).
+    /// Continuous writes (IDD4W).
     pub write: [f64; 2],
-    /// Refreshing without a gap (IDD5).
+    /// Continuous refresh (IDD5).
     pub refresh: [f64; 2],
 }
 
 impl Currents {
-    /// 8 Gb x32 at 1600 MT/s, as manufacturers' data sheets have them; outputs' own supply and
-    /// the bus are not in it.
+    /// LPDDR3, 8 Gb x32 at 1600 MT/s, from manufacturers' data sheets; without the outputs' own
+    /// supply and the bus.
     pub const LPDDR3_8GB: Self = Self {
         volts: [1.8, 1.2],
         activate: [8.0, 60.0],
@@ -37,26 +37,26 @@ impl Currents {
         refresh: [28.0, 150.0],
     };
 
-    /// Picojoules of a current above another for so many nanoseconds: mA V ns.
+    /// Picojoules that current `of` takes above `base` in so many nanoseconds: mA V ns.
     fn above(&self, of: [f64; 2], base: [f64; 2], ns: f64) -> f64 {
         let watts = [0, 1].map(|i| (of[i] - base[i]) * self.volts[i]);
         (watts[0] + watts[1]) * ns
     }
 
-    /// Picojoules of a row's opening and closing, standing by not counted.
+    /// Picojoules of opening and closing a row, above standby.
     #[must_use]
     pub fn activate_pj(&self) -> f64 {
         let [open, closed] = self.activate_ns;
         self.above(self.activate, self.open, open) + self.above(self.activate, self.closed, closed)
     }
 
-    /// Picojoules of a burst that is read.
+    /// Picojoules of a burst read.
     #[must_use]
     pub fn read_pj(&self, timing: &Timing) -> f64 {
         self.above(self.read, self.open, timing.burst as f64 * timing.clock_ns)
     }
 
-    /// Picojoules of a burst that is written.
+    /// Picojoules of a burst written.
     #[must_use]
     pub fn write_pj(&self, timing: &Timing) -> f64 {
         self.above(self.write, self.open, timing.burst as f64 * timing.clock_ns)
@@ -69,7 +69,7 @@ impl Currents {
         self.above(self.refresh, self.closed, ns)
     }
 
-    /// Energy of what was done in so many clocks, by `channels` devices.
+    /// Energy of the commands in `done` and of standby over so many clocks, for `channels` devices.
     #[must_use]
     pub fn energy(&self, done: &Counts, timing: &Timing, channels: u32, clocks: u64) -> Energy {
         let none = [0.0; 2];
@@ -87,7 +87,7 @@ impl Currents {
     }
 }
 
-/// Picojoules by what they were spent on.
+/// Energy by part, in picojoules.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Energy {
     /// Opening and closing rows.
@@ -98,18 +98,18 @@ pub struct Energy {
     pub write_pj: f64,
     /// Refreshes.
     pub refresh_pj: f64,
-    /// Standing by.
+    /// Standby.
     pub standby_pj: f64,
 }
 
 impl Energy {
-    /// All of it, in picojoules.
+    /// Total energy in picojoules.
     #[must_use]
     pub fn total_pj(&self) -> f64 {
         self.access_pj() + self.refresh_pj + self.standby_pj
     }
 
-    /// What accesses alone cost, in picojoules.
+    /// Energy of accesses in picojoules, without refreshes and standby.
     #[must_use]
     pub fn access_pj(&self) -> f64 {
         self.activate_pj + self.read_pj + self.write_pj

@@ -1,8 +1,8 @@
-//! LPDDR3 memory: time and energy of a sequence of accesses, by banks, rows and refresh.
+//! LPDDR3 memory: time and energy of a sequence of accesses, from banks, rows and refresh.
 //!
-//! Each channel has a controller that serves row hits first and otherwise the oldest, holds
-//! writes back until enough have come, keeps rows open, and issues one command a clock.
-//! Accesses come as fast as the controllers take them.
+//! Each channel has a controller. It serves row hits first and otherwise the oldest access,
+//! collects writes until a batch is worth a turnaround, keeps rows open, and issues one command a
+//! clock. Accesses come as fast as the controllers accept them.
 
 mod bank;
 mod channel;
@@ -21,13 +21,13 @@ use channel::Channel;
 /// One burst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Access {
-    /// Byte address; its burst is accessed.
+    /// Byte address; the burst that contains it is accessed.
     pub address: u64,
-    /// Written rather than read.
+    /// Whether it is a write.
     pub is_write: bool,
 }
 
-/// A memory of one or more channels.
+/// A memory with one or more channels.
 #[derive(Debug, Clone)]
 pub struct Dram {
     geometry: Geometry,
@@ -36,7 +36,7 @@ pub struct Dram {
 }
 
 impl Dram {
-    /// Empty queues, all rows closed.
+    /// A memory with empty queues and closed rows.
     #[must_use]
     pub fn new(geometry: Geometry, timing: Timing) -> Self {
         let channel = Channel::new(timing, geometry.banks);
@@ -47,8 +47,8 @@ impl Dram {
         }
     }
 
-    /// Serves all accesses, each offered as soon as its controller has room and those before
-    /// it were taken.
+    /// Serves all accesses, each offered as soon as its controller has room and all before it were
+    /// accepted.
     pub fn serve(&mut self, accesses: impl IntoIterator<Item = Access>) -> Counts {
         for access in accesses {
             let place = self.geometry.place(access.address);
@@ -62,7 +62,7 @@ impl Dram {
         self.counts()
     }
 
-    /// What was done so far.
+    /// Counts so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.channels
@@ -80,7 +80,7 @@ impl Dram {
             })
     }
 
-    /// Nanoseconds of so many clocks.
+    /// Clocks in nanoseconds.
     #[must_use]
     pub fn nanoseconds(&self, clocks: u64) -> f64 {
         clocks as f64 * self.timing.clock_ns

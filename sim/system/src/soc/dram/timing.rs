@@ -1,20 +1,20 @@
-//! Sizes and delays of LPDDR3 (JEDEC JESD209-3C, 8 Gb x32 at 1600 MT/s).
+//! Geometry and timing of LPDDR3 (JEDEC JESD209-3C, 8 Gb x32 at 1600 MT/s).
 
-/// How addresses are spread.
+/// Address mapping.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Geometry {
-    /// Channels, a power of two: bursts one after the other go round them.
+    /// Channels, a power of two; consecutive bursts are interleaved over them.
     pub channels: u32,
     /// Banks of a channel, a power of two.
     pub banks: u32,
-    /// Bursts of a row, a power of two.
+    /// Bursts in a row, a power of two.
     pub row_bursts: u32,
     /// Bytes of a burst: eight transfers of the bus.
     pub burst_bytes: u32,
 }
 
 impl Geometry {
-    /// Channels of 32 bits, of one rank of 8 Gb: eight banks, rows of 4 KB.
+    /// Channels of 32 bits with one rank of 8 Gb each: eight banks, rows of 4 KB.
     #[must_use]
     pub const fn lpddr3(channels: u32) -> Self {
         Self {
@@ -25,7 +25,7 @@ impl Geometry {
         }
     }
 
-    /// Where an address lies: from the lowest bit up burst, channel, column, bank, row.
+    /// Maps an address: from the lowest bit up burst, channel, column, bank, row.
     pub(super) const fn place(self, address: u64) -> Place {
         let burst = address / self.burst_bytes as u64;
         let (burst, channel) = split(burst, self.channels);
@@ -44,7 +44,7 @@ const fn split(value: u64, by: u32) -> (u64, u32) {
     (value / by as u64, (value % by as u64) as u32)
 }
 
-/// Where a burst lies.
+/// Channel, bank, row and column of a burst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Place {
     pub(super) channel: u32,
@@ -53,16 +53,16 @@ pub(super) struct Place {
     pub(super) column: u32,
 }
 
-/// Delays in clocks of the bus, half its transfers a second.
+/// Delays in clocks of the bus; the clock is half of the transfer rate.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Timing {
-    /// Nanoseconds of a clock.
+    /// Clock period in nanoseconds.
     pub clock_ns: f64,
     /// Read command to data (RL).
     pub read_latency: u64,
     /// Write command to data (WL).
     pub write_latency: u64,
-    /// Clocks of data of a burst (BL / 2).
+    /// Clocks of a burst's data (BL / 2).
     pub burst: u64,
     /// Activate to read or write (tRCD).
     pub activate_to_column: u64,
@@ -72,26 +72,26 @@ pub struct Timing {
     pub activate_to_precharge: u64,
     /// Activate to activate of another bank (tRRD).
     pub activate_to_activate: u64,
-    /// Four activates (tFAW).
+    /// Window of four activates (tFAW).
     pub four_activates: u64,
     /// Column command to column command (tCCD).
     pub column_to_column: u64,
-    /// End of written data to read (tWTR).
+    /// End of write data to read (tWTR).
     pub write_to_read: u64,
-    /// End of written data to precharge (tWR).
+    /// End of write data to precharge (tWR).
     pub write_recovery: u64,
     /// Read to precharge (tRTP).
     pub read_to_precharge: u64,
-    /// Between data of opposite directions on the bus.
+    /// Bus turnaround between data of opposite directions.
     pub turnaround: u64,
     /// Refresh of all banks (tRFCab).
     pub refresh: u64,
-    /// Between refreshes (tREFI).
+    /// Refresh interval (tREFI).
     pub refresh_interval: u64,
 }
 
 impl Timing {
-    /// 1600 MT/s, 8 Gb, 85 degrees Celsius and less.
+    /// 1600 MT/s, 8 Gb, at up to 85 degrees Celsius.
     pub const LPDDR3_1600: Self = Self {
         clock_ns: 1.25,
         read_latency: 12,

@@ -1,4 +1,4 @@
-//! What runs when, and that no limit is broken.
+//! Timestamps of known jobs, and limits that no schedule breaks.
 
 #![allow(clippy::unwrap_used)]
 use proptest::prelude::*;
@@ -46,7 +46,7 @@ fn a_resource_does_one_job_at_a_time_and_others_go_on() {
     assert_eq!((times[2].begin_ns, times[2].end_ns), (10.0, 15.0));
 }
 
-/// Two that move 10 ns of bytes each at the same time take 20; own work goes on beside.
+/// Two jobs that move 10 ns of bytes each at once take 20 ns; their own work overlaps.
 #[test]
 fn memory_is_shared_evenly() {
     use Resource::{Gpu, VectorUnit};
@@ -61,7 +61,7 @@ fn memory_is_shared_evenly() {
     assert_eq!((times[1].end_ns, times[0].end_ns), (8.0, 14.0));
 }
 
-/// Bytes are through when they are through the slower of both; each is shared by itself.
+/// Bytes are done when the slower of both channels is; each channel is shared by itself.
 #[test]
 fn the_interconnect_is_shared_beside_memory() {
     use Resource::{Gpu, VectorUnit};
@@ -79,8 +79,8 @@ fn the_interconnect_is_shared_beside_memory() {
     assert_eq!(times[1].through_ns, [4.0, 16.0]);
 }
 
-/// Groups of banks are shared each by itself: two jobs in one group wait for each other, in two they
-/// do not.
+/// Groups of banks are shared independently: two jobs in one group share its bandwidth, two in
+/// different groups do not.
 #[test]
 fn banks_are_shared_by_group() {
     use Resource::{GatheringUnit, Npu};
@@ -173,7 +173,7 @@ fn any_jobs() -> impl Strategy<Value = Vec<Job>> {
 }
 
 proptest! {
-    /// Nothing is faster than a resource, than what is shared, or than a chain of jobs allows.
+    /// No resource, shared channel or chain of jobs is faster than its limit.
     #[test]
     fn no_limit_is_broken(jobs in any_jobs()) {
         let times = run(&jobs).unwrap();
@@ -197,7 +197,7 @@ proptest! {
         }
     }
 
-    /// Something is always under way: the end is no later than all work one after the other.
+    /// Some resource is always at work: the end is no later than that of all jobs in sequence.
     #[test]
     fn no_time_goes_by_idle(jobs in any_jobs()) {
         let all = jobs.iter().map(|j| j.own_ns + j.shares.iter().map(|share| share.ns).sum::<f64>());
@@ -205,7 +205,7 @@ proptest! {
         prop_assert!(end(&jobs) <= all + 1e-6);
     }
 
-    /// What is shared and twice as fast never makes a chain slower.
+    /// A shared channel of twice the bandwidth never makes a chain slower.
     #[test]
     fn faster_shares_end_a_chain_no_later(jobs in any_jobs(), of in 0usize..4) {
         let chain = |factor: f64| -> Vec<Job> {
