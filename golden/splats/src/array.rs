@@ -1,4 +1,4 @@
-//! The MAC array's part of a splat: two affine forms of the pixel.
+//! The MAC array's share of a splat: two affine forms of the pixel position.
 //!
 //! `p = L11 dx + L21 dy` and `q = L22 dy` at the offset (dx, dy) of a pixel
 //! from the mean. A record becomes three stationary weights and two biases for
@@ -10,11 +10,10 @@ use potamoi_formats::record::{FACTOR, MEAN, SplatRecord};
 
 /// Fraction bits of an exact sum.
 const EXACT_BITS: u32 = FACTOR.frac_bits() + MEAN.frac_bits();
-/// Bits that rounding to S15.16 drops.
+/// Bits that rounding to S15.16 removes.
 const DROPPED: u32 = EXACT_BITS - 16;
-/// Biases are held within this: 2^18 pixels, far past the 2^15 at which the
-/// result saturates whatever a tile adds (16 x 2 x 2 at most), so that 64 bits
-/// suffice and no result changes.
+/// Limit of the biases: 2^18 pixels, far beyond the 2^15 at which the result saturates whatever a
+/// tile adds (16 x 2 x 2 at most). So 64 bits suffice and no result changes.
 const BIAS_LIMIT: i128 = 1 << (EXACT_BITS + 18);
 
 /// The forms of one record in one tile.
@@ -25,7 +24,8 @@ pub(crate) struct Forms {
 }
 
 impl Forms {
-    /// `corner` is the centre of the tile's first pixel, as codes of [`MEAN`].
+    /// The forms of `record` in a tile. `corner` is the centre of the tile's first pixel, in codes
+    /// of [`MEAN`].
     pub(crate) fn new(record: &SplatRecord, corner: [i64; 2]) -> Self {
         let [l11, l21, l22] = record.factor.map(i128::from);
         let dx = i128::from(corner[0]) - i128::from(record.mean[0]);
@@ -49,7 +49,7 @@ impl Forms {
     }
 }
 
-/// Drops [`DROPPED`] bits, half to even, saturating.
+/// Rounds away [`DROPPED`] bits, half to even, saturating.
 fn round(exact: i64) -> i32 {
     let floor = exact >> DROPPED;
     let rest = exact & ((1 << DROPPED) - 1);

@@ -1,4 +1,4 @@
-//! Which way the axes of a file point.
+//! Axis conventions of splat files.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,25 +8,24 @@ use thiserror::Error;
 
 use potamoi_base::sh;
 
-/// The words of the first, second and third axis of a [`Cloud`](super::Cloud), and those of their
-/// opposites.
+/// Names of the first, second and third axis of a [`Cloud`](super::Cloud), and of their opposites.
 const WORDS: [[&str; 2]; 3] = [["right", "left"], ["down", "up"], ["front", "back"]];
 
-/// One axis of a file.
+/// The direction of one file axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
 struct Way {
     /// Right, down or front: 0, 1 or 2.
     along: u8,
-    /// Or left, up or back.
+    /// Whether it is left, up or back instead.
     against: bool,
 }
 
-/// Where a file's x, y and z point. A cloud's point right, down and to the front, as those of 3D
-/// Gaussian splatting do.
+/// The directions of a file's x, y and z axes. Those of a cloud point right, down and front, as in
+/// 3D Gaussian splatting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
 pub struct Axes([Way; 3]);
 
-/// A text that names no [`Axes`].
+/// A text that does not name [`Axes`].
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
     "axes `{0}`: expected where x, y and z point, such as right-down-front or right-up-back: one of \
@@ -35,9 +34,9 @@ pub struct Axes([Way; 3]);
 pub struct UnknownAxes(String);
 
 impl Axes {
-    /// Those of 3D Gaussian splatting.
+    /// The convention of 3D Gaussian splatting.
     pub const RIGHT_DOWN_FRONT: Self = Self::new([(0, false), (1, false), (2, false)]);
-    /// Those of SPZ, unless it says otherwise.
+    /// The default convention of SPZ.
     pub const RIGHT_UP_BACK: Self = Self::new([(0, false), (1, true), (2, true)]);
 
     const fn new(ways: [(u8, bool); 3]) -> Self {
@@ -48,7 +47,7 @@ impl Axes {
         Self([way(x), way(y), way(z)])
     }
 
-    /// All 48.
+    /// All 48 conventions.
     pub fn all() -> impl Iterator<Item = Self> {
         const ORDERS: [[u8; 3]; 6] = [
             [0, 1, 2],
@@ -69,7 +68,8 @@ impl Axes {
         })
     }
 
-    /// By its code in SPZ files, 1 to 8: left or right, down or up, back or front.
+    /// The convention with this code in SPZ files, 1 to 8: left or right, down or up, back or
+    /// front.
     pub(super) fn of_spz(code: u32) -> Option<Self> {
         let bits = code.checked_sub(1).filter(|bits| *bits < 8)?;
         Some(Self::new([
@@ -79,7 +79,7 @@ impl Axes {
         ]))
     }
 
-    /// A point or a vector of the file, in the axes of a cloud.
+    /// Converts a point or vector from file axes to cloud axes.
     pub(super) fn point<T: Copy + Default + std::ops::Neg<Output = T>>(
         self,
         file: [T; 3],
@@ -91,7 +91,7 @@ impl Axes {
         own
     }
 
-    /// Lengths along the axes of the file, in the order of a cloud's.
+    /// Converts lengths from the order of the file axes to that of the cloud axes.
     pub(super) fn lengths(self, file: [f32; 3]) -> [f32; 3] {
         let mut own = file;
         for (value, way) in file.into_iter().zip(self.0) {
@@ -100,8 +100,9 @@ impl Axes {
         own
     }
 
-    /// A quaternion `w, x, y, z` of the file. With [`Axes::lengths`] it gives the same ellipsoid:
-    /// `P R P^T` and `P S P^T` of the axes' matrix `P`, a reflection or not.
+    /// Converts a quaternion `w, x, y, z` from file axes to cloud axes. Together with
+    /// [`Axes::lengths`] the ellipsoid is unchanged: `P R P^T` and `P S P^T` with the axes' matrix
+    /// `P`, a reflection or not.
     pub(super) fn quaternion(self, [w, x, y, z]: [f32; 4]) -> [f32; 4] {
         let [x, y, z] = self.point([x, y, z]);
         if self.is_mirrored() {
@@ -110,18 +111,18 @@ impl Axes {
         [w, x, y, z]
     }
 
-    /// Whether they are those of a left hand.
+    /// Whether the axes are left-handed.
     fn is_mirrored(self) -> bool {
         let [x, y, z] = self.0;
         let is_odd = (y.along + 3 - x.along) % 3 == 2;
         is_odd != (x.against != (y.against != z.against))
     }
 
-    /// How harmonics of a cloud's axes are made of the file's: of each the factors of these, up
-    /// to degree 3; bands do not mix.
+    /// The matrix that converts spherical-harmonics coefficients from file axes to cloud axes, one
+    /// row a coefficient, up to degree 3; bands do not mix.
     ///
-    /// They are integrals over the sphere of products of two, of degree 6 at most, by 4
-    /// Gauss-Legendre nodes times 8 azimuths, which are exact to degree 7.
+    /// Its elements are integrals over the sphere of products of two basis functions, of degree 6
+    /// at most, by 4 Gauss-Legendre nodes times 8 azimuths, which are exact to degree 7.
     pub(super) fn harmonics(self) -> [[f64; 16]; 16] {
         const NODES: [(f64, f64); 4] = [
             (-0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
@@ -153,7 +154,7 @@ impl Axes {
         mixed
     }
 
-    /// A centre of a cloud in the axes of the file.
+    /// Converts a centre from cloud axes to file axes.
     pub fn point_of_file(self, own: [f32; 3]) -> [f32; 3] {
         self.0.map(|way| {
             let value = own[usize::from(way.along)];
@@ -161,7 +162,7 @@ impl Axes {
         })
     }
 
-    /// A vector of a cloud in the axes of the file.
+    /// Converts a vector from cloud axes to file axes.
     pub fn of_file(self, own: DVec3) -> DVec3 {
         DVec3::from(self.0.map(|way| {
             let value = own[usize::from(way.along)];
@@ -179,7 +180,7 @@ impl fmt::Display for Axes {
     }
 }
 
-/// Three words, or their first letters as other programs write them (`RUB`).
+/// Parses three words, or their initials as other programs write them (`RUB`).
 impl FromStr for Axes {
     type Err = UnknownAxes;
 

@@ -1,18 +1,19 @@
-//! How far a picture in the hardware's formats may be from the one in floating point, derived
-//! pixel by pixel from the formats and the exponential's own bound: nothing is rendered.
+//! Error bounds of fixed-point pictures against floating-point ones, derived per pixel from the
+//! formats and the exponential's own bound, without rendering.
 //!
-//! | step | off by |
+//! | step | error |
 //! |---|---|
-//! | p, q | half a unit of each factor and of the mean, times what they are multiplied by; half a unit of S15.16 |
-//! | u | what p and q are off, half a unit of U3.13 |
+//! | p, q | half a unit of each factor and of the mean, each times its multiplicand; half a unit of S15.16 |
+//! | u | the errors of p and q, half a unit of U3.13 |
 //! | e | between `exp(-u - du)` and `exp(-u + du)`, and the [`VectorBounds`]' units |
-//! | alpha | the opacity's half unit, half a unit; 0 where it may be skipped |
+//! | alpha | half a unit of the opacity, half a unit of its own; 0 where it may be skipped |
 //! | T' | half a unit of U1.20 a Gaussian |
-//! | colour | half a unit of U4.12, what it is beyond its end, and what a network's is off |
+//! | colour | half a unit of U4.12, the excess over its largest value, and the error of a network |
 //!
-//! A picture is affine in each alpha: replacing one of them, those behind it replaced already,
-//! moves it by the light that still reaches it, times the difference, times at most the brightest
-//! colour. Where one of the two may stop and the other may go on, all light that is left counts.
+//! A picture is affine in each alpha. Replacing one alpha, with those behind it replaced already,
+//! changes the picture by at most the transmittance in front of it, times the difference, times
+//! the brightest colour. If one of the two rays may stop where the other continues, all remaining
+//! transmittance counts.
 
 use potamoi_formats::config::ExpConfig;
 use potamoi_formats::record::{COLOUR, MEAN, OPACITY};
@@ -24,26 +25,26 @@ use super::project::Projected;
 use super::view::View;
 use potamoi_reference::bounds::VectorBounds;
 
-/// What arithmetic in 64 bits may add to a product of 36 fraction bits.
+/// Error that 64-bit arithmetic may add to a product of 36 fraction bits.
 const FLOAT: f64 = 1e-11;
 
-/// Rules of a frame in the hardware's formats, and of the one in floating point beside it.
+/// The rules of a fixed-point frame and of the floating-point frame it is compared with.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair {
-    /// Of the former.
+    /// Rules of the fixed-point frame.
     pub fixed: Rules,
-    /// Of the latter.
+    /// Rules of the floating-point frame.
     pub float: Rules,
 }
 
-/// Half units of a record's formats, and of what is made of them.
+/// Rounding errors of a record's formats and of the values derived from them.
 #[derive(Debug, Clone, Copy)]
 struct Off {
     factor: f64,
     mean: f64,
     form: f64,
     power: f64,
-    /// Of a power of e.
+    /// Error of a power of e.
     exponential: f64,
     alpha: f64,
     transmittance: f64,
@@ -63,18 +64,19 @@ impl Off {
     }
 }
 
-/// Where the alpha of a Gaussian at a pixel lies.
+/// Range of the alpha of a Gaussian at a pixel.
 #[derive(Debug, Clone, Copy)]
 struct Alpha {
-    /// In floating point; 0 where it is skipped.
+    /// The floating-point value; 0 if it is skipped.
     float: f64,
-    /// In the hardware's formats, least and most.
+    /// Lower and upper bound of the fixed-point value.
     fixed: [f64; 2],
 }
 
-/// What each pixel's channels may be off by at most, for a frame in exact order whose exponentials
-/// are those of `exp`, and whose Gaussians' colours are off by so much. The frame and the one in
-/// floating point beside it have rules each, which cut no less off than those of `view`.
+/// Upper bounds of the error of each pixel's channels, for a frame in exact order with the
+/// exponential bounds `exp` and the given error of the Gaussians' colours. The fixed-point and the
+/// floating-point frame have their own rules, whose cut-offs must be no lower than those of
+/// `view`.
 #[must_use]
 pub fn error_bounds(
     view: &View,
@@ -162,7 +164,7 @@ fn pixel(rules: &Pair, splats: &[&Projected], at: [u32; 2], off: &Off, brightest
     sum.max(worst) + rounded + shown
 }
 
-/// Nothing where both skip it.
+/// `None` if both frames skip the Gaussian.
 fn alpha(
     rules: &Rules,
     splat: &Projected,

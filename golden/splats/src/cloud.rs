@@ -1,4 +1,4 @@
-//! The Gaussians of a scene, as they are trained and stored.
+//! The Gaussians of a scene as trained and stored.
 
 mod turn;
 
@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use potamoi_base::sh;
 
-/// The largest log scale: above it a scale is infinite in 32-bit floats.
+/// The largest log scale: beyond it a scale overflows 32-bit floats.
 pub(crate) const MAX_LOG_SCALE: f32 = 88.0;
 
 /// A property of a Gaussian.
@@ -39,16 +39,16 @@ impl fmt::Display for Field {
     }
 }
 
-/// Values that make no cloud.
+/// Values that do not form a valid cloud.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CloudError {
-    /// No Gaussian at all.
+    /// No Gaussians.
     #[error("the cloud holds no Gaussian: give at least one")]
     Empty,
-    /// More bands of spherical harmonics than are evaluated.
+    /// The spherical harmonics have a degree above 3.
     #[error("spherical harmonics of degree {0}: expected 0 to {max}", max = sh::MAX_DEGREE)]
     Degree(usize),
-    /// A field has not one value for each Gaussian.
+    /// A field does not have one value for each Gaussian.
     #[error("{field}: {found} values, expected {expected}; every Gaussian needs one of each field")]
     Length {
         /// The field.
@@ -58,26 +58,26 @@ pub enum CloudError {
         /// Values needed.
         expected: usize,
     },
-    /// NaN or infinite, where it is not allowed.
+    /// A value is NaN or infinite where this is not allowed.
     #[error("Gaussian {index}: {field}[{component}] is {value}: expected a finite number")]
     NotFinite {
-        /// Which Gaussian.
+        /// Index of the Gaussian.
         index: usize,
         /// The field.
         field: Field,
-        /// Which component of it.
+        /// Component of the field.
         component: usize,
         /// The value.
         value: f32,
     },
-    /// The scale overflows 32-bit floats.
+    /// A scale overflows 32-bit floats.
     #[error(
         "Gaussian {index}: log scale[{component}] is {value}: expected at most {MAX_LOG_SCALE}"
     )]
     Scale {
-        /// Which Gaussian.
+        /// Index of the Gaussian.
         index: usize,
-        /// Which component of it.
+        /// Component of the scale.
         component: usize,
         /// The value.
         value: f32,
@@ -86,10 +86,9 @@ pub enum CloudError {
 
 /// Gaussians with their parameters before activation, one array a field.
 ///
-/// All values are finite, but for opacity logits, where plus and minus
-/// infinity stand for opacity 1 and 0. Quaternions need not be normalised; a
-/// zero quaternion is the identity, which is what the rotation formula of the
-/// reference rasteriser makes of it.
+/// All values are finite, except opacity logits, where plus and minus infinity mean opacity 1 and
+/// 0. Quaternions need not be normalised; a zero quaternion means the identity, as in the rotation
+/// formula of the reference rasteriser.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Cloud {
     degree: usize,
@@ -102,13 +101,12 @@ pub struct Cloud {
 }
 
 impl Cloud {
-    /// A cloud of `means.len()` Gaussians. Quaternions are `w, x, y, z`; `sh`
-    /// holds `(degree + 1)^2` RGB coefficients for each Gaussian in turn.
+    /// A cloud of `means.len()` Gaussians. Quaternions are `w, x, y, z`; `sh` holds `(degree +
+    /// 1)^2` RGB coefficients for each Gaussian in turn.
     ///
     /// # Errors
-    /// No Gaussian, a degree above 3, fields of different lengths, values that
-    /// are not finite (opacity logits may be infinite), or a log scale above
-    /// 88.
+    /// There are no Gaussians, the degree is above 3, fields differ in length, a value is not
+    /// finite (opacity logits may be infinite), or a log scale is above 88.
     pub fn new(
         degree: usize,
         means: Vec<[f32; 3]>,
@@ -170,26 +168,26 @@ impl Cloud {
         })
     }
 
-    /// Whether it was trained with antialiasing: what the pixel filter adds to a footprint's area
-    /// is taken from the opacity.
+    /// Whether the cloud was trained with antialiasing, where the opacity compensates for the area
+    /// that the pixel filter adds to a footprint.
     #[must_use]
     pub const fn is_antialiased(&self) -> bool {
         self.antialiased
     }
 
-    /// The same Gaussians, trained so or not.
+    /// The same Gaussians with the antialiasing flag set to `antialiased`.
     #[must_use]
     pub const fn antialiased(mut self, antialiased: bool) -> Self {
         self.set_antialiased(antialiased);
         self
     }
 
-    /// Says that they were trained so, or not.
+    /// Sets the antialiasing flag.
     pub const fn set_antialiased(&mut self, antialiased: bool) {
         self.antialiased = antialiased;
     }
 
-    /// Gaussians, at least one.
+    /// Number of Gaussians, at least one.
     #[must_use]
     #[allow(clippy::len_without_is_empty)]
     pub fn len(&self) -> usize {
@@ -202,7 +200,7 @@ impl Cloud {
         self.degree
     }
 
-    /// Centres in the world.
+    /// Centres in world coordinates.
     #[must_use]
     pub fn means(&self) -> &[[f32; 3]] {
         &self.means
@@ -247,8 +245,8 @@ impl Cloud {
         [low, high]
     }
 
-    /// The same Gaussians in colours that depend on no direction: a finite
-    /// coefficient of the constant basis function for each.
+    /// The same Gaussians with view-independent colours, given as one finite coefficient of the
+    /// constant basis function each.
     pub fn recoloured(&self, constants: Vec<[f32; 3]>) -> Self {
         debug_assert_eq!(constants.len(), self.len());
         Self {
@@ -258,10 +256,10 @@ impl Cloud {
         }
     }
 
-    /// The same Gaussians, those of `order` in that order.
+    /// The Gaussians at the indices `order`, in that order.
     ///
     /// # Errors
-    /// `order` is empty or names a Gaussian that is not there.
+    /// `order` is empty or has an index out of range.
     pub fn select(&self, order: &[usize]) -> Result<Self, CloudError> {
         if let Some(&found) = order.iter().find(|i| **i >= self.len()) {
             return Err(CloudError::Length {
@@ -285,9 +283,8 @@ impl Cloud {
         .map(|cloud| cloud.antialiased(self.antialiased))
     }
 
-    /// Orders two Gaussians by every value they hold: a tie-break that does
-    /// not depend on where they stand in the file. Gaussians that compare
-    /// equal are interchangeable.
+    /// Orders two Gaussians by all their values: a tie-break that does not depend on their
+    /// positions in the file. Gaussians that compare equal are interchangeable.
     #[must_use]
     pub fn compare_content(&self, a: usize, b: usize) -> Ordering {
         let lexical = |x: &[f32], y: &[f32]| {
@@ -323,7 +320,7 @@ fn finite<const N: usize>(
     Ok(())
 }
 
-/// Gaussians at these centres, alike but for them.
+/// Gaussians that differ only in their centres.
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 pub(crate) fn at_centres(means: Vec<[f32; 3]>) -> Cloud {

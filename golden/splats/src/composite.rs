@@ -1,21 +1,21 @@
 //! Compositing in the hardware's formats, through the vector unit.
 //!
-//! Entries wait in a queue for each tile. A wave takes the next entry of every
-//! tile and all live pixels of those tiles at once, so that the vector unit
-//! sees long slices; each pixel's arithmetic is the same however waves fall.
+//! Entries wait in a queue for each tile. A wave takes the next entry of every tile and all live
+//! pixels of those tiles at once, so that the vector unit gets long slices. The arithmetic of a
+//! pixel does not depend on the waves.
 //!
 //! | step | operation | result |
 //! |---|---|---|
 //! | u | square sum of p, q (S15.16), shift 33 - G, half up | G fraction bits, saturating |
 //! | e | exponential | U0.F |
 //! | alpha | o times e, shift F, half up; cap; skip below 1/255 | U0.16 |
-//! | T' | T times 65536 - alpha, shift 16, half up; to fewer bits where the rules say so | U1.20 |
+//! | T' | T times 65536 - alpha, shift 16, half up; to fewer bits if the rules carry fewer | U1.20 |
 //! | colour | exact sum of (T - T') times the channel | 32 fraction bits |
 //!
-//! G and F are the exponential unit's, 13 and 16 in the paper's ([`Widths`]).
+//! G and F are fraction bits of the exponential unit ([`Widths`]); the paper's are 13 and 16.
 //!
-//! A pixel stops where the exact product T (65536 - alpha) is below the limit,
-//! before rounding: rounded, two capped samples would decide otherwise than a
+//! Early termination: a pixel stops where the exact product T (65536 - alpha) is below the
+//! threshold, before rounding. After rounding, two capped samples would decide differently from a
 //! float renderer.
 
 use std::collections::BTreeMap;
@@ -34,24 +34,24 @@ use potamoi_reference::{GatherTask, Product, Units};
 const CLEAR: i32 = 1 << TRANSMITTANCE.frac_bits();
 /// An alpha of 1, U0.16.
 const FULL: i32 = 1 << 16;
-/// Tiles of a wave at most: a quarter of a million pixels.
+/// Maximum number of tiles in a wave: a quarter of a million pixels.
 const WAVE_TILES: usize = 1024;
-/// Columns of the MAC array that a record takes: two forms, of weights in two halves of 16
-/// bits unless one holds them, a sign and an integer bit among its bits.
+/// Columns of the MAC array for a record: two forms, with weights in two halves of 16 bits unless
+/// one half holds them, sign and integer bit included.
 const fn form_columns(conic_bits: u32) -> u64 {
     if conic_bits <= 14 { 2 } else { 4 }
 }
 
-/// The rules of a profile as codes.
+/// The thresholds of a profile as codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Cap of alpha, U0.16.
     pub(crate) alpha_cap: i32,
     /// Smaller alphas are skipped.
     pub alpha_min: i32,
-    /// A pixel stops where T (65536 - alpha), 36 fraction bits, is below.
+    /// A pixel stops where T (65536 - alpha), 36 fraction bits, is below this threshold.
     pub(crate) stop: i64,
-    /// Last bits of transmittances that are not carried.
+    /// Number of low transmittance bits that are not carried.
     pub(crate) spare: u8,
 }
 
@@ -76,23 +76,23 @@ impl Limits {
     }
 }
 
-/// One tile's state.
+/// Compositing state of one tile.
 #[derive(Debug)]
 pub(crate) struct Tile {
-    /// Centre of the first pixel, codes of [`MEAN`].
+    /// Centre of the first pixel, in codes of [`MEAN`].
     corner: [i64; 2],
-    /// That pixel's place in the picture.
+    /// Position of the first pixel in the picture.
     first: [u32; 2],
     live: Vec<u8>,
     queue: Vec<SplatRecord>,
     head: usize,
     entry: u32,
-    /// U1.20.
+    /// Transmittance per pixel, U1.20.
     pub(crate) transmittance: [i32; TILE_PIXELS],
-    /// 32 fraction bits.
+    /// Colour per pixel, 32 fraction bits.
     pub(crate) colour: [[u64; 3]; TILE_PIXELS],
     pub(crate) stop: [u32; TILE_PIXELS],
-    /// Filled where decisions are kept.
+    /// Pixels drawn by each entry, by bit; filled if decisions are logged.
     pub(crate) drawn: Vec<[u64; TILE_PIXELS / 64]>,
 }
 
@@ -103,7 +103,7 @@ struct Lane {
     pixel: u8,
 }
 
-/// Operands and results of a wave.
+/// Operands and results of one wave.
 #[derive(Debug, Default)]
 struct Wave {
     lanes: Vec<Lane>,
@@ -113,7 +113,7 @@ struct Wave {
     opacity: Vec<i32>,
 }
 
-/// The tiles of a ray group while they are composited.
+/// Compositing state of a ray group's tiles.
 #[derive(Debug)]
 pub(crate) struct Compositor {
     limits: Limits,
@@ -123,7 +123,7 @@ pub(crate) struct Compositor {
     pub(crate) tiles: Vec<Tile>,
     queued: usize,
     wave: Wave,
-    /// Elements sent through the vector unit.
+    /// Elements computed by the vector unit, by operation.
     pub(crate) elements: BTreeMap<OpCode, u64>,
     pub(crate) drawn: u64,
 }
@@ -140,20 +140,21 @@ const EXP: VectorOp = VectorOp::new(OpCode::Exp);
 /// Fraction bits of the exponential unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Widths {
-    /// Of a power, which has at least three integer bits: `exp(-8)` is skipped.
+    /// Of the argument, which has at least three integer bits: `exp(-8)` is skipped.
     pub power: u32,
-    /// Of a result.
+    /// Of the result.
     pub exponential: u32,
 }
 
 impl Widths {
-    /// The paper's.
+    /// The paper's widths.
     pub const PAPER: Self = Self {
         power: 13,
         exponential: 16,
     };
 
-    /// Half the sum of two squares of 32 fraction bits.
+    /// The operation for half the sum of two squares, from 32 fraction bits to those of the
+    /// argument.
     const fn to_power(self) -> VectorOp {
         op(OpCode::SquareSum, 33u32.saturating_sub(self.power) as u8)
     }
@@ -164,8 +165,8 @@ impl Widths {
 }
 
 impl Compositor {
-    /// `places` are, for each slot, the first pixel of its tile and how many
-    /// columns and rows of it lie in the picture.
+    /// `places` holds, for each slot, the first pixel of its tile and the number of the tile's
+    /// columns and rows in the picture.
     pub(crate) fn new(
         rules: &Rules,
         widths: Widths,
@@ -202,7 +203,7 @@ impl Compositor {
         }
     }
 
-    /// Leaves out pixels of the picture that are not `wanted`.
+    /// Excludes the pixels that are not `wanted`.
     pub(crate) fn leave_out(&mut self, wanted: impl Fn([u32; 2]) -> bool) {
         for tile in &mut self.tiles {
             let first = tile.first;
@@ -213,8 +214,8 @@ impl Compositor {
         }
     }
 
-    /// Tells of the affine forms of a task: its points in a tile are columns of the MAC array,
-    /// the pixels of the tile that go on its rows.
+    /// Reports the affine forms of a task to `units`: the records in a tile are columns of the MAC
+    /// array, its live pixels are rows.
     pub(crate) fn tell_of_forms(&self, task: &GatherTask, units: &mut dyn Units) {
         let mut points: BTreeMap<u32, u64> = BTreeMap::new();
         for entry in &task.entries {
@@ -240,12 +241,12 @@ impl Compositor {
         }
     }
 
-    /// Entries that wait.
+    /// Number of waiting entries.
     pub(crate) fn queued(&self) -> usize {
         self.queued
     }
 
-    /// Composites all that waits.
+    /// Composites all waiting entries.
     pub(crate) fn run(&mut self, units: &mut dyn Units) -> Result<(), RenderError> {
         let count = self.tiles.len();
         for start in (0..count).step_by(WAVE_TILES) {
@@ -262,7 +263,7 @@ impl Compositor {
         Ok(())
     }
 
-    /// Gathers the pixels of a wave; `false` where nothing waits.
+    /// Collects the pixels of a wave; `false` if no entry waits.
     fn fill(&mut self, range: std::ops::Range<usize>) -> bool {
         let wave = &mut self.wave;
         wave.lanes.clear();
@@ -296,7 +297,7 @@ impl Compositor {
         any
     }
 
-    /// `out = op(a, b)` for the whole wave.
+    /// Computes `out = op(a, b)` for the whole wave.
     fn vector(&mut self, units: &mut dyn Units, op: VectorOp) -> Result<(), RenderError> {
         let wave = &mut self.wave;
         wave.out.resize(wave.a.len(), 0);

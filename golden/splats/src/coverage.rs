@@ -1,11 +1,11 @@
-//! Which tiles a projected Gaussian is drawn in.
+//! The tiles in which a projected Gaussian is drawn.
 
 use glam::DVec2;
 
 use super::profile::{Extent, Rules};
 use super::project::Projected;
 
-/// Pixels on a side of a tile.
+/// Side of a tile in pixels.
 pub const TILE: u32 = 16;
 
 /// Tile columns and rows of a frame.
@@ -22,7 +22,7 @@ struct Span {
     y: [u32; 2],
 }
 
-/// The number of tiles before a boundary at `value` tiles, within 0..=limit.
+/// The number of tiles before a boundary at `value` tiles, clamped to 0..=limit.
 fn held(value: f64, limit: u32) -> u32 {
     // The cast is exact after the clamp; NaN cannot reach it.
     value.clamp(0.0, f64::from(limit)) as u32
@@ -43,8 +43,8 @@ impl Grid {
     }
 }
 
-/// The squared distance `p^2 + q^2` at which alpha is the least that counts;
-/// `None` where the opacity itself is below that.
+/// The squared distance `p^2 + q^2` at which alpha falls to the alpha threshold; `None` if the
+/// opacity itself is below it.
 fn reach_squared(splat: &Projected, rules: &Rules) -> Option<f64> {
     (splat.opacity >= rules.alpha_min).then(|| 2.0 * (splat.opacity / rules.alpha_min).ln())
 }

@@ -1,16 +1,16 @@
-//! The frame's depth order.
+//! Depth sorting.
 
 use super::cloud::Cloud;
 
-/// Bits that one pass sorts by.
+/// Bits sorted in one pass.
 const DIGIT: u32 = 11;
 
-/// Sorts (view depth, index) front to back; depths are positive.
+/// Sorts (view depth, index) front to back; depths must be positive.
 ///
-/// All 64 bits of a depth count: depths that differ only below 32-bit
-/// precision, which the reference leaves in file order, are ordered truly.
-/// Exact ties are broken by what the Gaussians hold, not by where they stand
-/// in the file, so that any permutation of the input gives the same bits.
+/// All 64 bits of a depth count: depths that differ only below 32-bit precision, which the
+/// reference leaves in file order, are ordered correctly. Exact ties are broken by the values of
+/// the Gaussians, not by their positions in the file, so that any permutation of the input gives
+/// the same bits.
 pub(crate) fn sort(cloud: &Cloud, depths: Vec<(f64, usize)>) -> Vec<(f64, usize)> {
     let mut sorted = radix(depths);
     for ties in sorted.chunk_by_mut(|a, b| a.0.to_bits() == b.0.to_bits()) {
@@ -21,7 +21,7 @@ pub(crate) fn sort(cloud: &Cloud, depths: Vec<(f64, usize)>) -> Vec<(f64, usize)
     sorted
 }
 
-/// Whether (view depth, index) are in the order that [`sort`] brings them into.
+/// Whether (view depth, index) are in the order of [`sort`].
 pub(crate) fn is_sorted(cloud: &Cloud, depths: &[(f64, usize)]) -> bool {
     depths.is_sorted_by(|a, b| {
         let order = a.0.total_cmp(&b.0);
@@ -29,7 +29,7 @@ pub(crate) fn is_sorted(cloud: &Cloud, depths: &[(f64, usize)]) -> bool {
     })
 }
 
-/// Sorts by depth, stable, from the lowest digit in which any two differ.
+/// Stable radix sort by depth, from the lowest digit in which any two differ.
 fn radix(mut items: Vec<(f64, usize)>) -> Vec<(f64, usize)> {
     // Bits of positive doubles order as the doubles do.
     let low = items.iter().map(|i| i.0.to_bits()).min().unwrap_or(0);

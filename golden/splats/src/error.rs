@@ -1,20 +1,20 @@
-//! What can go wrong between a cloud and its picture.
+//! Errors of splat rendering.
 
 use thiserror::Error;
 
 use potamoi_reference::UnitError;
 
-/// A view that cannot be rendered.
+/// A camera or option that cannot be rendered, or a unit that failed.
 #[derive(Debug, Error)]
 pub enum RenderError {
-    /// A camera that sees nothing, or nothing sensible.
+    /// The camera is invalid.
     #[error("camera: {field} is {value}: expected {expected}")]
     Camera {
         /// The field.
         field: &'static str,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: &'static str,
     },
     /// The Gaussians cover too many tiles for memory.
@@ -23,18 +23,18 @@ pub enum RenderError {
          or a scene with fewer Gaussians that fill the frame"
     )]
     TooManyEntries {
-        /// Pairs counted before giving up.
+        /// Number of pairs at which counting stopped.
         entries: u64,
-        /// Pairs that are held at most.
+        /// Maximum number of pairs.
         limit: u64,
     },
-    /// A ray group has more tiles than a single-id RIT entry can tell apart.
+    /// A ray group has more tiles than a single-id RIT entry can distinguish.
     #[error(
         "a ray group of {tiles} tiles: an unstructured RIT entry tells 65536 tiles apart; \
          use smaller ray groups"
     )]
     Slots {
-        /// Tiles of the group.
+        /// Number of tiles in the group.
         tiles: usize,
     },
     /// An option is outside its range.
@@ -44,18 +44,18 @@ pub enum RenderError {
         field: &'static str,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: &'static str,
     },
     /// A unit refused its input or failed.
     #[error("a unit failed: {0}")]
     Unit(UnitError),
-    /// The gathering unit returned another number of features than entries.
+    /// The gathering unit returned a wrong number of features.
     #[error("the gathering unit returned {found} feature channels, expected {expected}")]
     Features {
-        /// Channels returned.
+        /// Channels that it returned.
         found: usize,
-        /// Channels of all entries.
+        /// Channels of all entries together.
         expected: usize,
     },
 }

@@ -1,10 +1,10 @@
 //! The exponential of the float renderer's inner loop.
 //!
-//! Straight-line arithmetic without a call or a table, so that the compiler
-//! evaluates several pixels at a time. No fused operation is used: every
-//! machine gives the same bits, whatever the width of its vectors.
+//! Straight-line arithmetic without calls or tables, so that the compiler can vectorise over
+//! pixels. No fused operation is used: every machine gives the same bits, whatever the width of
+//! its vectors.
 
-/// Arguments below are taken for this: far too faint for any rule set.
+/// Lower arguments are clamped to this: the result is far too faint for any rule set.
 const LEAST: f64 = -700.0;
 /// Adding it leaves a rounded integer in the lowest bits of the sum.
 const ROUND: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
@@ -12,9 +12,9 @@ const ROUND: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
 /// product with the exponent of a result is exact.
 const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
 
-/// The polynomial of degree 11 that meets e^r at the twelve Chebyshev nodes of
-/// |r| <= ln 2 / 2, from 60-digit arithmetic; before rounding its coefficients
-/// it is within 4.3e-18 of e^r there.
+/// The polynomial of degree 11 that interpolates e^r at the twelve Chebyshev nodes of |r| <= ln 2
+/// / 2, from 60-digit arithmetic; before rounding its coefficients it is within 4.3e-18 of e^r
+/// there.
 const POLYNOMIAL: [f64; 12] = [
     1.0,
     1.0,
@@ -30,8 +30,8 @@ const POLYNOMIAL: [f64; 12] = [
     2.511_003_761_756_205e-8,
 ];
 
-/// e^x for x in -700..=0 with a relative error below 4e-16; below -700,
-/// e^-700 (1e-304). Not for positive x above 700 or NaN.
+/// e^x for x in -700..=0 with a relative error below 4e-16; below -700, e^-700 (1e-304). Not valid
+/// for x above 700 or NaN.
 #[inline(always)]
 pub(super) fn exp(x: f64) -> f64 {
     let x = if x > LEAST { x } else { LEAST };

@@ -1,5 +1,5 @@
-//! The fixed-point renderer: every gather and every vector operation of a
-//! frame goes through the units.
+//! The fixed-point renderer: every gather and every vector operation of a frame goes through the
+//! units.
 
 use std::collections::BTreeMap;
 
@@ -24,27 +24,27 @@ use potamoi_base::picture::Picture;
 use potamoi_march::streams::{Streams, UnitStreams, Visit};
 use potamoi_reference::{GatherTask, Units};
 
-/// Entries that are gathered, or wait to be composited, before work is done.
+/// Number of gathered or waiting entries that starts compositing.
 const BATCH_ENTRIES: usize = 1 << 18;
 
-/// How to render.
+/// Options of the fixed-point renderer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedOptions {
     /// MVoxels and ray groups.
     pub schedule: ScheduleOptions,
-    /// In which order records are composited.
+    /// The order in which records are composited.
     pub order: Order,
-    /// Records that fit on chip while they are held back; more spill.
+    /// Capacity of the on-chip reorder buffer in records; more records spill.
     pub hold_records: usize,
-    /// How often the ray index table is read.
+    /// Reads of the ray index table.
     pub unit_streams: UnitStreams,
-    /// Linear RGB behind everything, rounded to U4.12.
+    /// Background, linear RGB, rounded to U4.12.
     pub background: [f32; 3],
-    /// Whether to keep [`FixedFrame::decisions`] (exact order alone).
+    /// Whether to keep [`FixedFrame::decisions`] (exact order only).
     pub log_decisions: bool,
     /// Fraction bits of the exponential unit.
     pub widths: Widths,
-    /// What is done.
+    /// Optional parts of the work.
     pub work: Work,
 }
 
@@ -63,60 +63,59 @@ impl Default for FixedOptions {
     }
 }
 
-/// Counts of a frame.
+/// Work and traffic of a frame.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FixedStats {
     /// Gaussians that touch a tile.
     pub visible: u64,
-    /// Feature vectors out of the gathering unit, one an entry.
+    /// Feature vectors that the gathering unit returned, one an entry.
     pub gathers: u64,
     /// MVoxels gathered, over all ray groups.
     pub tasks: u64,
-    /// Bytes, stream by stream.
+    /// Bytes by stream.
     pub streams: Streams,
-    /// Of the bytes of MVoxels, those of records that are fetched one by one.
+    /// Bytes of records fetched one by one, a part of the MVoxel bytes.
     pub scattered_bytes: u64,
-    /// Elements out of the vector unit, by operation.
+    /// Elements that the vector unit returned, by operation.
     pub vector_elements: BTreeMap<OpCode, u64>,
     /// Exponentials: one for each (pixel, entry) whose pixel had not stopped.
     pub exponentials: u64,
-    /// Affine forms out of the MAC array, two for each exponential; each takes
-    /// two passes of 16-bit multipliers.
+    /// Affine forms that the MAC array computed, two for each exponential; each takes two passes
+    /// of 16-bit multipliers.
     pub affine_forms: u64,
-    /// (pixel, entry) pairs that were added to a pixel.
+    /// (pixel, entry) pairs that contributed to a pixel.
     pub drawn: u64,
-    /// Pixels that stopped early.
+    /// Pixels that terminated early.
     pub stopped: u64,
-    /// Values of records held at a limit of their format.
+    /// Record values that saturated.
     pub saturations: Saturations,
-    /// What holding records back took; zero for the approximate order.
+    /// Statistics of the reorder buffer; zero in approximate order.
     pub hold: HoldStats,
-    /// Entries that arrived at their tile after one of a higher rank; zero for
-    /// the exact order.
+    /// Entries that reached their tile after one of a higher rank; zero in exact order.
     pub inversions: u64,
 }
 
 /// A rendered frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedFrame {
-    /// The picture, background included.
+    /// The picture, including the background.
     pub picture: Picture,
-    /// Transmittance left at each pixel, U1.20 codes.
+    /// Final transmittance per pixel, U1.20 codes.
     pub transmittance: Vec<u32>,
-    /// Counts.
+    /// Work and traffic.
     pub stats: FixedStats,
-    /// Each skip and stop, where asked for.
+    /// Each skip and stop, if requested.
     pub decisions: Option<Decisions>,
 }
 
-/// Renders in the hardware's formats. Projection, colour and sorting are done
-/// in floating point, as the GPU does them; gathering and all from there on
-/// goes through `units`. The picture depends neither on ray groups, nor on the
-/// order of Gaussians in the cloud, nor, in exact order, on the MVoxels.
+/// Renders in the hardware's formats. Projection, colour and sorting are computed in floating
+/// point, as on the GPU; everything from gathering on goes through `units`. The picture depends on
+/// neither ray groups nor the order of Gaussians in the cloud, and in exact order not on the
+/// MVoxels.
 ///
 /// # Errors
-/// As [`View::new`] and [`Schedule::new`]; a unit that fails or returns
-/// another number of features than was asked for.
+/// Those of [`View::new`] and [`Schedule::new`]; a unit fails or returns a wrong number of
+/// features.
 pub fn render_fixed(
     cloud: &Cloud,
     camera: &Camera,
@@ -127,11 +126,12 @@ pub fn render_fixed(
     render_fixed_masked(cloud, camera, profile, options, None, units)
 }
 
-/// The same of some pixels, the others being background; their bits are those of the whole
-/// frame. All Gaussians are projected; entries are of tiles that have such a pixel.
+/// As [`render_fixed`], but renders only the pixels of a mask, bit for bit as in the whole frame;
+/// the others are background. All Gaussians are projected; only tiles with such pixels have
+/// entries.
 ///
 /// # Errors
-/// As [`render_fixed`], and for a mask of another size than the camera's.
+/// Those of [`render_fixed`], or the mask does not have the camera's size.
 pub fn render_fixed_masked(
     cloud: &Cloud,
     camera: &Camera,
@@ -222,7 +222,7 @@ fn render_group(
     Ok(compositor)
 }
 
-/// The tasks from `start` on that make one batch: at least one.
+/// One past the last task of the batch that starts at `start`, which has at least one task.
 fn batch_end(tasks: &[GatherTask], start: usize) -> usize {
     let mut entries = 0;
     let more = tasks[start..].iter().take_while(|t| {
@@ -258,7 +258,7 @@ fn gather(
     Ok(())
 }
 
-/// A frame while its groups come in.
+/// A frame under construction.
 struct Frame {
     picture: Picture,
     transmittance: Vec<u32>,

@@ -1,4 +1,4 @@
-//! The float renderer: the reference that fixed-point pictures are held to.
+//! The float renderer: the reference for fixed-point pictures.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,20 +13,20 @@ use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
 
-/// How to render.
+/// Options of the float renderer.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FloatOptions {
-    /// Linear RGB behind everything.
+    /// Background, linear RGB.
     pub background: [f32; 3],
     /// Whether to keep [`FloatFrame::decisions`].
     pub log_decisions: bool,
-    /// Whether to find [`FloatFrame::depth`].
+    /// Whether to compute [`FloatFrame::depth`].
     pub depth: bool,
-    /// What is done.
+    /// Optional parts of the work.
     pub work: Work,
 }
 
-/// Counts of a frame.
+/// Work of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FloatStats {
     /// Gaussians that the near plane culled.
@@ -35,41 +35,39 @@ pub struct FloatStats {
     pub visible: u64,
     /// (tile, Gaussian) pairs.
     pub entries: u64,
-    /// (pixel, entry) pairs of pixels that had not stopped: the exponentials
-    /// that the hardware takes.
+    /// (pixel, entry) pairs whose pixel had not stopped: the exponentials that the hardware
+    /// computes.
     pub exponentials: u64,
-    /// Those that were evaluated here: what lies beyond the ellipse of the
-    /// faintest alpha that counts is skipped, but for the rest of a group of
-    /// four pixels.
+    /// Exponentials evaluated here. Pixels beyond the ellipse of the alpha threshold are skipped,
+    /// except for the rest of a group of four.
     pub evaluated: u64,
-    /// (pixel, entry) pairs that were added to a pixel.
+    /// (pixel, entry) pairs that contributed to a pixel.
     pub drawn: u64,
-    /// Pixels that stopped early.
+    /// Pixels that terminated early.
     pub stopped: u64,
 }
 
 /// A rendered frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FloatFrame {
-    /// The picture, background included.
+    /// The picture, including the background.
     pub picture: Picture,
-    /// Transmittance left at each pixel, 1 where nothing was drawn.
+    /// Final transmittance per pixel, 1 where nothing was drawn.
     pub transmittance: Vec<f64>,
-    /// Depth of each pixel along the camera's axis, where asked for: the mean
-    /// of its Gaussians' centres, each with its weight; infinite where nothing
-    /// was drawn.
+    /// Depth per pixel along the camera's axis, if requested: the weighted mean over the centres
+    /// of its Gaussians; infinite where nothing was drawn.
     pub depth: Option<Vec<f64>>,
-    /// Counts.
+    /// Work.
     pub stats: FloatStats,
-    /// Each skip and stop, where asked for.
+    /// Each skip and stop, if requested.
     pub decisions: Option<Decisions>,
 }
 
-/// Renders in 64-bit floats, tile by tile. The result does not depend on the
-/// number of threads, nor on the order of the Gaussians in the cloud.
+/// Renders in 64-bit floats, tile by tile. The result depends on neither the number of threads nor
+/// the order of the Gaussians in the cloud.
 ///
 /// # Errors
-/// As [`View::new`].
+/// Those of [`View::new`].
 pub fn render_float(
     cloud: &Cloud,
     camera: &Camera,
@@ -80,11 +78,11 @@ pub fn render_float(
     Ok(render_view(&view, options))
 }
 
-/// As [`render_float`], but of a mask its pixels alone; the others are
-/// background. Entries are counted of tiles with such pixels.
+/// As [`render_float`], but renders only the pixels of a mask; the others are background. Only
+/// tiles with such pixels have entries.
 ///
 /// # Errors
-/// As [`render_float`], and for a mask of another size than the camera's.
+/// Those of [`render_float`], or the mask does not have the camera's size.
 pub fn render_masked(
     cloud: &Cloud,
     camera: &Camera,
@@ -97,7 +95,7 @@ pub fn render_masked(
     Ok(composite(&view, options, Some(only)))
 }
 
-/// Whether a mask has the size of a view.
+/// Checks that a mask has the size of a view.
 pub(super) fn mask_fits(view: &View, mask: &Mask) -> Result<(), RenderError> {
     if mask.size() == view.size() {
         return Ok(());
@@ -109,7 +107,7 @@ pub(super) fn mask_fits(view: &View, mask: &Mask) -> Result<(), RenderError> {
     })
 }
 
-/// Renders what a camera sees, in 64-bit floating point.
+/// Renders a view in 64-bit floating point.
 #[must_use]
 pub fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
     composite(view, options, None)

@@ -1,11 +1,10 @@
-//! The 2D Gaussian that a 3D one leaves on screen, without cancellation.
+//! The 2D footprint of a projected Gaussian, computed without cancellation.
 //!
-//! The projected covariance is `M M^T + d I`, with the 2 x 3 factor `M` of the
-//! projection and the dilation `d`. Its determinant is the sum of the squared
-//! 2 x 2 minors of `M`, plus `d tr(M M^T) + d^2`: positive terms only, where
-//! `xx yy - xy^2` loses every digit on needles. The factors of the inverse
-//! follow from it without a subtraction, and the exponent, minus half a sum of
-//! two squares, cannot become positive.
+//! The projected covariance is `M M^T + d I`, with the 2 x 3 factor `M` of the projection and the
+//! dilation `d`. Its determinant is the sum of the squared 2 x 2 minors of `M`, plus `d tr(M M^T)
+//! + d^2`. All terms are positive, whereas `xx yy - xy^2` loses every digit on needles. The
+//! factors of the inverse follow from it without a subtraction, and the exponent, minus half a sum
+//! of two squares, cannot become positive.
 
 use glam::{DVec2, DVec3};
 
@@ -19,7 +18,7 @@ fn determinant_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
 /// A projected Gaussian's shape, in pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
-    /// Covariance xx, xy, yy, the dilation included.
+    /// Covariance xx, xy, yy, including the dilation.
     pub covariance: [f64; 3],
     /// Its determinant, positive.
     pub determinant: f64,
@@ -54,17 +53,17 @@ impl Footprint {
         }
     }
 
-    /// The part of an opacity that an antialiased model keeps: the ratio of the areas before and
-    /// after dilation, `sqrt(det / det dilated)`. Both determinants are sums of squares, so that it
-    /// is right for needles and discs seen from the side too, where `xx yy - xy^2` of the
-    /// covariance is rounding alone.
+    /// The fraction of an opacity that an antialiased model keeps: the ratio of the areas before
+    /// and after dilation, `sqrt(det / det dilated)`. Both determinants are sums of squares, so
+    /// that it is accurate for needles and for discs seen from the side, where `xx yy - xy^2` of
+    /// the covariance is only rounding error.
     #[must_use]
     pub fn kept(&self) -> f64 {
         (self.undilated / self.determinant).sqrt()
     }
 
-    /// Both eigenvalues of the covariance, the larger first. The smaller is
-    /// the determinant over the larger, not a difference.
+    /// Both eigenvalues of the covariance, the larger first. The smaller is the determinant
+    /// divided by the larger, not a difference.
     #[must_use]
     pub fn eigenvalues(&self) -> [f64; 2] {
         let [xx, xy, yy] = self.covariance;
@@ -72,8 +71,8 @@ impl Footprint {
         [large, self.determinant / large]
     }
 
-    /// The larger eigenvalue as the reference rasteriser takes it, with at
-    /// least 0.1 under its square root.
+    /// The larger eigenvalue by the formula of the reference rasteriser, with at least 0.1 under
+    /// its square root.
     #[must_use]
     pub fn reference_eigenvalue(&self) -> f64 {
         let [xx, xy, yy] = self.covariance;

@@ -1,4 +1,4 @@
-//! What a rendered frame tells beside its picture.
+//! Skip and stop decisions of a frame.
 
 use super::view::TILE_PIXELS;
 
@@ -7,22 +7,22 @@ use super::view::TILE_PIXELS;
 /// The `n`th entry of a tile is the `n`th Gaussian composited there.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Decisions {
-    /// Place of each tile's first entry in `drawn`; one more than tiles.
+    /// Index of each tile's first entry in `drawn`, with one element more than there are tiles.
     pub(crate) first: Vec<usize>,
-    /// For each entry, the pixels of the tile that it was added to, by bit.
+    /// For each entry, the pixels of the tile that it contributed to, by bit.
     pub(crate) drawn: Vec<[u64; TILE_PIXELS / 64]>,
     /// For each pixel of each tile, the entry that stopped it; `u32::MAX` if
     /// none did.
     pub(crate) stop: Vec<[u32; TILE_PIXELS]>,
 }
 
-/// Decisions in which two renderers of the same view differ.
+/// Numbers of decisions that differ between two renderers of the same view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Flips {
-    /// (pixel, entry) pairs that one skipped as too faint and the other drew,
-    /// while the pixel had stopped in neither.
+    /// (pixel, entry) pairs that one renderer skipped as too faint and the other drew, before the
+    /// pixel had stopped in either.
     pub skip: u64,
-    /// Pixels that stopped at different entries, or only in one.
+    /// Pixels that stopped at different entries or in only one of them.
     pub stop: u64,
 }
 
@@ -37,7 +37,7 @@ impl Decisions {
         }
     }
 
-    /// Counts what differs; `None` where the two are not of one view.
+    /// Counts the differences; `None` if the two are not of the same view.
     #[must_use]
     pub fn flips(&self, other: &Self) -> Option<Flips> {
         if self.first != other.first {

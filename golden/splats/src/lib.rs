@@ -1,9 +1,8 @@
 //! Splat scenes: loading, projection and rendering of 3D Gaussians.
 //!
-//! A [`Cloud`] of Gaussians is rendered in 64-bit floating point
-//! ([`render_float`]) or through the units in their own formats
-//! ([`render_fixed`]). Both start from the same [`View`]: the projected
-//! Gaussians in depth order and the tiles that each covers.
+//! A [`Cloud`] of Gaussians is rendered in 64-bit floating point ([`render_float`]), or in fixed
+//! point through the units ([`render_fixed`]). Both start from the same [`View`]: the projected
+//! Gaussians in depth order, and the tiles that each covers.
 //!
 //! ```
 //! use glam::DVec3;

@@ -1,4 +1,4 @@
-//! What a splat file holds.
+//! The content of a splat file.
 
 use glam::DVec3;
 
@@ -6,35 +6,35 @@ use super::axes::Axes;
 use super::cloud::Cloud;
 use potamoi_base::record::Notes;
 
-/// Gaussians of a file, and what else the file says of them.
+/// Gaussians of a file, with further information from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loaded {
-    /// In the axes of a cloud: right, down, front.
+    /// The Gaussians in cloud axes: right, down, front.
     pub cloud: Cloud,
-    /// What of the file is not used, and what had to be assumed.
+    /// Unused parts of the file, and assumptions.
     pub notes: Notes,
-    /// Where in the file's world the cloud's origin lies: not in its own origin where centres are
-    /// so far off that floats of 32 bits do not hold them.
+    /// Position of the cloud's origin in the file's world. It differs from zero if the centres are
+    /// too far off for 32-bit floats.
     pub origin: DVec3,
-    /// The vertical axis, where the file says which it is.
+    /// The vertical axis, if the file names one.
     pub up: Option<DVec3>,
 }
 
-/// The same in the axes of the file.
+/// The content of a file in its own axes.
 #[derive(Debug)]
 pub struct Raw {
     pub(super) cloud: Cloud,
     pub(super) notes: Notes,
     pub(super) origin: DVec3,
     pub(super) up: Option<DVec3>,
-    /// What the file says of its axes.
+    /// The axes that the file names.
     pub(super) axes: Option<Axes>,
-    /// What they are in files of its format that say nothing.
+    /// The default axes of the format.
     pub usual: Axes,
 }
 
 impl Raw {
-    /// Of a format whose files lie as a cloud does.
+    /// For a format whose axes are those of a cloud.
     pub fn new(cloud: Cloud, notes: Notes) -> Self {
         Self {
             cloud,
@@ -46,7 +46,8 @@ impl Raw {
         }
     }
 
-    /// Turns it into a cloud's axes from those `asked` for, or else from those that the file says.
+    /// Converts to cloud axes from the `asked` ones, or else from those that the file names, or
+    /// else from the format's default.
     pub fn turned(mut self, asked: Option<Axes>) -> Loaded {
         let axes = match (asked, self.axes) {
             (Some(asked), said) => {

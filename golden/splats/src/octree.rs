@@ -1,20 +1,19 @@
-//! Merging the cells of a uniform partition, 2 x 2 x 2 at a time, as far as
-//! their contents fit an MVoxel (paper, Sec. "Memory Optimizations": 7.2 points
-//! an MVoxel before merging, 172.8 behind it).
+//! Merging the cells of a uniform partition, 2 x 2 x 2 at a time, as long as their contents fit an
+//! MVoxel (paper, Sec. "Memory Optimizations": 7.2 points an MVoxel before merging, 172.8 after).
 
 use std::collections::{BTreeMap, HashMap};
 
 use super::cloud::Cloud;
 use super::partition::Partition;
 
-/// Bytes of a node in memory: a mask of the children that exist and the place
-/// of the first one, or the place of the first record and their number.
+/// Bytes of a node in memory: a mask of existing children and the index of the first, or the index
+/// of the first record and the number of records.
 const NODE_BYTES: usize = 8;
 
-/// A partition whose cells are merged.
+/// A partition with merged cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Octree {
-    /// The lowest cell of the MVoxel of each cell that holds anything.
+    /// For each non-empty cell, the lowest cell of its MVoxel.
     owner: HashMap<[u32; 3], [u32; 3]>,
     before: Vec<usize>,
     points: Vec<usize>,
@@ -23,16 +22,15 @@ pub struct Octree {
 
 /// A cube of cells at one level of the tree.
 struct Cube {
-    /// Gaussians; none if it is not one MVoxel.
+    /// Number of Gaussians; `None` if the cube is not a single MVoxel.
     points: Option<usize>,
-    /// Cells that hold anything.
+    /// Non-empty cells.
     cells: Vec<[u32; 3]>,
 }
 
 impl Octree {
-    /// Merges from the bottom up: eight neighbours become one where none of
-    /// them holds several MVoxels and all of them together hold at most `rows`
-    /// Gaussians.
+    /// Merges bottom-up: eight neighbours become one if each of them is a single MVoxel at most
+    /// and together they hold at most `rows` Gaussians.
     #[must_use]
     pub fn merge(cloud: &Cloud, partition: &Partition, rows: usize) -> Self {
         let mut level: BTreeMap<[u32; 3], Cube> = BTreeMap::new();
@@ -68,7 +66,7 @@ impl Octree {
         tree
     }
 
-    /// One cube of up to eight: merged, or what becomes of them apart.
+    /// Joins up to eight cubes: merges them, or settles each on its own.
     fn join(&mut self, children: Vec<Cube>, rows: usize) -> Cube {
         let total: Option<usize> = children.iter().map(|c| c.points).sum();
         if let Some(points) = total.filter(|n| *n <= rows) {
@@ -88,7 +86,7 @@ impl Octree {
         }
     }
 
-    /// A cube that is not merged further is an MVoxel.
+    /// Makes an MVoxel of a cube that is not merged further.
     fn settle(&mut self, cube: Cube) {
         let Some(points) = cube.points else { return };
         self.points.push(points);
@@ -98,19 +96,19 @@ impl Octree {
         }
     }
 
-    /// The cell that stands for the MVoxel of a cell.
+    /// The cell that represents the MVoxel of a cell.
     #[must_use]
     pub fn owner(&self, cell: [u32; 3]) -> [u32; 3] {
         self.owner.get(&cell).copied().unwrap_or(cell)
     }
 
-    /// Gaussians of each cell that holds any, before merging.
+    /// Gaussians in each non-empty cell, before merging.
     #[must_use]
     pub fn cells(&self) -> &[usize] {
         &self.before
     }
 
-    /// Gaussians of each MVoxel behind it.
+    /// Gaussians in each MVoxel, after merging.
     #[must_use]
     pub fn points(&self) -> &[usize] {
         &self.points

@@ -4,15 +4,15 @@ use std::collections::HashMap;
 
 use super::cloud::Cloud;
 
-/// The finest grid that is tried, in cells along the longest side.
+/// The finest grid, in cells along the longest side.
 const FINEST: u32 = 256;
 
-/// How a cloud is cut into MVoxels.
+/// The division of a cloud into MVoxels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Cells {
-    /// How often the sides of the coarsest grid that fits are halved, 8 times at most.
+    /// How many times the sides of the coarsest grid that fits are halved, at most 8.
     pub halvings: u32,
-    /// Whether cells are merged as far as they fit an MVoxel.
+    /// Whether cells are merged as long as they fit an MVoxel.
     pub merge: bool,
 }
 
@@ -28,20 +28,19 @@ impl Cells {
 /// Optimizations": a uniform partition whose cells fit on chip).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Partition {
-    /// Cells along x, y, z.
+    /// Number of cells along x, y, z.
     pub cells: [u32; 3],
     /// Side of a cell.
     pub side: f64,
-    /// Gaussians of the fullest cell.
+    /// Number of Gaussians in the fullest cell.
     pub fullest: usize,
     origin: [f64; 3],
 }
 
 impl Partition {
-    /// The coarsest grid whose fullest cell holds at most `rows` Gaussians.
-    /// Where even 256 cells along the longest side leave one fuller (many
-    /// Gaussians in one place), that finest grid; such a cell is read as
-    /// several MVoxels.
+    /// The coarsest grid whose fullest cell holds at most `rows` Gaussians. If a cell of the
+    /// finest grid, 256 along the longest side, still holds more (many Gaussians in one place),
+    /// that grid is used and the cell becomes several MVoxels.
     #[must_use]
     pub fn coarsest(cloud: &Cloud, rows: usize) -> Self {
         // n cells a side hold n^3 * rows Gaussians at most.
@@ -57,7 +56,7 @@ impl Partition {
         Self { fullest, ..grid }
     }
 
-    /// The same with sides halved so often, 8 times at most.
+    /// The coarsest grid with sides halved `halvings` times, at most 8.
     #[must_use]
     pub fn halved(cloud: &Cloud, rows: usize, halvings: u32) -> Self {
         let coarsest = Self::coarsest(cloud, rows);
@@ -91,7 +90,7 @@ impl Partition {
         }
     }
 
-    /// The cell of a centre.
+    /// The cell that contains a centre.
     #[must_use]
     pub fn cell(&self, mean: [f32; 3]) -> [u32; 3] {
         [0, 1, 2].map(|a| {
@@ -101,7 +100,7 @@ impl Partition {
         })
     }
 
-    /// Gaussians of the fullest cell, `None` above `limit`.
+    /// Number of Gaussians in the fullest cell; `None` if above `limit`.
     fn count(&self, cloud: &Cloud, limit: usize) -> Option<usize> {
         let mut counts: HashMap<[u32; 3], usize> = HashMap::new();
         let mut fullest = 0;

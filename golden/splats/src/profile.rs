@@ -1,4 +1,4 @@
-//! Rule sets of the renderers whose pictures are reproduced.
+//! Rule sets of other renderers, for reproducing their pictures.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::transmittance::TRANSMITTANCE;
 use potamoi_base::precision::Precision;
 
-/// A renderer whose rules are followed.
+/// The renderer whose rules are followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize)]
 pub enum Profile {
     /// The reference rasteriser of 3D Gaussian splatting.
@@ -23,13 +23,13 @@ pub enum Profile {
     Brush,
 }
 
-/// A text that names no [`Profile`].
+/// A text that does not name a [`Profile`].
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("profile `{0}` is unknown: expected inria, gsplat, gsplat-cap99 or brush")]
 pub struct UnknownProfile(String);
 
 impl Profile {
-    /// All.
+    /// All profiles.
     pub const ALL: [Self; 4] = [Self::Inria, Self::Gsplat, Self::GsplatCap99, Self::Brush];
 
     /// The name on the command line and in scene files.
@@ -43,7 +43,7 @@ impl Profile {
         }
     }
 
-    /// What sets it apart.
+    /// The constants and choices of this renderer.
     #[must_use]
     pub const fn rules(self) -> Rules {
         let gsplat = Rules {
@@ -100,48 +100,46 @@ impl FromStr for Profile {
     }
 }
 
-/// Which tiles a Gaussian is drawn in.
+/// The rule for the tiles in which a Gaussian is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
-    /// Those that touch the square of `ceil(3 sigma)` pixels around the mean,
-    /// sigma along the longest axis (variance at least `mid + sqrt(0.1)`).
+    /// Tiles that touch the square of `ceil(3 sigma)` pixels around the mean, sigma along the
+    /// longest axis (variance at least `mid + sqrt(0.1)`).
     Square,
-    /// Those that touch the box of `ceil(e sigma)` pixels, sigma along x and
-    /// along y, `e = min(3.33, sqrt(2 ln(255 o)))`; none below `o = 1/255`.
+    /// Tiles that touch the box of `ceil(e sigma)` pixels, sigma along x and along y, `e =
+    /// min(3.33, sqrt(2 ln(255 o)))`; none below `o = 1/255`.
     AxisBox,
-    /// Those with a pixel area that the ellipse `alpha = 1/255` reaches.
+    /// Tiles with a pixel area that the ellipse `alpha = 1/255` reaches.
     Ellipse,
 }
 
 /// The constants and choices in which renderers differ.
 ///
-/// Limits have the values that 32-bit floats give them: two samples capped at
-/// 0.99 leave just less than 1e-4 in the reference, and just more than that in
-/// 64-bit constants.
+/// Thresholds have the values that 32-bit floats give them. Two samples capped at 0.99 leave a
+/// transmittance just below 1e-4 in the reference, but just above it with 64-bit constants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// Gaussians with a view depth below are culled.
+    /// Near plane: Gaussians with a smaller view depth are culled.
     pub near: f64,
     /// Whether a depth of exactly `near` is visible.
     pub near_is_visible: bool,
-    /// The Jacobian is taken at no more than this times `tan(fov / 2)`.
+    /// Limit of the position at which the Jacobian is evaluated, in units of `tan(fov / 2)`.
     pub guard: f64,
     /// Added to both variances of the projected covariance, in square pixels.
     pub dilation: f64,
-    /// Where the centre of pixel 0 lies in the coordinates of projected means:
-    /// 0.5, or 0 where means are moved by half a pixel instead. Moves tile
-    /// bounds alone.
+    /// Centre of pixel 0 in the coordinates of projected means: 0.5, or 0 if means are shifted by
+    /// half a pixel instead. Affects only tile bounds.
     pub pixel_centre: f64,
-    /// Alpha is capped here.
+    /// Upper limit of alpha.
     pub alpha_cap: f64,
-    /// Smaller alphas are skipped.
+    /// Alpha threshold: smaller alphas are skipped.
     pub alpha_min: f64,
-    /// A pixel stops before the Gaussian that would take its transmittance
-    /// below this.
+    /// Early-termination threshold: a pixel stops before the Gaussian that would take its
+    /// transmittance below this.
     pub stop_below: f64,
-    /// Whether it stops at exactly `stop_below`, too.
+    /// Whether a pixel stops at exactly `stop_below`, too.
     pub stop_at_equal: bool,
-    /// Which tiles a Gaussian is drawn in.
+    /// The rule for the tiles in which a Gaussian is drawn.
     pub extent: Extent,
     /// Fraction bits of transmittances in the hardware's formats.
     pub transmittance_bits: u32,
@@ -150,7 +148,7 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// The same with the numbers of a precision where it gives them.
+    /// The same rules with the overrides of a precision.
     #[must_use]
     pub fn with(self, precision: &Precision) -> Self {
         Self {
@@ -170,7 +168,7 @@ impl Rules {
         depth > self.near || (self.near_is_visible && depth == self.near)
     }
 
-    /// Whether a pixel stops instead of reaching this transmittance.
+    /// Whether a pixel terminates instead of reaching this transmittance.
     #[must_use]
     pub fn stops(&self, transmittance: f64) -> bool {
         transmittance < self.stop_below || (self.stop_at_equal && transmittance == self.stop_below)

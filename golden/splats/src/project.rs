@@ -1,4 +1,4 @@
-//! From Gaussians in the world to Gaussians on screen.
+//! Projection of Gaussians to the screen.
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use rayon::prelude::*;
@@ -9,10 +9,10 @@ use super::profile::Rules;
 use potamoi_base::camera::Camera;
 use potamoi_base::sh;
 
-/// A Gaussian on screen.
+/// A projected Gaussian.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projected {
-    /// Which Gaussian of the cloud.
+    /// Index of the Gaussian in the cloud.
     pub index: usize,
     /// View depth.
     pub depth: f64,
@@ -21,9 +21,9 @@ pub struct Projected {
     pub mean: DVec2,
     /// Shape.
     pub footprint: Footprint,
-    /// Opacity, 0 to 1; of an antialiased model what the pixel filter leaves of it.
+    /// Opacity, 0 to 1; for an antialiased model after the pixel filter's compensation.
     pub opacity: f64,
-    /// Colour from the camera's side, not below 0.
+    /// View-dependent colour, at least 0.
     pub colour: DVec3,
 }
 
@@ -51,25 +51,25 @@ pub fn rotation(quaternion: [f32; 4]) -> DMat3 {
     ))
 }
 
-/// `1 / (1 + exp(-x))`, right at both infinities.
+/// `1 / (1 + exp(-x))`, exact at both infinities.
 #[must_use]
 pub fn sigmoid(x: f64) -> f64 {
     1.0 / (1.0 + (-x).exp())
 }
 
-/// From the world to the screen of one camera.
+/// The projection from the world to the screen of one camera.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Projection<'a> {
     cloud: &'a Cloud,
     camera: &'a Camera,
     rules: &'a Rules,
     eye: DVec3,
-    /// Of spherical harmonics.
+    /// Degree of the spherical harmonics that are evaluated.
     degree: usize,
 }
 
 impl<'a> Projection<'a> {
-    /// With spherical harmonics up to a degree, those that are stored at most.
+    /// A projection with spherical harmonics up to a degree, at most the stored one.
     pub(crate) fn new(
         cloud: &'a Cloud,
         camera: &'a Camera,
@@ -94,8 +94,7 @@ impl<'a> Projection<'a> {
         self.camera.world_to_camera.transform_point3(world)
     }
 
-    /// (view depth, index) of the Gaussians that the near plane leaves, in
-    /// cloud order.
+    /// (view depth, index) of the Gaussians behind the near plane, in cloud order.
     pub(crate) fn depths(&self) -> Vec<(f64, usize)> {
         (0..self.cloud.len())
             .into_par_iter()
@@ -104,7 +103,7 @@ impl<'a> Projection<'a> {
             .collect()
     }
 
-    /// A Gaussian of [`Projection::depths`] on screen.
+    /// Projects a Gaussian of [`Projection::depths`].
     pub(crate) fn project(&self, index: usize) -> Projected {
         let (cloud, camera) = (self.cloud, self.camera);
         let view = self.view(index);

@@ -1,11 +1,11 @@
-//! From projected Gaussians to the records that the gathering unit reads.
+//! Conversion of projected Gaussians to the records that the gathering unit reads.
 
 use potamoi_formats::fixed::{Format, Rounding};
 use potamoi_formats::record::{COLOUR, FACTOR, MEAN, OPACITY, SplatRecord};
 
 use super::project::Projected;
 
-/// Values of records that were outside their format, and held at its limit.
+/// Numbers of record values that saturated, by field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Saturations {
     /// Means farther than 524,288 pixels from the first pixel.
@@ -19,14 +19,14 @@ pub struct Saturations {
 }
 
 impl Saturations {
-    /// All of them.
+    /// Sum over all fields.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.mean + self.factor + self.opacity + self.colour
     }
 }
 
-/// The code nearest to `value`, ties to even; counts it if held at a limit.
+/// The code nearest to `value`, ties to even. Counts saturation.
 fn code(format: Format, value: f64, saturated: &mut u64) -> i128 {
     let scaled = (value / format.ulp()).round_ties_even();
     let outside = scaled < format.min() as f64 || scaled > format.max() as f64;
@@ -43,7 +43,7 @@ fn factor(value: f64, bits: u32, saturations: &mut Saturations) -> i32 {
     (code(coarse, value, &mut saturations.factor) << spare) as i32
 }
 
-/// The record of a projected Gaussian of rank `rank`, whose factors have so many fraction bits.
+/// The record of a projected Gaussian of rank `rank`, with the given fraction bits of factors.
 #[must_use]
 pub fn record(
     splat: &Projected,

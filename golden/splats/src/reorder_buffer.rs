@@ -1,39 +1,37 @@
-//! Putting gathered records into rank order.
+//! The reorder buffer, which puts gathered records into rank order.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use potamoi_formats::record::SplatRecord;
 
-/// In which order gathered records are composited.
+/// The order in which gathered records are composited.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize)]
 pub enum Order {
-    /// By rank. Records are held back until every MVoxel to come starts at a
-    /// higher rank.
+    /// By rank. Records are held back until all MVoxels to come start at a higher rank.
     #[default]
     Exact,
-    /// As they arrive.
+    /// In the order of arrival.
     Approximate,
 }
 
-/// A gathered record and the slot it is for.
+/// The slot of a gathered record, and the record.
 pub(crate) type Arrival = (u16, SplatRecord);
 
-/// What holding records back takes.
+/// Statistics of the reorder buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct HoldStats {
-    /// The most records that were held while the next MVoxel was gathered.
+    /// Peak number of records held while the next MVoxel was gathered.
     pub occupancy: u64,
-    /// The most (tile, Gaussian) entries of them.
+    /// Peak number of (tile, Gaussian) entries of these records.
     pub entries: u64,
-    /// Records that went to memory and came back because more were held than
-    /// fit on chip.
+    /// Records written to memory and read back because the buffer was full.
     pub spilled: u64,
-    /// The (tile, Gaussian) entries of those records.
+    /// The (tile, Gaussian) entries of the spilled records.
     pub spilled_entries: u64,
 }
 
 impl HoldStats {
-    /// Of two ray groups, one after the other.
+    /// The combined statistics of two ray groups, one after the other.
     pub fn and(self, other: Self) -> Self {
         Self {
             occupancy: self.occupancy.max(other.occupancy),
@@ -44,12 +42,11 @@ impl HoldStats {
     }
 }
 
-/// The records held back, by rank.
+/// Records held back, by rank.
 ///
-/// Those on chip that are needed last make room: once an MVoxel has arrived and
-/// what it sets free has left, the highest ranks above the capacity go to memory
-/// with the tiles that they are for. They stay there until their turn, so that a
-/// record goes out once at most and comes back once.
+/// The records needed last make room: after an MVoxel has arrived and the records that it releases
+/// have left, the highest ranks above the capacity are written to memory with their tiles. They
+/// stay there until their turn, so a record is written at most once and read back once.
 #[derive(Debug, Default)]
 pub struct Hold {
     records: BTreeMap<u32, Vec<Arrival>>,
@@ -60,7 +57,7 @@ pub struct Hold {
 }
 
 impl Hold {
-    /// `capacity` is how many records fit on chip.
+    /// An empty buffer. `capacity` is the number of records that fit on chip.
     pub fn new(capacity: usize) -> Self {
         Self {
             capacity,
@@ -68,7 +65,7 @@ impl Hold {
         }
     }
 
-    /// Takes an entry whose turn by depth may not have come yet.
+    /// Accepts an entry whose turn by depth may not have come.
     pub fn arrive(&mut self, arrival: Arrival) {
         let rank = arrival.1.rank;
         let held = self.records.entry(rank).or_default();
@@ -79,8 +76,8 @@ impl Hold {
         self.entries += 1;
     }
 
-    /// Hands out, by rank, what lies below `next`, the lowest rank of what is
-    /// still to come, or all of it for `None`.
+    /// Releases the records below `next` by rank, where `next` is the lowest rank still to come;
+    /// with `None` all of them.
     pub fn retire(&mut self, next: Option<u32>, mut out: impl FnMut(Arrival)) {
         let (kept, on_chip) = match next {
             Some(rank) => (self.records.split_off(&rank), self.on_chip.split_off(&rank)),
@@ -106,7 +103,7 @@ impl Hold {
         }
     }
 
-    /// What was counted so far.
+    /// Statistics so far.
     #[must_use]
     pub fn stats(&self) -> HoldStats {
         self.stats

@@ -1,12 +1,11 @@
-//! What the gathering unit is to do for a frame of splats: MVoxels, their
-//! records, and the ray index table.
+//! The gathering unit's work for a frame of splats: MVoxels, their records, and the ray index
+//! table.
 //!
-//! A Gaussian belongs to the MVoxel of its centre, wherever its extent
-//! reaches: entries are per (tile, Gaussian), so rays outside the cell still
-//! find it. In memory an MVoxel is the records of its visible Gaussians by
-//! rank, the same for every ray group. In a ray group, a set of whole tiles,
-//! MVoxels are visited by increasing minimum rank of what the group uses; how
-//! their records are loaded is for [`Load`] to say.
+//! A Gaussian belongs to the MVoxel of its centre, wherever its extent reaches. Entries are per
+//! (tile, Gaussian), so rays outside the cell still find it. In memory an MVoxel is the records of
+//! its visible Gaussians by rank, the same for every ray group. A ray group is a set of whole
+//! tiles. It visits MVoxels by increasing minimum rank of the records that it uses, and loads
+//! their records by [`Load`].
 
 use std::collections::HashMap;
 
@@ -24,31 +23,30 @@ use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_reference::GatherTask;
 
-/// The most rows that a row number of 16 bits addresses.
+/// Maximum number of rows with 16-bit row numbers.
 const MAX_ROWS: usize = 1 << 16;
-/// The most slots that the tag of a single-id entry tells apart.
+/// Maximum number of slots with the tag of a single-id entry.
 const MAX_SLOTS: usize = 1 << 16;
 
-/// Energy of a byte from anywhere in DRAM beside that of a byte of a stream, in
-/// tenths (paper, Sec. "Experimental Setup": 25 to 8.3).
+/// DRAM energy of a random byte relative to that of a streamed byte, in tenths (paper, Sec.
+/// "Experimental Setup": 25 to 8.3).
 const RANDOM_ENERGY: u64 = 250;
 const STREAM_ENERGY: u64 = 83;
 
-/// How a ray group loads the records of an MVoxel.
+/// The way in which a ray group loads the records of an MVoxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Load {
-    /// From the first record of the MVoxel up to the last that is used: one
-    /// stream, with records in it that the group does not use.
+    /// One stream from the first record of the MVoxel up to the last used, including records that
+    /// the group does not use.
     Streamed,
-    /// The used records alone, each a random access: its 32 bytes are one burst
-    /// of LPDDR3 (eight beats of 32 bits).
+    /// Only the used records, each a random access: its 32 bytes are one burst of LPDDR3 (eight
+    /// beats of 32 bits).
     Fetched,
 }
 
 impl Load {
-    /// What takes less energy in DRAM, for `used` of the `rows` records up to the
-    /// last that is used: fetching where less than 8.3/25 of them are used, about
-    /// a third.
+    /// The alternative that takes less DRAM energy, for `used` of the `rows` records up to the
+    /// last used: fetching if less than 8.3/25 of them, about a third, are used.
     #[must_use]
     pub const fn cheaper(used: usize, rows: usize) -> Self {
         if used as u64 * RANDOM_ENERGY < rows as u64 * STREAM_ENERGY {
@@ -59,15 +57,15 @@ impl Load {
     }
 }
 
-/// One MVoxel of a ray group, in visiting order.
+/// An MVoxel of a ray group, in visiting order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MVoxel {
-    /// Its cell of the partition, the lowest of those that are merged. Cells with
-    /// more visible Gaussians than rows come as several MVoxels.
+    /// Its cell of the partition, the lowest of merged ones. A cell with more visible Gaussians
+    /// than rows becomes several MVoxels.
     pub cell: [u32; 3],
     /// The smallest rank among the records that the group uses.
     pub min_rank: u32,
-    /// How its records are loaded.
+    /// The way in which its records are loaded.
     pub load: Load,
 }
 
@@ -76,14 +74,14 @@ pub struct MVoxel {
 pub struct Group {
     /// The tile of each slot.
     pub tiles: Vec<u32>,
-    /// What is gathered, MVoxel after MVoxel. Empty where nothing is seen.
+    /// Gathering tasks, one an MVoxel. Empty if nothing is visible.
     pub tasks: Vec<GatherTask>,
     /// The MVoxel of each task.
     pub mvoxels: Vec<MVoxel>,
 }
 
 impl Group {
-    /// Bytes of the records that are fetched one by one.
+    /// Bytes of records fetched one by one.
     #[must_use]
     pub fn scattered_bytes(&self) -> u64 {
         let both = self.tasks.iter().zip(&self.mvoxels);
@@ -93,14 +91,14 @@ impl Group {
     }
 }
 
-/// Which tiles make a ray group, and how large MVoxels are.
+/// Sizes of ray groups and MVoxels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScheduleOptions {
-    /// Records that an MVoxel holds: rows of the MVoxel feature table.
+    /// Maximum number of records in an MVoxel: rows of the MVoxel feature table.
     pub rows: usize,
-    /// Columns and rows of tiles of a ray group; `None` is the whole frame.
+    /// Columns and rows of tiles in a ray group; `None` for the whole frame.
     pub group_tiles: Option<[u32; 2]>,
-    /// How the cloud is cut into MVoxels.
+    /// The division of the cloud into MVoxels.
     pub cells: Cells,
 }
 
@@ -127,7 +125,7 @@ pub struct Schedule {
     entries: Vec<Vec<(u32, u16)>>,
 }
 
-/// An MVoxel in memory.
+/// An MVoxel as laid out in memory.
 #[derive(Debug, Clone)]
 struct Stored {
     cell: [u32; 3],
@@ -135,14 +133,14 @@ struct Stored {
     ranks: Vec<u32>,
 }
 
-/// Where a record lies in memory.
+/// Location of a record in memory.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     mvoxel: usize,
     row: u16,
 }
 
-/// Lays out records, whose cells come by rank, in MVoxels of `rows` at most.
+/// Lays out records in MVoxels of at most `rows`. `cells` are those of the records, by rank.
 fn store(cells: impl Iterator<Item = [u32; 3]>, rows: usize) -> (Vec<Stored>, Vec<Place>) {
     let mut stored: Vec<Stored> = Vec::new();
     // The MVoxel of each cell that still takes records.
@@ -169,15 +167,15 @@ fn store(cells: impl Iterator<Item = [u32; 3]>, rows: usize) -> (Vec<Stored>, Ve
     (stored, places)
 }
 
-/// What a ray group uses of one MVoxel.
+/// The part of one MVoxel that a ray group uses.
 struct Used {
     mvoxel: usize,
     min_rank: u32,
     /// Rows in memory, increasing.
     rows: Vec<u16>,
-    /// The last of them.
+    /// The last used row.
     last: u16,
-    /// Of each entry the place of its row in `rows`, and its slot.
+    /// For each entry, the index of its row in `rows`, and its slot.
     entries: Vec<(u16, u16)>,
 }
 
@@ -185,15 +183,15 @@ impl Schedule {
     /// Plans a view of `cloud`.
     ///
     /// # Errors
-    /// Options out of range, or a ray group of more than 65,536 tiles.
+    /// An option is out of range, or a ray group has more than 65,536 tiles.
     pub fn new(cloud: &Cloud, view: &View, options: &ScheduleOptions) -> Result<Self, RenderError> {
         Self::masked(cloud, view, options, None)
     }
 
-    /// The same with entries for those tiles alone that have a pixel of a mask.
+    /// As [`Schedule::new`], with entries only for tiles that have a pixel of a mask.
     ///
     /// # Errors
-    /// As [`Schedule::new`].
+    /// Those of [`Schedule::new`].
     pub fn masked(
         cloud: &Cloud,
         view: &View,
@@ -274,7 +272,7 @@ impl Schedule {
         })
     }
 
-    /// Ray groups of the frame.
+    /// Number of ray groups.
     #[must_use]
     pub fn groups(&self) -> usize {
         self.tiles.len()
@@ -286,7 +284,7 @@ impl Schedule {
         &self.partition
     }
 
-    /// Values of records that did not fit their format.
+    /// Numbers of record values that saturated.
     #[must_use]
     pub fn saturations(&self) -> Saturations {
         self.saturations
@@ -298,7 +296,7 @@ impl Schedule {
         &self.records
     }
 
-    /// The work of group `group`; `None` past the last.
+    /// The work of group `group`; `None` if out of range.
     #[must_use]
     pub fn group(&self, group: usize) -> Option<Group> {
         let tiles = self.tiles.get(group)?.clone();
@@ -332,7 +330,7 @@ impl Schedule {
         })
     }
 
-    /// The task of an MVoxel: the records that it loads, and its entries.
+    /// The task of an MVoxel: the records to load, and its entries.
     fn load(&self, used: &Used) -> (GatherTask, MVoxel) {
         let Stored { cell, ranks } = &self.stored[used.mvoxel];
         let up_to_last = usize::from(used.last) + 1;
@@ -372,10 +370,10 @@ impl Schedule {
     }
 }
 
-/// The work of a frame, all ray groups at once.
+/// The work of a frame, all ray groups together.
 ///
 /// # Errors
-/// As [`View::new`] and [`Schedule::new`].
+/// Those of [`View::new`] and [`Schedule::new`].
 pub fn tasks(
     cloud: &Cloud,
     camera: &Camera,

@@ -1,10 +1,9 @@
 //! Compositing one tile in 64-bit floats.
 //!
-//! Each row of pixels is cut to the span that a Gaussian reaches with an alpha
-//! that counts. The groups of four pixels that hold these spans, less those in
-//! which all have stopped, are composited without a branch. Spans err
-//! outwards, and pixels decide by their own alphas: no decision depends on a
-//! span.
+//! Each row of pixels is cut to the span in which a Gaussian exceeds the alpha threshold. The
+//! groups of four pixels that hold these spans, except those in which all have stopped, are
+//! composited without a branch. Spans err outwards, and every pixel decides by its own alpha, so
+//! no decision depends on a span.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,12 +14,12 @@ use super::project::Projected;
 use super::view::{TILE, TILE_PIXELS, View};
 use potamoi_base::mask::Mask;
 
-/// Pixels that are composited together: two vectors of the least machine, so
-/// that one computes while the other waits.
+/// Pixels composited together: two vectors of the smallest machine, which hide each other's
+/// latency.
 const LANES: usize = 4;
 /// Pixels on a side of a tile.
 const SIDE: usize = TILE as usize;
-/// Groups of a row.
+/// Groups a row.
 const GROUPS: usize = SIDE / LANES;
 /// Rows whose groups fill a word of bits.
 const ROWS_A_WORD: usize = 64 / GROUPS;
@@ -30,13 +29,13 @@ type Lanes = [f64; LANES];
 /// A value for each pixel of a tile, row by row.
 type Plane = [Lanes; TILE_PIXELS / LANES];
 
-/// How far a Gaussian reaches with an alpha that counts.
+/// The region in which a Gaussian exceeds the alpha threshold.
 #[derive(Debug, Clone, Copy)]
 struct Reach {
-    /// Corners of the box, in pixels, rounded outwards.
+    /// Corners of the bounding box in pixels, rounded outwards.
     low: [f32; 2],
     high: [f32; 2],
-    /// The squared distance `p^2 + q^2`; negative where no alpha counts.
+    /// The squared distance `p^2 + q^2`; negative if no alpha exceeds the threshold.
     squared: f64,
 }
 
@@ -57,31 +56,31 @@ impl Reach {
     }
 }
 
-/// What a tile tells beside its pixels.
+/// Work and decisions of a tile.
 #[derive(Debug)]
 pub(crate) struct TileLog {
-    /// Pixels that are rendered.
+    /// Rendered pixels.
     pub(crate) pixels: u32,
-    /// (pixel, entry) pairs of pixels that had not stopped.
+    /// (pixel, entry) pairs whose pixel had not stopped.
     pub(crate) live: u64,
     /// (pixel, entry) pairs that were evaluated.
     pub(crate) evaluated: u64,
-    /// (pixel, entry) pairs that were added to a pixel.
+    /// (pixel, entry) pairs that contributed to a pixel.
     pub(crate) draws: u64,
-    /// Pixels that stopped.
+    /// Pixels that terminated early.
     pub(crate) stopped: u64,
-    /// For each entry the pixels that it was added to, and for each pixel the
-    /// entry that stopped it; where asked for.
+    /// For each entry the pixels that it contributed to, and for each pixel the entry that stopped
+    /// it, if requested.
     pub(crate) decisions: Option<(Vec<[u64; TILE_PIXELS / 64]>, [u32; TILE_PIXELS])>,
 }
 
-/// A tile, composited.
+/// A composited tile.
 #[derive(Debug)]
 pub(crate) struct Tile {
     channels: [Plane; 3],
-    /// Sums of depths, each with its weight; where asked for.
+    /// Weighted sums of depths, if requested.
     depths: Plane,
-    /// Transmittance left.
+    /// Final transmittance per pixel.
     pub(crate) left: [f64; TILE_PIXELS],
     pub(crate) log: TileLog,
 }
@@ -93,8 +92,8 @@ impl Tile {
         DVec3::new(channel(0), channel(1), channel(2))
     }
 
-    /// Mean depth of what is drawn at a pixel, each Gaussian with its weight;
-    /// infinite where none is. Only where depths were asked for.
+    /// Weighted mean depth of the Gaussians drawn at a pixel; infinite if there are none. Valid
+    /// only if depths were requested.
     pub(crate) fn depth(&self, pixel: usize) -> f64 {
         let weight = 1.0 - self.left[pixel];
         if weight > 0.0 {
@@ -105,27 +104,27 @@ impl Tile {
     }
 }
 
-/// What is asked for of a frame beside its colours.
+/// Requested results beside colours.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Wanted<'a> {
     /// Each skip and stop.
     pub(crate) decisions: bool,
     /// Depths.
     pub(crate) depths: bool,
-    /// Pixels; all where there is none.
+    /// The pixels to render, by default all.
     pub(crate) only: Option<&'a Mask>,
 }
 
-/// The rules as the pixels need them.
+/// The rules in the form that pixels use.
 #[derive(Debug, Clone, Copy)]
 struct Limits {
     alpha_cap: f64,
     pub alpha_min: f64,
-    /// A pixel stops below this.
+    /// Early-termination threshold (transmittance).
     stop: f64,
 }
 
-/// What all tiles of a frame share.
+/// Data shared by all tiles of a frame.
 pub(crate) struct Canvas<'a> {
     view: &'a View,
     reaches: Vec<Reach>,
@@ -199,14 +198,14 @@ impl<'a> Canvas<'a> {
     }
 }
 
-/// A tile while it is composited. Pixels that stopped, and those that are not
-/// rendered, have a transmittance of 0, which draws and stops nothing.
+/// Compositing state of a tile. Pixels that stopped and pixels that are not rendered have a
+/// transmittance of 0, which draws and stops nothing.
 struct State {
     origin: [f64; 2],
     transmittance: Plane,
     channels: [Plane; 3],
     depths: Plane,
-    /// At first 1 where nothing is to be rendered.
+    /// Initially 1 for pixels that are not to be rendered.
     left: [f64; TILE_PIXELS],
     stop: [u32; TILE_PIXELS],
     /// Groups with pixels that have not stopped, by bit.
@@ -215,8 +214,7 @@ struct State {
     pixels: u32,
     draws: [u64; LANES],
     groups: u64,
-    /// What each row of the present Gaussian adds to p, and to the squared
-    /// distance.
+    /// The contributions of each row to p and to the squared distance, for the current Gaussian.
     rows: [[f64; 2]; SIDE],
 }
 
@@ -272,7 +270,7 @@ impl State {
         }
     }
 
-    /// The groups that hold every pixel with an alpha that counts.
+    /// The groups that hold every pixel above the alpha threshold.
     fn reached(&mut self, splat: &Projected, reach: &Reach) -> [u64; WORDS] {
         let mut todo = [0; WORDS];
         let [l11, l21, l22] = splat.footprint.factor;
@@ -300,7 +298,7 @@ impl State {
         todo
     }
 
-    /// Composites a group; tells which of its pixels the Gaussian stops.
+    /// Composites a group and returns which of its pixels the Gaussian stops.
     #[inline(always)]
     fn blend<const DEPTHS: bool>(
         &mut self,
@@ -402,14 +400,14 @@ fn groups(y: usize, left: usize, right: usize) -> u64 {
     (if to > from { row } else { 0 }) << (y % ROWS_A_WORD * GROUPS)
 }
 
-/// The first pixel at or after `x`, 0 to 16. NaN gives 0.
+/// The first pixel at or after `x`, 0 to 16. NaN returns 0.
 fn first(x: f64) -> usize {
     // Casts truncate towards zero and saturate: upwards when negated.
     let side = SIDE as f64;
     SIDE - (side - if x > 0.0 { x } else { 0.0 }) as usize
 }
 
-/// One past the last pixel at or before `x`, 0 to 16. NaN gives 16.
+/// One past the last pixel at or before `x`, 0 to 16. NaN returns 16.
 fn last(x: f64) -> usize {
     let one_past = x + 1.0;
     if one_past < SIDE as f64 {

@@ -1,4 +1,4 @@
-//! A cloud as a camera sees it: what both renderers start from.
+//! A cloud as seen by a camera: the common input of both renderers.
 
 use rayon::prelude::*;
 
@@ -15,43 +15,43 @@ use potamoi_base::sh;
 
 pub use super::coverage::TILE;
 
-/// Pixels of a tile.
+/// Pixels in a tile.
 pub(crate) const TILE_PIXELS: usize = (TILE * TILE) as usize;
 /// The largest picture side, in pixels.
 const MAX_SIDE: u32 = 1 << 15;
-/// (tile, Gaussian) pairs that are held at most: 1 GiB of tile numbers.
+/// Maximum number of (tile, Gaussian) pairs: 1 GiB of tile numbers.
 const MAX_ENTRIES: u64 = 1 << 28;
 /// Gaussians whose tiles one thread lists at a time.
 const BLOCK: usize = 1024;
 
-/// Whether Gaussians are brought into the order of their depths.
+/// Whether Gaussians are sorted by depth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sorting {
-    /// In any case.
+    /// Always.
     #[default]
     Always,
-    /// Unless they are stored in that order.
+    /// Unless they are stored in depth order.
     IfNeeded,
-    /// Not: they are drawn as they are stored.
+    /// Never: they are drawn in stored order.
     Never,
 }
 
-/// What is done to see a cloud: by default everything. Less gives the same bits where nothing
-/// calls for more.
+/// Optional parts of the work, by default all. Leaving out a part that the scene does not need
+/// gives the same bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Work {
     /// The highest degree of spherical harmonics that is evaluated.
     pub degree: usize,
-    /// The order of depths.
+    /// Whether Gaussians are sorted by depth.
     pub sorting: Sorting,
-    /// Whether pixels stop early.
+    /// Whether pixels terminate early.
     pub stops: bool,
-    /// Cut-offs and widths in place of the rules'.
+    /// Thresholds and widths that override the rules'.
     pub precision: Precision,
 }
 
 impl Work {
-    /// Everything.
+    /// All parts.
     pub const ALL: Self = Self {
         degree: sh::MAX_DEGREE,
         sorting: Sorting::Always,
@@ -66,7 +66,7 @@ impl Default for Work {
     }
 }
 
-/// The Gaussians that a camera sees, front to back, and the tiles of each.
+/// The Gaussians that a camera sees, front to back, with the tiles of each.
 #[derive(Debug, Clone)]
 pub struct View {
     rules: Rules,
@@ -75,26 +75,25 @@ pub struct View {
     grid: Grid,
     splats: Vec<Projected>,
     culled: usize,
-    /// `first[r]..first[r + 1]` are the places of rank r's tiles in `tiles`.
+    /// `first[r]..first[r + 1]` are the indices of rank r's tiles in `tiles`.
     first: Vec<usize>,
     tiles: Vec<u32>,
 }
 
 impl View {
-    /// Projects, sorts and finds the tiles. Rank `r` is place `r` in
-    /// [`View::splats`]; Gaussians that touch no tile have none.
+    /// Projects the Gaussians, sorts them and finds their tiles. Rank `r` is index `r` in
+    /// [`View::splats`]; Gaussians that touch no tile have no rank.
     ///
     /// # Errors
-    /// A camera that cannot be used, or more (tile, Gaussian) pairs than fit
-    /// in memory.
+    /// The camera is invalid, or there are more (tile, Gaussian) pairs than fit in memory.
     pub fn new(cloud: &Cloud, camera: &Camera, profile: Profile) -> Result<Self, RenderError> {
         Self::by(cloud, camera, profile, &Work::ALL)
     }
 
-    /// The same by less work, or the same work by choice.
+    /// As [`View::new`], with optional parts of the work.
     ///
     /// # Errors
-    /// As [`View::new`].
+    /// Those of [`View::new`].
     pub fn by(
         cloud: &Cloud,
         camera: &Camera,
@@ -172,19 +171,19 @@ impl View {
         })
     }
 
-    /// The rules it was made by.
+    /// The rules of the view.
     #[must_use]
     pub fn rules(&self) -> &Rules {
         &self.rules
     }
 
-    /// Pixels a row, and rows.
+    /// Width and height in pixels.
     #[must_use]
     pub fn size(&self) -> [u32; 2] {
         [self.width, self.height]
     }
 
-    /// Tile columns and rows.
+    /// Number of tile columns and rows.
     #[must_use]
     pub fn grid(&self) -> [u32; 2] {
         [self.grid.columns, self.grid.rows]
@@ -196,19 +195,19 @@ impl View {
         &self.splats
     }
 
-    /// Gaussians that the near plane culled.
+    /// Number of Gaussians that the near plane culled.
     #[must_use]
     pub fn culled(&self) -> usize {
         self.culled
     }
 
-    /// The tiles of rank `rank`, ascending; tile numbers count row by row.
+    /// The tiles of rank `rank`, ascending. Tiles are numbered row by row.
     #[must_use]
     pub fn tiles_of(&self, rank: usize) -> &[u32] {
         &self.tiles[self.first[rank]..self.first[rank + 1]]
     }
 
-    /// (tile, Gaussian) pairs.
+    /// Number of (tile, Gaussian) pairs.
     #[must_use]
     pub fn entries(&self) -> usize {
         self.tiles.len()
@@ -220,8 +219,8 @@ impl View {
         (self.grid.columns * self.grid.rows) as usize
     }
 
-    /// Column and row of the first pixel of a tile, and how many columns and
-    /// rows of it lie in the picture.
+    /// Column and row of the first pixel of a tile, and the number of its columns and rows in the
+    /// picture.
     #[must_use]
     pub fn tile_pixels(&self, tile: usize) -> [[u32; 2]; 2] {
         let x = tile as u32 % self.grid.columns * TILE;
@@ -239,8 +238,8 @@ impl View {
         lines.any(|y| (left..left + columns).any(|x| mask.has((y * self.width + x) as usize)))
     }
 
-    /// The ranks drawn in each tile, front to back: place of the first rank of
-    /// each tile (one more than there are tiles), and the ranks.
+    /// The ranks drawn in each tile, front to back: the index of each tile's first rank (one more
+    /// than there are tiles), and the ranks.
     pub(crate) fn by_tile(&self) -> (Vec<usize>, Vec<u32>) {
         let mut first = vec![0usize; self.tile_count() + 1];
         for t in &self.tiles {
@@ -262,10 +261,10 @@ impl View {
     }
 }
 
-/// Whether a Gaussian touches a tile of a camera's picture.
+/// Whether any Gaussian touches a tile of a camera's picture.
 ///
 /// # Errors
-/// A camera that cannot be used.
+/// The camera is invalid.
 pub fn is_any_in_view(
     cloud: &Cloud,
     camera: &Camera,
@@ -289,10 +288,10 @@ pub fn is_any_in_view(
     }))
 }
 
-/// Whether a camera sees a cloud's Gaussians in the order in which they are stored, front to back.
+/// Whether the Gaussians are stored in depth order for a camera, front to back.
 ///
 /// # Errors
-/// A camera that cannot be used.
+/// The camera is invalid.
 pub fn is_in_order(cloud: &Cloud, camera: &Camera, profile: Profile) -> Result<bool, RenderError> {
     check(camera)?;
     let rules = profile.rules();
@@ -300,7 +299,7 @@ pub fn is_in_order(cloud: &Cloud, camera: &Camera, profile: Profile) -> Result<b
     Ok(depth::is_sorted(cloud, &depths))
 }
 
-/// Cuts `tiles` where every [`BLOCK`]th rank begins.
+/// Splits `tiles` at the first tile of every [`BLOCK`]th rank.
 fn parts<'a>(mut tiles: &'a mut [u32], first: &[usize]) -> Vec<&'a mut [u32]> {
     let ranks = first.len() - 1;
     (0..ranks)

@@ -1,4 +1,4 @@
-//! A cloud in the axes of another file.
+//! Conversion of clouds between axis conventions.
 
 use rayon::prelude::*;
 
@@ -6,12 +6,12 @@ use super::Cloud;
 use crate::axes::Axes;
 use potamoi_base::sh;
 
-/// Gaussians that a thread takes at least.
+/// Minimum number of Gaussians a thread.
 const BLOCK: usize = 1 << 12;
 
 impl Cloud {
-    /// A cloud whose values are in a file's axes, turned into a cloud's own: centres, axes of the
-    /// ellipsoids, and harmonics.
+    /// Converts a cloud from file axes to cloud axes: centres, axes of the ellipsoids, and
+    /// harmonics.
     pub(crate) fn turned(mut self, axes: Axes) -> Self {
         if axes == Axes::RIGHT_DOWN_FRONT {
             return self;
@@ -30,7 +30,7 @@ impl Cloud {
     }
 }
 
-/// The coefficients of one Gaussian; bands do not mix.
+/// Converts the coefficients of one Gaussian; bands do not mix.
 fn turn(own: &mut [[f32; 3]], mixed: &[[f64; 16]; 16]) {
     let mut before = [[0.0f32; 3]; 16];
     before[..own.len()].copy_from_slice(own);

@@ -1,4 +1,4 @@
-//! What a splat file can have wrong.
+//! Errors of splat files.
 
 use std::path::PathBuf;
 
@@ -9,32 +9,32 @@ use crate::ply::PlyError;
 use potamoi_base::record::{KeyError, told};
 use potamoi_containers::ply::PlyFileError;
 
-/// A file that holds no readable cloud.
+/// A file from which no cloud can be read.
 #[derive(Debug, Error)]
 pub enum FileError {
-    /// The file system refused.
+    /// The file system returned an error.
     #[error("cannot read {path}: {source}; name a readable splat file")]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the file system.
         source: std::io::Error,
     },
-    /// The ending of the name is that of no format.
+    /// The file extension belongs to no known format.
     #[error("{path}: not known as a splat file: expected {expected}")]
     Unknown {
         /// The file.
         path: PathBuf,
-        /// The endings that are known.
+        /// The known extensions.
         expected: String,
     },
-    /// A PLY file cannot be used.
+    /// The content of a PLY file is invalid.
     #[error(transparent)]
     Ply(#[from] PlyError),
     /// The container of a PLY file cannot be read.
     #[error(transparent)]
     PlyFile(#[from] PlyFileError),
-    /// A field of the file has a value that it cannot have.
+    /// A field of the file has an invalid value.
     #[error("{origin}: {field} is {value}: expected {expected}")]
     Field {
         /// The file.
@@ -43,46 +43,46 @@ pub enum FileError {
         field: String,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: String,
     },
-    /// Something that cannot be honoured.
+    /// The file has a feature that is not supported.
     #[error("{origin}: {source}")]
     Key {
         /// The file.
         origin: String,
-        /// What, and why.
+        /// The feature, and why it is refused.
         source: Box<KeyError>,
     },
-    /// A part of the file cannot be unpacked.
+    /// A part of the file cannot be decoded.
     #[error("{origin}: {part}: {message}; the file is damaged or of another format")]
     Part {
         /// The file.
         origin: String,
-        /// Which part of it.
+        /// The part.
         part: String,
-        /// What is wrong with it.
+        /// The error of the decoder.
         message: String,
     },
-    /// Values that make no cloud.
+    /// The values do not form a valid cloud.
     #[error("{origin}: {source}")]
     Cloud {
         /// The file.
         origin: String,
-        /// Why.
+        /// The invalid value.
         source: CloudError,
     },
 }
 
-/// Characters of the name of a part that are told.
+/// Maximum length of a part's name in messages, in characters.
 const LONGEST: usize = 200;
 
-/// Errors of one file.
+/// Builds the errors of the named file.
 #[derive(Debug, Clone, Copy)]
 pub struct Origin<'a>(pub &'a str);
 
 impl Origin<'_> {
-    /// A field with a value that it cannot have.
+    /// A field has an invalid value.
     pub fn field(
         self,
         field: impl Into<String>,
@@ -97,7 +97,7 @@ impl Origin<'_> {
         }
     }
 
-    /// A part that cannot be unpacked.
+    /// A part cannot be decoded.
     pub fn part(self, part: impl Into<String>, message: impl ToString) -> FileError {
         let message = message.to_string();
         FileError::Part {
@@ -107,7 +107,7 @@ impl Origin<'_> {
         }
     }
 
-    /// Something that cannot be honoured.
+    /// A feature is not supported.
     pub fn key(self, source: KeyError) -> FileError {
         FileError::Key {
             origin: self.0.to_owned(),
@@ -115,7 +115,7 @@ impl Origin<'_> {
         }
     }
 
-    /// Values that make no cloud.
+    /// The values do not form a valid cloud.
     pub fn cloud(self, source: CloudError) -> FileError {
         FileError::Cloud {
             origin: self.0.to_owned(),

@@ -1,4 +1,4 @@
-//! Splat files of every format that is read, told apart by their names.
+//! Readers of all splat file formats, selected by file name.
 //!
 //! | name | format |
 //! |---|---|
@@ -7,8 +7,7 @@
 //! | `.spz` | Niantic's, versions 1 to 4 |
 //! | `.sog`, or a folder with `meta.json`, or that file | PlayCanvas's SOG, version 2 |
 //!
-//! Memory stays in proportion to the file: nothing is reserved on a header's
-//! word that the file is too short for.
+//! Memory is proportional to the file: a header cannot reserve more than its file can hold.
 
 mod error;
 pub mod packed_ply;

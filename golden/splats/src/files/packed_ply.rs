@@ -1,14 +1,13 @@
 //! The `.compressed.ply` files of PlayCanvas.
 //!
-//! Element `chunk` holds the bounds of 256 Gaussians each: of centres, of log
-//! scales, and, but for old files, of colours. Element `vertex` holds four
-//! 32-bit words a Gaussian: centre and log scale as fractions of the bounds in
-//! 11, 10 and 11 bits from the top, the quaternion `w, x, y, z` as the index of
-//! its largest component in 2 bits and the others in 10 bits each over
-//! +-1/sqrt(2), and colour and opacity in 8 bits each. Without colour bounds a
-//! colour is a fraction of 1. Element `sh`, where there is one, holds the
-//! coefficients above the constant, channel-major, as bytes over -4 to 4.
-//! After the PlayCanvas manual and the format's writer, splat-transform.
+//! Element `chunk` holds the bounds of 256 Gaussians each: of centres, of log scales, and, except
+//! in old files, of colours. Element `vertex` holds four 32-bit words a Gaussian: centre and log
+//! scale as fractions of the bounds in 11, 10 and 11 bits from the top, the quaternion `w, x, y,
+//! z` as the index of its largest component in 2 bits and the others in 10 bits each over
+//! +-1/sqrt(2), and colour and opacity in 8 bits each. Without colour bounds a colour is a
+//! fraction of 1. The optional element `sh` holds the coefficients above the constant,
+//! channel-major, as bytes over -4 to 4. Sources: the PlayCanvas manual and the format's writer,
+//! splat-transform.
 
 use std::f64::consts::SQRT_2;
 
@@ -24,9 +23,9 @@ use potamoi_base::sh;
 use potamoi_containers::ply::PlyFileError;
 use potamoi_containers::ply::header::{self, Header, type_name};
 
-/// Gaussians of a chunk; the last may have fewer.
+/// Gaussians a chunk; the last may have fewer.
 const CHUNK: usize = 256;
-/// Bounds of chunks, the smallest first.
+/// Properties of a chunk's bounds, the smallest values first.
 const POSITIONS: [&str; 6] = ["min_x", "min_y", "min_z", "max_x", "max_y", "max_z"];
 const SCALES: [&str; 6] = [
     "min_scale_x",
@@ -37,7 +36,7 @@ const SCALES: [&str; 6] = [
     "max_scale_z",
 ];
 const COLOURS: [&str; 6] = ["min_r", "min_g", "min_b", "max_r", "max_g", "max_b"];
-/// Words of a vertex.
+/// Properties of a vertex.
 const WORDS: [&str; 4] = [
     "packed_position",
     "packed_rotation",
@@ -49,7 +48,7 @@ const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }
 }
 
-/// Elements and their properties, with a point between them.
+/// Keys of the format: `element.property`.
 pub static FORMAT: Format = Format {
     name: "packed PLY of PlayCanvas",
     files: "`.ply` with a property `packed_position`, such as `.compressed.ply`: `element.property`, and comments",
@@ -117,13 +116,13 @@ pub(super) fn is_packed(header: &PlyHeader) -> bool {
 /// Reads a cloud from a whole file; `origin` names it in errors.
 ///
 /// # Errors
-/// No complete packed PLY file.
+/// The file is not a complete packed PLY file.
 pub fn parse(bytes: &[u8], origin: &str) -> Result<Loaded, FileError> {
     let header = header::read(&mut &*bytes, origin)?;
     Ok(decode(&header, &bytes[header.bytes..], origin)?.turned(None))
 }
 
-/// Reads a cloud from what follows the header.
+/// Reads a cloud from the bytes behind the header.
 pub(super) fn decode(header: &Header, body: &[u8], origin: &str) -> Result<Raw, FileError> {
     let name = Origin(origin);
     let mut record = Record::new(&FORMAT, entries(header));
@@ -211,7 +210,7 @@ pub(super) fn decode(header: &Header, body: &[u8], origin: &str) -> Result<Raw, 
     })
 }
 
-/// `element.property` of each, but for properties of other models, which have their names alone.
+/// `element.property` of each property; properties of other models have only their own name.
 fn entries(header: &Header) -> Vec<(String, String)> {
     let of_others = |property: &str| {
         let row = ply::FORMAT.row(property);
@@ -230,7 +229,7 @@ fn entries(header: &Header) -> Vec<(String, String)> {
     properties.chain(says::entries(&header.ply)).collect()
 }
 
-/// `width` bits from `low` on, as a fraction of the largest such number.
+/// The `width` bits from `low` on, as a fraction of their largest value.
 fn bits(word: u32, low: u32, width: u32) -> f64 {
     let most = (1u32 << width) - 1;
     f64::from(word >> low & most) / f64::from(most)
@@ -241,7 +240,7 @@ fn rotation(word: u32) -> [f32; 4] {
     values::with_largest((word >> 30) as usize, others)
 }
 
-/// The writer truncates, so codes stand for the middle of their step, but for
+/// The coefficient of a code. The writer truncates, so codes mean the middle of their step, except
 /// the first and the last.
 fn harmonic(code: u8) -> f32 {
     match code {
@@ -253,7 +252,7 @@ fn harmonic(code: u8) -> f32 {
 
 type Harmonics<'a> = (usize, Option<(Table<'a>, Vec<usize>)>);
 
-/// The degree, and the columns of element `sh` where there is one.
+/// The degree, and the columns of element `sh`, if present.
 fn harmonics<'a>(
     header: &'a PlyHeader,
     body: &'a [u8],
@@ -281,7 +280,7 @@ fn harmonics<'a>(
     Ok((degree, Some((table, columns))))
 }
 
-/// Smallest and largest values, three each, of every chunk.
+/// Smallest and largest values, three each, for every chunk.
 struct Bounds(Vec<[f32; 6]>);
 
 impl Bounds {
@@ -315,7 +314,7 @@ impl Bounds {
     }
 }
 
-/// The rows of an element, of scalars alone.
+/// The rows of an element that has only scalars.
 struct Table<'a> {
     name: &'a str,
     element: &'a ElementDef,
@@ -325,7 +324,7 @@ struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// Finds an element's rows in a body that is known to hold all elements.
+    /// Finds an element's rows in a body that holds all elements completely.
     fn find(
         header: &'a PlyHeader,
         body: &'a [u8],
@@ -364,7 +363,7 @@ impl<'a> Table<'a> {
         self.element.properties.contains_key(property)
     }
 
-    /// Where a property stands in a row.
+    /// The position of a property within a row.
     fn column(
         &self,
         wanted: &str,

@@ -1,4 +1,4 @@
-//! What a format of splat files brings.
+//! The interface of a splat file format.
 
 use std::path::Path;
 
@@ -6,31 +6,31 @@ use super::error::FileError;
 use crate::loaded::Raw;
 use potamoi_base::record::Format;
 
-/// The largest file that is read whole, in bytes.
+/// The largest file that is read, in bytes.
 pub(super) const LARGEST: u64 = 1 << 32;
 
-/// A format of splat files: how its files are named, what they say, and what reads them.
+/// A splat file format: file extension, keys and reader.
 #[derive(Debug)]
 pub struct Reader {
-    /// The ending of its files, in lower case.
+    /// File extension, in lower case.
     pub ending: &'static str,
-    /// Its keys; several where files of one ending have several forms.
+    /// Its keys; several if files with one extension have several forms.
     pub formats: &'static [&'static Format],
-    /// Reads a file, which errors name by the second argument.
+    /// Reads a file; the second argument names it in errors.
     pub(super) read: fn(&Path, &str) -> Result<Raw, FileError>,
 }
 
-/// The reader of a file by its ending.
+/// The reader for the extension of a file.
 pub(super) fn of<'a>(readers: &[&'a Reader], path: &Path) -> Option<&'a Reader> {
     let ending = path.extension()?.to_string_lossy().to_lowercase();
     let mut readers = readers.iter().copied();
     readers.find(|reader| reader.ending == ending)
 }
 
-/// All bytes of a file that is not too large.
+/// All bytes of a file of at most [`LARGEST`] bytes.
 ///
 /// # Errors
-/// It cannot be read, or is larger.
+/// The file cannot be read or is larger.
 pub fn whole(path: &Path) -> Result<Vec<u8>, FileError> {
     limited(path, LARGEST)
 }

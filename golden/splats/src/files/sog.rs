@@ -1,14 +1,13 @@
-//! SOG, version 2: WebP images of quantised values and a `meta.json` that says
-//! what they mean, in a folder or in a ZIP file.
+//! SOG, version 2: WebP images of quantised values and a `meta.json` that describes them, in a
+//! folder or in a ZIP file.
 //!
-//! A Gaussian is a pixel, row by row. Centres take 16 bits a coordinate over a
-//! range of `sign(v) ln(|v| + 1)`, the upper and the lower byte in an image
-//! each. Log scales and constant coefficients are bytes that index a codebook.
-//! Rotations are three bytes over +-1/sqrt(2) and, in alpha, 252 plus the index
-//! of the largest component of `w, x, y, z`, left out. Opacity is the alpha of
-//! the colours. Coefficients above the constant are shared: a 16-bit label
-//! names an entry of a palette, 64 entries a row, of indices into a codebook.
-//! After the format's specification in the PlayCanvas manual.
+//! Each Gaussian is a pixel, row by row. Centres take 16 bits a coordinate over a range of
+//! `sign(v) ln(|v| + 1)`, the upper and the lower byte in an image each. Log scales and constant
+//! coefficients are bytes that index a codebook. Rotations are three bytes over +-1/sqrt(2) and,
+//! in alpha, 252 plus the index of the largest component of `w, x, y, z`, which is omitted.
+//! Opacity is the alpha of the colours. Coefficients above the constant are shared: a 16-bit label
+//! names an entry of a palette, 64 entries a row, of indices into a codebook. Source: the format's
+//! specification in the PlayCanvas manual.
 
 use std::f64::consts::SQRT_2;
 use std::io::{Cursor, Read as _};
@@ -36,7 +35,7 @@ mod pixels;
 const LONGEST_META: u64 = 4 << 20;
 /// The largest image file, in bytes.
 const LARGEST_IMAGE: u64 = 1 << 30;
-/// Bytes of a name that file systems take.
+/// The longest file name in bytes that file systems accept.
 const LONGEST_NAME: usize = 255;
 /// Palette entries in a row of the image of centroids.
 const PALETTE_ROW: usize = 64;
@@ -45,7 +44,7 @@ const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }
 }
 
-/// Fields of `meta.json` by the path that leads to them, and members of the archive.
+/// Keys of the format: the paths of `meta.json` fields, and members of the archive.
 pub static FORMAT: Format = Format {
     name: "SOG of PlayCanvas",
     files: "`.sog`, a folder with `meta.json`, or that file: the fields of `meta.json`, and members of the archive",
@@ -116,7 +115,7 @@ pub static FORMAT: Format = Format {
     others: Fate::Listed,
 };
 
-/// How it is registered.
+/// The registry entry of the format.
 pub(super) static READER: Reader = Reader {
     ending: "sog",
     formats: &[&FORMAT],
@@ -126,7 +125,7 @@ pub(super) static READER: Reader = Reader {
 /// Reads a cloud from a ZIP file; `origin` names it in errors.
 ///
 /// # Errors
-/// No SOG file of version 2, a damaged part, or values that make no cloud.
+/// The file is not SOG of version 2, a part is damaged, or the values do not form a valid cloud.
 pub fn parse(bytes: &[u8], origin: &str) -> Result<Loaded, FileError> {
     Ok(raw(bytes, origin)?.turned(None))
 }
@@ -170,7 +169,7 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
 /// Reads a cloud from a folder with a `meta.json`.
 ///
 /// # Errors
-/// As [`parse`], or a file that is missing.
+/// Those of [`parse`], or a file is missing.
 pub fn read_folder(folder: &Path) -> Result<Loaded, FileError> {
     Ok(raw_folder(folder, &folder.display().to_string())?.turned(None))
 }
@@ -181,7 +180,7 @@ pub(super) fn raw_folder(folder: &Path, origin: &str) -> Result<Raw, FileError> 
     })
 }
 
-/// Images of a pixel a Gaussian, and the palette.
+/// Images with one pixel a Gaussian, and the palette.
 struct Images {
     low: RgbaImage,
     high: RgbaImage,
@@ -250,7 +249,7 @@ fn decode(
 }
 
 impl Images {
-    /// In the order of [`Meta::files`].
+    /// The images must be in the order of [`Meta::files`].
     fn sort(images: Vec<RgbaImage>, name: Origin<'_>) -> Result<Self, FileError> {
         let mut images = images.into_iter();
         let mut next = || images.next();

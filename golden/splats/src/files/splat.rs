@@ -1,9 +1,9 @@
 //! `.splat` files: 32 bytes a Gaussian, without a header.
 //!
-//! Little-endian: centre as three floats, standard deviations as three floats,
-//! colour and opacity as four bytes of 1/255, and the quaternion `w, x, y, z`
-//! as four bytes `128 + 128 q`. No spherical harmonics above the constant.
-//! After the converter of antimatter15/splat, whose format it is.
+//! Little-endian: centre as three floats, standard deviations as three floats, colour and opacity
+//! as four bytes of 1/255, and the quaternion `w, x, y, z` as four bytes `128 + 128 q`. There are
+//! no spherical harmonics above the constant. Source: the converter of antimatter15/splat, which
+//! defined the format.
 
 use super::error::{FileError, Origin};
 use super::reader::{Reader, whole};
@@ -12,7 +12,7 @@ use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
 use potamoi_base::record::{Fate, Format, Key, Notes};
 
-/// Without a header it has no keys: these are the parts of its rows.
+/// Keys of the format: parts of a row, since there is no header.
 pub static FORMAT: Format = Format {
     name: "antimatter15's splat",
     files: "`.splat`: 32 bytes a Gaussian and no header",
@@ -41,7 +41,7 @@ pub static FORMAT: Format = Format {
     others: Fate::Refused,
 };
 
-/// How files of other formats begin.
+/// The first bytes of files of other formats.
 const OTHERS: [(&[u8], &str); 8] = [
     (b"ply\n", "PLY"),
     (b"ply\r", "PLY"),
@@ -52,23 +52,23 @@ const OTHERS: [(&[u8], &str); 8] = [
     (b"\x1f\x8b\x08", "gzip"),
     (b"PK\x03\x04", "ZIP"),
 ];
-/// Bytes that are looked at to tell a text.
+/// Bytes examined to recognise a text file.
 const LOOKED_AT: usize = 1 << 12;
-/// Bytes of a Gaussian.
+/// Bytes a Gaussian.
 const ROW: usize = 32;
 
-/// How it is registered.
+/// The registry entry of the format.
 pub(super) static READER: Reader = Reader {
     ending: "splat",
     formats: &[&FORMAT],
     read: |path, origin| raw(&whole(path)?, origin),
 };
 
-/// Reads a cloud; `origin` names the file in errors. A standard deviation of
-/// 0, to which a small one rounds, is read as the smallest normal float.
+/// Reads a cloud; `origin` names the file in errors. A standard deviation of 0, to which a small
+/// one rounds, becomes the smallest normal float.
 ///
 /// # Errors
-/// No whole number of Gaussians, or values that make no cloud.
+/// The file is not a whole number of Gaussians, or the values do not form a valid cloud.
 pub fn parse(bytes: &[u8], origin: &str) -> Result<Loaded, FileError> {
     Ok(raw(bytes, origin)?.turned(None))
 }
@@ -125,7 +125,7 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
     ))
 }
 
-/// Whether a file begins with letters and line ends alone, which rows of floats do not.
+/// Whether a file begins with only letters and line ends, which rows of floats do not.
 fn is_text(bytes: &[u8]) -> bool {
     let start = &bytes[..bytes.len().min(LOOKED_AT)];
     let is_letter = |byte: &u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();

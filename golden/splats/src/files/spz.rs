@@ -1,11 +1,10 @@
 //! `.spz` files of Niantic, versions 1 to 4.
 //!
-//! Six arrays: centres (three 24-bit fixed-point numbers each, of version 1
-//! three 16-bit floats), opacities (a byte each, as are the following), colours,
-//! log scales, rotations, and the coefficients above the constant, coefficient
-//! by coefficient. Axes are right, up, back unless an extension says otherwise.
-//! The containers are in `unpack`. After the format's readme and its reader,
-//! nianticlabs/spz.
+//! Six arrays: centres (three 24-bit fixed-point numbers each; in version 1 three 16-bit floats),
+//! opacities (a byte each, as are the following), colours, log scales, rotations, and the
+//! coefficients above the constant, coefficient by coefficient. Axes are right, up, back unless an
+//! extension changes them. The containers are in `unpack`. Sources: the format's readme and its
+//! reader, nianticlabs/spz.
 
 use std::f64::consts::SQRT_2;
 
@@ -21,9 +20,9 @@ use crate::axes::Axes;
 use crate::loaded::{Loaded, Raw};
 use potamoi_base::record::Notes;
 
-/// Colour codes per unit of the constant coefficient, over 255.
+/// Colour codes for one unit of the constant coefficient, divided by 255.
 const COLOUR_SCALE: f64 = 0.15;
-/// How it is registered.
+/// The registry entry of the format.
 pub(super) static READER: Reader = Reader {
     ending: "spz",
     formats: &[&spz_keys::FORMAT],
@@ -33,8 +32,8 @@ pub(super) static READER: Reader = Reader {
 /// Reads a cloud; `origin` names the file in errors.
 ///
 /// # Errors
-/// No complete SPZ file of version 1 to 4 and degree 0 to 3, or values that
-/// make no cloud.
+/// The file is not a complete SPZ file of version 1 to 4 and degree 0 to 3, or the values do not
+/// form a valid cloud.
 pub fn parse(bytes: &[u8], origin: &str) -> Result<Loaded, FileError> {
     Ok(raw(bytes, origin)?.turned(None))
 }
@@ -103,7 +102,7 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
     })
 }
 
-/// What the extension says; nothing of 0.
+/// The axes that the extension names; `None` for code 0.
 fn coordinate_system(content: &[u8], name: Origin<'_>) -> Result<Option<Axes>, FileError> {
     let Ok(word) = <[u8; 4]>::try_from(content) else {
         let field = "bytes of the coordinate system's extension";
@@ -131,7 +130,7 @@ fn half_position(bytes: &[u8; 6]) -> [f32; 3] {
     [0, 2, 4].map(|at| f16::from_le_bytes([bytes[at], bytes[at + 1]]).to_f32())
 }
 
-/// Up to version 2: `x, y, z` in a byte each over -1 to 1; `w` is not negative.
+/// Up to version 2: `x, y, z` in a byte each over -1 to 1; `w` is at least 0.
 fn from_first_three(bytes: [u8; 3]) -> [f32; 4] {
     values::with_largest(0, bytes.map(|b| f64::from(b) / 127.5 - 1.0))
 }

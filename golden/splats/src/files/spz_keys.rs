@@ -1,4 +1,4 @@
-//! What an SPZ file can say.
+//! Keys of SPZ files.
 
 use potamoi_base::record::{Fate, Format, Key};
 
@@ -6,14 +6,14 @@ use potamoi_base::record::{Fate, Format, Key};
 pub(super) const ANTIALIASED: &str = "flag 0x01";
 /// The flag of extensions.
 pub(super) const EXTENDED: &str = "flag 0x02";
-/// The extension that says in which axes the file is.
+/// The extension that names the axes.
 pub(super) const AXES: &str = "extension 0xadbe0003";
 
 const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }
 }
 
-/// Parts of the header and extensions, which are known by their number.
+/// Keys of the format: parts of the header, and extensions, which are known by number.
 pub static FORMAT: Format = Format {
     name: "SPZ of Niantic",
     files: "`.spz`, versions 1 to 4: fields and flags of the header, and extensions",

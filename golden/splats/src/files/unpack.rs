@@ -1,9 +1,8 @@
 //! The containers of `.spz` files.
 //!
-//! Versions 1 to 3 are one gzip stream, or what it would unpack to: 16 bytes of
-//! header, the arrays one after another, then extensions. Version 4 has 32 bytes
-//! of header, extensions, a table of each stream's bytes packed and unpacked,
-//! and a ZSTD stream for each array that is not empty.
+//! Versions 1 to 3 are one gzip stream, or its content: 16 bytes of header, the arrays one after
+//! another, then extensions. Version 4 has 32 bytes of header, extensions, a table with the packed
+//! and unpacked size of each stream, and a ZSTD stream for each array that is not empty.
 
 use std::io::Read;
 
@@ -17,7 +16,7 @@ use potamoi_base::record::Record;
 use potamoi_base::sh;
 
 const MAGIC: &[u8; 4] = b"NGSP";
-/// Bytes of the header up to version 3, and of what version 4 shares with it.
+/// Bytes of the header up to version 3, and of its part in version 4.
 const HEADER: usize = 16;
 /// Bytes of the header of version 4.
 const HEADER_4: usize = 32;
@@ -25,9 +24,9 @@ const HEADER_4: usize = 32;
 const ENTRY: usize = 16;
 /// The largest ZSTD window of small streams, as the RFC recommends, in bytes.
 const WINDOW: u64 = 8 << 20;
-/// The most unpacked bytes after the arrays, of extensions.
+/// Maximum number of unpacked bytes of extensions after the arrays.
 const EXTRA: usize = 1 << 20;
-/// The names of the arrays, for errors.
+/// Names of the arrays in error messages.
 const NAMES: [&str; 6] = [
     "positions",
     "alphas",
@@ -37,23 +36,23 @@ const NAMES: [&str; 6] = [
     "spherical harmonics",
 ];
 
-/// What every version's header says.
+/// The header fields that all versions share.
 pub(super) struct Header {
-    /// 1 to 4.
+    /// Version, 1 to 4.
     pub(super) version: u32,
-    /// Gaussians, at least one.
+    /// Number of Gaussians, at least one.
     pub(super) count: usize,
     /// Degree of the spherical harmonics, 0 to 3.
     pub(super) degree: usize,
-    /// Bits of a position after the point.
+    /// Fraction bits of a position.
     pub(super) fraction_bits: u8,
     flags: u8,
-    /// Up to version 3 reserved; of version 4 the number of streams.
+    /// Reserved up to version 3; the number of streams in version 4.
     last: u8,
 }
 
 impl Header {
-    /// `packed` is the length of the file.
+    /// Reads the header. `packed` is the length of the file.
     fn read(bytes: &[u8; HEADER], packed: usize, name: Origin<'_>) -> Result<Self, FileError> {
         let word = |at: usize| {
             u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
@@ -89,7 +88,7 @@ impl Header {
         })
     }
 
-    /// Bytes of a Gaussian's coefficients above the constant.
+    /// Coefficient bytes above the constant, for one Gaussian.
     pub(super) const fn rest(&self) -> usize {
         3 * (sh::coefficients(self.degree) - 1)
     }
@@ -101,7 +100,7 @@ impl Header {
         [position, 1, 3, 3, rotation, self.rest()].map(|each| each * self.count)
     }
 
-    /// Keys of the flags that are set.
+    /// Keys of the set flags.
     fn flags(&self) -> impl Iterator<Item = String> {
         let set = (0..8).map(|bit| self.flags & 1 << bit);
         set.filter(|bit| *bit != 0)
@@ -113,11 +112,11 @@ impl Header {
     }
 }
 
-/// The arrays of a file, each as long as its header says.
+/// The arrays of a file, with the lengths that the header requires.
 pub(super) struct Arrays {
     pub(super) header: Header,
     pub(super) bytes: [Vec<u8>; 6],
-    /// Flags, extensions and whatever else the file holds.
+    /// Flags, extensions and all other content of the file.
     pub(super) record: Record<Vec<u8>>,
 }
 
@@ -146,7 +145,7 @@ fn gzip(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
     Ok(arrays)
 }
 
-/// Header, arrays and extensions of a version up to 3, of a file of so many bytes.
+/// Header, arrays and extensions of a file of `file` bytes, up to version 3.
 fn body(reader: &mut impl Read, file: usize, name: Origin<'_>) -> Result<Arrays, FileError> {
     let wrong = |_| {
         name.part(
@@ -278,7 +277,7 @@ fn streams(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
     })
 }
 
-/// Extensions are records of type, length and content.
+/// Splits extensions into records of type, length and content.
 fn records(mut bytes: &[u8], name: Origin<'_>) -> Result<Vec<(String, Vec<u8>)>, FileError> {
     let word = |b: &[u8], at: usize| u32::from_le_bytes([b[at], b[at + 1], b[at + 2], b[at + 3]]);
     let mut all = vec![];
@@ -298,7 +297,7 @@ fn records(mut bytes: &[u8], name: Origin<'_>) -> Result<Vec<(String, Vec<u8>)>,
     Ok(all)
 }
 
-/// One ZSTD frame of a known length.
+/// Decodes one ZSTD frame of a known length.
 fn zstd(packed: &[u8], length: usize) -> Result<Vec<u8>, String> {
     // The decoder holds a window back, whatever its size.
     let window = window(packed).ok_or("no ZSTD frame")?;

@@ -1,11 +1,11 @@
-//! How quantised values of the formats map to those of a cloud.
+//! Conversions from quantised file values to those of a cloud.
 
 use rayon::prelude::*;
 
 use potamoi_base::sh;
 
-/// Logits of the opacities `0/255, 1/255, ... 255/255`; infinite at both ends,
-/// as the codes stand for opacities 0 and 1 themselves.
+/// Logits of the opacities `0/255, 1/255, ... 255/255`; infinite at both ends, since those codes
+/// mean opacity 0 and 1 exactly.
 pub(super) fn logits() -> [f32; 256] {
     std::array::from_fn(|code| {
         let opacity = code as f64 / 255.0;
@@ -13,13 +13,13 @@ pub(super) fn logits() -> [f32; 256] {
     })
 }
 
-/// The coefficient of the constant basis function that gives a colour.
+/// The coefficient of the constant basis function for a colour.
 pub(super) fn constant(colour: f64) -> f32 {
     ((colour - 0.5) / sh::CONSTANT) as f32
 }
 
-/// A unit quaternion from three of its components in order, and which one is
-/// left out because it is the largest, which is not negative.
+/// A unit quaternion from three components in order and the index of the omitted one, which is the
+/// largest and not negative.
 pub(super) fn with_largest(largest: usize, others: [f64; 3]) -> [f32; 4] {
     let rest = 1.0 - others.iter().map(|v| v * v).sum::<f64>();
     let mut left = others.into_iter();
@@ -29,7 +29,7 @@ pub(super) fn with_largest(largest: usize, others: [f64; 3]) -> [f32; 4] {
     })
 }
 
-/// One value for each Gaussian, in parallel.
+/// Computes one value for each Gaussian, in parallel.
 pub(super) fn each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
     (0..count)
         .into_par_iter()
@@ -38,8 +38,8 @@ pub(super) fn each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync + Se
         .collect()
 }
 
-/// The RGB coefficients of each Gaussian, in parallel; `fill` gets a Gaussian
-/// and its `(degree + 1)^2` coefficients.
+/// Computes the RGB coefficients of each Gaussian, in parallel. `fill` gets the index of a
+/// Gaussian and its `(degree + 1)^2` coefficients.
 pub(super) fn coefficients(
     count: usize,
     degree: usize,

@@ -1,35 +1,35 @@
-//! Centres that are wider than floats of 32 bits.
+//! Centres wider than 32-bit floats.
 //!
-//! What is subtracted of them is a median, so that a few centres that lie far from the others do
-//! not decide where the others are rounded.
+//! The subtracted origin is a median, so that a few outliers do not decide where the others are
+//! rounded.
 
 use glam::DVec3;
 
-/// How many times farther from the world's origin than from their median most centres are that are
-/// brought back.
+/// Ratio of the distance from the world's origin to that from their median, from which on most
+/// centres count as far off.
 const FAR: f64 = 32.0;
-/// The part of its Gaussian's size by which rounding may move a centre without a word.
+/// Rounding error of a centre, as a fraction of its Gaussian's size, above which it is reported.
 const MATTERS: f64 = 1.0 / 256.0;
 
-/// Centres as the file has them, and the largest size of each Gaussian.
+/// Centres as stored, and the largest size of each Gaussian.
 pub(super) struct Centres<'a> {
     pub(super) wide: &'a [[f64; 3]],
     pub(super) log_scales: &'a [[f32; 3]],
 }
 
-/// Centres that are rounded by more than what goes without a word.
+/// Centres whose rounding error is reported.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Rounded {
-    /// How many.
+    /// Number of centres.
     pub(super) count: usize,
-    /// How far one of them moves along an axis at most.
+    /// Largest rounding error along an axis.
     pub(super) most: f64,
 }
 
 impl Centres<'_> {
-    /// What is subtracted along each axis before centres are rounded to 32 bits: the float nearest
-    /// to their median where most of them are far off or rounding would move more of them without
-    /// it; otherwise nothing. A float, so that differences are exact.
+    /// The origin subtracted along each axis before centres are rounded to 32 bits: the float
+    /// nearest to their median if most of them are far off, or if fewer would be rounded
+    /// noticeably with it; otherwise 0. It is a float, so that differences are exact.
     pub(super) fn origin(&self) -> DVec3 {
         DVec3::from([0, 1, 2].map(|axis| {
             let all = || self.wide.iter().map(|own| own[axis]);
@@ -46,7 +46,7 @@ impl Centres<'_> {
         }))
     }
 
-    /// What is still rounded once an origin is subtracted.
+    /// The centres that are still rounded after an origin is subtracted.
     pub(super) fn rounded(&self, origin: DVec3) -> Option<Rounded> {
         let mut moved = vec![0.0f64; self.wide.len()];
         for axis in 0..3 {
@@ -59,8 +59,8 @@ impl Centres<'_> {
         (count > 0).then_some(Rounded { count, most })
     }
 
-    /// Centres that rounding moves by a part of their Gaussians' sizes, and by how much. A size
-    /// of 0 has no parts.
+    /// Centres whose rounding error is noticeable against their Gaussians' sizes, with the error.
+    /// Gaussians of size 0 never count.
     fn moved(&self, axis: usize, origin: f64) -> impl Iterator<Item = (usize, f64)> {
         let both = self.wide.iter().zip(self.log_scales).enumerate();
         both.filter_map(move |(at, (own, scales))| {
@@ -73,7 +73,7 @@ impl Centres<'_> {
     }
 }
 
-/// The middle one of values in their order, the upper of two.
+/// The median of values; the upper one of an even number.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut all: Vec<f64> = values.collect();
     if all.is_empty() {

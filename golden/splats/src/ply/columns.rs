@@ -1,4 +1,4 @@
-//! Which column of a vertex holds what.
+//! Columns of a PLY vertex, by meaning.
 
 use ply_rs_bw::ply::{ElementDef, Header as PlyHeader, PropertyType, ScalarType};
 
@@ -7,27 +7,27 @@ use potamoi_base::record::{KeyError, Record};
 use potamoi_base::sh;
 use potamoi_containers::ply::header::type_name;
 
-/// The size along each axis.
+/// Properties of the sizes along the axes.
 const SCALES: [&str; 3] = ["scale_0", "scale_1", "scale_2"];
 
 /// Columns of a vertex's values.
 pub(super) struct Columns {
     pub(super) degree: usize,
     pub(super) mean: [usize; 3],
-    /// Whether centres are wider than floats of 32 bits.
+    /// Whether centres are wider than 32-bit floats.
     pub(super) wide: bool,
-    /// Of discs the third is none.
+    /// Sizes; discs lack the third.
     pub(super) scale: [Option<usize>; 3],
     pub(super) rotation: [usize; 4],
     pub(super) opacity: usize,
     pub(super) constant: [usize; 3],
-    /// Channel-major: all of red, then green, then blue.
+    /// Coefficients above the constant, channel-major: all of red, then green, then blue.
     pub(super) rest: Vec<usize>,
-    /// The width of Mip-Splatting's filter in space.
+    /// Width of the 3D filter of Mip-Splatting.
     pub(super) filter: Option<usize>,
 }
 
-/// Finds properties, and takes them out of the record.
+/// Finds properties and removes them from the record.
 struct Finder<'a> {
     vertex: &'a ElementDef,
     record: &'a mut Record<String>,
@@ -35,7 +35,7 @@ struct Finder<'a> {
 }
 
 impl Columns {
-    /// Takes every property that a Gaussian needs or can have.
+    /// Finds every property that a Gaussian needs or may have.
     pub(super) fn take(
         header: &PlyHeader,
         record: &mut Record<String>,
@@ -111,7 +111,7 @@ impl Finder<'_> {
         Ok(columns)
     }
 
-    /// Three sizes, or two of a disc.
+    /// Three sizes, or two for a disc.
     fn scales(&mut self) -> Result<[Option<usize>; 3], PlyError> {
         let is_disc = !self.vertex.properties.contains_key(SCALES[2])
             && self.vertex.properties.contains_key(SCALES[1]);
@@ -126,8 +126,8 @@ impl Finder<'_> {
         Ok(columns)
     }
 
-    /// The column of a property. Whole numbers are no values of it, and what they are codes of is
-    /// not said.
+    /// The column of a required property. Integer types are refused, since the scale of their
+    /// codes is unknown.
     fn need(&mut self, name: &str) -> Result<usize, PlyError> {
         let origin = || self.origin.to_owned();
         let property = name.to_owned();

@@ -1,12 +1,11 @@
 //! The PLY files of 3D Gaussian splatting.
 //!
-//! Properties are found by name, in any order: `x y z`, `f_dc_0..2`,
-//! `f_rest_*` (channel-major, 0, 9, 24 or 45 of them for degrees 0 to 3),
-//! `opacity` (a logit), `scale_0..2` (logarithms), `rot_0..3` (`w, x, y, z`),
-//! and `filter_3D` of Mip-Splatting, which is fused into sizes and opacities.
-//! Others, normals for one, are listed. Without `scale_2` Gaussians are the
-//! discs of 2DGS, drawn as Gaussians of no thickness. Binary files of either
-//! byte order and text files are read, with any line ends.
+//! Properties are found by name, in any order: `x y z`, `f_dc_0..2`, `f_rest_*` (channel-major, 0,
+//! 9, 24 or 45 of them for degrees 0 to 3), `opacity` (a logit), `scale_0..2` (logarithms),
+//! `rot_0..3` (`w, x, y, z`), and `filter_3D` of Mip-Splatting, which is fused into sizes and
+//! opacities. Other properties, such as normals, are listed as unused. Without `scale_2` Gaussians
+//! are the discs of 2DGS, drawn as Gaussians of no thickness. Binary files of either byte order
+//! and text files with any line ends are read.
 
 mod centres;
 mod columns;
@@ -34,7 +33,7 @@ const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }
 }
 
-/// Rows of comments, which packed files have too.
+/// Keys of comments, which packed files share.
 pub(super) const SAID: [Key; 3] = [
     key(
         says::RENDER_MODE,
@@ -52,7 +51,7 @@ pub(super) const SAID: [Key; 3] = [
         "x, y or z, with a sign: up in the default view and in orbits; anything else is listed",
     ),
 ];
-/// Its properties are those of element `vertex`.
+/// Keys of the format. Its properties are those of element `vertex`.
 pub static FORMAT: Format = Format {
     name: "PLY of 3D Gaussian splatting",
     files: "`.ply`: properties of element `vertex`, comments and other elements",
@@ -123,13 +122,13 @@ pub static FORMAT: Format = Format {
     others: Fate::Listed,
 };
 
-/// A file that holds no readable cloud.
+/// A PLY file from which no cloud can be read.
 #[derive(Debug, Error)]
 pub enum PlyError {
     /// The container cannot be read.
     #[error(transparent)]
     File(#[from] PlyFileError),
-    /// A property that a Gaussian needs is not there.
+    /// A required property is missing.
     #[error(
         "{origin}: element `vertex` has no property `{property}`: \
          expected a 3D Gaussian splatting file"
@@ -140,7 +139,7 @@ pub enum PlyError {
         /// The property.
         property: String,
     },
-    /// A property of a type that it cannot have.
+    /// A property has the wrong type.
     #[error(
         "{origin}: element `vertex`, property `{property}` is {found}: expected float or double; \
          codes of other types say nothing of what they stand for: write the file again with float"
@@ -153,23 +152,23 @@ pub enum PlyError {
         /// Its type.
         found: &'static str,
     },
-    /// A comment with a value that it cannot have.
+    /// A comment has an invalid value.
     #[error("{origin}: {message}")]
     Comment {
         /// The file.
         origin: String,
-        /// Which, its value, and what would be right.
+        /// The comment, its value and the allowed values.
         message: String,
     },
-    /// Something that cannot be honoured.
+    /// The file has a feature that is not supported.
     #[error("{origin}: {source}")]
     Key {
         /// The file.
         origin: String,
-        /// What, and why.
+        /// The feature, and why it is refused.
         source: Box<KeyError>,
     },
-    /// A number of `f_rest_*` properties that is no degree.
+    /// The number of `f_rest_*` properties fits no degree.
     #[error(
         "{origin}: {found} properties `f_rest_*`: expected 0, 9, 24 or 45 \
          (spherical harmonics of degree 0, 1, 2 or 3)"
@@ -180,13 +179,13 @@ pub enum PlyError {
         /// Properties found.
         found: usize,
     },
-    /// No vertices.
+    /// The file has no vertices.
     #[error("{origin}: no Gaussian: element `vertex` must hold at least one")]
     Empty {
         /// The file.
         origin: String,
     },
-    /// NaN or infinite, where it is not allowed.
+    /// A value is NaN or infinite where this is not allowed.
     #[error(
         "{origin}: vertex {index}, property `{property}` is {value}: \
          expected a finite number (`opacity` may be infinite, sizes minus infinity; \
@@ -195,28 +194,27 @@ pub enum PlyError {
     NotFinite {
         /// The file.
         origin: String,
-        /// Which vertex, from 0.
+        /// Index of the vertex, from 0.
         index: usize,
         /// The property.
         property: String,
         /// The value.
         value: f64,
     },
-    /// Values that make no cloud.
+    /// The values do not form a valid cloud.
     #[error("{origin}: {source}")]
     Cloud {
         /// The file.
         origin: String,
-        /// Why.
+        /// The invalid value.
         source: CloudError,
     },
 }
 
-/// Reads a file.
+/// Reads a PLY file of 3D Gaussian splatting.
 ///
 /// # Errors
-/// The file cannot be read or is no complete 3D Gaussian splatting PLY file
-/// with finite values.
+/// The file cannot be read, is incomplete or of another kind, or has values that are not finite.
 pub fn read(path: &Path) -> Result<Loaded, PlyError> {
     let (reader, length) = open(path)?;
     parse(reader, length, &path.display().to_string())
@@ -225,13 +223,13 @@ pub fn read(path: &Path) -> Result<Loaded, PlyError> {
 /// Reads a cloud from `length` bytes; `origin` names them in errors.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn parse(mut reader: impl BufRead, length: u64, origin: &str) -> Result<Loaded, PlyError> {
     let header = header::read(&mut reader, origin)?;
     Ok(body(&header, reader, length, origin)?.turned(None))
 }
 
-/// Reads what follows a header, of a file of `length` bytes.
+/// Reads the part behind the header, of a file of `length` bytes.
 pub(super) fn body(
     header: &Header,
     reader: impl BufRead,
@@ -314,7 +312,7 @@ pub(super) fn body(
     })
 }
 
-/// Properties of vertices, other elements, and what comments say.
+/// Keys of vertex properties, other elements and comments.
 fn entries(header: &Header) -> Vec<(String, String)> {
     let mut all = vec![];
     for (name, element) in &header.ply.elements {

@@ -1,16 +1,16 @@
-//! Properties of models that are no 3D Gaussians: without them such files would be rendered as if
-//! they were.
+//! Properties of other models than 3D Gaussians. Files that have them are refused, since they
+//! would render incorrectly.
 
 use potamoi_base::record::{Fate, Key};
 
-/// Why Gaussians that change with time are refused.
+/// Reason for refusing Gaussians that change with time.
 const MOVES: &str = "Gaussians that move or change with time are not rendered; export one moment";
-/// Why what has more than three dimensions or colours is refused.
+/// Reason for refusing more than three dimensions or colours.
 const DIMENSIONS: &str =
     "3D Gaussians have three sizes, three colours and four numbers of a rotation; export those";
-/// Why other kernels are refused.
+/// Reason for refusing other kernels.
 const KERNEL: &str = "kernels that are no Gaussians are not rendered";
-/// Why a filter of another name is refused.
+/// Reason for refusing a filter of another name.
 const FILTER: &str = "the filter of Mip-Splatting is called filter_3D; rename it";
 
 const fn refused(name: &'static str, about: &'static str) -> Key {
@@ -21,9 +21,9 @@ const fn refused(name: &'static str, about: &'static str) -> Key {
     }
 }
 
-/// Their number.
+/// Number of such properties.
 const COUNT: usize = 21;
-/// Their rows.
+/// Keys of such properties.
 const OTHER_MODELS: [Key; COUNT] = [
     refused("t", MOVES),
     refused("time", MOVES),
@@ -48,7 +48,7 @@ const OTHER_MODELS: [Key; COUNT] = [
     refused("filter_3d", FILTER),
 ];
 
-/// The rows of a format of 3D Gaussians with those of other models behind them.
+/// The keys of a format of 3D Gaussians, followed by those of other models.
 pub(crate) const fn with_other_models<const OWN: usize, const ALL: usize>(
     own: [Key; OWN],
 ) -> [Key; ALL] {

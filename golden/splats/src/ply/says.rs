@@ -1,4 +1,4 @@
-//! What the lines of a PLY header say beside its elements.
+//! Comments of a PLY header that affect rendering.
 
 use glam::DVec3;
 use ply_rs_bw::ply::Header as PlyHeader;
@@ -6,14 +6,14 @@ use ply_rs_bw::ply::Header as PlyHeader;
 use super::PlyError;
 use potamoi_base::record::Record;
 
-/// Trained with antialiasing, by Brush and those after it: `mip` or `default`.
+/// Antialiased training, by Brush and its successors: `mip` or `default`.
 pub(crate) const RENDER_MODE: &str = "comment SplatRenderMode";
-/// The same by Postshot: 1 or 0.
+/// Antialiased training, by Postshot: 1 or 0.
 pub(crate) const ANTIALIASED: &str = "comment antialiased";
-/// `x`, `y` or `z`, with a sign or without.
+/// Vertical axis: `x`, `y` or `z`, with or without a sign.
 pub(crate) const VERTICAL_AXIS: &str = "comment Vertical axis";
 
-/// What comments say that changes a picture.
+/// The comments' settings that change a picture.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Says {
     pub(crate) antialiased: bool,
@@ -32,7 +32,7 @@ pub(crate) fn entries(header: &PlyHeader) -> Vec<(String, String)> {
         .collect()
 }
 
-/// The key and the value of a line that is understood, whatever stands between them.
+/// Key and value of a known line, whatever separates them.
 fn known(line: &str) -> Option<(String, String)> {
     [RENDER_MODE, ANTIALIASED, VERTICAL_AXIS]
         .into_iter()
@@ -46,7 +46,7 @@ fn known(line: &str) -> Option<(String, String)> {
         })
 }
 
-/// Takes what is understood.
+/// Removes the known comments from the record and returns their settings.
 pub(crate) fn take(record: &mut Record<String>, origin: &str) -> Result<Says, PlyError> {
     let mut said: Option<bool> = None;
     for (key, [yes, no], expected) in [

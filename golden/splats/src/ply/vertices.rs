@@ -1,4 +1,4 @@
-//! The vertices of a file, made into a cloud.
+//! Conversion of PLY vertices to a cloud.
 
 use glam::DVec3;
 
@@ -8,12 +8,12 @@ use crate::cloud::{Cloud, CloudError};
 use crate::sigmoid;
 use potamoi_base::sh;
 
-/// The log scale of what has no size: that of the smallest normal float.
+/// Log scale of a size of 0: that of the smallest normal float.
 const NO_SIZE: f32 = -87.336_55;
 /// The vertices read so far.
 pub(super) struct Vertices {
     means: Vec<[f32; 3]>,
-    /// Where they are wider than floats of 32 bits.
+    /// Centres, if they are wider than 32-bit floats.
     wide: Vec<[f64; 3]>,
     log_scales: Vec<[f32; 3]>,
     rotations: Vec<[f32; 4]>,
@@ -22,7 +22,7 @@ pub(super) struct Vertices {
 }
 
 impl Vertices {
-    /// `count` is safe to reserve: the file holds bytes for each vertex.
+    /// Reserves memory for `count` vertices. This is safe: the file holds bytes for each.
     pub(super) fn new(columns: &Columns, count: usize) -> Self {
         Self {
             means: Vec::with_capacity(count),
@@ -34,7 +34,7 @@ impl Vertices {
         }
     }
 
-    /// Takes one vertex; an error is the column of a value that it cannot have.
+    /// Adds a vertex. The error is the column of an invalid value.
     pub(super) fn push(&mut self, columns: &Columns, values: &[f64]) -> Result<(), usize> {
         let get = |column: usize| -> Result<f32, usize> {
             let value = values.get(column).copied().unwrap_or(f64::NAN) as f32;
@@ -84,7 +84,8 @@ impl Vertices {
         Ok(())
     }
 
-    /// The cloud, where its origin lies in the file's world, and what is still rounded.
+    /// The cloud, the position of its origin in the file's world, and the centres that are still
+    /// rounded.
     pub(super) fn finish(
         mut self,
         columns: &Columns,
@@ -114,9 +115,9 @@ impl Vertices {
     }
 }
 
-/// A Gaussian behind Mip-Splatting's filter in space of a width (Yu, Chen, Huang, Sattler, Geiger:
-/// Mip-Splatting, CVPR 2024, section 3.1): variances grow by its square, and the opacity falls by
-/// the ratio of the volumes.
+/// Applies Mip-Splatting's 3D filter of a given width to a Gaussian (Yu, Chen, Huang, Sattler,
+/// Geiger: Mip-Splatting, CVPR 2024, section 3.1): variances grow by its square, and the opacity
+/// falls by the ratio of the volumes.
 fn filtered(scales: [f32; 3], logit: f32, width: f64) -> ([f32; 3], f32) {
     let mut kept = 1.0;
     let scales = scales.map(|log| {

@@ -1,5 +1,5 @@
-//! The values of a JSON text by the paths that lead to them, every one of them: the usual maps keep
-//! the last of two alike.
+//! All values of a JSON text with their paths, duplicates included. (The usual maps keep only the
+//! last of two equal keys.)
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
-/// A value, whose objects keep the order and the number of their fields.
+/// A JSON value; objects keep the order and duplicates of their fields.
 enum Node {
     Object(Vec<(String, Self)>),
     Other(Value),
@@ -69,10 +69,10 @@ impl<'de> Visitor<'de> for Nodes {
     }
 }
 
-/// The fields of an object at any depth; nothing of what is none.
+/// The fields of an object at any depth; `None` if the text is not an object.
 ///
 /// # Errors
-/// The text is no JSON.
+/// The text is not valid JSON.
 pub(super) fn read(text: &[u8]) -> Result<Option<Vec<(String, Value)>>, serde_json::Error> {
     let Node::Object(fields) = serde_json::from_slice(text)? else {
         return Ok(None);

@@ -13,22 +13,22 @@ use potamoi_base::sh;
 const CODES: usize = 256;
 /// The largest palette of coefficients.
 const LARGEST_PALETTE: usize = 1 << 16;
-/// What some editors put first.
+/// The byte order mark that some editors prepend.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// What the images mean.
+/// The description of the images.
 #[derive(Debug)]
 pub(super) struct Meta {
-    /// Gaussians.
+    /// Number of Gaussians.
     pub(super) count: usize,
-    /// Centres.
+    /// Ranges of the centres.
     pub(super) means: Means,
     scales: Coded,
     quats: [String; 1],
     sh0: Coded,
     /// Coefficients above the constant.
     pub(super) harmonics: Option<Harmonics>,
-    /// Trained with antialiasing.
+    /// Whether the cloud was trained with antialiasing.
     pub(super) antialiased: bool,
 }
 
@@ -51,21 +51,21 @@ struct Coded {
 /// The palette of coefficients above the constant.
 #[derive(Debug)]
 pub(super) struct Harmonics {
-    /// Entries, 1 to 65,536.
+    /// Number of entries, 1 to 65,536.
     pub(super) count: usize,
     bands: usize,
-    /// 256 values.
+    /// The codebook, 256 values.
     pub(super) codebook: Vec<f32>,
     files: [String; 2],
 }
 
 impl Meta {
-    /// Which of [`Self::files`] is the image of the palette.
+    /// Index of the palette image in [`Self::files`].
     pub(super) const CENTROIDS: usize = 5;
-    /// Those whose alpha holds codes: rotations and colours.
+    /// Indices of the images whose alpha holds codes: rotations and colours.
     pub(super) const WITH_ALPHA: [usize; 2] = [3, 4];
 
-    /// Reads the file; everything but the count of Gaussians is in its range.
+    /// Reads the file and checks every range except the number of Gaussians.
     pub(super) fn parse(
         text: &[u8],
         notes: &mut Notes,
@@ -132,7 +132,7 @@ impl Meta {
         Ok(meta)
     }
 
-    /// Fields that name images, and the names.
+    /// Fields that name images, with the names.
     pub(super) fn files(&self) -> Vec<(&'static str, &str)> {
         let mut files = vec![
             ("means.files[0]", self.means.files[0].as_str()),
@@ -153,7 +153,7 @@ impl Meta {
         self.harmonics.as_ref().map_or(0, |h| h.bands)
     }
 
-    /// Width and least height of the image of the palette.
+    /// Width and minimum height of the palette image.
     pub(super) fn palette_size(&self) -> Option<[u32; 2]> {
         self.harmonics.as_ref().map(|h| {
             let width = PALETTE_ROW * (sh::coefficients(h.bands) - 1);
@@ -172,7 +172,7 @@ impl Meta {
     }
 }
 
-/// The fields of the file that are not read yet.
+/// The fields of the file that have not been read.
 struct Fields<'a> {
     record: Record<Value>,
     notes: &'a mut Notes,
@@ -220,7 +220,7 @@ impl Fields<'_> {
         numbers.ok_or_else(|| self.wrong(key, value, "a list of numbers of 32 bits"))
     }
 
-    /// Ends of ranges along three axes. A centre beyond e^88 is infinite in 32-bit floats.
+    /// Limits of a range along three axes. A centre beyond e^88 overflows 32-bit floats.
     fn range(&mut self, key: &str) -> Result<[f64; 3], FileError> {
         let value = self.record.take(key);
         let all = self.numbers(key, value.as_ref())?;
@@ -271,7 +271,7 @@ impl Fields<'_> {
         Ok(own)
     }
 
-    /// By a field of its own, or as a model.
+    /// The antialiasing flag: a field of its own, or part of the model.
     fn antialiased(&mut self) -> Result<bool, FileError> {
         let flag = match self.record.take("antialias") {
             None | Some(Value::Null) => None,
@@ -296,14 +296,14 @@ impl Fields<'_> {
     }
 }
 
-/// A whole number, with a point or without.
+/// A whole number, written with or without a decimal point.
 fn whole(value: &Value) -> Option<u64> {
     let float = value.as_f64();
     let float = float.filter(|v| v.fract() == 0.0 && (0.0..9e15).contains(v));
     value.as_u64().or(float.map(|v| v as u64))
 }
 
-/// The beginning of a value, for errors.
+/// The beginning of a value, for error messages.
 fn shown(value: &Value) -> String {
     let text = value.to_string();
     let mut start: String = text.chars().take(60).collect();
@@ -313,8 +313,9 @@ fn shown(value: &Value) -> String {
     start
 }
 
-/// Some writers leave `null` for the first of a codebook's values, which
-/// ascend; PlayCanvas's own reader puts the mean step below the second. Whether it was so.
+/// Repairs a codebook whose first value is `null`, as some writers leave it. The values ascend;
+/// PlayCanvas's reader puts the first one mean step below the second, and so does this one.
+/// Returns whether a repair was needed.
 fn repair_codebook(value: &mut Value) -> bool {
     let Value::Array(codes) = value else {
         return false;

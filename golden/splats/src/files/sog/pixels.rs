@@ -1,4 +1,5 @@
-//! The images of an SOG file, whose pixels are codes: what changes or lacks one is refused.
+//! The images of an SOG file. Their pixels are codes, so any image that is lossy or lacks a
+//! channel is refused.
 
 use std::io::Cursor;
 
@@ -9,22 +10,22 @@ use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, Limits, RgbaImag
 use super::super::error::{FileError, Origin};
 use super::PALETTE_ROW;
 
-/// Pixels that an image may have beside four for each Gaussian.
+/// Pixels that an image may have beyond four a Gaussian.
 const SPARE_PIXELS: u64 = 1 << 20;
-/// What to do about an image that is not as it should be.
+/// The remedy for an image that is refused.
 const AGAIN: &str = "WebP without loss, or PNG, of 8 bits, red, green and blue";
 
-/// What an image has to be.
+/// Requirements on an image.
 pub(super) struct Wanted {
-    /// Pixels at least, one a Gaussian.
+    /// Minimum number of pixels, one a Gaussian.
     pub(super) count: usize,
-    /// Or else its width and least height.
+    /// Required width and minimum height, in place of the number of pixels.
     pub(super) size: Option<[u32; 2]>,
-    /// Whether alpha is a code too.
+    /// Whether alpha holds codes, too.
     pub(super) with_alpha: bool,
 }
 
-/// Unpacks an image; its size is checked before anything is reserved for it.
+/// Decodes an image; its size is checked before memory is reserved.
 pub(super) fn read(
     bytes: &[u8],
     file: &str,
@@ -81,7 +82,7 @@ pub(super) fn read(
     Ok(image.into_rgba8())
 }
 
-/// Whether a chunk of a WebP file holds pixels with loss.
+/// Whether a chunk of a WebP file holds lossy pixels.
 fn is_lossy(bytes: &[u8]) -> bool {
     let mut rest = bytes.get(12..).unwrap_or_default();
     while let Some((head, after)) = rest.split_first_chunk::<8>() {
