@@ -1,21 +1,21 @@
-//! Traces that Perfetto and chrome://tracing show ("Trace Event Format", the Chromium project).
+//! Traces in the "Trace Event Format" (the Chromium project), for Perfetto and chrome://tracing.
 
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// The process that all tracks are of.
+/// Process of all tracks.
 const PROCESS: u32 = 1;
 
-/// A place on a track, by its number from 1 on, and its time in microseconds.
+/// A track, numbered from 1, and a time in microseconds.
 pub(crate) type At = (usize, f64);
 
-/// The events of one process, in the order in which they are added.
+/// The events of one process, in order of insertion.
 pub(crate) struct TraceEvents {
     events: Vec<Value>,
 }
 
 impl TraceEvents {
-    /// Of a process of this name, without tracks.
+    /// A process of this name without tracks.
     pub(crate) fn new(process: &str) -> Self {
         let name = json!({
             "ph": "M", "name": "process_name", "pid": PROCESS, "args": {"name": process},
@@ -30,7 +30,7 @@ impl TraceEvents {
         }));
     }
 
-    /// Something that takes `us` microseconds from `at` on; of a category where it has one.
+    /// A complete event of `us` microseconds from `at`, with an optional category.
     pub(crate) fn span(
         &mut self,
         (track, from): At,
@@ -50,7 +50,7 @@ impl TraceEvents {
         self.events.push(event);
     }
 
-    /// Something that happens at once.
+    /// An instant event.
     pub(crate) fn instant(&mut self, (track, at): At, (name, category): (&str, &str), args: Value) {
         self.events.push(json!({
             "ph": "i", "s": "t", "name": name, "cat": category, "pid": PROCESS, "tid": track,
@@ -58,14 +58,14 @@ impl TraceEvents {
         }));
     }
 
-    /// A counter's values from `us` microseconds on.
+    /// Values of a counter from `us` microseconds on.
     pub(crate) fn counter(&mut self, us: f64, name: &str, values: Value) {
         self.events.push(json!({
             "ph": "C", "name": name, "pid": PROCESS, "ts": us, "args": values,
         }));
     }
 
-    /// An arrow of a number of its own.
+    /// A flow arrow with a number of its own.
     pub(crate) fn arrow(
         &mut self,
         from: At,
@@ -83,7 +83,7 @@ impl TraceEvents {
         }));
     }
 
-    /// The trace as a file holds it.
+    /// The trace as JSON.
     pub(crate) fn finish(self) -> Value {
         json!({"displayTimeUnit": "ns", "traceEvents": self.events})
     }

@@ -1,5 +1,5 @@
-//! Time and energy of bytes by how they are accessed, found by running [`dram`](super::dram) on
-//! sequences of that kind: nothing of it is stated.
+//! Time and energy of a byte by access pattern, measured by running [`dram`](super::dram) on
+//! sequences of that pattern. No rate is stated by hand.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -11,19 +11,19 @@ use serde::{Deserialize, Serialize};
 
 use super::dram::{Access, Counts, Currents, Dram, Geometry, Timing};
 
-/// Bursts of a sequence, after which rates hardly change.
+/// Bursts of a measured sequence; more hardly change the rates.
 const BURSTS: u64 = 20_000;
-/// Addresses that random runs begin at lie below: 1 GB.
+/// Random runs begin at addresses below this: 1 GB.
 const SPAN: u64 = 1 << 30;
 
-/// What a byte takes.
+/// Time, energy and rows opened, each for a byte.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
     /// Nanoseconds.
     pub ns: f64,
-    /// Picojoules beyond standing by, refreshes not counted.
+    /// Picojoules above standby, refreshes excluded.
     pub pj: f64,
-    /// Rows that are opened.
+    /// Rows opened.
     pub rows: f64,
 }
 
@@ -35,12 +35,12 @@ pub struct Memory {
     currents: Currents,
     read: Rate,
     write: Rate,
-    /// By bursts of a run.
+    /// Rates of random reads, by bursts in a run.
     random: Mutex<BTreeMap<u64, Rate>>,
 }
 
 impl Memory {
-    /// LPDDR3-1600 of so many channels.
+    /// LPDDR3-1600 with so many channels.
     #[must_use]
     pub fn lpddr3(channels: u32) -> Self {
         let mut own = Self {
@@ -77,7 +77,7 @@ impl Memory {
         }
     }
 
-    /// A hash of all that decides what accesses take.
+    /// Hash of all parameters that decide the rates.
     #[must_use]
     pub fn identity(&self) -> blake3::Hash {
         let Self {
@@ -98,20 +98,20 @@ impl Memory {
         self.geometry.channels
     }
 
-    /// Bytes that are read one behind the other.
+    /// Rate of sequential reads.
     #[must_use]
     pub const fn streamed(&self) -> Rate {
         self.read
     }
 
-    /// Bytes that are written so.
+    /// Rate of sequential writes.
     #[must_use]
     pub const fn written(&self) -> Rate {
         self.write
     }
 
-    /// Bytes of reads of `run_bytes` from anywhere. What is moved beyond what is asked for, since
-    /// a burst is whole, is in its time and energy.
+    /// Rate of random reads of `run_bytes` each, for a byte requested. Bursts are whole, so bytes
+    /// moved beyond the request are in its time and energy.
     #[must_use]
     pub fn random(&self, run_bytes: f64) -> Rate {
         let burst = u64::from(self.geometry.burst_bytes);
@@ -140,7 +140,7 @@ impl Memory {
         }
     }
 
-    /// Bytes that are moved for a byte of reads of `run_bytes` from anywhere, since a burst is whole.
+    /// Bytes moved for each byte requested by random reads of `run_bytes`, since bursts are whole.
     #[must_use]
     pub fn moved(&self, run_bytes: f64) -> f64 {
         let burst = f64::from(self.geometry.burst_bytes);
@@ -148,15 +148,14 @@ impl Memory {
         (bursts * burst / run_bytes.max(1.0)).max(1.0)
     }
 
-    /// Refreshes of all channels in so many nanoseconds.
+    /// Refreshes of all channels in `ns` nanoseconds.
     #[must_use]
     pub fn refreshes(&self, ns: f64) -> u64 {
         let each = self.timing.refresh_interval as f64 * self.timing.clock_ns;
         (ns / each) as u64 * u64::from(self.geometry.channels)
     }
 
-    /// Milliwatts of all channels standing by and refreshing, with rows open for a share of the
-    /// time.
+    /// Milliwatts of all channels in standby and refresh, with rows open for a share of the time.
     #[must_use]
     pub fn standby_mw(&self, open: f64) -> f64 {
         let clocks = 1_000_000;

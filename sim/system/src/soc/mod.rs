@@ -1,5 +1,5 @@
-//! The system around the units: memory, the array that computes features, and what a frame
-//! takes of them.
+//! The system on a chip: memory, the MAC array, buffers, GPU and link, and the time and energy of a
+//! frame or path on them.
 
 mod blocks;
 mod buffers;

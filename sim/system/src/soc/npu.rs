@@ -1,16 +1,15 @@
-//! The systolic array of multiply-accumulate units that computes features: cycles of a matrix
-//! product, and what it reads and writes.
+//! Systolic array of multiply-accumulate units: cycles and traffic of a matrix product.
 
 use potamoi_reference::Product;
 
-/// Which operand stays in the array.
+/// The operand that stays in the array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Dataflow {
-    /// Weights: K along the rows, N along the columns.
+    /// Weights stay: K along the rows, N along the columns.
     WeightStationary,
-    /// Sums: M along the rows, N along the columns.
+    /// Sums stay: M along the rows, N along the columns.
     OutputStationary,
-    /// Inputs: K along the rows, M along the columns.
+    /// Inputs stay: K along the rows, M along the columns.
     InputStationary,
 }
 
@@ -24,14 +23,14 @@ pub struct Array {
     pub rows: u64,
     /// Columns of units.
     pub columns: u64,
-    /// What stays.
+    /// The stationary operand.
     pub dataflow: Dataflow,
-    /// Units hold a second operand, loaded while the first is used, as a TPU's do.
+    /// Whether each unit holds a second operand, loaded while the first is used, as in a TPU.
     pub is_double_buffered: bool,
 }
 
 impl Array {
-    /// The paper's, weights staying.
+    /// The paper's array, weight stationary.
     pub const PAPER: Self = Self {
         rows: 24,
         columns: 24,
@@ -39,13 +38,13 @@ impl Array {
         is_double_buffered: false,
     };
 
-    /// Its units.
+    /// Number of units.
     #[must_use]
     pub const fn units(&self) -> u64 {
         self.rows * self.columns
     }
 
-    /// How often the array is filled, and how many vectors stream through each time.
+    /// Folds of a product, and the vectors that stream through in each.
     #[must_use]
     pub const fn folds(&self, product: &Product) -> (u64, u64) {
         let Product {
@@ -62,10 +61,10 @@ impl Array {
         (folds, streamed)
     }
 
-    /// Cycles of a product (Samajdar et al., ISPASS 2020, Sec. III): a fold loads its operand
-    /// down the rows, streams its vectors, and ends when the last has passed the far corner.
-    /// Where the operand is double buffered, only the first load is waited for. Sums that stay
-    /// leave on a path of their own while the next ones begin, as SCALE-Sim 3.0.0 has it.
+    /// Cycles of a product (Samajdar et al., ISPASS 2020, Sec. III). A fold loads its operand down
+    /// the rows, streams its vectors, and ends when the last has passed the far corner. With double
+    /// buffering only the first load is waited for. Stationary sums leave on a path of their own
+    /// while the next begin, as in SCALE-Sim 3.0.0.
     #[must_use]
     pub fn cycles(&self, product: &Product) -> u64 {
         if product.operations() == 0 {
@@ -83,9 +82,9 @@ impl Array {
         }
     }
 
-    /// Bytes of partial sums, of 32 bits (paper, ibid.), that leave the array and come back: where a
-    /// product is deeper than weights that stay have rows, every fold but the last of a column
-    /// hands its sums on. Sums that stay never leave.
+    /// Bytes of partial sums, of 32 bits each (paper, ibid.), that leave the array and come back.
+    /// Where a product is deeper than the rows of a weight-stationary array, every fold but the
+    /// last of a column passes its sums on. Stationary sums never leave.
     #[must_use]
     pub const fn partial_bytes(&self, product: &Product) -> u64 {
         let handed_on = match self.dataflow {
@@ -97,7 +96,7 @@ impl Array {
         handed_on * product.rows * product.columns * PARTIAL
     }
 
-    /// Share of the units' cycles that multiply.
+    /// Utilisation: share of the units' cycles that multiply, from 0 to 1.
     #[must_use]
     pub fn utilisation(&self, product: &Product) -> f64 {
         let all = self.cycles(product) * self.units();

@@ -1,4 +1,4 @@
-//! What a path takes on a variant of the system.
+//! Results of a path on a variant of the system.
 
 use std::collections::BTreeMap;
 
@@ -15,29 +15,29 @@ use super::system::System;
 use super::variant::{Frames, Gathering, Scenario, Variant};
 use super::work::{FrameWork, PathReplay, PathWork, Quality};
 
-/// Nanoseconds of a stage, a frame.
+/// Nanoseconds of a stage, averaged over frames.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct StageTime {
     /// At work.
     pub own_ns: f64,
-    /// Its own work done, waiting for its bytes, whatever they go through.
+    /// Own work done, transfers still under way on any shared channel.
     pub memory_ns: f64,
-    /// Of that, by what the last of them came through.
+    /// The same, by the channel of the last transfer.
     pub last_through: LastThrough,
-    /// While something of it was ready and waited for its resource.
+    /// Part of the stage was ready and waited for its resource.
     pub waiting_ns: f64,
 }
 
-/// Nanoseconds that jobs waited for bytes, by what the last of them came through.
+/// Nanoseconds that jobs waited for transfers, by the channel of the last transfer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct LastThrough {
     /// Memory.
     pub memory_ns: f64,
-    /// Between memory, GPU and accelerator.
+    /// Interconnect of memory, GPU and accelerator.
     pub interconnect_ns: f64,
     /// Ports of the global feature buffer.
     pub feature_buffer_ns: f64,
-    /// The weight buffer's port.
+    /// Port of the weight buffer.
     pub weight_buffer_ns: f64,
 }
 
@@ -51,7 +51,7 @@ impl LastThrough {
         } += ns;
     }
 
-    /// What most was waited for.
+    /// Name of the channel with the longest wait.
     #[must_use]
     pub fn most(&self) -> &'static str {
         let all = [
@@ -65,35 +65,35 @@ impl LastThrough {
     }
 }
 
-/// Millijoules a frame, of the device.
+/// Energy of the device by part, in millijoules a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct EnergyByPart {
     /// The GPU, at work and idle.
     pub gpu_mj: f64,
     /// The gathering unit with its memories.
     pub gathering_unit_mj: f64,
-    /// The vector unit.
+    /// Vector unit.
     pub vector_unit_mj: f64,
-    /// The MAC array.
+    /// MAC array.
     pub array_mj: f64,
     /// Feature and weight buffers.
     pub buffers_mj: f64,
-    /// Memory: accesses but those of the DMA's descriptors.
+    /// Memory accesses, without those of DMA descriptors.
     pub memory_mj: f64,
-    /// The DMA's descriptors, read from memory.
+    /// DMA descriptors, read from memory.
     pub dma_mj: f64,
     /// The interconnect.
     pub interconnect_mj: f64,
-    /// Memory: standing by and refreshing.
+    /// Standby and refresh of memory.
     pub standby_mj: f64,
-    /// Memories on chip, logic and the array at rest.
+    /// Leakage of on-chip memories, logic and the array.
     pub leakage_mj: f64,
     /// The link.
     pub link_mj: f64,
 }
 
 impl EnergyByPart {
-    /// By name.
+    /// Parts by name.
     #[must_use]
     pub const fn named(&self) -> [(&'static str, f64); 11] {
         [
@@ -111,84 +111,85 @@ impl EnergyByPart {
         ]
     }
 
-    /// All of it.
+    /// Total energy in millijoules a frame.
     #[must_use]
     pub fn total_mj(&self) -> f64 {
         self.named().iter().map(|(_, mj)| mj).sum()
     }
 }
 
-/// What jobs take, one frame or a path of them.
+/// Time and energy of jobs, for one frame or a path.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Run {
     /// Frames.
     pub frames: usize,
-    /// Nanoseconds until the last is shown.
+    /// Nanoseconds until the last frame is shown.
     pub span_ns: f64,
     /// Frames a second.
     pub frames_per_second: f64,
-    /// By stage, a frame.
+    /// Time by stage, averaged over frames.
     pub stages: BTreeMap<&'static str, StageTime>,
-    /// Share of the span in which each resource works.
+    /// Utilisation of each resource, from 0 to 1.
     pub utilisation: BTreeMap<Resource, f64>,
-    /// Share of the span that memory needs for all bytes.
+    /// Utilisation of memory: share of the span that its bytes need.
     pub memory_utilisation: f64,
-    /// Share of the span that the interconnect needs for them.
+    /// Utilisation of the interconnect: share of the span that its bytes need.
     pub interconnect_utilisation: f64,
-    /// Share of the span that the feature buffer's ports need for its bytes, all banks at work.
+    /// Utilisation of the feature buffer's ports: share of the span that its bytes need with all
+    /// banks at work.
     pub feature_buffer_utilisation: f64,
-    /// Share of the span that the weight buffer's port needs for its bytes.
+    /// Utilisation of the weight buffer's port: share of the span that its bytes need.
     pub weight_buffer_utilisation: f64,
-    /// Of the device, a frame.
+    /// Energy of the device, averaged over frames.
     pub energy: EnergyByPart,
-    /// Millijoules a frame of the remote GPU, at work and idle, which are not the device's; none where
-    /// all is rendered here.
+    /// Energy of the remote GPU in millijoules a frame, at work and idle; not part of the device's.
+    /// `None` where all frames are rendered locally.
     pub remote_mj: Option<f64>,
-    /// Refreshes of all of the memory's channels, of all frames.
+    /// Refreshes of all memory channels, over all frames.
     pub refreshes: u64,
-    /// What was moved and spent, of all frames.
+    /// Bytes and energy of all frames.
     pub spent: Spent,
 }
 
-/// What a path takes on a variant.
+/// Result of a path on a variant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
     /// The variant.
     pub variant: Variant,
     /// Where full frames are rendered.
     pub scenario: Scenario,
-    /// What it takes.
+    /// Time and energy.
     #[serde(flatten)]
     pub run: Run,
-    /// How like its frames are to others.
+    /// Quality of its frames.
     pub quality: Quality,
 }
 
-/// What every variant runs on.
+/// Model of the system that all variants share.
 pub struct Model<'a> {
     /// The system.
     pub system: &'a System,
     /// Its memory.
     pub memory: &'a Memory,
-    /// Energy of units.
+    /// Energy of the units.
     pub costs: &'a Costs,
-    /// Cycles a nanosecond of the accelerator.
+    /// Clock of the accelerator in gigahertz.
     pub clock_ghz: f64,
     /// Bytes of the weights of the scene's perceptrons.
     pub weight_bytes: u64,
-    /// What memory takes for the frames' accesses in their order; where it is not known they take
-    /// what streams and runs at random places do.
+    /// Memory rates of the frames' own access sequences; `None`: rates of sequential and random
+    /// accesses.
     pub replay: Option<&'a PathReplay>,
 }
 
-/// Jobs with their times.
+/// Jobs with their timestamps.
 pub type Timeline = Vec<(Job, Times)>;
 
 impl Model<'_> {
-    /// A path on a variant, and the jobs that it was.
+    /// Models a path on a variant. Returns its result and its jobs.
     ///
     /// # Errors
-    /// Energy that is not known.
+    /// An energy that is not known.
     pub fn run(
         &self,
         path: &PathWork,
@@ -212,10 +213,10 @@ impl Model<'_> {
         Ok((outcome, timeline))
     }
 
-    /// One frame by itself.
+    /// Models a single frame.
     ///
     /// # Errors
-    /// Energy that is not known.
+    /// An energy that is not known.
     pub fn frame(&self, work: &FrameWork, gathering: Gathering) -> Result<Run, ModelError> {
         let mut composer = self.composer();
         composer.frame(work, gathering, &[], 0)?;
@@ -318,7 +319,7 @@ impl Model<'_> {
     }
 }
 
-/// Nanoseconds that lie in one span or more.
+/// Nanoseconds covered by one span or more.
 fn covered(mut spans: Vec<(f64, f64)>) -> f64 {
     spans.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (mut sum, mut until) = (0.0, f64::NEG_INFINITY);

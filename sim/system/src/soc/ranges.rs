@@ -1,18 +1,17 @@
-//! What the numbers of a system may be: a range of each field, within which machines are that could
-//! be built.
+//! Ranges of a system's numbers. Within them are machines that could be built.
 
-/// A field's range, ends included.
+/// Range of a field, ends included.
 pub(super) struct Range {
-    /// Its path.
+    /// Path of the field.
     pub(super) field: &'static str,
     low: f64,
     high: f64,
-    /// The range and the unit, for messages and the book.
+    /// The range and its unit, as in messages and the book.
     pub(super) expected: &'static str,
 }
 
 impl Range {
-    /// Not a number is in none.
+    /// Whether `value` is in range; NaN never is.
     pub(super) fn holds(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
@@ -39,7 +38,7 @@ const FACTOR: ([f64; 2], &str) = ([0.01, 1e4], "0.01 to 10000 times");
 const SHARE: ([f64; 2], &str) = ([1e-6, 1.0], "a share: 1e-6 to 1");
 const COUNT: ([f64; 2], &str) = ([0.0, 1e9], "0 to 1e9 instructions");
 
-/// A row of each number.
+/// One row for each number.
 pub(super) const RANGES: [Range; 49] = [
     range("array_rows", [1.0, 1024.0], "1 to 1024"),
     range("array_columns", [1.0, 1024.0], "1 to 1024"),

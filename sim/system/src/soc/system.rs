@@ -1,4 +1,4 @@
-//! What the system is made of: every number with what it is and where it is from.
+//! Parameters of the system, each with its meaning and source.
 
 use potamoi_formats::document::{self, Value};
 use serde::{Deserialize, Serialize};
@@ -11,56 +11,57 @@ use super::ranges::RANGES;
 use crate::link;
 
 /// The system around the units. Defaults are the paper's (Sec. "Experimental Setup") where it
-/// has them, and named assumptions otherwise.
+/// states them, and named assumptions elsewhere.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct System {
     /// Rows of the MAC array.
     pub array_rows: u32,
-    /// Columns of it.
+    /// Columns of the MAC array.
     pub array_columns: u32,
-    /// Whether its units hold a second weight, loaded while the first is used.
+    /// Whether each unit holds a second weight, loaded while the first is used.
     pub array_double_buffered: bool,
     /// Bytes of the global feature buffer.
     pub feature_buffer_bytes: u64,
-    /// Bytes of a block of it: blocks are filled while others are read.
+    /// Bytes of a block of it; blocks are filled while others are read.
     pub feature_block_bytes: u32,
-    /// Banks of it, of one port of 16 bytes each: a block of 32 KB of the paper's is one of them.
+    /// Banks of it, with one port of 16 bytes each; the paper's block of 32 KB is one of them.
     pub feature_banks: u32,
-    /// Banks over which the words of a block lie in turn: groups of so many serve a block. An
-    /// assumption: all of them.
+    /// Banks in a group. The words of a block are interleaved over a group. An assumption: all
+    /// banks.
     pub feature_block_banks: u32,
-    /// Bytes of the weight buffer, of one port of 48 bytes: weights that fit are loaded once a path.
+    /// Bytes of the weight buffer, with one port of 48 bytes. Weights that fit are loaded once per
+    /// path.
     pub weight_buffer_bytes: u64,
     /// Channels of LPDDR3-1600, 6.4 GB/s each.
     pub memory_channels: u32,
-    /// Bytes of a descriptor, of which the DMA reads one a transfer: as far apart as those of a
-    /// published controller (AMD, PG021, "Scatter Gather Descriptor").
+    /// Bytes of a DMA descriptor, read once per transfer: the spacing of a published controller
+    /// (AMD, PG021, "Scatter Gather Descriptor").
     pub dma_descriptor_bytes: f64,
     /// Bytes that the interconnect between memory, GPU and accelerator moves in a clock of the
-    /// accelerator. An assumption: a burst.
+    /// accelerator. An assumption: one burst.
     pub interconnect_bytes_a_clock: f64,
     /// Picojoules of a byte on it. An assumption: 5 mm of wire at 0.2 pF a mm (Ho et al., "The
     /// Future of Wires", Proc. IEEE 2001), as much again of repeaters, at 0.7 V, half of the bits
     /// changing.
     pub interconnect_pj_per_byte: f64,
-    /// Steps of a frame of a field that may be under way before the first of them has said
-    /// which rays go on: ray groups that take turns. An assumption.
+    /// Ray groups in flight: steps of a field's frame that may be under way before the first of
+    /// them has determined which rays continue. An assumption.
     pub groups_in_flight: u32,
     /// The GPU of the system.
     pub gpu: Gpu,
-    /// The GPU at the other end of the link. Nothing is warped or scaled there, and what misses the
-    /// device's cache is taken to miss its own as well: both fields of these are refused.
+    /// The GPU at the other end of the link. It neither warps nor upscales, and misses of the
+    /// device's cache count as misses of its own: both fields for these are refused.
     pub remote: Gpu,
-    /// What GPUs' programs do.
+    /// Instructions of GPU programs.
     pub instructions: Instructions,
-    /// Bytes a second of the link.
+    /// Bandwidth of the link in bytes a second.
     pub link_bytes_per_second: f64,
-    /// Nanojoules of a byte that is sent or received.
+    /// Nanojoules of a byte sent or received.
     pub link_nj_per_byte: f64,
-    /// Bytes of a pixel that is sent: three colours, uncompressed.
+    /// Bytes of a pixel's colour on the link: three channels, uncompressed.
     pub link_colour_bytes: f64,
-    /// Bytes of a reference's depth that is sent with a pixel.
+    /// Bytes of a pixel's depth, sent with references.
     pub link_depth_bytes: f64,
 }
 
@@ -91,41 +92,41 @@ impl Default for System {
     }
 }
 
-/// A system that cannot be.
+/// Why a description is no system.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SystemError {
-    /// The text is no description.
+    /// The text is not a valid description.
     #[error("{name}: {problem}")]
     Text {
-        /// What it was read from.
+        /// Name of its source.
         name: String,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
     /// A field is out of range.
     #[error("{name}: `{field}` is {value}: expected {expected}")]
     Value {
-        /// What it was read from.
+        /// Name of its source.
         name: String,
-        /// The field.
+        /// Path of the field.
         field: &'static str,
-        /// What it is.
+        /// Its value.
         value: String,
-        /// What it may be.
+        /// The allowed values.
         expected: &'static str,
     },
 }
 
 impl System {
-    /// Reads a description; what it does not name is as in the default.
+    /// Reads a description in TOML; fields that it leaves out have their defaults.
     ///
     /// # Errors
-    /// Text that is no TOML, an unknown field, a value out of range.
+    /// Text that is not TOML, an unknown field, a value out of range.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, SystemError> {
         Self::from_bytes(text.as_bytes(), name)
     }
 
-    /// The same of a file's bytes.
+    /// Reads a description from a file's bytes.
     ///
     /// # Errors
     /// As [`System::from_toml`].

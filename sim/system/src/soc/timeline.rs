@@ -1,4 +1,4 @@
-//! Jobs as a trace.
+//! Chrome trace of jobs.
 
 use std::collections::BTreeSet;
 
@@ -8,9 +8,9 @@ use super::job_scheduler::Shared;
 use super::outcome::Timeline;
 use crate::trace_events::TraceEvents;
 
-/// Writes jobs as a Chrome trace: a track a resource, each job a complete event; what it waited for
-/// is among its arguments. Of what jobs share, memory, the interconnect and the ports of buffers,
-/// counters say how many move bytes. Times are microseconds.
+/// Writes jobs as a Chrome trace: one track per resource, each job a complete event with its waits
+/// as arguments. Counters show how many jobs move bytes through memory, the interconnect and the
+/// buffers' ports. Times are microseconds.
 #[must_use]
 pub fn chrome_trace(timeline: &Timeline) -> Value {
     let mut trace = TraceEvents::new("potamoi model");
@@ -60,8 +60,7 @@ fn name(of: Shared) -> String {
     }
 }
 
-/// When the jobs that move bytes through something shared become more or fewer, and how many they are
-/// then.
+/// Times at which the number of jobs on a shared channel changes, with the new number.
 fn moving(timeline: &Timeline, of: Shared) -> Vec<(f64, i64)> {
     let through = timeline.iter().flat_map(|(job, at)| {
         let own = job.shares.iter().zip(&at.through_ns);

@@ -1,21 +1,22 @@
-//! Bytes of jobs: how they are read, and what memory and the interconnect take for them.
+//! Memory transfers of jobs: bytes by access pattern, and their time on memory and the
+//! interconnect.
 
 use super::kernels;
 use super::memory::{Memory, Rate};
 use super::variant::Gathering;
 use super::work::{Batch, FrameWork, PathReplay, Replayed};
 
-/// Bytes of a job.
+/// Memory transfers of a job.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Transfers {
     pub(super) read: f64,
     pub(super) written: f64,
     pub(super) random: f64,
-    /// Bytes of an access to anywhere.
+    /// Bytes of a random access.
     pub(super) run: f64,
-    /// What those read in order take, and those read from anywhere, where their sequence is known.
+    /// Rates of its sequential and of its random reads, where their sequence was replayed.
     pub(super) known: [Option<Replayed>; 2],
-    /// By the DMA.
+    /// Transfers by the DMA.
     pub(super) dma_transfers: u64,
 }
 
@@ -32,7 +33,7 @@ impl Transfers {
             + self.random * random.map_or_else(|| memory.moved(self.run), |own| own.moved)
     }
 
-    /// Of a byte read in order, and of one from anywhere.
+    /// Rates of sequential and of random reads.
     fn rates(&self, memory: &Memory) -> [Rate; 2] {
         let [read, random] = self.known;
         [
@@ -46,7 +47,7 @@ impl Transfers {
         self.read * read.ns + self.written * memory.written().ns + self.random * random.ns
     }
 
-    /// Rows of memory that are opened.
+    /// Rows of memory opened.
     pub(super) fn rows(&self, memory: &Memory) -> f64 {
         let [read, random] = self.rates(memory);
         self.read * read.rows + self.written * memory.written().rows + self.random * random.rows
@@ -58,7 +59,7 @@ impl Transfers {
     }
 }
 
-/// Of a frame's accesses what is known, by who gathers.
+/// Replayed sequences of a frame, by gathering.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Known {
     missed: Option<Replayed>,
@@ -66,7 +67,7 @@ pub(super) struct Known {
 }
 
 impl Known {
-    /// Of a frame in full or of a part of one.
+    /// Sequences of a full frame or of a partial one.
     pub(super) fn of(replay: Option<&PathReplay>, work: &FrameWork) -> Self {
         let Some(replay) = replay else {
             return Self::default();
@@ -81,7 +82,7 @@ impl Known {
         }
     }
 
-    /// Of bytes read in order, and of those from anywhere.
+    /// Rates of sequential and of random reads.
     pub(super) const fn rates(&self, gathering: Gathering) -> [Option<Replayed>; 2] {
         match gathering {
             Gathering::PixelOrder => [self.missed, self.missed],
@@ -90,7 +91,7 @@ impl Known {
     }
 }
 
-/// What misses the GPU's cache in pixel-centric order.
+/// Misses of the GPU's cache in pixel-centric order.
 pub(super) fn missed_transfers(work: &FrameWork, known: &Known) -> Transfers {
     let kernel = kernels::misses(work);
     Transfers {
@@ -102,7 +103,7 @@ pub(super) fn missed_transfers(work: &FrameWork, known: &Known) -> Transfers {
     }
 }
 
-/// What the gathering unit reads and spills for a step, which is a part of a frame.
+/// Reads and spills of the gathering unit for a step of a frame.
 pub(super) fn unit_transfers(
     work: &FrameWork,
     step: &Batch,
@@ -122,7 +123,7 @@ pub(super) fn unit_transfers(
     }
 }
 
-/// Bytes of a row that is fetched by itself.
+/// Bytes of a row that is fetched on its own.
 fn run_bytes(work: &FrameWork) -> f64 {
     work.reads.bytes as f64 / work.reads.reads.max(1) as f64
 }

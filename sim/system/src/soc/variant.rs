@@ -1,8 +1,8 @@
-//! What is set side by side: which frames are rendered in full, and what gathers.
+//! Variants of the system: which frames are rendered in full, and how features are gathered.
 
 use serde::Serialize;
 
-/// Which frames of a path are rendered, and how.
+/// How the frames of a path are rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Frames {
@@ -16,32 +16,32 @@ pub enum Frames {
     Half,
 }
 
-/// What gathers features, and in which order.
+/// Where features are gathered, and in which order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Gathering {
-    /// The GPU, pixel by pixel.
+    /// On the GPU in pixel-centric order.
     PixelOrder,
-    /// The GPU, `MVoxel` by `MVoxel` (fully streaming).
+    /// On the GPU in memory-centric order, `MVoxel` by `MVoxel` (fully streaming).
     Streamed,
-    /// The gathering unit, `MVoxel` by `MVoxel`.
+    /// On the gathering unit in memory-centric order, `MVoxel` by `MVoxel`.
     Unit,
 }
 
-/// A variant of the system (paper, Sec. "Variants"), each optimisation alone, and what the paper
-/// compares quality with.
+/// A variant of the system (paper, Sec. "Variants"): each optimisation alone, and the baselines of
+/// the paper's quality comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Variant {
-    /// As it is called on the command line.
+    /// Name on the command line.
     pub name: &'static str,
-    /// Which frames are rendered.
+    /// How frames are rendered.
     pub frames: Frames,
-    /// What gathers.
+    /// How features are gathered.
     pub gathering: Gathering,
 }
 
 impl Variant {
-    /// All of them; speed-ups are over the first.
+    /// All variants; speed-ups are over the first.
     pub const ALL: [Self; 8] = [
         Self::new("baseline", Frames::Full, Gathering::PixelOrder),
         Self::new("fs", Frames::Full, Gathering::Streamed),
@@ -61,7 +61,7 @@ impl Variant {
         }
     }
 
-    /// By its name.
+    /// The variant of this name, if any.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|own| own.name == name)
@@ -72,9 +72,9 @@ impl Variant {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scenario {
-    /// Here.
+    /// On the device.
     Local,
-    /// By a machine at the other end of a link: of the baseline all frames, of warped ones
-    /// their references.
+    /// On a remote machine at the other end of the link: all frames of the baseline, references of
+    /// warped paths.
     Remote,
 }

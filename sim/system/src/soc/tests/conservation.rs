@@ -1,14 +1,14 @@
-//! Conservation, limits and monotony, whatever the work.
+//! Conservation, limits and monotonicity for random work.
 
 use super::*;
 
-/// What sharing memory evenly may cost a frame when something in it begins sooner.
+/// Largest relative slowdown from even sharing of memory, when a job begins sooner.
 const SHARING: f64 = 5e-2;
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// What a frame spends is what was counted, and nothing is faster than its limit.
+    /// A frame spends what was counted, and no part is faster than its limit.
     #[test]
     fn a_frame_is_conserved_and_bounded(work in any_work(), which in 0usize..3) {
         let gathering = GATHERING[which];
@@ -108,9 +108,9 @@ proptest! {
         prop_assert_eq!(found.remote_mj, None);
     }
 
-    /// Twice of each resource, of splats of the feature buffer, too: no frame is slower, but for an anomaly of sharing: what begins sooner takes bytes from what others wait
-    /// for, a block's at most at a time. Of fields a larger buffer is larger groups of rays, too,
-    /// fewer of which take turns.
+    /// Twice of any resource, for splats also of the feature buffer, slows no frame, except for the
+    /// anomaly of sharing: a job that begins sooner takes bandwidth from others, for one block at
+    /// most. For fields, a larger buffer also means larger ray groups, of which fewer take turns.
     #[test]
     fn more_of_a_resource_slows_no_frame(work in any_work(), which in 0usize..3) {
         let system = System::default();
@@ -156,7 +156,7 @@ proptest! {
         }
     }
 
-    /// Twice the link, twice the remote GPU: no path is slower, by the same anomaly at most.
+    /// Twice the link or twice the remote GPU slows no path, except for the same anomaly.
     #[test]
     fn more_afar_slows_no_path(full in any_work(), seed in any_work()) {
         let sparse = FrameWork { batches: seed.batches, ..full.clone() };
@@ -184,7 +184,7 @@ proptest! {
         }
     }
 
-    /// Paths: all frames are there, and the work of each is done once.
+    /// A path has all its frames, and does the work of each once.
     #[test]
     fn a_path_does_the_work_of_its_frames(full in any_work(), seed in any_work()) {
         // Both of one kind.
@@ -218,7 +218,7 @@ proptest! {
     }
 }
 
-/// Every field of a batch is summed and parted.
+/// Every field of a batch is summed and split.
 #[test]
 fn all_counts_of_a_batch_are_summed() {
     let keys = toml::Table::try_from(Batch::default()).unwrap();

@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Weights that fit are loaded once a path, others for each block; a slow interconnect is a limit of
-/// its own, and descriptors cost what they are long.
+/// Weights that fit are loaded once per path, others for each block. A slow interconnect is a limit
+/// of its own, and descriptors cost their length.
 #[test]
 fn weights_descriptors_and_the_interconnect_cost_what_they_move() {
     let mut work = some_work();
@@ -46,8 +46,8 @@ fn weights_descriptors_and_the_interconnect_cost_what_they_move() {
     assert!(found.span_ns < whole.span_ns && whole.energy.dma_mj > 0.0);
 }
 
-/// A block in one bank of one port is a limit of its own, which blocks over all banks are not; what
-/// the buffers move and spend is the same.
+/// A block in one bank of one port is a limit of its own; a block over all banks is not. Bytes and
+/// energy of the buffers are the same.
 #[test]
 fn ports_of_the_feature_buffer_are_a_limit() {
     let work = figures::frame(false, 9, 4096);
@@ -109,8 +109,8 @@ fn ports_of_the_feature_buffer_are_a_limit() {
     assert!(wide.span_ns <= apart.span_ns && apart.span_ns <= narrow.span_ns);
 }
 
-/// A gathering unit of which no formula is, is known where its netlist is given; a given one counts
-/// before formulas.
+/// A gathering unit without formulas is known where its netlist is given, and a given one takes
+/// precedence over formulas.
 #[test]
 fn a_given_gathering_unit_counts_before_formulas() {
     let reports = Synthesised::checked_in().unwrap();
@@ -151,7 +151,7 @@ fn a_given_gathering_unit_counts_before_formulas() {
     assert!(both.abs() < 0.2 * scaled.area_um2 * 1e-6, "{both}");
 }
 
-/// What is at rest, a multiplication's registers and idle watts are part of what a frame takes.
+/// Leakage, registers of the multipliers and idle power are part of a frame's energy.
 #[test]
 fn what_waits_takes_energy_too() {
     let own = costs(Program::Fields);
@@ -212,7 +212,7 @@ fn a_raw_frame_takes_the_link_a_fifth_of_a_second() {
 }
 
 /// Gaussians whose colours are a field (Compact-3DGS): tables are gathered and perceptrons run at
-/// the share of programs for fields, all else at that of splats.
+/// the efficiency of fields, all else at that of splats.
 #[test]
 fn colours_of_a_field_are_gathered_as_fields_are() {
     let mut work = some_work();
@@ -256,7 +256,7 @@ fn colours_of_a_field_are_gathered_as_fields_are() {
     assert!(near(own_ns(0.1), 2.0 * own_ns(0.2)));
 }
 
-/// Reads that wait for a bank of shared memory take its time again: of half of them, twice.
+/// Bank conflicts take the time of shared memory again: conflicts of half of the reads double it.
 #[test]
 fn conflicts_of_shared_memory_take_its_time() {
     let mut system = System::default();
@@ -272,7 +272,8 @@ fn conflicts_of_shared_memory_take_its_time() {
     assert!(near(own_ns(0.5), 2.0 * own_ns(0.0)));
 }
 
-/// What a stage waited for is named: memory as it is, the ports of a feature buffer of one bank.
+/// The channel that a stage waited for is named: memory by default, the feature buffer's port with
+/// one bank.
 #[test]
 fn what_is_waited_for_is_named() {
     let mut work = some_work();
@@ -300,7 +301,7 @@ fn what_is_waited_for_is_named() {
     assert!(near(sum, computation.memory_ns) && sum > 0.0);
 }
 
-/// A GPU that gathers more slowly does the same, in that many times the time.
+/// A larger gathering factor multiplies the time of the same work.
 #[test]
 fn gathering_more_slowly_is_no_more_work() {
     let work = some_work();
@@ -315,7 +316,7 @@ fn gathering_more_slowly_is_no_more_work() {
     assert!(near(own(&slow), 50.0 * own(&once)));
 }
 
-/// What is calibrated to the paper's millisecond for a million points takes it.
+/// The efficiency calibrated to the paper's millisecond for a million points gives that time.
 #[test]
 fn a_million_points_are_warped_in_a_millisecond() {
     let gpu = Gpu::XAVIER;

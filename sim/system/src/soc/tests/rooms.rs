@@ -1,11 +1,11 @@
-//! Room in buffers and in flight: what takes one waits for what gives one back.
+//! Buffer space and groups in flight: a job that takes room waits for one that releases it.
 
 use super::*;
 use crate::soc::blocks::blocks;
 use crate::soc::figures;
 use crate::soc::job_scheduler::Times;
 
-/// When the jobs of gathering, computation and compositing were what, block by block.
+/// Timestamps of gathering, computation and compositing, block by block.
 fn stages(system: &System, work: &FrameWork) -> [Vec<Times>; 3] {
     let path = path(work, work);
     let model = Model {
@@ -33,7 +33,7 @@ fn system(blocks: u64, groups_in_flight: u32) -> System {
     }
 }
 
-/// A block of the feature buffer is filled again when it was read, and not before.
+/// A block of the feature buffer is filled again after it was read, not before.
 #[test]
 fn a_block_is_filled_when_it_was_read() {
     let work = figures::frame(true, 9, 4096);
@@ -50,7 +50,7 @@ fn a_block_is_filled_when_it_was_read() {
     }
 }
 
-/// A group of rays is gathered when those so many before it have said which rays go on.
+/// A ray group is gathered once the groups in flight before it have determined which rays continue.
 #[test]
 fn a_group_waits_for_those_in_flight() {
     let work = figures::frame(false, 9, 4096);

@@ -1,9 +1,9 @@
-//! Memory of a frame: known sequences, what streaming saves, short runs.
+//! Memory traffic of a frame: replayed sequences, saving by streaming, short runs.
 
 use super::*;
 
-/// Accesses whose sequence is known take what it took when it was replayed: of a frame in full its
-/// own, of a part of one what is left.
+/// Replayed sequences replace the rates: full frames use their own, partial frames that of the
+/// remaining pixels.
 #[test]
 fn known_sequences_stand_in_for_rates() {
     let mut work = some_work();
@@ -73,8 +73,8 @@ fn known_sequences_stand_in_for_rates() {
     assert!(near(saving.before_pj, 64_000.0 * 200.0));
 }
 
-/// Half of the bytes at random places, and half as many bytes streamed: what is saved is parted in
-/// bytes not moved, at the mean of before, and what streaming saves of the rest.
+/// With half of the bytes random and then half as many bytes streamed, the saving splits into bytes
+/// not moved, at the former mean, and streaming of the rest.
 #[test]
 fn memory_energy_is_saved_by_traffic_and_by_streaming() {
     let mut work = some_work();
@@ -107,7 +107,7 @@ fn memory_energy_is_saved_by_traffic_and_by_streaming() {
     assert!(found.by_traffic_pj == 0.0 && found.by_streaming_pj.abs() < 1e-6);
 }
 
-/// Random rates are those of the memory model: dearer than streams, and never faster.
+/// Random rates come from the memory model: they cost more than streams and are never faster.
 #[test]
 fn short_runs_are_slower_and_dearer() {
     let memory = memory(4);

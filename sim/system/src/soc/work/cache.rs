@@ -1,4 +1,4 @@
-//! Work that was counted is kept, by what it was counted of.
+//! Cache of counted work, keyed by all its inputs.
 
 use std::path::{Path, PathBuf};
 
@@ -15,10 +15,10 @@ use super::frame::FrameWork;
 use super::path::{PathError, PathOptions, PathWork};
 use super::replay::PathReplay;
 
-/// Of the code: raised where what is counted changes.
+/// Version of the counting code, raised where counts change.
 const VERSION: &str = "4";
 
-/// Work that could neither be counted nor read.
+/// Why work could be neither counted nor read.
 #[derive(Debug, Error)]
 pub enum WorkCacheError {
     /// It cannot be counted.
@@ -32,19 +32,19 @@ pub enum WorkCacheError {
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
 }
 
-/// Where work is kept.
+/// Cache of counted work, a folder of files.
 #[derive(Debug, Clone)]
 pub struct WorkCache {
     folder: PathBuf,
 }
 
 impl WorkCache {
-    /// In a folder, which is made.
+    /// A cache in `folder`, which is created if missing.
     #[must_use]
     pub fn new(folder: &Path) -> Self {
         Self {
@@ -52,9 +52,8 @@ impl WorkCache {
         }
     }
 
-    /// The work of a path: what was counted earlier of the same scene, camera, configuration and
-    /// options, and by this version of the program; else it is counted now, and kept. Says
-    /// whether it was there.
+    /// The work of a path, and whether it was cached. Work is cached for the same scene, cameras,
+    /// configuration, options and program version; otherwise it is counted and stored.
     ///
     /// # Errors
     /// As [`PathWork::count`]; a folder that cannot be written.
@@ -70,7 +69,7 @@ impl WorkCache {
         })
     }
 
-    /// The same of the frame that the scene's camera sees.
+    /// The work of the frame that the scene's camera sees, cached in the same way.
     ///
     /// # Errors
     /// As [`FrameWork::count`]; a folder that cannot be written.
@@ -86,7 +85,7 @@ impl WorkCache {
         })
     }
 
-    /// What memory takes for the accesses of a path, kept in the same way.
+    /// The memory replay of a path, cached in the same way.
     ///
     /// # Errors
     /// As [`PathReplay::of`]; a folder that cannot be written.
@@ -122,8 +121,8 @@ impl WorkCache {
     }
 }
 
-/// What all counted work depends on: the program's version, every number of the configuration,
-/// and every part of the scene.
+/// Key of all that counted work depends on: the program's version, every number of the
+/// configuration, and every part of the scene.
 fn key(kind: &str, scene: &Scene, config: &Config) -> Key {
     let key = Key::new(kind, VERSION).value("configuration", config);
     (scene.identity().into_iter()).fold(key, |key, (part, hash)| key.hash(part, hash))

@@ -1,4 +1,4 @@
-//! What one frame asks for, in both orders.
+//! Work of one frame, in pixel-centric and in memory-centric order.
 
 use std::time::Duration;
 
@@ -13,80 +13,80 @@ use serde::{Deserialize, Serialize};
 use super::super::npu::Array;
 use super::meter::{Batch, Meter, Sums};
 
-/// Lanes of a warp, and banks of a GPU's shared memory.
+/// Threads in a warp, and banks of a GPU's shared memory.
 const WARP: usize = 32;
 
-/// Reads of feature vectors in pixel-centric order, through a cache with oracle replacement:
-/// no cache of that size has fewer misses.
+/// Reads of feature vectors in pixel-centric order through a cache with optimal (oracle)
+/// replacement: no cache of that size has fewer misses.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reads {
     /// Tables of the model.
     pub tables: u64,
-    /// Bytes of the model's vectors.
+    /// Bytes of the model's feature vectors.
     pub model_bytes: u64,
     /// Vectors read.
     pub reads: u64,
-    /// Their bytes.
+    /// Bytes read.
     pub bytes: u64,
-    /// Their parts of 32 bytes.
+    /// Sectors of 32 bytes read.
     pub sectors: u64,
-    /// Bytes that the cache could not serve.
+    /// Bytes of misses.
     pub missed_bytes: u64,
-    /// Vectors that it could not serve.
+    /// Vectors that miss.
     pub misses: u64,
-    /// Of them, those that do not lie behind the one before.
+    /// Misses that are not adjacent to the miss before.
     pub not_streaming: u64,
-    /// Reads that wait for another vector of their bank, over all: 32 lanes and 32 banks that
-    /// hold whole vectors.
+    /// Bank conflict rate: reads that wait for another vector of their bank, over all reads, with
+    /// 32 lanes and 32 banks that hold whole vectors.
     pub conflict_rate: f64,
 }
 
 /// Work of a frame, or of some of its pixels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrameWork {
-    /// Pixels that are rendered.
+    /// Pixels rendered.
     pub pixels: u64,
     /// Pixels of the whole frame.
     pub frame_pixels: u64,
-    /// Samples along rays, gathered or not; none of splats.
+    /// Samples along rays, gathered or not; 0 for splats.
     pub samples: u64,
-    /// Gaussians of the model; none of fields.
+    /// Gaussians of the model; 0 for fields.
     pub gaussians: u64,
-    /// Gaussians that touch a tile.
+    /// Visible Gaussians: those that touch a tile.
     pub visible: u64,
-    /// Coefficients of a Gaussian's colours that the model has and that are left out.
+    /// Colour coefficients of a Gaussian that the model has and that are not used.
     #[serde(default, skip_serializing_if = "super::is_default")]
     pub left_out_coefficients: u64,
     /// (tile, Gaussian) pairs.
     pub pairs: u64,
     /// Bytes of records that the GPU writes, each once.
     pub record_bytes: u64,
-    /// Bytes of partial sums and of records held back that did not fit on chip, out and back.
+    /// Spilled bytes, out and back: partial sums and held records that do not fit on chip.
     pub spilled_bytes: u64,
-    /// Of the bytes of rows, those that are fetched one by one.
+    /// Bytes of rows that are fetched one by one.
     pub scattered_bytes: u64,
-    /// Pixel-centric order.
+    /// Reads in pixel-centric order.
     pub reads: Reads,
-    /// Memory-centric order, step by step.
+    /// Work in memory-centric order, by step.
     pub batches: Vec<Batch>,
 }
 
-/// A frame that was rendered to be counted.
+/// A frame with its counted work.
 #[derive(Debug)]
 pub struct Counted {
-    /// What it asks for.
+    /// Its work.
     pub work: FrameWork,
-    /// What it shows.
+    /// Its picture.
     pub rendered: Rendered,
-    /// Cycles of gathering by sums.
+    /// Gathering cycles by closed form.
     pub sums: Sums,
-    /// What the cycle models took of the time.
+    /// Wall time of the cycle models.
     pub modelled: Duration,
 }
 
 impl FrameWork {
-    /// Counts what a scene's camera sees, or a mask's pixels of it, by rendering it through
-    /// the twins. `cache` are the bytes of the GPU's cache.
+    /// Renders what a scene's camera sees, or a mask's pixels of it, through the reference units,
+    /// and counts the work. `cache` is the size of the GPU's cache in bytes.
     ///
     /// # Errors
     /// As [`Scene::render_fixed`].
@@ -101,7 +101,7 @@ impl FrameWork {
         Self::count_through(scene, config, array, cache, only, &mut twins)
     }
 
-    /// The same through other units of the configuration.
+    /// Counts the work through other units of the configuration.
     ///
     /// # Errors
     /// As [`Scene::render_fixed`].
@@ -116,7 +116,7 @@ impl FrameWork {
         Ok(Self::rendered(scene, config, array, cache, only, units)?.work)
     }
 
-    /// The same with what was rendered.
+    /// Counts the work, and returns it with the picture.
     ///
     /// # Errors
     /// As [`Scene::render_fixed`].
@@ -177,7 +177,7 @@ impl FrameWork {
         })
     }
 
-    /// All batches together.
+    /// Sum of all batches.
     #[must_use]
     pub fn total(&self) -> Batch {
         let mut sum = Batch::default();
@@ -185,8 +185,8 @@ impl FrameWork {
         sum
     }
 
-    /// The same with cycles of units in all that were found otherwise, spread over the batches as
-    /// these have them.
+    /// The same work with other total cycles of the units, distributed over the batches in
+    /// proportion to their own.
     #[must_use]
     pub fn with_cycles(&self, gather: u64, vector: u64) -> Self {
         let total = self.total();
@@ -207,8 +207,8 @@ impl FrameWork {
         own
     }
 
-    /// What is known without stepping through anything: all MVoxels as one, by `sums`, all vectors
-    /// at the rate of their units, without fills, stalls and ends.
+    /// Closed-form estimate without simulation: all MVoxels as one, by `sums`, all vectors at their
+    /// units' throughput, without pipeline fill, stalls and drain.
     #[must_use]
     pub fn as_one_sum(&self, sums: Sums) -> Self {
         let total = self.total();
@@ -219,7 +219,7 @@ impl FrameWork {
         .with_cycles(sums.cycles(), total.vector_busy)
     }
 
-    /// The same frame where all tables are on chip, a bank each, which gives a vertex a cycle
+    /// The same frame with all tables on chip, one bank each, which delivers a vertex a cycle
     /// (NGPC, Mubarik et al., ISCA 2023): a sample takes as many cycles as it has vertices in a
     /// table, and nothing is loaded.
     #[must_use]

@@ -1,4 +1,4 @@
-//! What the units do for a frame, measured as it goes through them.
+//! Work of the units for a frame, measured call by call.
 
 use std::time::{Duration, Instant};
 
@@ -15,56 +15,56 @@ const CODE: u64 = 2;
 /// Bytes of an operand or a result of the vector unit.
 const OPERAND: u64 = 4;
 
-/// What is gathered at a time, and what is computed of it: one step of the pipeline of a frame.
-/// A batch begins with the first gather behind a vector operation.
+/// One step of a frame's pipeline: a gathering and the computation on its results. A batch begins
+/// with the first gather after a vector operation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Batch {
     /// Runs of the gathering unit, each from reset.
     pub runs: u64,
-    /// Tasks: MVoxels.
+    /// Tasks, one for each MVoxel.
     pub mvoxels: u64,
     /// RIT entries.
     pub entries: u64,
-    /// Cycles of the gathering unit, streams always ready.
+    /// Cycles of the gathering unit with streams always ready.
     pub gather_cycles: u64,
-    /// Of them, those in which it issues.
+    /// Busy cycles of the gathering unit, in which it issues.
     pub gather_busy: u64,
-    /// Codes that it reads from the MFT: entries times vertices times channels.
+    /// Codes read from the MFT: entries times vertices times channels.
     pub codes_read: u64,
     /// Bytes of rows loaded into the MFT.
     pub row_bytes: u64,
-    /// Bytes of RIT entries, once.
+    /// Bytes of RIT entries, each counted once.
     pub rit_bytes: u64,
-    /// Bytes of RIT entries that the gathering unit reads: again for each further segment where
-    /// they exceed both halves of its buffer.
+    /// Bytes of RIT entries read by the gathering unit. Entries that exceed both halves of its
+    /// buffer are read again for each further segment.
     pub rit_read_bytes: u64,
     /// Bytes of gathered features.
     pub feature_bytes: u64,
     /// Vector operations.
     pub operations: u64,
-    /// Elements of them.
+    /// Elements of vector operations.
     pub elements: u64,
-    /// Cycles of the vector unit, streams always ready, each operation from reset.
+    /// Cycles of the vector unit with streams always ready, each operation from reset.
     pub vector_cycles: u64,
-    /// Of them, those in which it works.
+    /// Busy cycles of the vector unit.
     pub vector_busy: u64,
-    /// Bytes of operands: the unit keeps none from one operation to the next.
+    /// Bytes of operands; the unit keeps none between operations.
     pub operand_bytes: u64,
     /// Bytes of results.
     pub result_bytes: u64,
-    /// Products of matrices.
+    /// Matrix products.
     pub products: u64,
-    /// Multiplications of them.
+    /// Multiply-accumulates of the products.
     pub macs: u64,
     /// Cycles of the MAC array.
     pub array_cycles: u64,
-    /// Bytes of inputs of products, read once for each fold of columns.
+    /// Bytes of the products' inputs, read once for each fold of columns.
     pub input_bytes: u64,
-    /// Bytes of weights, as often as they are loaded.
+    /// Bytes of weights, counted at each load.
     pub weight_bytes: u64,
     /// Bytes of outputs of products.
     pub output_bytes: u64,
-    /// Bytes of partial sums that are written and read again.
+    /// Bytes of partial sums written and read again.
     pub partial_bytes: u64,
 }
 
@@ -98,7 +98,7 @@ impl Batch {
         ]
     }
 
-    /// Equal parts, to one of each count; together they are the whole.
+    /// Splits into equal parts, up to one of each count; the parts sum to the whole.
     pub fn parts(mut self, number: u64) -> impl Iterator<Item = Self> {
         let whole = self.counts().map(|count| *count);
         (0..number).map(move |i| {
@@ -120,31 +120,31 @@ impl std::ops::AddAssign for Batch {
     }
 }
 
-/// Counts what units of a configuration do: cycles by the cycle models, of the same runs that
-/// hardware would do.
+/// Observer that counts the work of units of a configuration. Cycle models of the same runs give
+/// the cycles.
 pub struct Meter {
     config: Config,
-    /// From the first operation on.
+    /// Set with the first operation.
     vector: Option<ClosedVector>,
     array: Array,
     batches: Vec<Batch>,
     is_computing: bool,
     sums: Sums,
-    /// Time in the cycle models.
+    /// Wall time of the cycle models.
     modelled: Duration,
 }
 
-/// Cycles of the gathering unit by sums over MVoxels, which nothing is stepped through for.
+/// Gathering cycles by closed form over MVoxels, without simulation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Sums {
-    /// In which vertices are read, those of as many entries at once as there are ports.
+    /// Cycles of vertex reads; as many entries are read at once as there are ports.
     pub reads: u64,
-    /// In which rows are loaded into the MFT, one a cycle.
+    /// Cycles of loading rows into the MFT, one row a cycle.
     pub loads: u64,
 }
 
 impl Sums {
-    /// As one half of the MFT is loaded while the other is read: the longer of both.
+    /// Cycles with a double-buffered MFT: the larger of reads and loads.
     #[must_use]
     pub fn cycles(self) -> u64 {
         self.reads.max(self.loads)
@@ -152,7 +152,7 @@ impl Sums {
 }
 
 impl Meter {
-    /// Of units of a configuration, beside a MAC array.
+    /// A meter for units of `config` and a MAC array.
     #[must_use]
     pub fn new(config: &Config, array: Array) -> Self {
         Self {
@@ -166,13 +166,13 @@ impl Meter {
         }
     }
 
-    /// Cycles of gathering by sums.
+    /// Gathering cycles by closed form.
     #[must_use]
     pub const fn sums(&self) -> Sums {
         self.sums
     }
 
-    /// What the cycle models took of the time.
+    /// Wall time of the cycle models.
     #[must_use]
     pub const fn modelled(&self) -> Duration {
         self.modelled
@@ -216,7 +216,7 @@ impl Meter {
     }
 }
 
-/// What a run of the gathering unit does, of tasks that can follow one another.
+/// Counts a run of the gathering unit over consecutive tasks.
 fn counted(
     tasks: &[GatherTask],
     work: &GatherWork<'_>,

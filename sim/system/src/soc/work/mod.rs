@@ -1,5 +1,4 @@
-//! What a frame asks of the hardware, counted on frames that are really rendered: nothing here
-//! is a ratio that somebody assumed.
+//! Work of frames, counted while they are rendered. No ratio is assumed.
 
 mod cache;
 mod frame;
@@ -15,7 +14,7 @@ pub use meter::{Batch, Meter, Sums};
 pub use path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};
 pub use replay::{PathReplay, Replay, Replayed};
 
-/// Of a value that is only written down where it is not the usual one.
+/// Whether a value is its default, which is then not serialised.
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }

@@ -1,5 +1,5 @@
-//! What the frames of a camera path ask for: rendered in full, warped, warped from one another,
-//! and at half the resolution.
+//! Work of a camera path: frames in full, warped from references, warped from one another, and at
+//! half the resolution.
 
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Effect;
@@ -19,47 +19,48 @@ use thiserror::Error;
 use super::super::npu::Array;
 use super::frame::FrameWork;
 
-/// Frames that are counted side by side, with their pictures in memory.
+/// Frames counted in parallel; their pictures are in memory.
 const SIDE_BY_SIDE: usize = 8;
 
-/// A path that could not be counted.
+/// Why a path could not be counted.
 #[derive(Debug, Error)]
 pub enum PathError {
-    /// The scene cannot be rendered so.
+    /// The scene cannot be rendered.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// It cannot be warped so.
+    /// Its frames cannot be warped.
     #[error(transparent)]
     Warp(#[from] WarpError),
-    /// There is nothing to count.
+    /// The path has no frames.
     #[error("frames is 0: expected 1 or more frames of a path")]
     NoFrames,
 }
 
-/// What is counted.
+/// Options of a counted path.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PathOptions {
     /// Frames of the path.
     pub frames: u32,
-    /// Frames a second of the scene's way.
+    /// Frames a second on the scene's built-in path.
     pub fps: f64,
-    /// Targets of a reference.
+    /// Window: targets of a reference.
     pub window: u32,
-    /// Largest angle between the rays of reference and target at a point, in degrees.
+    /// Largest angle between the rays of reference and target at a point, in degrees; `None`: no
+    /// limit.
     pub phi: Option<f64>,
-    /// Which pixels are warped and which are rendered.
+    /// Rules that classify pixels as warped or rendered.
     #[serde(default, skip_serializing_if = "super::is_default")]
     pub profile: Profile,
     /// Rows and columns of the MAC array.
     pub array: [u64; 2],
-    /// Whether its units hold a second operand.
+    /// Whether each unit of the array holds a second operand.
     pub is_double_buffered: bool,
     /// Bytes of the GPU's cache.
     pub cache: u32,
 }
 
 impl PathOptions {
-    /// What decides which pixels of a scene's targets are warped.
+    /// The rule that classifies a target's pixels.
     pub(super) fn rule(&self, scene: &Scene) -> Rule {
         Rule {
             phi: self.phi.map(f64::to_radians),
@@ -69,10 +70,10 @@ impl PathOptions {
     }
 }
 
-/// Pixels of a target by where they come from.
+/// Pixels of a target by origin.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Classes {
-    /// Taken from the reference.
+    /// Warped from the reference.
     pub warped: u64,
     /// Background.
     pub void: u64,
@@ -81,37 +82,37 @@ pub struct Classes {
 }
 
 impl Classes {
-    /// All of them.
+    /// Pixels in all.
     #[must_use]
     pub const fn pixels(&self) -> u64 {
         self.warped + self.void + self.rendered
     }
 }
 
-/// A frame that is warped.
+/// A target frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TargetWork {
-    /// The reference that it is warped from; none where it is one.
+    /// The reference that it is warped from; `None` where it shows a reference.
     pub reference: Option<usize>,
     /// Its pixels.
     pub classes: Classes,
-    /// What rendering the rest asks for; none where nothing is rendered.
+    /// Work of rendering the remaining pixels; `None` where nothing is rendered.
     pub work: Option<FrameWork>,
 }
 
-/// How like the frames of a path are to others: dB of the mean squared error over all of them,
-/// peak 1, none where they are equal; and structural similarity, its mean over them, none where
-/// they have less than 11 x 11 pixels.
+/// Quality of a path's frames. PSNR in dB, from the mean squared error over all frames, peak 1;
+/// `None` where they are equal. SSIM, as mean over frames; `None` for frames smaller than 11 x 11
+/// pixels.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
-    /// Beside the model's own frames, rendered in full.
+    /// PSNR against the model's own full frames.
     pub model_db: Option<f64>,
-    /// Beside what the model was sampled from, where that is known.
+    /// PSNR against the ground truth that the model was sampled from, where it is known.
     pub truth_db: Option<f64>,
-    /// As `model_db`.
+    /// SSIM against the model's own full frames.
     #[serde(default)]
     pub model_ssim: Option<f64>,
-    /// As `truth_db`.
+    /// SSIM against the ground truth, where it is known.
     #[serde(default)]
     pub truth_ssim: Option<f64>,
 }
@@ -121,34 +122,34 @@ pub struct Quality {
 pub struct PathWork {
     /// The scene.
     pub scene: String,
-    /// The algorithm, by its usual name.
+    /// Name of the algorithm.
     pub algorithm: String,
-    /// Pixels a row, and rows.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// What was counted.
+    /// Options it was counted with.
     pub options: PathOptions,
-    /// Frames in full, at the poses of references.
+    /// Full frames, at the poses of references.
     pub references: Vec<FrameWork>,
-    /// The frame of the path as which each reference is shown, if it is one, and the frame at
-    /// whose time its pose is known.
+    /// For each reference the frame that shows it, if any, and the frame at whose time its pose is
+    /// known.
     pub reference_frames: Vec<(Option<usize>, usize)>,
-    /// Frames warped from references (SpaRW), one a frame of the path.
+    /// Frames warped from references (SpaRW), one for each frame of the path.
     pub targets: Vec<TargetWork>,
-    /// Frames each warped from the one before, the first of a window in full (Temp-N).
+    /// Frames warped from the frame before; the first of each window is rendered in full (Temp-N).
     pub chained: Vec<TargetWork>,
-    /// Frames at half the width and height (DS-2), at the poses of references.
+    /// Frames at half width and height (DS-2), at the poses of references.
     pub halves: Vec<FrameWork>,
-    /// Of frames in full.
+    /// Quality of full frames.
     pub full_quality: Quality,
-    /// Of warped ones.
+    /// Quality of frames warped from references.
     pub warped_quality: Quality,
-    /// Of those warped from one another.
+    /// Quality of frames warped from one another.
     pub chained_quality: Quality,
-    /// Of those at half the resolution.
+    /// Quality of frames at half the resolution.
     pub half_quality: Quality,
 }
 
-/// Likeness to one kind of picture, summed up over frames.
+/// Error sums of one comparison over frames.
 #[derive(Default)]
 struct Sums {
     squared: Option<f64>,
@@ -171,7 +172,7 @@ impl Sums {
     }
 }
 
-/// What frames are like.
+/// Error sums against model and ground truth.
 #[derive(Default)]
 struct Errors {
     model: Sums,
@@ -200,7 +201,7 @@ impl Errors {
     }
 }
 
-/// Counts frames of a scene.
+/// Counts the frames of a scene.
 struct Counter<'a> {
     scene: Scene,
     config: &'a Config,
@@ -240,7 +241,7 @@ impl Counter<'_> {
         })
     }
 
-    /// Frames in full, some side by side.
+    /// Counts full frames, some in parallel.
     fn frames(
         &self,
         cameras: &[Camera],
@@ -260,7 +261,7 @@ impl Counter<'_> {
         Ok(all)
     }
 
-    /// Frames of a path as they are made, and how good they are.
+    /// Counts the frames of a warped path as they are made, and measures their quality.
     fn targets(
         &self,
         frames: &mut dyn Iterator<Item = Result<Frame, WarpError>>,
@@ -289,13 +290,13 @@ impl Counter<'_> {
     }
 }
 
-/// What a path's frames are compared with.
+/// Pictures that a path's frames are compared with.
 struct Shown {
-    /// By the model.
+    /// The model's.
     models: Vec<Picture>,
-    /// What is there, where that is known.
+    /// Ground truth, where it is known.
     truths: Vec<Option<Picture>>,
-    /// Of the model's own frames, and of those at half the resolution.
+    /// Errors of the model's full frames, and of those at half the resolution.
     full: Errors,
     halved: Errors,
 }
@@ -331,19 +332,19 @@ impl Shown {
 }
 
 impl PathWork {
-    /// The frame in full that stands for a frame of the path: its reference's.
+    /// The full frame that stands for a frame of the path: that of its reference.
     ///
     /// # Panics
-    /// Never: a path that was counted has a reference.
+    /// Never: a counted path has a reference.
     #[must_use]
     pub fn full(&self, number: usize) -> &FrameWork {
         self.standing_for(&self.references, number)
     }
 
-    /// The same at half the width and height.
+    /// The half-resolution frame that stands for a frame of the path.
     ///
     /// # Panics
-    /// Never, likewise.
+    /// Never: a counted path has a reference.
     #[must_use]
     pub fn half(&self, number: usize) -> &FrameWork {
         self.standing_for(&self.halves, number)
@@ -354,14 +355,14 @@ impl PathWork {
         &works[(number / window).min(works.len() - 1)]
     }
 
-    /// Steps that [`PathWork::count`] tells of.
+    /// Steps that [`PathWork::count`] reports.
     #[must_use]
     pub fn steps(options: &PathOptions) -> u64 {
         3 * u64::from(options.frames)
             + 2 * u64::from(options.frames.div_ceil(options.window.max(1)))
     }
 
-    /// Renders and counts a path; `step` is told of each frame that is done.
+    /// Renders and counts a path. `step` is called after each frame.
     ///
     /// # Errors
     /// A scene, a path or a configuration that does not fit.

@@ -1,5 +1,5 @@
-//! What memory takes for the accesses that a frame makes in their order, replayed on the memory's
-//! model, beside the rates of streams and of runs at random places.
+//! Replay of a frame's memory accesses on the memory model, beside the rates of sequential and
+//! random accesses.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -16,51 +16,51 @@ use super::super::memory::{Memory, Rate};
 use super::path::{PathError, PathOptions};
 
 const BURST: u64 = 32;
-/// Bursts of a sequence at most: those behind are left out.
+/// Longest sequence in bursts; later ones are left out.
 const MOST: usize = 200_000;
-/// Bursts that wait in all queues, more or less: one that is on its way is not asked for again.
+/// Approximate bursts waiting in all queues. A burst in flight is not requested again.
 const WAITING: usize = 512;
-/// Where RIT entries lie, behind all MVoxels.
+/// Address of RIT entries, after all MVoxels.
 const TABLE: u64 = 1 << 30;
 /// Bytes of a feature code.
 const CODE: u64 = 2;
 
-/// A sequence of accesses, both ways.
+/// A sequence of accesses, by pattern rates and as replayed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Replayed {
-    /// Bytes that are asked for.
+    /// Bytes requested.
     pub bytes: u64,
-    /// Nanoseconds and picojoules a byte by the rates of streams and of runs at random places.
+    /// Nanoseconds and picojoules a byte by the rates of sequential and random accesses.
     pub at_rates: Rate,
-    /// The same replayed.
+    /// Nanoseconds and picojoules a byte as replayed.
     pub replayed: Rate,
-    /// Bytes that are moved for one that is asked for: bursts are whole, and what lies in one that is
-    /// on its way is not asked for again.
+    /// Bytes moved for each byte requested: bursts are whole, and a request for a burst in flight
+    /// moves none.
     pub moved: f64,
 }
 
-/// The sequences of a frame.
+/// Access sequences of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Replay {
-    /// What misses the GPU's cache in pixel-centric order; none where nothing does.
+    /// Misses of the GPU's cache in pixel-centric order; `None` without misses.
     pub missed: Option<Replayed>,
-    /// What the gathering unit loads: rows of MVoxels beside their entries. None of models of
-    /// which rows are fetched one by one, from places that its tasks do not say.
+    /// Loads of the gathering unit: rows of MVoxels and their entries. `None` for models whose rows
+    /// are fetched one by one, as tasks do not tell their addresses.
     pub loaded: Option<Replayed>,
 }
 
-/// The sequences of a path.
+/// Access sequences of a path.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PathReplay {
-    /// Of its first frame, in full.
+    /// Those of its first full frame.
     pub full: Replay,
-    /// Of what warping leaves of the first frame that it leaves something of; none where it leaves
-    /// nothing, or of no frame.
+    /// Those of the first frame that warping leaves incomplete, for its remaining pixels; `None`
+    /// without such a frame.
     pub rest: Option<Replay>,
 }
 
 impl PathReplay {
-    /// Of a path; these stand for all of its frames.
+    /// Replays a path; the two frames stand for all.
     ///
     /// # Errors
     /// A scene, a path or a configuration that does not fit.
@@ -103,8 +103,8 @@ impl PathReplay {
 }
 
 impl Replay {
-    /// Of what the scene's camera sees, or a mask's pixels of it, through twins; a GPU's cache has
-    /// `cache` bytes.
+    /// Replays what the scene's camera sees, or a mask's pixels of it, through the reference units.
+    /// `cache` is the size of the GPU's cache in bytes.
     ///
     /// # Errors
     /// As [`Scene::render_fixed`].
@@ -138,7 +138,7 @@ const fn read(burst: u64) -> Access {
     }
 }
 
-/// Vectors by their addresses and bytes.
+/// Replays vectors by address and size.
 fn misses(vectors: &[(u64, u32)], memory: &Memory) -> Option<Replayed> {
     let bytes: u64 = vectors.iter().map(|(_, bytes)| u64::from(*bytes)).sum();
     if bytes == 0 {
@@ -175,7 +175,7 @@ fn misses(vectors: &[(u64, u32)], memory: &Memory) -> Option<Replayed> {
 }
 
 impl Replayed {
-    /// Accesses that so many bytes are asked for by.
+    /// Replays `accesses`, which request so many bytes.
     fn new(memory: &Memory, accesses: &[Access], bytes: u64, at_rates: Rate) -> Self {
         let burst = memory.measured(accesses.iter().copied());
         let moved = accesses.len() as f64 * BURST as f64 / bytes as f64;
@@ -192,12 +192,12 @@ impl Replayed {
     }
 }
 
-/// What the gathering unit loads: MVoxels with the same rows are the same, and
-/// lie one behind the other as they come up, as their entries do.
+/// Loads of the gathering unit. MVoxels with the same rows are the same, and lie in memory in the
+/// order of their first use, as their entries do.
 struct Loads {
     config: Config,
     places: HashMap<Vec<i16>, u64>,
-    /// First free bursts of MVoxels and of entries.
+    /// First free bursts, for MVoxels and for entries.
     free: [u64; 2],
     bytes: u64,
     accesses: Vec<Access>,
@@ -214,7 +214,7 @@ impl Loads {
         }
     }
 
-    /// Both streams of a task go side by side.
+    /// Interleaves both streams of a task.
     fn load(&mut self, task: &GatherTask) {
         if self.accesses.len() >= MOST {
             return;
@@ -255,12 +255,12 @@ impl Observer for Loads {
         Ok(())
     }
 
-    /// Operands come from no memory.
+    /// Operands do not come from memory.
     fn computed(&mut self, _: &VectorCall<'_>) -> Result<(), UnitError> {
         Ok(())
     }
 
-    /// Weights stay on the chip.
+    /// Weights stay on chip.
     fn multiplied(&mut self, _: &Product) {}
 }
 
