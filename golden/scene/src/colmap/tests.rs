@@ -2,6 +2,10 @@
 
 use std::fs;
 
+use glam::{DVec2, DVec3};
+use potamoi_base::record::Fate;
+
+use super::text::MAX_LINE;
 use super::*;
 use crate::fuzz::{damaged, damages, sound};
 
