@@ -1,4 +1,4 @@
-//! The paper's motivation figures of a scene: what is read, what misses, what conflicts.
+//! The paper's motivation figures for a scene: reads, cache misses and bank conflicts.
 
 use potamoi_formats::config::Config;
 use potamoi_scene::Scene;
@@ -7,71 +7,71 @@ use serde::Serialize;
 
 use crate::ExploreError;
 
-/// The buffer of the paper's figures, in bytes.
+/// Bytes of the buffer in the paper's figures.
 const BUFFER: u32 = 2 << 20;
 
-/// What was found of one scene.
+/// Characterisation of a scene.
 #[derive(Debug, Clone, Serialize)]
 pub struct Characterisation {
     /// The scene's name.
     pub scene: String,
     /// The model's algorithm.
     pub algorithm: &'static str,
-    /// Pixels of a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
-    /// Whether reads are of tables as large as the algorithm's authors use.
+    /// Whether tables have the size that the algorithm's authors use.
     pub full_size: bool,
-    /// Feature vectors of the model, table after table.
+    /// Feature vectors of each table of the model.
     pub tables: Vec<Vectors>,
     /// Bytes of the feature vectors of all tables.
     pub model_bytes: u64,
-    /// Bytes of the buffer that misses are of.
+    /// Bytes of the buffer for the miss rate.
     pub buffer_bytes: u32,
-    /// Accesses to memory in the order of pixels.
+    /// Memory accesses in pixel-centric order.
     pub memory: Memory,
-    /// Misses of the buffer with oracle replacement over reads, 0 to 1.
+    /// Misses of the buffer with oracle replacement, over reads; 0 to 1.
     pub miss_rate: f64,
-    /// Misses that do not follow the one before over all, 0 to 1.
+    /// Misses not adjacent to the miss before, over all misses; 0 to 1.
     pub not_streaming_rate: f64,
-    /// Conflicts on banks, by rays and banks.
+    /// Bank conflicts, by rays and banks.
     pub banks: Vec<BankPoint>,
-    /// Seconds, measured.
+    /// Measured seconds by stage.
     pub stages: Stages,
-    /// What the paper states.
+    /// The paper's figures.
     pub paper: PaperMotivation,
-    /// Of splats alone.
+    /// Merging of cells; splats only.
     pub merging: Option<Merging>,
-    /// By ray group, and by halo where MVoxels share vertices.
+    /// Traffic by ray group, and by halo where MVoxels share vertices.
     pub traffic: Vec<Traffic>,
-    /// What a model's file leaves open.
+    /// Items that the model's file does not determine.
     pub not_checked: Vec<String>,
 }
 
-/// What merging of cells does to the MVoxels of splats.
+/// Effect of merging cells on the MVoxels of splats.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Merging {
-    /// Gaussians that an MVoxel holds.
+    /// Capacity of an MVoxel in Gaussians.
     pub rows: u32,
-    /// MVoxels without merging.
+    /// MVoxels before merging.
     pub mvoxels_before: usize,
-    /// MVoxels with it.
+    /// MVoxels after merging.
     pub mvoxels_after: usize,
-    /// Gaussians of an MVoxel on average, without merging.
+    /// Mean Gaussians of an MVoxel before merging.
     pub points_before: f64,
-    /// The same with it.
+    /// Mean Gaussians of an MVoxel after merging.
     pub points_after: f64,
-    /// Bytes of the tree.
+    /// Bytes of the octree.
     pub tree_bytes: usize,
 }
 
-/// Conflicts of so many rays on so many banks.
+/// Bank conflicts for a number of rays and banks.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct BankPoint {
-    /// Rays whose vertices are read at once.
+    /// Rays that read their vertices at once.
     pub rays: usize,
-    /// Banks that hold vectors whole.
+    /// Banks; each holds whole vectors.
     pub banks: u32,
     /// Reads and conflicts.
     pub counts: Banks,
@@ -79,36 +79,36 @@ pub struct BankPoint {
     pub conflict_rate: f64,
 }
 
-/// What the paper states (Secs. "Motivation", "Memory Optimizations"): of an algorithm where it
-/// names one, of all of them otherwise. Rates are from 0 to 1.
+/// The paper's figures (Secs. "Motivation", "Memory Optimizations"): of an algorithm where the
+/// paper names it, else of all. Rates are from 0 to 1.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct PaperMotivation {
-    /// Bytes of the feature vectors of its models.
+    /// Range of bytes of its models' feature vectors.
     pub model_bytes: [u64; 2],
-    /// Misses of a 2 MB buffer with oracle replacement, over its algorithms.
+    /// Miss rate of a 2 MB buffer with oracle replacement, mean over its algorithms.
     pub miss_rate_average: f64,
-    /// The most of them.
+    /// Largest miss rate among its algorithms.
     pub miss_rate_most: f64,
-    /// Accesses to memory that do not stream are more than this.
+    /// Lower bound of the share of non-streaming accesses.
     pub not_streaming_above: f64,
-    /// Conflicts of 16 rays on 16 banks: the algorithm's own, or the average.
+    /// Conflict rate of 16 rays on 16 banks: the algorithm's own, or the mean.
     pub conflicts_16_on_16: Option<f64>,
-    /// Their average.
+    /// Mean conflict rate of 16 rays on 16 banks.
     pub conflicts_16_on_16_average: f64,
-    /// Conflicts of 64 rays on 16 banks.
+    /// Conflict rate of 64 rays on 16 banks.
     pub conflicts_64_on_16: Option<f64>,
-    /// Gathering takes more than this of the time, on average, on a mobile GPU.
+    /// Lower bound of gathering's mean share of the time on a mobile GPU.
     pub gathering_above: f64,
-    /// Gaussians of an MVoxel before and after merging.
+    /// Mean Gaussians of an MVoxel before and after merging.
     pub points: Option<[f64; 2]>,
-    /// Bytes of the octree, at most.
+    /// Upper bound of the octree's bytes.
     pub tree_bytes: Option<u64>,
-    /// Of the bytes of the memory-centric order, those that do not stream.
+    /// Share of bytes in memory-centric order that do not stream.
     pub scattered: Option<f64>,
 }
 
 impl PaperMotivation {
-    /// Of an algorithm.
+    /// Figures of an algorithm.
     #[must_use]
     pub fn of(algorithm: &str) -> Self {
         let splats = matches!(algorithm, "3DGS" | "Compact-3DGS");
@@ -130,11 +130,11 @@ impl PaperMotivation {
 }
 
 impl Characterisation {
-    /// Counts the accesses of the frame that a scene's camera sees; `full` takes tables as large as
+    /// Characterises the frame that a scene's camera sees. `full` enlarges tables to the size that
     /// the algorithm's authors use, with the model's samples.
     ///
     /// # Errors
-    /// A scene that the configuration cannot render, or of which nothing is read.
+    /// A scene that the configuration cannot render, or that reads nothing.
     pub fn of(scene: &Scene, config: &Config, full: bool) -> Result<Self, ExploreError> {
         let counted = scene.characterise(config, BUFFER, &sides(scene), full)?;
         let (accesses, memory) = (&counted.accesses, counted.accesses.memory);
@@ -177,7 +177,7 @@ impl Characterisation {
     }
 }
 
-/// Ray groups from 16 pixels a side to the frame.
+/// Sides of ray groups in pixels, from 16 to the frame.
 fn sides(scene: &Scene) -> Vec<u32> {
     let frame = scene.camera().width.max(scene.camera().height);
     let smaller = [16, 32, 64, 128, 256, 512];

@@ -1,4 +1,4 @@
-//! Why a study has no result.
+//! Errors of studies.
 
 use potamoi_analysis::HardwareError;
 use potamoi_formats::config::ConfigError;
@@ -14,56 +14,56 @@ use potamoi_warp::WarpError;
 use potamoi_warp::mesh::MeshError;
 use thiserror::Error;
 
-/// Why a study has no result: what a crate below says of it, or one of the last
-/// three, each a sentence for the user.
+/// Why a study has no result: an error of a crate below, or one of the last three, each a sentence
+/// for the user.
 #[derive(Debug, Error)]
 pub enum ExploreError {
-    /// Of the configuration.
+    /// The configuration is invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// Of a scene, its files or its rendering.
+    /// A scene, its files or its rendering failed.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Of syntheses, their files or their tools.
+    /// A synthesis, its files or its tools failed.
     #[error(transparent)]
     Synth(#[from] SynthError),
-    /// Of the files in which counted work is kept.
+    /// The cache of counted work failed.
     #[error(transparent)]
     Work(#[from] WorkCacheError),
-    /// Of the hardware that a scene calls for.
+    /// The hardware for a scene cannot be built.
     #[error(transparent)]
     Hardware(#[from] HardwareError),
-    /// Of warping.
+    /// Warping failed.
     #[error(transparent)]
     Warp(#[from] WarpError),
-    /// Of the schedule of frames.
+    /// Scheduling of frames failed.
     #[error(transparent)]
     Runtime(#[from] RuntimeError),
-    /// Of a mesh.
+    /// A mesh is invalid.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// Of Verilog, the tools that run it, or what runs.
+    /// Verilog, the tools that run it, or its run failed.
     #[error(transparent)]
     Rtl(#[from] RtlError),
-    /// Of units that work was sent through.
+    /// A unit failed.
     #[error("{0}")]
     Unit(UnitError),
-    /// Of the system's model.
+    /// The system model failed.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// Energy or area is not known.
+    /// An energy or area is not known.
     #[error(transparent)]
     Cost(#[from] CostError),
-    /// Of the generated netlist.
+    /// The generated netlist is invalid.
     #[error("the generated netlist is wrong: {0}")]
     Netlist(#[from] IrErrors),
     /// A check failed.
     #[error("{0}")]
     Check(String),
-    /// A check could not say.
+    /// A check was inconclusive.
     #[error("{0}")]
     Inconclusive(String),
-    /// What was asked for cannot be.
+    /// The request cannot be met.
     #[error("{0}")]
     Refused(String),
 }

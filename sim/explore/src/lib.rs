@@ -1,15 +1,15 @@
-//! Studies on the whole chain, from a scene and a configuration to figures.
+//! Studies over the whole chain, from a scene and a configuration to results.
 //!
 //! | module | question |
 //! |---|---|
-//! | [`accuracy`] | which settings of which knobs cost how much time, energy and area, and which are the cheapest that hold a quality |
-//! | [`exponential`] | how far off the exponential is, and what other ways to find it take |
-//! | [`system`] | how many times faster the whole system is than a GPU with an array, and what that rests on |
-//! | [`warping`] | how good warped frames are, how many of their pixels are rendered, and when |
-//! | [`effects`] | what a scene calls for, and what each effect takes |
-//! | [`characterisation`] | what is read, what misses a buffer and what conflicts on banks |
-//! | [`synthesis`] | area, clock and power of units, many at once |
-//! | [`rendering`], [`verification`] | a picture by any arithmetic; the work that hardware is verified with |
+//! | [`accuracy`] | how much time, energy and area each setting of each knob costs, and which settings are cheapest at a quality |
+//! | [`exponential`] | the error of the exponential, and the cost of other methods |
+//! | [`system`] | the speed-up of the whole system over a GPU with an array, and its sensitivity to assumptions |
+//! | [`warping`] | the quality of warped frames, their share of rendered pixels, and their schedule |
+//! | [`effects`] | the effects that a scene calls for, and the cost of each |
+//! | [`characterisation`] | reads, cache misses and bank conflicts |
+//! | [`synthesis`] | area, clock and power of units |
+//! | [`rendering`], [`verification`] | a picture by any arithmetic; workloads for the verification of hardware |
 //!
 //! A [`Setup`] is a scene with the configuration that renders it and the system around that. How far
 //! a study has come is told to a [`Progress`]; nothing here prints. Results serialise as the command

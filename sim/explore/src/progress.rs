@@ -1,14 +1,14 @@
-//! How far a study has come.
+//! Progress of a study.
 
-/// Takes note of how far work has come, for whoever shows it. `()` takes no note.
+/// Receives the progress of a study. `()` ignores it.
 pub trait Progress: Sync {
-    /// So many further steps are to be done.
+    /// Announces further steps.
     fn expect(&self, steps: u64);
 
-    /// So many steps are done.
+    /// Reports completed steps.
     fn advance(&self, steps: u64);
 
-    /// What is being done, in a few words.
+    /// Names the current activity in a few words.
     fn now(&self, what: &str);
 }
 

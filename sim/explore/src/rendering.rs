@@ -1,4 +1,4 @@
-//! A picture by any arithmetic, from the analytic field to the Verilated units.
+//! Pictures by any arithmetic, from the analytic field to the Verilated units.
 
 use potamoi_analysis::Hardware;
 use potamoi_base::camera::Camera;
@@ -11,29 +11,29 @@ use serde::Serialize;
 
 use crate::ExploreError;
 
-/// What computes a picture.
+/// Arithmetic that renders a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Numerics {
-    /// The analytic field that a built-in model was sampled from.
+    /// Ground truth: the analytic field that a built-in model was sampled from.
     Truth,
     /// 64-bit floating point.
     Float,
-    /// The hardware's formats, by the units' twins.
+    /// The hardware's formats, on the reference units.
     Fixed,
-    /// The hardware's formats, by the Verilated units.
+    /// The hardware's formats, on the Verilated units.
     Rtl,
 }
 
-/// A picture and what the units did for it.
+/// A picture with the units' counts and cycles.
 pub struct Shot {
-    /// The picture, and what the renderer counted.
+    /// The picture, with the renderer's counts.
     pub picture: Rendered,
-    /// What came out of the units, counted by them, where units were used.
+    /// Results counted by the units themselves, where units were used.
     pub units: Option<UnitCounts>,
-    /// Clock cycles of the Verilated units, streams always ready.
+    /// Clock cycles of the Verilated units with streams always ready.
     pub cycles: Option<RtlCycles>,
-    /// Which of the Verilated units were built: gathering unit, vector unit.
+    /// Whether the Verilated gathering unit and vector unit were built.
     pub instantiated: Option<[bool; 2]>,
 }
 
@@ -49,14 +49,14 @@ impl Shot {
         }
     }
 
-    /// What the frame needed, where units were used.
+    /// The frame's counts, where units were used.
     #[must_use]
     pub fn counts(&self) -> Option<&FrameCounts> {
         self.units.is_some().then_some(&self.picture.counts)
     }
 }
 
-/// Floating point has no units that something could be left out of.
+/// Refuses to leave out effects in floating point, which has no units.
 fn refuse_of_units(scene: &Scene) -> Result<(), ExploreError> {
     let of_units = [Effect::Trilinear, Effect::Exponential];
     match of_units
@@ -73,8 +73,8 @@ fn refuse_of_units(scene: &Scene) -> Result<(), ExploreError> {
 /// Renders what the scene's camera sees.
 ///
 /// # Errors
-/// A scene that the configuration cannot render, effects left out that are of no unit, or Verilog
-/// that cannot be built or run or that raises an error flag.
+/// A scene that the configuration cannot render, left-out effects that belong to no unit, or
+/// Verilog that cannot be built or run or that raises an error flag.
 pub fn shoot(scene: &Scene, config: &Config, numerics: Numerics) -> Result<Shot, ExploreError> {
     Ok(match numerics {
         Numerics::Truth => Shot::of(scene.render_truth()?),
@@ -120,8 +120,8 @@ pub fn shoot(scene: &Scene, config: &Config, numerics: Numerics) -> Result<Shot,
     })
 }
 
-/// What pictures through cameras leave open: in floating point nothing outside the units is in
-/// question.
+/// Items that pictures through these cameras leave unchecked. In floating point nothing outside the
+/// units is in question.
 #[must_use]
 pub fn not_checked(scene: &Scene, numerics: Numerics, cameras: &[Camera]) -> Vec<String> {
     match numerics {

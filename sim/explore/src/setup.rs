@@ -1,4 +1,4 @@
-//! What the frames of a scene are modelled on: configuration, system, energy of units.
+//! A scene with its system: configuration, system parameters and energies.
 
 use std::path::Path;
 
@@ -17,16 +17,15 @@ use crate::{ExploreError, Progress};
 pub struct Chosen {
     /// The configuration itself.
     pub config: Config,
-    /// The name of the preset that it is, if it is one.
+    /// Name of the preset, if it is one.
     pub preset: Option<&'static str>,
 }
 
 impl Chosen {
-    /// The preset whose units have what a scene's model takes, by its algorithm: `paper` or
-    /// `fields`.
+    /// The preset whose units support the scene's algorithm: `paper` or `fields`.
     ///
     /// # Errors
-    /// None of the presets that come with the program.
+    /// None for the presets that come with the program.
     pub fn for_scene(scene: &Scene) -> Result<Self, ExploreError> {
         let wanted = scene.model().preset();
         let known = PRESETS.into_iter().find(|(name, _)| *name == wanted);
@@ -40,11 +39,11 @@ impl Chosen {
 
 /// A scene, the configuration that renders it, and the system around that.
 pub struct Setup {
-    /// The scene, with the camera that a frame is seen by.
+    /// The scene, with the camera of the frame.
     pub scene: Scene,
-    /// The configuration whose units render it.
+    /// Configuration of the units.
     pub config: Config,
-    /// The preset whose units they are.
+    /// Name of the units' preset, if it is one.
     pub preset: Option<&'static str>,
     /// The system around the units.
     pub system: System,
@@ -55,11 +54,11 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// With a configuration whose energy is known. `synth` is a file of the parameters of its units,
-    /// as `potamoi synth --json` writes it, instead of those that come with the program.
+    /// A setup whose energies are known. `synth` is a file of unit parameters, as written by
+    /// `potamoi synth --json`, instead of those that come with the program.
     ///
     /// # Errors
-    /// A file that cannot be read or is of another configuration; units whose energy nothing says.
+    /// A file that cannot be read or is of another configuration; units without known energy.
     pub fn new(
         chosen: Chosen,
         system: &System,
@@ -71,11 +70,11 @@ impl Setup {
         Ok(Self::of(scene, chosen, system, known, costs))
     }
 
-    /// The same where energy may be unknown, in the paper's system: [`Setup::costs`] are then those
-    /// of the scene's preset, for times alone.
+    /// A setup for times alone, in the paper's system. Where energies are not known,
+    /// [`Setup::costs`] are those of the scene's preset.
     ///
     /// # Errors
-    /// As [`Setup::new`] of a file.
+    /// As [`Setup::new`] for a file.
     pub fn of_times(
         chosen: Chosen,
         scene: Scene,
@@ -109,10 +108,10 @@ impl Setup {
         }
     }
 
-    /// Energy and area of another configuration's units as a scene uses them.
+    /// Energy and area of another configuration's units, in the scene's use.
     ///
     /// # Errors
-    /// Units whose energy nothing says.
+    /// Units without known energy.
     pub fn costs_of(&self, scene: &Scene, config: &Config) -> Result<Costs, ExploreError> {
         self.known.costs(scene, config)
     }
@@ -123,8 +122,8 @@ impl Setup {
         &self.costs
     }
 
-    /// The work of the scene's path, and whether it was counted earlier; has memory take for its
-    /// frames what their accesses in their order do, see [`Setup::replay`].
+    /// The work of the scene's path, and whether it was cached. Memory then uses the path's own
+    /// access sequences, see [`Setup::replay`].
     ///
     /// # Errors
     /// As [`WorkCache::path`].
@@ -141,7 +140,7 @@ impl Setup {
         Ok(found)
     }
 
-    /// Has memory take for the frames of a path what their accesses in their order do.
+    /// Replays a path's access sequences, which memory then uses in place of general rates.
     ///
     /// # Errors
     /// As [`WorkCache::replay`].
@@ -158,13 +157,13 @@ impl Setup {
         &self.memory
     }
 
-    /// The model of the system at work with the configuration's units.
+    /// The model of the system with the configuration's units.
     #[must_use]
     pub fn model(&self) -> Model<'_> {
         self.model_of(&self.config, &self.costs)
     }
 
-    /// The same with units of another configuration.
+    /// The model of the system with another configuration's units.
     #[must_use]
     pub fn model_of<'a>(&'a self, config: &Config, costs: &'a Costs) -> Model<'a> {
         Model {
@@ -186,7 +185,7 @@ impl Setup {
         self.frame_of(&self.config, self.system.array())
     }
 
-    /// The same on another accelerator.
+    /// The work of that frame with another configuration and array.
     ///
     /// # Errors
     /// As [`WorkCache::frame`].
@@ -196,19 +195,19 @@ impl Setup {
     }
 }
 
-/// Where counted work is kept between runs: the folder `work` of the cache.
+/// Cache of counted work between runs: the folder `work` of the program's cache.
 ///
 /// # Errors
-/// There is no folder to keep it in.
+/// There is no folder for it.
 pub fn store() -> Result<WorkCache, ExploreError> {
     let folder = potamoi_verilated::cache::folder("work").map_err(SynthError::from)?;
     Ok(WorkCache::new(&folder))
 }
 
-/// What is known of units: one file that was given, then what comes with the program.
+/// Known unit parameters: a given file, then those that come with the program.
 struct Known {
     reports: Vec<Synthesised>,
-    /// The first of them, where it was given.
+    /// Whether the first was given.
     is_given: bool,
     records: SynthReport,
     memories: SynthReport,

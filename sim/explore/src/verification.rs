@@ -1,4 +1,4 @@
-//! What hardware is verified with: a frame, or a trace of one.
+//! Workloads for the verification of hardware: a frame, or its trace.
 
 use std::path::{Path, PathBuf};
 
@@ -10,11 +10,11 @@ use potamoi_scene::trace::Trace;
 
 use crate::ExploreError;
 
-/// What hardware is verified with.
+/// Workload for verification.
 pub enum Work {
     /// The frame that a scene's camera sees.
     Scene(Box<Scene>),
-    /// A trace of a frame, and the file that it is from.
+    /// A trace of a frame, with its file.
     Trace(PathBuf, Box<Trace>),
 }
 
@@ -28,7 +28,7 @@ impl Work {
         }
     }
 
-    /// What agreement says nothing of.
+    /// Items that agreement does not cover.
     #[must_use]
     pub fn not_checked(&self) -> Vec<String> {
         match self {
@@ -39,7 +39,7 @@ impl Work {
         }
     }
 
-    /// Pixels of a row, and rows; none of a trace.
+    /// Width and height in pixels; `None` for a trace.
     #[must_use]
     pub fn size(&self) -> Option<[u32; 2]> {
         match self {
@@ -48,7 +48,7 @@ impl Work {
         }
     }
 
-    /// Feature vectors and elements of vector operations, in all.
+    /// Total feature vectors and elements of vector operations.
     ///
     /// # Errors
     /// A scene that the configuration cannot render.
@@ -66,11 +66,11 @@ impl Work {
         }
     }
 
-    /// Sends the work through a verifier, which says what it found.
+    /// Sends the work through a verifier.
     ///
     /// # Errors
-    /// A scene that cannot be rendered, a trace that is not of this version's golden values, or
-    /// what the verifier ended at.
+    /// A scene that cannot be rendered, a trace that differs from this version's golden values, or
+    /// the verifier's first error.
     pub fn run(&self, config: &Config, verifier: &mut Verifier<'_>) -> Result<(), ExploreError> {
         match self {
             Self::Scene(scene) => {
@@ -82,8 +82,7 @@ impl Work {
     }
 }
 
-/// Sends a trace through units that also compute the golden values: those must
-/// be the trace's.
+/// Sends a trace through units that also compute golden values, which must equal the trace's.
 fn replay(path: &Path, trace: &Trace, units: &mut dyn Units) -> Result<(), ExploreError> {
     let differs = |what: &str| {
         ExploreError::Check(format!(
@@ -120,17 +119,18 @@ fn replay(path: &Path, trace: &Trace, units: &mut dyn Units) -> Result<(), Explo
     Ok(())
 }
 
-/// How much of a frame is verified.
+/// Extent of verification within a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
-    /// So many of its feature vectors and elements, spread evenly over it.
+    /// About this many feature vectors and elements, spread evenly over the frame.
     Share([u64; 2]),
-    /// All of it.
+    /// The whole frame.
     Full,
 }
 
 impl Extent {
-    /// Of feature vectors and elements so many in all, each how many-th is verified.
+    /// Sampling intervals for feature vectors and elements: each how many-th is verified, for these
+    /// totals.
     #[must_use]
     pub fn every(self, total: [u64; 2]) -> [u64; 2] {
         match self {
@@ -144,7 +144,7 @@ impl Extent {
 mod tests {
     use super::*;
 
-    /// No more than what is aimed at, and all of what is less.
+    /// A share never exceeds its aim, and small totals are verified in full.
     #[test]
     fn a_share_is_no_more_than_its_aim() {
         let aim = Extent::Share([100, 10]);

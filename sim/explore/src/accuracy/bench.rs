@@ -1,4 +1,4 @@
-//! A frame with knobs set: what it shows, and what it takes.
+//! Trial of settings on one frame: quality, time, energy and area.
 
 use std::cell::RefCell;
 
@@ -20,10 +20,10 @@ use super::search::Paths;
 use super::units::{Known, UnitErrors};
 use crate::{ExploreError, Setup, store};
 
-/// Frames a second of built-in paths.
+/// Frame rate of built-in paths.
 const FPS: f64 = 30.0;
 
-/// A frame with settings, as it is shown and what it takes.
+/// A frame rendered with settings, and its modelled cost.
 struct Tried {
     config: Config,
     scene: Scene,
@@ -37,21 +37,21 @@ struct Tried {
     is_path: bool,
 }
 
-/// A scene to try settings on.
+/// A scene on which settings are tried.
 pub struct Bench {
-    /// The scene and what it is modelled on, with the default of every knob.
+    /// The scene and its system, with every knob at its default.
     pub setup: Setup,
     model: Picture,
     truth: Option<Picture>,
     frames: u32,
     known: Known,
-    /// Of ways that were tried by themselves.
+    /// Results of path variants that were tried alone.
     alone: RefCell<Vec<(PathVariant, Moved)>>,
 }
 
 impl Bench {
-    /// Renders what settings are compared with: the model in floating point, and the truth where it
-    /// is known. Paths have so many frames.
+    /// Renders the references that settings are compared with: the model in floating point, and the
+    /// ground truth where it is known. Paths have `frames` frames.
     ///
     /// # Errors
     /// A scene that cannot be rendered.
@@ -94,7 +94,7 @@ impl Bench {
         Ok((config, scene))
     }
 
-    /// Where settings lie, without what their results are off by; none where the price is not known.
+    /// Cost and quality of settings, without unit errors; `None` where the price is not known.
     ///
     /// # Errors
     /// As [`Bench::point`].
@@ -109,7 +109,7 @@ impl Bench {
         Ok(priced(tried.model, tried.truth, costs, price))
     }
 
-    /// All that is said of settings, under the name of a knob and a label.
+    /// All measurements of settings, under the name of a knob and a label.
     ///
     /// # Errors
     /// Settings that do not fit the scene or each other.
@@ -146,7 +146,7 @@ impl Bench {
         })
     }
 
-    /// What pixels cannot be off by more than, where settings leave the float model as it is.
+    /// Error bounds of pixels, where settings leave the float model unchanged.
     fn bounds(
         &self,
         settings: &[&Setting],
@@ -167,7 +167,7 @@ impl Bench {
         Ok(scene.error_bounds_beside(config, float, &powers)?)
     }
 
-    /// Renders with settings; of those of paths the last counts.
+    /// Renders with settings. Of several path variants the last counts.
     fn tried(&self, settings: &[&Setting], paths: Paths) -> Result<Tried, ExploreError> {
         let (config, scene) = self.apply(settings)?;
         let way = settings.iter().rev().find_map(|s| match s.change {
@@ -214,7 +214,8 @@ impl Bench {
         Ok(tried)
     }
 
-    /// What a way's frames are beside the same path's in full, with the settings that were tried.
+    /// Quality and cost of a path variant relative to the same path in full, with the tried
+    /// settings.
     fn moved(
         &self,
         tried: &Tried,
@@ -265,20 +266,20 @@ impl Bench {
     }
 }
 
-/// What a path's frames are beside the same path's in full.
+/// Quality and cost of a path's frames relative to the same path in full.
 #[derive(Debug, Clone, Copy)]
 struct Moved {
-    /// Shares of time and energy.
+    /// Ratios of time and energy.
     time: f64,
     energy: f64,
-    /// Decibels and similarity beside the model's.
+    /// PSNR in dB and SSIM against the model.
     model: [Option<f64>; 2],
-    /// The same beside the truth, of the way and in full.
+    /// PSNR and SSIM against the ground truth, of the variant and of full frames.
     truth: [[Option<f64>; 2]; 2],
 }
 
 impl Tried {
-    /// Time and energy become the frame's times the way's shares; the likeness moves as the path's.
+    /// Scales time and energy by the path's ratios, and shifts the quality as the path's.
     fn move_by(&mut self, moved: &Moved) {
         let [way, full] = moved.truth;
         self.model = Likeness::path(moved.model, self.model);

@@ -1,23 +1,24 @@
-//! Which points no other beats, and where the front bends.
+//! Pareto front and its knee.
 
-/// A point of cost and quality: less of the one and more of the other are better.
+/// Cost and quality of a candidate; lower cost and higher quality are better.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Nanoseconds, or any other cost.
+    /// Nanoseconds, millijoules or square millimetres.
     pub cost: f64,
-    /// Decibels, or any other quality.
+    /// Quality, in dB.
     pub quality: f64,
 }
 
 impl Place {
-    /// Whether it is as good in both, and better in one.
+    /// Pareto dominance: at least as good in both, and better in one.
     fn beats(self, other: Self) -> bool {
         let as_good = self.cost <= other.cost && self.quality >= other.quality;
         as_good && (self.cost < other.cost || self.quality > other.quality)
     }
 }
 
-/// The Pareto front: points that no other beats, by rising cost; of equal ones the first.
+/// The Pareto front: indices of points that no other dominates, by rising cost; of equal points the
+/// first.
 #[must_use]
 pub fn front(places: &[Place]) -> Vec<usize> {
     let mut kept: Vec<usize> = (0..places.len())
@@ -32,10 +33,10 @@ pub fn front(places: &[Place]) -> Vec<usize> {
     kept
 }
 
-/// The knee of a front: the best quality within a time rises from the worst of all places to the
-/// best, over all their times; this is the point of it farthest above the straight line between
-/// (V. Satopaa et al., "Finding a 'Kneedle' in a Haystack", ICDCSW 2011). None where all cost or
-/// are worth the same, or none is above. Equal pictures, whose quality has no number, are no place.
+/// The knee of a front: the point farthest above the straight line from the worst quality of all
+/// places to the best, over the range of costs (V. Satopaa et al., "Finding a 'Kneedle' in a
+/// Haystack", ICDCSW 2011). `None` where all costs or all qualities are equal, or no point is above
+/// the line. Equal pictures, whose PSNR is infinite, are left out.
 #[must_use]
 pub fn knee(places: &[Place], front: &[usize]) -> Option<usize> {
     let ends = |of: fn(&Place) -> f64| {

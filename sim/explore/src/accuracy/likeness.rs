@@ -1,15 +1,16 @@
-//! How like pictures are, and what their pixels are off by.
+//! Image quality and pixel errors.
 
 use potamoi_base::picture::Picture;
 use potamoi_base::ssim::ssim;
 use serde::Serialize;
 
-/// How like a picture is to another.
+/// Quality of a picture against a reference picture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Likeness {
-    /// Decibels of the mean squared error, peak 1, over all pixels; none where they are equal.
+    /// PSNR in dB, from the mean squared error over all pixels, peak 1; `None` where pictures are
+    /// equal.
     pub db: Option<f64>,
-    /// Structural similarity, in pictures of 11 x 11 pixels or more.
+    /// SSIM; `None` for pictures smaller than 11 x 11 pixels.
     pub ssim: Option<f64>,
 }
 
@@ -21,8 +22,8 @@ impl Likeness {
         }
     }
 
-    /// Of a path's frames beside the model's, compared in floating point, as the hardware's formats
-    /// show them: squared errors of the formats, on a frame in full, come to those of the path.
+    /// Quality of a path's frames against the model. `of` is measured in floating point; the
+    /// squared error of the hardware's formats, from a full frame, is added.
     pub(super) fn path(of: [Option<f64>; 2], formats: Self) -> Self {
         let error = |db: Option<f64>| db.map_or(0.0, |db| 10f64.powf(-0.1 * db));
         let sum = error(of[0]) + error(formats.db);
@@ -32,8 +33,8 @@ impl Likeness {
         }
     }
 
-    /// Of a frame in full, by as much more or less as a path's frames are beside it than the same
-    /// path's in full.
+    /// Shifts the quality of a full frame by the difference between a path's frames (`of`) and the
+    /// same path in full (`full`).
     pub(super) fn moved(self, of: [Option<f64>; 2], full: [Option<f64>; 2]) -> Self {
         let moved = |own: Option<f64>, i: usize| Some(own? + of[i]? - full[i]?);
         Self {
@@ -43,17 +44,17 @@ impl Likeness {
     }
 }
 
-/// Errors of a picture's pixels beside the float model's, and what they cannot exceed.
+/// Errors of pixels against the float model, with their bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PixelError {
-    /// The largest of a channel.
+    /// Largest error of a channel, peak 1.
     pub measured: f64,
-    /// The largest bound, by analysis; none where none is derived, or where the scene is not
-    /// rendered as the float model is.
+    /// Largest bound by error analysis; `None` where none is derived, or where settings change the
+    /// float model.
     pub bound: Option<f64>,
-    /// The largest part of its own bound that a pixel takes.
+    /// Largest ratio of a pixel's error to its own bound.
     pub part_of_bound: Option<f64>,
-    /// Decibels that all pixels at their bounds would have.
+    /// PSNR in dB if all pixels were at their bounds.
     pub bound_db: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What accuracy costs: every knob of a scene's frame on one scale, and a search among them.
+//! Cost of accuracy: every knob of a scene's frame on one scale, and a search over their settings.
 
 mod bench;
 mod front;

@@ -1,4 +1,4 @@
-//! What was found of a setting.
+//! Measurements of a setting.
 
 use serde::Serialize;
 
@@ -7,43 +7,44 @@ use super::likeness::{Likeness, PixelError};
 use super::price::Price;
 use super::units::UnitErrors;
 
-/// What was found of a setting.
+/// Measurements of a setting.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Point {
-    /// The knob's name; `default` and `found` are of no knob.
+    /// Name of the knob; `default` and `found` belong to none.
     pub knob: String,
-    /// The setting's label.
+    /// Label of the setting.
     pub setting: String,
-    /// What the operations of the units are off by.
+    /// Errors of the units' operations.
     pub units: UnitErrors,
-    /// Beside the float model.
+    /// Quality against the float model.
     pub model: Likeness,
-    /// Beside what the model was sampled from, where that is known.
+    /// Quality against the ground truth that the model was sampled from, where it is known.
     pub truth: Option<Likeness>,
-    /// Largest error of a channel of a pixel beside the float model; not measured over paths.
+    /// Largest error of a pixel's channel against the float model; `None` for path variants.
     pub worst: Option<PixelError>,
-    /// Cycles of the gathering unit, of a frame in full.
+    /// Cycles of the gathering unit for a full frame.
     pub gather_cycles: u64,
-    /// Cycles of the vector unit, likewise.
+    /// Cycles of the vector unit for a full frame.
     pub vector_cycles: u64,
-    /// Cycles of the MAC array, likewise.
+    /// Cycles of the MAC array for a full frame.
     pub array_cycles: u64,
-    /// Nanoseconds of a frame, of a path its mean.
+    /// Nanoseconds of a frame; for a path variant the mean.
     pub frame_ns: f64,
-    /// Millijoules of a frame; none where no formulas are of the units.
+    /// Millijoules of a frame; `None` where no formulas cover the units.
     pub energy_mj: Option<f64>,
-    /// Square millimetres of both units' cells at 12 nm, by formulas; likewise.
+    /// Cell area of both units at 12 nm by formulas, in square millimetres; `None` where no
+    /// formulas cover them.
     pub area_mm2: Option<f64>,
 }
 
 impl Point {
-    /// Its quality and its time.
+    /// Quality and time.
     #[must_use]
     pub fn place(&self) -> Place {
         place(self.model, self.truth, self.frame_ns)
     }
 
-    /// Its quality and another cost than time; none where that is not known.
+    /// Quality and another cost; `None` where that is not known.
     #[must_use]
     pub fn priced(&self, price: Price) -> Option<Place> {
         let costs = [Some(self.frame_ns), self.energy_mj, self.area_mm2];
@@ -51,8 +52,8 @@ impl Point {
     }
 }
 
-/// Quality beside the truth where that is known, else beside the model. Equal pictures are
-/// as good as any.
+/// Quality against the ground truth where it is known, else against the model. Equal pictures have
+/// infinite quality.
 fn place(model: Likeness, truth: Option<Likeness>, cost: f64) -> Place {
     Place {
         cost,
@@ -60,7 +61,7 @@ fn place(model: Likeness, truth: Option<Likeness>, cost: f64) -> Place {
     }
 }
 
-/// [`place`] by one of time, energy and area, where that is known.
+/// [`place`] by time, energy or area; `None` where that is not known.
 pub(super) fn priced(
     model: Likeness,
     truth: Option<Likeness>,

@@ -1,19 +1,19 @@
-//! What a search saves.
+//! Cost that a search minimises.
 
-/// What a search saves, of a frame or of the units.
+/// Cost that a search minimises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Price {
-    /// Nanoseconds of a frame.
+    /// Time of a frame in nanoseconds.
     Time,
-    /// Millijoules of a frame, by the whole system.
+    /// Energy of a frame in the whole system, in millijoules.
     Energy,
-    /// Square millimetres of both units' cells.
+    /// Cell area of both units in square millimetres.
     Area,
 }
 
 impl Price {
-    /// Of time in nanoseconds, energy in millijoules and area in square millimetres its own, where
-    /// that is known.
+    /// Selects this cost from time in nanoseconds, energy in millijoules and area in square
+    /// millimetres.
     #[must_use]
     pub fn of(self, [time, energy, area]: [Option<f64>; 3]) -> Option<f64> {
         match self {
@@ -23,7 +23,7 @@ impl Price {
         }
     }
 
-    /// A cost with its unit.
+    /// Formats a cost with its unit.
     #[must_use]
     pub fn words(self, cost: f64) -> String {
         match self {

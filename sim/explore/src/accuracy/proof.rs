@@ -1,4 +1,4 @@
-//! Settings whose Verilog is held against the golden models.
+//! Verification of settings: their Verilog against the golden models.
 
 use potamoi_reference::Twins;
 use potamoi_rtl::EngineKind;
@@ -9,21 +9,21 @@ use super::knobs::Setting;
 use crate::verification::Extent;
 use crate::{ExploreError, Progress};
 
-/// Feature vectors and elements that a proof aims at: some seconds.
+/// Target size of a proof, in feature vectors and elements: some seconds.
 const AIM: [u64; 2] = [100_000, 1_000_000];
 
-/// What was compared, without a mismatch in any bit or cycle.
+/// Amount compared without a mismatch in any bit or cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Proof {
-    /// Feature vectors that were compared, and those of the frame.
+    /// Feature vectors compared, and those of the frame.
     pub vectors: [u64; 2],
-    /// Elements of vector operations, likewise.
+    /// Elements of vector operations compared, and those of the frame.
     pub elements: [u64; 2],
 }
 
 impl Bench {
-    /// Holds the Verilog of settings against the golden models on the scene's frame; with a fault in
-    /// it, to see that it is found.
+    /// Compares the Verilog of settings with the golden models on the scene's frame. An injected
+    /// fault shows that mismatches are found.
     ///
     /// # Errors
     /// A mismatch, nothing to compare, or Verilog that cannot be built or run.
@@ -82,7 +82,7 @@ mod tests {
     use crate::{Chosen, Setup};
     use potamoi_scene::Scene;
 
-    /// Of both units, in the configuration that a setting makes.
+    /// Faults in both units, in the configuration of a setting, are found.
     #[test]
     fn a_fault_of_what_was_found_is_not_proved() {
         let mut scene = Scene::open("lantern").unwrap();

@@ -1,15 +1,15 @@
-//! The cheapest settings that hold a quality, or the best within a budget.
+//! Local search: the lowest cost at a quality, or the best quality within a budget.
 
 use std::collections::{HashMap, HashSet};
 
 use super::front::Place;
 
-/// What is sought.
+/// Goal of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// The least cost at such a quality or more.
+    /// The lowest cost at this quality in dB or more.
     Quality(f64),
-    /// The best quality at such a cost or less.
+    /// The best quality at this cost or less.
     Budget(f64),
 }
 
@@ -21,8 +21,8 @@ impl Goal {
         }
     }
 
-    /// Whether one is preferred to another. What meets the goal comes first; of what does not,
-    /// that which is nearer.
+    /// Whether `own` is preferred to `other`. Places that meet the goal come first; of two that
+    /// miss it, the nearer one.
     fn prefers(self, own: Place, other: Place) -> bool {
         match (self.is_met(own), self.is_met(other)) {
             (true, false) => true,
@@ -44,9 +44,9 @@ impl Goal {
 }
 
 impl Goal {
-    /// The next place of those that one knob leads to. While a budget is exceeded it is where most
-    /// cost is saved for the quality lost, so that no knob is turned all the way at once; otherwise
-    /// the one that is preferred to all others.
+    /// The next place among those reachable by one knob. While over budget, it is the one with the
+    /// highest saving per quality lost, so that no knob is turned all the way at once. Otherwise it
+    /// is the one preferred to all others.
     fn next(self, stands: Place, reached: Vec<(Choice, Place)>) -> Option<(Choice, Place)> {
         let ahead = reached
             .into_iter()
@@ -63,31 +63,32 @@ impl Goal {
     }
 }
 
-/// Where what a path's frames are beside the same in full comes from.
+/// Source of a path variant's quality relative to full frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Paths {
-    /// From the path with all settings.
+    /// Counted on the path with all settings.
     Counted,
-    /// From the path with the default's, where it was counted.
+    /// Taken from the path with default settings, where that was counted.
     AsAlone,
 }
 
-/// By how much of a quality, in decibels, a setting misses it alone that is tried beside no other.
+/// Settings that alone miss a quality by more than this, in dB, are tried in no combination.
 const HOPELESS: f64 = 1.0;
 
-/// For each knob its setting, if it is not the default's.
+/// The setting of each knob; `None` for the default.
 pub type Choice = Vec<Option<usize>>;
 
 /// A knob, and one of its settings or the default's.
 type Turn = (usize, Option<usize>);
 
-/// The choice of settings that a goal prefers, with its place and whether it meets the goal; none
-/// where the default has no place. Ways through a path are first taken as they are alone; what is
-/// found is then placed by its own path, and if it misses the goal, all that is tried is.
+/// The choice of settings that a goal prefers, with its place and whether it meets the goal; `None`
+/// where the default has no place. Path variants are first taken with the quality they have alone.
+/// The result is then measured on its own path; if it misses the goal, the search is repeated with
+/// all choices measured.
 ///
-/// `settings` has the number of each knob's settings; `place` says where a choice lies, or nothing
-/// if it cannot be; `reach` is told every choice on the way that meets the goal and is preferred to
-/// those before.
+/// `settings` has the number of each knob's settings. `place` measures a choice, or returns `None`
+/// if it is invalid. `reach` is called for every choice on the way that meets the goal and is
+/// preferred to those before.
 ///
 /// # Errors
 /// Those of `place` and `reach`.
@@ -109,13 +110,11 @@ pub fn search_by_ways_alone<E>(
     }
 }
 
-/// Turns one knob at a time, as [`Goal::next`] says, until none leads to anything preferred to where
-/// it stands; and again from the one setting that alone is preferred to where that ended, if there
-/// is one. Settings that missed a quality are tried again only where no other leads on, as they
-/// seldom meet it beside others, and those that alone miss it by more than [`HOPELESS`] not at
-/// all. `settings` has the number of each knob's settings; `place` says where a
-/// choice lies, or nothing if it cannot be. Says where it ended, and whether the goal is met; and
-/// `reach` of every choice on the way that meets it and is preferred to those before.
+/// Turns one knob at a time, as [`Goal::next`] says, until no turn is preferred. If a single
+/// setting alone is preferred to the result, the search restarts there. Settings that alone miss a
+/// quality are tried in combinations only where no other turn helps, as they seldom meet it; those
+/// that miss it by more than [`HOPELESS`] are not tried at all. Arguments are those of
+/// [`search_by_ways_alone`]. Returns the final choice, and whether it meets the goal.
 fn search<E>(
     goal: Goal,
     settings: &[usize],
@@ -161,11 +160,11 @@ fn search<E>(
     Ok(Some((own, stands, goal.is_met(stands))))
 }
 
-/// Where choices lie, each found once.
+/// Measured places of choices, each measured once.
 struct Places<F, R> {
     known: HashMap<Choice, Option<Place>>,
     place: F,
-    /// Of those that meet the goal.
+    /// The best that meets the goal.
     best: Option<Place>,
     reach: R,
 }
@@ -190,14 +189,14 @@ impl<F, R> Places<F, R> {
     }
 }
 
-/// Of a turn that was never tried nothing is known, so that it comes first.
+/// Last known saving of a turn; infinite for one that was never tried, so that it comes first.
 fn last_saved(saved: &HashMap<Turn, f64>, turn: &Turn) -> f64 {
     saved.get(turn).copied().unwrap_or(f64::INFINITY)
 }
 
-/// From a choice on, turn by turn. While a quality is held, turns are tried by what they saved when
-/// they were tried last, those that saved most first, until none that is left saved more than one
-/// saves now; where that leads no further, all are tried before it ends.
+/// Climbs from a choice, turn by turn. While a quality is held, turns are tried in the order of
+/// their last known savings, largest first, until no remaining one saved more than the best now
+/// does. Where no turn helps, all are tried before it ends.
 fn climb<E, F, R>(
     goal: Goal,
     turns: &[Turn],
@@ -259,7 +258,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Knobs whose costs and losses add up; the last setting of the second does not exist.
+    /// Knobs with additive costs and losses; the last setting of the second is invalid.
     fn place(chosen: &Choice) -> Result<Option<Place>, ()> {
         const COST: [[f64; 3]; 2] = [[10.0, 6.0, 1.0], [5.0, 2.0, 0.0]];
         const LOSS: [[f64; 3]; 2] = [[0.0, 0.5, 20.0], [0.0, 0.1, 0.0]];
@@ -298,7 +297,8 @@ mod tests {
         assert_eq!((at.cost, met), (3.0, false));
     }
 
-    /// Both knobs lose more together than each alone says: what misses the goal then is not found.
+    /// Both knobs lose more together than alone: a choice that misses the goal is then not
+    /// returned.
     #[test]
     fn what_is_found_meets_the_goal_by_its_own_path() {
         let mut counted = 0;
@@ -333,8 +333,8 @@ mod tests {
         assert_eq!((met, counted), (false, 0));
     }
 
-    /// Ten knobs of four settings whose savings add up: each is turned as far as it goes, and what
-    /// is tried beside single settings is little more than the last look at all of them.
+    /// Ten knobs of four settings with additive savings: each is turned fully, with few trials
+    /// beyond single settings and a final pass.
     #[test]
     fn turns_that_saved_little_wait() {
         let mut tried = 0;
@@ -354,8 +354,8 @@ mod tests {
     }
 
     proptest! {
-        /// Costs and qualities from anywhere: it ends, where it ends no knob alone leads on, and no
-        /// setting by itself is preferred to it.
+        /// Random costs and qualities: the search ends, no single turn improves its result, and no
+        /// single setting is preferred to it.
         #[test]
         fn no_knob_alone_is_preferred_to_what_is_found(
             all in prop::collection::vec((0u32..50, 0u32..50), 64), least in 0u32..50

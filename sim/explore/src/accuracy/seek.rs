@@ -1,4 +1,4 @@
-//! The cheapest or the best of all settings, and the configuration that it is.
+//! Search over all settings, and the configuration of its result.
 
 use super::bench::Bench;
 use super::front::Place;
@@ -8,40 +8,40 @@ use super::search::{Choice, Goal, Paths, search_by_ways_alone};
 use super::sweep::{Found, Sweep};
 use crate::{ExploreError, Progress};
 
-/// A knob with one of its settings.
+/// A knob and one of its settings.
 type Turned<'a> = (&'a Knob, &'a Setting);
 
-/// What is sought among the settings of knobs.
+/// A search over the settings of knobs.
 pub struct Search<'a> {
-    /// The scene that they are tried on.
+    /// The scene on which settings are tried.
     pub bench: &'a Bench,
-    /// The knobs that may be turned.
+    /// Knobs that may be turned.
     pub knobs: &'a [Knob],
-    /// What is known of each setting by itself.
+    /// Measurements of each setting alone.
     pub sweep: &'a Sweep,
-    /// What has to be reached.
+    /// Goal to reach.
     pub goal: Goal,
-    /// What is saved; settings for which it is not known are passed over.
+    /// Cost to minimise; settings with unknown cost are skipped.
     pub price: Price,
 }
 
-/// What a search ended with.
+/// Result of a search.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    /// What is reported of it.
+    /// Reported measurements.
     pub found: Found,
-    /// Its settings, to be applied together.
+    /// Settings, to be applied together.
     pub settings: Vec<Setting>,
-    /// Its configuration as TOML, below comments that say what is not of a configuration.
+    /// Configuration as TOML; comments above it list changes outside the configuration.
     pub text: String,
 }
 
 impl Search<'_> {
-    /// Searches; `reach` is given the text of every choice on the way that meets the goal and is
-    /// preferred to those before, as [`Candidate::text`] has it.
+    /// Runs the search. `reach` gets the text of every choice on the way that meets the goal and is
+    /// preferred to those before, as in [`Candidate::text`].
     ///
     /// # Errors
-    /// The goal is out of reach, what is to be saved is not known of the default, or `reach` fails.
+    /// The goal is out of reach, the cost of the default is not known, or `reach` fails.
     pub fn find<E: From<ExploreError>>(
         &self,
         progress: &dyn Progress,
@@ -95,7 +95,7 @@ impl Search<'_> {
         })
     }
 
-    /// The settings of a choice that are not the default's.
+    /// Settings of a choice, without defaults.
     fn turned(&self, choice: &[Option<usize>]) -> Vec<Turned<'_>> {
         let pairs = self.knobs.iter().zip(choice);
         pairs
@@ -103,7 +103,7 @@ impl Search<'_> {
             .collect()
     }
 
-    /// What is known of no setting or one alone: its place, or that it cannot be.
+    /// Measured place of the default or of a single setting; the inner `None`: invalid.
     fn measured(&self, own: &[Turned<'_>]) -> Option<Option<Place>> {
         match own {
             [] => Some(self.sweep.default_point().priced(self.price)),
@@ -117,7 +117,7 @@ impl Search<'_> {
         }
     }
 
-    /// Nothing is known of what the default costs.
+    /// Error for an unknown cost of the default.
     fn unknown(&self) -> ExploreError {
         ExploreError::Inconclusive(match self.price {
             Price::Time => "the default cannot be measured".to_owned(),
@@ -129,7 +129,8 @@ impl Search<'_> {
         })
     }
 
-    /// The configuration, and what is not of it as lines of a description or flags.
+    /// Configuration of the settings, with changes outside it as lines of a description or as
+    /// flags.
     fn text(&self, own: &[Turned<'_>]) -> Result<String, ExploreError> {
         let (config, _) = self.bench.apply(&settings(own))?;
         let (mut render, mut flags) = (vec![], vec![]);

@@ -1,4 +1,4 @@
-//! Every setting of every knob, one at a time.
+//! Sweep over every setting of every knob, one at a time.
 
 use serde::Serialize;
 
@@ -9,33 +9,33 @@ use super::point::Point;
 use crate::system::{Rung, rungs};
 use crate::{ExploreError, Progress};
 
-/// What a scene's knobs trade, one at a time.
+/// Measurements of a scene's knobs, one setting at a time.
 #[derive(Debug, Clone, Serialize)]
 pub struct Sweep {
     /// The scene's name.
     pub scene: String,
     /// The model's algorithm.
     pub algorithm: &'static str,
-    /// Pixels of a row, and rows.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Hexadecimal digits of the default's configuration.
+    /// Hash of the default's configuration, as hexadecimal digits.
     pub configuration: String,
-    /// The default first.
+    /// Points; the default is first.
     pub points: Vec<Point>,
-    /// Settings that cannot be, and why.
+    /// Refused settings with the reasons.
     pub refused: Vec<Refused>,
-    /// The Pareto front: places among the points, by rising time.
+    /// The Pareto front: indices of points by rising time.
     pub front: Vec<usize>,
-    /// The knee of the front, likewise.
+    /// Index of the knee of the front.
     pub knee: Option<usize>,
-    /// How far the time's model is from the Verilated units.
+    /// Accuracy of the time model: formulas, cycle models and the Verilated units.
     pub ladder: Vec<Rung>,
-    /// What a search found, once there was one.
+    /// Result of a search, if one was run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub found: Option<Found>,
 }
 
-/// A setting that cannot be.
+/// A setting that cannot be applied.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refused {
     /// The knob's name.
@@ -46,24 +46,23 @@ pub struct Refused {
     pub why: String,
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Found {
-    /// Knobs and labels that it turned.
+    /// Knobs and labels of its settings.
     pub settings: Vec<String>,
-    /// What is said of them together.
+    /// Measurements of all settings together.
     pub point: Point,
-    /// Combinations that were tried beside single settings.
+    /// Combinations that were tried in addition to single settings.
     pub tried: usize,
 }
 
 impl Sweep {
-    /// Measures the default and each setting by itself: a step each, and one for how far the model
-    /// of time is off.
+    /// Measures the default and each setting alone, one step each, and in a further step the
+    /// accuracy of the time model. Settings that cannot be applied are listed.
     ///
     /// # Errors
-    /// The default cannot be rendered or modelled, or Verilog cannot be run. Settings that cannot be
-    /// are listed.
+    /// The default cannot be rendered or modelled, or Verilog cannot be run.
     pub fn of(
         bench: &Bench,
         knobs: &[Knob],
@@ -97,14 +96,14 @@ impl Sweep {
         })
     }
 
-    /// What the others are compared with.
+    /// The default, the baseline of all others.
     #[must_use]
     pub fn default_point(&self) -> &Point {
         &self.points[0]
     }
 }
 
-/// Measures each setting of a knob by itself, or says why it is refused.
+/// Measures each setting of a knob alone, or records why it is refused.
 fn turn(
     bench: &Bench,
     knob: &Knob,
@@ -134,7 +133,7 @@ mod tests {
     use potamoi_base::precision::Precision;
     use potamoi_scene::Scene;
 
-    /// A knob that is added as docs/adding/knob.md says is measured, told and refused like others.
+    /// A knob added as docs/adding/knob.md says is measured, reported and refused like others.
     #[test]
     fn an_added_knob_is_measured_like_the_others() {
         let mut scene = Scene::open("garden").unwrap();

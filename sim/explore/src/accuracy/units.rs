@@ -1,4 +1,4 @@
-//! What the results of a configuration's units are off by.
+//! Errors of a configuration's unit operations.
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::HashMap;
@@ -17,21 +17,21 @@ use potamoi_scene::Scene;
 use potamoi_units::vector_unit::error_bound;
 use serde::Serialize;
 
-/// Samples of operations whose operands are more than 16 bits.
+/// Samples for operations with operands wider than 16 bits.
 const SAMPLES: u32 = 1 << 16;
-/// Fraction bits of the widest feature, whose units errors are stated in.
+/// Fraction bits of the widest feature, the unit of gathering errors.
 const FEATURE_FRAC: i32 = 15;
 
-/// Error of a unit's operation, in units of the last place.
+/// Error of a unit's operation, in units of the last place (ulp).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct UnitError {
-    /// The largest magnitude.
+    /// Largest magnitude.
     pub max_ulp: f64,
-    /// The mean magnitude.
+    /// Mean magnitude.
     pub mean_ulp: f64,
-    /// What it cannot exceed, by formula.
+    /// Bound by formula.
     pub bound_ulp: f64,
-    /// The same by analysis of the netlist, of which that is known.
+    /// Bound by analysis of the netlist, where that is known.
     pub netlist_ulp: Option<f64>,
 }
 
@@ -51,7 +51,7 @@ impl UnitError {
         }
     }
 
-    /// The lesser of the two bounds.
+    /// The smaller of both bounds.
     #[must_use]
     pub fn bound(&self) -> f64 {
         self.netlist_ulp
@@ -63,34 +63,34 @@ impl UnitError {
 /// Errors of the operations that a scene is rendered with.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct UnitErrors {
-    /// exp(-u), in units of the result, over all operands of 16 bits.
+    /// exp(-u), in ulp of the result, over all 16-bit operands.
     pub exponential: Option<UnitError>,
-    /// 1 - exp(-s) of depths below 8 that are rounded to its operand, in units of the result, over
-    /// 65,536 of them; where rays have opacities.
+    /// 1 - exp(-s) of 65,536 depths below 8, rounded to its operand, in ulp of the result; for rays
+    /// with opacities.
     pub one_minus_exp: Option<UnitError>,
-    /// 1 / (1 + exp(-x)), in units of the result, over all operands of -16 to 16; where colours or
-    /// opacities of rays are made of it.
+    /// 1 / (1 + exp(-x)), in ulp of the result, over all operands from -16 to 16; where a ray's
+    /// colours or opacities use it.
     pub sigmoid: Option<UnitError>,
-    /// ln(1 + exp(x)), likewise.
+    /// ln(1 + exp(x)), with the same operands and unit.
     pub softplus: Option<UnitError>,
-    /// Eight values of -1 to 1, coded and interpolated, beside the same unrounded, in units of a
+    /// Interpolation of eight coded values from -1 to 1 against the unrounded result, in ulp of a
     /// 16-bit feature, at 65,536 places; where features are interpolated.
     pub gathering: Option<UnitError>,
 }
 
-/// What takes time to find and is found once for a scene's model.
+/// Results that take long, computed once per model.
 #[derive(Debug, Default)]
 pub(super) struct Known {
-    /// What the model is rendered with.
+    /// Operations that the model is rendered with.
     operations: OnceCell<Vec<OpCode>>,
-    /// By analysis of netlists.
+    /// Bounds by analysis of netlists.
     bounds: RefCell<HashMap<String, Option<f64>>>,
-    /// To 120 bits, by fraction bits of operands.
+    /// References to 120 bits, by fraction bits of operands.
     logistic: RefCell<HashMap<u32, Option<Rc<LogisticReference>>>>,
 }
 
 impl Known {
-    /// The bound of an operation; nothing of one that is not built, or of a unit that cannot be.
+    /// Netlist bound of an operation; `None` if it is not built or the unit is invalid.
     fn bound(&self, config: &Config, op: OpCode) -> Option<f64> {
         let key = format!("{op:?} {:?} {:?}", config.vu.ops, config.vu.exp);
         let known = self.bounds.borrow().get(&key).copied();
@@ -107,7 +107,8 @@ impl Known {
         config.vu.ops.contains(&op) && self.operations.get_or_init(all).contains(&op)
     }
 
-    /// Sigmoid and softplus of operands of so many fraction bits; nothing of those that it has not.
+    /// Reference of sigmoid and softplus for operands of so many fraction bits; `None` where they
+    /// do not exist.
     fn logistic(&self, frac_bits: u32) -> Option<Rc<LogisticReference>> {
         let mut known = self.logistic.borrow_mut();
         let found = || {
@@ -118,7 +119,7 @@ impl Known {
         known.entry(frac_bits).or_insert_with(found).clone()
     }
 
-    /// Of the operations that a scene is rendered with: the lesser of the netlist's and the formulas'.
+    /// Bounds of the operations that a scene uses: the smaller of netlist and formula.
     pub(super) fn vector_bounds(&self, scene: &Scene, config: &Config) -> VectorBounds {
         let formula = VectorBounds::by_formula(&config.vu.exp);
         let known = |op| self.bound(config, op).unwrap_or(f64::INFINITY);
@@ -155,7 +156,7 @@ impl UnitErrors {
         }
     }
 
-    /// Each with the name of its operation; none of operations that the scene has not.
+    /// Errors by operation; `None` for operations that the scene does not use.
     #[must_use]
     pub fn named(&self) -> [(&'static str, Option<UnitError>); 5] {
         [
@@ -184,8 +185,8 @@ fn exponential(config: &Config, known: &Known) -> Option<UnitError> {
     })
 }
 
-/// The n-th of numbers that fill 0 to 1 evenly, another sequence a prime (Weyl, "Ueber die
-/// Gleichverteilung von Zahlen mod. Eins", 1916).
+/// The n-th element of an equidistributed sequence in 0 to 1, one sequence per prime (Weyl, "Ueber
+/// die Gleichverteilung von Zahlen mod. Eins", 1916).
 fn even(n: u32, prime: u32) -> f64 {
     (f64::from(n) * f64::from(prime).sqrt()).fract()
 }
@@ -278,8 +279,8 @@ mod tests {
         move |text| UnitErrors::of(&scene, &Config::from_toml(text, "test").unwrap(), &known)
     }
 
-    /// A coarser unit is farther off, none farther than its bound, and each setting moves the error
-    /// of the operation that it is of.
+    /// A coarser unit has larger errors, all within their bounds, and each setting changes the
+    /// error of its own operation.
     #[test]
     fn errors_are_of_the_operation_that_a_setting_moves() {
         let (lantern, field) = (of("lantern"), of("moons:efficientnerf"));
@@ -321,7 +322,7 @@ mod tests {
         assert!(coarse.softplus.unwrap().max_ulp > 20.0);
     }
 
-    /// Splats have records alone.
+    /// Splats have records only, without interpolation.
     #[test]
     fn splats_interpolate_nothing() {
         let own = of("garden")("");

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::wall::{Pairs, Stopwatch};
 use crate::ExploreError;
 
-/// What a frame gives.
+/// Results of a frame: pictures, trace and cycles.
 struct Outcome {
     float: Rendered,
     fixed: Rendered,
@@ -38,22 +38,22 @@ impl Outcome {
     }
 }
 
-/// A frame with effects forced beside one with what is called for alone.
+/// A frame with effects forced, compared with the frame of required effects alone.
 #[derive(Debug, Serialize)]
 pub struct Forced {
-    /// Those that are forced.
+    /// Forced effects.
     pub effects: Vec<String>,
-    /// Whether pictures are the same bit for bit, in floating point and in the hardware's formats.
+    /// Whether pictures are equal bit for bit, in floating point and in the hardware's formats.
     pub same_image: bool,
-    /// Whether everything is that goes through the units.
+    /// Whether all calls of the units are equal.
     pub same_trace: bool,
-    /// A digest of it.
+    /// Digest of the calls.
     pub trace: String,
-    /// Whether modelled cycles are, those of the hardware that the scene calls for too.
+    /// Whether modelled cycles are equal, also on the hardware that the scene needs.
     pub same_cycles: bool,
-    /// Those of the frame without forcing.
+    /// Cycles of the frame without forcing.
     pub cycles: EffectCycles,
-    /// Wall time with them and without; none where no pairs are asked for.
+    /// Wall time with and without forcing; `None` without timed pairs.
     pub wall: Option<Pairs>,
 }
 
@@ -121,27 +121,27 @@ impl Forced {
     }
 }
 
-/// A frame without an effect beside one with it.
+/// A frame without an effect, compared with the frame with it.
 #[derive(Debug, Serialize)]
 pub struct Without {
-    /// The effect's name.
+    /// Name of the effect.
     pub name: &'static str,
-    /// Of spherical harmonics.
+    /// Degree of spherical harmonics, for that effect.
     pub degree: Option<u8>,
-    /// Whether the scene calls for it.
+    /// Whether the scene calls for the effect.
     pub called_for: bool,
-    /// What was compared.
+    /// What was compared: a frame or a path.
     pub of: &'static str,
-    /// Linear RGB, unquantised, peak 1, in dB; none where nothing differs.
+    /// PSNR in dB in linear RGB, unquantised, peak 1; `None` where pictures are equal.
     pub psnr_db: Option<f64>,
-    /// Pixels that were compared.
+    /// Pixels compared.
     pub pixels: u64,
-    /// Those in which a channel differs.
+    /// Pixels in which a channel differs.
     pub pixels_changed: u64,
-    /// Of a channel, linear, peak 1.
+    /// Largest difference of a channel, linear, peak 1.
     pub largest_difference: f32,
-    /// Modelled cycles of all units for the frame without it, less those with it; none of effects of
-    /// a path.
+    /// Modelled cycles of all units without the effect minus those with it; `None` for effects of a
+    /// path.
     pub cycles_more: Option<i64>,
 }
 

@@ -1,5 +1,5 @@
-//! What a scene and a camera path call for: each effect with its cost, results with effects forced
-//! and without them.
+//! Effects that a scene and a camera path call for: the cost of each, and results with effects
+//! forced or left out.
 
 mod compare;
 mod report;

@@ -1,4 +1,4 @@
-//! What a scene and a path call for, and what each effect takes.
+//! Effects that a scene and a path call for, with the cost of each.
 
 use potamoi_analysis::{Analysis, Finding, Hardware, LeftOut, Surroundings};
 use potamoi_base::camera::Camera;
@@ -14,60 +14,60 @@ use super::wall::{Pairs, RtlWall, Stopwatch, Wall};
 use super::work::{Work, work_of};
 use crate::{Chosen, ExploreError, Progress};
 
-/// What effects are looked for in, and how.
+/// A study of effects: scene, configuration, path and options.
 pub struct EffectsStudy<'a> {
-    /// The scene, with no choices of its own, seen by the path's first camera.
+    /// The scene, with its default choices, seen by the path's first camera.
     pub scene: &'a Scene,
-    /// The configuration that renders it.
+    /// Configuration that renders it.
     pub chosen: &'a Chosen,
     /// Cameras of the path.
     pub path: &'a [Camera],
-    /// What is around the units.
+    /// Parts of the system around the units.
     pub around: Surroundings,
-    /// Effects that are forced, and those that are left out.
+    /// Effects to force, and effects to leave out.
     pub choices: Choices,
-    /// Pairs of runs, one with and one without an effect, whose medians are wall times; 0: no timing.
+    /// Pairs of timed runs, with and without an effect; wall times are their medians. 0: no timing.
     pub pairs: u32,
-    /// Whether the frame is run on the Verilated units, too.
+    /// Whether to run the frame on the Verilated units.
     pub rtl: bool,
 }
 
-/// What a scene and a path call for.
+/// Report of a study of effects.
 #[derive(Debug, Serialize)]
 pub struct Effects {
     /// The scene's name.
     pub scene: String,
     /// The model's algorithm.
     pub algorithm: &'static str,
-    /// Pixels of a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Frames of the path.
     pub frames: usize,
-    /// 12 hexadecimal digits.
+    /// Hash of the configuration, 12 hexadecimal digits.
     pub configuration: String,
-    /// The preset that it is, if it is one.
+    /// Name of the preset, if it is one.
     pub preset: Option<&'static str>,
-    /// Of runs whose medians are wall times.
+    /// Timed pairs of runs for each wall time.
     pub pairs: u32,
-    /// All effects, called for or not.
+    /// All effects, required or not.
     pub effects: Vec<FoundEffect>,
-    /// Both units.
+    /// Use of both units.
     pub units: Vec<UnitUse>,
-    /// The result with effects forced, where any are.
+    /// Results with effects forced, if any are.
     pub forced: Option<Forced>,
-    /// The result with effects left out, one by one.
+    /// Results with each effect left out.
     pub without: Vec<Without>,
-    /// The frame on the Verilated units, where that was asked for.
+    /// Wall time on the Verilated units, if requested.
     pub rtl: Option<RtlWall>,
 }
 
 impl EffectsStudy<'_> {
-    /// Looks for all effects, and measures what each takes.
+    /// Detects all effects and measures the cost of each.
     ///
     /// # Errors
-    /// A scene that cannot be rendered by the configuration, or Verilog that cannot be built or run.
+    /// A scene that the configuration cannot render, or Verilog that cannot be built or run.
     pub fn run(&self, progress: &dyn Progress) -> Result<Effects, ExploreError> {
         let (scene, path) = (self.scene, self.path);
         let Chosen { config, preset } = self.chosen;
@@ -120,7 +120,7 @@ impl EffectsStudy<'_> {
         })
     }
 
-    /// What each effect takes.
+    /// Cost of each effect.
     fn effects(
         &self,
         analysis: &Analysis,
@@ -152,48 +152,48 @@ impl EffectsStudy<'_> {
     }
 }
 
-/// An effect.
+/// An effect with its cost.
 #[derive(Debug, Clone, Serialize)]
 pub struct FoundEffect {
     /// Its name.
     pub name: &'static str,
-    /// Of spherical harmonics.
+    /// Degree of spherical harmonics, for that effect.
     pub degree: Option<u8>,
     /// Whether the scene and the path call for it.
     pub called_for: bool,
-    /// Why, or why not.
+    /// Evidence for `called_for`.
     pub evidence: String,
-    /// What it takes when it is simulated.
+    /// Cost of simulating it.
     pub cost: EffectCost,
-    /// What is saved by leaving it out.
+    /// Saving by leaving it out.
     pub saving: EffectSaving,
 }
 
-/// What an effect takes when it is simulated.
+/// Cost of simulating an effect.
 #[derive(Debug, Clone, Serialize)]
 pub struct EffectCost {
-    /// Where, and how much.
+    /// Work by unit.
     #[serde(flatten)]
     pub work: Work,
-    /// Wall time of the simulator with it, less that without it, where both were run; nothing, 0, of
-    /// what there is nothing of to simulate.
+    /// Wall time of the simulator with the effect minus that without it, where both were run; 0
+    /// where there is nothing to simulate.
     pub wall_ms: Option<f64>,
-    /// What was timed, and how long it took.
+    /// What was timed, and the times.
     pub wall: Option<Wall>,
 }
 
-/// What is saved by leaving an effect out that is not called for.
+/// Saving by leaving out an effect that is not called for.
 #[derive(Debug, Clone, Serialize)]
 pub struct EffectSaving {
-    /// Of the simulator's wall time; nothing, 0, of one that is called for, since it is not left out;
-    /// nor of one that there is nothing of to simulate. None where nothing was timed.
+    /// Wall time of the simulator; 0 for an effect that is called for, as it is not left out, and
+    /// where there is nothing to simulate. `None` without timing.
     pub wall_ms: Option<f64>,
-    /// Of modelled cycles: none, since the hardware does no work that is not called for.
+    /// Modelled cycles: 0, since the hardware does no work that is not called for.
     pub cycles: u64,
 }
 
 impl FoundEffect {
-    /// `is_there` says whether the simulator could do something of it.
+    /// `is_there` tells whether the simulator could do work for the effect.
     fn new(
         finding: &Finding,
         work: Work,
@@ -234,13 +234,13 @@ impl FoundEffect {
         }
     }
 
-    /// Medians of pairs, where it was timed.
+    /// Medians of the timed pairs, if any.
     #[must_use]
     pub fn timed(&self) -> Option<Pairs> {
         self.cost.wall.map(|wall| wall.pairs)
     }
 
-    /// Its name with its degree.
+    /// Name, with its degree.
     #[must_use]
     pub fn title(&self) -> String {
         match self.degree {
@@ -250,16 +250,16 @@ impl FoundEffect {
     }
 }
 
-/// A unit, and what of it is instantiated.
+/// A unit, and its parts that are left out.
 #[derive(Debug, Clone, Serialize)]
 pub struct UnitUse {
-    /// Its top module.
+    /// Name of its top module.
     pub unit: &'static str,
-    /// In RTL simulation, and in Verilog that is emitted for the scene.
+    /// Whether RTL simulation, and Verilog emitted for the scene, instantiate it.
     pub instantiated: bool,
-    /// By the path's cameras.
+    /// Whether the path's cameras use it.
     pub used_by_path: bool,
-    /// What of it is left out, and why.
+    /// Parts left out, with the reasons.
     pub left_out: Vec<LeftOut>,
 }
 

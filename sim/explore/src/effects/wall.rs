@@ -14,22 +14,22 @@ use serde::Serialize;
 
 use crate::ExploreError;
 
-/// Targets of a reference.
+/// Window: targets of a reference.
 const WINDOW: u32 = 16;
 
-/// What is measured, and how often.
+/// Times runs of a scene and path in pairs.
 pub(super) struct Stopwatch<'a> {
-    /// With no choices of its own.
+    /// The scene, with its default choices.
     pub(super) scene: &'a Scene,
     pub(super) config: &'a Config,
     pub(super) path: &'a [Camera],
     pub(super) pairs: u32,
 }
 
-/// Time with and without an effect.
+/// Wall time with and without an effect.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Wall {
-    /// What is timed.
+    /// What was timed.
     pub of: &'static str,
     /// Medians of the runs.
     #[serde(flatten)]
@@ -39,19 +39,19 @@ pub struct Wall {
 /// Medians of interleaved runs, in milliseconds.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Pairs {
-    /// With it.
+    /// With the effect.
     pub with_ms: f64,
-    /// Without it.
+    /// Without the effect.
     pub without_ms: f64,
-    /// Of the differences within each pair.
+    /// Median of the differences within pairs.
     pub difference_ms: f64,
-    /// Half of what lies between the least and the largest of them: less is noise. None of a single
+    /// Half of the range of those differences; a smaller difference is noise. `None` for a single
     /// pair.
     pub spread_ms: Option<f64>,
 }
 
 impl Pairs {
-    /// Of pairs; none where there are none.
+    /// Medians of pairs; `None` without pairs.
     fn of(times: [Vec<f64>; 2]) -> Option<Self> {
         if times.iter().any(Vec::is_empty) {
             return None;
@@ -73,7 +73,7 @@ impl Pairs {
         })
     }
 
-    /// The difference, and how far pairs differ in it.
+    /// Difference and spread as text.
     #[must_use]
     pub fn words(&self) -> String {
         format!(
@@ -86,15 +86,15 @@ impl Pairs {
     }
 }
 
-/// The frame on the Verilated units.
+/// Wall time of the frame on the Verilated units.
 #[derive(Debug, Serialize)]
 pub struct RtlWall {
-    /// With the whole configuration, both units instantiated, and without what the scene does not
-    /// call for; none where no pairs are asked for.
+    /// With the whole configuration and both units, and without the parts that the scene does not
+    /// call for; `None` without timed pairs.
     pub wall: Option<Pairs>,
-    /// Cycles, the same of both.
+    /// Cycles, equal in both.
     pub cycles: RtlCycles,
-    /// Whether picture, counts and cycles are the same.
+    /// Whether picture, counts and cycles are equal.
     pub is_same: bool,
 }
 
@@ -114,7 +114,7 @@ impl Stopwatch<'_> {
         scene
     }
 
-    /// Runs both in turn, after one of each that does not count; none where no pair is asked for.
+    /// Runs both alternately, after one warm-up run of each; `None` without pairs.
     pub(super) fn in_pairs<T>(
         &self,
         mut run: impl FnMut(bool) -> Result<T, ExploreError>,
@@ -134,8 +134,7 @@ impl Stopwatch<'_> {
         Ok(Pairs::of(times))
     }
 
-    /// Time with an effect and without it; none where there is nothing to carry out or to leave
-    /// out.
+    /// Time with and without an effect; `None` where there is nothing to run or to leave out.
     pub(super) fn wall(
         &self,
         effect: Effect,
@@ -185,12 +184,12 @@ impl Stopwatch<'_> {
         Ok(pairs.map(|pairs| Wall { of, pairs }))
     }
 
-    /// Whether there is something of an effect that the simulator could do here, called for or not.
+    /// Whether the simulator could do work for an effect here, called for or not.
     pub(super) fn is_there(&self, effect: Effect) -> bool {
         self.timed(effect).is_some()
     }
 
-    /// What shows an effect's time best.
+    /// What to time for an effect.
     fn timed(&self, effect: Effect) -> Option<&'static str> {
         let facts = self.scene.facts();
         let is_splats = self.scene.model().is_splats();
@@ -242,7 +241,7 @@ impl Stopwatch<'_> {
         Ok(frames.collect::<Result<_, _>>()?)
     }
 
-    /// Pixels of warped frames that warping leaves to be rendered.
+    /// Pixels of warped frames that remain to be rendered.
     pub(super) fn pixels_left(&self) -> Result<u64, ExploreError> {
         let frames = self.warped(self.scene, false)?;
         let warped = frames.iter().filter(|frame| frame.reference.is_some());
@@ -250,7 +249,7 @@ impl Stopwatch<'_> {
         Ok(classes.filter(|class| class.is_rendered()).count() as u64)
     }
 
-    /// The same with nothing in the holes.
+    /// The path's warped frames with holes left empty.
     pub(super) fn with_holes(&self) -> Result<Vec<Frame>, ExploreError> {
         self.warped(&Holes(self.scene), false)
     }
@@ -265,7 +264,7 @@ impl Stopwatch<'_> {
         Ok(all?.into_iter().map(|shaded| shaded.picture).collect())
     }
 
-    /// The frame on the Verilated units of the whole configuration and of what is called for.
+    /// Times the frame on Verilated units of the whole configuration and of the parts called for.
     pub(super) fn rtl(&self, hardware: &Hardware) -> Result<RtlWall, ExploreError> {
         let mut shots = [None, None];
         let wall = self.in_pairs(|whole| {
@@ -290,7 +289,7 @@ impl Stopwatch<'_> {
     }
 }
 
-/// What is timed.
+/// Name of the frame in floating point.
 const FLOAT: &str = "the frame in floating point";
 const FIXED: &str = "the frame through the units' twins";
 const PATH: &str = "the path's frames in floating point";

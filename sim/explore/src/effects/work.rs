@@ -1,20 +1,20 @@
-//! Where an effect's work is done, and how much of it.
+//! Work of an effect, by unit.
 
 use potamoi_base::effects::Effect;
 use potamoi_scene::{FrameCounts, Scene};
 use potamoi_system::effects::EffectCycles;
 use serde::Serialize;
 
-/// Where work is done, and how much.
+/// Work of an effect: the unit and the amount.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Work {
-    /// What does it.
+    /// The unit that does it.
     pub unit: &'static str,
-    /// Modelled cycles, where it is counted in them.
+    /// Modelled cycles, where counted.
     pub cycles: Option<u64>,
-    /// How many of something else.
+    /// Amount in another unit of measure.
     pub amount: Option<u64>,
-    /// Of what.
+    /// That unit of measure.
     pub amount_of: Option<&'static str>,
 }
 
@@ -37,7 +37,7 @@ impl Work {
         }
     }
 
-    /// As a report says it.
+    /// The work as report text.
     #[must_use]
     pub fn words(&self) -> String {
         match (self.cycles, self.amount, self.amount_of) {
@@ -48,7 +48,7 @@ impl Work {
     }
 }
 
-/// What an effect costs when it is simulated: where, and how many of what.
+/// Work of simulating an effect.
 pub(super) fn work_of(
     effect: Effect,
     cycles: &EffectCycles,

@@ -1,4 +1,4 @@
-//! The exponential by itself: every input through the Verilated unit, and other ways to find it.
+//! The exponential alone: every input through the Verilated unit, and a comparison of methods.
 
 mod methods;
 mod sweep;

@@ -14,16 +14,16 @@ use serde::Serialize;
 
 use crate::ExploreError;
 
-/// Bits of an input that is swept wholly.
+/// Width of an exhaustively swept input, in bits.
 const INPUT_BITS: u32 = 16;
 
-/// The exponential's results on the Verilated unit, of every input.
+/// Results of the exponential on the Verilated unit for every input.
 pub struct ExponentialSweep {
     /// Errors and clocks.
     pub report: ExponentialReport,
-    /// By input code.
+    /// Results by input code.
     results: Vec<i32>,
-    /// Cycles from the acceptance of an input's vector to its results, likewise.
+    /// Cycles from accepting an input's vector to its results, by input code.
     cycles: Vec<u64>,
 }
 
@@ -31,8 +31,8 @@ impl ExponentialSweep {
     /// Sweeps all inputs of U3.13 through the vector unit of a configuration.
     ///
     /// # Errors
-    /// A configuration whose exponential is not of U3.13 or not that of splats; Verilog that cannot
-    /// be built or run.
+    /// A configuration whose exponential is not the splats' one of U3.13; Verilog that cannot be
+    /// built or run.
     pub fn run(config: &Config) -> Result<Self, ExploreError> {
         check(config)?;
         let exp = &config.vu.exp;
@@ -63,7 +63,7 @@ impl ExponentialSweep {
         })
     }
 
-    /// Every input with its result and cycles, as CSV: `u_code,y_code,cycles`.
+    /// Every input with its result and cycles as CSV: `u_code,y_code,cycles`.
     #[must_use]
     pub fn csv(&self) -> String {
         let mut text = String::from("u_code,y_code,cycles\n");
@@ -75,72 +75,71 @@ impl ExponentialSweep {
     }
 }
 
-/// Errors and clocks of a configuration's exponential. A unit of the last place is
+/// Errors and clocks of a configuration's exponential. Errors are in ulp of the result,
 /// `2^-output_bits`.
 #[derive(Debug, Clone, Serialize)]
 pub struct ExponentialReport {
-    /// 12 hexadecimal digits.
+    /// Hash of the configuration, 12 hexadecimal digits.
     pub configuration: String,
-    /// Inputs, all of their format.
+    /// Number of inputs, all of the format.
     pub inputs: usize,
     /// "restoring", "piecewise" or "radix-4".
     pub form: ExpForm,
-    /// What is raised to a power.
+    /// Base of the exponential.
     pub base: ExpBase,
-    /// Of the piecewise form: pieces, and bits of their table.
+    /// Piece table of the piecewise form.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pieces: Option<PieceTable>,
-    /// Whether it stops when its bits are complete.
+    /// Whether it stops once its bits are complete.
     pub early_out: bool,
-    /// Iterations; of an early out the most.
+    /// Iterations; with early termination the largest number.
     pub iterations: u32,
-    /// Whether what is left is multiplied in.
+    /// Whether the final rest is multiplied in.
     pub tail: bool,
     /// Fraction bits of the accumulator.
     pub accumulator_bits: u32,
     /// Fraction bits of the constants.
     pub constant_bits: u32,
-    /// Start of the accumulator, in its last place.
+    /// Initial accumulator value, in its last place.
     pub offset: i32,
     /// Fraction bits of the result.
     pub output_bits: u32,
-    /// The largest magnitude of the error.
+    /// Largest error magnitude.
     pub max_ulp: f64,
-    /// The mean magnitude of the error.
+    /// Mean error magnitude.
     pub mean_ulp: f64,
-    /// The mean error.
+    /// Mean error (bias).
     pub bias_ulp: f64,
-    /// Input with the largest error.
+    /// Input code with the largest error.
     pub worst_code: i32,
-    /// Results that are not the nearest code.
+    /// Number of results that are not the nearest code.
     pub misrounded: u32,
-    /// Whether no larger input has a larger result.
+    /// Whether results never rise with the input.
     pub monotone: bool,
-    /// The part of it that cutting off after n iterations, or straight pieces,
-    /// may cost.
+    /// Bound of the truncation error: stopping after n iterations, or linear pieces.
     pub truncation_ulp: f64,
-    /// What all roundings together may cost.
+    /// Bound of the sum of all rounding errors.
     pub budget_ulp: f64,
-    /// By analysis of the netlist.
+    /// Error bound by analysis of the netlist.
     pub netlist_ulp: Option<f64>,
-    /// The part of it that dropped bits are.
+    /// Part of that bound that is due to dropped bits.
     pub netlist_dropped_ulp: Option<f64>,
-    /// From the acceptance of a vector to its results.
+    /// Cycles from accepting a vector to its results.
     pub latency_cycles: u64,
-    /// From one vector to the next.
+    /// Cycles from one vector to the next.
     pub interval_cycles: f64,
-    /// Lanes of the unit, an exponential a lane.
+    /// Lanes of the unit, with one exponential each.
     pub lanes: u32,
-    /// In the steady state, of all lanes.
+    /// Throughput in the steady state, over all lanes.
     pub exponentials_per_cycle: f64,
 }
 
-/// What straight pieces are made of.
+/// Parameters of the piecewise form.
 #[derive(Debug, Clone, Serialize)]
 pub struct PieceTable {
-    /// Pieces.
+    /// Number of pieces.
     pub pieces: u32,
-    /// Bits of the table.
+    /// Size of the table in bits.
     pub table_bits: u32,
     /// Partial-product bits of the slope's multiplier.
     pub slope_product_bits: u32,
@@ -205,7 +204,7 @@ impl PieceTable {
     }
 }
 
-/// What ends the power early costs: cutting off, or straight pieces.
+/// Error of the approximation: truncation, or linear pieces.
 fn approximation(exp: &ExpConfig) -> f64 {
     match exp.form {
         ExpForm::Piecewise => straightness(exp.pieces, exp.output_bits),
@@ -213,7 +212,7 @@ fn approximation(exp: &ExpConfig) -> f64 {
     }
 }
 
-/// The sweep is of exp(-u) in the format of splats.
+/// Checks that the sweep covers exp(-u) in the format of splats.
 fn check(config: &Config) -> Result<(), ExploreError> {
     let exp = &config.vu.exp;
     let refuse = |field: &str, value: String, expected: &str| {

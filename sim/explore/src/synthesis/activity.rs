@@ -1,4 +1,4 @@
-//! The work that units' power is of.
+//! Switching activity for the power of units.
 
 use std::collections::BTreeMap;
 
@@ -13,35 +13,35 @@ use potamoi_synth::{
 use super::flow::Flow;
 use crate::ExploreError;
 
-/// The work of the gathering unit and of the vector unit unless a scene is named: voxels
-/// of eight vertices, and the exponentials of splats.
+/// Default scenes for the gathering unit and the vector unit: voxels of eight vertices, and the
+/// exponentials of splats.
 const SCENES: [&str; 2] = ["lantern", "garden"];
 
-/// Whose work drives the netlists, for their power.
+/// Scene whose work drives the netlists for power.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ActivityScene {
     /// `lantern` for the gathering unit, `garden` for the vector unit.
     Default,
-    /// A scene's, for both.
+    /// One scene for both units.
     Named(String),
-    /// Nobody's: power is left out.
+    /// None: power is left out.
     None,
 }
 
-/// What units' power is estimated from.
+/// Activity for power estimates.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Activity {
-    /// Whose work.
+    /// Scene whose work is used.
     pub scene: ActivityScene,
-    /// Whether netlists are simulated whole rather than in slices, which is slower.
+    /// Whether netlists are simulated as a whole, which is slower, rather than in slices.
     pub whole: bool,
 }
 
-/// Scenes whose work is asked for, each once.
+/// Scenes whose work is used, each once.
 pub struct ActivityScenes(Vec<(String, Scene)>);
 
 impl ActivityScenes {
-    /// Opens those of the units.
+    /// Opens the scenes of the units.
     ///
     /// # Errors
     /// A scene that cannot be opened.
@@ -60,8 +60,8 @@ impl ActivityScenes {
         self.0.iter().map(|(_, scene)| scene)
     }
 
-    /// Renders them, with all operations that the scenes ask for: a unit that lacks some is
-    /// given its part of the work.
+    /// Renders the scenes with all operations that they use; a unit that lacks some is given its
+    /// part of the work.
     ///
     /// # Errors
     /// A scene that cannot be rendered.
@@ -89,7 +89,7 @@ impl ActivityScenes {
 pub struct ActivityWork(BTreeMap<String, Sampler>);
 
 impl Activity {
-    /// Steps of a unit: its synthesis, and its power.
+    /// Steps of a unit: synthesis, and power where it is estimated.
     #[must_use]
     pub fn steps(&self) -> u64 {
         match (&self.scene, self.whole) {
@@ -112,10 +112,10 @@ impl Activity {
         }
     }
 
-    /// Adds its power to a unit that was made.
+    /// Adds the power of a synthesised unit.
     ///
     /// # Errors
-    /// As [`estimate`]; a netlist that computes something else is a failed check.
+    /// As [`estimate`]; a netlist with wrong results is a failed check.
     pub fn add(
         &self,
         (config, unit): (&Config, UnitKind),
@@ -152,7 +152,7 @@ impl Activity {
     }
 }
 
-/// A netlist that computes something else is a check that failed.
+/// Turns a netlist's wrong results into a failed check.
 fn wrong(error: SynthError) -> ExploreError {
     match error {
         SynthError::Rtl(error) => ExploreError::Rtl(*error),

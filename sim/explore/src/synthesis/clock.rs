@@ -1,9 +1,9 @@
-//! The clock that units are asked for.
+//! Requested clock of units against the clock they reach.
 
 use potamoi_synth::UnitReport;
 
-/// What a unit reaches before wires, in gigahertz: with its memories' access times where
-/// they are known, and without.
+/// Highest clock of a unit before wires, in gigahertz: with the access times of its memories where
+/// known, and without.
 struct Reached {
     slower: f64,
     cells: f64,
@@ -20,8 +20,7 @@ impl Reached {
     }
 }
 
-/// The first unit that does not reach a clock in gigahertz, and what it reaches, as a sentence; none
-/// where all do.
+/// Sentence about the first unit that misses a clock in gigahertz; `None` where all reach it.
 #[must_use]
 pub fn missed_clock(units: &[UnitReport], clock: f64) -> Option<String> {
     let unit = units.iter().find(|u| Reached::of(u).slower < clock)?;
@@ -38,8 +37,8 @@ pub fn missed_clock(units: &[UnitReport], clock: f64) -> Option<String> {
     ))
 }
 
-/// Units with memories whose access times are not known, as a sentence: their clock is that of cells
-/// alone. None where there is no such unit.
+/// Sentence about units with memories of unknown access time, whose clock is that of cells alone;
+/// `None` without such units.
 #[must_use]
 pub fn without_memories(units: &[UnitReport]) -> Option<String> {
     let has = |u: &&UnitReport| !u.memories.is_empty() && u.with_memories.is_none();
@@ -59,8 +58,8 @@ mod tests {
     use super::*;
     use potamoi_synth::SynthReport;
 
-    /// Of the paper's gathering unit 1101 ps, and 1241 ps with its memories; of the vector
-    /// unit, which has none, 1271 ps.
+    /// The paper's gathering unit: 1101 ps, 1241 ps with its memories. The vector unit has none:
+    /// 1271 ps.
     #[test]
     fn the_slower_of_both_clocks_counts() {
         let [report, _] = SynthReport::checked_in().unwrap();

@@ -1,4 +1,4 @@
-//! What synthesis would find, without it.
+//! Estimates of synthesis results by fitted formulas.
 
 use potamoi_formats::config::Config;
 use potamoi_synth::fit::{EnergiesOf, Estimate, Fit, Formula, LeftOut, ScaledEstimate, Work};
@@ -6,45 +6,44 @@ use potamoi_synth::grid::Family;
 use potamoi_synth::{MemoryArea, SynthError, UnitKind, macros, scaling};
 use serde::Serialize;
 
-/// The work that a unit is estimated at, and the node that it is scaled to.
+/// Operating point and target node of an estimate.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct EstimateOf<'a> {
-    /// Share of the cycles in which it issues, 0 to 1; none: that of the work that the netlists were
-    /// run with.
+    /// Share of cycles in which the unit issues, 0 to 1; `None`: that of the netlists' work.
     pub busy: Option<f64>,
-    /// Channels of a sample; none: those of the same work.
+    /// Channels of a sample; `None`: that of the netlists' work.
     pub channels: Option<u64>,
-    /// Factors to another node; none: not scaled.
+    /// Scaling factors to another node; `None`: not scaled.
     pub scaled_by: Option<&'a scaling::Factors>,
 }
 
-/// What synthesis of a unit would find, without it.
+/// Estimated synthesis results of a unit.
 #[derive(Debug, Serialize)]
 pub struct UnitEstimate {
-    /// Its top module.
+    /// Name of its top module.
     pub unit: &'static str,
-    /// The units that the formulas are of.
+    /// Units that the formulas cover.
     pub family: Family,
-    /// Relative, at points that were left out.
+    /// Relative errors at points left out of the fit.
     pub errors: LeftOut,
-    /// The work that energies were found with; none where none were.
+    /// Work that energies are for; `None` without energies.
     pub energies_of: Option<EnergiesOf>,
-    /// The figures at the node of the syntheses.
+    /// Estimate at the node of the syntheses.
     #[serde(flatten)]
     pub estimate: Estimate,
-    /// The same at another node; none where it is not scaled.
+    /// Estimate at another node; `None` if not scaled.
     pub scaled: Option<ScaledEstimate>,
-    /// Not in any of these figures.
+    /// Memories, which no figure includes.
     pub memories: Vec<MemoryArea>,
-    /// What the figures are from.
+    /// Formulas behind the figures.
     pub formulas: Vec<Formula>,
 }
 
 impl UnitEstimate {
-    /// By formulas that were fitted to syntheses.
+    /// Estimates a unit by formulas fitted to syntheses.
     ///
     /// # Errors
-    /// A unit that no formula is of.
+    /// A unit that no formula covers.
     pub fn new(
         fit: &Fit,
         config: &Config,

@@ -1,23 +1,23 @@
-//! What units are synthesised with.
+//! Library, tools and cache of syntheses.
 
 use std::path::Path;
 
 use potamoi_formats::config::Config;
 use potamoi_synth::{Library, Made, SynthError, Tools, UnitKind, synthesise};
 
-/// What units are synthesised with.
+/// Library, tools and cache of syntheses.
 #[derive(Clone, Copy)]
 pub struct Flow<'a> {
-    /// The cells.
+    /// Standard cells.
     pub library: &'a Library,
     /// Yosys and OpenSTA.
     pub tools: &'a Tools,
-    /// Where results are kept.
+    /// Folder of cached results.
     pub cache: &'a Path,
 }
 
 impl Flow<'_> {
-    /// Synthesises a unit; `step` is called after each step, as [`synthesise`] has them.
+    /// Synthesises a unit; `step` is called after each step of [`synthesise`].
     ///
     /// # Errors
     /// As [`synthesise`].

@@ -1,4 +1,4 @@
-//! Many units, each a point of one file.
+//! Grids of units: many synthesis points in one file.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use super::flow::Flow;
 use super::parallel::in_parallel;
 use crate::{ExploreError, Progress};
 
-/// Points of the file that is to be written as it is now, of this library and these programs.
+/// Points of an earlier file that fit this library and these tools.
 struct Kept(Vec<GridPoint>);
 
 impl Kept {
@@ -22,7 +22,7 @@ impl Kept {
         Self(earlier.map_or(vec![], |grid| grid.points))
     }
 
-    /// The point, if its Verilog is what is generated now.
+    /// The cached point, if its Verilog is unchanged.
     fn point(&self, point: &Point) -> Result<Option<GridPoint>, ExploreError> {
         let is_same = |p: &&GridPoint| p.family == point.family && p.config == point.text;
         let Some(earlier) = self.0.iter().find(is_same) else {
@@ -33,11 +33,11 @@ impl Kept {
     }
 }
 
-/// Synthesises points, so many at once, with their power by an activity, in a library of this node.
-/// Points of an earlier file at `earlier` that are current are taken from there.
+/// Synthesises points, `jobs` at once, with their power for an activity, in a library of this node.
+/// Current points of an earlier file at `earlier` are reused.
 ///
 /// # Errors
-/// A point that cannot be synthesised, or whose netlist computes something else.
+/// A point that cannot be synthesised, or a netlist with wrong results.
 pub fn synthesise_grid(
     points: &[Point],
     jobs: usize,

@@ -1,4 +1,5 @@
-//! Units as cells: several at once, their power by a scene's work, their clock, grids of them.
+//! Synthesis of units: several at once, their power for a scene's work, their clock, and grids of
+//! them.
 
 mod activity;
 mod clock;

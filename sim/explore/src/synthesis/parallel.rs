@@ -1,4 +1,4 @@
-//! Work on many items, several at once.
+//! Parallel work on many items.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -6,12 +6,11 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::Progress;
 
-/// Does every item, `jobs` at once; after a failure no further ones. The first failure,
-/// in the items' order. An item has so many steps and calls what it is given after each; what
-/// it did not have to do counts when it is done.
+/// Processes every item, `jobs` at once; after a failure no further ones begin. An item has a
+/// number of steps, and calls its argument after each; steps that it skips count when it ends.
 ///
 /// # Errors
-/// The first of those that `make` ended with.
+/// The first failure in the items' order.
 pub fn in_parallel<I: Sync, T: Send, E: Send>(
     items: &[I],
     jobs: usize,
@@ -52,7 +51,7 @@ pub fn in_parallel<I: Sync, T: Send, E: Send>(
 mod tests {
     use super::*;
 
-    /// Steps that are counted.
+    /// Counter of reported steps.
     #[derive(Default)]
     struct Steps(AtomicUsize);
 
@@ -66,8 +65,8 @@ mod tests {
         fn now(&self, _: &str) {}
     }
 
-    /// In the items' order whatever the number of jobs, with all steps told: of one that skips some
-    /// when it is done, of one that tells more no more than there are.
+    /// Results are in the items' order for any number of jobs, and all steps are reported: skipped
+    /// ones when an item ends, and never more than there are.
     #[test]
     fn items_stay_in_order_and_all_steps_are_told() {
         let items: Vec<usize> = (0..20).collect();
@@ -83,7 +82,7 @@ mod tests {
         }
     }
 
-    /// The first failure in the items' order, and none begins after it.
+    /// The first failure in the items' order is returned, and no item begins after it.
     #[test]
     fn a_failure_ends_the_work() {
         let items: Vec<usize> = (0..1000).collect();

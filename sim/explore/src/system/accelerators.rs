@@ -1,5 +1,5 @@
-//! Instant-NGP beside `NeuRex` and `NGPC`, as their structure is described (paper, Sec. "Compared
-//! with Prior Works").
+//! Comparison of Instant-NGP with `NeuRex` and `NGPC`, modelled by their published structure
+//! (paper, Sec. "Compared with Prior Works").
 
 use potamoi_formats::config::{Config, Modes, Organisation};
 use potamoi_system::soc::npu::Array;
@@ -12,24 +12,25 @@ use crate::{ExploreError, Setup};
 /// Rows and columns of `NeuRex`'s array (paper, ibid.).
 pub const NEUREX_SIDE: u64 = 32;
 
-/// Speed-ups over the baseline of the same scene.
+/// Speed-ups over the baseline on the same scene.
 #[derive(Debug, Clone, Serialize)]
 pub struct Accelerators {
-    /// As the scene was asked for.
+    /// Name of the scene, as requested.
     pub scene: String,
-    /// `NeuRex`: tables in MVoxels as here, banks that hold whole vectors, a larger array; each frame
-    /// in full.
+    /// `NeuRex`: tables in MVoxels as here, feature-major banks, a larger array; each frame in
+    /// full.
     pub neurex: f64,
-    /// `NGPC`: all tables on chip, a bank a level that gives a vertex a cycle; each frame in full.
+    /// `NGPC`: all tables on chip, one bank a level that delivers a vertex a cycle; each frame in
+    /// full.
     pub ngpc: f64,
-    /// Ours, each frame in full.
+    /// Potamoi, each frame in full.
     pub potamoi_without_sparw: f64,
-    /// Ours with warped frames.
+    /// Potamoi with warped frames.
     pub potamoi: f64,
 }
 
 impl Accelerators {
-    /// Of a scene of Instant-NGP whose path is counted, on the setup's system.
+    /// Compares on a scene of Instant-NGP with a counted path, in the setup's system.
     ///
     /// # Errors
     /// As [`Setup::frame`].
@@ -62,7 +63,7 @@ impl Accelerators {
         })
     }
 
-    /// How many times as fast ours is: beside `NeuRex` and `NGPC` without warping, then with it.
+    /// Speed-ups of Potamoi over `NeuRex` and `NGPC`: without warping, then with it.
     #[must_use]
     pub fn ratios(&self) -> [f64; 4] {
         [
@@ -74,7 +75,7 @@ impl Accelerators {
     }
 }
 
-/// The same with banks that hold whole vectors.
+/// The configuration with feature-major banks, which hold whole vectors.
 fn feature_major(config: &Config) -> Config {
     let mut config = config.clone();
     config.gu.organisation = Organisation::FeatureMajor;

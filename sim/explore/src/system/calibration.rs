@@ -1,4 +1,4 @@
-//! The factors of the GPU: found from what the paper timed.
+//! Calibration of GPU efficiencies to the times in the paper.
 
 use potamoi_system::soc::work::FrameWork;
 use potamoi_system::soc::{Gpu, GpuOnlyTime, Memory, System, gpu_only};
@@ -6,39 +6,39 @@ use serde::Serialize;
 
 use crate::{ExploreError, Setup};
 
-/// Frames a second at 800 x 800 on the mobile GPU alone (paper, Sec. "Introduction").
+/// Frame rates at 800 x 800 on the mobile GPU alone (paper, Sec. "Introduction").
 pub const TIMED: [(&str, f64); 2] = [("DirectVoxGO", 0.8), ("3DGS", 5.0)];
-/// Points that the mobile GPU warps, and the nanoseconds that it stays below (paper, Sec.
-/// "Basic Algorithm"): taken as those that it needs.
+/// Points warped on the mobile GPU, and the upper bound of their nanoseconds (paper, Sec. "Basic
+/// Algorithm"), taken as the time itself.
 pub const WARPED: (u64, f64) = (1_000_000, 1e6);
-/// Pixels a side of what the paper timed.
+/// Width and height in pixels of the paper's timed frames.
 pub const SIDE: u32 = 800;
-/// Halvings of the interval in which a factor lies: more than its digits.
+/// Bisection steps for an efficiency: more than its digits.
 const HALVINGS: u32 = 60;
 
-/// A scene's frame on the GPU alone.
+/// Times of a scene's frame on the GPU alone.
 #[derive(Debug, Clone, Serialize)]
 pub struct Timed {
-    /// As the scene was asked for.
+    /// Name of the scene, as requested.
     pub scene: String,
     /// The model's algorithm.
     pub algorithm: &'static str,
-    /// Pixels of a row and rows.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Gaussians of the model; 0 of fields.
+    /// Gaussians of the model; 0 for fields.
     pub gaussians: u64,
     /// Bytes of the model.
     pub model_bytes: u64,
     #[serde(skip)]
     work: FrameWork,
-    /// As the GPU would do it at its best.
+    /// Times at peak rates.
     pub best: GpuOnlyTime,
-    /// As its programs do it by the factors that were found; by the system's where none was.
+    /// Times at the calibrated efficiencies, or the system's where none was found.
     pub by_factor: GpuOnlyTime,
 }
 
 impl Timed {
-    /// Of the frame that a setup's camera sees, at the GPU's best.
+    /// Times the frame that a setup's camera sees at the GPU's peak rates.
     ///
     /// # Errors
     /// As [`Setup::frame`].
@@ -64,19 +64,20 @@ impl Timed {
     }
 }
 
-/// What the GPU's programs reach of its best, 0 to 1.
+/// Efficiencies of GPU programs, as shares of peak from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GpuFactors {
-    /// Of fields; none where no scene of theirs was timed, or all take longer at the GPU's best.
+    /// Field programs; `None` where no field scene was timed, or all exceed the paper's time even
+    /// at peak.
     pub fields: Option<f64>,
-    /// Of splats, likewise.
+    /// Splat programs; `None` in the same cases.
     pub splats: Option<f64>,
-    /// Of warping and scaling pictures.
+    /// Warping and upscaling.
     pub pictures: f64,
 }
 
 impl GpuFactors {
-    /// The factors by which scenes take on average what the paper timed; sets their
+    /// Finds the efficiencies at which scenes take the paper's times on average, and sets their
     /// [`Timed::by_factor`].
     #[must_use]
     pub fn find(system: &System, scenes: &mut [Timed]) -> Self {
@@ -109,7 +110,7 @@ impl GpuFactors {
     }
 }
 
-/// The share of the best at which frames take so many nanoseconds as come to a rate; none above 1.
+/// Efficiency at which frames reach a rate; `None` if it would exceed 1.
 fn factor(frames_per_second: f64, nanoseconds: impl Fn(f64) -> f64) -> Option<f64> {
     // The more it reaches, the less time it takes.
     let (mut low, mut high) = (1e-6f64, 1.0);
@@ -127,8 +128,8 @@ fn factor(frames_per_second: f64, nanoseconds: impl Fn(f64) -> f64) -> Option<f6
 mod tests {
     use super::*;
 
-    /// Time of 0.2 s at the best, in inverse proportion to the share: a frame a second at a fifth,
-    /// and no share is fast enough for six.
+    /// 0.2 s at peak, inversely proportional to the efficiency: a frame a second at 0.2, and no
+    /// efficiency gives six.
     #[test]
     fn a_factor_is_where_the_time_is_the_rates() {
         let time = |efficiency: f64| 0.2e9 / efficiency;

@@ -1,4 +1,4 @@
-//! Three ways to the same number: formulas, cycle models, and the hardware itself.
+//! Fidelity of the models: formulas, cycle models and the Verilated hardware.
 
 use std::time::Instant;
 
@@ -10,38 +10,38 @@ use serde::Serialize;
 
 use crate::{ExploreError, Progress, Setup};
 
-/// A frame's cycles and time, found in one way.
+/// Cycles and time of a frame by one method.
 #[derive(Debug, Clone, Serialize)]
 pub struct Rung {
-    /// The way, in words.
+    /// Name of the method.
     pub way: &'static str,
     /// Cycles of the gathering unit.
     pub gather_cycles: u64,
     /// Cycles of the vector unit.
     pub vector_cycles: u64,
-    /// Cycles of the MAC array, the same in all ways.
+    /// Cycles of the MAC array, the same for all methods.
     pub array_cycles: u64,
-    /// Nanoseconds of the frame.
+    /// Time of the frame in nanoseconds.
     pub frame_ns: f64,
-    /// Seconds that finding it took on this machine.
+    /// Wall time of the method in seconds.
     pub wall_s: f64,
 }
 
-/// How far the models of cycles and of memory are from what they stand for.
+/// Fidelity of the cycle and memory models.
 #[derive(Debug, Clone, Serialize)]
 pub struct Fidelity {
     /// The scene's name.
     pub scene: String,
-    /// Pixels of a row, and rows.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// From the fastest way to the Verilated units.
+    /// Methods, from the fastest to the Verilated units.
     pub rungs: Vec<Rung>,
-    /// Memory's rates beside the frame's own accesses.
+    /// Memory rates beside a replay of the frame's own accesses.
     pub memory: Replay,
 }
 
 impl Fidelity {
-    /// Of the frame that a setup's camera sees, in full, gathered by the unit.
+    /// Fidelity for the full frame that a setup's camera sees, gathered by the unit.
     ///
     /// # Errors
     /// As [`rungs`].
@@ -59,11 +59,11 @@ impl Fidelity {
     }
 }
 
-/// The frame that a setup's camera sees in three ways: by formulas, by cycle models and by the
-/// Verilated units, which come last.
+/// The frame that a setup's camera sees by formulas, by cycle models and on the Verilated units, in
+/// this order.
 ///
 /// # Errors
-/// A scene that cannot be rendered by the configuration, or Verilog that cannot be built or run.
+/// A scene that the configuration cannot render, or Verilog that cannot be built or run.
 pub fn rungs(setup: &Setup) -> Result<Vec<Rung>, ExploreError> {
     let (scene, config, model) = (&setup.scene, &setup.config, setup.model());
     let count = |units: &mut dyn Units| {

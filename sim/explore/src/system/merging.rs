@@ -1,4 +1,4 @@
-//! What merging cells of splats into fuller `MVoxel`s saves.
+//! Saving by merging cells of splats into fuller `MVoxel`s.
 
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
@@ -9,21 +9,21 @@ use serde::Serialize;
 
 use crate::{ExploreError, Setup};
 
-/// A frame with cells merged, or as they are.
+/// A frame with or without merged cells.
 #[derive(Debug, Clone, Serialize)]
 pub struct Side {
     /// Whether cells are merged.
     pub merged: bool,
     /// MVoxels that hold points.
     pub mvoxels: usize,
-    /// Points of an MVoxel, on average.
+    /// Mean points of an MVoxel.
     pub points_a_mvoxel: f64,
     /// Passes of the array over the model if an MVoxel's points were its columns, none shared
     /// between MVoxels.
     pub passes: usize,
-    /// Bytes of the tree that says which cells are merged; 0 without.
+    /// Bytes of the octree that describes merged cells; 0 without merging.
     pub tree_bytes: usize,
-    /// Nanoseconds of gathering: of the unit's cycles or of its bytes, whichever is more.
+    /// Nanoseconds of gathering: the larger of the unit's cycles and its memory transfers.
     pub gathering_ns: f64,
     /// Nanoseconds of the array.
     pub computation_ns: f64,
@@ -31,32 +31,31 @@ pub struct Side {
     pub frame_ns: f64,
     /// Picojoules of the array's multipliers.
     pub array_pj: f64,
-    /// The same with its buffers.
+    /// Picojoules of the array's multipliers and buffers.
     pub computation_pj: f64,
-    /// Picojoules of gathering: the unit's, its memories', and those of all bytes of memory with the
-    /// DMA's descriptors.
+    /// Picojoules of gathering: the unit, its memories, and all memory bytes with DMA descriptors.
     pub gathering_pj: f64,
-    /// Share of the array's multipliers that work while it does.
+    /// Utilisation of the array's multipliers while it works, from 0 to 1.
     pub array_use: f64,
     /// The frame's work.
     pub done: Batch,
 }
 
-/// A scene's frame with cells as they are, and merged.
+/// A scene's frame without and with merged cells.
 #[derive(Debug, Clone, Serialize)]
 pub struct Merging {
-    /// As the scene was asked for.
+    /// Name of the scene, as requested.
     pub scene: String,
-    /// Pixels of a row, and rows.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Without merging, and with it.
+    /// Without merging, then with it.
     pub sides: [Side; 2],
 }
 
 impl Merging {
-    /// Of the frame that a setup's camera sees. The sides of cells are halved so many times beyond
-    /// the coarsest that fit an `MVoxel`; `step` is called after each side. None of scenes without
-    /// splats.
+    /// Measures the frame that a setup's camera sees. Cell sides are halved `halvings` times beyond
+    /// the coarsest that fit an `MVoxel`; `step` is called after each side. `None` for scenes
+    /// without splats.
     ///
     /// # Errors
     /// As [`Setup::frame`].
@@ -84,7 +83,7 @@ impl Merging {
     }
 }
 
-/// The tree over the cells of splats; none of other scenes.
+/// The octree over the cells of splats; `None` for other scenes.
 fn octree(setup: &Setup) -> Option<Octree> {
     let rows = (setup.config).mvoxel_capacity(Vertices::One, RECORD_CHANNELS);
     setup.scene.octree(rows as usize)

@@ -1,5 +1,5 @@
-//! What the whole system gains: variants beside the baseline, what the result rests on, and how
-//! far it moves if that were otherwise.
+//! The whole system: variants against the baseline, fidelity and calibration of the model, and
+//! sensitivity to assumptions.
 
 mod accelerators;
 mod calibration;

@@ -1,4 +1,4 @@
-//! What the system takes for the frames of a scene's path.
+//! Results of the system for a scene's path.
 
 use potamoi_base::camera::Camera;
 use potamoi_system::soc::work::{PathOptions, PathReplay, PathWork};
@@ -7,44 +7,44 @@ use serde::Serialize;
 
 use crate::{ExploreError, Setup};
 
-/// A scene's path on a system, in each variant of it.
+/// A scene's path in each variant of a system.
 #[derive(Debug, Clone, Serialize)]
 pub struct Modelled {
     /// The scene's name.
     pub scene: String,
     /// The model's algorithm.
     pub algorithm: String,
-    /// Pixels of a row, and rows.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// The path, and what was counted of it.
+    /// Options that the path was counted with.
     pub options: PathOptions,
-    /// The preset whose units it is.
+    /// Name of the units' preset, if it is one.
     pub preset: Option<&'static str>,
-    /// Whether the work had been counted earlier.
+    /// Whether the counted work was cached.
     pub was_kept: bool,
-    /// How cycles of units were found: the middle one of [`rungs`](super::rungs).
+    /// Method that gives unit cycles: the middle one of [`rungs`](super::rungs).
     pub fidelity: &'static str,
-    /// The units' clock, assumed.
+    /// Assumed clock of the units in gigahertz.
     pub clock_ghz: f64,
-    /// What its units reach at 12 nm before wires, where they were synthesised.
+    /// Highest clock of the units at 12 nm before wires, in gigahertz, where synthesised.
     pub reached_ghz: Option<f64>,
-    /// Where energy is from.
+    /// Source of the energies.
     pub energy_origin: String,
-    /// Pixels of targets that are rendered, of those that are not void, over the path.
+    /// Share of rendered pixels among the targets' non-void pixels, over the path.
     pub rendered_share: f64,
-    /// What memory takes for the path's accesses in their order, which all of this rests on.
+    /// Replay of the path's memory accesses, on which all times rest.
     pub memory: Option<PathReplay>,
-    /// Gathering alone, of the first reference's frame.
+    /// Gathering alone, for the first reference's frame.
     pub gathered: Gathered,
-    /// The baseline first.
+    /// Results, the baseline first.
     pub outcomes: Vec<Outcome>,
-    /// What files leave open, and frames in which nothing is in view.
+    /// Items that files leave open, and frames with an empty view.
     pub not_checked: Vec<String>,
 }
 
 impl Modelled {
-    /// Of a path that is counted, now or earlier, seen by these cameras: each variant in each
-    /// scenario, scenarios outermost, and the timeline of the last.
+    /// Models a counted path seen by these cameras: each variant in each scenario, scenarios
+    /// outermost. Also returns the timeline of the last.
     ///
     /// # Errors
     /// As [`Model::run`](potamoi_system::soc::Model::run).
@@ -85,27 +85,27 @@ impl Modelled {
         Ok((found, last))
     }
 
-    /// The outcome that one is compared with: the baseline of its scenario.
+    /// The baseline of a result's scenario.
     #[must_use]
     pub fn baseline(&self, of: &Outcome) -> &Outcome {
         let own = self.outcomes.iter().find(|o| o.scenario == of.scenario);
         own.unwrap_or(&self.outcomes[0])
     }
 
-    /// The baseline's time over the outcome's.
+    /// Speed-up of a result over its baseline.
     #[must_use]
     pub fn speed_up(&self, of: &Outcome) -> f64 {
         self.baseline(of).run.span_ns / of.run.span_ns
     }
 
-    /// The baseline's energy over the outcome's.
+    /// Energy saving of a result: the baseline's energy over its own.
     #[must_use]
     pub fn saving(&self, of: &Outcome) -> f64 {
         self.baseline(of).run.energy.total_mj() / of.run.energy.total_mj()
     }
 }
 
-/// Pixels of targets that are rendered, of those that are not void.
+/// Share of rendered pixels among the targets' non-void pixels.
 fn rendered_share(path: &PathWork) -> f64 {
     let warped = path.targets.iter().filter(|t| t.reference.is_some());
     let [rendered, shown] = warped.fold([0, 0], |[rendered, shown], target| {

@@ -1,4 +1,4 @@
-//! What comes out if what is calibrated or assumed were otherwise, and without a GPU.
+//! Sensitivity of the results to calibrated and assumed parameters, and results without a GPU.
 
 use potamoi_system::soc::work::PathWork;
 use potamoi_system::soc::{Gpu, Model, Scenario, System, Variant};
@@ -6,11 +6,11 @@ use serde::Serialize;
 
 use crate::{ExploreError, Setup};
 
-/// One thing, changed.
+/// A change of one parameter.
 struct Change {
     name: &'static str,
     make: fn(&mut System),
-    /// It is of what the remote GPU alone does.
+    /// Whether it concerns only the remote GPU.
     is_remote: bool,
 }
 
@@ -32,7 +32,7 @@ impl Change {
     }
 }
 
-/// What programs reach of a machine's best is calibrated once, and taken to hold for both.
+/// Efficiencies are calibrated once, and assumed to hold for both GPUs.
 const CHANGES: [Change; 21] = [
     Change::new("as it is", |_| {}),
     Change::new("fields' share of the best halved", |system| {
@@ -113,60 +113,60 @@ fn both(system: &mut System, change: fn(&mut Gpu)) {
     change(&mut system.remote);
 }
 
-/// What is left are memory, the units, the array and the link. Its bytes still move.
+/// Removes the GPU's work. Memory, units, array and link remain, and its bytes still move.
 fn without_work(gpu: &mut Gpu) {
     // Far beyond any machine, and small enough that quotients stay numbers.
     (gpu.cores, gpu.cache_gb_s) = (1e15, 1e15);
     (gpu.launch_us, gpu.watts, gpu.idle_watts) = (0.0, 0.0, 0.0);
 }
 
-/// Speed-up and energy saving over the baseline of the same system, means over scenes.
+/// Speed-up and energy saving over the baseline of the same system, as means over scenes.
 #[derive(Debug, Clone, Serialize)]
 pub struct Mean {
     /// The variant's name.
     pub variant: &'static str,
     /// Where full frames are rendered.
     pub scenario: Scenario,
-    /// The baseline's time over the variant's.
+    /// Speed-up: the baseline's time over the variant's.
     pub speed_up: f64,
-    /// The baseline's energy over the variant's.
+    /// Energy saving: the baseline's energy over the variant's.
     pub saving: f64,
 }
 
-/// What one change comes to.
+/// Results under one change.
 #[derive(Debug, Clone, Serialize)]
 pub struct SensitivityRow {
-    /// The change, in words; the first is none.
+    /// Description of the change; the first row has none.
     pub change: &'static str,
     /// The device's GPU as changed.
     pub gpu: Gpu,
     /// The remote GPU as changed.
     pub remote: Gpu,
-    /// By scenario and variant, the baseline first of each scenario.
+    /// Means by scenario and variant; the baseline is first in each scenario.
     pub means: Vec<Mean>,
 }
 
-/// Speed-ups and savings under each change.
+/// Speed-ups and energy savings under each change.
 #[derive(Debug, Clone, Serialize)]
 pub struct Sensitivity {
-    /// Names of the scenes that means are of.
+    /// Names of the scenes averaged over.
     pub scenes: Vec<String>,
-    /// A row a change; changes of what no scenario uses are left out.
+    /// One row a change; changes that affect no scenario are left out.
     pub rows: Vec<SensitivityRow>,
 }
 
-/// A scene whose path is counted.
+/// A scene with a counted path.
 pub struct CountedScene {
-    /// As the scene was asked for.
+    /// Name of the scene, as requested.
     pub name: String,
-    /// What it is modelled on.
+    /// Its setup.
     pub setup: Setup,
-    /// The work of its path.
+    /// Work of its path.
     pub path: PathWork,
 }
 
 impl Sensitivity {
-    /// Of scenes whose paths are counted, on a system and on what is changed of it. The baseline is
+    /// Evaluates scenes with counted paths on a system and on each change of it. The baseline is
     /// the first variant.
     ///
     /// # Errors
@@ -202,7 +202,7 @@ impl Sensitivity {
     }
 }
 
-/// Means over scenes of variants in scenarios, the baseline first of each scenario.
+/// Means over scenes by scenario and variant; the baseline is first in each scenario.
 fn means(
     counted: &[CountedScene],
     system: &System,

@@ -1,5 +1,5 @@
-//! Sparse radiance warping along a path: how good frames are, how many pixels are rendered, and
-//! when.
+//! Sparse radiance warping (SpaRW) along a path: quality of frames, share of rendered pixels, and
+//! schedules.
 
 mod quality;
 mod source;

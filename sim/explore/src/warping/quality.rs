@@ -1,4 +1,4 @@
-//! How good frames are.
+//! Quality of warped frames.
 
 use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
@@ -10,8 +10,7 @@ use serde::Serialize;
 use super::source::Source;
 use crate::{ExploreError, Progress};
 
-/// What was really there along the last path, for the next representation of the
-/// same scene.
+/// Ground truth along the last path, kept for the next representation of the same scene.
 #[derive(Default)]
 pub struct Truth {
     of: Option<Analytic>,
@@ -21,12 +20,12 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Whether frame `number` of it is of this camera.
+    /// The picture of frame `number`, if it was seen by this camera.
     fn frame(&self, number: usize, camera: &Camera) -> Option<&Picture> {
         (self.path.get(number) == Some(camera)).then(|| &self.pictures[number])
     }
 
-    /// Goes on to a source; what does not belong to it is forgotten.
+    /// Switches to a source, and drops pictures of another scene.
     fn turn_to(&mut self, source: &Source) {
         let (of, background) = (source.analytic(), source.renderer().background());
         if self.of != of || self.background != background {
@@ -58,14 +57,14 @@ impl Truth {
     }
 }
 
-/// Of a path, what the model shows in full, and what is there.
+/// The full frames of a path, by the model and as ground truth.
 pub struct Footage {
     full: Vec<Shaded>,
     truth: Vec<Option<Picture>>,
 }
 
 impl Footage {
-    /// Renders the path's frames in full, a step each, and what is there, where that is known.
+    /// Renders the path's frames in full, one step each, and the ground truth where it is known.
     ///
     /// # Errors
     /// As [`Renderer::shade`](potamoi_warp::Renderer::shade) and [`Source::truth`].
@@ -88,7 +87,7 @@ impl Footage {
         Ok(footage)
     }
 
-    /// Pixels of a row, and rows; 0 of an empty path.
+    /// Width and height in pixels; 0 for an empty path.
     #[must_use]
     pub fn size(&self) -> [u32; 2] {
         self.full
@@ -96,7 +95,7 @@ impl Footage {
             .map_or([0, 0], |f| [f.picture.width, f.picture.height])
     }
 
-    /// How like the model in full is to the truth; none where that is not known.
+    /// Quality of the model's full frames against the ground truth; `None` where that is not known.
     #[must_use]
     pub fn quality(&self) -> Option<Likeness> {
         let mut sums = Sums::default();
@@ -107,20 +106,19 @@ impl Footage {
     }
 }
 
-/// How like two pictures are, or two sequences.
+/// Quality of a picture or a sequence against another.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Likeness {
-    /// Of the mean squared error over all pixels that count, in dB, peak 1;
-    /// none where they are equal.
+    /// PSNR in dB from the mean squared error over all counted pixels, peak 1; `None` where they
+    /// are equal.
     pub psnr_db: Option<f64>,
-    /// The mean over frames of each one's PSNR; none where one is equal.
+    /// Mean PSNR of frames in dB; `None` where one of them is equal.
     pub mean_psnr_db: Option<f64>,
-    /// Mean structural similarity over frames; none where no window of 11 x 11
-    /// fits.
+    /// Mean SSIM of frames; `None` where no window of 11 x 11 pixels fits.
     pub ssim: Option<f64>,
 }
 
-/// Likenesses, frame by frame.
+/// Sums over frames.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
     frames: usize,
@@ -161,41 +159,41 @@ fn decibels(mse: f64) -> f64 {
     -10.0 * mse.log10()
 }
 
-/// Pixels of the frame, or of its foreground: those where the model shows something.
+/// Quality of all pixels, or of the foreground: pixels where the model is not empty.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Part {
-    /// Where they come from.
+    /// Pixels by origin.
     pub pixels: Counts,
-    /// Against the model in full.
+    /// Quality against the model's full frames.
     pub model: Option<Likeness>,
-    /// Against ground truth.
+    /// Quality against the ground truth.
     pub truth: Option<Likeness>,
 }
 
-/// One frame.
+/// Quality of one frame.
 #[derive(Debug, Clone, Serialize)]
 pub struct FrameQuality {
-    /// From 0.
+    /// Number of the frame, from 0.
     pub number: usize,
     /// The reference that it was warped from.
     pub reference: Option<usize>,
-    /// Whether it was rendered in full though it was to be warped.
+    /// Whether a target fell back to full rendering.
     pub fell_back: bool,
     /// All of its pixels.
     pub frame: Part,
-    /// Those where the model shows something.
+    /// Foreground pixels: those where the model is not empty.
     pub foreground: Part,
 }
 
-/// Frames of one way, as they come.
+/// Quality of one method's frames, collected frame by frame.
 pub struct Measured<'a> {
     footage: &'a Footage,
-    /// Those that came.
+    /// Frames so far.
     pub frames: Vec<FrameQuality>,
     all: [Totals; 2],
 }
 
-/// Over all frames.
+/// Sums over all frames.
 #[derive(Debug, Clone, Copy, Default)]
 struct Totals {
     pixels: Counts,
@@ -238,7 +236,7 @@ impl Totals {
 }
 
 impl<'a> Measured<'a> {
-    /// Of no frame yet.
+    /// Starts without frames.
     #[must_use]
     pub fn new(footage: &'a Footage) -> Self {
         Self {
@@ -248,7 +246,7 @@ impl<'a> Measured<'a> {
         }
     }
 
-    /// Takes a frame of the footage's path.
+    /// Adds a frame of the footage's path.
     pub fn add(&mut self, frame: &Frame) {
         let full = &self.footage.full[frame.number];
         let truth = self.footage.truth[frame.number].as_ref();
@@ -263,7 +261,7 @@ impl<'a> Measured<'a> {
         });
     }
 
-    /// Of all frames, and of their foregrounds.
+    /// Quality over all frames, and over their foregrounds.
     #[must_use]
     pub fn totals(&self) -> [Part; 2] {
         self.all.map(|totals| totals.part())

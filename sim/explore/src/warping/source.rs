@@ -1,4 +1,4 @@
-//! What is warped: a scene, or an image sequence.
+//! Sources of warping: a scene, or an image sequence.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -13,14 +13,14 @@ use potamoi_warp::{Geometry, ReferenceFrom, Renderer};
 
 use crate::ExploreError;
 
-/// One place that depth is from.
+/// Source of depth.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Depth {
-    /// The model's rendering: where its light is taken, on average.
+    /// The model's rendering: the mean depth at which light is absorbed.
     Model,
-    /// What comes with the images, or what is known of an analytic scene.
+    /// Depth given with the images, or known from an analytic scene.
     Given,
-    /// The model's surface as a mesh of so many cells along the longest side, rasterised.
+    /// The model's surface as a rasterised mesh, with so many cells along the longest side.
     Mesh(u32),
     /// A mesh from a file.
     File(PathBuf),
@@ -37,11 +37,11 @@ impl fmt::Display for Depth {
     }
 }
 
-/// What is warped.
+/// Source of warping.
 pub enum Source {
-    /// A scene, whose model renders what is not warped.
+    /// A scene, whose model renders the remaining pixels.
     Scene(Box<Scene>),
-    /// Images with cameras and depth, which are taken in place of renderings.
+    /// Images with cameras and depth, used in place of renderings.
     Images(Images),
 }
 
@@ -55,7 +55,7 @@ impl Source {
         }
     }
 
-    /// What renders frames.
+    /// Renderer of its frames.
     #[must_use]
     pub fn renderer(&self) -> &dyn Renderer {
         match self {
@@ -64,17 +64,17 @@ impl Source {
         }
     }
 
-    /// Whether the time between frames may be chosen.
+    /// Whether the frame rate can be chosen.
     #[must_use]
     pub fn is_timed(&self) -> bool {
         matches!(self, Self::Scene(scene) if scene.path_length().is_none())
     }
 
-    /// Cameras of so many frames; where no number is asked for, `usual` of a built-in path and all of
-    /// a file, but not more.
+    /// Cameras of `frames` frames. Without a number, `usual` for a built-in path and all for a
+    /// file, but not more.
     ///
     /// # Errors
-    /// More frames than a file has, or a rate that is none.
+    /// More frames than a file has, or an invalid rate.
     pub fn path(
         &self,
         fps: f64,
@@ -91,7 +91,7 @@ impl Source {
         })
     }
 
-    /// Where depth is from unless another place is asked for.
+    /// Default source of depth.
     #[must_use]
     pub const fn usual_depth(&self) -> Depth {
         match self {
@@ -100,8 +100,7 @@ impl Source {
         }
     }
 
-    /// Where references are taken unless another place is asked for: image sequences have no frames
-    /// off their path.
+    /// Default origin of references: image sequences have no frames off their path.
     #[must_use]
     pub const fn usual_reference(&self) -> ReferenceFrom {
         match self {
@@ -110,11 +109,11 @@ impl Source {
         }
     }
 
-    /// What tells depth, none where that is the rendering; `notes` takes what its file says that is
-    /// not used.
+    /// Geometry that supplies depth; `None` where that is the rendering. `notes` receives unused
+    /// parts of its file.
     ///
     /// # Errors
-    /// A mesh that cannot be read or made, or depth that the source has not.
+    /// A mesh that cannot be read or made, or depth that the source lacks.
     pub fn geometry(
         &self,
         depth: &Depth,
@@ -146,7 +145,7 @@ impl Source {
         }
     }
 
-    /// The analytic scene that it is of, if any.
+    /// Its analytic scene, if any.
     #[must_use]
     pub fn analytic(&self) -> Option<Analytic> {
         match self {
@@ -155,7 +154,7 @@ impl Source {
         }
     }
 
-    /// What a model's file leaves open, and frames in which nothing is in view.
+    /// Items that the model's file leaves open, and frames with an empty view.
     #[must_use]
     pub fn left_open(&self, path: &[Camera]) -> Vec<String> {
         match self {
@@ -164,7 +163,7 @@ impl Source {
         }
     }
 
-    /// What is really there, where it is known.
+    /// Ground truth, where it is known.
     ///
     /// # Errors
     /// A camera that the scene cannot be seen by.

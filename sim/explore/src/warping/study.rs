@@ -1,4 +1,4 @@
-//! Ways of making a path's frames, one after another.
+//! Study of several rendering methods on one path.
 
 use std::time::Instant;
 
@@ -14,47 +14,48 @@ use super::variant::{Variant, Warping};
 use super::way::Way;
 use crate::{ExploreError, Progress};
 
-/// A path whose frames are made in several ways.
+/// A study of several methods on one path.
 pub struct Study<'a> {
-    /// What is warped.
+    /// Source of warping.
     pub source: &'a Source,
     /// Cameras of the frames.
     pub path: &'a [Camera],
-    /// Where depth is from; ways name them by number.
+    /// Sources of depth; methods refer to them by index.
     pub depths: &'a [Depth],
-    /// Frames a second; none where the path's rate is its own.
+    /// Frames a second; `None` for a path with its own rate.
     pub fps: Option<f64>,
-    /// When references and targets are rendered.
+    /// Timing of references and targets.
     pub timetable: Timetable,
-    /// References that never arrive, by number from 0.
+    /// References that never arrive, numbered from 0.
     pub lost: &'a [usize],
 }
 
-/// A way, with what decides in it.
+/// A method with its rule and plan.
 #[derive(Debug, Clone)]
 pub struct PlannedWay {
-    /// The way.
+    /// The method.
     pub way: Way,
-    /// Which pixels are warped.
+    /// Rule that classifies pixels.
     pub rule: Rule,
-    /// Which references serve which frames.
+    /// Plan of references.
     pub plan: PlanOptions,
 }
 
 impl Study<'_> {
-    /// Steps of so many ways; each frame that is made again, as references were lost to the
-    /// schedule, is a further one.
+    /// Steps of so many methods. A frame that is rendered again, as the schedule lost references,
+    /// is a further step.
     #[must_use]
     pub const fn steps(&self, ways: usize) -> u64 {
         (self.path.len() * (ways + 1)) as u64
     }
 
-    /// Makes the frames in each way, and compares them with the model's in full and with the truth,
-    /// which is kept for the next representation of the same scene. `show` is given every frame.
+    /// Renders the frames with each method, and compares them with the model's full frames and with
+    /// the ground truth, which is kept for the next representation of the same scene. `show`
+    /// receives every frame.
     ///
     /// # Errors
-    /// Depth that the source has not, a rule or a plan that cannot be, frames that cannot be
-    /// rendered, or an error of `show`.
+    /// Depth that the source lacks, an invalid rule or plan, frames that cannot be rendered, or an
+    /// error of `show`.
     pub fn run<E: From<ExploreError>>(
         &self,
         ways: &[PlannedWay],
@@ -123,8 +124,8 @@ impl Study<'_> {
         })
     }
 
-    /// The frames of one way, and their schedule. References that the schedule gives up are lost to
-    /// the frames too, which are then made again.
+    /// Frames of one method with their schedule. References that the schedule gives up are lost to
+    /// the frames too, which are then rendered again.
     fn frames<'f, E: From<ExploreError>>(
         &self,
         way: &Way,

@@ -1,5 +1,4 @@
-//! When references and targets are rendered: scheduled by times that are given,
-//! or measured.
+//! Timing of references and targets: scheduled by given times, or measured.
 
 use std::collections::BTreeSet;
 
@@ -16,41 +15,41 @@ use crate::ExploreError;
 
 const NANOS_A_MILLISECOND: f64 = 1e6;
 
-/// When references and targets are rendered.
+/// Timing options of references and targets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timetable {
-    /// Where times are from.
+    /// Source of times.
     pub times: Times,
-    /// Whether references and targets share one renderer.
+    /// Whether references and targets share a renderer.
     pub one_renderer: bool,
 }
 
-/// Where times are from.
+/// Source of times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Times {
-    /// From nowhere: frames are not scheduled.
+    /// None: frames are not scheduled.
     None,
-    /// They are given, and frames are scheduled by them.
+    /// Given: frames are scheduled by these times.
     Given(GivenTimes),
-    /// From rendering references and targets at once, on two threads.
+    /// Measured: references and targets are rendered on two threads.
     Measured,
 }
 
-/// Times in milliseconds, none negative.
+/// Given times in milliseconds, none negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GivenTimes {
-    /// Of a full frame; a target takes the share that it renders.
+    /// Full frame; a target takes the share that it renders.
     pub frame: f64,
-    /// Of warping a reference to a target; none: no time, which the report notes.
+    /// Warping a reference to a target; `None`: 0, which the report notes.
     pub warp: Option<f64>,
-    /// In which a server renders a reference, sent over the paper's link; none: references are
-    /// rendered on the device.
+    /// Reference on a server, sent over the paper's link; `None`: references are rendered on the
+    /// device.
     pub server: Option<f64>,
-    /// After which a reference from the server is given up.
+    /// Timeout of a reference from the server.
     pub timeout: f64,
 }
 
-/// References that are rendered here, less those that are lost.
+/// References rendered locally, without lost ones.
 struct Here<'a> {
     warper: Warper<'a>,
     lost: &'a [usize],
@@ -65,28 +64,28 @@ impl References for Here<'_> {
     }
 }
 
-/// What a schedule comes to.
+/// Summary of a schedule.
 #[derive(Debug, Clone, Serialize)]
 pub struct Timing {
-    /// Where times are from: "given" or "measured".
+    /// Source of times: "given" or "measured".
     pub times: &'static str,
-    /// No time was given for warping, which was taken to be done at once.
+    /// Whether no warping time was given, so that warping took 0.
     pub warping_is_free: bool,
-    /// Frames over the span; none of a span of nothing.
+    /// Frames a second over the span; `None` for a span of 0.
     pub frames_per_second: Option<f64>,
-    /// From the first pose to the last frame.
+    /// Milliseconds from the first pose to the last frame.
     pub span_ms: f64,
-    /// From a pose to its frame, on average.
+    /// Mean latency of a frame from its pose, in milliseconds.
     pub latency_mean_ms: f64,
-    /// The most of them.
+    /// Largest latency, in milliseconds.
     pub latency_max_ms: f64,
-    /// While a reference and a target were rendered at once.
+    /// Milliseconds in which a reference and a target were rendered at once.
     pub overlap_ms: f64,
-    /// What frames waited for.
+    /// Waits of frames by cause, in milliseconds.
     pub waits_ms: Vec<(&'static str, f64)>,
-    /// Of the span, how long each was busy.
+    /// Utilisation of each resource, from 0 to 1.
     pub utilisation: Vec<(&'static str, f64)>,
-    /// What went over the link.
+    /// Traffic on the link.
     pub link: LinkUse,
 }
 
@@ -103,7 +102,7 @@ impl Timetable {
         }
     }
 
-    /// Schedules by the times that were given.
+    /// Schedules by given times.
     pub(super) fn schedule(
         &self,
         times: &GivenTimes,
@@ -132,7 +131,7 @@ impl Timetable {
         Ok(schedule(plan, counts, &clock, &options, remote.as_ref())?)
     }
 
-    /// Renders on threads, and measures; `show` takes the frames.
+    /// Renders on threads and measures; `show` receives the frames.
     pub(super) fn measure(
         &self,
         warper: Warper<'_>,
@@ -157,7 +156,7 @@ pub(super) fn given_up(schedule: &Schedule) -> BTreeSet<usize> {
 }
 
 impl Timing {
-    /// Of a schedule by a timetable's times.
+    /// Summary of a schedule for a source of times.
     pub(super) fn of(schedule: &Schedule, times: &Times) -> Self {
         let ms = |nanos: Nanos| nanos as f64 / NANOS_A_MILLISECOND;
         let totals = &schedule.totals;

@@ -1,4 +1,4 @@
-//! What was found of each way of making the frames.
+//! Results of rendering methods.
 
 use potamoi_base::camera::Camera;
 use potamoi_system::runtime::Schedule;
@@ -9,81 +9,80 @@ use super::quality::{FrameQuality, Likeness, Measured, Part};
 use super::timetable::Timing;
 use super::way::{Method, Way};
 
-/// What was found of one scene.
+/// Results for one scene.
 #[derive(Debug, Clone, Serialize)]
 pub struct Warping {
     /// The scene's name.
     pub scene: String,
-    /// Pixels of a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Frames of the path.
     pub frames: usize,
-    /// Frames a second, of a path whose rate may be chosen.
+    /// Frames a second, where the rate can be chosen.
     pub fps: Option<f64>,
-    /// The model in full against ground truth.
+    /// Quality of the model's full frames against the ground truth.
     pub model: Option<Likeness>,
-    /// A way each.
+    /// Results by method.
     pub variants: Vec<Variant>,
-    /// What a model's file leaves open.
+    /// Items that the model's file leaves open.
     pub not_checked: Vec<String>,
-    /// Seconds that all of it took.
+    /// Wall time of the study in seconds.
     pub seconds: f64,
 }
 
-/// One way of making the frames.
+/// Results of one method.
 #[derive(Debug, Clone, Serialize)]
 pub struct Variant {
-    /// What tells it from the others.
+    /// Label that tells it from the others.
     pub name: String,
-    /// How frames are made.
+    /// Name of the method.
     pub method: &'static str,
-    /// Frames of a reference, or of a chain.
+    /// Window: frames of a reference, or of a chain.
     pub window: u32,
-    /// Degrees between the rays of a point beyond which it is rendered; none: no limit.
+    /// Largest angle in degrees between the rays of a warped point; `None`: no limit.
     pub phi_degrees: Option<f64>,
-    /// Where depth is from.
+    /// Source of depth.
     pub depth: String,
-    /// References that were rendered.
+    /// References rendered.
     pub references: usize,
-    /// Frames that were to be warped and were rendered in full.
+    /// Targets that fell back to full rendering.
     pub fallbacks: usize,
-    /// Pixels that the model renders, references included, of those of all
-    /// frames in full.
+    /// Pixels that the model renders, references included, over the pixels of all frames.
     pub rendered_share: f64,
     /// All pixels of all frames.
     pub frame: Part,
-    /// Those where the model shows something.
+    /// Foreground pixels of all frames: those where the model is not empty.
     pub foreground: Part,
-    /// How far predicted references are off; none of ways without.
+    /// Error of predicted reference poses; `None` for methods without prediction.
     pub prediction: Option<Prediction>,
-    /// Of the runtime, where it was scheduled or measured.
+    /// Summary of the schedule, where scheduled or measured.
     pub timing: Option<Timing>,
-    /// The schedule itself, likewise.
+    /// The schedule, where scheduled or measured.
     #[serde(skip)]
     pub schedule: Option<Schedule>,
-    /// Frame by frame.
+    /// Quality by frame.
     pub frames: Vec<FrameQuality>,
-    /// Seconds that it took.
+    /// Wall time in seconds.
     pub seconds: f64,
 }
 
-/// How far predicted references are from where the camera was.
+/// Error of predicted reference poses against the camera's actual ones.
 #[derive(Debug, Clone, Serialize)]
 pub struct Prediction {
     /// References that count.
     pub references: usize,
-    /// The angle between both directions, on average.
+    /// Mean angle between both directions, in radians.
     pub mean_radians: f64,
-    /// The largest of them.
+    /// Largest angle, in radians.
     pub largest_radians: f64,
-    /// Between both places, on average, in the scene's units.
+    /// Mean distance between both positions, in the scene's units.
     pub mean_distance: f64,
 }
 
 impl Variant {
-    /// Of a way whose depth has this name.
+    /// Results of a method whose source of depth has this name.
     pub(super) fn new(
         way: &Way,
         depth: String,
@@ -126,7 +125,7 @@ impl Variant {
         }
     }
 
-    /// By how much the model's own PSNR to ground truth falls, in dB, means of
+    /// Loss of PSNR against the ground truth relative to the model's own, in dB, from means over
     /// frames.
     #[must_use]
     pub fn loss(&self, model: Option<&Likeness>) -> Option<f64> {
@@ -134,7 +133,7 @@ impl Variant {
         Some(psnr(model)? - psnr(self.frame.truth.as_ref())?)
     }
 
-    /// The paper's loss in dB, of trained models.
+    /// The paper's loss in dB for trained models.
     #[must_use]
     pub fn papers_loss(&self) -> Option<f64> {
         match (self.method, self.window, self.phi_degrees) {
@@ -145,8 +144,7 @@ impl Variant {
     }
 }
 
-/// Of references that are taken on the path, how far off they would be if they
-/// were predicted.
+/// For references on the path, the errors of their poses if they were predicted.
 fn prediction_errors(plan: &Plan, path: &[Camera]) -> Vec<(f64, f64)> {
     if plan.references.iter().any(|r| r.predicted_for.is_some()) {
         return plan.prediction_errors(path);

@@ -1,23 +1,23 @@
-//! The ways of making frames that stand side by side.
+//! Methods of rendering a path's frames, for comparison.
 
 use potamoi_base::camera::Camera;
 use potamoi_warp::{
     Chain, Class, Frame, Plan, Sequence, Shaded, Target, WarpError, Warper, half_resolution,
 };
 
-/// How frames are made.
+/// Method of rendering frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// Sparse radiance warping, from references.
     SpaRw,
     /// Each frame warped from the one before (Temp-N).
     Chained,
-    /// Half the resolution, scaled up (DS-2).
+    /// Half the resolution, upscaled (DS-2).
     HalfResolution,
 }
 
 impl Method {
-    /// As tables and reports name it.
+    /// Name in tables and reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -28,25 +28,25 @@ impl Method {
     }
 }
 
-/// One way of making the frames.
+/// A method with its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Way {
-    /// How frames are made.
+    /// The method.
     pub method: Method,
-    /// Frames of a reference, or of a chain.
+    /// Window: frames of a reference, or of a chain.
     pub window: u32,
-    /// Degrees between the rays of a point beyond which it is rendered; none: no limit.
+    /// Largest angle in degrees between the rays of a warped point; `None`: no limit.
     pub phi: Option<f64>,
-    /// Which of the depths that are asked for.
+    /// Index of the source of depth.
     pub depth: usize,
-    /// What tells it from the others.
+    /// Label that tells it from the others.
     pub name: String,
 }
 
 impl Way {
-    /// All combinations, less those that do not differ: at half the resolution nothing is warped, so
-    /// that windows, angles and depths are one. Without angles none limits. `depths` are the names
-    /// of the depths; there is a window and a depth at least.
+    /// All distinct combinations. At half the resolution nothing is warped, so windows, angles and
+    /// depths count once. Without `phis` no angle is limited. `depths` are the names of the depths;
+    /// at least one window and one depth are required.
     #[must_use]
     pub fn all(methods: &[Method], windows: &[u32], phis: &[f64], depths: &[String]) -> Vec<Self> {
         let mut ways = vec![];
@@ -82,7 +82,7 @@ impl Way {
         ways
     }
 
-    /// The frames, one after another; references of these numbers never arrive.
+    /// The frames in order; the references in `lost` never arrive.
     #[must_use]
     pub fn frames<'a>(
         &self,
@@ -119,7 +119,7 @@ impl Way {
 mod tests {
     use super::*;
 
-    /// At half the resolution one is left of all windows, angles and depths.
+    /// At half the resolution one combination remains for all windows, angles and depths.
     #[test]
     fn ways_that_do_not_differ_are_one() {
         let depths = ["model", "mesh 256"].map(str::to_owned);

@@ -2,7 +2,7 @@
 
 use super::{Knob, Setting, config, exp};
 
-/// A setting to which the widths that there are fit as well as to the default.
+/// A setting that keeps the default's widths.
 fn plain(label: impl Into<String>, toml: impl Into<String>) -> Setting {
     config(label, format!("[vu.exp]\n{}", toml.into()))
 }

@@ -1,4 +1,4 @@
-//! What trades accuracy for time: each knob with its settings.
+//! Knobs that trade accuracy for cost, each with its settings.
 
 mod exponential;
 mod rendering;
@@ -13,62 +13,62 @@ use self::exponential::exponential;
 use self::rendering::{interpolation, left_out, splatting, stops, transmittances};
 use crate::ExploreError;
 
-/// A knob.
+/// A knob: one parameter with several settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Knob {
-    /// As it is asked for.
+    /// Name on the command line.
     pub name: &'static str,
-    /// What it is, in a phrase.
+    /// Description, a short phrase.
     pub what: &'static str,
-    /// Its settings but the default.
+    /// All settings except the default.
     pub settings: Vec<Setting>,
 }
 
-/// One way to set it, which is not the default.
+/// A setting of a knob, other than the default.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// What tells it from the others; it ends with the number that it sets, if it sets one.
+    /// Label, unique within the knob; it ends with the number that it sets, if any.
     pub label: String,
-    /// What it changes.
+    /// The change that it makes.
     pub change: Change,
 }
 
-/// What a setting changes.
+/// Change made by a setting.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
-    /// The configuration.
+    /// A change of the configuration.
     Config {
-        /// Keys that are given up for their derived values first.
+        /// Keys that are first reset to their derived values.
         derived: &'static [&'static str],
-        /// What is laid over the rest.
+        /// TOML that overrides the rest.
         toml: String,
     },
-    /// How the scene is rendered.
+    /// A change of how the scene is rendered.
     Scene(RenderChange),
-    /// Which frames of a path are rendered.
+    /// A change of how the frames of a path are rendered.
     Path(PathVariant),
 }
 
-/// How a scene is rendered.
+/// Change of how a scene is rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RenderChange {
-    /// The order of Gaussians.
+    /// Order of Gaussians.
     Order(Order),
-    /// The rules of a rasteriser.
+    /// Rasteriser profile.
     Profile(Profile),
-    /// Voxel edges from sample to sample.
+    /// Sampling step in voxel edges.
     Step(f64),
-    /// Numbers of precision, laid over the scene's own.
+    /// Numeric precision; overrides the scene's own.
     Precision(Precision),
-    /// An effect is left out.
+    /// Leaves out an effect.
     Without(Effect),
 }
 
 impl RenderChange {
-    /// Renders a scene so.
+    /// Applies the change to a scene.
     ///
     /// # Errors
-    /// A value that the scene's model does not have.
+    /// A value that the scene's model does not support.
     pub fn apply(self, scene: &mut Scene) -> Result<(), ExploreError> {
         match self {
             Self::Order(order) => scene.set_order(order),
@@ -81,17 +81,17 @@ impl RenderChange {
     }
 }
 
-/// How what is not of a configuration is asked for.
+/// How other commands reproduce a change outside the configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reproduce {
-    /// Lines of `[render]` in the scene's description.
+    /// Lines of `[render]` in a scene description.
     Render(Vec<String>),
-    /// Flags of commands.
+    /// Command-line flags.
     Flags(String),
 }
 
 impl Change {
-    /// How the change is asked for of other commands; nothing of changes of the configuration.
+    /// How other commands reproduce the change; `None` for changes of the configuration.
     #[must_use]
     pub fn reproduce(&self) -> Option<Reproduce> {
         Some(match self {
@@ -128,26 +128,26 @@ impl Change {
     }
 }
 
-/// Which frames of a path are rendered.
+/// How the frames of a path are rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PathVariant {
     /// Warped from references.
     Warped {
-        /// Frames of a reference.
+        /// Window: frames served by a reference.
         window: u32,
-        /// Degrees between the rays of a point beyond which it is rendered; none: no limit.
+        /// Largest angle in degrees between the rays of a warped point; `None`: no limit.
         phi: Option<f64>,
     },
-    /// Each from the one before (Temp-N).
+    /// Each warped from the frame before (Temp-N).
     Chained {
-        /// Frames of which the first is rendered in full.
+        /// Window, whose first frame is rendered in full.
         window: u32,
     },
-    /// At half the resolution, scaled up (DS-2).
+    /// At half the resolution, upscaled (DS-2).
     Half,
 }
 
-/// Widths of the engine that follow from its other numbers.
+/// Widths of the engine that are derived from its other numbers.
 const WIDTHS: &[&str] = &["accumulator_bits", "constant_bits", "offset"];
 
 fn config(label: impl Into<String>, toml: impl Into<String>) -> Setting {
@@ -160,7 +160,7 @@ fn config(label: impl Into<String>, toml: impl Into<String>) -> Setting {
     }
 }
 
-/// A setting of the exponential engine, whose widths follow.
+/// A setting of the exponential engine with derived widths.
 fn exp(label: impl Into<String>, toml: impl Into<String>) -> Setting {
     Setting {
         label: label.into(),
@@ -248,19 +248,19 @@ fn paths() -> Vec<Knob> {
     ]
 }
 
-/// A knob that a scene has not.
+/// A name that none of a scene's knobs has.
 #[derive(Debug, Error)]
 #[error("{name}: expected some of {known}")]
 pub struct UnknownKnob {
     name: String,
-    /// Between commas.
+    /// Known names, separated by commas.
     known: String,
 }
 
-/// The knobs of those names; of none, all.
+/// Selects knobs by name; all of them without names.
 ///
 /// # Errors
-/// A name that none of them has.
+/// A name that no knob has.
 pub fn named(all: Vec<Knob>, names: &[String]) -> Result<Vec<Knob>, UnknownKnob> {
     let known = all.iter().map(|knob| knob.name).collect::<Vec<_>>();
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
@@ -278,7 +278,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// A scene of splats and one of voxels have a dozen knobs each, none twice.
+    /// Scenes of splats and of voxels have a dozen knobs each, none twice.
     #[test]
     fn every_scene_has_a_dozen_knobs() {
         for name in ["garden", "lantern", "cairn:voxels"] {
@@ -293,7 +293,7 @@ mod tests {
         }
     }
 
-    /// No two settings of a knob change the same, and each has the number that its label says.
+    /// No two settings of a knob make the same change, and each sets the number in its label.
     #[test]
     fn every_setting_changes_something_else() {
         for name in ["garden", "cairn:voxels", "cairn:ngp", "cairn:dvgo"] {
@@ -328,7 +328,7 @@ mod tests {
         }
     }
 
-    /// What a search writes as lines of a description is the scene that it measured.
+    /// Lines of a description that a search writes give the scene that it measured.
     #[test]
     fn lines_of_a_description_set_what_the_knob_set() {
         let folder = tempfile::tempdir().unwrap();

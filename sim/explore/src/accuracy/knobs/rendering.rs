@@ -1,4 +1,4 @@
-//! Knobs of what a scene is rendered by.
+//! Knobs of rendering: rules, order, sampling, precision and effects.
 
 use potamoi_base::effects::Effect;
 use potamoi_base::precision::Precision;
@@ -96,7 +96,7 @@ pub(super) fn interpolation() -> Vec<Knob> {
     ]
 }
 
-/// Where pixels stop; the rules' own is left out.
+/// Early-termination thresholds, without the profile's own.
 pub(super) fn stops(scene: &Scene) -> Knob {
     let rules = scene.facts().thickness.stop;
     let stop = |at: f64| Precision {
@@ -131,7 +131,7 @@ pub(super) fn transmittances() -> Knob {
     }
 }
 
-/// What shapes colours, left out although it is called for.
+/// Effects that the scene calls for, each left out.
 pub(super) fn left_out(scene: &Scene) -> Vec<Knob> {
     let facts = scene.facts();
     let mut knobs = vec![];

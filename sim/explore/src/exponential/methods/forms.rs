@@ -12,10 +12,10 @@ use potamoi_units::vector_unit::error_bound;
 use super::Method;
 use crate::ExploreError;
 
-/// Nanometres at which area and energy are stated.
+/// Node in nanometres for area and energy.
 const NODE_NM: u32 = 12;
 
-/// The vector unit at work all the time, at 12 nm.
+/// Estimate of the vector unit at full utilisation, at 12 nm.
 fn hardware(fit: &Fit, config: &Config) -> Result<Option<ScaledEstimate>, ExploreError> {
     let node = fit.grid().library.node_nm;
     let factors = node.and_then(|nm| scaling::logic(nm, NODE_NM));
@@ -71,7 +71,7 @@ fn method(
     })
 }
 
-/// Forms of the paper's engine and the alternatives, widths as they follow.
+/// Forms of the paper's engine and its alternatives, with derived widths.
 pub(super) fn forms() -> Result<Vec<Method>, ExploreError> {
     let fit = Fit::checked_in()?;
     let paper = Config::paper().vu.exp;

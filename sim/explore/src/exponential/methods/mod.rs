@@ -1,4 +1,4 @@
-//! Ways to find an exponential side by side: error over all inputs against clocks a result.
+//! Comparison of exponential methods: error over all inputs against clocks per result.
 
 mod forms;
 mod others;
@@ -8,66 +8,68 @@ use serde::Serialize;
 
 use crate::ExploreError;
 
-/// Inputs of U3.13: `u` is a code over 2^13, `exp(-u)` in units of 2^-16 the result.
+/// Input unit of U3.13: `u` is a code over 2^13, and the result `exp(-u)` is in units of 2^-16.
 const INPUT_UNIT: f64 = 1.0 / 8192.0;
 const OUTPUT_UNIT: f64 = 65536.0;
-/// Units of the last place below which a result is faithful.
+/// Largest error of a faithful result, in ulp.
 const FAITHFUL: f64 = 1.0;
 
-/// Ways to find an exponential, and which of those that are faithful cost least. Faithful is an
-/// error below a unit of the last place; only what was synthesised counts.
+/// Exponential methods, and the cheapest of the faithful ones: those with an error below an ulp.
+/// Only synthesised methods can be the cheapest.
 #[derive(Debug, Clone, Serialize)]
 pub struct Methods {
-    /// Forms of the engine, and what could stand in its place.
+    /// Forms of the engine, and alternatives to it.
     pub methods: Vec<Method>,
-    /// What others use.
+    /// Published methods of others.
     pub peers: Vec<Peer>,
-    /// Faithful with the fewest clocks; of those with the least energy.
+    /// Name of the faithful method with the fewest clocks, then the least energy.
     pub cheapest_faithful: Option<String>,
-    /// Faithful on the least area.
+    /// Name of the faithful method with the least area.
     pub smallest_faithful: Option<String>,
-    /// Faithful with the least energy.
+    /// Name of the faithful method with the least energy.
     pub thriftiest_faithful: Option<String>,
 }
 
-/// A form of the engine, or of what could stand in its place.
+/// A form of the engine, or an alternative to it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Method {
-    /// The form, in words.
+    /// Description of the form.
     pub name: String,
-    /// Forms that differ in a number alone share it.
+    /// Family: shared by forms that differ in one number only.
     pub family: &'static str,
-    /// From one vector to the next; with an early out on average over all inputs, each lane
-    /// by itself.
+    /// Clocks from one vector to the next; with early termination the mean over all inputs, each
+    /// lane on its own.
     pub clocks: f64,
-    /// The largest magnitude of the error, in units of the last place of U0.16.
+    /// Largest error magnitude, in ulp of U0.16.
     pub max_ulp: f64,
-    /// Its mean magnitude.
+    /// Mean error magnitude, in ulp.
     pub mean_ulp: f64,
-    /// What it cannot exceed, by formula; none of what is not built.
+    /// Error bound by formula, in ulp; `None` for methods that are not built.
     pub bound_ulp: Option<f64>,
-    /// The same by analysis of the netlist.
+    /// Error bound by analysis of the netlist, in ulp.
     pub netlist_ulp: Option<f64>,
-    /// Whether no larger input has a larger result.
+    /// Whether results never rise with the input.
     pub monotone: bool,
-    /// Square millimetres of the paper's vector unit with it at 12 nm; none where it was neither
-    /// synthesised nor formulas are of it.
+    /// Area of the paper's vector unit with this method at 12 nm, in square millimetres; `None`
+    /// where it is neither synthesised nor covered by formulas.
     pub area_mm2: Option<f64>,
-    /// Picojoules of the unit, at work all the time, for each; likewise.
+    /// Energy of the unit per exponential at full utilisation, in picojoules; `None` in the same
+    /// cases.
     pub energy_pj: Option<f64>,
 }
 
-/// What others use: measured on the same inputs, rounded to the same output.
+/// A published method of others, measured on the same inputs and rounded to the same output.
 #[derive(Debug, Clone, Serialize)]
 pub struct Peer {
-    /// What it is.
+    /// Its name.
     pub name: &'static str,
-    /// The largest magnitude of its error, in units of the last place of U0.16.
+    /// Largest error magnitude, in ulp of U0.16.
     pub max_ulp: f64,
 }
 
 impl Methods {
-    /// All of them over all 65,536 inputs of U3.13, what is built through its twin, against 120 bits.
+    /// Compares all methods over all 65,536 inputs of U3.13 against a reference of 120 bits. Built
+    /// methods run through their reference unit.
     ///
     /// # Errors
     /// A netlist that cannot be analysed, or formulas that cannot be read.
@@ -92,7 +94,7 @@ impl Methods {
     }
 }
 
-/// The name of the faithful method with the least of something, and of equal ones then of another.
+/// Name of the faithful method with the least of one measure, and among equals of another.
 fn least(
     methods: &[Method],
     of: &dyn Fn(&Method) -> f64,

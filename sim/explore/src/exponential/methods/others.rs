@@ -1,5 +1,5 @@
-//! Other arithmetic for the same exponential, in integers: what the engine's forms are chosen from.
-//! None of it is built; clocks are those that its structure takes, from one result to the next.
+//! Alternative integer algorithms for the same exponential, from which the engine's forms are
+//! chosen. None is built; clocks are those that the structure takes between results.
 
 use std::f64::consts::{LN_2, LOG2_E};
 
@@ -9,34 +9,34 @@ use potamoi_reference::exact_exponential::ExactExponential;
 use super::{INPUT_UNIT, Method, OUTPUT_UNIT};
 use crate::ExploreError;
 
-/// Fraction bits within.
+/// Fraction bits of intermediate values.
 const BITS: u32 = 22;
 const ONE: i64 = 1 << BITS;
 /// Digits of the binary exponent that an iterative form finds first, one a clock.
 const DIGITS: f64 = 4.0;
 
-/// The nearest code of a constant.
+/// The nearest fixed-point code of a constant.
 fn fixed(value: f64) -> i64 {
     (value * ONE as f64).round() as i64
 }
 
-/// A product, half up.
+/// A product, rounded half up.
 fn times(a: i64, b: i64) -> i64 {
     (a * b + ONE / 2) >> BITS
 }
 
-/// A sum's part, half up.
+/// A right shift, rounded half up.
 fn shifted(value: i64, by: u32) -> i64 {
     (value + ((1i64 << by) >> 1)) >> by
 }
 
-/// A mantissa from 1 to 2 and halvings, as a code of the output; 1 is held at the largest.
+/// Output code of a mantissa from 1 to 2 and a number of halvings; 1 saturates at the largest code.
 fn code(mantissa: i64, halvings: u32) -> i32 {
     let down = BITS - OUTPUT_UNIT.log2() as u32 + halvings;
     shifted(mantissa, down).min(OUTPUT_UNIT as i64 - 1) as i32
 }
 
-/// `exp(-u)` as `exp(rest) 2^-halvings`, the rest from 0 to ln 2.
+/// Range reduction: `exp(-u)` as `exp(rest) 2^-halvings`, with a rest from 0 to ln 2.
 fn reduced(u: i32) -> (i64, u32) {
     let u = fixed(f64::from(u) * INPUT_UNIT);
     let ln2 = fixed(LN_2);
@@ -44,15 +44,15 @@ fn reduced(u: i32) -> (i64, u32) {
     (halvings * ln2 - u, halvings as u32)
 }
 
-/// The same of 2^-v, v the power of two: from 0 to 1.
+/// Range reduction in base 2: `exp(-u)` as `2^rest 2^-halvings`, with a rest from 0 to 1.
 fn in_base_two(u: i32) -> (i64, u32) {
     let v = times(fixed(f64::from(u) * INPUT_UNIT), fixed(LOG2_E));
     let halvings = (v >> BITS) + 1;
     ((halvings << BITS) - v, halvings as u32)
 }
 
-/// Hyperbolic rotations (Walther, "A unified algorithm for elementary functions", 1971): sine and
-/// cosine are equal from the start, and their sum is the power. 4 and 13 come twice.
+/// CORDIC in hyperbolic mode (Walther, "A unified algorithm for elementary functions", 1971). Sine
+/// and cosine start equal, and their sum is the exponential. Steps 4 and 13 are repeated.
 fn cordic(u: i32) -> i32 {
     const TURNS: [u32; 19] = [
         1, 2, 3, 4, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 13, 14, 15, 16, 17,
@@ -73,8 +73,8 @@ fn cordic(u: i32) -> i32 {
     code(power, halvings)
 }
 
-/// Three bits a step: the largest digit d of 0 to 7 with `ln(1 + d 8^-j)` at most what is left; the
-/// last of it is multiplied in.
+/// Three bits a step: the largest digit d from 0 to 7 with `ln(1 + d 8^-j)` at most the rest; the
+/// final rest is multiplied in.
 fn radix_8(u: i32) -> i32 {
     let (mut rest, halvings) = reduced(u);
     let mut power = ONE;
@@ -87,8 +87,8 @@ fn radix_8(u: i32) -> i32 {
     code(power + times(power, rest), halvings)
 }
 
-/// As FloPoCo's generator has it (de Dinechin, Pasca, "Designing custom arithmetic data paths with
-/// FloPoCo", 2011): a table of the first eight bits, and 1 + z + (e^z - 1 - z) of the others.
+/// FloPoCo's algorithm (de Dinechin, Pasca, "Designing custom arithmetic data paths with FloPoCo",
+/// 2011): a table of the first eight bits, and 1 + z + (e^z - 1 - z) of the others.
 fn tabled(u: i32) -> i32 {
     let (rest, halvings) = reduced(u);
     let head = rest >> (BITS - 8);
@@ -101,8 +101,7 @@ fn tabled(u: i32) -> i32 {
     code(times(of_head, ONE + tail + beyond), halvings)
 }
 
-/// Straight lines or parabolas of 2^g over as many pieces, their largest error least at the ends and
-/// between (Chebyshev's points), constants rounded.
+/// Piecewise linear or quadratic approximation of 2^g at Chebyshev points, with rounded constants.
 fn pieces(u: i32, pieces: i64, degree: usize) -> i32 {
     let (g, halvings) = in_base_two(u);
     let piece = ((g * pieces) >> BITS).min(pieces - 1);
@@ -125,8 +124,8 @@ fn pieces(u: i32, pieces: i64, degree: usize) -> i32 {
     code(line + times(times(fixed(scale * curve), t), t), halvings)
 }
 
-/// The paper's range reduction taken at its word: the power is divided by eight, found by the
-/// recurrence from 1 + 1 on, and squared three times.
+/// The paper's range reduction, literally: the exponent is divided by eight, the recurrence starts
+/// from 1 + 1, and its result is squared three times.
 fn squared(u: i32) -> i32 {
     const WITHIN: u32 = 26;
     let one = 1i64 << WITHIN;
@@ -148,7 +147,7 @@ fn squared(u: i32) -> i32 {
     shifted(power, WITHIN - OUTPUT_UNIT.log2() as u32).min(OUTPUT_UNIT as i64 - 1) as i32
 }
 
-/// All of them, over every input.
+/// All alternatives over every input.
 pub(super) fn others() -> Result<Vec<Method>, ExploreError> {
     let paper = Config::paper().vu.exp;
     let fail = |e: &dyn std::fmt::Display| ExploreError::Inconclusive(e.to_string());
@@ -201,8 +200,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// Within what their structure leaves out and a unit for roundings: of straight pieces half a
-    /// chord's sagitta, of all others less.
+    /// Within the approximation error of the structure and one ulp of rounding: for linear pieces
+    /// half a chord's sagitta, for all others less.
     #[test]
     fn errors_are_those_of_their_structure() {
         let found = others().unwrap();

@@ -1,4 +1,4 @@
-//! What others use: measured on the same inputs, rounded to the same output.
+//! Published methods of others, measured on the same inputs and rounded to the same output.
 
 use potamoi_formats::config::Config;
 use potamoi_reference::exact_exponential::ExactExponential;
@@ -6,20 +6,20 @@ use potamoi_reference::exact_exponential::ExactExponential;
 use super::{INPUT_UNIT, OUTPUT_UNIT, Peer};
 use crate::ExploreError;
 
-/// The nearest code, 1 held at the largest.
+/// The nearest code; 1 saturates at the largest.
 fn code(value: f64) -> i32 {
     (value * OUTPUT_UNIT).round().min(OUTPUT_UNIT - 1.0) as i32
 }
 
-/// A table of so many entries over 0..8, each of its middle.
+/// A table of `entries` over 0..8, each at its centre.
 fn table(entries: i32, u: i32) -> i32 {
     let step = 65536 / entries;
     let middle = f64::from(u / step * step) + f64::from(step) / 2.0;
     code((-middle * INPUT_UNIT).exp())
 }
 
-/// A table as a public splat rasteriser has it: 2048 entries by squared distances below 8, which
-/// are powers below 4, each of where it begins; 0 beyond.
+/// The table of a public splat rasteriser: 2048 entries by squared distances below 8, which are
+/// exponents below 4, each at its start; 0 beyond.
 fn by_distance(u: i32) -> i32 {
     let squared = 2.0 * f64::from(u) * INPUT_UNIT;
     match squared < 8.0 {
@@ -28,8 +28,8 @@ fn by_distance(u: i32) -> i32 {
     }
 }
 
-/// S. Kim et al., "I-BERT: Integer-only BERT Quantization", ICML 2021: a quadratic over (-ln 2, 0],
-/// its numbers exact.
+/// S. Kim et al., "I-BERT: Integer-only BERT Quantization", ICML 2021: a quadratic over (-ln 2, 0]
+/// with exact coefficients.
 fn i_bert(u: i32) -> i32 {
     let u = f64::from(u) * INPUT_UNIT;
     let halvings = (u / std::f64::consts::LN_2).floor();
@@ -37,15 +37,15 @@ fn i_bert(u: i32) -> i32 {
     code((0.3585 * (p + 1.353).powi(2) + 0.344) * (-halvings).exp2())
 }
 
-/// N. Schraudolph, "A Fast, Compact Approximation of the Exponential Function", Neural
-/// Computation 11, 1999: the power written into a float's exponent, without his correction.
+/// N. Schraudolph, "A Fast, Compact Approximation of the Exponential Function", Neural Computation
+/// 11, 1999: the exponent is written into a float's exponent field, without his correction.
 fn schraudolph(u: i32) -> i32 {
     let x = -f64::from(u) * INPUT_UNIT;
     let bits = (x / std::f64::consts::LN_2 + 127.0) * f64::from(1 << 23);
     code(f64::from(f32::from_bits(bits as u32)))
 }
 
-/// A result in 32-bit floating point that is so many units of its last place too large.
+/// A 32-bit floating-point result that is too large by so many ulp.
 fn off_by(ulps: impl Fn(f32) -> f64, u: i32) -> i32 {
     let x = -(u as f32) * INPUT_UNIT as f32;
     let y = f64::from(x).exp();
